@@ -1,0 +1,1 @@
+"""The top floor: preparing runs, reading their timelines, the command line."""

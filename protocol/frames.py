@@ -1,0 +1,46 @@
+"""Numbers with bounds, points and poses, as they go over the wire and into the timeline.
+
+Every float carries bounds, which is also what refuses NaN and infinity (NaN compares false with both).
+"""
+
+import math
+from typing import Annotated
+
+from msgspec import Meta, Struct
+
+Metres = Annotated[float, Meta(ge=-1e6, le=1e6)]
+Length = Annotated[float, Meta(ge=0.0, le=1e6, description="m")]
+Seconds = Annotated[float, Meta(ge=0.0, le=1e9)]
+Speed = Annotated[float, Meta(ge=0.0, le=100.0)]
+Radians = Annotated[float, Meta(ge=-math.pi, le=math.pi)]
+Count = Annotated[int, Meta(ge=0, le=2**53)]  # 2**53: what JSON readers keep exact
+RobotId = Annotated[int, Meta(ge=1, le=9999)]
+
+
+class Point(Struct, frozen=True, kw_only=True):
+    """A place [m; world frame]."""
+
+    x_m: Metres
+    y_m: Metres
+
+
+class Pose(Struct, frozen=True, kw_only=True):
+    """Where a body stands and which way it faces [m, rad in (-pi, pi]; world frame]."""
+
+    x_m: Metres
+    y_m: Metres
+    heading_rad: Radians
+
+
+class Vertex(Struct, frozen=True, kw_only=True):
+    """A corner of a path and its arc length along that path [m; world frame]."""
+
+    x_m: Metres
+    y_m: Metres
+    s_m: Length
+
+
+def wrap(angle_rad: float) -> float:
+    """The same angle in (-pi, pi]."""
+    wrapped = math.remainder(angle_rad, math.tau)
+    return math.pi if wrapped == -math.pi else wrapped

@@ -1,0 +1,73 @@
+"""Every key expression of a fleet, spelt in this one file.
+
+Sender and receiver stand in the key, so what a robot may say and hear never changes when the strand
+heals. The run stands in the key, so a late message of the last run finds nobody.
+"""
+
+from dataclasses import dataclass
+
+WORLD = "world"
+
+
+def robot_name(robot: int) -> str:
+    """How keys, users and the timeline call a robot: 3 is `r3`."""
+    return f"r{robot}"
+
+
+def robot_number(name: str) -> int | None:
+    """The robot behind a name, or None where it is not a robot's."""
+    digits = name[1:]
+    return int(digits) if name[:1] == "r" and digits.isascii() and digits.isdigit() else None
+
+
+@dataclass(frozen=True, slots=True)
+class Keys:
+    """The keys of one run of one fleet; `*` may stand for any sender or receiver."""
+
+    fleet: str
+    run: str
+
+    @property
+    def root(self) -> str:
+        """What all keys of the run start with."""
+        return f"clew/{self.fleet}/{self.run}"
+
+    def link(self, sender: str, receiver: str) -> str:
+        """A robot's newest link state for one neighbour."""
+        return f"{self.root}/link/{sender}/{receiver}"
+
+    def scan(self, robot: str) -> str:
+        """Queryable of the world: a scan, taken when asked for."""
+        return f"{self.root}/body/{robot}/scan"
+
+    def drive(self, robot: str) -> str:
+        """The robot's newest drive order."""
+        return f"{self.root}/body/{robot}/drive"
+
+    def odometry(self, robot: str) -> str:
+        """What the body tells its robot."""
+        return f"{self.root}/body/{robot}/odometry"
+
+    def muster(self, robot: str) -> str:
+        """A robot's place in the lining up, to all robots."""
+        return f"{self.root}/muster/{robot}"
+
+    def mission(self) -> str:
+        """Queryable of the world: what every robot is told before it starts."""
+        return f"{self.root}/mission"
+
+    def log(self, source: str) -> str:
+        """Timeline entries of one source, to the recorder."""
+        return f"{self.root}/log/{source}"
+
+    def logged(self, source: str) -> str:
+        """The recorder's acknowledgement to one source."""
+        return f"{self.root}/logged/{source}"
+
+    def alive(self, source: str, incarnation: str) -> str:
+        """Liveliness token; the incarnation tells a restarted source from its forerunner."""
+        return f"{self.root}/alive/{source}/{incarnation}"
+
+    def part(self, key: str, index: int) -> str:
+        """The chunk of a key behind the root: part("…/link/r1/r2", 1) is `r1`."""
+        return key[len(self.root) + 1 :].split("/")[index]

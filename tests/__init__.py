@@ -1,0 +1,1 @@
+"""One file per module, flat; and the real processes."""

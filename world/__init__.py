@@ -1,0 +1,1 @@
+"""The ground that a fleet moves on: bodies, sensors, judgement and the record."""
