@@ -1,0 +1,121 @@
+"""Every message of the fleet, as frozen types with bounds.
+
+Rule 1: a link message is the sender's whole link state, so that any one that arrives is enough.
+Rule 2: who sent a message stands in its key, never in the message.
+"""
+
+from enum import StrEnum
+from typing import Annotated
+
+from msgspec import Meta, Struct
+
+from protocol.frames import Count, Length, Point, Pose, RobotId, Seconds, Speed, Vertex
+from protocol.mission import Mission
+from protocol.timeline import Entry
+
+Lineage = Annotated[tuple[RobotId, ...], Meta(max_length=9999)]
+
+
+class Phase(StrEnum):
+    """How far the run is; a run only ever goes forward through these."""
+
+    RUNNING = "running"
+    OVER = "over"  # drive and say no more; tell the recorder what was sent
+    CLOSING = "closing"  # everything sent has arrived: tell the recorder what was received, and go
+
+
+class Muster(Struct, frozen=True, kw_only=True, tag="muster"):
+    """A robot's announcement, to all: where it stands, what it sees, the order that it computed."""
+
+    pose: Pose
+    obstacle_m: Length
+    """Distance to the nearest hit of its own scan; the sensor's range where there is none."""
+    order: Lineage
+    """Leader first; empty until all robots have been heard."""
+
+
+class AheadState(Struct, frozen=True, kw_only=True, tag="ahead"):
+    """What a robot tells the one behind it."""
+
+    epoch: Count
+    path_from: Count
+    """Index of the first vertex told; those before it have been acknowledged."""
+    path: Annotated[tuple[Vertex, ...], Meta(max_length=512)]
+    progress_m: Length
+    authority_m: Length
+    """How far along this path the robot behind may drive."""
+    pose: Pose
+    arrived: bool
+    """Whether the path ends here for good."""
+    lineage: Lineage
+    """Who stands ahead, nearest first, up to the leader."""
+
+
+class BehindState(Struct, frozen=True, kw_only=True, tag="behind"):
+    """What a robot tells the one ahead of it."""
+
+    epoch: Count
+    vertices: Count
+    """How many vertices of the path ahead are known: the acknowledgement."""
+    progress_m: Length
+    tail_progress_m: Length
+    pose: Pose
+
+
+class Drive(Struct, frozen=True, kw_only=True, tag="drive"):
+    """A robot's newest drive order: turn towards the target on the spot, drive straight to it, stop.
+
+    Repeating an order changes nothing. No target means stand still.
+    """
+
+    number: Count
+    basis_s: Seconds
+    """Time of the odometry that the robot knew when it sent this: shows that it is awake."""
+    target: Point | None
+    speed_mps: Speed
+    epoch: Count
+    step: Count
+    """The leader's switching step that this drives; 0 for a robot that follows."""
+    reach_m: Length
+    """Arc length of the target along the strand's path: what the authority has to cover."""
+
+
+class Odometry(Struct, frozen=True, kw_only=True, tag="odometry"):
+    """What a body tells its robot, many times a second; it is also the robot's clock."""
+
+    t_s: Seconds
+    pose: Pose
+    moving: bool
+    finished: Count
+    """Number of the newest drive order that has been driven to its end."""
+    phase: Phase
+
+
+class Scan(Struct, frozen=True, kw_only=True, tag="scan"):
+    """Ranges in evenly spread directions, anti-clockwise from -pi [m; world frame], where there is no hit the range limit.
+
+    The scanner's index is held to the world's x axis, so a scan does not depend on which way the body faces.
+    """
+
+    t_s: Seconds
+    pose: Pose
+    ranges_m: Annotated[tuple[Length, ...], Meta(min_length=8, max_length=7200)]
+
+
+class LogBatch(Struct, frozen=True, kw_only=True, tag="log"):
+    """Timeline entries of one source, consecutive in their numbers."""
+
+    entries: Annotated[tuple[Entry, ...], Meta(max_length=256)]
+
+
+class Logged(Struct, frozen=True, kw_only=True, tag="logged"):
+    """The recorder has written every entry of this source up to this number."""
+
+    up_to: Count
+
+
+class Ask(Struct, frozen=True, kw_only=True, tag="ask"):
+    """A query that needs no words: its key says what is asked for."""
+
+
+Message = Muster | AheadState | BehindState | Drive | Odometry | Scan | Mission | LogBatch | Logged | Ask

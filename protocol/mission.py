@@ -1,0 +1,57 @@
+"""The mission: all that a robot is told before it starts, and nothing of the obstacles."""
+
+from enum import StrEnum
+from typing import Annotated
+
+from msgspec import Meta, Struct
+
+from protocol.frames import Count, Length, Metres, Point, Seconds, Speed
+
+
+class Law(StrEnum):
+    """The rule that makes a switching step out of a scan."""
+
+    PRINTED = "printed"  # equation (14) as the paper prints it
+    RESULTANT = "resultant"  # the sum of vectors that its text and Figure 2 describe
+    CERTIFIED = "certified"  # clearance promised for the whole motion, before it is driven
+
+    @property
+    def promises_clearance(self) -> bool:
+        """Whether a run under this law is judged by `epsilon - mu0`, or only by contact."""
+        return self is Law.CERTIFIED
+
+
+class Bounds(Struct, frozen=True, kw_only=True):
+    """The rectangle that no hull may leave [m; world frame]."""
+
+    x_m_min: Metres
+    y_m_min: Metres
+    x_m_max: Metres
+    y_m_max: Metres
+
+
+class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
+    """What every robot of a run is told: its size, its senses, the law, the promises, the goal."""
+
+    robots: Annotated[int, Meta(ge=1, le=9999)]
+    robot_radius_m: Length
+    law: Law
+    epsilon_m: Length
+    mu0_m: Length
+    separation_m: Length
+    speed_mps: Speed
+    directions: Annotated[int, Meta(ge=8, le=7200)]
+    range_m_max: Length
+    range_error_m_max: Length
+    """No range is off by more than this."""
+    blind_per_range: Annotated[float, Meta(ge=0.0, le=10.0)]
+    """How far an obstacle may reach unseen past a ray that hit it, per metre of range."""
+    link_length_m_max: Length
+    """A robot holds while its follower is further than this behind what it has been granted."""
+    goal: Point | None = None
+    goal_tolerance_m: Length = 0.0
+    bounds: Bounds | None = None
+    switching_positions_max: Count | None = None
+    """The leader stops at this many switching positions (the paper stops at 11)."""
+    heartbeat_s: Seconds = 0.25
+    silence_s: Seconds = 1.0  # four lost heartbeats

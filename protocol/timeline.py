@@ -1,0 +1,283 @@
+"""Every kind of timeline entry, with its fields and units. `docs/timeline.md` is made from this file.
+
+A kind is named noun.past_participle. A field's unit is in its name; what more there is to say is in
+its description. Positions are in the world frame.
+"""
+
+from typing import Annotated
+
+from msgspec import Meta, Struct
+
+from protocol.frames import Count, Length, Metres, Point, Radians, RobotId, Seconds
+from protocol.mission import Law
+
+Text = Annotated[str, Meta(max_length=2000)]
+Counts = Annotated[dict[Annotated[str, Meta(max_length=200)], Count], Meta(max_length=20_000)]
+
+
+class _Record(Struct, frozen=True, kw_only=True, tag_field="kind"):
+    """What all kinds share; the fields of `Entry` come before its own."""
+
+
+# --- what the world records -----------------------------------------------------------------------
+
+
+class RobotAppeared(_Record, frozen=True, kw_only=True, tag="robot.appeared"):
+    """The world has seen a robot's liveliness token."""
+
+    robot: RobotId
+
+
+class RobotDied(_Record, frozen=True, kw_only=True, tag="robot.died"):
+    """A robot's token has gone, and it has said nothing for the grace time, before the run was over."""
+
+    robot: RobotId
+    silent_since_s: Annotated[Seconds, Meta(description="time of the last order heard from it")]
+
+
+class OrderAccepted(_Record, frozen=True, kw_only=True, tag="order.accepted"):
+    """A body has taken a new drive order."""
+
+    robot: RobotId
+    number: Count
+    epoch: Count
+    step: Annotated[Count, Meta(description="the leader's switching step; 0 for a robot that follows")]
+    x_m: Metres
+    y_m: Metres
+    target: Annotated[Point | None, Meta(description="null: stand still")]
+    reach_m: Annotated[Length, Meta(description="arc length of the target along the strand's path")]
+
+
+class OrderFinished(_Record, frozen=True, kw_only=True, tag="order.finished"):
+    """A body has driven an order to its end."""
+
+    robot: RobotId
+    number: Count
+    step: Count
+    x_m: Metres
+    y_m: Metres
+    clearance_m: Annotated[
+        Metres | None, Meta(description="least clearance while driving it; null: no obstacle")
+    ]
+
+
+class BodyStopped(_Record, frozen=True, kw_only=True, tag="body.stopped"):
+    """The dead-man stop: its robot has been silent too long."""
+
+    robot: RobotId
+
+
+class PoseSampled(_Record, frozen=True, kw_only=True, tag="pose.sampled"):
+    """A body's true pose; between two samples of a body it moved straight."""
+
+    robot: RobotId
+    x_m: Metres
+    y_m: Metres
+    heading_rad: Radians
+
+
+class ScanServed(_Record, frozen=True, kw_only=True, tag="scan.served"):
+    """A body's sensor has been read, because its robot asked."""
+
+    robot: RobotId
+    x_m: Metres
+    y_m: Metres
+    heading_rad: Radians
+    hits: Count
+
+
+class PromiseBroken(_Record, frozen=True, kw_only=True, tag="promise.broken"):
+    """An invariant does not hold, judged from true poses: S1 clearance, S2 separation, S3 authority."""
+
+    invariant: Annotated[str, Meta(pattern="^S[123]$")]
+    robot: RobotId
+    other: Annotated[RobotId | None, Meta(description="the other robot of S2")] = None
+    measured_m: Metres
+    required_m: Metres
+    why: Text
+
+
+class MessageRefused(_Record, frozen=True, kw_only=True, tag="message.refused"):
+    """A message broke the protocol and was dropped."""
+
+    key: Text
+    reason: Text
+
+
+class RunEnded(_Record, frozen=True, kw_only=True, tag="run.ended"):
+    """The world has ended the run."""
+
+    reason: Text
+
+
+# --- what robots record ---------------------------------------------------------------------------
+
+
+class RobotStarted(_Record, frozen=True, kw_only=True, tag="robot.started"):
+    """A robot's process has its mission and begins."""
+
+    pid: Count
+
+
+class StrandFormed(_Record, frozen=True, kw_only=True, tag="strand.formed"):
+    """The robot takes its place in the strand."""
+
+    epoch: Count
+    order: Annotated[tuple[RobotId, ...], Meta(description="leader first")]
+    path_length_m: Annotated[Length, Meta(description="arc length of the leader's start; the tail's is 0")]
+
+
+class SeenObstacle(Struct, frozen=True, kw_only=True):
+    """An obstacle as seen: its tangent points, clockwise first, and the chord between them."""
+
+    tangent_1: Point
+    tangent_2: Point
+    chord_m: Length
+
+
+class SeenGap(Struct, frozen=True, kw_only=True):
+    """The opening between two obstacles that are neighbours anti-clockwise."""
+
+    right: Annotated[Count, Meta(description="index of the obstacle on its right in `obstacles`")]
+    left: Count
+    width_m: Length
+    delta_rad: Annotated[float, Meta(ge=0.0, le=6.3, description="angle seen from the switching position")]
+    passable: bool
+
+
+class StepPlanned(_Record, frozen=True, kw_only=True, tag="step.planned"):
+    """The leader has planned a switching step, from one scan."""
+
+    step: Count
+    law: Law
+    x_m: Metres
+    y_m: Metres
+    obstacles: Annotated[tuple[SeenObstacle, ...], Meta(max_length=2000)]
+    gaps: Annotated[tuple[SeenGap, ...], Meta(max_length=2000)]
+    gap: Annotated[Count | None, Meta(description="index of the gap chosen in `gaps`")]
+    heading_rad: Radians
+    length_m: Length
+    target: Point
+    reach_m: Annotated[Length, Meta(description="arc length of the target along the strand's path")]
+    promised_clearance_m: Annotated[Length | None, Meta(description="null: this law promises none")]
+    cost_to_go_m: Annotated[Length | None, Meta(description="from the target to the goal; null: no goal")]
+
+
+class StepFinished(_Record, frozen=True, kw_only=True, tag="step.finished"):
+    """The leader stands at the end of a switching step."""
+
+    step: Count
+    x_m: Metres
+    y_m: Metres
+
+
+class SegmentChecked(_Record, frozen=True, kw_only=True, tag="segment.checked"):
+    """A robot that follows has checked its next segment of the path against its own scan."""
+
+    target: Point
+    clear: bool
+    clearance_m: Annotated[Metres, Meta(description="of the swept hull, to the nearest hit that is no robot")]
+
+
+class AuthorityGranted(_Record, frozen=True, kw_only=True, tag="authority.granted"):
+    """A robot lets the one behind it drive up to this arc length of its path."""
+
+    to: RobotId
+    epoch: Count
+    authority_m: Length
+
+
+class LinkSilent(_Record, frozen=True, kw_only=True, tag="link.silent"):
+    """A neighbour has not been heard for `silence_s`: the robot stands until it is."""
+
+    neighbour: RobotId
+    silent_s: Seconds
+
+
+class LinkHeard(_Record, frozen=True, kw_only=True, tag="link.heard"):
+    """A silent neighbour has been heard again."""
+
+    neighbour: RobotId
+
+
+class RobotHeld(_Record, frozen=True, kw_only=True, tag="robot.held"):
+    """A robot that might drive on waits for the one behind it: the stretch rule."""
+
+    behind_m: Annotated[Length, Meta(description="how far it is behind what it has been granted")]
+
+
+class RobotReleased(_Record, frozen=True, kw_only=True, tag="robot.released"):
+    """The wait is over."""
+
+
+class GoalReached(_Record, frozen=True, kw_only=True, tag="goal.reached"):
+    """The leader stands within the goal's tolerance, or at its last switching position."""
+
+    x_m: Metres
+    y_m: Metres
+
+
+class RobotArrived(_Record, frozen=True, kw_only=True, tag="robot.arrived"):
+    """A robot stands at its place behind the one ahead, which has arrived; or it leads."""
+
+    progress_m: Length
+
+
+class RouteLost(_Record, frozen=True, kw_only=True, tag="route.lost"):
+    """The leader knows no way on: it stands, and the run ends."""
+
+    reason: Text
+
+
+class TrafficCounted(_Record, frozen=True, kw_only=True, tag="traffic.counted"):
+    """A source's messages by key: how many it sent, how many it received, the newest number it received."""
+
+    sent: Counts
+    received: Counts
+    newest: Counts
+    refused: Count
+    overflowed: Annotated[Count, Meta(description="arrivals that its full inbox dropped")]
+
+
+class RobotSettled(_Record, frozen=True, kw_only=True, tag="robot.settled"):
+    """A robot has heard that the run is over and sends no more; `sent` is final."""
+
+    sent: Counts
+
+
+Record = (
+    RobotAppeared
+    | RobotDied
+    | OrderAccepted
+    | OrderFinished
+    | BodyStopped
+    | PoseSampled
+    | ScanServed
+    | PromiseBroken
+    | MessageRefused
+    | RunEnded
+    | RobotStarted
+    | StrandFormed
+    | StepPlanned
+    | StepFinished
+    | SegmentChecked
+    | AuthorityGranted
+    | LinkSilent
+    | LinkHeard
+    | RobotHeld
+    | RobotReleased
+    | GoalReached
+    | RobotArrived
+    | RouteLost
+    | TrafficCounted
+    | RobotSettled
+)
+
+
+class Entry(Struct, frozen=True, kw_only=True):
+    """One entry of the timeline: when, and what happened. Its source stands in the key that it came by."""
+
+    n: Annotated[Count, Meta(description="the source's own count, from 1")]
+    t_s: Annotated[Seconds, Meta(description="simulated time")]
+    hlc: Annotated[str, Meta(max_length=80, description="hybrid logical clock of the source")]
+    record: Record
