@@ -69,5 +69,5 @@ class Keys:
         return f"{self.root}/alive/{source}/{incarnation}"
 
     def part(self, key: str, index: int) -> str:
-        """The chunk of a key behind the root: part("…/link/r1/r2", 1) is `r1`."""
+        """One chunk of a key, counted behind the root: of `…/link/r1/r2`, 1 is `r1`."""
         return key[len(self.root) + 1 :].split("/")[index]

@@ -92,9 +92,9 @@ class Odometry(Struct, frozen=True, kw_only=True, tag="odometry"):
 
 
 class Scan(Struct, frozen=True, kw_only=True, tag="scan"):
-    """Ranges in evenly spread directions, anti-clockwise from -pi [m; world frame], where there is no hit the range limit.
+    """Ranges in evenly spread directions, anti-clockwise from -pi [m; world frame].
 
-    The scanner's index is held to the world's x axis, so a scan does not depend on which way the body faces.
+    Where there is no hit stands the range limit. The scanner's index is held to the world's x axis, so a scan does not depend on which way the body faces.
     """
 
     t_s: Seconds

@@ -1,4 +1,4 @@
-"""The port to the network: what a shell may do, and what may arrive. The implementation is in `zenoh_transport`.
+"""The port to the network: what a shell may do, and what may arrive; `zenoh_transport` has it.
 
 Rule 1: everything that arrives comes through one bounded inbox, in the order of arrival; what a full
         inbox drops (the oldest) is counted.
