@@ -1,0 +1,98 @@
+"""Who may say and hear what: the router's access rules, for one run of one fleet. Pure.
+
+Rule 1: whatever no rule allows is refused.
+Rule 2: a robot says only what carries its own name as the sender, hears only what carries it as the
+        receiver (and the muster, which is to all), asks for nothing but its own scan and the mission.
+Rule 3: robots see nobody's token; the world sees all, and shows none.
+Rule 4: rules have wildcards, so that they grow with the robots and not with their square.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+from protocol.keys import WORLD, Keys, robot_name
+
+ANY = "*"
+
+Json = dict[str, Any]
+
+
+def access_rules(keys: Keys, *, robots: int) -> Json:
+    """Zenoh's `access_control` settings for a fleet of this many robots."""
+    subjects = {WORLD: _world_rules(keys)}
+    for robot in range(1, robots + 1):
+        subjects[robot_name(robot)] = _robot_rules(keys, robot_name(robot))
+    return {
+        "enabled": True,
+        "default_permission": "deny",
+        "rules": [rule for rules in subjects.values() for rule in rules],
+        "subjects": [{"id": name, "usernames": [name]} for name in subjects],
+        "policies": [
+            {"rules": [rule["id"] for rule in rules], "subjects": [name]} for name, rules in subjects.items()
+        ],
+    }
+
+
+def _robot_rules(keys: Keys, robot: str) -> list[Json]:
+    return [
+        *_says(
+            robot,
+            [keys.link(robot, ANY), keys.drive(robot), keys.muster(robot), keys.log(robot)],
+        ),
+        *_hears(
+            robot,
+            [keys.link(ANY, robot), keys.odometry(robot), keys.muster(ANY), keys.logged(robot)],
+        ),
+        *_asks(robot, [keys.scan(robot), keys.mission()]),
+        _allow(robot, "lives", "ingress", ["liveliness_token"], [keys.alive(robot, ANY)]),
+    ]
+
+
+def _world_rules(keys: Keys) -> list[Json]:
+    tokens = [keys.alive(ANY, ANY)]
+    return [
+        *_says(WORLD, [keys.odometry(ANY), keys.logged(ANY)]),
+        *_hears(WORLD, [keys.drive(ANY), keys.log(ANY)]),
+        *_answers(WORLD, [keys.scan(ANY), keys.mission()]),
+        _allow(WORLD, "watches", "ingress", ["declare_liveliness_subscriber", "liveliness_query"], tokens),
+        _allow(WORLD, "sees", "egress", ["liveliness_token"], tokens),
+    ]
+
+
+def _says(name: str, keys: Sequence[str]) -> list[Json]:
+    return [
+        _allow(name, "says", "ingress", ["put"], keys),
+        _allow(name, "is-told-who-hears", "egress", ["declare_subscriber"], keys),
+    ]
+
+
+def _hears(name: str, keys: Sequence[str]) -> list[Json]:
+    return [
+        _allow(name, "listens", "ingress", ["declare_subscriber"], keys),
+        _allow(name, "hears", "egress", ["put"], keys),
+    ]
+
+
+def _asks(name: str, keys: Sequence[str]) -> list[Json]:
+    return [
+        _allow(name, "asks", "ingress", ["query"], keys),
+        _allow(name, "is-answered", "egress", ["declare_queryable", "reply"], keys),
+    ]
+
+
+def _answers(name: str, keys: Sequence[str]) -> list[Json]:
+    return [
+        _allow(name, "answers", "ingress", ["declare_queryable", "reply"], keys),
+        _allow(name, "is-asked", "egress", ["query"], keys),
+    ]
+
+
+def _allow(name: str, what: str, flow: str, messages: Sequence[str], keys: Sequence[str]) -> Json:
+    """One rule; the flow is the router's view: `ingress` is what comes from the process."""
+    return {
+        "id": f"{name}-{what}",
+        "permission": "allow",
+        "flows": [flow],
+        "messages": list(messages),
+        "key_exprs": list(keys),
+    }

@@ -1,0 +1,59 @@
+"""Messages as bytes: a msgpack map {v: schema version, n: number, m: message}, and back.
+
+Rule 1: whatever a peer sends, `decode` returns a message or raises `MessageRefusedError`; nothing else.
+Rule 2: what we send fits; a message that does not is our own fault.
+"""
+
+from typing import Any
+
+import msgpack
+import msgspec
+
+from protocol.errors import MessageRefusedError
+from protocol.frames import Count
+from protocol.messages import Message
+
+SCHEMA_VERSION = 1
+SIZE_MAX_BYTES = 65_536  # a scan in 7200 directions, the largest we allow, takes 64.9 kB
+REASON_LENGTH_MAX = 200  # a reason may quote the peer's text, which may be as long as its message
+
+
+class _Envelope(msgspec.Struct, frozen=True):
+    """What goes over the wire."""
+
+    v: int
+    n: Count
+    m: Message
+
+
+def packed(value: Any) -> bytes:  # noqa: ANN401 - msgspec's own signature; any of our types
+    """One of our types as msgpack."""
+    return bytes(msgpack.packb(msgspec.to_builtins(value)))
+
+
+def encode(message: Message, number: int) -> bytes:
+    """The bytes of a message and its number on its key."""
+    payload = packed(_Envelope(SCHEMA_VERSION, number, message))
+    assert len(payload) <= SIZE_MAX_BYTES, f"{type(message).__name__} takes {len(payload)} bytes"
+    return payload
+
+
+def decode(payload: bytes) -> tuple[int, Message]:
+    """The number and the message in a payload.
+
+    Raises:
+        MessageRefusedError: it is no message of this schema version, or a field is out of bounds.
+    """
+    if len(payload) > SIZE_MAX_BYTES:
+        raise MessageRefusedError(f"{len(payload)} bytes, more than {SIZE_MAX_BYTES}")
+    try:
+        # Its array and map lengths are held to the payload's, so a short lie cannot claim memory.
+        raw = msgpack.unpackb(payload)
+        if isinstance(raw, dict) and raw.get("v") != SCHEMA_VERSION:
+            raise MessageRefusedError(
+                f"schema version {raw.get('v')!r}, not {SCHEMA_VERSION}"[:REASON_LENGTH_MAX]
+            )
+        envelope = msgspec.convert(raw, _Envelope)
+    except (ValueError, RecursionError, msgspec.MsgspecError) as error:
+        raise MessageRefusedError(f"{error}"[:REASON_LENGTH_MAX] or type(error).__name__) from error
+    return envelope.n, envelope.m

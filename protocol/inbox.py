@@ -1,0 +1,38 @@
+"""A bounded queue from the network's thread to ours. Knows no loop: it is told how to wake it."""
+
+from collections import deque
+from collections.abc import Callable
+from threading import Lock
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+
+class Inbox(Generic[T]):
+    """Arrivals in their order; when it is full, the oldest is dropped and counted.
+
+    `wake` is called once per burst: when something arrives and nothing was waiting.
+    """
+
+    def __init__(self, wake: Callable[[], None], *, capacity: int) -> None:
+        self.dropped_count = 0
+        self._wake = wake
+        self._items: deque[T] = deque(maxlen=capacity)
+        self._lock = Lock()
+
+    def append(self, item: T) -> None:
+        """Add an arrival; any thread may call this."""
+        with self._lock:
+            was_empty = not self._items
+            if len(self._items) == self._items.maxlen:
+                self.dropped_count += 1  # newest wins: an old state is worse than none
+            self._items.append(item)
+        if was_empty:
+            self._wake()
+
+    def drain(self) -> list[T]:
+        """Take all that has arrived."""
+        with self._lock:
+            items = list(self._items)
+            self._items.clear()
+        return items

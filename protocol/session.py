@@ -1,0 +1,138 @@
+"""Who a process is on the network: its fleet, run and name, the router, its password.
+
+Rule 1: passwords are made anew for each run, and only their owner can read the folder.
+Rule 2: a session without a password is for a router that the user runs (`--connect`).
+"""
+
+import os
+import secrets
+from pathlib import Path
+from typing import Annotated, TypeVar
+
+import msgspec
+from msgspec import Meta, Struct
+
+from protocol.errors import UsageError
+from protocol.keys import WORLD, Keys, robot_name
+
+Chunk = Annotated[str, Meta(pattern=r"\A[A-Za-z0-9_.-]{1,64}\Z")]  # one chunk of a key, no wildcard
+Endpoint = Annotated[str, Meta(pattern=r"\A[a-z-]+/\S+\Z", max_length=300)]
+
+T = TypeVar("T")
+
+UNIX_SOCKET = "unixsock-stream/"
+UNIX_SOCKET_PATH_BYTES_MAX = 107  # sockaddr_un of Linux: 108 with the closing NUL
+ROUTER_FILE = "router.json"
+USERS_FILE = "users"
+
+
+class Session(Struct, frozen=True, kw_only=True):
+    """What one process needs to open its transport."""
+
+    fleet: Chunk
+    run: Chunk
+    name: Chunk
+    endpoint: Endpoint
+    user: str | None = None
+    password: str | None = None
+
+    @property
+    def keys(self) -> Keys:
+        """The keys of its run."""
+        return Keys(self.fleet, self.run)
+
+
+class RouterSession(Struct, frozen=True, kw_only=True):
+    """What the fleet's router needs: whom to admit, and where."""
+
+    fleet: Chunk
+    run: Chunk
+    robots: Annotated[int, Meta(ge=1, le=9999)]
+    endpoint: Endpoint
+
+    @property
+    def keys(self) -> Keys:
+        """The keys of its run."""
+        return Keys(self.fleet, self.run)
+
+
+def unix_socket_endpoint(folder: Path) -> str:
+    """Where the router of a run listens by default: a socket in the run's own folder, no port."""
+    return f"{UNIX_SOCKET}{folder.resolve() / 'router.sock'}"
+
+
+def write_sessions(
+    folder: Path, *, fleet: str, run: str, robots: int, endpoint: str, passwords: bool = True
+) -> None:
+    """Write `world.json`, `r1.json`, ... and, with passwords, what our own router needs.
+
+    Raises:
+        UsageError: a name, the endpoint or the folder will not do.
+    """
+    check_endpoint(endpoint)
+    names = [WORLD, *(robot_name(robot) for robot in range(1, robots + 1))]
+    secret_of = {name: secrets.token_urlsafe(24) for name in names} if passwords else {}
+    try:
+        router = msgspec.convert(
+            {"fleet": fleet, "run": run, "robots": robots, "endpoint": endpoint}, RouterSession
+        )
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        folder.chmod(0o700)
+        for name in names:
+            user = name if passwords else None
+            session = Session(
+                fleet=fleet, run=run, name=name, endpoint=endpoint, user=user, password=secret_of.get(name)
+            )
+            _write_private(folder / f"{name}.json", msgspec.json.encode(session))
+        if passwords:
+            _write_private(folder / ROUTER_FILE, msgspec.json.encode(router))
+            users = "".join(f"{name}:{secret}\n" for name, secret in secret_of.items())
+            _write_private(folder / USERS_FILE, users.encode())
+    except (OSError, msgspec.ValidationError) as error:
+        raise UsageError(f"cannot write sessions into {folder}: {error}") from error
+
+
+def read_session(path: Path) -> Session:
+    """The session in a file that `write_sessions` wrote.
+
+    Raises:
+        UsageError: there is none.
+    """
+    return _read(path, Session)
+
+
+def read_router_session(folder: Path) -> RouterSession:
+    """The router's part of a folder that `write_sessions` wrote.
+
+    Raises:
+        UsageError: there is none.
+    """
+    return _read(folder / ROUTER_FILE, RouterSession)
+
+
+def check_endpoint(endpoint: str) -> None:
+    """Refuse a Unix socket whose path the kernel would refuse, with a clearer word.
+
+    Raises:
+        UsageError: the path is too long.
+    """
+    path = endpoint.removeprefix(UNIX_SOCKET)
+    size_bytes = len(os.fsencode(path))
+    if path != endpoint and size_bytes > UNIX_SOCKET_PATH_BYTES_MAX:
+        raise UsageError(
+            f"a socket's path may have {UNIX_SOCKET_PATH_BYTES_MAX} bytes, not {size_bytes}: {path}"
+        )
+
+
+def _read(path: Path, kind: type[T]) -> T:
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=kind)
+    except (OSError, ValueError) as error:
+        raise UsageError(f"no session in {path}: {error}") from error
+
+
+def _write_private(path: Path, content: bytes) -> None:
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+    with os.fdopen(descriptor, "wb") as file:
+        os.fchmod(descriptor, 0o600)  # it may have been there before, open to others
+        file.write(content)

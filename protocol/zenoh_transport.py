@@ -1,0 +1,188 @@
+"""The port to the network, over Zenoh. A shell: it moves bytes and counts them.
+
+Rule 1: Zenoh's threads only append to the inbox (callbacks are direct, so their order is the link's);
+        everything is decoded in the event loop.
+Rule 2: a session is closed whatever happens: with a live subscriber the interpreter would never end.
+Rule 3: everything is sent with congestion control DROP, which never blocks the loop, and at one
+        priority, since another priority would overtake.
+Rule 4: only what came through the router is heard: a session would otherwise hear its own forgeries.
+"""
+
+import asyncio
+import contextlib
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import zenoh
+from zenoh.handlers import Callback
+
+from protocol.codec import decode, encode
+from protocol.errors import MessageRefusedError, UsageError
+from protocol.inbox import Inbox
+from protocol.messages import Message
+from protocol.session import Session
+from protocol.settings import ASK_TIMEOUT_MS, client_settings
+from protocol.traffic import Traffic
+from protocol.transport import Appeared, Arrival, Asked, Heard, Refused, Vanished
+
+INBOX_CAPACITY = 16_384  # a world of 1000 robots hears 10,000 messages a second: time for a long pause
+KEY_LENGTH_MAX = 200  # ours have less than 160 characters; the timeline takes no more
+
+
+@dataclass(frozen=True, slots=True)
+class _Answer:
+    """The answer to something that we asked."""
+
+    sample: zenoh.Sample
+
+
+@dataclass(frozen=True, slots=True)
+class _Token:
+    """A liveliness token that came or went."""
+
+    sample: zenoh.Sample
+
+
+_Raw = zenoh.Sample | zenoh.Query | _Answer | _Token
+
+
+class ZenohTransport:
+    """One process's session. Made by `open_transport`."""
+
+    def __init__(self, session: zenoh.Session) -> None:
+        self._session = session
+        self._traffic = Traffic()
+        self._arrived = asyncio.Event()
+        loop = asyncio.get_running_loop()
+        self.inbox = Inbox[_Raw](lambda: _wake(loop, self._arrived), capacity=INBOX_CAPACITY)
+
+    @property
+    def traffic(self) -> Traffic:
+        """Messages sent and received so far, by key."""
+        self._traffic.overflowed_count = self.inbox.dropped_count
+        return self._traffic
+
+    def put(self, key: str, message: Message) -> None:
+        """Send to whoever subscribes to the key; may be lost, never blocks."""
+        payload = encode(message, self._traffic.send(key))
+        with contextlib.suppress(zenoh.ZError):  # the session has been closed: lost, like any other
+            self._session.put(
+                key,
+                payload,
+                congestion_control=zenoh.CongestionControl.DROP,
+                express=True,
+                allowed_destination=zenoh.Locality.REMOTE,
+            )
+
+    def ask(self, key: str, message: Message) -> None:
+        """Query the key; the answer arrives as `Heard`, or never: ask again."""
+        with contextlib.suppress(zenoh.ZError):
+            self._session.get(
+                key,
+                Callback(self._take_reply, indirect=False),
+                payload=encode(message, 0),
+                timeout=ASK_TIMEOUT_MS / 1000,
+                # Anything else would keep the answer back until the world says there is no other.
+                consolidation=zenoh.ConsolidationMode.NONE,
+                congestion_control=zenoh.CongestionControl.DROP,
+                express=True,
+                allowed_destination=zenoh.Locality.REMOTE,
+            )
+
+    async def arrivals(self, timeout_s: float | None) -> Sequence[Arrival]:
+        """Wait for arrivals and take all of them; empty when the time is up."""
+        await asyncio.sleep(0)  # a flood must not keep the loop's other tasks from running
+        raw: list[_Raw] = []
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(timeout_s):
+                while not (raw := self.inbox.drain()):
+                    self._arrived.clear()  # it is set in this thread, so nothing can be missed here
+                    await self._arrived.wait()
+        return [self._arrival(each) for each in raw]
+
+    def timestamp(self) -> str:
+        """A new hybrid-logical-clock time stamp of this process."""
+        return str(self._session.new_timestamp())
+
+    def take_token(self, sample: zenoh.Sample) -> None:
+        """Zenoh's thread: a liveliness token has come or gone."""
+        self.inbox.append(_Token(sample))
+
+    def _take_reply(self, reply: zenoh.Reply) -> None:
+        if reply.ok is not None:  # an error says that the time is up: the answer never comes
+            self.inbox.append(_Answer(reply.ok))
+
+    def _arrival(self, raw: _Raw) -> Arrival:
+        sample = raw.sample if isinstance(raw, _Answer | _Token) else raw
+        key = str(sample.key_expr)
+        try:
+            _check_key(key)
+            match raw:
+                case _Token():
+                    come = raw.sample.kind == zenoh.SampleKind.PUT
+                    return Appeared(key) if come else Vanished(key)
+                case zenoh.Query():
+                    _, message = decode(raw.payload.to_bytes() if raw.payload else b"")
+                    return Asked(key, message, lambda answer: _reply(raw, key, answer))
+                case _Answer():
+                    _, message = decode(raw.sample.payload.to_bytes())
+                    return Heard(key, 0, message)
+                case _:
+                    number, message = decode(raw.payload.to_bytes())
+                    self._traffic.receive(key, number)
+                    return Heard(key, number, message)
+        except MessageRefusedError as error:
+            self._traffic.refused_count += 1
+            return Refused(key[:KEY_LENGTH_MAX], str(error))
+
+
+@contextlib.contextmanager
+def open_transport(
+    session: Session, *, hear: Sequence[str], answer: Sequence[str], alive: str | None, watch: str | None
+) -> Iterator[ZenohTransport]:
+    """A transport that hears, answers and watches these key expressions and shows this token.
+
+    The token is declared last, so that whoever sees it can be sure that the rest is in place. Has to be
+    entered in the event loop that will take the arrivals.
+
+    Raises:
+        UsageError: no router admits us.
+    """
+    with _connected(session) as connection:
+        transport = ZenohTransport(connection)
+        callback = Callback(transport.inbox.append, indirect=False)
+        for key in hear:
+            connection.declare_subscriber(key, callback, allowed_origin=zenoh.Locality.REMOTE)
+        for key in answer:
+            connection.declare_queryable(key, callback, allowed_origin=zenoh.Locality.REMOTE)
+        liveliness = connection.liveliness()
+        if watch is not None:
+            liveliness.declare_subscriber(watch, Callback(transport.take_token, indirect=False), history=True)
+        token = None if alive is None else liveliness.declare_token(alive)
+        yield transport
+        del token  # it lives for as long as somebody refers to it
+
+
+def _connected(session: Session) -> zenoh.Session:
+    config = zenoh.Config.from_json5(json.dumps(client_settings(session)))
+    try:
+        return zenoh.open(config)
+    except zenoh.ZError as error:
+        raise UsageError(f"no router at {session.endpoint} admits {session.name}") from error
+
+
+def _wake(loop: asyncio.AbstractEventLoop, arrived: asyncio.Event) -> None:
+    loop.call_soon_threadsafe(arrived.set)
+
+
+def _check_key(key: str) -> None:
+    if len(key) > KEY_LENGTH_MAX:
+        raise MessageRefusedError(f"its key has {len(key)} characters, more than {KEY_LENGTH_MAX}")
+    if "*" in key:
+        raise MessageRefusedError("its key is a pattern, so it names no sender")
+
+
+def _reply(query: zenoh.Query, key: str, message: Message) -> None:
+    with query, contextlib.suppress(zenoh.ZError):  # the asker may have given up, or the router gone
+        query.reply(key, encode(message, 0), express=True)
