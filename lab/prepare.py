@@ -1,0 +1,212 @@
+"""Checks everything that a run is asked for, before anything starts; `launch/fleet.sh` does the rest.
+
+`python -m lab.prepare PRIVATE OPTION...` writes the run's sessions into the folder PRIVATE, makes the run's
+folder last, and prints assignments for bash to evaluate.
+
+Rule 1: what cannot work is one line on stderr and exit code 2, and leaves nothing behind.
+Rule 2: every value goes to bash through `shlex.quote`.
+"""
+
+import argparse
+import re
+import secrets
+import shlex
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import NoReturn
+
+from protocol.errors import UsageError
+from protocol.mission import Law
+from protocol.session import unix_socket_endpoint, write_sessions
+from world.scenario import load
+
+FLEET = "clew"  # the run, which stands in every key beside it, is what tells two fleets apart
+RUNS = Path("runs")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Request:
+    """What the command line asks for, each value checked by itself."""
+
+    scenario: str
+    robots: int | None
+    seed: int
+    law: str | None
+    speed: str
+    out: Path | None
+    as_json: bool
+    connect: str | None
+    listen: str | None
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(message)
+
+
+def parse(arguments: Sequence[str]) -> Request:
+    """The request in a command line.
+
+    Raises:
+        UsageError: it is none.
+    """
+    parser = _Parser(
+        prog="fleet.sh",
+        description="Run a fleet as real processes: a router, a world and one process per robot. "
+        "Progress goes to stderr; the last line on stdout is the verdict and the run's folder.",
+        epilog="Exit code: 0 all promises kept, 1 the run failed or a promise broke, 2 cannot run as asked, "
+        "130 Ctrl-C, 143 SIGTERM, 128+n the world died of signal n.",
+        allow_abbrev=False,
+    )
+    parser.add_argument(
+        "scenario",
+        nargs="?",
+        default="paper",
+        metavar="SCENARIO",
+        help="a name in launch/scenarios/, a TOML file or a scene (JSON); default: %(default)s",
+    )
+    parser.add_argument(
+        "-n", dest="robots", type=_count, metavar="N", help="robots, instead of the scenario's"
+    )
+    parser.add_argument(
+        "--seed", type=_seed, default=1, help="decides every random draw; default: %(default)s"
+    )
+    parser.add_argument("--law", choices=[law.value for law in Law], help="instead of the scenario's")
+    parser.add_argument(
+        "--speed", type=_speed, default="1", help="times real time, or max; default: %(default)s"
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="the run's folder; default: a new one in runs/"
+    )
+    parser.add_argument(
+        "--json", action="store_true", dest="as_json", help="print verdict.json and nothing else"
+    )
+    router = parser.add_mutually_exclusive_group()
+    router.add_argument("-e", "--connect", metavar="ENDPOINT", help="use the Zenoh router there, start none")
+    router.add_argument(
+        "-l", "--listen", metavar="ENDPOINT", help="where our router listens; default: a private socket"
+    )
+    return Request(**vars(parser.parse_args(arguments)))
+
+
+def run_name(now: datetime, token: str) -> str:
+    """The run's name in keys and in the timeline: unique, and sorts by time."""
+    return f"{now:%Y%m%dT%H%M%SZ}-{token}"
+
+
+def folder_name(now: datetime, scenario: str, token: str) -> str:
+    """The name of the run's folder in `runs/`."""
+    stem = re.sub(r"[^A-Za-z0-9_]+", "-", Path(scenario).stem).strip("-") or "scenario"
+    return f"{now:%Y%m%dT%H%M%SZ}-{stem}-{token}"
+
+
+def world_options(request: Request) -> list[str]:
+    """What of the request the world is told on its own command line."""
+    options = [request.scenario, "--seed", str(request.seed), "--speed", request.speed]
+    if request.robots is not None:
+        options += ["-n", str(request.robots)]
+    if request.law is not None:
+        options += ["--law", request.law]
+    return options
+
+
+def assignment(name: str, value: str | Sequence[str]) -> str:
+    """A line of bash that gives a variable, or an array, exactly this value."""
+    if isinstance(value, str):
+        return f"{name}={shlex.quote(value)}"
+    return f"{name}=({' '.join(map(shlex.quote, value))})"
+
+
+def make_folder(folder: Path) -> list[Path]:
+    """Make the run's folder, or take an empty one as it is; returns the folders that are new, deepest first.
+
+    Raises:
+        UsageError: it cannot be made or written to, or holds something already.
+    """
+    missing = [path for path in (folder, *folder.parents) if not path.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if any(folder.iterdir()):
+            raise UsageError(f"--out {folder}: it is not empty, and a run never writes into another's folder")
+        with tempfile.TemporaryFile(dir=folder):
+            return missing
+    except OSError as error:
+        for path in missing:
+            if path.exists():
+                path.rmdir()
+        raise UsageError(f"cannot write a run into {folder}: {error.strerror or error}") from error
+
+
+def prepare(request: Request, private: Path) -> list[str]:
+    """Write the sessions and make the run's folder; returns the assignments for bash.
+
+    Raises:
+        UsageError: the run cannot go as it is asked for.
+    """
+    scenario = load(request.scenario, robots=request.robots, law=request.law and Law(request.law))
+    now, token = datetime.now(UTC), secrets.token_hex(2)
+    robots = scenario.mission().robots
+    write_sessions(
+        private,
+        fleet=FLEET,
+        run=run_name(now, token),
+        robots=robots,
+        endpoint=request.connect or request.listen or unix_socket_endpoint(private),
+        passwords=request.connect is None,
+    )
+    folder = request.out or RUNS / folder_name(now, request.scenario, token)
+    made = make_folder(folder.absolute())
+    return [
+        assignment("robots", str(robots)),
+        assignment("own_router", str(int(request.connect is None))),
+        assignment("as_json", str(int(request.as_json))),
+        assignment("run_folder", str(folder)),
+        assignment("made_folders", [str(path) for path in made]),
+        assignment("latest", "" if request.out else str(RUNS / "latest")),
+        assignment("world_options", world_options(request)),
+    ]
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Prepare a run; returns the exit code."""
+    if arguments[0] in {"-h", "--help"}:
+        parse(arguments)
+    try:
+        assignments = prepare(parse(arguments[1:]), Path(arguments[0]))
+    except UsageError as error:
+        sys.stderr.write(f"fleet.sh: {error}\n")
+        return 2
+    sys.stdout.write("\n".join(assignments) + "\n")
+    return 0
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or not 1 <= int(text) <= 9999:
+        raise argparse.ArgumentTypeError(f"must be a whole number from 1 to 9999, got {text}")
+    return int(text)
+
+
+def _seed(text: str) -> int:
+    if not text.isdecimal() or int(text) >= 2**53:
+        raise argparse.ArgumentTypeError(f"must be a whole number from 0 to 2**53 - 1, got {text}")
+    return int(text)
+
+
+def _speed(text: str) -> str:
+    if text == "max":
+        return text
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = 0.0
+    if not 0.0 < factor <= 1e3:  # a tick of 0.02 s is then 20 us of wall time, which no world keeps
+        raise argparse.ArgumentTypeError(f"must be max or a number in (0, 1000], got {text}")
+    return text
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
