@@ -1,0 +1,196 @@
+"""N unicycle bodies: what drive orders make of them, tick by tick.
+
+Rule 1: within one tick a body turns on the spot, or drives straight, or stands. So a tick's motion is a
+        segment, and how far a body turned or drove is exact.
+Rule 2: a body drives at the ordered speed, v_min < v < v_max, equation (1); only the tick that ends a run
+        is shorter.
+Rule 3: an order is taken once, by its number; older or same numbers change nothing, an older epoch is void.
+Rule 4: a body drives its course straight to the end and stands; drive error makes the course miss the
+        target by at most `heading_error_rad` times the length, and the order is finished all the same.
+Rule 5: no order heard for `deadman_s` and the body stands; the same order goes on when its robot speaks.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from protocol.errors import MessageRefusedError
+from protocol.frames import Point, Pose, wrap
+from protocol.messages import Drive
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+DEADMAN_S = 1.0  # docs/run.md: ten odometry periods
+_CLOCK_S = 1e-9  # what adding up ticks may be off by
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DriveLimits:
+    """What a body's drive can do."""
+
+    speed_mps_min: float
+    speed_mps_max: float
+    turn_rate_radps: float
+    heading_error_rad: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Moves:
+    """What one tick did to all bodies; bodies are named by their index."""
+
+    starts_m: Floats
+    """(N, 2) [world frame]; between start and end each body moved straight and evenly."""
+    ends_m: Floats
+    veered: Flags
+    """Which bodies move otherwise in this tick than in the one before."""
+    finished: Sequence[int]
+    stopped: Sequence[int]
+    """Those that the dead-man stop has caught under way."""
+
+
+class Bodies:
+    """The poses of all bodies and the orders that they have in hand."""
+
+    def __init__(
+        self, starts: Sequence[Pose], limits: DriveLimits, errors: Sequence[np.random.Generator]
+    ) -> None:
+        count = len(starts)
+        self.place_m: Floats = np.array([(pose.x_m, pose.y_m) for pose in starts]).reshape(count, 2)
+        self.heading_rad: Floats = np.array([pose.heading_rad for pose in starts])
+        self.orders: list[Drive | None] = [None] * count
+        self.finished_number = [0] * count
+        self._limits = limits
+        self._errors = errors  # one stream a body: the order in which orders arrive must not matter
+        self._under_way: Flags = np.zeros(count, dtype=bool)
+        self._held: Flags = np.zeros(count, dtype=bool)
+        self._heard_s: Floats = np.zeros(count)
+        self._course_rad = self.heading_rad.copy()
+        self._origin_m = self.place_m.copy()
+        self._landing_m = self.place_m.copy()
+        self._length_m, self._driven_m, self._speed_mps = np.zeros(count), np.zeros(count), np.zeros(count)
+        self._run = np.zeros(count, dtype=np.int64)
+        self._last_run = self._run.copy()
+        self._last_step_m = np.zeros(count)
+
+    @property
+    def moving(self) -> Flags:
+        """Which bodies turn or drive."""
+        return self._under_way & ~self._held
+
+    def pose(self, body: int) -> Pose:
+        """Where a body stands [world frame]."""
+        x_m, y_m = self.place_m[body].tolist()
+        return Pose(x_m=x_m, y_m=y_m, heading_rad=float(self.heading_rad[body]))
+
+    def heard_s(self, body: int) -> float:
+        """When the body last heard its robot."""
+        return float(self._heard_s[body])
+
+    def stand(self) -> None:
+        """All bodies drop their orders and stand: the run is over."""
+        self._under_way[:] = False
+
+    def hear(self, body: int, drive: Drive, *, now_s: float) -> bool:
+        """Take an order; whether it is new.
+
+        Raises:
+            MessageRefusedError: the order is void, or the drive cannot do it.
+        """
+        last = self.orders[body]
+        if not now_s - DEADMAN_S - _CLOCK_S <= drive.basis_s <= now_s + _CLOCK_S:
+            raise MessageRefusedError(
+                f"order {drive.number} is void: its basis is {now_s - drive.basis_s:.3f} s old"
+            )
+        if last is not None and drive.epoch < last.epoch:
+            raise MessageRefusedError(
+                f"order {drive.number} is void: epoch {drive.epoch} is over, now {last.epoch}"
+            )
+        low_mps, high_mps = self._limits.speed_mps_min, self._limits.speed_mps_max
+        if drive.target is not None and not low_mps < drive.speed_mps < high_mps:
+            raise MessageRefusedError(
+                f"order {drive.number}: speed must be in ({low_mps}, {high_mps}) m/s, got {drive.speed_mps}"
+            )
+        self._heard_s[body] = now_s
+        self._held[body] = False
+        if drive.number <= (last.number if last is not None else 0):
+            return False
+        self.orders[body] = drive
+        self._begin(body, drive, last)
+        return True
+
+    def _begin(self, body: int, drive: Drive, last: Drive | None) -> None:
+        if drive.target is None:
+            self._under_way[body] = False
+            self.finished_number[body] = drive.number  # to stand still is done at once
+            return
+        self._speed_mps[body] = drive.speed_mps
+        if not (self._under_way[body] and last is not None and last.target == drive.target):
+            self._lay_course(body, drive.target)
+
+    def _lay_course(self, body: int, target: Point) -> None:
+        x_m, y_m = self.place_m[body].tolist()
+        length_m = math.hypot(target.x_m - x_m, target.y_m - y_m)
+        bearing_rad = math.atan2(target.y_m - y_m, target.x_m - x_m)
+        error_rad = self._limits.heading_error_rad
+        heading_rad = float(self.heading_rad[body])
+        miss_rad = abs(wrap(bearing_rad - heading_rad))
+        # A nanometre beside the target is rounding: a robot sent straight on must not stop for it.
+        if length_m <= 1e-9 or (miss_rad < math.pi / 2 and length_m * (miss_rad - error_rad) <= 1e-9):
+            course_rad = heading_rad
+        else:
+            course_rad = wrap(bearing_rad + float(self._errors[body].uniform(-error_rad, error_rad)))
+        self._under_way[body] = True
+        self._course_rad[body] = course_rad
+        self._origin_m[body] = (x_m, y_m)
+        self._landing_m[body] = (target.x_m, target.y_m)
+        if error_rad > 0.0:
+            self._landing_m[body] = (
+                x_m + length_m * math.cos(course_rad),
+                y_m + length_m * math.sin(course_rad),
+            )
+        self._length_m[body], self._driven_m[body] = length_m, 0.0
+        self._run[body] += 1
+
+    def tick(self, *, now_s: float, tick_s: float) -> Moves:
+        """Move all bodies from `now_s` on for one tick."""
+        silent = ~self._held & (now_s - self._heard_s > DEADMAN_S + _CLOCK_S)
+        stopped = np.flatnonzero(silent & self._under_way)
+        self._held |= silent
+        moving = self.moving
+        off_rad = np.pi - np.mod(np.pi - (self._course_rad - self.heading_rad), 2 * np.pi)
+        turning = moving & (off_rad != 0.0)
+        reach_rad = self._limits.turn_rate_radps * tick_s
+        turned_rad = self.heading_rad + np.clip(off_rad, -reach_rad, reach_rad)
+        turned_rad = np.where(
+            np.abs(off_rad) <= reach_rad, self._course_rad, np.pi - np.mod(np.pi - turned_rad, 2 * np.pi)
+        )
+        self.heading_rad = np.where(turning, turned_rad, self.heading_rad)
+        return self._drive(moving & ~turning, tick_s, stopped.tolist())
+
+    def _drive(self, driving: Flags, tick_s: float, stopped: Sequence[int]) -> Moves:
+        starts_m = self.place_m
+        left_m = self._length_m - self._driven_m
+        step_m = np.where(driving, np.minimum(self._speed_mps * tick_s, left_m), 0.0)
+        lands = driving & (left_m - step_m <= 1e-12)  # the rest is rounding, not way
+        self._driven_m = self._driven_m + step_m
+        share = np.divide(
+            self._driven_m, self._length_m, out=np.ones_like(left_m), where=self._length_m > 0.0
+        )
+        on_way_m = self._origin_m + (self._landing_m - self._origin_m) * share[:, None]
+        ends_m = np.where(driving[:, None], np.where(lands[:, None], self._landing_m, on_way_m), starts_m)
+        veered = (step_m != self._last_step_m) | ((step_m > 0.0) & (self._run != self._last_run))
+        self._last_step_m, self._last_run = step_m, self._run.copy()
+        self.place_m = ends_m
+        self._under_way &= ~lands
+        finished = np.flatnonzero(lands).tolist()
+        for body in finished:
+            order = self.orders[body]
+            assert order is not None, f"body {body} finished without an order"
+            self.finished_number[body] = order.number
+        return Moves(
+            starts_m=starts_m, ends_m=ends_m, veered=veered, finished=finished, stopped=tuple(stopped)
+        )
