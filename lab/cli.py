@@ -1,0 +1,152 @@
+"""The command line for people: `launch/clew`, and `clew` inside the environment.
+
+Data goes to stdout, the rest to stderr. Exit codes: 0 good, 1 a promise broke or the log is not complete,
+2 it cannot be done as asked.
+"""
+
+import json
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import click
+import msgspec
+from rich.console import Console
+from rich.table import Table
+
+from lab import timeline
+from lab.check import check
+from lab.timeline import Choice, Timeline
+from protocol.errors import UsageError
+from world.scenario import schema as scenario_schema
+
+
+class _Refusal(click.ClickException):
+    exit_code = 2
+
+
+class _Verbs(click.Group):
+    def invoke(self, ctx: click.Context) -> object:
+        try:
+            return super().invoke(ctx)
+        except UsageError as error:
+            raise _Refusal(str(error)) from error
+
+
+AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON, for programs.")
+RUN = click.argument("run", type=click.Path(path_type=Path))
+
+
+@click.group(cls=_Verbs)
+def main() -> None:
+    """Clew: read and judge the runs of a fleet. Start one with launch/fleet.sh."""
+
+
+@main.command()
+def schema() -> None:
+    """Print the JSON Schema of a scenario file, for editors."""
+    click.echo(json.dumps(scenario_schema(), indent=2))
+
+
+@main.group()
+def log() -> None:
+    """Read a timeline. RUN is a run's folder, or its events.jsonl; runs/latest is the newest."""
+
+
+@log.command()
+@RUN
+@AS_JSON
+def info(run: Path, *, as_json: bool) -> None:
+    """Summarise a timeline: what was run, how long, how many entries of which kind."""
+    summary = summarise(timeline.read(run))
+    if as_json:
+        click.echo(json.dumps(summary))
+    else:
+        _print_summary(summary)
+
+
+@log.command()
+@RUN
+@click.option("--source", help="Only entries written by this source: world, r1, ...")
+@click.option("--kind", help="Only this kind; wildcards work: 'step.*'.")
+@click.option("--robot", type=int, help="Only entries by this robot or about it.")
+@click.option("--step", type=int, help="Only this switching step of the leader.")
+@click.option("--from", "from_s", type=float, help="Only from this time on [simulated s].")
+@click.option("--to", "to_s", type=float, help="Only up to this time [simulated s].")
+@AS_JSON
+def cat(run: Path, *, as_json: bool, **choice: str | float | None) -> None:
+    """Print the entries of a timeline, all or those chosen, one a line."""
+    read = timeline.read(run)
+    chosen = msgspec.convert(choice, Choice)
+    for source, entry in read.lines:
+        if chosen.takes(source, entry):
+            fields = timeline.flat(source, entry)
+            click.echo(json.dumps(fields) if as_json else one_line(fields))
+    _warn(read)
+
+
+@log.command("check")
+@RUN
+@AS_JSON
+@click.pass_context
+def check_log(ctx: click.Context, run: Path, *, as_json: bool) -> None:
+    """Judge S1 clearance, S2 separation and S3 authority again, from the log alone."""
+    finding = check(timeline.read(run))
+    if as_json:
+        click.echo(msgspec.json.encode(finding).decode())
+    else:
+        for complaint in finding.complaints:
+            click.echo(complaint)
+        click.echo(finding.sentence)
+    ctx.exit(0 if finding.ok else 1)
+
+
+def summarise(read: Timeline) -> dict[str, Any]:
+    """What a timeline holds, in numbers."""
+    header = read.header
+    kinds = Counter(timeline.kind_of(entry.record) for _, entry in read.lines)
+    sources = Counter(source for source, _ in read.lines)
+    return {
+        "run": header.run,
+        "scenario": header.scenario.get("name"),
+        "seed": header.seed,
+        "scenario_hash": header.scenario_hash,
+        "versions": header.versions,
+        "sim_s": max((entry.t_s for _, entry in read.lines), default=0.0),
+        "entries": len(read.lines),
+        "sources": dict(sorted(sources.items())),
+        "kinds": dict(sorted(kinds.items())),
+        "flaws": list(read.flaws),
+    }
+
+
+def one_line(fields: dict[str, Any]) -> str:
+    """An entry for people: time, source, kind, then its fields."""
+    own = {name: value for name, value in fields.items() if name not in {"t_s", "hlc", "source", "n", "kind"}}
+    said = " ".join(f"{name}={json.dumps(value, separators=(',', ':'))}" for name, value in own.items())
+    return f"{fields['t_s']:9.3f} {fields['source']:>6} {fields['kind']:<18} {said}".rstrip()
+
+
+def _print_summary(summary: dict[str, Any]) -> None:
+    console = Console()
+    facts = Table(show_header=False, box=None)
+    for name in ("run", "scenario", "seed", "sim_s", "entries"):
+        facts.add_row(name, str(summary[name]))
+    facts.add_row("versions", ", ".join(f"{name} {value}" for name, value in summary["versions"].items()))
+    facts.add_row("sources", ", ".join(f"{name} {count}" for name, count in summary["sources"].items()))
+    kinds = Table("kind", "entries")
+    for kind, count in summary["kinds"].items():
+        kinds.add_row(kind, str(count))
+    console.print(facts)
+    console.print(kinds)
+    for flaw in summary["flaws"]:
+        console.print(f"not complete: {flaw}", style="bold", markup=False)
+
+
+def _warn(read: Timeline) -> None:
+    for flaw in read.flaws:
+        click.echo(f"not complete: {flaw}", err=True)
+
+
+if __name__ == "__main__":
+    main(prog_name="clew")

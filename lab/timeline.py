@@ -1,0 +1,157 @@
+"""Reads the timeline of a run: `events.jsonl`, a header and then one entry a line.
+
+Rule 1: whatever can be read is read; what cannot is a flaw, with its line, and never an exception.
+Rule 2: a log is complete when no source's numbers have a hole and the world has ended the run itself.
+"""
+
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from msgspec import Struct
+
+from protocol.errors import UsageError
+from protocol.frames import Count, Seconds
+from protocol.keys import robot_name
+from protocol.timeline import Entry, Record, RunEnded, Text
+
+SCHEMA = "clew-timeline/1"
+EVENTS_FILE = "events.jsonl"
+
+
+class Header(Struct, frozen=True, kw_only=True, tag_field="kind", tag="run.started"):
+    """The first line: everything that is needed to judge the log by itself."""
+
+    schema: str
+    run: Text
+    seed: Count
+    scenario: dict[str, Any]
+    scenario_hash: Text
+    versions: dict[str, Text]
+
+
+class Stamp(Struct, frozen=True, kw_only=True):
+    """What every line has beside its record."""
+
+    t_s: Seconds
+    hlc: str
+    source: str
+    n: Count
+
+
+Line = tuple[str, Entry]
+"""A source and its entry."""
+
+
+@dataclass(frozen=True, slots=True)
+class Timeline:
+    """A log as read: entries in the recorder's order, and what is wrong with the file."""
+
+    header: Header
+    lines: tuple[Line, ...]
+    flaws: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Choice:
+    """Which lines to show; None chooses all."""
+
+    source: str | None = None
+    kind: str | None = None
+    """May hold wildcards, as `step.*`."""
+    robot: int | None = None
+    """Entries from this robot, or that name it."""
+    step: int | None = None
+    from_s: float | None = None
+    to_s: float | None = None
+
+    def takes(self, source: str, entry: Entry) -> bool:
+        """Whether a line is among the chosen."""
+        return (
+            (self.source is None or source == self.source)
+            and (self.kind is None or fnmatchcase(kind_of(entry.record), self.kind))
+            and (self.robot is None or source == robot_name(self.robot) or names(entry.record, self.robot))
+            and (self.step is None or getattr(entry.record, "step", None) == self.step)
+            and (self.from_s is None or entry.t_s >= self.from_s)
+            and (self.to_s is None or entry.t_s <= self.to_s)
+        )
+
+
+def read(run: Path) -> Timeline:
+    """The timeline of a run, given its folder or its `events.jsonl`.
+
+    Raises:
+        UsageError: there is no such run, or its first line is no header of ours.
+    """
+    path = run / EVENTS_FILE if run.is_dir() else run
+    try:
+        first, *rest = path.read_bytes().split(b"\n")
+    except OSError as error:
+        raise UsageError(f"no run in {run}: {path.name}: {error.strerror}") from error
+    try:
+        header = msgspec.json.decode(first, type=Header)
+    except (msgspec.MsgspecError, ValueError) as error:
+        raise UsageError(f"{path}: the first line is no header of a run: {error}") from error
+    if header.schema != SCHEMA:
+        raise UsageError(f"{path}: its schema is {header.schema!r}, this program reads {SCHEMA!r}")
+    lines, flaws = parse(rest)
+    return Timeline(header, tuple(lines), (*flaws, *incompleteness(lines)))
+
+
+def parse(rest: list[bytes]) -> tuple[list[Line], list[str]]:
+    """The lines behind the header, and the flaws among them; what follows the last newline counts as torn."""
+    stamps, records = msgspec.json.Decoder(Stamp), msgspec.json.Decoder[Record](Record)
+    lines: list[Line] = []
+    flaws: list[str] = []
+    for number, text in enumerate(rest, start=2):
+        if number == len(rest) + 1:
+            if text:
+                flaws.append(f"line {number} is torn: dropped")
+            break
+        try:
+            stamp = stamps.decode(text)
+            entry = Entry(n=stamp.n, t_s=stamp.t_s, hlc=stamp.hlc, record=records.decode(text))
+        except (msgspec.MsgspecError, ValueError) as error:
+            flaws.append(f"line {number} cannot be read: {error}")
+        else:
+            lines.append((stamp.source, entry))
+    return lines, flaws
+
+
+def incompleteness(lines: Iterable[Line]) -> Iterator[str]:
+    """What the numbers say is missing or too much, source by source."""
+    numbers: defaultdict[str, Counter[int]] = defaultdict(Counter)
+    ended = False
+    for source, entry in lines:
+        numbers[source][entry.n] += 1
+        ended = ended or isinstance(entry.record, RunEnded)
+    for source, seen in sorted(numbers.items()):
+        if holes := [n for n in range(1, max(seen) + 1) if n not in seen]:
+            yield f"{source}: {len(holes)} of {max(seen)} entries are missing, the first is number {holes[0]}"
+        if twice := [n for n, times in seen.items() if times > 1]:
+            yield f"{source}: entry number {twice[0]} stands in the log more than once"
+    if not ended:
+        yield "no run.ended: the world did not live to end the run"
+
+
+def kind_of(record: Record) -> str:
+    """The kind by which the log calls a record."""
+    kind = type(record).__struct_config__.tag
+    assert isinstance(kind, str), record
+    return kind
+
+
+def names(record: Record, robot: int) -> bool:
+    """Whether a record says something of a robot other than the one that wrote it."""
+    return any(getattr(record, field, None) == robot for field in ("robot", "other", "to", "neighbour"))
+
+
+def flat(source: str, entry: Entry) -> dict[str, Any]:
+    """A line as the log has it."""
+    fields: dict[str, Any] = msgspec.to_builtins(entry.record)
+    kind = fields.pop("kind")
+    return {"t_s": entry.t_s, "hlc": entry.hlc, "source": source, "n": entry.n, "kind": kind, **fields}
