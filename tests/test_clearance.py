@@ -1,0 +1,79 @@
+import math
+from itertools import combinations
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.shape_strategies import ORACLE_ERROR_M, as_shapely, coordinates_m, grounds, points
+from world.clearance import clearance, distances, separations
+from world.ellipses import point_distances
+from world.shapes import Polygon, Shape, ground_of
+
+Place = tuple[float, float]
+moves = st.lists(st.tuples(points, points), min_size=1, max_size=6)
+
+
+@given(grounds, moves)
+def test_clearance_of_a_move_is_shapelys_distance(
+    shapes: list[Shape], driven: list[tuple[Place, Place]]
+) -> None:
+    starts, ends = (np.array(side) for side in zip(*driven, strict=True))
+    expected = [
+        min((shapely.LineString(move).distance(as_shapely(shape)) for shape in shapes), default=math.inf)
+        for move in driven
+    ]
+    assert clearance(ground_of(shapes), starts, ends) == pytest.approx(expected, abs=ORACLE_ERROR_M)
+
+
+@given(grounds, points)
+def test_distances_of_a_point_come_in_the_scenarios_order(shapes: list[Shape], point: Place) -> None:
+    expected = [shapely.Point(point).distance(as_shapely(shape)) for shape in shapes]
+    assert distances(ground_of(shapes), np.array(point)) == pytest.approx(expected, abs=ORACLE_ERROR_M)
+
+
+@given(grounds, points)
+def test_a_body_at_rest_has_the_clearance_of_its_place(shapes: list[Shape], point: Place) -> None:
+    ground, place = ground_of(shapes), np.array([point])
+    expected = distances(ground, place[0]).min(initial=math.inf)
+    assert clearance(ground, place, place)[0] == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_move_through_a_polygon_has_no_clearance() -> None:
+    square = Polygon(vertices_m=((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)))
+    starts, ends = np.array([[-1.0, 0.5], [0.4, 0.5]]), np.array([[2.0, 0.5], [0.6, 0.5]])
+    assert clearance(ground_of([square]), starts, ends).tolist() == [0.0, 0.0]
+
+
+@given(
+    st.floats(1e-3, 1.0).flatmap(lambda b: st.tuples(st.just(b), st.floats(-math.pi, math.pi))),
+    st.floats(1e-9, 10.0),
+)
+def test_point_to_ellipse_is_exact_for_thin_ellipses(narrow: tuple[float, float], apart_m: float) -> None:
+    a, (b, parameter_rad) = 1.0, narrow
+    cosine, sine = math.cos(parameter_rad), math.sin(parameter_rad)
+    outward = np.array([b * cosine, a * sine]) / math.hypot(b * cosine, a * sine)
+    point = np.array([a * cosine, b * sine]) + apart_m * outward
+    row = np.array([[0.0, 0.0, a, b, 0.0]])
+    assert point_distances(row, point[None])[0] == pytest.approx(apart_m, abs=1e-12)
+
+
+@given(st.lists(st.tuples(points, points), min_size=2, max_size=5))
+def test_separation_is_the_least_distance_at_any_common_instant(driven: list[tuple[Place, Place]]) -> None:
+    starts, ends = (np.array(side) for side in zip(*driven, strict=True))
+    measured = separations(starts, ends)
+    shares = np.linspace(0.0, 1.0, 2001)[:, None]
+    for i, j in combinations(range(len(driven)), 2):
+        apart = (starts[i] - starts[j]) * (1.0 - shares) + (ends[i] - ends[j]) * shares
+        sampled_m = np.hypot(*apart.T).min()
+        step_m = np.hypot(*(ends[i] - ends[j] - starts[i] + starts[j])) / 2000
+        assert sampled_m - step_m - 1e-12 <= measured[i, j] <= sampled_m + 1e-12
+        assert measured[i, j] == measured[j, i]
+
+
+@given(coordinates_m)
+def test_nobody_is_separated_from_himself(x_m: float) -> None:
+    place = np.array([[x_m, 0.0]])
+    assert separations(place, place).tolist() == [[math.inf]]

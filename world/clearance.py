@@ -1,0 +1,120 @@
+"""Least distances all along straight moves: to the obstacles, and between bodies [m; world frame].
+
+Rule 1: distances are from the centre of a body; the hull's radius is the caller's to take off.
+Rule 2: an obstacle is solid: inside it the distance is 0.
+"""
+
+import math
+
+import numpy as np
+
+from world import ellipses
+from world.rings import BoolArray, FloatArray, IntArray, winding
+from world.shapes import Ground
+
+
+def clearance(ground: Ground, starts: FloatArray, ends: FloatArray) -> FloatArray:
+    """The least distance of each straight move, `(n, 2)` to `(n, 2)`, to any obstacle; inf without any."""
+    moves_m = np.hypot(*(ends - starts).T)
+    least_m = _to_circles(ground.circles, starts, ends)
+    least_m = np.minimum(least_m, _to_ellipses(ground.ellipses, starts, ends, moves_m))
+    return np.minimum(least_m, _to_edges(ground.edges, starts, ends, moves_m))
+
+
+def distances(ground: Ground, point_in_world: FloatArray) -> FloatArray:
+    """The distance from one point to each obstacle, in the scenario's order."""
+    apart_m = np.full(ground.shape_count, math.inf)
+    to_centres_m = np.hypot(*(ground.circles[:, :2] - point_in_world).T)
+    apart_m[ground.circle_owner] = np.maximum(to_centres_m - ground.circles[:, 2], 0.0)
+    apart_m[ground.ellipse_owner] = ellipses.point_distances(ground.ellipses, point_in_world)
+    to_edges_m = point_to_segment(point_in_world, ground.edges[:, :2], ground.edges[:, 2:])
+    np.minimum.at(apart_m, ground.edge_owner, to_edges_m)
+    turns = np.zeros(ground.shape_count)
+    np.add.at(turns, ground.edge_owner, winding(ground.edges, point_in_world[None])[0])
+    return np.where(turns != 0.0, 0.0, apart_m)
+
+
+def separations(starts: FloatArray, ends: FloatArray) -> FloatArray:
+    """The least distance of each pair of bodies that move straight at once, `(n, n)`; inf to oneself."""
+    x, y = (np.subtract.outer(column, column) for column in starts.T)
+    dx, dy = (np.subtract.outer(column, column) for column in (ends - starts).T)
+    squares = dx * dx + dy * dy
+    share = np.clip(-(x * dx + y * dy) / np.where(squares > 0.0, squares, 1.0), 0.0, 1.0)
+    apart_m: FloatArray = np.hypot(x + share * dx, y + share * dy)
+    np.fill_diagonal(apart_m, math.inf)
+    return apart_m
+
+
+def point_to_segment(points: FloatArray, starts: FloatArray, ends: FloatArray) -> FloatArray:
+    """The distance from points to segments, broadcast; a segment may have no length."""
+    x, y = points[..., 0] - starts[..., 0], points[..., 1] - starts[..., 1]
+    dx, dy = ends[..., 0] - starts[..., 0], ends[..., 1] - starts[..., 1]
+    squares = dx * dx + dy * dy
+    share = (x * dx + y * dy) / np.where(squares > 0.0, squares, 1.0)
+    share = np.clip(share, 0.0, 1.0)
+    apart: FloatArray = np.hypot(x - share * dx, y - share * dy)
+    return apart
+
+
+def _to_circles(circles: FloatArray, starts: FloatArray, ends: FloatArray) -> FloatArray:
+    to_centres_m = point_to_segment(circles[None, :, :2], starts[:, None], ends[:, None])
+    least_m: FloatArray = (to_centres_m - circles[:, 2]).min(axis=1, initial=math.inf)
+    return np.maximum(least_m, 0.0)
+
+
+def _to_ellipses(rows: FloatArray, starts: FloatArray, ends: FloatArray, moves_m: FloatArray) -> FloatArray:
+    to_centres_m = np.hypot(*np.moveaxis(starts[:, None] - rows[:, :2], 2, 0))
+    nearest_m = to_centres_m - rows[:, 2:4].max(axis=1)
+    farthest_m = to_centres_m - rows[:, 2:4].min(axis=1)
+    body, row = _may_be_nearest(nearest_m, farthest_m, moves_m)
+    return _least(len(starts), body, ellipses.move_distances(rows[row], starts[body], ends[body]))
+
+
+def _to_edges(edges: FloatArray, starts: FloatArray, ends: FloatArray, moves_m: FloatArray) -> FloatArray:
+    at_start_m = point_to_segment(starts[:, None], edges[None, :, :2], edges[None, :, 2:])
+    body, edge = _may_be_nearest(at_start_m, at_start_m, moves_m)
+    least_m = _least(len(starts), body, _segments_apart(starts[body], ends[body], edges[edge]))
+    inside = winding(edges, starts).sum(axis=1) != 0.0
+    return np.where(inside, 0.0, least_m)
+
+
+def _may_be_nearest(
+    nearest_m: FloatArray, farthest_m: FloatArray, moves_m: FloatArray
+) -> tuple[IntArray, IntArray]:
+    """Pairs of body and obstacle that one of the exact and slower functions has to look at.
+
+    Whoever starts further away than the nearest obstacle by more than the move cannot become nearest.
+    """
+    bound_m = farthest_m.min(axis=1, initial=math.inf) + moves_m
+    body, obstacle = np.nonzero(nearest_m <= bound_m[:, None])
+    return body, obstacle
+
+
+def _least(count: int, body: IntArray, apart_m: FloatArray) -> FloatArray:
+    least_m = np.full(count, math.inf)
+    np.minimum.at(least_m, body, apart_m)
+    return least_m
+
+
+def _segments_apart(starts: FloatArray, ends: FloatArray, edges: FloatArray) -> FloatArray:
+    """The distance between the move and the edge of each row; 0 where they cross."""
+    corners, nexts = edges[:, :2], edges[:, 2:]
+    apart_m = np.minimum.reduce(
+        (
+            point_to_segment(starts, corners, nexts),
+            point_to_segment(ends, corners, nexts),
+            point_to_segment(corners, starts, ends),
+            point_to_segment(nexts, starts, ends),
+        )
+    )
+    crosses = _on_both_sides(starts, ends, corners, nexts) & _on_both_sides(corners, nexts, starts, ends)
+    return np.where(crosses, 0.0, apart_m)
+
+
+def _on_both_sides(one: FloatArray, other: FloatArray, starts: FloatArray, ends: FloatArray) -> BoolArray:
+    """Whether two points lie on different sides of a line. One on it does not: a touch has distance 0."""
+    dx, dy = ends[:, 0] - starts[:, 0], ends[:, 1] - starts[:, 1]
+    left_of_one = dx * (one[:, 1] - starts[:, 1]) - dy * (one[:, 0] - starts[:, 0])
+    left_of_other = dx * (other[:, 1] - starts[:, 1]) - dy * (other[:, 0] - starts[:, 0])
+    sides: BoolArray = np.sign(left_of_one) * np.sign(left_of_other) < 0.0
+    return sides

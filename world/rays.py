@@ -1,0 +1,92 @@
+"""Casts rays at the ground and at bodies, exactly [m, rad; world frame]."""
+
+import math
+
+import numpy as np
+from numpy.random import Generator
+
+from world.ellipses import unit_vectors
+from world.rings import FloatArray, winding
+from world.shapes import Ground
+
+
+def scan_bearings_rad(directions: int) -> FloatArray:
+    """The bearings of a scan: evenly spread anti-clockwise from -pi."""
+    bearings: FloatArray = -math.pi + math.tau * np.arange(directions) / directions
+    return bearings
+
+
+def cast(
+    ground: Ground,
+    origin_in_world: FloatArray,
+    bearings_rad: FloatArray,
+    *,
+    range_m_max: float,
+    discs: FloatArray,
+) -> FloatArray:
+    """How far each ray gets: the range of its first hit, or `range_m_max` where there is none.
+
+    Args:
+        ground: the obstacles.
+        origin_in_world: `(2,)`; inside a shape every range is 0.
+        bearings_rad: `(m,)`.
+        range_m_max: where rays end.
+        discs: hulls of other bodies, `(k, 3)`: x, y, radius. One of radius 0 is a point: no ray hits it.
+    """
+    hulls = discs[discs[:, 2] > 0.0]
+    # A circle is an ellipse with equal axes, in any rotation.
+    round_shapes = np.vstack(
+        [ground.ellipses] + [np.column_stack((c, c[:, 2], np.zeros(len(c)))) for c in (ground.circles, hulls)]
+    )
+    cosine, sine = np.cos(bearings_rad), np.sin(bearings_rad)
+    ranges_m = np.minimum(
+        _cast_at_ellipses(round_shapes, origin_in_world, cosine, sine, range_m_max),
+        _cast_at_edges(ground.edges, origin_in_world, cosine, sine),
+    )
+    return np.minimum(ranges_m, range_m_max)
+
+
+def _cast_at_ellipses(
+    ellipses: FloatArray, origin: FloatArray, cosine: FloatArray, sine: FloatArray, range_m_max: float
+) -> FloatArray:
+    offsets = origin - ellipses[:, :2]
+    near = np.hypot(offsets[:, 0], offsets[:, 1]) - ellipses[:, 2:4].max(axis=1) <= range_m_max
+    # A unit frame is linear in the world's: shares of a ray's vector are metres along it in both.
+    rows, offsets = ellipses[near, None], offsets[near, None]
+    x, y = unit_vectors(rows, offsets[..., 0], offsets[..., 1])
+    dx, dy = unit_vectors(rows, cosine, sine)
+    squares = dx * dx + dy * dy
+    middle_m = -(x * dx + y * dy) / squares  # where the ray's line is nearest to the centre
+    half_chord_squared = 1.0 - (x + middle_m * dx) ** 2 - (y + middle_m * dy) ** 2
+    half_chord_m = np.sqrt(np.maximum(half_chord_squared, 0.0) / squares)
+    hit = (half_chord_squared >= 0.0) & (middle_m > 0.0)
+    ranges_m = np.where(hit, np.maximum(middle_m - half_chord_m, 0.0), math.inf)
+    ranges_m = np.where(x * x + y * y <= 1.0, 0.0, ranges_m)
+    first_m: FloatArray = ranges_m.min(axis=0, initial=math.inf)
+    return first_m
+
+
+def _cast_at_edges(edges: FloatArray, origin: FloatArray, cosine: FloatArray, sine: FloatArray) -> FloatArray:
+    if winding(edges, origin[None]).sum() != 0.0:
+        return np.zeros_like(cosine)
+    x, y = (edges[:, 0::2] - origin[0]).T[..., None], (edges[:, 1::2] - origin[1]).T[..., None]
+    along_m = x * cosine + y * sine  # (2, k, m): both ends of each edge, seen along each ray
+    beside_m = y * cosine - x * sine
+    # Neighbouring edges get the very same number for their common vertex, so no ray slips through.
+    straddles = np.minimum(beside_m[0], beside_m[1]) <= 0.0
+    straddles &= np.maximum(beside_m[0], beside_m[1]) >= 0.0
+    run = beside_m[0] - beside_m[1]
+    share = beside_m[0] / np.where(run == 0.0, 1.0, run)  # an edge along the ray: its first end counts
+    ranges_m = along_m[0] + share * (along_m[1] - along_m[0])
+    ranges_m = np.where(straddles & (ranges_m >= 0.0), ranges_m, math.inf)
+    first_m: FloatArray = ranges_m.min(axis=0, initial=math.inf)
+    return first_m
+
+
+def noisy(
+    ranges_m: FloatArray, generator: Generator, *, sigma_m: float, error_m_max: float, range_m_max: float
+) -> FloatArray:
+    """Ranges as a sensor reads them: each hit off by a Gaussian error, clipped at `error_m_max`."""
+    errors_m = np.clip(generator.normal(0.0, sigma_m, ranges_m.shape), -error_m_max, error_m_max)
+    read_m = np.clip(ranges_m + errors_m, 0.0, range_m_max)
+    return np.where(ranges_m < range_m_max, read_m, range_m_max)

@@ -1,0 +1,105 @@
+"""What a closed ring of vertices is like: whether it is simple, how thin, how sharp.
+
+A ring is an `(n, 2)` array [m; world frame], not closed, in either sense of rotation.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.intp]
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    product: FloatArray = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return product
+
+
+def anticlockwise(ring: FloatArray) -> FloatArray:
+    """The same ring, anti-clockwise."""
+    doubled_area = float(_cross(ring, np.roll(ring, -1, axis=0)).sum())
+    return ring if doubled_area > 0.0 else ring[::-1]
+
+
+def _neighbours(count: int) -> BoolArray:
+    """Which pairs of edges share a vertex; an edge is its own neighbour."""
+    apart = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
+    near: BoolArray = (apart <= 1) | (apart == count - 1)
+    return near
+
+
+def is_simple(ring: FloatArray) -> bool:
+    """Whether no two edges meet, but neighbours at their common vertex."""
+    edges = np.roll(ring, -1, axis=0) - ring
+    following = np.roll(edges, -1, axis=0)
+    folds_back = (_cross(edges, following) == 0.0) & ((edges * following).sum(axis=1) <= 0.0)
+    if folds_back.any():  # also true of an edge without length
+        return False
+    # Signed sides of every vertex (column) seen from every edge (row).
+    sides = _cross(edges[:, None], ring[None] - ring[:, None])
+    straddles = sides * np.roll(sides, -1, axis=1) <= 0.0
+    # Collinear edges straddle one another's lines; they meet only where their extents overlap too.
+    low, high = np.minimum(ring, np.roll(ring, -1, axis=0)), np.maximum(ring, np.roll(ring, -1, axis=0))
+    overlap = ((low[:, None] <= high[None]) & (low[None] <= high[:, None])).all(axis=2)
+    return not bool((straddles & straddles.T & overlap & ~_neighbours(len(ring))).any())
+
+
+def corners_rad(ring: FloatArray) -> FloatArray:
+    """The interior angle at each vertex, in (0, 2 pi)."""
+    ring = anticlockwise(ring)
+    edges = np.roll(ring, -1, axis=0) - ring
+    before = np.roll(edges, 1, axis=0)
+    interior: FloatArray = math.pi - np.arctan2(_cross(before, edges), (before * edges).sum(axis=1))
+    return interior
+
+
+def smallest_width_m(ring: FloatArray) -> float:
+    """The shortest way through the inside, square to an edge, that does not end at a neighbouring edge.
+
+    A way that ends at a neighbouring edge shrinks to nothing at every acute corner: those count by their
+    angle, not by a width. A triangle has only neighbouring edges; its width is its least height.
+    """
+    ring = anticlockwise(ring)
+    count = len(ring)
+    edges = np.roll(ring, -1, axis=0) - ring
+    lengths_m = np.hypot(edges[:, 0], edges[:, 1])
+    along = edges / lengths_m[:, None]
+    # Every vertex (column) in the frame of every edge (row): x along the edge, y inwards.
+    x = ((ring[None] - ring[:, None]) * along[:, None]).sum(axis=2)
+    y = _cross(along[:, None], ring[None] - ring[:, None])
+    if count == 3:
+        return float(y.max(axis=1).min())
+    width_m = _least_height_over(x, y, lengths_m)
+    width_m[_neighbours(count)] = math.inf
+    return float(width_m.min())
+
+
+def _least_height_over(x: FloatArray, y: FloatArray, lengths_m: FloatArray) -> FloatArray:
+    """For each edge (row), the least height of each other edge (column) in the strip over it; inf if none."""
+    run, rise = np.roll(x, -1, axis=1) - x, np.roll(y, -1, axis=1) - y
+    upright = run == 0.0
+    with np.errstate(divide="ignore", invalid="ignore"):  # upright edges are put right in the next lines
+        at_sides = np.stack((-x / run, (lengths_m[:, None] - x) / run))
+    inside = (x >= 0.0) & (x <= lengths_m[:, None])
+    enter = np.where(upright, np.where(inside, 0.0, 2.0), at_sides.min(axis=0))
+    leave = np.where(upright, np.where(inside, 1.0, -1.0), at_sides.max(axis=0))
+    heights = np.minimum(y + np.clip(enter, 0.0, 1.0) * rise, y + np.clip(leave, 0.0, 1.0) * rise)
+    return np.where((enter <= 1.0) & (leave >= 0.0) & (heights > 0.0), heights, math.inf)
+
+
+def winding(edges: FloatArray, points: FloatArray) -> FloatArray:
+    """What each edge adds to the winding number of each point, `(n, k)`.
+
+    Edges `(k, 4)` run anti-clockwise round their ring. The sum over a ring's edges is 1 inside and 0
+    outside; over overlapping rings it counts them, so it is never 0 inside any.
+    """
+    x1, y1, x2, y2 = edges.T
+    x, y = points[:, :1], points[:, 1:]
+    upward = (y1 <= y) & (y2 > y)
+    downward = (y2 <= y) & (y1 > y)
+    left = (x2 - x1) * (y - y1) - (x - x1) * (y2 - y1)
+    turns: FloatArray = (upward & (left > 0.0)).astype(np.float64) - (downward & (left < 0.0))
+    return turns
