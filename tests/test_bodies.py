@@ -39,7 +39,7 @@ def order(
 
 def drive_on(fleet: Bodies, *, until: int = 5000, first: int = 0) -> list[float]:
     """Tick until body 0 stands, its robot speaking all the while; what it drove in each tick."""
-    drove_m = []
+    drove_m: list[float] = []
     for tick in range(first, first + until):
         last = fleet.orders[0]
         assert last is not None

@@ -1,0 +1,206 @@
+"""S3, no body moves without authority, judged from a run's timeline alone.
+
+Rule 1: a robot that follows is ordered only to a place of the strand's path, and no further along it than
+        the robot ahead had granted it in that epoch by then. A granter's clock is never ahead of the
+        world's, so a grant that is dated later than the order came too late, whenever it was recorded.
+Rule 2: the leader is ordered only to the target of a switching step that it had planned.
+Rule 3: a body moves only with an order in hand, and straight from where it took it towards its target.
+Rule 4: the strand's path is the polyline of the places where the robots started, tail first, and then of
+        the targets of the leader's switching steps.
+Rule 5: where the robot ahead died, its last grants may have died with it: then rule 1 is not held against
+        an order that only those could have allowed.
+"""
+
+import math
+from bisect import bisect_right
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+from protocol.frames import Point
+from protocol.keys import WORLD, robot_number
+from protocol.path import Path
+from protocol.timeline import (
+    AuthorityGranted,
+    Entry,
+    OrderAccepted,
+    PoseSampled,
+    PromiseBroken,
+    RobotDied,
+    StepPlanned,
+    StrandFormed,
+)
+
+ROUNDING_M = 1e-6  # of sums of arc lengths, added up by one process and checked by another
+ROUNDING_S = 1e-9
+
+Orders = Sequence[tuple[float, OrderAccepted]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tolerance:
+    """How far beside its line a body may be."""
+
+    mu0_m: float
+    heading_error_rad: float
+
+    def drive_m(self, length_m: float) -> float:
+        """What the drive error makes of so many metres."""
+        return ROUNDING_M + self.heading_error_rad * length_m
+
+
+@dataclass(slots=True)
+class Evidence:
+    """What a timeline says about orders, motion, grants and plans: each with its time, by robot."""
+
+    orders: dict[int, list[tuple[float, OrderAccepted]]] = field(default_factory=lambda: defaultdict(list))
+    poses: dict[int, list[tuple[float, PoseSampled]]] = field(default_factory=lambda: defaultdict(list))
+    grants: dict[int, list[tuple[float, AuthorityGranted]]] = field(default_factory=lambda: defaultdict(list))
+    plans: dict[int, list[tuple[float, StepPlanned]]] = field(default_factory=lambda: defaultdict(list))
+    strands: dict[tuple[int, int], StrandFormed] = field(default_factory=dict)
+    """By robot and epoch."""
+    dead: set[int] = field(default_factory=set)
+
+    def hear(self, source: str, entry: Entry) -> None:
+        """Take an entry in; those of one source come in their order, sources in any."""
+        robot = robot_number(source)
+        match entry.record:
+            case OrderAccepted() as order if source == WORLD:
+                self.orders[order.robot].append((entry.t_s, order))
+            case PoseSampled() as pose if source == WORLD:
+                self.poses[pose.robot].append((entry.t_s, pose))
+            case RobotDied() as death if source == WORLD:
+                self.dead.add(death.robot)
+            case AuthorityGranted() as grant if robot is not None:
+                self.grants[robot].append((entry.t_s, grant))
+            case StepPlanned() as plan if robot is not None:
+                self.plans[robot].append((entry.t_s, plan))
+            case StrandFormed() as strand if robot is not None:
+                self.strands[robot, strand.epoch] = strand
+            case _:
+                pass  # the rest says nothing about authority
+
+    def path(self, strand: StrandFormed) -> Path | None:
+        """The strand's path, rule 4; None where a robot of it was never seen."""
+        if not all(robot in self.poses for robot in strand.order):
+            return None
+        starts = [self.poses[robot][0][1] for robot in reversed(strand.order)]
+        targets = {plan.step: plan.target for _, plan in self.plans[strand.order[0]]}
+        places = [Point(x_m=start.x_m, y_m=start.y_m) for start in starts]
+        return Path([*places, *(targets[step] for step in sorted(targets))])
+
+
+def judge_authority(evidence: Evidence, tolerance: Tolerance) -> list[tuple[float, PromiseBroken]]:
+    """Every breach of S3 with its time, each order and each unlawful motion once."""
+    paths: dict[StrandFormed, Path | None] = {
+        strand: evidence.path(strand) for strand in set(evidence.strands.values())
+    }
+    breaches: list[tuple[float, PromiseBroken]] = []
+    for robot in sorted({*evidence.orders, *evidence.poses}):
+        for t_s, order in evidence.orders[robot]:
+            breach = _judge_order(evidence, paths, tolerance, t_s, order)
+            breaches.extend([(t_s, breach)] if breach is not None else [])
+        breaches.extend(_judge_motion(evidence.poses[robot], evidence.orders[robot], tolerance))
+    return sorted(breaches, key=lambda breach: breach[0])
+
+
+def _judge_order(
+    evidence: Evidence,
+    paths: dict[StrandFormed, Path | None],
+    tolerance: Tolerance,
+    t_s: float,
+    order: OrderAccepted,
+) -> PromiseBroken | None:
+    if order.target is None:
+        return None
+    strand = evidence.strands.get((order.robot, order.epoch))
+    path = paths[strand] if strand is not None else None
+    if strand is None or path is None or order.robot not in strand.order:
+        return _breach(order.robot, order.reach_m, 0.0, f"ordered in epoch {order.epoch} without a strand")
+    place = strand.order.index(order.robot)
+    if place == 0:
+        return _judge_leader(evidence.plans[order.robot], t_s, order, order.target)
+    ahead = strand.order[place - 1]
+    granted_m = max(
+        (
+            grant.authority_m
+            for granted_s, grant in evidence.grants[ahead]
+            if (grant.to, grant.epoch) == (order.robot, order.epoch) and granted_s <= t_s + ROUNDING_S
+        ),
+        default=0.0,
+    )
+    if order.reach_m > granted_m + ROUNDING_M and ahead not in evidence.dead:
+        return _breach(order.robot, order.reach_m, granted_m, f"ordered further than robot {ahead} granted")
+    beside_m = _apart_m(order.target, path.at(order.reach_m))
+    allowed_m = tolerance.mu0_m + tolerance.drive_m(
+        math.hypot(order.target.x_m - order.x_m, order.target.y_m - order.y_m)
+    )
+    if beside_m > allowed_m and ahead not in evidence.dead:
+        return _breach(order.robot, beside_m, allowed_m, "ordered beside the strand's path")
+    return None
+
+
+def _judge_leader(
+    plans: Sequence[tuple[float, StepPlanned]], t_s: float, order: OrderAccepted, target: Point
+) -> PromiseBroken | None:
+    planned = [plan.target for at_s, plan in plans if plan.step == order.step and at_s <= t_s + ROUNDING_S]
+    miss_m = min((_apart_m(target, each) for each in planned), default=math.inf)
+    if miss_m <= ROUNDING_M:
+        return None
+    why = f"ordered elsewhere than step {order.step} was planned" if planned else "led without a planned step"
+    return _breach(order.robot, miss_m if planned else order.reach_m, 0.0, why)
+
+
+def _judge_motion(
+    poses: Sequence[tuple[float, PoseSampled]], orders: Orders, tolerance: Tolerance
+) -> Iterator[tuple[float, PromiseBroken]]:
+    """Rule 3, between each two samples; a motion that stays unlawful is one breach."""
+    origins = _origins(orders)
+    taken_s = [t_s for t_s, _ in orders]
+    lawful = True
+    for (start_s, start), (end_s, end) in pairwise(poses):
+        moved_m = math.hypot(end.x_m - start.x_m, end.y_m - start.y_m)
+        if moved_m <= ROUNDING_M:
+            continue
+        in_hand = bisect_right(taken_s, start_s + ROUNDING_S) - 1
+        target = orders[in_hand][1].target if in_hand >= 0 else None
+        if target is None:
+            breach = _breach(start.robot, moved_m, 0.0, "moved with no order in hand")
+        else:
+            origin = origins[in_hand]
+            beside_m = max(_beside_m(origin, target, start), _beside_m(origin, target, end))
+            allowed_m = tolerance.drive_m(_apart_m(origin, target))
+            breach = _breach(start.robot, beside_m, allowed_m, "moved off the line to its target")
+            if beside_m <= allowed_m:
+                lawful = True
+                continue
+        if lawful:
+            yield end_s, breach
+        lawful = False
+
+
+def _origins(orders: Orders) -> list[Point]:
+    """Where the body began to drive to each order's target: orders with one target are one drive."""
+    origins: list[Point] = []
+    for index, (_, order) in enumerate(orders):
+        same = index > 0 and order.target is not None and orders[index - 1][1].target == order.target
+        origins.append(origins[-1] if same else Point(x_m=order.x_m, y_m=order.y_m))
+    return origins
+
+
+def _breach(robot: int, measured_m: float, required_m: float, why: str) -> PromiseBroken:
+    return PromiseBroken(invariant="S3", robot=robot, measured_m=measured_m, required_m=required_m, why=why)
+
+
+def _apart_m(one: Point, other: Point) -> float:
+    return math.hypot(other.x_m - one.x_m, other.y_m - one.y_m)
+
+
+def _beside_m(start: Point, end: Point, place: PoseSampled) -> float:
+    """How far a place is from the line between two points."""
+    east_m, north_m = end.x_m - start.x_m, end.y_m - start.y_m
+    square = east_m * east_m + north_m * north_m
+    along = (place.x_m - start.x_m) * east_m + (place.y_m - start.y_m) * north_m
+    share = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
+    return math.hypot(place.x_m - start.x_m - share * east_m, place.y_m - start.y_m - share * north_m)

@@ -1,0 +1,144 @@
+"""The monitor: clearance and separation, judged all along straight moves from true poses.
+
+Rule 1 (S1): every hull keeps `clearance_m_required` from every obstacle, and stays inside the bounds.
+Rule 2 (S2): every two hulls keep `separation_m_required`. They move evenly from start to end.
+Rule 3: to touch is broken whatever is required. Robots of radius 0 are points.
+Rule 4: a promise that stays broken is one violation, until it has been kept again.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from protocol.mission import Bounds
+from protocol.timeline import PromiseBroken
+from world.clearance import clearance, separations
+from world.shapes import Ground
+
+Floats = NDArray[np.float64]
+Topic = tuple[str, int, int | None]  # what is judged, of which robot, against which other
+
+ROUNDING_M = 1e-9  # what adding up ticks may be off by; far below any tolerance
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Promises:
+    """What S1 and S2 require."""
+
+    radius_m: float
+    clearance_m_required: float
+    separation_m_required: float
+    bounds: Bounds | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Least:
+    """The least distance so far, whose and when; infinite while there was nothing to be near to."""
+
+    distance_m: float = math.inf
+    t_s: float = 0.0
+    robot: int | None = None
+    other: int | None = None
+
+
+@dataclass(slots=True)
+class Monitor:
+    """Watches simultaneous straight moves of all bodies. Robot k is row k - 1."""
+
+    ground: Ground
+    promises: Promises
+    least_clearance: Least = field(default_factory=Least)
+    least_separation: Least = field(default_factory=Least)
+    clearance_m: Floats = field(default_factory=lambda: np.empty(0))
+    """Of each hull in the last moves watched; below 0 where it was in an obstacle."""
+    _broken: set[Topic] = field(default_factory=set)
+
+    def watch(self, starts_m: Floats, ends_m: Floats, *, t_s: float) -> list[PromiseBroken]:
+        """Judge moves that end at `t_s`; what they break that was kept just before.
+
+        Args:
+            starts_m: (N, 2) [world frame].
+            ends_m: likewise.
+            t_s: simulated time.
+        """
+        moved = np.flatnonzero((starts_m != ends_m).any(axis=1))
+        if len(self.clearance_m) == 0:
+            self.clearance_m = np.full(len(starts_m), math.inf)
+            moved = np.arange(len(starts_m))
+        if len(moved) == 0:
+            return []
+        self.clearance_m[moved] = (
+            clearance(self.ground, starts_m[moved], ends_m[moved]) - self.promises.radius_m
+        )
+        nearest = int(np.argmin(self.clearance_m))
+        if self.clearance_m[nearest] < self.least_clearance.distance_m:
+            self.least_clearance = Least(
+                distance_m=float(self.clearance_m[nearest]), t_s=t_s, robot=nearest + 1
+            )
+        return self._judge_clearance() + self._judge_bounds(ends_m) + self._judge_pairs(starts_m, ends_m, t_s)
+
+    def _judge_clearance(self) -> list[PromiseBroken]:
+        required_m = self.promises.clearance_m_required
+        measured: dict[Topic, float] = {
+            ("clearance", row + 1, None): float(self.clearance_m[row])
+            for row in np.flatnonzero(_is_broken(self.clearance_m, required_m)).tolist()
+        }
+        return self._newly("S1", "clearance", measured, required_m, "nearer to an obstacle than promised")
+
+    def _judge_bounds(self, ends_m: Floats) -> list[PromiseBroken]:
+        if self.promises.bounds is None:
+            return []
+        bounds, radius_m = self.promises.bounds, self.promises.radius_m
+        low_m = ends_m - (bounds.x_m_min, bounds.y_m_min)
+        high_m = np.array((bounds.x_m_max, bounds.y_m_max)) - ends_m
+        inside_m = np.minimum(low_m, high_m).min(axis=1) - radius_m
+        measured: dict[Topic, float] = {
+            ("bounds", row + 1, None): float(inside_m[row])
+            for row in np.flatnonzero(inside_m < -ROUNDING_M).tolist()
+        }
+        return self._newly("S1", "bounds", measured, 0.0, "out of bounds")
+
+    def _judge_pairs(self, starts_m: Floats, ends_m: Floats, t_s: float) -> list[PromiseBroken]:
+        if len(starts_m) < 2:
+            return []
+        required_m = self.promises.separation_m_required
+        apart_m = separations(starts_m, ends_m) - 2 * self.promises.radius_m
+        one, other = np.unravel_index(int(np.argmin(apart_m)), apart_m.shape)
+        if apart_m[one, other] < self.least_separation.distance_m:
+            self.least_separation = Least(
+                distance_m=float(apart_m[one, other]), t_s=t_s, robot=int(one) + 1, other=int(other) + 1
+            )
+        pairs = np.argwhere(np.triu(_is_broken(apart_m, required_m), k=1)).tolist()
+        measured: dict[Topic, float] = {
+            ("separation", row + 1, column + 1): float(apart_m[row, column]) for row, column in pairs
+        }
+        return self._newly("S2", "separation", measured, required_m, "two robots nearer than promised")
+
+    def _newly(
+        self,
+        invariant: str,
+        topic: str,
+        measured: dict[Topic, float],
+        required_m: float,
+        why: str,
+    ) -> list[PromiseBroken]:
+        before = {key for key in self._broken if key[0] == topic}
+        self._broken = (self._broken - before) | measured.keys()
+        return [
+            PromiseBroken(
+                invariant=invariant,
+                robot=key[1],
+                other=key[2],
+                measured_m=distance_m,
+                required_m=required_m,
+                why=why,
+            )
+            for key, distance_m in measured.items()
+            if key not in before
+        ]
+
+
+def _is_broken(distance_m: Floats, required_m: float) -> NDArray[np.bool_]:
+    return (distance_m <= 0.0) | (distance_m < required_m - ROUNDING_M)
