@@ -18,6 +18,8 @@ from lab import timeline
 from lab.check import check
 from lab.timeline import Choice, Timeline
 from protocol.errors import UsageError
+from protocol.timeline import Entry
+from world.recorder import line
 from world.scenario import schema as scenario_schema
 
 
@@ -80,8 +82,7 @@ def cat(run: Path, *, as_json: bool, **choice: str | float | None) -> None:
     chosen = msgspec.convert(choice, Choice)
     for source, entry in read.lines:
         if chosen.takes(source, entry):
-            fields = timeline.flat(source, entry)
-            click.echo(json.dumps(fields) if as_json else one_line(fields))
+            click.echo(line(source, entry).decode().rstrip() if as_json else one_line(source, entry))
     _warn(read)
 
 
@@ -120,11 +121,12 @@ def summarise(read: Timeline) -> dict[str, Any]:
     }
 
 
-def one_line(fields: dict[str, Any]) -> str:
+def one_line(source: str, entry: Entry) -> str:
     """An entry for people: time, source, kind, then its fields."""
-    own = {name: value for name, value in fields.items() if name not in {"t_s", "hlc", "source", "n", "kind"}}
-    said = " ".join(f"{name}={json.dumps(value, separators=(',', ':'))}" for name, value in own.items())
-    return f"{fields['t_s']:9.3f} {fields['source']:>6} {fields['kind']:<18} {said}".rstrip()
+    fields = msgspec.to_builtins(entry.record)
+    kind = fields.pop("kind")
+    said = " ".join(f"{name}={json.dumps(value, separators=(',', ':'))}" for name, value in fields.items())
+    return f"{entry.t_s:9.3f} {source:>6} {kind:<18} {said}".rstrip()
 
 
 def _print_summary(summary: dict[str, Any]) -> None:

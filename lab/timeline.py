@@ -9,7 +9,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
 
 import msgspec
 from msgspec import Struct
@@ -17,21 +16,8 @@ from msgspec import Struct
 from protocol.errors import UsageError
 from protocol.frames import Count, Seconds
 from protocol.keys import robot_name
-from protocol.timeline import Entry, Record, RunEnded, Text
-
-SCHEMA = "clew-timeline/1"
-EVENTS_FILE = "events.jsonl"
-
-
-class Header(Struct, frozen=True, kw_only=True, tag_field="kind", tag="run.started"):
-    """The first line: everything that is needed to judge the log by itself."""
-
-    schema: str
-    run: Text
-    seed: Count
-    scenario: dict[str, Any]
-    scenario_hash: Text
-    versions: dict[str, Text]
+from protocol.timeline import Entry, Record, RunEnded
+from world.recorder import EVENTS_FILE, SCHEMA, Header
 
 
 class Stamp(Struct, frozen=True, kw_only=True):
@@ -148,10 +134,3 @@ def kind_of(record: Record) -> str:
 def names(record: Record, robot: int) -> bool:
     """Whether a record says something of a robot other than the one that wrote it."""
     return any(getattr(record, field, None) == robot for field in ("robot", "other", "to", "neighbour"))
-
-
-def flat(source: str, entry: Entry) -> dict[str, Any]:
-    """A line as the log has it."""
-    fields: dict[str, Any] = msgspec.to_builtins(entry.record)
-    kind = fields.pop("kind")
-    return {"t_s": entry.t_s, "hlc": entry.hlc, "source": source, "n": entry.n, "kind": kind, **fields}

@@ -1,0 +1,180 @@
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lab import timeline
+from lab.timeline import Choice, Line
+from protocol.errors import UsageError
+from protocol.frames import Point
+from protocol.timeline import (
+    AuthorityGranted,
+    Entry,
+    OrderAccepted,
+    PoseSampled,
+    Record,
+    RobotStarted,
+    RunEnded,
+)
+from world.recorder import Header, Recorder, line, open_events
+
+HEADER = Header(
+    run="20261120T120000Z-0a1b",
+    seed=1,
+    speed=1.0,
+    started_at="2026-11-20T12:00:00+00:00",
+    scenario={"name": "paper"},
+    scenario_hash="abc",
+    versions={"clew": "0.1.0"},
+)
+RECORDS: tuple[tuple[str, Record], ...] = (
+    ("r1", RobotStarted(pid=4711)),
+    ("world", PoseSampled(robot=1, x_m=0.0, y_m=0.5, heading_rad=0.1)),
+    (
+        "world",
+        OrderAccepted(
+            robot=1, number=1, epoch=1, step=3, x_m=0.0, y_m=0.5, target=Point(x_m=1.0, y_m=0.0), reach_m=1.5
+        ),
+    ),
+    ("r1", AuthorityGranted(to=2, epoch=1, authority_m=0.4)),
+    ("world", RunEnded(reason="all robots have arrived")),
+)
+
+
+def lines_of(records: tuple[tuple[str, Record], ...] = RECORDS) -> list[Line]:
+    """Entries numbered source by source, one a second."""
+    counts = dict.fromkeys((source for source, _ in records), 0)
+    lines = []
+    for second, (source, record) in enumerate(records):
+        counts[source] += 1
+        lines.append((source, Entry(n=counts[source], t_s=float(second), hlc="0/0", record=record)))
+    return lines
+
+
+def recorded(folder: Path, lines: list[Line]) -> Path:
+    """A run's folder, written by the recorder itself."""
+    with open_events(folder) as file:
+        recorder = Recorder(file, HEADER)
+        for source, entry in lines:
+            recorder.take(source, [entry])
+    return folder
+
+
+def rewritten(folder: Path, texts: list[bytes]) -> Path:
+    header = (recorded(folder, []) / "events.jsonl").read_bytes()
+    (folder / "events.jsonl").write_bytes(header + b"".join(texts))
+    return folder
+
+
+def test_what_the_recorder_wrote_is_read_back_whole(tmp_path: Path) -> None:
+    read = timeline.read(recorded(tmp_path / "run", lines_of()))
+    assert read.header == HEADER
+    assert list(read.lines) == lines_of()
+    assert read.flaws == ()
+
+
+def test_a_run_is_its_folder_or_its_events_file(tmp_path: Path) -> None:
+    run = recorded(tmp_path / "run", lines_of())
+    assert timeline.read(run) == timeline.read(run / "events.jsonl")
+
+
+def test_torn_last_line_is_dropped_and_said(tmp_path: Path) -> None:
+    texts = [line(source, entry) for source, entry in lines_of()]
+    read = timeline.read(rewritten(tmp_path / "run", [*texts, texts[0][:20]]))
+    assert list(read.lines) == lines_of()
+    assert read.flaws == ("line 7 is torn: dropped",)
+
+
+@given(keep=st.floats(0.0, 1.0))
+def test_a_log_cut_anywhere_reads_as_the_lines_before_the_cut(keep: float) -> None:
+    texts = [line(source, entry) for source, entry in lines_of()]
+    whole = b"".join(texts)
+    cut = whole[: round(keep * len(whole))]
+    lines, flaws = timeline.parse(cut.split(b"\n"))
+    assert lines == lines_of()[: cut.count(b"\n")]
+    assert len(flaws) == (not cut.endswith(b"\n") and cut != b"")
+
+
+@given(st.lists(st.binary(max_size=40).map(lambda text: text.replace(b"\n", b"")), max_size=5))
+def test_no_garbage_raises(garbage: list[bytes]) -> None:
+    lines, flaws = timeline.parse([*garbage, b""])
+    assert lines == []
+    assert len(flaws) == len(garbage)
+
+
+def test_hole_in_a_source_is_a_flaw(tmp_path: Path) -> None:
+    texts = [line(source, entry) for source, entry in lines_of()]
+    read = timeline.read(rewritten(tmp_path / "run", [texts[0], *texts[2:]]))
+    assert read.flaws == ("world: 1 of 3 entries are missing, the first is number 1",)
+
+
+def test_entry_twice_is_a_flaw(tmp_path: Path) -> None:
+    texts = [line(source, entry) for source, entry in lines_of()]
+    read = timeline.read(rewritten(tmp_path / "run", [texts[0], *texts]))
+    assert read.flaws == ("r1: entry number 1 stands in the log more than once",)
+
+
+def test_unknown_kind_is_a_flaw_and_the_rest_is_read(tmp_path: Path) -> None:
+    texts = [line(source, entry) for source, entry in lines_of()]
+    texts[0] = texts[0].replace(b"robot.started", b"robot.sneezed")
+    read = timeline.read(rewritten(tmp_path / "run", texts))
+    assert list(read.lines) == lines_of()[1:]
+    assert "line 2 cannot be read" in read.flaws[0]
+    assert "robot.sneezed" in read.flaws[0]
+
+
+def test_log_that_the_world_did_not_end_is_not_complete(tmp_path: Path) -> None:
+    read = timeline.read(recorded(tmp_path / "run", lines_of()[:-1]))
+    assert read.flaws == ("no run.ended: the world did not live to end the run",)
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"hello\n", b'{"kind":"run.started"}\n', b'{"t_s":1.0}\n', b"\xff\xfe\n"]
+)
+def test_a_file_that_is_no_log_is_refused(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "events.jsonl"
+    path.write_bytes(content)
+    with pytest.raises(UsageError, match="the first line is no header of a run"):
+        timeline.read(path)
+
+
+def test_another_schema_is_refused_by_name(tmp_path: Path) -> None:
+    path = recorded(tmp_path / "run", lines_of()) / "events.jsonl"
+    path.write_bytes(path.read_bytes().replace(b"clew-timeline/1", b"clew-timeline/9", 1))
+    with pytest.raises(UsageError, match="clew-timeline/9"):
+        timeline.read(path)
+
+
+def test_folder_without_a_run_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"no run in .*events\.jsonl"):
+        timeline.read(tmp_path)
+
+
+EVERYTHING = Choice()
+
+
+@pytest.mark.parametrize(
+    ("choice", "chosen"),
+    [
+        (EVERYTHING, [0, 1, 2, 3, 4]),
+        (replace(EVERYTHING, source="r1"), [0, 3]),
+        (replace(EVERYTHING, kind="robot.*"), [0]),
+        (replace(EVERYTHING, kind="pose.sampled"), [1]),
+        (replace(EVERYTHING, robot=1), [0, 1, 2, 3]),
+        (replace(EVERYTHING, robot=2), [3]),
+        (replace(EVERYTHING, step=3), [2]),
+        (replace(EVERYTHING, from_s=1.0, to_s=2.0), [1, 2]),
+        (replace(EVERYTHING, robot=1, source="world"), [1, 2]),
+    ],
+)
+def test_a_choice_takes_exactly_what_it_names(choice: Choice, chosen: list[int]) -> None:
+    lines = lines_of()
+    assert [index for index, (source, entry) in enumerate(lines) if choice.takes(source, entry)] == chosen
+
+
+def test_header_line_says_its_kind(tmp_path: Path) -> None:
+    first = (recorded(tmp_path / "run", []) / "events.jsonl").read_bytes().splitlines()[0]
+    assert json.loads(first)["kind"] == "run.started"
