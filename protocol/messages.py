@@ -28,8 +28,11 @@ class Muster(Struct, frozen=True, kw_only=True, tag="muster"):
     """A robot's announcement, to all: where it stands, what it sees, the order that it computed."""
 
     pose: Pose
-    obstacle_m: Length
-    """Distance to the nearest hit of its own scan; the sensor's range where there is none."""
+    obstacle_m: Length | None
+    """Distance to the nearest hit of its own scan that is no robot; the range limit where there is none.
+
+    None until the places of all robots are known, and where there is a goal, since then it is not needed.
+    """
     order: Lineage
     """Leader first; empty until all robots have been heard."""
 
@@ -94,7 +97,8 @@ class Odometry(Struct, frozen=True, kw_only=True, tag="odometry"):
 class Scan(Struct, frozen=True, kw_only=True, tag="scan"):
     """Ranges in evenly spread directions, anti-clockwise from -pi [m; world frame].
 
-    Where there is no hit stands the range limit. The scanner's index is held to the world's x axis, so a scan does not depend on which way the body faces.
+    Where there is no hit stands the range limit. The scanner's index is held to the world's x axis, so a
+    scan does not depend on which way the body faces.
     """
 
     t_s: Seconds

@@ -1,0 +1,79 @@
+"""The certificate: the clearance that a step keeps all along, promised before it is driven.
+
+Rule 1: the free polygon of a scan joins consecutive hits and range-limit points. Every edge counts as a
+        wall: surface, occlusion or range limit, since nothing is known beyond it.
+Rule 2: a step is certified when the disc of radius r + epsilon, swept along it, stays inside. Each
+        edge is widened by what the scan may be wrong by there: the range error, and what an
+        obstacle may reach past its last ray, which grows with range.
+Rule 3: ground that robots behind may still come to is kept away from by their distance, the bounds
+        of the region by the hull's radius and the tolerance.
+Rule 4: an edge that is already nearer than its distance forbids motion towards it and no other.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from agents.scan import View, distances_to_segment
+from protocol.mission import Bounds, Mission
+from protocol.sweep import Floats, nearest_on_segments, travel_m
+
+
+@dataclass(frozen=True)
+class Walls:
+    """Segments, each with the distance that a robot's centre keeps from it [m; world frame]."""
+
+    starts: Floats
+    ends: Floats
+    keep_m: Floats
+
+    @staticmethod
+    def joined(*parts: "Walls") -> "Walls":
+        """All segments of several walls."""
+        return Walls(
+            np.concatenate([part.starts for part in parts]),
+            np.concatenate([part.ends for part in parts]),
+            np.concatenate([part.keep_m for part in parts]),
+        )
+
+
+def scan_walls(view: View, mission: Mission) -> Walls:
+    """Rules 1 and 2: the free polygon's edges."""
+    far = np.maximum(view.ranges_m, np.roll(view.ranges_m, -1))
+    unsure = mission.range_error_m_max + mission.blind_per_range * far
+    keep = mission.robot_radius_m + mission.epsilon_m + unsure
+    return Walls(view.points, np.roll(view.points, -1, axis=0), keep)
+
+
+def ground_walls(corners: Floats, keep_m: float) -> Walls:
+    """Rule 3: a polyline (n, 2) of ground that robots behind may still come to."""
+    return Walls(corners[:-1], corners[1:], np.full(len(corners) - 1, keep_m))
+
+
+def bounds_walls(bounds: Bounds, mission: Mission) -> Walls:
+    """Rule 3: the four sides of the region."""
+    low, high = (bounds.x_m_min, bounds.y_m_min), (bounds.x_m_max, bounds.y_m_max)
+    corners = np.array([low, (high[0], low[1]), high, (low[0], high[1])])
+    return Walls(corners, np.roll(corners, -1, axis=0), np.full(4, mission.robot_radius_m + mission.mu0_m))
+
+
+def certified_lengths_m(origin: Floats, headings_rad: Floats, walls: Walls) -> Floats:
+    """How long a step may be in each heading (h,) [m], for all headings against all edges at once."""
+    headings = np.stack([np.cos(headings_rad), np.sin(headings_rad)], axis=1)
+    return travel_m(origin, headings, walls.starts, walls.ends, walls.keep_m)
+
+
+def promised_clearance_m(view: View, target: Floats, mission: Mission) -> float:
+    """The clearance that the hull keeps from anything the scan may stand for, along a whole step [m].
+
+    It is less than epsilon only where the step begins nearer than that to something and leads away.
+    """
+    walls = scan_walls(view, mission)
+    margin = walls.keep_m - mission.robot_radius_m - mission.epsilon_m
+    off_ends = distances_to_segment(walls.starts, view.position, target)
+    off_edges = [
+        np.hypot(*(nearest_on_segments(end, walls.starts, walls.ends) - end).T)
+        for end in (view.position, target)
+    ]
+    apart = np.minimum(off_ends, np.minimum(*off_edges))
+    return max(0.0, float((apart - margin).min()) - mission.robot_radius_m)

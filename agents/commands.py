@@ -1,0 +1,43 @@
+"""What a robot may want done. The shell obeys."""
+
+from dataclasses import dataclass
+
+from protocol.messages import AheadState, BehindState, Drive, Muster
+from protocol.timeline import Record
+
+
+@dataclass(frozen=True, slots=True)
+class Announce:
+    """Tell all robots."""
+
+    muster: Muster
+
+
+@dataclass(frozen=True, slots=True)
+class Tell:
+    """Tell one neighbour the state of the link."""
+
+    robot: int
+    state: AheadState | BehindState
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """Give the body its newest order."""
+
+    drive: Drive
+
+
+@dataclass(frozen=True, slots=True)
+class AskScan:
+    """Have the body's sensor read."""
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """Put an entry into the timeline."""
+
+    record: Record
+
+
+Command = Announce | Tell | Order | AskScan | Note

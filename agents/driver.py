@@ -1,0 +1,73 @@
+"""The robot's drive orders: numbered, repeated until done, and what they say of its progress."""
+
+import math
+
+from msgspec.structs import replace
+
+from protocol.frames import Point
+from protocol.messages import Drive, Odometry
+
+
+class Driver:
+    """The newest order, and how far along the strand's path the body is."""
+
+    def __init__(self, *, speed_mps: float, progress_m: float = 0.0) -> None:
+        self._speed_mps = speed_mps
+        self.progress_m = progress_m
+        """Arc length of the path that has been driven; never shrinks."""
+        self._odometry: Odometry | None = None
+        self._drive = Drive(
+            number=0, basis_s=0.0, target=None, speed_mps=speed_mps, epoch=0, step=0, reach_m=progress_m
+        )
+
+    @property
+    def awake(self) -> bool:
+        """Whether the body has told where it is."""
+        return self._odometry is not None
+
+    @property
+    def standing(self) -> bool:
+        """Whether the newest order has been driven to its end."""
+        return self._odometry is not None and self._odometry.finished >= self._drive.number
+
+    @property
+    def odometry(self) -> Odometry:
+        """The newest that the body told."""
+        assert self._odometry is not None, "nothing is decided before the first odometry"
+        return self._odometry
+
+    @property
+    def drive(self) -> Drive:
+        """The newest order, with the time that it was confirmed at."""
+        return self._drive
+
+    def hear(self, odometry: Odometry) -> None:
+        """Take in where the body is; the order in hand is confirmed as of now."""
+        self._odometry = odometry
+        self._drive = replace(self._drive, basis_s=odometry.t_s)
+        target, reach_m = self._drive.target, self._drive.reach_m
+        if target is None:
+            return
+        remaining_m = math.hypot(target.x_m - odometry.pose.x_m, target.y_m - odometry.pose.y_m)
+        driven_m = reach_m if self.standing else reach_m - remaining_m
+        self.progress_m = max(self.progress_m, driven_m)
+
+    def to(self, target: Point, *, reach_m: float, epoch: int, step: int = 0) -> None:
+        """Drive straight to a point that lies `reach_m` along the path."""
+        self._renew(target, reach_m=reach_m, epoch=epoch, step=step)
+
+    def stand(self) -> None:
+        """Stop where the body is, if it is driving."""
+        if not self.standing and self._drive.target is not None:
+            self._renew(None, reach_m=self.progress_m, epoch=self._drive.epoch, step=0)
+
+    def _renew(self, target: Point | None, *, reach_m: float, epoch: int, step: int) -> None:
+        self._drive = Drive(
+            number=self._drive.number + 1,
+            basis_s=self.odometry.t_s,
+            target=target,
+            speed_mps=self._speed_mps,
+            epoch=epoch,
+            step=step,
+            reach_m=reach_m,
+        )

@@ -1,0 +1,153 @@
+"""The leader: stands at a switching position, senses, and plans the next switching step.
+
+Rule 1: one scan a switching position, one step a scan.
+Rule 2: no step is planned nearer than the strand's distance to ground that has been granted to robots
+        behind, whatever the law's clearance.
+Rule 3: a way that is not there is said (`NoStep`), never searched for by wandering.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from agents.certificate import Walls, bounds_walls, ground_walls, promised_clearance_m, scan_walls
+from agents.guidance import Map
+from agents.scan import View, on_ground
+from agents.step import (
+    NoStep,
+    Sight,
+    Step,
+    certified_step_through_gap,
+    certified_step_to_goal,
+    look,
+    paper_step,
+)
+from protocol.frames import Point
+from protocol.mission import Bounds, Law, Mission
+from protocol.path import Path
+from protocol.sweep import Floats
+from protocol.timeline import SeenGap, SeenObstacle, StepPlanned
+
+CELL_M_MAX = 0.05  # 10 to 20 ms a plan on a field of 10 m (../shared/choices.md)
+GAIN_M = 0.01  # a step that saves less of the way is not worth a stop
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What the strand behind the leader takes up."""
+
+    path: Path
+    tail_m: float
+    granted_m: float
+    keep_m: float
+
+
+class Leader:
+    """What the leader remembers from step to step."""
+
+    def __init__(self, mission: Mission, start: Point) -> None:
+        self._mission = mission
+        self._goal = None if mission.goal is None else _xy(mission.goal)
+        keep_m = mission.robot_radius_m + mission.epsilon_m
+        bounds = mission.bounds or _around(start, mission)
+        self._map = Map(bounds, cell_m=min(CELL_M_MAX, keep_m / 4.0))  # four cells: a gap's shape survives
+        self.steps = 0
+        """Switching steps planned so far."""
+
+    def is_done(self, position: Floats) -> bool:
+        """Whether this is the last switching position: the goal's, or the last that was asked for."""
+        if self._goal is not None:
+            return float(np.hypot(*(self._goal - position))) <= self._mission.goal_tolerance_m
+        return self.steps + 1 == self._mission.switching_positions_max
+
+    def plan(self, view: View, ground: Ground) -> StepPlanned | NoStep:
+        """The next switching step out of a scan, as it goes into the timeline."""
+        sight = look(view, self._mission)
+        walls = Walls.joined(scan_walls(view, self._mission), *self._other_walls(ground))
+        step = self._step(sight, walls, ground)
+        if isinstance(step, NoStep):
+            return step
+        self.steps += 1
+        return self._record(step, sight, ground)
+
+    def _step(self, sight: Sight, walls: Walls, ground: Ground) -> Step | NoStep:
+        if self._mission.law is not Law.CERTIFIED:
+            return paper_step(sight, self._mission)
+        if self._goal is None:
+            return certified_step_through_gap(sight, walls, gain_m=GAIN_M)
+        hull_m = self._mission.robot_radius_m + 2.0 * self._mission.mu0_m
+        strand = ground.path.between(ground.tail_m, ground.path.end_m)
+        robots = on_ground(sight.view.points, strand, within_m=hull_m)
+        self._map.remember(sight.view.without(robots).hit_points)
+        cost_to_go = self._map.cost_to_go(
+            self._goal,
+            tolerance_m=self._mission.goal_tolerance_m,
+            keep_m=self._mission.robot_radius_m + self._mission.epsilon_m,
+            keep_in_m=self._mission.robot_radius_m + self._mission.mu0_m,
+        )
+        return certified_step_to_goal(sight.view, walls, cost_to_go, self._goal, gain_m=GAIN_M)
+
+    def _other_walls(self, ground: Ground) -> list[Walls]:
+        corners = ground.path.between(min(ground.tail_m, ground.granted_m), ground.granted_m)
+        walls = [ground_walls(corners, ground.keep_m)] if ground.granted_m > 0.0 else []
+        if self._mission.bounds is not None:
+            walls.append(bounds_walls(self._mission.bounds, self._mission))
+        return walls
+
+    def _record(self, step: Step, sight: Sight, ground: Ground) -> StepPlanned:
+        target = step.target(sight.view.position)
+        promised_m = None
+        if self._mission.law.promises_clearance:
+            promised_m = promised_clearance_m(sight.view, target, self._mission)
+        return StepPlanned(
+            step=self.steps,
+            law=self._mission.law,
+            x_m=float(sight.view.position[0]),
+            y_m=float(sight.view.position[1]),
+            obstacles=tuple(
+                SeenObstacle(
+                    tangent_1=point(obstacle.tangent_1),
+                    tangent_2=point(obstacle.tangent_2),
+                    chord_m=obstacle.chord_m,
+                )
+                for obstacle in sight.obstacles
+            ),
+            gaps=tuple(
+                SeenGap(
+                    right=gap.right,
+                    left=gap.left,
+                    width_m=gap.width_m,
+                    delta_rad=gap.delta_rad,
+                    passable=sight.is_passable(gap),
+                )
+                for gap in sight.gaps
+            ),
+            gap=step.gap,
+            heading_rad=step.heading_rad,
+            length_m=step.length_m,
+            target=point(target),
+            reach_m=ground.path.end_m + step.length_m,
+            promised_clearance_m=promised_m,
+            cost_to_go_m=step.cost_to_go_m,
+        )
+
+
+def point(xy: Floats) -> Point:
+    """A point of plain floats, as the wire wants it."""
+    return Point(x_m=float(xy[0]), y_m=float(xy[1]))
+
+
+def _xy(at: Point) -> Floats:
+    return np.array([at.x_m, at.y_m])
+
+
+def _around(start: Point, mission: Mission) -> Bounds:
+    """Where the region has no bounds: the box of start and goal, with the sensor's range on all sides."""
+    ends = [start, mission.goal or start]
+    margin_m = mission.range_m_max
+    return Bounds(
+        x_m_min=min(end.x_m for end in ends) - margin_m,
+        y_m_min=min(end.y_m for end in ends) - margin_m,
+        x_m_max=max(end.x_m for end in ends) + margin_m,
+        y_m_max=max(end.y_m for end in ends) + margin_m,
+    )

@@ -1,0 +1,132 @@
+"""A switching step: planned from one scan, by the law of the mission."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from agents.certificate import Walls, certified_lengths_m
+from agents.gaps import Gap, find_gaps, is_passable, widest
+from agents.guidance import CostToGo
+from agents.laws import heading_rad, step_length_m
+from agents.obstacles import Obstacle, find_obstacles, passable_width_m
+from agents.scan import View
+from protocol.frames import wrap
+from protocol.mission import Mission
+from protocol.sweep import Floats
+
+HEADINGS = 360  # one a degree: 7 cm apart at 4 m, finer than any gap that admits a robot
+LENGTHS = 32  # ends tried along each heading
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What the leader makes of a scan."""
+
+    view: View
+    obstacles: Sequence[Obstacle]
+    gaps: Sequence[Gap]
+    passable_m: float
+
+    @property
+    def widest_gap(self) -> int | None:
+        """(10)."""
+        return widest(self.gaps, passable_m=self.passable_m)
+
+    def is_passable(self, gap: Gap) -> bool:
+        """(9)."""
+        return is_passable(gap, passable_m=self.passable_m)
+
+
+@dataclass(frozen=True)
+class Step:
+    """Where to go, straight."""
+
+    heading_rad: float
+    length_m: float
+    gap: int | None = None
+    cost_to_go_m: float | None = None
+
+    def target(self, origin: Floats) -> Floats:
+        """The next switching position (2,) [m; world frame]."""
+        heading = np.array([np.cos(self.heading_rad), np.sin(self.heading_rad)])
+        return np.asarray(origin + self.length_m * heading)
+
+
+@dataclass(frozen=True)
+class NoStep:
+    """There is no step to make, and why."""
+
+    reason: str
+
+
+def look(view: View, mission: Mission) -> Sight:
+    """Find obstacles and gaps in a scan."""
+    passable_m = passable_width_m(mission.robot_radius_m, mission.epsilon_m)
+    obstacles = find_obstacles(view, passable_m=passable_m)
+    return Sight(view, obstacles, find_gaps(obstacles), passable_m)
+
+
+def paper_step(sight: Sight, mission: Mission) -> Step | NoStep:
+    """The laws `printed` and `resultant`: through the widest passable gap, by its two chords."""
+    chosen = sight.widest_gap
+    if chosen is None:
+        return NoStep(f"no passable gap in sight between {len(sight.obstacles)} obstacles")
+    gap = sight.gaps[chosen]
+    right_m, left_m = sight.obstacles[gap.right].chord_m, sight.obstacles[gap.left].chord_m
+    beta = heading_rad(mission.law, right_m, left_m, mission.epsilon_m, gap.delta_rad)
+    return Step(wrap(gap.axis_rad + beta), step_length_m(right_m, left_m), gap=chosen)
+
+
+def certified_step_to_goal(
+    view: View, walls: Walls, cost_to_go: CostToGo, goal: Floats, *, gain_m: float
+) -> Step | NoStep:
+    """The certified end point with the least cost-to-go: the goal itself, where that is certified."""
+    off_goal = goal - view.position
+    goal_m, goal_rad = float(np.hypot(*off_goal)), float(np.arctan2(off_goal[1], off_goal[0]))
+    headings, lengths = _certified(view, walls, goal_rad)
+    if lengths[0] >= goal_m:
+        return Step(goal_rad, goal_m, cost_to_go_m=0.0)
+    tried = lengths[:, None] * np.arange(1, LENGTHS + 1) / LENGTHS
+    costs = cost_to_go.at(_ends(view.position, headings, tried).reshape(-1, 2)).reshape(tried.shape)
+    best = np.unravel_index(np.argmin(costs), costs.shape)
+    here = float(cost_to_go.at(view.position[None, :])[0])
+    if not costs[best] < here - gain_m:
+        return NoStep(_why_stuck(here, float(costs[best])))
+    return Step(wrap(float(headings[best[0]])), float(tried[best]), cost_to_go_m=float(costs[best]))
+
+
+def _why_stuck(here_m: float, best_m: float) -> str:
+    if np.isinf(here_m) and np.isinf(best_m):
+        return "no way to the goal is left in what is known"
+    return f"no certified step comes nearer to the goal: {here_m:.2f} m to go here, {best_m:.2f} m at best"
+
+
+def certified_step_through_gap(sight: Sight, walls: Walls, *, gain_m: float) -> Step | NoStep:
+    """Without a goal: the certified end point nearest to the middle of the widest passable gap."""
+    chosen = sight.widest_gap
+    if chosen is None:
+        return NoStep(f"no passable gap in sight between {len(sight.obstacles)} obstacles")
+    middle, origin = sight.gaps[chosen].middle, sight.view.position
+    off = middle - origin
+    headings, lengths = _certified(sight.view, walls, float(np.arctan2(off[1], off[0])))
+    tried = lengths[:, None] * np.arange(1, LENGTHS + 1) / LENGTHS
+    short_m = np.hypot(*np.moveaxis(_ends(origin, headings, tried) - middle, -1, 0))
+    best = np.unravel_index(np.argmin(short_m), short_m.shape)
+    if not short_m[best] < np.hypot(*off) - gain_m:
+        return NoStep(f"no certified step comes nearer to the widest gap, {np.hypot(*off):.2f} m away")
+    return Step(wrap(float(headings[best[0]])), float(tried[best]), gap=chosen)
+
+
+def _certified(view: View, walls: Walls, first_rad: float) -> tuple[Floats, Floats]:
+    """Headings, a preferred one first, and how long a step in each may be, at most the range seen."""
+    even = -np.pi + 2.0 * np.pi * np.arange(HEADINGS) / HEADINGS
+    headings = np.concatenate([[first_rad], even])
+    lengths = certified_lengths_m(view.position, headings, walls)
+    return headings, np.minimum(lengths, float(view.ranges_m.max()))
+
+
+def _ends(origin: Floats, headings_rad: Floats, lengths_m: Floats) -> Floats:
+    """End points (h, k, 2) of steps of several lengths (h, k) in each heading."""
+    directions = np.stack([np.cos(headings_rad), np.sin(headings_rad)], axis=1)
+    return np.asarray(origin + lengths_m[:, :, None] * directions[:, None, :])

@@ -1,0 +1,166 @@
+"""A robot's place in the strand: its two links, the path, and what it grants the robot behind.
+
+Rule 1: the path begins where the tail stood when the strand formed, and leads over all places to the
+        leader's; so all robots measure the same arc length.
+Rule 2: a robot drives only while it has heard each of its links within `silence_s`. This is checked before
+        anything else whenever the robot is entered, so that one that was frozen finds out first.
+Rule 3: what is granted only grows; it is sent when it has grown enough to matter, and on every heartbeat.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from agents.commands import Command, Note, Tell
+from agents.events import LinkHeard
+from protocol.authority import authority_m
+from protocol.frames import Point, Pose
+from protocol.link import Link
+from protocol.messages import AheadState, BehindState
+from protocol.mission import Mission
+from protocol.path import Path
+from protocol.timeline import AuthorityGranted, LinkSilent
+from protocol.timeline import LinkHeard as LinkHeardAgain
+
+TOLD_VERTICES_MAX = 256  # a message's share of a long path; the rest follows when this has been acknowledged
+GRANT_M_MIN = 0.05  # a grant worth a message: a tenth of a second at 0.5 m/s
+
+
+@dataclass(slots=True)
+class Own:
+    """What a robot tells its neighbours of itself."""
+
+    progress_m: float
+    pose: Pose
+    arrived: bool
+
+
+class Strand:
+    """One robot's view of the strand, in one epoch."""
+
+    def __init__(
+        self, robot: int, order: tuple[int, ...], places: Mapping[int, Pose], mission: Mission, now_s: float
+    ) -> None:
+        self._mission = mission
+        self.epoch = 1
+        rank = order.index(robot)
+        self._lineage = tuple(reversed(order[:rank]))
+        self.path = Path(Point(x_m=places[k].x_m, y_m=places[k].y_m) for k in reversed(order))
+        self.start_m = self.path[len(order) - 1 - rank].s_m
+        self._known_by_all = len(order)
+        self.ahead: Link[AheadState] | None = Link(order[rank - 1], now_s) if rank > 0 else None
+        last = rank == len(order) - 1
+        self.behind: Link[BehindState] | None = None if last else Link(order[rank + 1], now_s)
+        self.granted_m = 0.0
+        self.authority_m = self.start_m
+        self._told_at_s = -float("inf")
+        self._told: tuple[object, ...] = ()
+
+    @property
+    def keep_m(self) -> float:
+        """Least distance between the centres of two robots that ground is granted for.
+
+        The tolerance on top is what two robots may be off their path.
+        """
+        return 2.0 * self._mission.robot_radius_m + self._mission.separation_m + self._mission.mu0_m
+
+    @property
+    def tail_m(self) -> float:
+        """Arc length behind which there is nobody, as far as is known."""
+        if self.behind is None:
+            return self.start_m
+        return self.behind.state.tail_progress_m if self.behind.state else 0.0
+
+    @property
+    def stretch_m(self) -> float:
+        """How far the robot behind is short of what it has been granted."""
+        if self.behind is None or self.behind.state is None:
+            return 0.0
+        return max(0.0, self.granted_m - self.behind.state.progress_m)
+
+    @property
+    def silent(self) -> bool:
+        """Whether a link has not been heard for too long, or not at all yet."""
+        return any(link is not None and (link.silent or link.state is None) for link in self._links)
+
+    @property
+    def _links(self) -> tuple[Link[AheadState] | None, Link[BehindState] | None]:
+        return self.ahead, self.behind
+
+    def watch(self, now_s: float) -> list[Command]:
+        """Rule 2: note which links have fallen silent."""
+        commands: list[Command] = []
+        for link in self._links:
+            if link is not None and not link.silent and link.silent_s(now_s) > self._mission.silence_s:
+                link.silent = True
+                commands.append(Note(LinkSilent(neighbour=link.neighbour, silent_s=link.silent_s(now_s))))
+        return commands
+
+    def hear(self, heard: LinkHeard, now_s: float) -> list[Command]:
+        """Take in a neighbour's state; one of another epoch, or of nobody beside us, is void."""
+        for link in self._links:
+            if link is not None and link.neighbour == heard.robot and heard.state.epoch == self.epoch:
+                return self._hear(link, heard, now_s)
+        return []
+
+    def _hear(
+        self, link: Link[AheadState] | Link[BehindState], heard: LinkHeard, now_s: float
+    ) -> list[Command]:
+        match heard.state:
+            case AheadState() as state if link is self.ahead:
+                newer = self.ahead.hear(state, heard.number, now_s)
+                self.path.learn(state.path_from, state.path)
+                self.authority_m = max(self.authority_m, state.authority_m)
+            case BehindState() as state if link is self.behind:
+                newer = self.behind.hear(state, heard.number, now_s)
+            case _:
+                return []
+        if not (newer and link.silent):
+            return []
+        link.silent = False
+        return [Note(LinkHeardAgain(neighbour=link.neighbour))]
+
+    def tell(self, own: Own, now_s: float) -> list[Command]:
+        """Rule 3: grant what has become free; tell both neighbours if there is news or a heartbeat due."""
+        commands = self._grant(own)
+        news = (self.granted_m, len(self.path), own.arrived)
+        if news == self._told and now_s - self._told_at_s < self._mission.heartbeat_s:
+            return commands
+        self._told, self._told_at_s = news, now_s
+        if self.behind is not None:
+            commands.append(Tell(self.behind.neighbour, self._ahead_state(self.behind, own)))
+        if self.ahead is not None:
+            commands.append(Tell(self.ahead.neighbour, self._behind_state(own)))
+        return commands
+
+    def _grant(self, own: Own) -> list[Command]:
+        if self.behind is None:
+            return []
+        free_m = authority_m(self.path, tail_m=self.tail_m, progress_m=own.progress_m, keep_m=self.keep_m)
+        enough_m = 0.0 if own.arrived else GRANT_M_MIN
+        if free_m <= self.granted_m + enough_m:
+            return []
+        self.granted_m = free_m
+        grant = AuthorityGranted(to=self.behind.neighbour, epoch=self.epoch, authority_m=free_m)
+        return [Note(grant)]
+
+    def _ahead_state(self, behind: Link[BehindState], own: Own) -> AheadState:
+        path_from = behind.state.vertices if behind.state else self._known_by_all
+        return AheadState(
+            epoch=self.epoch,
+            path_from=path_from,
+            path=self.path.told_from(path_from, TOLD_VERTICES_MAX),
+            progress_m=own.progress_m,
+            authority_m=self.granted_m,
+            pose=own.pose,
+            arrived=own.arrived,
+            lineage=self._lineage,
+        )
+
+    def _behind_state(self, own: Own) -> BehindState:
+        return BehindState(
+            epoch=self.epoch,
+            vertices=len(self.path),
+            progress_m=own.progress_m,
+            tail_progress_m=min(self.tail_m if self.behind else own.progress_m, own.progress_m),
+            pose=own.pose,
+        )

@@ -1,0 +1,77 @@
+"""A path: the polyline that a robot drives, with arc length along it. It only ever grows at its end."""
+
+import math
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from protocol.frames import Point, Vertex
+from protocol.sweep import Floats
+
+
+class Path:
+    """Vertices with arc length from the first one [m; world frame]."""
+
+    def __init__(self, points: Iterable[Point]) -> None:
+        self._vertices: list[Vertex] = []
+        for point in points:
+            self.extend(point)
+
+    def __len__(self) -> int:
+        return len(self._vertices)
+
+    def __getitem__(self, index: int) -> Vertex:
+        return self._vertices[index]
+
+    @property
+    def end_m(self) -> float:
+        """Arc length of the last vertex."""
+        return self._vertices[-1].s_m
+
+    def extend(self, point: Point) -> Vertex:
+        """Add a vertex at the end; returns it with its arc length."""
+        s_m = 0.0
+        if self._vertices:
+            last = self._vertices[-1]
+            s_m = last.s_m + math.hypot(point.x_m - last.x_m, point.y_m - last.y_m)
+        self._vertices.append(Vertex(x_m=point.x_m, y_m=point.y_m, s_m=s_m))
+        return self._vertices[-1]
+
+    def learn(self, first: int, vertices: Sequence[Vertex]) -> None:
+        """Take over what another robot says of its path, from the vertex with index `first` on.
+
+        What is known stays as it is, and what does not join on to it waits until it is told again.
+        """
+        if first <= len(self):
+            self._vertices.extend(vertices[len(self) - first :])
+
+    def told_from(self, first: int, most: int) -> tuple[Vertex, ...]:
+        """At most so many vertices, from the one with index `first` on."""
+        return tuple(self._vertices[first : first + most])
+
+    def next_vertex(self, s_m: float) -> int:
+        """Index of the first vertex beyond an arc length; the number of vertices where there is none."""
+        return next((i for i, vertex in enumerate(self._vertices) if vertex.s_m > s_m), len(self))
+
+    def at(self, s_m: float) -> Point:
+        """The place at an arc length, held to the path's ends."""
+        index = min(max(self.next_vertex(s_m), 1), len(self) - 1)
+        if index == 0:
+            return Point(x_m=self._vertices[0].x_m, y_m=self._vertices[0].y_m)
+        start, end = self._vertices[index - 1], self._vertices[index]
+        length = end.s_m - start.s_m
+        share = min(max((s_m - start.s_m) / length, 0.0), 1.0) if length > 0.0 else 1.0
+        return Point(
+            x_m=start.x_m + share * (end.x_m - start.x_m), y_m=start.y_m + share * (end.y_m - start.y_m)
+        )
+
+    def between(self, from_m: float, to_m: float) -> Floats:
+        """The corners (n, 2) of the part between two arc lengths, both ends included; n >= 2."""
+        inner = [vertex for vertex in self._vertices if from_m < vertex.s_m < to_m]
+        corners: list[Point | Vertex] = [self.at(from_m), *inner, self.at(max(from_m, to_m))]
+        return np.array([(corner.x_m, corner.y_m) for corner in corners])
+
+    def segments(self) -> Iterable[tuple[Vertex, Vertex]]:
+        """Consecutive vertices."""
+        return pairwise(self._vertices)
