@@ -1,0 +1,68 @@
+"""What finite directions, noise and imperfect drives cost: the errors that the tolerance mu0 has to cover."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from world.shapes import Shape
+
+NOISE_SIGMAS = 3.0
+"""Where the sensor clips its Gaussian error: 99.7 % of it lies within."""
+
+HEADING_ERRORS = 3.0
+"""Heading errors that add up beside a path: the leader is off its plan, and a follower is off both ends of
+the segment that the leader drove."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Budget:
+    """The three shares of the error budget [m]."""
+
+    quantisation_m: float
+    range_noise_m: float
+    drive_m: float
+
+    @property
+    def total_m(self) -> float:
+        """What mu0 has to cover."""
+        return self.quantisation_m + self.range_noise_m + self.drive_m
+
+
+def blind_per_range(shapes: Sequence[Shape], directions: int) -> float:
+    """How far an obstacle may reach unseen past a ray that hit it, per metre of range.
+
+    Sideways past its last ray: up to the spacing of the rays. Towards the sensor between two rays: a
+    corner of angle gamma that both rays only just catch is `spacing / (2 tan(gamma / 2))` tall.
+    """
+    sharpest_rad = min((shape.sharpest_corner_rad for shape in shapes), default=math.pi / 2)
+    return math.tau / directions * max(1.0, 0.5 / math.tan(sharpest_rad / 2))
+
+
+def sure_range_m(shapes: Sequence[Shape], directions: int) -> float:
+    """The range out to which no obstacle fits between two rays; inf without obstacles."""
+    thinnest_m = min((shape.smallest_width_m for shape in shapes), default=math.inf)
+    return thinnest_m / (math.tau / directions)
+
+
+def budget(
+    *,
+    blind_per_range: float,
+    closest_m: float,
+    range_sigma_m: float,
+    heading_error_rad: float,
+    range_m_max: float,
+) -> Budget:
+    """Add up the errors.
+
+    Args:
+        blind_per_range: from the function of that name.
+        closest_m: how near a centre may come to an obstacle; there the unseen part counts.
+        range_sigma_m: of the sensor.
+        heading_error_rad: of the drive.
+        range_m_max: the longest that a step can be, since nothing is known beyond.
+    """
+    return Budget(
+        quantisation_m=blind_per_range * closest_m,
+        range_noise_m=NOISE_SIGMAS * range_sigma_m,
+        drive_m=HEADING_ERRORS * range_m_max * heading_error_rad,
+    )

@@ -1,0 +1,126 @@
+"""Relations that a scenario has to keep; each refusal is one line: path, bound, value."""
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import NoReturn
+
+import numpy as np
+
+from protocol.frames import Pose
+from protocol.mission import Bounds
+from world.budget import Budget
+from world.clearance import distances
+from world.sections import DriveSection, Fleet, Goal, LawSection, Sensor
+from world.shapes import Ground
+
+ROUNDING_M = 1e-9
+"""What places computed by sine and cosine may be off: a million times the last bit of a metre."""
+
+
+def _refuse(path: str, rule: str, got: object) -> NoReturn:
+    said = f"{got:.6g}" if isinstance(got, float) else str(got)
+    raise ValueError(f"$.{path}: must be {rule}, got {said}")
+
+
+def speeds(drive: DriveSection) -> None:
+    """Equation (1): v_min < v < v_max."""
+    if not drive.speed_mps_min < drive.speed_mps < drive.speed_mps_max:
+        _refuse(
+            "drive.speed_mps",
+            f"> speed_mps_min = {drive.speed_mps_min:g} and < speed_mps_max = {drive.speed_mps_max:g} m/s",
+            drive.speed_mps,
+        )
+
+
+def law(section: LawSection) -> None:
+    """A tolerance as large as the clearance would allow contact."""
+    if section.mu0_m >= section.epsilon_m:
+        _refuse("law.mu0_m", f"< epsilon_m = {section.epsilon_m:g} m", section.mu0_m)
+
+
+def fleet(section: Fleet) -> None:
+    """Places are said in one way, and for every robot."""
+    queued = (section.start is not None, section.spacing_m is not None)
+    if (section.places is not None) == any(queued) or any(queued) != all(queued):
+        raise ValueError("$.fleet: must say either places, or start and spacing_m")
+    if section.places is not None and len(section.places) < section.robots:
+        _refuse("fleet.robots", f"<= the number of places = {len(section.places)}", section.robots)
+
+
+def table(rows: Sequence[Sequence[float]] | None, obstacles: int, positions: int | None) -> None:
+    """A reference table has a row for each switching position and a column for each obstacle."""
+    if rows is None:
+        return
+    if positions != len(rows):
+        _refuse("table_m", f"as many rows as switching_positions_max = {positions}", len(rows))
+    for index, row in enumerate(rows):
+        if len(row) != obstacles:
+            _refuse(f"table_m[{index}]", f"as many distances as obstacles = {obstacles}", len(row))
+
+
+def sight(sensor: Sensor, range_m_used: float, closest_m: float) -> None:
+    """The sensor is sure to see every obstacle in time: at twice the distance that is kept from it."""
+    if sensor.range_m_max <= closest_m:
+        _refuse("sensor.range_m_max", f"> radius + epsilon = {closest_m:g} m", sensor.range_m_max)
+    # A disc of radius r + epsilon that is to move at all needs sight of more than itself; as much again.
+    if range_m_used < 2.0 * closest_m:
+        raise ValueError(
+            f"$.sensor: must be sure of every obstacle out to 2 (radius + epsilon) = {2.0 * closest_m:g} m, "
+            f"got {range_m_used:.6g} m with {sensor.directions} directions"
+        )
+
+
+def errors_covered(section: LawSection, errors: Budget) -> None:
+    """The error budget: mu0 covers everything that makes a promised clearance differ from the true one."""
+    if section.mu0_m < errors.total_m:
+        _refuse(
+            "law.mu0_m",
+            f">= {errors.total_m:.6g} m, which is ray quantisation {errors.quantisation_m:.6g} m"
+            f" + range noise {errors.range_noise_m:.6g} m + drive {errors.drive_m:.6g} m",
+            section.mu0_m,
+        )
+
+
+def places_apart(section: Fleet, poses: Sequence[Pose]) -> None:
+    """No two robots start nearer than their separation."""
+    least_m = 2.0 * section.robot_radius_m + section.separation_m
+    rule = f">= 2 robot_radius_m + separation_m = {least_m:g} m"
+    if section.spacing_m is not None:  # places on one line: the spacing says it all
+        if len(poses) > 1 and section.spacing_m < least_m - ROUNDING_M:
+            _refuse("fleet.spacing_m", rule, section.spacing_m)
+        return
+    for (i, one), (j, other) in combinations(enumerate(poses), 2):
+        apart_m = float(np.hypot(one.x_m - other.x_m, one.y_m - other.y_m))
+        if apart_m < least_m - ROUNDING_M:
+            _refuse(f"fleet.places[{j}]", f"{rule} from places[{i}]", apart_m)
+
+
+def within(bounds: Bounds | None, poses: Sequence[Pose], goal: Goal | None, radius_m: float) -> None:
+    """Every robot starts inside the bounds, hull and all, and may stand at the goal."""
+    if bounds is None:
+        return
+    for name, low_m, high_m in (("x", bounds.x_m_min, bounds.x_m_max), ("y", bounds.y_m_min, bounds.y_m_max)):
+        if low_m >= high_m:
+            _refuse(f"bounds.{name}_m_min", f"< {name}_m_max = {high_m:g} m", low_m)
+    for path, x_m, y_m in _stands(poses, goal):
+        room_m = min(x_m - bounds.x_m_min, bounds.x_m_max - x_m, y_m - bounds.y_m_min, bounds.y_m_max - y_m)
+        if room_m < radius_m - ROUNDING_M:
+            _refuse(path, f"inside the bounds by the radius = {radius_m:g} m", room_m)
+
+
+def clear_of(ground: Ground, poses: Sequence[Pose], goal: Goal | None, standoff_m: float) -> None:
+    """No place and no goal is in an obstacle, or nearer to one than `standoff_m`."""
+    if ground.shape_count == 0:
+        return
+    for path, x_m, y_m in _stands(poses, goal):
+        apart_m = distances(ground, np.array((x_m, y_m)))
+        nearest = int(apart_m.argmin())
+        if apart_m[nearest] < standoff_m - ROUNDING_M or apart_m[nearest] == 0.0:
+            inside = "inside it" if apart_m[nearest] == 0.0 else f"{apart_m[nearest]:.6g}"
+            _refuse(path, f">= {standoff_m:g} m away from $.obstacle[{nearest}]", inside)
+
+
+def _stands(poses: Sequence[Pose], goal: Goal | None) -> list[tuple[str, float, float]]:
+    """Everywhere that a robot must be able to stand, and how the scenario's author knows it."""
+    stands = [(f"fleet: the place of robot {k}", pose.x_m, pose.y_m) for k, pose in enumerate(poses, start=1)]
+    return stands if goal is None else [*stands, ("goal.at_m", *goal.at_m)]

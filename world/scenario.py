@@ -1,0 +1,143 @@
+"""A scenario: all that a run is made of, read from TOML or from a `clew-scene/1` file, and checked.
+
+Rule 1: a scenario that exists is sound; its construction refuses bad relations.
+Rule 2: a scenario goes whole into the timeline's header and comes back the same.
+"""
+
+from hashlib import blake2b
+from typing import Annotated, Any
+
+import msgspec
+from msgspec import Meta, Struct, field
+
+from protocol.frames import Count, Length, Point
+from protocol.mission import Bounds, Mission
+from world import checks, reading, scene
+from world.budget import NOISE_SIGMAS, Budget, blind_per_range, budget, sure_range_m
+from world.sections import DriveSection, Fleet, Goal, LawSection, Sensor, Text, TimeSection
+from world.shapes import Ground, Shape, ground_of
+
+Table = Annotated[
+    tuple[tuple[Length, ...], ...],
+    Meta(description="m; a row for each switching position, a column for each obstacle"),
+]
+
+
+class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The ground, the fleet, its senses and drives, the law, and what counts as done."""
+
+    name: Annotated[str, Meta(min_length=1, max_length=200)]
+    description: Text = ""
+    fleet: Fleet
+    law: LawSection
+    sensor: Sensor
+    drive: DriveSection
+    time: TimeSection
+    goal: Goal | None = None
+    bounds: Bounds | None = None
+    obstacles: Annotated[tuple[Shape, ...], Meta(max_length=10_000)] = field(default=(), name="obstacle")
+    switching_positions_max: Count | None = None
+    table_m: Table | None = None
+    """Reference distances from the leader's switching positions to the obstacles: the paper's Table I."""
+
+    def __post_init__(self) -> None:
+        checks.speeds(self.drive)
+        checks.fleet(self.fleet)
+        checks.law(self.law)
+        checks.table(self.table_m, len(self.obstacles), self.switching_positions_max)
+        checks.sight(self.sensor, self.range_m_used, self.closest_m)
+        if self.law.law.promises_clearance:
+            checks.errors_covered(self.law, self.error_budget)
+        poses, radius_m = self.fleet.poses(), self.fleet.robot_radius_m
+        checks.places_apart(self.fleet, poses)
+        checks.within(self.bounds, poses, self.goal, radius_m)
+        standoff_m = self.closest_m if self.law.law.promises_clearance else radius_m
+        checks.clear_of(self.ground, poses, self.goal, standoff_m)
+
+    @property
+    def ground(self) -> Ground:
+        """The obstacles, packed into arrays."""
+        return ground_of(self.obstacles)
+
+    @property
+    def closest_m(self) -> float:
+        """How near a robot's centre may come to an obstacle: r + epsilon."""
+        return self.fleet.robot_radius_m + self.law.epsilon_m
+
+    @property
+    def range_m_used(self) -> float:
+        """The range of the scans that robots get: as far as the sensor is sure to see every obstacle."""
+        return min(self.sensor.range_m_max, sure_range_m(self.obstacles, self.sensor.directions))
+
+    @property
+    def range_error_m_max(self) -> float:
+        """Where the sensor's error is clipped."""
+        return NOISE_SIGMAS * self.sensor.range_sigma_m
+
+    @property
+    def blind_per_range(self) -> float:
+        """How far an obstacle may reach unseen past a ray that hit it, per metre of range."""
+        return blind_per_range(self.obstacles, self.sensor.directions)
+
+    @property
+    def error_budget(self) -> Budget:
+        """What mu0 has to cover under a law that promises clearance."""
+        return budget(
+            blind_per_range=self.blind_per_range,
+            closest_m=self.closest_m,
+            range_sigma_m=self.sensor.range_sigma_m,
+            heading_error_rad=self.drive.heading_error_rad,
+            range_m_max=self.range_m_used,
+        )
+
+    def mission(self) -> Mission:
+        """What every robot is told."""
+        goal = self.goal
+        return Mission(
+            robots=self.fleet.robots,
+            robot_radius_m=self.fleet.robot_radius_m,
+            law=self.law.law,
+            epsilon_m=self.law.epsilon_m,
+            mu0_m=self.law.mu0_m,
+            separation_m=self.fleet.separation_m,
+            speed_mps=self.drive.speed_mps,
+            directions=self.sensor.directions,
+            range_m_max=self.range_m_used,
+            range_error_m_max=self.range_error_m_max,
+            blind_per_range=self.blind_per_range,
+            link_length_m_max=self.fleet.link_length_m_max,
+            goal=None if goal is None else Point(x_m=goal.at_m[0], y_m=goal.at_m[1]),
+            goal_tolerance_m=0.0 if goal is None else goal.tolerance_m,
+            bounds=self.bounds,
+            switching_positions_max=self.switching_positions_max,
+        )
+
+    def fingerprint(self) -> str:
+        """A hash that two scenarios share exactly when they say the same."""
+        return blake2b(msgspec.json.encode(self, order="deterministic"), digest_size=16).hexdigest()
+
+
+def load(name_or_path: str, *, robots: int | None = None, law: str | None = None) -> Scenario:
+    """The scenario of that name in launch/scenarios, or in that .toml or clew-scene/1 .json file.
+
+    Args:
+        name_or_path: which one.
+        robots: overrides the scenario's number of robots.
+        law: overrides the scenario's law.
+
+    Raises:
+        UsageError: whatever is wrong, in one line.
+    """
+    path = reading.find(name_or_path)
+    raw = reading.read(path)
+    if path.suffix == ".json":
+        raw = scene.as_scenario(raw, path.name)
+    for section, key, value in (("fleet", "robots", robots), ("law", "law", law)):
+        if value is not None and isinstance(raw.get(section), dict):
+            raw[section][key] = value
+    return reading.understand(raw, Scenario, path.name)
+
+
+def schema() -> dict[str, Any]:
+    """The JSON Schema of scenario files, as kept in launch/scenarios for editors."""
+    return msgspec.json.schema(Scenario)

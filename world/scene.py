@@ -1,0 +1,94 @@
+"""`clew-scene/1`: obstacle scenes in JSON, said as a scenario file would say them."""
+
+import math
+from typing import Annotated, Any, Literal
+
+from msgspec import Meta, Struct
+
+from protocol.errors import UsageError
+from protocol.frames import Metres, wrap
+from world.budget import HEADING_ERRORS, NOISE_SIGMAS, blind_per_range
+from world.reading import understand
+from world.sections import SomeMetres
+from world.shapes import Extent, Position, Shape
+
+ROBOTS = 5  # the paper's fleet
+EPSILON_M, MU0_M = 0.1, 0.01  # the paper's
+DIRECTIONS = 1440  # 0.25 degrees, as a Hokuyo UTM-30LX turns
+SPEED_MPS, SPEED_MPS_MIN, SPEED_MPS_MAX = 0.5, 0.05, 1.0  # a small indoor robot's
+TURN_RATE_RADPS = 1.5708  # a quarter turn a second
+RANGE_M_MAX = 4.0  # as in the trial of the certified law on the BARN worlds
+RANGE_RADII = 20.0  # a robot too large for that sees as far in its own measure
+SPACING_RADII = 3.0  # the scenes' own rule for the places of robots
+SEPARATION_RADII = 0.5  # half of the room that the spacing leaves between two hulls
+LINK_RADII = 10.0  # three places apart, and some
+ERROR_SHARE = 0.25  # of the tolerance that rays leave over, to noise and drive each; half stays in hand
+TIME_FACTOR = 20.0  # over the straight way at full speed: detours, turns, and five robots one by one
+
+
+class Scene(Struct, frozen=True, kw_only=True):
+    """The keys of a scene that we use; it has others, about where it comes from."""
+
+    schema: Literal["clew-scene/1"]
+    name: str
+    robot_radius: SomeMetres
+    start: tuple[Metres, Metres, Metres]
+    goal: tuple[Metres, Metres]
+    goal_tol: SomeMetres
+    bounds: tuple[Metres, Metres, Metres, Metres]
+    circles: tuple[tuple[Metres, Metres, Extent], ...] = ()
+    polygons: tuple[Annotated[tuple[Position, ...], Meta(min_length=3)], ...] = ()
+    walls: tuple[Annotated[tuple[Position, ...], Meta(min_length=3)], ...] = ()
+    moving: tuple[Any, ...] = ()
+
+
+class _Obstacles(Struct, frozen=True, kw_only=True):
+    obstacle: tuple[Shape, ...]
+
+
+def as_scenario(raw: object, source: str) -> dict[str, Any]:
+    """What a scenario file would say of this scene; `source` names it in refusals.
+
+    The noise of sensor and drive is what the tolerance can bear, so that a scene with sharper corners
+    is given a better sensor, not refused.
+    """
+    scene = understand(raw, Scene, source)
+    if scene.moving:
+        raise UsageError(f"{source}: $.moving: must be absent, got {len(scene.moving)} moving obstacles")
+    obstacles = [{"shape": "circle", "centre_m": (x, y), "radius_m": r} for x, y, r in scene.circles]
+    obstacles += [{"shape": "polygon", "vertices_m": ring} for ring in (*scene.polygons, *scene.walls)]
+    shapes = understand({"obstacle": obstacles}, _Obstacles, source).obstacle
+    radius_m = scene.robot_radius
+    range_m_max = max(RANGE_M_MAX, RANGE_RADII * radius_m)
+    quantisation_m = blind_per_range(shapes, DIRECTIONS) * (radius_m + EPSILON_M)
+    share_m = ERROR_SHARE * max(MU0_M - quantisation_m, 0.0)
+    x_m_min, y_m_min, x_m_max, y_m_max = scene.bounds
+    way_m = math.dist(scene.start[:2], scene.goal)
+    return {
+        "name": scene.name,
+        "fleet": {
+            "robots": ROBOTS,
+            "robot_radius_m": radius_m,
+            "separation_m": SEPARATION_RADII * radius_m,
+            "link_length_m_max": LINK_RADII * radius_m,
+            "start": (*scene.start[:2], wrap(scene.start[2])),
+            "spacing_m": SPACING_RADII * radius_m,
+        },
+        "law": {"epsilon_m": EPSILON_M, "mu0_m": MU0_M},
+        "goal": {"at_m": scene.goal, "tolerance_m": scene.goal_tol},
+        "bounds": {"x_m_min": x_m_min, "y_m_min": y_m_min, "x_m_max": x_m_max, "y_m_max": y_m_max},
+        "sensor": {
+            "directions": DIRECTIONS,
+            "range_m_max": range_m_max,
+            "range_sigma_m": share_m / NOISE_SIGMAS,
+        },
+        "drive": {
+            "speed_mps": SPEED_MPS,
+            "speed_mps_min": SPEED_MPS_MIN,
+            "speed_mps_max": SPEED_MPS_MAX,
+            "turn_rate_radps": TURN_RATE_RADPS,
+            "heading_error_rad": share_m / (HEADING_ERRORS * range_m_max),
+        },
+        "time": {"time_s_max": TIME_FACTOR * max(way_m, RANGE_M_MAX) / SPEED_MPS},
+        "obstacle": obstacles,
+    }
