@@ -1,0 +1,57 @@
+"""`python -m agents`: one robot, or a host of several."""
+
+import argparse
+import sys
+from pathlib import Path
+
+import agents.guidance  # noqa: F401 - loaded before the fork, scipy with it, so that all robots share it
+from agents.host import run_host, run_robot
+
+STDIN = 0
+ROBOT_MAX = 9999  # what the wire takes
+
+
+def main() -> int:
+    """Run the robots; returns the exit code."""
+    arguments = _parse()
+    lifeline = STDIN if arguments.lifeline else None
+    if len(arguments.robots) == 1:
+        return run_robot(arguments.robots[0], arguments.sessions, lifeline)
+    return run_host(arguments.robots, arguments.sessions, lifeline)
+
+
+def robots_of(text: str) -> list[int]:
+    """The robots that a text like `3`, `1-5` or `1-3,7` names.
+
+    Raises:
+        argparse.ArgumentTypeError: it names none, or one twice.
+    """
+    robots: list[int] = []
+    for part in text.split(","):
+        first, _, last = part.partition("-")
+        if not (first.isdecimal() and (last or first).isdecimal()):
+            raise argparse.ArgumentTypeError(f"{text!r} is no list of robots such as 3, 1-5 or 1-3,7")
+        robots.extend(range(int(first), int(last or first) + 1))
+    if not robots or len(set(robots)) < len(robots) or min(robots) < 1 or max(robots) > ROBOT_MAX:
+        raise argparse.ArgumentTypeError(f"{text!r} must name robots from 1 to {ROBOT_MAX}, each once")
+    return robots
+
+
+def _parse() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="python -m agents",
+        description="Runs robots: each is a process with its own Zenoh session. Several are forked by this "
+        "one, which reaps them. Exits 0 when all ended well, 1 when one did not, 2 on wrong usage.",
+    )
+    parser.add_argument("--robots", type=robots_of, required=True, metavar="LIST", help="3, 1-5 or 1-3,7")
+    parser.add_argument(
+        "--sessions", type=Path, required=True, metavar="DIR", help="folder of the run's session files"
+    )
+    parser.add_argument(
+        "--lifeline", action="store_true", help="end when stdin does, so that no launcher leaves us behind"
+    )
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

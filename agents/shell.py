@@ -1,0 +1,192 @@
+"""The shell of one robot: its session, its clock, its end. It decides nothing about driving.
+
+Rule 1: of what arrived together, the newest odometry tells the time, so that a robot that was frozen knows
+        how late it is before it believes anything else.
+Rule 2: timeline entries are re-sent until the recorder has them; the robot does not go before that.
+"""
+
+import os
+import secrets
+import time
+from collections.abc import Sequence
+from enum import IntEnum
+
+from agents.commands import Announce, AskScan, Command, Note, Order, Tell
+from agents.events import Event, LinkHeard, MusterHeard, OdometryHeard, ScanHeard
+from agents.robot import Robot
+from protocol.keys import Keys, robot_name, robot_number
+from protocol.messages import (
+    AheadState,
+    Ask,
+    BehindState,
+    Logged,
+    Muster,
+    Odometry,
+    Phase,
+    Scan,
+)
+from protocol.mission import Mission
+from protocol.outbox import Outbox
+from protocol.session import Session
+from protocol.timeline import MessageRefused, Record, RobotSettled, RobotStarted, TrafficCounted
+from protocol.transport import Arrival, Heard, Refused, Transport
+from protocol.zenoh_transport import open_transport
+
+TURN_S = 0.1  # wall: how often the outbox is looked at when nothing arrives
+MISSION_RETRY_S = 0.3  # wall
+MISSION_PATIENCE_S = 10.0  # wall: what docs/run.md gives a fleet to come together
+WORLD_SILENCE_S = 5.0  # wall: docs/run.md
+START_PATIENCE_S = 20.0  # wall: the others have 10 s to come, and a slow machine as much again
+CLOSING_PATIENCE_S = 2.0  # wall: docs/run.md
+REASON_LENGTH_MAX = 500  # a timeline entry is no place for all that a stranger may send
+
+
+class Exit(IntEnum):
+    """How a robot's process ends."""
+
+    OK = 0
+    FAILED = 1
+
+
+async def run(robot: int, session: Session) -> Exit:
+    """Live one robot's life, from opening the session to the end of the run.
+
+    Raises:
+        UsageError: no router admits us.
+    """
+    keys, name = session.keys, robot_name(robot)
+    hear = [keys.link("*", name), keys.odometry(name), keys.muster("*"), keys.logged(name)]
+    alive = keys.alive(name, secrets.token_hex(4))
+    with open_transport(session, hear=hear, answer=[], alive=alive, watch=None) as transport:
+        life = _Life(robot, session, transport)
+        mission = await life.mission()
+        return Exit.FAILED if mission is None else await life.run(Robot(robot, mission))
+
+
+class _Life:
+    """What the shell of one robot remembers."""
+
+    def __init__(self, robot: int, session: Session, transport: Transport) -> None:
+        self._name = robot_name(robot)
+        self._keys = session.keys
+        self._transport = transport
+        self._outbox = Outbox()
+        self._now_s = 0.0
+        self._phase = Phase.RUNNING
+        self._heard_world_at_s = time.monotonic()
+        self._patience_s = START_PATIENCE_S
+
+    async def mission(self) -> Mission | None:
+        """Ask the world until it answers; None when it does not."""
+        for _ in range(round(MISSION_PATIENCE_S / MISSION_RETRY_S)):
+            self._transport.ask(self._keys.mission(), Ask())
+            for arrival in await self._transport.arrivals(MISSION_RETRY_S):
+                match arrival:
+                    case Heard(message=Mission() as mission):
+                        self._note(RobotStarted(pid=os.getpid()))
+                        return mission
+                    case _:
+                        pass  # nobody else speaks before all robots are there
+        return None
+
+    async def run(self, robot: Robot) -> Exit:
+        """Hand events to the robot and do what it wants, until the world closes the run."""
+        while self._phase is Phase.RUNNING:
+            self._flush()
+            arrivals = await self._transport.arrivals(TURN_S)
+            self._hear_world(arrivals)
+            if self._phase is Phase.RUNNING:
+                for event in _events(self._keys, arrivals, self._now_s):
+                    for command in robot.handle(event, self._now_s):
+                        self._do(command)
+            if self._world_is_silent():
+                return Exit.FAILED
+        return await self._close()
+
+    async def _close(self) -> Exit:
+        """Say what was sent; when all have, say what was received; go when the recorder has it."""
+        self._note(RobotSettled(sent=dict(self._counted(self._transport.traffic.sent))))
+        while self._phase is Phase.OVER:
+            await self._turn()
+            if self._world_is_silent():
+                return Exit.FAILED
+        traffic = self._transport.traffic
+        self._note(
+            TrafficCounted(
+                sent=self._counted(traffic.sent),
+                received=self._counted(traffic.received),
+                newest=self._counted(traffic.newest),
+                refused=traffic.refused_count,
+                overflowed=traffic.overflowed_count,
+            )
+        )
+        until_s = time.monotonic() + CLOSING_PATIENCE_S
+        while len(self._outbox) and time.monotonic() < until_s:
+            await self._turn()
+        return Exit.FAILED if len(self._outbox) else Exit.OK
+
+    async def _turn(self) -> None:
+        self._flush()
+        self._hear_world(await self._transport.arrivals(TURN_S))
+
+    def _hear_world(self, arrivals: Sequence[Arrival]) -> None:
+        for arrival in arrivals:
+            match arrival:
+                case Heard(message=Odometry() as odometry):
+                    self._now_s = max(self._now_s, odometry.t_s)
+                    self._phase = odometry.phase
+                    self._heard_world_at_s, self._patience_s = time.monotonic(), WORLD_SILENCE_S
+                case Heard(message=Logged(up_to)):
+                    self._outbox.acknowledged(up_to)
+                case Refused(key, reason):
+                    self._note(MessageRefused(key=key, reason=reason[:REASON_LENGTH_MAX]))
+                case _:
+                    pass  # the robot's, or nobody's: a robot is not asked and sees no tokens
+
+    def _world_is_silent(self) -> bool:
+        return time.monotonic() - self._heard_world_at_s > self._patience_s
+
+    def _do(self, command: Command) -> None:
+        match command:
+            case Announce(muster):
+                self._transport.put(self._keys.muster(self._name), muster)
+            case Tell(robot, state):
+                self._transport.put(self._keys.link(self._name, robot_name(robot)), state)
+            case Order(drive):
+                self._transport.put(self._keys.drive(self._name), drive)
+            case AskScan():
+                self._transport.ask(self._keys.scan(self._name), Ask())
+            case Note(record):
+                self._note(record)
+
+    def _note(self, record: Record) -> None:
+        self._outbox.add(record, t_s=self._now_s, hlc=self._transport.timestamp())
+
+    def _flush(self) -> None:
+        while (batch := self._outbox.batch(time.monotonic())) is not None:
+            self._transport.put(self._keys.log(self._name), batch)
+
+    def _counted(self, counts: dict[str, int]) -> dict[str, int]:
+        """Without the recorder's own keys, which have books of their own."""
+        apart = (self._keys.log(self._name), self._keys.logged(self._name))
+        return {key: count for key, count in counts.items() if key not in apart}
+
+
+def _events(keys: Keys, arrivals: Sequence[Arrival], now_s: float) -> list[Event]:
+    """What has arrived for the robot, in order; of the odometry only the newest (rule 1)."""
+    events: list[Event] = []
+    for arrival in arrivals:
+        match arrival:
+            case Heard(message=Odometry() as odometry) if odometry.t_s == now_s:
+                events.append(OdometryHeard(odometry))
+            case Heard(message=Scan() as scan):
+                events.append(ScanHeard(scan))
+            case Heard(key, _, Muster() as muster) if robot := robot_number(keys.part(key, 1)):
+                events.append(MusterHeard(robot, muster))
+            case Heard(key, number, AheadState() | BehindState() as state) if robot := robot_number(
+                keys.part(key, 1)
+            ):
+                events.append(LinkHeard(robot, number, state))
+            case _:
+                pass  # the shell's own, or a message on a key where it means nothing
+    return events
