@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.table import Table
 
 from lab import timeline
-from lab.check import check
+from lab.check import check, sentences
 from lab.timeline import Choice, Timeline
 from protocol.errors import UsageError
 from protocol.timeline import Entry
@@ -96,9 +96,7 @@ def check_log(ctx: click.Context, run: Path, *, as_json: bool) -> None:
     if as_json:
         click.echo(msgspec.json.encode(finding).decode())
     else:
-        for complaint in finding.complaints:
-            click.echo(complaint)
-        click.echo(finding.sentence)
+        click.echo("\n".join(sentences(finding)))
     ctx.exit(0 if finding.ok else 1)
 
 

@@ -1,0 +1,77 @@
+"""Judges a run again, from its log alone: by the rules that judged it live, and whether the log is whole."""
+
+import math
+
+import msgspec
+from msgspec import Struct
+
+from lab.timeline import Timeline
+from protocol.errors import UsageError
+from world.judgement import Breach, judge
+from world.monitor import Promises
+from world.scenario import Scenario
+
+
+class Finding(Struct, frozen=True, kw_only=True):
+    """What a log shows; it is good when nothing broke and nothing is missing."""
+
+    ok: bool
+    violations: dict[str, int]
+    clearance_m_min: float | None
+    """None: there was never an obstacle."""
+    clearance_m_required: float
+    separation_m_min: float | None
+    """None: there was never a second robot."""
+    separation_m_required: float
+    path_m: float
+    breaches: tuple[Breach, ...]
+    flaws: tuple[str, ...]
+    """What is missing from the log, or cannot be read."""
+
+
+def check(timeline: Timeline) -> Finding:
+    """Judge S1, S2 and S3, and the log's own completeness.
+
+    Raises:
+        UsageError: the header holds no scenario that this version can judge by.
+    """
+    try:
+        scenario = msgspec.convert(timeline.header.scenario, Scenario)
+    except (msgspec.ValidationError, UsageError) as error:
+        raise UsageError(f"the header's scenario cannot be judged by: {error}") from error
+    judgement, promises = judge(scenario, timeline.lines), Promises.of(scenario)
+    return Finding(
+        ok=not judgement.breaches and not timeline.flaws,
+        violations=judgement.violations,
+        clearance_m_min=_finite(judgement.least_clearance.distance_m),
+        clearance_m_required=promises.clearance_m_required,
+        separation_m_min=_finite(judgement.least_separation.distance_m),
+        separation_m_required=promises.separation_m_required,
+        path_m=judgement.path_m,
+        breaches=judgement.breaches,
+        flaws=timeline.flaws,
+    )
+
+
+def sentences(finding: Finding) -> list[str]:
+    """A finding for people: a line for each thing that is wrong, and the sum of it last."""
+    broken = [
+        f"t={breach.t_s:.3f} s: {breach.broken.invariant}, robot {breach.broken.robot}: {breach.broken.why}: "
+        f"{breach.broken.measured_m:.4f} m against {breach.broken.required_m:.4f} m"
+        for breach in finding.breaches
+    ]
+    flaws = [f"not complete: {flaw}" for flaw in finding.flaws]
+    counts = ", ".join(f"{invariant} {count}" for invariant, count in finding.violations.items())
+    least = (
+        f"least clearance {_metres(finding.clearance_m_min)}, separation {_metres(finding.separation_m_min)}"
+    )
+    word = "kept" if finding.ok else "not proved" if not finding.breaches else "broken"
+    return [*broken, *flaws, f"{word}: violations {counts}; {least}; {finding.path_m:.3f} m driven"]
+
+
+def _finite(distance_m: float) -> float | None:
+    return distance_m if math.isfinite(distance_m) else None
+
+
+def _metres(distance_m: float | None) -> str:
+    return "none" if distance_m is None else f"{distance_m:.4f} m"
