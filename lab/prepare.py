@@ -86,9 +86,15 @@ def parse(arguments: Sequence[str]) -> Request:
         "--json", action="store_true", dest="as_json", help="print verdict.json and nothing else"
     )
     router = parser.add_mutually_exclusive_group()
-    router.add_argument("-e", "--connect", metavar="ENDPOINT", help="use the Zenoh router there, start none")
     router.add_argument(
-        "-l", "--listen", metavar="ENDPOINT", help="where our router listens; default: a private socket"
+        "-e", "--connect", type=_endpoint, metavar="ENDPOINT", help="use the Zenoh router there, start none"
+    )
+    router.add_argument(
+        "-l",
+        "--listen",
+        type=_endpoint,
+        metavar="ENDPOINT",
+        help="where our router listens; default: a private socket",
     )
     return Request(**vars(parser.parse_args(arguments)))
 
@@ -147,7 +153,7 @@ def prepare(request: Request, private: Path) -> list[str]:
     Raises:
         UsageError: the run cannot go as it is asked for.
     """
-    scenario = load(request.scenario, robots=request.robots, law=request.law and Law(request.law))
+    scenario = load(request.scenario, robots=request.robots, law=request.law)
     now, token = datetime.now(UTC), secrets.token_hex(2)
     robots = scenario.mission().robots
     write_sessions(
@@ -205,6 +211,12 @@ def _speed(text: str) -> str:
         factor = 0.0
     if not 0.0 < factor <= 1e3:  # a tick of 0.02 s is then 20 us of wall time, which no world keeps
         raise argparse.ArgumentTypeError(f"must be max or a number in (0, 1000], got {text}")
+    return text
+
+
+def _endpoint(text: str) -> str:
+    if not re.fullmatch(r"[a-z-]+/\S+", text):
+        raise argparse.ArgumentTypeError(f"must be PROTOCOL/ADDRESS as in tcp/127.0.0.1:7447, got {text}")
     return text
 
 
