@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from protocol.errors import MessageRefusedError
 from protocol.frames import Point, Pose
 from protocol.messages import Drive
-from world.bodies import DEADMAN_S, Bodies, DriveLimits
+from world.bodies import DEADMAN_S, Bodies
+from world.sections import DriveSection
 
 TICK_S = 0.02
 HOME = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
@@ -19,14 +20,20 @@ speeds = st.floats(0.2, 0.99)
 quietly = settings(deadline=None, max_examples=40)  # the machine may be busy; a case is 100s of ticks
 
 
-def limits(heading_error_rad: float = 0.0) -> DriveLimits:
-    return DriveLimits(
-        speed_mps_min=0.05, speed_mps_max=1.0, turn_rate_radps=2.0, heading_error_rad=heading_error_rad
+def drive_section(heading_error_rad: float = 0.0) -> DriveSection:
+    return DriveSection(
+        speed_mps=0.5,
+        speed_mps_min=0.05,
+        speed_mps_max=1.0,
+        turn_rate_radps=2.0,
+        heading_error_rad=heading_error_rad,
     )
 
 
 def bodies(*poses: Pose, heading_error_rad: float = 0.0) -> Bodies:
-    return Bodies(poses, limits(heading_error_rad), [np.random.default_rng(n) for n in range(len(poses))])
+    return Bodies(
+        poses, drive_section(heading_error_rad), [np.random.default_rng(n) for n in range(len(poses))]
+    )
 
 
 def order(

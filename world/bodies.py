@@ -20,22 +20,13 @@ from numpy.typing import NDArray
 from protocol.errors import MessageRefusedError
 from protocol.frames import Point, Pose, wrap
 from protocol.messages import Drive
+from world.sections import DriveSection
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 DEADMAN_S = 1.0  # docs/run.md: ten odometry periods
 _CLOCK_S = 1e-9  # what adding up ticks may be off by
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DriveLimits:
-    """What a body's drive can do."""
-
-    speed_mps_min: float
-    speed_mps_max: float
-    turn_rate_radps: float
-    heading_error_rad: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,7 +47,7 @@ class Bodies:
     """The poses of all bodies and the orders that they have in hand."""
 
     def __init__(
-        self, starts: Sequence[Pose], limits: DriveLimits, errors: Sequence[np.random.Generator]
+        self, starts: Sequence[Pose], limits: DriveSection, errors: Sequence[np.random.Generator]
     ) -> None:
         count = len(starts)
         self.place_m: Floats = np.array([(pose.x_m, pose.y_m) for pose in starts]).reshape(count, 2)

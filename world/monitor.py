@@ -8,13 +8,16 @@ Rule 4: a promise that stays broken is one violation, until it has been kept aga
 
 import math
 from dataclasses import dataclass, field
+from typing import Self
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from protocol.mission import Bounds
 from protocol.timeline import PromiseBroken
 from world.clearance import clearance, separations
+from world.scenario import Scenario
 from world.shapes import Ground
 
 Floats = NDArray[np.float64]
@@ -32,9 +35,20 @@ class Promises:
     separation_m_required: float
     bounds: Bounds | None
 
+    @classmethod
+    def of(cls, scenario: Scenario) -> Self:
+        """What a scenario requires: a law that promises no clearance is judged by contact alone."""
+        law = scenario.law
+        kept_m = law.epsilon_m - law.mu0_m if law.law.promises_clearance else 0.0
+        return cls(
+            radius_m=scenario.fleet.robot_radius_m,
+            clearance_m_required=kept_m,
+            separation_m_required=max(scenario.fleet.separation_m - law.mu0_m, 0.0),
+            bounds=scenario.bounds,
+        )
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Least:
+
+class Least(Struct, frozen=True, kw_only=True):
     """The least distance so far, whose and when; infinite while there was nothing to be near to."""
 
     distance_m: float = math.inf

@@ -1,0 +1,61 @@
+"""What may happen to the world."""
+
+from dataclasses import dataclass
+
+from protocol.messages import Drive
+from protocol.timeline import Entry
+
+
+@dataclass(frozen=True, slots=True)
+class OrderHeard:
+    """A robot's newest drive order."""
+
+    robot: int
+    drive: Drive
+
+
+@dataclass(frozen=True, slots=True)
+class ScanAsked:
+    """A robot wants its sensor read."""
+
+    robot: int
+
+
+@dataclass(frozen=True, slots=True)
+class TokenCame:
+    """A robot's process shows that it lives."""
+
+    robot: int
+    incarnation: str
+
+
+@dataclass(frozen=True, slots=True)
+class TokenWent:
+    """A robot's process shows that no longer."""
+
+    robot: int
+    incarnation: str
+
+
+@dataclass(frozen=True, slots=True)
+class EntryWritten:
+    """The recorder has written an entry, of the world's own or of a robot's."""
+
+    source: str
+    entry: Entry
+
+
+@dataclass(frozen=True, slots=True)
+class MessageDropped:
+    """A message broke the protocol on its way in."""
+
+    key: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class StopAsked:
+    """The user wants the run to end."""
+
+
+Event = OrderHeard | ScanAsked | TokenCame | TokenWent | EntryWritten | MessageDropped | StopAsked

@@ -1,0 +1,82 @@
+"""The judgement of a run from its timeline alone: S1, S2 and S3, by the rules that judge it live.
+
+Between two samples a body moved straight and evenly, so the samples of all bodies cut the run into
+intervals in which everybody did; the monitor watches those instead of ticks.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from itertools import pairwise
+
+import numpy as np
+from msgspec import Struct
+
+from protocol.timeline import Entry, PromiseBroken
+from world.authority import Evidence, Tolerance, judge_authority
+from world.monitor import Floats, Least, Monitor, Promises
+from world.scenario import Scenario
+
+
+class Breach(Struct, frozen=True, kw_only=True):
+    """A broken promise and its time."""
+
+    t_s: float
+    broken: PromiseBroken
+
+
+class Judgement(Struct, frozen=True, kw_only=True):
+    """What a timeline says of the promises."""
+
+    least_clearance: Least
+    least_separation: Least
+    path_m: float
+    """Metres driven by all robots."""
+    breaches: tuple[Breach, ...]
+
+    @property
+    def violations(self) -> dict[str, int]:
+        """How often each promise was broken."""
+        counts = Counter(breach.broken.invariant for breach in self.breaches)
+        return {invariant: counts[invariant] for invariant in ("S1", "S2", "S3")}
+
+
+def judge(scenario: Scenario, lines: Iterable[tuple[str, Entry]]) -> Judgement:
+    """Judge a timeline, given as sources and their entries in the recorder's order."""
+    evidence = Evidence()
+    for source, entry in lines:
+        evidence.hear(source, entry)
+    return judge_evidence(scenario, evidence)
+
+
+def judge_evidence(scenario: Scenario, evidence: Evidence) -> Judgement:
+    """Judge what has been heard of a run."""
+    monitor = Monitor(scenario.ground, Promises.of(scenario))
+    breaches: list[Breach] = []
+    path_m = 0.0
+    for t_s, starts_m, ends_m in _intervals(evidence, scenario.fleet.robots):
+        breaches += [Breach(t_s=t_s, broken=broken) for broken in monitor.watch(starts_m, ends_m, t_s=t_s)]
+        path_m += float(np.hypot(*(ends_m - starts_m).T).sum())
+    tolerance = Tolerance(mu0_m=scenario.law.mu0_m, heading_error_rad=scenario.drive.heading_error_rad)
+    breaches += [Breach(t_s=t_s, broken=broken) for t_s, broken in judge_authority(evidence, tolerance)]
+    return Judgement(
+        least_clearance=monitor.least_clearance,
+        least_separation=monitor.least_separation,
+        path_m=path_m,
+        breaches=tuple(sorted(breaches, key=lambda breach: breach.t_s)),
+    )
+
+
+def _intervals(evidence: Evidence, robots: int) -> Iterator[tuple[float, Floats, Floats]]:
+    """Simultaneous straight moves of all bodies, and when they ended; at first, where bodies were placed."""
+    samples = [evidence.poses[robot] for robot in range(1, robots + 1)]
+    if not all(samples):
+        return  # the run ended before the bodies were placed: nothing moved
+    instants_s = np.unique([t_s for each in samples for t_s, _ in each])
+    places_m = np.empty((len(instants_s), robots, 2))
+    for row, each in enumerate(samples):
+        sampled_s = [t_s for t_s, _ in each]
+        places_m[:, row, 0] = np.interp(instants_s, sampled_s, [pose.x_m for _, pose in each])
+        places_m[:, row, 1] = np.interp(instants_s, sampled_s, [pose.y_m for _, pose in each])
+    yield float(instants_s[0]), places_m[0], places_m[0]
+    for (before_m, after_m), t_s in zip(pairwise(places_m), instants_s[1:].tolist(), strict=True):
+        yield t_s, before_m, after_m

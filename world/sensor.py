@@ -1,0 +1,47 @@
+"""The range sensor that every body carries: read only when its robot asks."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from protocol.frames import Pose
+from protocol.messages import Scan
+from world.bodies import Floats
+from world.rays import cast, noisy, scan_bearings_rad
+from world.scenario import Scenario
+
+
+class Sensor:
+    """Reads scans of the obstacles and of the other bodies, each body with its own stream of errors."""
+
+    def __init__(self, scenario: Scenario, errors: Sequence[np.random.Generator]) -> None:
+        self._ground = scenario.ground
+        self._errors = errors
+        self._bearings_rad = scan_bearings_rad(scenario.sensor.directions)
+        self._radius_m = scenario.fleet.robot_radius_m
+        self._sigma_m = scenario.sensor.range_sigma_m
+        self._error_m_max = scenario.range_error_m_max
+        self._range_m_max = scenario.range_m_used
+
+    def read(self, body: int, pose: Pose, places_m: Floats, *, now_s: float) -> Scan:
+        """The scan of one body among bodies at these places [world frame]."""
+        others_m = np.delete(places_m, body, axis=0)
+        ranges_m = cast(
+            self._ground,
+            places_m[body],
+            self._bearings_rad,
+            range_m_max=self._range_m_max,
+            discs=np.column_stack((others_m, np.full(len(others_m), self._radius_m))),
+        )
+        ranges_m = noisy(
+            ranges_m,
+            self._errors[body],
+            sigma_m=self._sigma_m,
+            error_m_max=self._error_m_max,
+            range_m_max=self._range_m_max,
+        )
+        return Scan(t_s=now_s, pose=pose, ranges_m=tuple(ranges_m.tolist()))
+
+    def hits(self, scan: Scan) -> int:
+        """How many rays of a scan hit something."""
+        return sum(range_m < self._range_m_max for range_m in scan.ranges_m)

@@ -1,0 +1,90 @@
+"""What the entries of a run add up to."""
+
+from collections import Counter
+from dataclasses import dataclass, field
+
+from protocol.frames import Point
+from protocol.keys import WORLD, robot_number
+from protocol.timeline import (
+    Entry,
+    GoalReached,
+    OrderAccepted,
+    OrderFinished,
+    RobotArrived,
+    RobotDied,
+    RobotSettled,
+    RouteLost,
+    ScanServed,
+    SegmentChecked,
+    StepFinished,
+    StepPlanned,
+    StrandFormed,
+    TrafficCounted,
+)
+
+
+@dataclass(slots=True)
+class Tally:
+    """Counts of what happened, from the timeline alone."""
+
+    arrived: set[int] = field(default_factory=set)
+    settled: dict[int, RobotSettled] = field(default_factory=dict)
+    counted: dict[int, TrafficCounted] = field(default_factory=dict)
+    deaths: list[tuple[float, RobotDied]] = field(default_factory=list)
+    route_lost: tuple[float, RouteLost] | None = None
+    goal_reached: bool = False
+    switching_steps: int = 0
+    switching_positions: list[Point] = field(default_factory=list)
+    """Where the leader stood before its first step and after each step [world frame]."""
+    plannings: Counter[str] = field(default_factory=Counter)
+    """By kind: scans that led to a decision."""
+    scans: int = 0
+
+    @property
+    def planning_events(self) -> int:
+        """Calls that sensed and may have changed motion, of all robots."""
+        return self.plannings.total()
+
+    def hear(self, source: str, entry: Entry) -> None:
+        """Take an entry in."""
+        robot = robot_number(source)
+        if source == WORLD:
+            self._hear_world(entry)
+        elif robot is not None:
+            self._hear_robot(robot, entry)
+
+    def _hear_world(self, entry: Entry) -> None:
+        match entry.record:
+            case RobotDied() as death:
+                self.deaths.append((entry.t_s, death))
+            case ScanServed():
+                self.scans += 1
+            case OrderAccepted(step=1) as order if not self.switching_positions:
+                self.switching_positions.append(Point(x_m=order.x_m, y_m=order.y_m))
+            case OrderFinished(step=step) as order if step > 0:
+                self.switching_positions.append(Point(x_m=order.x_m, y_m=order.y_m))
+            case _:
+                pass  # nothing that is counted
+
+    def _hear_robot(self, robot: int, entry: Entry) -> None:
+        match entry.record:
+            case StrandFormed():
+                self.plannings["muster"] += 1  # each robot takes one scan to line up
+            case StepPlanned():
+                self.plannings["step"] += 1
+            case SegmentChecked():
+                self.plannings["segment"] += 1
+            case StepFinished():
+                self.switching_steps += 1
+            case GoalReached():
+                self.goal_reached = True
+            case RobotArrived():
+                self.arrived.add(robot)
+            case RouteLost() as lost:
+                self.route_lost = self.route_lost or (entry.t_s, lost)
+            case RobotSettled() as settled:
+                self.settled[robot] = settled
+            case TrafficCounted() as counted:
+                self.counted[robot] = counted
+            case _:
+                pass  # nothing that is counted

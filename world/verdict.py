@@ -1,0 +1,170 @@
+"""The verdict: whether a run kept its promises, and if not, the first one broken, in a sentence."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from msgspec import Struct
+
+from protocol.timeline import PromiseBroken, RobotDied
+from world.books import Messages
+from world.ending import Ending
+from world.judgement import Judgement
+from world.monitor import Promises
+from world.scenario import Scenario
+from world.table import measure, rms_m
+from world.tally import Tally
+
+
+class Events(Struct, frozen=True, kw_only=True):
+    """How complete the timeline is."""
+
+    recorded: int
+    missing: int
+
+
+class Death(Struct, frozen=True, kw_only=True):
+    """A robot that died: when it was last heard, when that was known, when the strand had healed."""
+
+    robot: int
+    silent_since_s: float
+    detected_s: float
+    recovered_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Facts:
+    """What a verdict is made of."""
+
+    scenario: Scenario
+    seed: int
+    speed: float | None
+    started_at: str
+    ending: Ending
+    absent: str
+    """The robots that never came."""
+    tally: Tally
+    judgement: Judgement
+    messages: Messages
+    events: Events
+    sim_s: float
+    wall_s: float
+    cpu_s: float
+
+
+class Verdict(Struct, frozen=True, kw_only=True):
+    """`verdict.json`; docs/verdict.md says what each field means."""
+
+    ok: bool
+    exit_code: int
+    reason: str
+    scenario: str
+    seed: int
+    robots: int
+    law: str
+    speed: float | None
+    """Simulated seconds per second as asked for; null: as fast as the robots answer."""
+    started_at: str
+    goal_reached: bool
+    robots_arrived: int
+    clearance_m_min: float | None
+    """Null: there is no obstacle."""
+    clearance_m_required: float
+    separation_m_min: float | None
+    """Null: there is one robot."""
+    separation_m_required: float
+    violations: int
+    violations_by_invariant: dict[str, int]
+    switching_steps: int
+    planning_events: int
+    scans: int
+    path_m: float
+    table_rms_m: float | None
+    sim_s: float
+    wall_s: float
+    cpu_s: float
+    """Of the world's own process."""
+    messages: Messages
+    events: Events
+    deaths: tuple[Death, ...]
+    successions: tuple[()] = ()
+    heals: tuple[()] = ()
+
+
+def pass_verdict(facts: Facts) -> Verdict:
+    """The verdict on a run that has been judged."""
+    scenario, tally, judgement = facts.scenario, facts.tally, facts.judgement
+    promises = Promises.of(scenario)
+    flaws = list(_flaws(facts))
+    return Verdict(
+        ok=not flaws,
+        exit_code=130 if facts.ending is Ending.INTERRUPTED else int(bool(flaws)),
+        reason=flaws[0] if flaws else str(facts.ending),
+        scenario=scenario.name,
+        seed=facts.seed,
+        robots=scenario.fleet.robots,
+        law=scenario.law.law,
+        speed=facts.speed,
+        started_at=facts.started_at,
+        goal_reached=tally.goal_reached,
+        robots_arrived=len(tally.arrived),
+        clearance_m_min=_finite(judgement.least_clearance.distance_m),
+        clearance_m_required=promises.clearance_m_required,
+        separation_m_min=_finite(judgement.least_separation.distance_m),
+        separation_m_required=promises.separation_m_required,
+        violations=sum(judgement.violations.values()),
+        violations_by_invariant=judgement.violations,
+        switching_steps=tally.switching_steps,
+        planning_events=tally.planning_events,
+        scans=tally.scans,
+        path_m=judgement.path_m,
+        table_rms_m=rms_m(measure(scenario, tally.switching_positions), scenario.table_m),
+        sim_s=facts.sim_s,
+        wall_s=facts.wall_s,
+        cpu_s=facts.cpu_s,
+        messages=facts.messages,
+        events=facts.events,
+        deaths=tuple(
+            Death(robot=death.robot, silent_since_s=death.silent_since_s, detected_s=t_s)
+            for t_s, death in tally.deaths
+        ),
+    )
+
+
+def _flaws(facts: Facts) -> Iterator[str]:
+    """What went wrong, the first broken promise first."""
+    tally, robots = facts.tally, facts.scenario.fleet.robots
+    dated = [(breach.t_s, _breach_sentence(breach.t_s, breach.broken)) for breach in facts.judgement.breaches]
+    dated += [(death.silent_since_s, _death_sentence(t_s, death)) for t_s, death in tally.deaths]
+    if tally.route_lost is not None:
+        t_s, lost = tally.route_lost
+        dated.append((t_s, f"the leader lost its route at t={t_s:.1f} s: {lost.reason}"))
+    yield from (sentence for _, sentence in sorted(dated))
+    match facts.ending:
+        case Ending.INTERRUPTED:
+            yield "the run was interrupted"
+        case Ending.MISSING:
+            yield f"robots never came: {facts.absent}"
+        case Ending.TIMED_OUT:
+            yield f"the time was up with {len(tally.arrived)} of {robots} robots arrived"
+        case Ending.ARRIVED | Ending.ROUTE_LOST | Ending.DEATH:
+            pass  # the first has no flaw of its own, the others stand among the dated
+    if not tally.goal_reached:
+        yield "the goal was not reached"
+    if len(tally.arrived) < robots:
+        yield f"{len(tally.arrived)} of {robots} robots arrived"
+    if facts.events.missing > 0:
+        yield f"{facts.events.missing} entries of the timeline never came"
+
+
+def _breach_sentence(t_s: float, broken: PromiseBroken) -> str:
+    against = "" if broken.other is None else f" and robot {broken.other}"
+    who = f"{broken.invariant} broken by robot {broken.robot}{against} at t={t_s:.1f} s"
+    return f"{who}: {broken.why} ({broken.measured_m:.4f} m, required {broken.required_m:.4f} m)"
+
+
+def _death_sentence(t_s: float, death: RobotDied) -> str:
+    return f"robot {death.robot} died at t={death.silent_since_s:.1f} s (known at t={t_s:.1f} s)"
+
+
+def _finite(distance_m: float) -> float | None:
+    return distance_m if distance_m < float("inf") else None
