@@ -36,15 +36,6 @@ def find_gaps(obstacles: Sequence[Obstacle]) -> list[Gap]:
     return [_gap(obstacles, right, left) for right, left in pairs]
 
 
-def widest(gaps: Sequence[Gap], *, passable_m: float) -> int | None:
-    """(10): index of the widest gap that can be passed and that is seen as an opening; None without one."""
-    return max(
-        (index for index, gap in enumerate(gaps) if is_passable(gap, passable_m=passable_m)),
-        key=lambda index: gaps[index].width_m,
-        default=None,
-    )
-
-
 def is_passable(gap: Gap, *, passable_m: float) -> bool:
     """(9), for a gap that opens towards the robot: seen at an angle between 0 and pi."""
     return gap.width_m >= passable_m and 0.0 < gap.delta_rad < math.pi

@@ -15,6 +15,7 @@ import sys
 import traceback
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from agents.shell import run
 from protocol.ending import asked_to_end, until_ended
@@ -86,7 +87,8 @@ class _Host:
         self._reap()  # those that ended before there was a handler
         with asked_to_end(lifeline) as asked:
             ended = asyncio.ensure_future(self._all_ended.wait())
-            await asyncio.wait([ended, asked], return_when=asyncio.FIRST_COMPLETED)
+            either: list[asyncio.Future[Any]] = [ended, asked]
+            await asyncio.wait(either, return_when=asyncio.FIRST_COMPLETED)
             if ended.done():
                 return self._exit_code
             self._tell(signal.SIGTERM)

@@ -14,6 +14,7 @@ from agents.certificate import Walls, bounds_walls, ground_walls, promised_clear
 from agents.guidance import Map
 from agents.scan import View, on_ground
 from agents.step import (
+    Crossed,
     NoStep,
     Sight,
     Step,
@@ -41,6 +42,13 @@ class Ground:
     granted_m: float
     keep_m: float
 
+    @property
+    def onward_rad(self) -> float | None:
+        """The direction in which the path has led here; None where there is no path yet [world frame]."""
+        corners = self.path.between(0.0, self.path.end_m)
+        legs = [leg for leg in np.diff(corners, axis=0) if leg.any()]
+        return float(np.arctan2(legs[-1][1], legs[-1][0])) if legs else None
+
 
 class Leader:
     """What the leader remembers from step to step."""
@@ -60,21 +68,21 @@ class Leader:
             return float(np.hypot(*(self._goal - position))) <= self._mission.goal_tolerance_m
         return self.steps + 1 == self._mission.switching_positions_max
 
-    def plan(self, view: View, ground: Ground) -> StepPlanned | NoStep:
+    def plan(self, view: View, ground: Ground) -> StepPlanned | NoStep | Crossed:
         """The next switching step out of a scan, as it goes into the timeline."""
         sight = look(view, self._mission)
         walls = Walls.joined(scan_walls(view, self._mission), *self._other_walls(ground))
         step = self._step(sight, walls, ground)
-        if isinstance(step, NoStep):
+        if not isinstance(step, Step):
             return step
         self.steps += 1
         return self._record(step, sight, ground)
 
-    def _step(self, sight: Sight, walls: Walls, ground: Ground) -> Step | NoStep:
+    def _step(self, sight: Sight, walls: Walls, ground: Ground) -> Step | NoStep | Crossed:
         if self._mission.law is not Law.CERTIFIED:
             return paper_step(sight, self._mission)
         if self._goal is None:
-            return certified_step_through_gap(sight, walls, gain_m=GAIN_M)
+            return certified_step_through_gap(sight, walls, onward_rad=ground.onward_rad, gain_m=GAIN_M)
         hull_m = self._mission.robot_radius_m + 2.0 * self._mission.mu0_m
         strand = ground.path.between(ground.tail_m, ground.path.end_m)
         robots = on_ground(sight.view.points, strand, within_m=hull_m)
@@ -96,6 +104,7 @@ class Leader:
 
     def _record(self, step: Step, sight: Sight, ground: Ground) -> StepPlanned:
         target = step.target(sight.view.position)
+        passable = set(sight.passable_gaps)
         promised_m = None
         if self._mission.law.promises_clearance:
             promised_m = promised_clearance_m(sight.view, target, self._mission)
@@ -118,9 +127,9 @@ class Leader:
                     left=gap.left,
                     width_m=gap.width_m,
                     delta_rad=gap.delta_rad,
-                    passable=sight.is_passable(gap),
+                    passable=index in passable,
                 )
-                for gap in sight.gaps
+                for index, gap in enumerate(sight.gaps)
             ),
             gap=step.gap,
             heading_rad=step.heading_rad,

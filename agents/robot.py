@@ -18,7 +18,7 @@ from agents.follower import Follower
 from agents.leader import Ground, Leader
 from agents.lining import Lining
 from agents.scan import View, view
-from agents.step import NoStep
+from agents.step import Crossed, NoStep
 from agents.strand import Own, Strand
 from protocol.frames import Point
 from protocol.messages import AheadState, Scan
@@ -150,16 +150,21 @@ class Robot:
 
     def _plan(self, leader: Leader, strand: Strand, now_s: float) -> list[Command]:
         if leader.is_done(self._position()):
-            self._arrived = True
-            arrived = RobotArrived(progress_m=self._driver.progress_m)
-            return [Note(GoalReached(**self._here())), Note(arrived)]
+            return [Note(GoalReached(**self._here())), *self._arrive()]
         scan = self._take_scan()
         if scan is None:
             return self._ask(now_s)
         planned = leader.plan(scan, Ground(strand.path, strand.tail_m, strand.granted_m, strand.keep_m))
-        if isinstance(planned, NoStep):
-            self._lost = True
-            return [Note(RouteLost(reason=planned.reason))]
+        match planned:
+            case NoStep(reason):
+                self._lost = True
+                return [Note(RouteLost(reason=reason))]
+            case Crossed():
+                return [Note(GoalReached(**self._here())), *self._arrive()]
+            case _:
+                return self._begin(planned, strand)
+
+    def _begin(self, planned: StepPlanned, strand: Strand) -> list[Command]:
         self._step = planned
         strand.path.extend(planned.target)
         self._driver.to(planned.target, reach_m=planned.reach_m, epoch=strand.epoch, step=planned.step)

@@ -136,7 +136,7 @@ class _Life:
                     self._now_s = max(self._now_s, odometry.t_s)
                     self._phase = odometry.phase
                     self._heard_world_at_s, self._patience_s = time.monotonic(), WORLD_SILENCE_S
-                case Heard(message=Logged(up_to)):
+                case Heard(message=Logged(up_to=up_to)):
                     self._outbox.acknowledged(up_to)
                 case Refused(key, reason):
                     self._note(MessageRefused(key=key, reason=reason[:REASON_LENGTH_MAX]))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agents.certificate import Walls, certified_lengths_m
-from agents.gaps import Gap, find_gaps, is_passable, widest
+from agents.gaps import Gap, find_gaps, is_passable
 from agents.guidance import CostToGo
 from agents.laws import heading_rad, step_length_m
 from agents.obstacles import Obstacle, find_obstacles, passable_width_m
@@ -29,13 +29,14 @@ class Sight:
     passable_m: float
 
     @property
-    def widest_gap(self) -> int | None:
-        """(10)."""
-        return widest(self.gaps, passable_m=self.passable_m)
+    def passable_gaps(self) -> list[int]:
+        """(9): indices of the gaps that can be passed."""
+        return [i for i, gap in enumerate(self.gaps) if is_passable(gap, passable_m=self.passable_m)]
 
-    def is_passable(self, gap: Gap) -> bool:
-        """(9)."""
-        return is_passable(gap, passable_m=self.passable_m)
+    @property
+    def widest_gap(self) -> int | None:
+        """(10): the widest of them."""
+        return max(self.passable_gaps, key=lambda index: self.gaps[index].width_m, default=None)
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,11 @@ class NoStep:
     """There is no step to make, and why."""
 
     reason: str
+
+
+@dataclass(frozen=True)
+class Crossed:
+    """Without a goal: there is no gap ahead any more, so the region is behind."""
 
 
 def look(view: View, mission: Mission) -> Sight:
@@ -102,20 +108,45 @@ def _why_stuck(here_m: float, best_m: float) -> str:
     return f"no certified step comes nearer to the goal: {here_m:.2f} m to go here, {best_m:.2f} m at best"
 
 
-def certified_step_through_gap(sight: Sight, walls: Walls, *, gain_m: float) -> Step | NoStep:
-    """Without a goal: the certified end point nearest to the middle of the widest passable gap."""
-    chosen = sight.widest_gap
-    if chosen is None:
-        return NoStep(f"no passable gap in sight between {len(sight.obstacles)} obstacles")
-    middle, origin = sight.gaps[chosen].middle, sight.view.position
+def certified_step_through_gap(
+    sight: Sight, walls: Walls, *, onward_rad: float | None, gain_m: float
+) -> Step | NoStep | Crossed:
+    """Without a goal: towards the widest passable gap ahead that a certified step brings nearer.
+
+    The end point is the one nearest to the gap's middle. A gap that no step comes nearer to gives way to
+    the next widest. Gaps behind are not gone back to; with none ahead, the region has been crossed.
+    """
+    ahead = [index for index in range(len(sight.gaps)) if _opens_ahead(sight, index, onward_rad)]
+    if not ahead:
+        return Crossed()
+    by_width = sorted(set(ahead) & set(sight.passable_gaps), key=lambda index: -sight.gaps[index].width_m)
+    for index in by_width:
+        step = _step_towards(sight, walls, index, gain_m=gain_m)
+        if step is not None:
+            return step
+    return NoStep(
+        f"of {len(ahead)} gaps ahead {len(by_width)} are wide enough, and no certified step nears one"
+    )
+
+
+def _opens_ahead(sight: Sight, index: int, onward_rad: float | None) -> bool:
+    """Whether a gap opens towards the robot, and not behind it (more than a right angle off its way)."""
+    gap = sight.gaps[index]
+    off = gap.middle - sight.view.position
+    turn_rad = 0.0 if onward_rad is None else wrap(float(np.arctan2(off[1], off[0])) - onward_rad)
+    return 0.0 < gap.delta_rad < np.pi and abs(turn_rad) <= np.pi / 2.0
+
+
+def _step_towards(sight: Sight, walls: Walls, index: int, *, gain_m: float) -> Step | None:
+    middle, origin = sight.gaps[index].middle, sight.view.position
     off = middle - origin
     headings, lengths = _certified(sight.view, walls, float(np.arctan2(off[1], off[0])))
     tried = lengths[:, None] * np.arange(1, LENGTHS + 1) / LENGTHS
     short_m = np.hypot(*np.moveaxis(_ends(origin, headings, tried) - middle, -1, 0))
     best = np.unravel_index(np.argmin(short_m), short_m.shape)
     if not short_m[best] < np.hypot(*off) - gain_m:
-        return NoStep(f"no certified step comes nearer to the widest gap, {np.hypot(*off):.2f} m away")
-    return Step(wrap(float(headings[best[0]])), float(tried[best]), gap=chosen)
+        return None
+    return Step(wrap(float(headings[best[0]])), float(tried[best]), gap=index)
 
 
 def _certified(view: View, walls: Walls, first_rad: float) -> tuple[Floats, Floats]:

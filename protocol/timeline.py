@@ -211,7 +211,7 @@ class RobotReleased(_Record, frozen=True, kw_only=True, tag="robot.released"):
 
 
 class GoalReached(_Record, frozen=True, kw_only=True, tag="goal.reached"):
-    """The leader stands within the goal's tolerance, or at its last switching position."""
+    """The leader stands within the goal's tolerance; without a goal, at its last switching position."""
 
     x_m: Metres
     y_m: Metres
