@@ -16,7 +16,8 @@ class Finding(Struct, frozen=True, kw_only=True):
     """What a log shows; it is good when nothing broke and nothing is missing."""
 
     ok: bool
-    violations: dict[str, int]
+    violations: int
+    violations_by_invariant: dict[str, int]
     clearance_m_min: float | None
     """None: there was never an obstacle."""
     clearance_m_required: float
@@ -35,14 +36,12 @@ def check(timeline: Timeline) -> Finding:
     Raises:
         UsageError: the header holds no scenario that this version can judge by.
     """
-    try:
-        scenario = msgspec.convert(timeline.header.scenario, Scenario)
-    except (msgspec.ValidationError, UsageError) as error:
-        raise UsageError(f"the header's scenario cannot be judged by: {error}") from error
+    scenario = scenario_of(timeline)
     judgement, promises = judge(scenario, timeline.lines), Promises.of(scenario)
     return Finding(
         ok=not judgement.breaches and not timeline.flaws,
-        violations=judgement.violations,
+        violations=sum(judgement.violations.values()),
+        violations_by_invariant=judgement.violations,
         clearance_m_min=_finite(judgement.least_clearance.distance_m),
         clearance_m_required=promises.clearance_m_required,
         separation_m_min=_finite(judgement.least_separation.distance_m),
@@ -53,6 +52,18 @@ def check(timeline: Timeline) -> Finding:
     )
 
 
+def scenario_of(timeline: Timeline) -> Scenario:
+    """The scenario that was run, whole, as the header has it.
+
+    Raises:
+        UsageError: the header's scenario is none, or of another version.
+    """
+    try:
+        return msgspec.convert(timeline.header.scenario, Scenario)
+    except (msgspec.ValidationError, UsageError) as error:
+        raise UsageError(f"the header's scenario cannot be judged by: {error}") from error
+
+
 def sentences(finding: Finding) -> list[str]:
     """A finding for people: a line for each thing that is wrong, and the sum of it last."""
     broken = [
@@ -61,7 +72,7 @@ def sentences(finding: Finding) -> list[str]:
         for breach in finding.breaches
     ]
     flaws = [f"not complete: {flaw}" for flaw in finding.flaws]
-    counts = ", ".join(f"{invariant} {count}" for invariant, count in finding.violations.items())
+    counts = ", ".join(f"{invariant} {count}" for invariant, count in finding.violations_by_invariant.items())
     least = (
         f"least clearance {_metres(finding.clearance_m_min)}, separation {_metres(finding.separation_m_min)}"
     )

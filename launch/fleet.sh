@@ -16,7 +16,7 @@ others_us=400000  # for router and robots, which have nothing left to do by then
 ready_us=10000000 # for the router to listen: it takes 0.3 s; more only on a machine that is overloaded
 
 declare -A part=() # name of each part that has not ended, by process id
-private= world= run_folder= as_json=0
+private= world= run_folder= latest= as_json=0
 made_folders=()
 
 now_us() { printf -v "$1" '%s' "${EPOCHREALTIME/[.,]/}"; }
@@ -83,7 +83,8 @@ report() {
         ((as_json)) && options=(--json)
         "$python" -m lab.report "$run_folder" "${options[@]}"
     elif ((${#made_folders[@]})) && rmdir "${made_folders[@]}" 2>/dev/null; then
-        : # the run never began, and leaves no folder behind
+        # The run never began, and leaves no folder behind and no link to it.
+        [[ -n $latest && ! -e $latest ]] && rm -f "$latest"
     elif [[ -s $run_folder/events.jsonl ]]; then
         clew_say "no verdict was written; what happened until then is in $run_folder"
     fi

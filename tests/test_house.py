@@ -20,15 +20,15 @@ MAY_IMPORT = {
 
 ONLY_IN = {
     "zenoh": {"protocol/zenoh_transport.py", "protocol/router.py"},
-    # The port and its inbox wake an event loop, and the shells run one; all else is told the time.
+    # The shells, and the two edges of the port that an event loop waits for; all else is told the time.
     "asyncio": {
+        "agents/host.py",
         "agents/shell.py",
-        "protocol/inbox.py",
-        "protocol/router.py",
+        "protocol/ending.py",
         "protocol/zenoh_transport.py",
         "world/shell.py",
     },
-    "time": {"agents/host.py", "agents/shell.py", "protocol/router.py", "world/shell.py"},
+    "time": {"agents/shell.py", "world/shell.py"},
     "datetime": {"lab/prepare.py", "world/shell.py"},
     "random": set[str](),
 }

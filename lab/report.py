@@ -1,0 +1,110 @@
+"""What a run says when it has ended: `python -m lab.report RUN [--json]`.
+
+Table I beside what was measured, where the scenario has such a table; then the figures; then, as the last
+line, the verdict in a sentence and the run's folder. With --json: `verdict.json` as it is, and nothing else.
+"""
+
+import argparse
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import msgspec
+
+from lab import timeline
+from lab.check import scenario_of
+from lab.timeline import Timeline
+from protocol.errors import UsageError
+from world.scenario import Scenario
+from world.table import Rows, measure
+from world.tally import Tally
+from world.verdict import Verdict
+
+VERDICT_FILE = "verdict.json"
+
+
+def report(run: str, read: Timeline, verdict: Verdict) -> Iterator[str]:
+    """The lines of a report; `run` is the folder as the user calls it."""
+    scenario = scenario_of(read)
+    if scenario.table_m is not None:
+        tally = Tally()
+        for source, entry in read.lines:
+            tally.hear(source, entry)
+        yield from table_lines(scenario.table_m, measure(scenario, tally.switching_positions))
+        yield rms_line(scenario.table_m, verdict)
+        yield ""
+    yield figures_line(verdict)
+    yield f"{verdict_sentence(verdict, scenario)} Run: {run}"
+
+
+def table_lines(paper_m: Rows, measured_m: Rows) -> Iterator[str]:
+    """Two tables side by side, row by row; a switching position that was never reached stays empty."""
+    columns = len(paper_m[0])
+    yield "Distance from the leader to each obstacle [m], in Table I of the paper and as measured"
+    yield "".join(["position", *(f"{f'obstacle {column + 1}':>20}" for column in range(columns))])
+    yield "".join(["        ", *(f"{'paper':>10}{'measured':>10}" for _ in range(columns))])
+    for row, paper in enumerate(paper_m):
+        measured = measured_m[row] if row < len(measured_m) else (None,) * columns
+        pairs = (
+            f"{printed:10.3f}{'-' if here is None else format(here, '.3f'):>10}"
+            for printed, here in zip(paper, measured, strict=True)
+        )
+        yield "".join([f"{row + 1:>8}", *pairs])
+
+
+def rms_line(paper_m: Rows, verdict: Verdict) -> str:
+    """How far the two tables are apart."""
+    if verdict.table_rms_m is None:
+        return "Not all switching positions were reached: no RMS error against Table I"
+    count = sum(len(row) for row in paper_m)
+    return f"RMS error against Table I: {verdict.table_rms_m:.4f} m over {count} distances"
+
+
+def figures_line(verdict: Verdict) -> str:
+    """What the run took."""
+    return (
+        f"{verdict.switching_steps} switching steps, {verdict.planning_events} planning events, "
+        f"{verdict.path_m:.2f} m driven by all; {verdict.sim_s:.1f} s simulated in {verdict.wall_s:.1f} s; "
+        f"{verdict.events.recorded} events, {verdict.events.missing} missing; "
+        f"{verdict.messages.sent} messages, {verdict.messages.unaccounted} unaccounted for"
+    )
+
+
+def verdict_sentence(verdict: Verdict, scenario: Scenario) -> str:
+    """The verdict, the least clearance, and what a law that promises none falls short of."""
+    word = "OK" if verdict.ok else "FAILED"
+    sentence = f"{word}: {verdict.reason}; {verdict.robots_arrived} of {verdict.robots} robots arrived"
+    if verdict.clearance_m_min is None:
+        return f"{sentence}."
+    least_m = verdict.clearance_m_min
+    if scenario.law.law.promises_clearance:
+        return f"{sentence}, clearance {least_m:.4f} m of {verdict.clearance_m_required:.4f} m required."
+    kept_m = scenario.law.epsilon_m - scenario.law.mu0_m
+    short = f"{kept_m - least_m:.4f} m short of" if least_m < kept_m else "no less than"
+    return (
+        f"{sentence}, clearance {least_m:.4f} m: --law {verdict.law} promises none, and this is {short} "
+        f"the epsilon - mu0 = {kept_m:.4f} m that --law certified has to keep."
+    )
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Print the report of a run; returns the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m lab.report", description=__doc__)
+    parser.add_argument("run", metavar="RUN", help="a run's folder")
+    parser.add_argument("--json", action="store_true", dest="as_json")
+    asked = parser.parse_args(arguments)
+    try:
+        text = (Path(asked.run) / VERDICT_FILE).read_bytes()
+        if asked.as_json:
+            sys.stdout.write(text.decode())
+        else:
+            verdict = msgspec.json.decode(text, type=Verdict)
+            sys.stdout.write("\n".join(report(asked.run, timeline.read(Path(asked.run)), verdict)) + "\n")
+    except (OSError, msgspec.MsgspecError, UsageError) as error:
+        sys.stderr.write(f"report: {asked.run}: {error}\n")
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
