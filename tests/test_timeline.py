@@ -12,24 +12,15 @@ from protocol.errors import UsageError
 from protocol.frames import Point
 from protocol.timeline import (
     AuthorityGranted,
-    Entry,
     OrderAccepted,
     PoseSampled,
     Record,
     RobotStarted,
     RunEnded,
 )
-from world.recorder import Header, Recorder, line, open_events
+from tests.logs import HEADER, numbered, recorded
+from world.recorder import line
 
-HEADER = Header(
-    run="20261120T120000Z-0a1b",
-    seed=1,
-    speed=1.0,
-    started_at="2026-11-20T12:00:00+00:00",
-    scenario={"name": "paper"},
-    scenario_hash="abc",
-    versions={"clew": "0.1.0"},
-)
 RECORDS: tuple[tuple[str, Record], ...] = (
     ("r1", RobotStarted(pid=4711)),
     ("world", PoseSampled(robot=1, x_m=0.0, y_m=0.5, heading_rad=0.1)),
@@ -44,23 +35,8 @@ RECORDS: tuple[tuple[str, Record], ...] = (
 )
 
 
-def lines_of(records: tuple[tuple[str, Record], ...] = RECORDS) -> list[Line]:
-    """Entries numbered source by source, one a second."""
-    counts = dict.fromkeys((source for source, _ in records), 0)
-    lines = []
-    for second, (source, record) in enumerate(records):
-        counts[source] += 1
-        lines.append((source, Entry(n=counts[source], t_s=float(second), hlc="0/0", record=record)))
-    return lines
-
-
-def recorded(folder: Path, lines: list[Line]) -> Path:
-    """A run's folder, written by the recorder itself."""
-    with open_events(folder) as file:
-        recorder = Recorder(file, HEADER)
-        for source, entry in lines:
-            recorder.take(source, [entry])
-    return folder
+def lines_of() -> list[Line]:
+    return numbered(RECORDS)
 
 
 def rewritten(folder: Path, texts: list[bytes]) -> Path:

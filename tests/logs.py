@@ -1,0 +1,48 @@
+"""Logs for tests, written by the recorder itself."""
+
+from pathlib import Path
+
+import msgspec
+
+from lab.timeline import Line
+from protocol.timeline import Entry, PoseSampled, Record, RunEnded
+from world.recorder import Header, Recorder, open_events
+from world.scenario import load
+
+PAPER = load("paper")
+HEADER = Header(
+    run="20261120T120000Z-0a1b",
+    seed=1,
+    speed=1.0,
+    started_at="2026-11-20T12:00:00+00:00",
+    scenario=msgspec.json.decode(msgspec.json.encode(PAPER)),
+    scenario_hash=PAPER.fingerprint(),
+    versions={"clew": "0.1.0"},
+)
+AT_REST: tuple[tuple[str, Record], ...] = (
+    *(
+        ("world", PoseSampled(robot=robot, x_m=pose.x_m, y_m=pose.y_m, heading_rad=pose.heading_rad))
+        for robot, pose in enumerate(PAPER.fleet.poses(), start=1)
+    ),
+    ("world", RunEnded(reason="interrupted")),
+)
+"""A run in which nobody ever moved: every promise was kept."""
+
+
+def numbered(records: tuple[tuple[str, Record], ...]) -> list[Line]:
+    """Entries with their numbers, source by source, one a second."""
+    counts = dict.fromkeys((source for source, _ in records), 0)
+    lines = []
+    for second, (source, record) in enumerate(records):
+        counts[source] += 1
+        lines.append((source, Entry(n=counts[source], t_s=float(second), hlc="0/0", record=record)))
+    return lines
+
+
+def recorded(folder: Path, lines: list[Line]) -> Path:
+    """A run's folder that holds these entries."""
+    with open_events(folder) as file:
+        recorder = Recorder(file, HEADER)
+        for source, entry in lines:
+            recorder.take(source, [entry])
+    return folder

@@ -1,0 +1,82 @@
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from lab.cli import main
+from protocol.timeline import PoseSampled, StepFinished
+from tests.logs import AT_REST, numbered, recorded
+from world.scenario import schema
+
+STEP_3 = ("r1", StepFinished(step=3, x_m=0.1, y_m=0.2))
+
+
+def clew(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    return recorded(tmp_path / "run", numbered((STEP_3, *AT_REST)))
+
+
+def test_info_says_what_was_run_and_how_much_of_what(run: Path) -> None:
+    said = json.loads(clew("log", "info", run, "--json").stdout)
+    assert (said["scenario"], said["seed"], said["entries"]) == ("paper", 1, 7)
+    assert said["sources"] == {"r1": 1, "world": 6}
+    assert said["kinds"] == {"pose.sampled": 5, "run.ended": 1, "step.finished": 1}
+    assert said["flaws"] == []
+
+
+def test_info_for_people_names_every_kind(run: Path) -> None:
+    said = clew("log", "info", run)
+    assert said.exit_code == 0
+    for word in ("paper", "pose.sampled", "step.finished"):
+        assert word in said.stdout
+
+
+def test_cat_in_json_is_the_log_without_its_header(run: Path) -> None:
+    written = (run / "events.jsonl").read_text(encoding="utf-8").splitlines()[1:]
+    assert clew("log", "cat", run, "--json").stdout.splitlines() == written
+
+
+def test_cat_shows_what_was_chosen_and_nothing_else(run: Path) -> None:
+    said = clew("log", "cat", run, "--kind", "step.*", "--step", "3").stdout
+    assert said == "    0.000     r1 step.finished      step=3 x_m=0.1 y_m=0.2\n"
+    assert clew("log", "cat", run, "--robot", "1").stdout.count("\n") == 2
+    assert clew("log", "cat", run, "--from", "6").stdout.count("\n") == 1
+
+
+def test_cat_of_a_torn_log_warns_on_stderr_alone(run: Path) -> None:
+    with (run / "events.jsonl").open("ab") as file:
+        file.write(b'{"t_s":1')
+    said = clew("log", "cat", run, "--json")
+    assert "torn" in said.stderr
+    assert said.stdout.count("\n") == 7
+
+
+def test_check_exits_0_on_a_good_log(run: Path) -> None:
+    said = clew("log", "check", run, "--json")
+    assert said.exit_code == 0, said.stdout
+    assert json.loads(said.stdout)["ok"]
+
+
+def test_check_exits_1_when_a_promise_broke(tmp_path: Path) -> None:
+    jump = ("world", PoseSampled(robot=1, x_m=1.02, y_m=0.432, heading_rad=0.0))
+    said = clew("log", "check", recorded(tmp_path / "run", numbered((*AT_REST[:-1], jump, AT_REST[-1]))))
+    assert said.exit_code == 1
+    assert "S1, robot 1" in said.stdout
+
+
+@pytest.mark.parametrize("verb", ["info", "cat", "check"])
+def test_no_such_run_is_one_line_and_exit_2(tmp_path: Path, verb: str) -> None:
+    said = clew("log", verb, tmp_path / "nothing")
+    assert said.exit_code == 2
+    assert said.stdout == ""
+    assert said.stderr.count("\n") == 1
+    assert "no run in" in said.stderr
+
+
+def test_schema_is_the_scenarios_own() -> None:
+    assert json.loads(clew("schema").stdout) == json.loads(json.dumps(schema()))

@@ -1,0 +1,96 @@
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from lab.report import main, rms_line, table_lines, verdict_sentence
+from tests.logs import AT_REST, PAPER, numbered, recorded
+from world.books import Messages
+from world.scenario import load
+from world.verdict import Events, Verdict
+
+GOOD = Verdict(
+    ok=True,
+    exit_code=0,
+    reason="every robot has arrived",
+    scenario="paper",
+    seed=1,
+    robots=5,
+    law="printed",
+    speed=None,
+    started_at="2026-11-20T12:00:00+00:00",
+    goal_reached=True,
+    robots_arrived=5,
+    clearance_m_min=0.064,
+    clearance_m_required=0.0,
+    separation_m_min=0.1,
+    separation_m_required=0.04,
+    violations=0,
+    violations_by_invariant={"S1": 0, "S2": 0, "S3": 0},
+    switching_steps=10,
+    planning_events=40,
+    scans=41,
+    path_m=7.0,
+    table_rms_m=0.0254,
+    sim_s=31.0,
+    wall_s=2.0,
+    cpu_s=1.0,
+    messages=Messages(sent=100, received=100, injected={}, unaccounted=0, left_out=()),
+    events=Events(recorded=500, missing=0),
+    deaths=(),
+)
+
+
+def test_table_stands_beside_what_was_measured() -> None:
+    lines = list(table_lines(((1.168, 0.433), (1.125, 0.384)), ((1.17, 0.4),)))
+    assert lines[3].split() == ["1", "1.168", "1.170", "0.433", "0.400"]
+    assert lines[4].split() == ["2", "1.125", "-", "0.384", "-"]
+    assert len({len(line) for line in lines[1:]}) == 1
+
+
+def test_rms_is_said_or_why_there_is_none() -> None:
+    assert PAPER.table_m is not None
+    assert rms_line(PAPER.table_m, GOOD) == "RMS error against Table I: 0.0254 m over 33 distances"
+    lost = msgspec.structs.replace(GOOD, table_rms_m=None)
+    assert "no RMS" in rms_line(PAPER.table_m, lost)
+
+
+def test_law_that_promises_nothing_is_held_beside_the_one_that_does() -> None:
+    sentence = verdict_sentence(GOOD, PAPER)
+    assert sentence.startswith("OK: every robot has arrived; 5 of 5 robots arrived")
+    assert "0.0260 m short of the epsilon - mu0 = 0.0900 m that --law certified has to keep" in sentence
+
+
+def test_law_that_promises_is_held_to_its_promise() -> None:
+    kept = msgspec.structs.replace(GOOD, law="certified", clearance_m_min=0.0953, clearance_m_required=0.09)
+    sentence = verdict_sentence(kept, load("grove"))
+    assert sentence.endswith("clearance 0.0953 m of 0.0900 m required.")
+
+
+def test_failed_run_says_why_first() -> None:
+    failed = msgspec.structs.replace(GOOD, ok=False, reason="robot 3 died at t=4.2 s", robots_arrived=0)
+    assert verdict_sentence(failed, PAPER).startswith("FAILED: robot 3 died at t=4.2 s; 0 of 5 robots")
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    folder = recorded(tmp_path / "run", numbered(AT_REST))
+    (folder / "verdict.json").write_bytes(msgspec.json.encode(GOOD))
+    return folder
+
+
+def test_last_line_is_the_verdict_and_the_folder(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(run)]) == 0
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last.startswith("OK: ")
+    assert last.endswith(f"Run: {run}")
+
+
+def test_json_is_the_verdict_as_written(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(run), "--json"]) == 0
+    assert capsys.readouterr().out.encode() == (run / "verdict.json").read_bytes()
+
+
+def test_folder_without_verdict_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(tmp_path)]) == 2
+    assert "verdict.json" in capsys.readouterr().err
