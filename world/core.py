@@ -13,7 +13,7 @@ from typing import assert_never
 import numpy as np
 
 from protocol.errors import MessageRefusedError
-from protocol.keys import robot_name
+from protocol.keys import robot_name, robot_number
 from protocol.messages import Odometry, Phase
 from protocol.timeline import (
     BodyStopped,
@@ -121,6 +121,9 @@ class World:
             case EntryWritten():
                 self.tally.hear(event.source, event.entry)
                 self._evidence.hear(event.source, event.entry)
+                robot = robot_number(event.source)
+                if robot is not None:
+                    self.attendance.hear(robot, wall_s=wall_s)
             case MessageDropped():
                 return [self._note(MessageRefused(key=event.key, reason=event.reason))]
             case StopAsked():

@@ -1,0 +1,245 @@
+"""The shell of the world: its session, the wall clock, the files. It decides nothing about the run.
+
+Rule 1: what the world records is written before anybody can hear of it.
+Rule 2: the verdict is written whatever ends the run, as long as the timeline could be.
+"""
+
+import asyncio
+import logging
+import platform
+import secrets
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path
+
+import msgspec
+
+from protocol.ending import asked_to_end
+from protocol.keys import WORLD, robot_name, robot_number
+from protocol.messages import Drive, LogBatch, Logged, Message
+from protocol.session import Session
+from protocol.timeline import Entry, Record
+from protocol.transport import Appeared, Arrival, Asked, Heard, Refused, Transport, Vanished
+from protocol.zenoh_transport import open_transport
+from world.books import Account, balance
+from world.commands import Command, Note, ServeScan, TellOdometry
+from world.core import ODOMETRY_TICKS, World
+from world.events import (
+    EntryWritten,
+    Event,
+    MessageDropped,
+    OrderHeard,
+    ScanAsked,
+    StopAsked,
+    TokenCame,
+    TokenWent,
+)
+from world.pace import Pace
+from world.progress import progress
+from world.recorder import Header, Recorder, open_events
+from world.scenario import Scenario
+from world.verdict import Events, Facts, Verdict, pass_verdict
+
+VERDICT_FILE = "verdict.json"
+REASON_LENGTH_MAX = 500  # a timeline entry is no place for all that a stranger may send
+VERSIONS_OF = {"zenoh": "eclipse-zenoh", "clew": "clew"}  # by the names of their distributions
+
+
+log = logging.getLogger("world")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Order:
+    """What the user asked for."""
+
+    scenario: Scenario
+    session: Session
+    out: Path
+    seed: int
+    speed: float | None
+    lifeline: int | None
+
+
+async def run(order: Order) -> Verdict:
+    """Run one run to its verdict.
+
+    Raises:
+        UsageError: no router admits us, or the run's folder will not do.
+        RecordingFailedError: the timeline cannot be written any more.
+    """
+    started_at = datetime.now(UTC).isoformat(timespec="seconds")
+    keys = order.session.keys
+    hear, answer = [keys.drive("*"), keys.log("*")], [keys.scan("*"), keys.mission()]
+    alive, watch = keys.alive(WORLD, secrets.token_hex(4)), keys.alive("*", "*")
+    with (
+        asked_to_end(order.lifeline) as ending,
+        open_transport(order.session, hear=hear, answer=answer, alive=alive, watch=watch) as transport,
+        open_events(order.out) as file,  # last, so that a run that cannot start leaves nothing behind
+    ):
+        recorder = Recorder(file, _header(order, started_at))
+        verdict = await _Life(order, transport, recorder).run(ending, started_at)
+    path = order.out / VERDICT_FILE
+    path.write_bytes(msgspec.json.format(msgspec.json.encode(verdict)) + b"\n")
+    return verdict
+
+
+class _Life:
+    """What the shell of the world remembers."""
+
+    def __init__(self, order: Order, transport: Transport, recorder: Recorder) -> None:
+        self._order = order
+        self._keys = order.session.keys
+        self._transport = transport
+        self._recorder = recorder
+        self._started_wall_s = self._over_wall_s = time.monotonic()
+        self._world = World(order.scenario, seed=order.seed, wall_s=self._started_wall_s)
+
+    async def run(self, ending: asyncio.Future[int], started_at: str) -> Verdict:
+        """Until the world has judged the run."""
+        world, pace = self._world, Pace(self._order.speed)
+        while world.judgement is None:
+            wait_s = pace.wait_s(world, wall_s=time.monotonic())
+            for arrival in await self._transport.arrivals(wait_s):
+                self._take(arrival)
+            if ending.done():
+                self._handle(StopAsked())
+            self._obey(world.look(wall_s=time.monotonic()))
+            for _ in range(ODOMETRY_TICKS):  # then whatever arrived meanwhile has its turn
+                if not world.started or pace.wait_s(world, wall_s=time.monotonic()) > 0.0:
+                    break
+                self._obey(world.tick())
+                pace.ticked(world, wall_s=time.monotonic())
+            self._clock()
+        return self._verdict(started_at)
+
+    def _clock(self) -> None:
+        if self._world.ending is None:
+            self._over_wall_s = time.monotonic()
+            if not self._world.started:
+                self._started_wall_s = self._over_wall_s
+
+    def _take(self, arrival: Arrival) -> None:
+        robot = self._robot(arrival.key)
+        match arrival:
+            case Asked(answer=answer) if arrival.key == self._keys.mission():
+                answer(self._order.scenario.mission())
+            case _ if robot is None:
+                self._complain(arrival)
+            case Heard(message=Drive() as drive) if arrival.key == self._keys.drive(robot_name(robot)):
+                self._handle(OrderHeard(robot, drive))
+            case Heard(message=LogBatch() as batch) if arrival.key == self._keys.log(robot_name(robot)):
+                self._write(robot_name(robot), batch.entries)
+                up_to = self._recorder.up_to(robot_name(robot))
+                self._transport.put(self._keys.logged(robot_name(robot)), Logged(up_to=up_to))
+            case Asked(answer=answer):
+                self._handle(ScanAsked(robot), answer)
+            case Appeared(key):
+                self._handle(TokenCame(robot, self._keys.part(key, 2)))
+            case Vanished(key):
+                self._handle(TokenWent(robot, self._keys.part(key, 2)))
+            case _:
+                self._complain(arrival)
+
+    def _complain(self, arrival: Arrival) -> None:
+        """Put what nobody should have sent into the timeline; the world's own token is no such thing."""
+        match arrival:
+            case Refused(key, reason):
+                self._handle(MessageDropped(key, reason[:REASON_LENGTH_MAX]))
+            case Heard(key, _, message) | Asked(key, message, _):
+                self._handle(MessageDropped(key, f"{type(message).__name__} means nothing on this key"))
+            case Appeared() | Vanished():
+                pass
+
+    def _robot(self, key: str) -> int | None:
+        """The robot of this fleet that a key names."""
+        robot = (
+            robot_number(self._keys.part(key, 1)) if key.count("/") > self._keys.root.count("/") + 1 else None
+        )
+        return robot if robot in self._world.attendance.robots else None
+
+    def _handle(self, event: Event, answer: Callable[[Message], None] | None = None) -> None:
+        self._obey(self._world.handle(event, wall_s=time.monotonic()), answer)
+
+    def _obey(self, commands: Sequence[Command], answer: Callable[[Message], None] | None = None) -> None:
+        for command in commands:
+            match command:
+                case TellOdometry(robot, odometry):
+                    self._transport.put(self._keys.odometry(robot_name(robot)), odometry)
+                case ServeScan(scan=scan):
+                    assert answer is not None, "a scan that nobody asked for"
+                    answer(scan)
+                case Note(t_s, record):
+                    self._note(t_s, record)
+
+    def _note(self, t_s: float, record: Record) -> None:
+        n = self._recorder.up_to(WORLD) + 1
+        self._write(WORLD, [Entry(n=n, t_s=t_s, hlc=self._transport.timestamp(), record=record)])
+
+    def _write(self, source: str, entries: Sequence[Entry]) -> None:
+        for entry in self._recorder.take(source, entries):
+            if (sentence := progress(source, entry)) is not None:
+                log.info(sentence)
+            self._handle(EntryWritten(source, entry))
+
+    def _verdict(self, started_at: str) -> Verdict:
+        world, tally = self._world, self._world.tally
+        assert world.judgement is not None, "a verdict needs a judgement"
+        assert world.ending is not None, "a verdict needs an ending"
+        untold = world.attendance.living - tally.counted.keys()  # their last entry never came
+        return pass_verdict(
+            Facts(
+                scenario=self._order.scenario,
+                seed=self._order.seed,
+                speed=self._order.speed,
+                started_at=started_at,
+                ending=world.ending,
+                absent=", ".join(map(robot_name, world.attendance.missing)),
+                tally=tally,
+                judgement=world.judgement,
+                messages=balance(self._accounts(), keys=self._keys, robots=sorted(world.attendance.robots)),
+                events=Events(
+                    recorded=self._recorder.recorded_count,
+                    missing=self._recorder.missing_count + len(untold),
+                ),
+                sim_s=world.over_s,
+                wall_s=self._over_wall_s - self._started_wall_s,
+                cpu_s=time.process_time(),
+            )
+        )
+
+    def _accounts(self) -> dict[str, Account]:
+        """Of the world, and of each robot that told both its counts."""
+        tally, ours = self._world.tally, self._transport.traffic
+        accounts = {
+            robot_name(robot): Account(
+                sent=tally.settled[robot].sent, received=counted.received, newest=counted.newest
+            )
+            for robot, counted in tally.counted.items()
+            if robot in tally.settled
+        }
+        return {WORLD: Account(sent=ours.sent, received=ours.received, newest=ours.newest), **accounts}
+
+
+def _header(order: Order, started_at: str) -> Header:
+    return Header(
+        run=order.session.run,
+        seed=order.seed,
+        speed=order.speed,
+        started_at=started_at,
+        scenario=msgspec.to_builtins(order.scenario),
+        scenario_hash=order.scenario.fingerprint(),
+        versions={
+            "python": platform.python_version(),
+            **{name: _version(distribution) for name, distribution in VERSIONS_OF.items()},
+        },
+    )
+
+
+def _version(distribution: str) -> str:
+    try:
+        return metadata.version(distribution)
+    except metadata.PackageNotFoundError:  # run from a tree that was never set up
+        return "not installed"
