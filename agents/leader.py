@@ -23,7 +23,7 @@ from agents.step import (
     look,
     paper_step,
 )
-from protocol.frames import Point
+from protocol.frames import Point, Pose
 from protocol.mission import Bounds, Law, Mission
 from protocol.path import Path
 from protocol.sweep import Floats
@@ -42,19 +42,13 @@ class Ground:
     granted_m: float
     keep_m: float
 
-    @property
-    def onward_rad(self) -> float | None:
-        """The direction in which the path has led here; None where there is no path yet [world frame]."""
-        corners = self.path.between(0.0, self.path.end_m)
-        legs = [leg for leg in np.diff(corners, axis=0) if leg.any()]
-        return float(np.arctan2(legs[-1][1], legs[-1][0])) if legs else None
-
 
 class Leader:
     """What the leader remembers from step to step."""
 
-    def __init__(self, mission: Mission, start: Point) -> None:
+    def __init__(self, mission: Mission, start: Pose) -> None:
         self._mission = mission
+        self._onward_rad = start.heading_rad
         self._goal = None if mission.goal is None else _xy(mission.goal)
         keep_m = mission.robot_radius_m + mission.epsilon_m
         bounds = mission.bounds or _around(start, mission)
@@ -82,7 +76,7 @@ class Leader:
         if self._mission.law is not Law.CERTIFIED:
             return paper_step(sight, self._mission)
         if self._goal is None:
-            return certified_step_through_gap(sight, walls, onward_rad=ground.onward_rad, gain_m=GAIN_M)
+            return certified_step_through_gap(sight, walls, onward_rad=self._onward_rad, gain_m=GAIN_M)
         hull_m = self._mission.robot_radius_m + 2.0 * self._mission.mu0_m
         strand = ground.path.between(ground.tail_m, ground.path.end_m)
         robots = on_ground(sight.view.points, strand, within_m=hull_m)
@@ -150,9 +144,9 @@ def _xy(at: Point) -> Floats:
     return np.array([at.x_m, at.y_m])
 
 
-def _around(start: Point, mission: Mission) -> Bounds:
+def _around(start: Pose, mission: Mission) -> Bounds:
     """Where the region has no bounds: the box of start and goal, with the sensor's range on all sides."""
-    ends = [start, mission.goal or start]
+    ends: list[Pose | Point] = [start, mission.goal or start]
     margin_m = mission.range_m_max
     return Bounds(
         x_m_min=min(end.x_m for end in ends) - margin_m,

@@ -20,7 +20,6 @@ from agents.lining import Lining
 from agents.scan import View, view
 from agents.step import Crossed, NoStep
 from agents.strand import Own, Strand
-from protocol.frames import Point
 from protocol.messages import AheadState, Scan
 from protocol.mission import Mission
 from protocol.sweep import Floats
@@ -109,8 +108,7 @@ class Robot:
         self._strand = strand
         self._driver.progress_m = strand.start_m
         if strand.ahead is None:
-            pose = self._lining.places[self._robot]
-            self._leader = Leader(self._mission, Point(x_m=pose.x_m, y_m=pose.y_m))
+            self._leader = Leader(self._mission, self._lining.places[self._robot])
         formed = StrandFormed(epoch=strand.epoch, order=order, path_length_m=strand.path.end_m)
         return strand, [Note(formed)]
 

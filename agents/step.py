@@ -109,12 +109,13 @@ def _why_stuck(here_m: float, best_m: float) -> str:
 
 
 def certified_step_through_gap(
-    sight: Sight, walls: Walls, *, onward_rad: float | None, gain_m: float
+    sight: Sight, walls: Walls, *, onward_rad: float, gain_m: float
 ) -> Step | NoStep | Crossed:
     """Without a goal: towards the widest passable gap ahead that a certified step brings nearer.
 
     The end point is the one nearest to the gap's middle. A gap that no step comes nearer to gives way to
-    the next widest. Gaps behind are not gone back to; with none ahead, the region has been crossed.
+    the next widest. Onward is where the leader faced at first: gaps behind are not gone back to, and with
+    none ahead the region has been crossed.
     """
     ahead = [index for index in range(len(sight.gaps)) if _opens_ahead(sight, index, onward_rad)]
     if not ahead:
@@ -129,11 +130,11 @@ def certified_step_through_gap(
     )
 
 
-def _opens_ahead(sight: Sight, index: int, onward_rad: float | None) -> bool:
-    """Whether a gap opens towards the robot, and not behind it (more than a right angle off its way)."""
+def _opens_ahead(sight: Sight, index: int, onward_rad: float) -> bool:
+    """Whether a gap opens towards the robot, and not more than a right angle off the way onward."""
     gap = sight.gaps[index]
     off = gap.middle - sight.view.position
-    turn_rad = 0.0 if onward_rad is None else wrap(float(np.arctan2(off[1], off[0])) - onward_rad)
+    turn_rad = wrap(float(np.arctan2(off[1], off[0])) - onward_rad)
     return 0.0 < gap.delta_rad < np.pi and abs(turn_rad) <= np.pi / 2.0
 
 
