@@ -173,6 +173,10 @@ class World:
         all_bodies = range(self.scenario.fleet.robots)
         return notes + self._tell(all_bodies if self._ticks % ODOMETRY_TICKS == 0 else moves.finished)
 
+    def remind(self) -> list[Command]:
+        """Tell the robots that owe an answer once more what they have to answer."""
+        return self._tell(robot - 1 for robot in sorted(self.awaited))
+
     def _note(self, record: Record) -> Note:
         return Note(self.now_s, record)
 

@@ -112,6 +112,8 @@ class _Life:
                     break
                 self._obey(world.tick())
                 pace.ticked(world, wall_s=time.monotonic())
+            if pace.should_remind(world, wall_s=time.monotonic()):
+                self._obey(world.remind())
             self._clock()
         return self._verdict(started_at)
 
