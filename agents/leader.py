@@ -64,6 +64,8 @@ class Leader:
 
     def plan(self, view: View, ground: Ground) -> StepPlanned | NoStep | Crossed:
         """The next switching step out of a scan, as it goes into the timeline."""
+        off_path_m = np.hypot(*(view.position - ground.path.between(0.0, ground.path.end_m)[-1]))
+        assert off_path_m <= self._mission.mu0_m, f"planned {off_path_m} m from where the path ends"
         sight = look(view, self._mission)
         walls = Walls.joined(scan_walls(view, self._mission), *self._other_walls(ground))
         step = self._step(sight, walls, ground)

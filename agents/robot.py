@@ -53,7 +53,7 @@ class Robot:
         self._held = False
         self._arrived = False
         self._lost = False
-        self._scan: View | None = None
+        self._scan: Scan | None = None
         self._asked_at_s = -float("inf")
 
     def handle(self, event: Event, now_s: float) -> list[Command]:
@@ -63,7 +63,7 @@ class Robot:
             case OdometryHeard(odometry):
                 self._driver.hear(odometry)
             case ScanHeard(scan):
-                self._scan = self._usable(scan)
+                self._scan = scan
             case MusterHeard(robot, muster):
                 self._lining.hear(robot, muster)
             case LinkHeard():
@@ -77,12 +77,6 @@ class Robot:
         if isinstance(event, OdometryHeard) or self._driver.drive.number != before:
             commands.append(Order(self._driver.drive))
         return commands
-
-    def _usable(self, scan: Scan) -> View | None:
-        """A scan counts only where it was taken: one that was on its way while the body drove is void."""
-        if not self._driver.awake or scan.pose != self._driver.odometry.pose:
-            return None
-        return view(scan, range_m_max=self._mission.range_m_max)
 
     def _hear_link(self, heard: LinkHeard, now_s: float) -> list[Command]:
         if self._strand is not None:
@@ -217,11 +211,16 @@ class Robot:
         return [AskScan()]
 
     def _take_scan(self) -> View | None:
-        """The scan that has come, if one has; it is used once."""
+        """The scan that has come, if one has. It is used once, and only where it was taken.
+
+        A question that was repeated may be answered twice, and the second answer may come when the robot
+        stands somewhere else.
+        """
         scan, self._scan = self._scan, None
-        if scan is not None:
-            self._asked_at_s = -float("inf")
-        return scan
+        if scan is None or scan.pose != self._driver.odometry.pose:
+            return None
+        self._asked_at_s = -float("inf")
+        return view(scan, range_m_max=self._mission.range_m_max)
 
     def _position(self) -> Floats:
         pose = self._driver.odometry.pose
