@@ -131,11 +131,15 @@ def certified_step_through_gap(
 
 
 def _opens_ahead(sight: Sight, index: int, onward_rad: float) -> bool:
-    """Whether a gap opens towards the robot, and not more than a right angle off the way onward."""
+    """Whether a gap opens towards the robot, not more than a right angle off the way onward.
+
+    One whose middle is nearer than the robot's own clearance is not ahead: the robot stands in it.
+    """
     gap = sight.gaps[index]
     off = gap.middle - sight.view.position
     turn_rad = wrap(float(np.arctan2(off[1], off[0])) - onward_rad)
-    return 0.0 < gap.delta_rad < np.pi and abs(turn_rad) <= np.pi / 2.0
+    stands_in_it = float(np.hypot(*off)) < sight.passable_m / 2.0
+    return 0.0 < gap.delta_rad < np.pi and abs(turn_rad) <= np.pi / 2.0 and not stands_in_it
 
 
 def _step_towards(sight: Sight, walls: Walls, index: int, *, gain_m: float) -> Step | None:
