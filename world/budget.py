@@ -31,11 +31,12 @@ class Budget:
 def blind_per_range(shapes: Sequence[Shape], directions: int) -> float:
     """How far an obstacle may reach unseen past a ray that hit it, per metre of range.
 
-    Sideways past its last ray: up to the spacing of the rays. Towards the sensor between two rays: a
-    corner of angle gamma that both rays only just catch is `spacing / (2 tan(gamma / 2))` tall.
+    Sideways past its last ray: up to the spacing of the rays. A corner of angle gamma that one ray catches
+    on its near side, and that the next ray only just misses along its far side, stands out of the joined
+    hits by `spacing / sin(gamma)`; a blunt corner by no more than the spacing.
     """
     sharpest_rad = min((shape.sharpest_corner_rad for shape in shapes), default=math.pi / 2)
-    return math.tau / directions * max(1.0, 0.5 / math.tan(sharpest_rad / 2))
+    return math.tau / directions / math.sin(min(sharpest_rad, math.pi / 2))
 
 
 def sure_range_m(shapes: Sequence[Shape], directions: int) -> float:

@@ -1,0 +1,106 @@
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from protocol.errors import UsageError
+from protocol.mission import Law
+from world.scenario import Scenario, load
+from world.shapes import Circle, Polygon
+
+SCENE: dict[str, Any] = {
+    "schema": "clew-scene/1",
+    "name": "posts",
+    "family": "test",
+    "start": [-2.0, 0.0, 0.0],
+    "goal": [3.0, 0.0],
+    "goal_tol": 0.5,
+    "robot_radius": 0.12,
+    "bounds": [-4.0, -2.0, 4.0, 2.0],
+    "circles": [[0.0, 0.0, 0.075], [0.0, 0.15, 0.075]],  # two posts that touch
+    "polygons": [[[1.0, 0.5], [1.5, 0.5], [1.5, 1.0], [1.0, 1.0]]],
+    "walls": [[[-4.0, -2.0], [4.0, -2.0], [4.0, -1.8], [-4.0, -1.8]]],
+    "stats": {"widest_path_radius": 0.5},
+}
+
+
+def _load(
+    tmp_path: Path, changes: dict[str, Any], robots: int | None = None, law: str | None = None
+) -> Scenario:
+    path = tmp_path / "posts.json"
+    path.write_text(json.dumps({key: value for key, value in (SCENE | changes).items() if value is not None}))
+    return load(str(path), robots=robots, law=law)
+
+
+def test_a_scene_becomes_a_certified_scenario_of_five(tmp_path: Path) -> None:
+    posts = _load(tmp_path, {})
+    assert posts.law.law is Law.CERTIFIED
+    assert [type(obstacle) for obstacle in posts.obstacles] == [Circle, Circle, Polygon, Polygon]
+    places = [(pose.x_m, pose.y_m) for pose in posts.fleet.poses()]
+    expected = [(-2.0 - k * 3 * 0.12, 0.0) for k in range(5)]
+    assert [x_m for x_m, _ in places] == pytest.approx([x_m for x_m, _ in expected])
+    assert posts.goal is not None
+    assert (posts.goal.at_m, posts.goal.tolerance_m) == ((3.0, 0.0), 0.5)
+    assert posts.bounds is not None
+    assert posts.bounds.y_m_max == 2.0
+
+
+def test_a_scene_may_do_without_walls_and_be_run_with_fewer_robots(tmp_path: Path) -> None:
+    assert len(_load(tmp_path, {"walls": None}).obstacles) == 3
+    assert _load(tmp_path, {}, robots=2, law="printed").fleet.robots == 2
+
+
+def test_the_heading_of_the_start_may_be_any_angle(tmp_path: Path) -> None:
+    assert _load(tmp_path, {"start": [-2.0, 0.0, 6.283185307179586]}).fleet.poses()[0].heading_rad == 0.0
+
+
+@pytest.mark.parametrize("corner_m", [0.5, 0.1, 0.05])
+def test_sharper_corners_get_a_better_sensor_until_none_is_good_enough(
+    tmp_path: Path, corner_m: float
+) -> None:
+    sharp = {"polygons": [[[1.0, 0.5], [1.5, 0.5 - corner_m], [1.5, 0.5 + corner_m]]]}
+    scenario = _load(tmp_path, sharp)
+    left_m = scenario.law.mu0_m - scenario.error_budget.total_m
+    assert left_m == pytest.approx((scenario.law.mu0_m - scenario.error_budget.quantisation_m) / 2)
+
+
+def test_a_needle_that_no_sensor_of_this_kind_is_sure_of_is_refused(tmp_path: Path) -> None:
+    needle = {"polygons": [[[1.0, 0.5], [1.5, 0.49], [1.5, 0.51]]]}
+    with pytest.raises(UsageError, match=r"^posts\.json: \$\.law\.mu0_m: .* ray quantisation 0\.02"):
+        _load(tmp_path, needle)
+
+
+def test_a_large_robot_sees_as_far_in_its_own_measure(tmp_path: Path) -> None:
+    large = {
+        "robot_radius": 1.0,
+        "start": [-20.0, 0.0, 0.0],
+        "goal": [20.0, 0.0],
+        "bounds": [-40.0, -40.0, 40.0, 40.0],
+        "walls": None,
+    }
+    assert _load(tmp_path, large).sensor.range_m_max == 20.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        ({"schema": "clew-scene/2"}, "$.schema: Invalid enum value 'clew-scene/2'"),
+        ({"goal": None}, "$: Object missing required field `goal`"),
+        ({"robot_radius": -0.1}, "$.robot_radius: must be > 0.0, got -0.1"),
+        ({"circles": [[0.0, 0.0, 0.1], [0.0, 1.0]]}, "$.circles[1]: Expected `array` of length 3, got 2"),
+        (
+            {"polygons": [[[0, 0], [1, 1], [1, 0], [0, 1]]]},
+            "$.obstacle[2]: vertices_m must make a simple ring",
+        ),
+        ({"moving": [{"id": 1}]}, "$.moving: must be absent, got 1 moving obstacles"),
+        ({"goal": [0.0, 0.0]}, "$.goal.at_m: must be >= 0.22 m away from $.obstacle[0], got inside it"),
+    ],
+)
+def test_a_scene_that_cannot_be_is_refused_in_one_line(
+    tmp_path: Path, changes: dict[str, Any], line: str
+) -> None:
+    with pytest.raises(UsageError) as refusal:
+        _load(tmp_path, changes)
+    assert str(refusal.value).startswith(f"posts.json: {line}")
+    assert "\n" not in str(refusal.value)
