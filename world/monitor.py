@@ -67,6 +67,7 @@ class Monitor:
     least_separation: Least = field(default_factory=Least)
     clearance_m: Floats = field(default_factory=lambda: np.empty(0))
     """Of each hull in the last moves watched; below 0 where it was in an obstacle."""
+    _moved: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, dtype=bool))
     _broken: set[Topic] = field(default_factory=set)
 
     def watch(self, starts_m: Floats, ends_m: Floats, *, t_s: float) -> list[PromiseBroken]:
@@ -77,14 +78,17 @@ class Monitor:
             ends_m: likewise.
             t_s: simulated time.
         """
-        moved = np.flatnonzero((starts_m != ends_m).any(axis=1))
-        if len(self.clearance_m) == 0:
+        moved = (starts_m != ends_m).any(axis=1)
+        first = len(self.clearance_m) == 0
+        if first:
             self.clearance_m = np.full(len(starts_m), math.inf)
-            moved = np.arange(len(starts_m))
-        if len(moved) == 0:
+        # A body that moved before and stands now is no longer as near as it may have been on its way.
+        stale = np.flatnonzero(np.ones_like(moved) if first else moved | self._moved)
+        self._moved = moved
+        if len(stale) == 0:
             return []
-        self.clearance_m[moved] = (
-            clearance(self.ground, starts_m[moved], ends_m[moved]) - self.promises.radius_m
+        self.clearance_m[stale] = (
+            clearance(self.ground, starts_m[stale], ends_m[stale]) - self.promises.radius_m
         )
         nearest = int(np.argmin(self.clearance_m))
         if self.clearance_m[nearest] < self.least_clearance.distance_m:

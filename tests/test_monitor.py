@@ -1,0 +1,128 @@
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shapely import LineString, Point, Polygon
+from shapely.ops import unary_union
+
+from protocol.mission import Bounds
+from protocol.timeline import PromiseBroken
+from tests.world_scenarios import scenario
+from world.monitor import Monitor, Promises
+
+quietly = settings(deadline=None)  # the machine may be busy
+places = st.lists(st.tuples(st.floats(-3, 5), st.floats(-2, 2)), min_size=3, max_size=3)
+GROUND = scenario().ground
+OBSTACLES = unary_union(
+    [Point(1.5, 0.6).buffer(0.3, quad_segs=256), Polygon([(2, -1.5), (3, -1.5), (3, -0.5), (2, -0.5)])]
+)
+
+
+def monitor(
+    *,
+    radius_m: float = 0.1,
+    clearance_m: float = 0.08,
+    separation_m: float = 0.08,
+    bounds: Bounds | None = None,
+) -> Monitor:
+    promises = Promises(
+        radius_m=radius_m,
+        clearance_m_required=clearance_m,
+        separation_m_required=separation_m,
+        bounds=bounds,
+    )
+    return Monitor(GROUND, promises)
+
+
+def play(watcher: Monitor, *instants: list[tuple[float, float]]) -> list[PromiseBroken]:
+    """Move all bodies from instant to instant, a second each."""
+    broken = watcher.watch(np.array(instants[0]), np.array(instants[0]), t_s=0.0)
+    for t_s, (before, after) in enumerate(pairwise(instants), start=1):
+        broken += watcher.watch(np.array(before), np.array(after), t_s=float(t_s))
+    return broken
+
+
+@quietly
+@given(places, places)
+def test_clearance_is_the_least_along_the_whole_move(
+    starts: list[tuple[float, float]], ends: list[tuple[float, float]]
+) -> None:
+    watcher = monitor()
+    play(watcher, starts, ends)
+    expected_m = [
+        LineString([start, end]).distance(OBSTACLES) for start, end in zip(starts, ends, strict=True)
+    ]
+    # The oracle's circle is a polygon of 1024 edges: 1.4e-6 of its radius too small.
+    assert watcher.least_clearance.distance_m == pytest.approx(min(expected_m) - 0.1, abs=1e-5)
+
+
+@quietly
+@given(places, places)
+def test_separation_is_the_least_of_any_moment_of_the_move(
+    starts: list[tuple[float, float]], ends: list[tuple[float, float]]
+) -> None:
+    watcher = monitor()
+    play(watcher, starts, ends)
+    shares = np.linspace(0.0, 1.0, 2001)[:, None, None]
+    moments = (1 - shares) * np.array(starts) + shares * np.array(ends)
+    apart_m = np.hypot(*np.moveaxis(moments[:, :, None] - moments[:, None, :], 3, 0))
+    sampled_m = apart_m[:, *np.triu_indices(3, k=1)].min() - 0.2
+    # Between two samples a pair comes nearer by at most half of what it moves in that time: 16 m / 2000 / 2.
+    assert sampled_m - 0.004 <= watcher.least_separation.distance_m <= sampled_m + 1e-9
+
+
+def test_clearance_is_judged_between_the_ends_of_a_move() -> None:
+    broken = play(monitor(), [(0.5, 0.6), (-3.0, 0.0)], [(2.5, 0.6), (-3.0, 0.0)])
+    assert [(each.invariant, each.robot) for each in broken] == [("S1", 1)]
+    assert broken[0].measured_m == pytest.approx(-0.1)
+
+
+def test_two_robots_that_swap_places_met_on_the_way() -> None:
+    broken = play(monitor(), [(-2.0, 0.0), (-1.0, 0.0)], [(-1.0, 0.0), (-2.0, 0.0)])
+    assert [(each.invariant, each.robot, each.other) for each in broken] == [("S2", 1, 2)]
+    assert broken[0].measured_m == pytest.approx(-0.2)
+
+
+def test_robots_that_follow_at_a_distance_keep_their_promises() -> None:
+    watcher = monitor()
+    assert play(watcher, [(-1.0, 0.0), (-1.3, 0.0)], [(0.0, 0.0), (-0.3, 0.0)]) == []
+    assert watcher.least_separation.distance_m == pytest.approx(0.1)
+    assert (watcher.least_separation.robot, watcher.least_separation.other) == (1, 2)
+
+
+def test_a_promise_that_stays_broken_is_one_violation_until_it_is_kept_again() -> None:
+    near, nearer, away = [(1.05, 0.6)], [(1.07, 0.6)], [(0.5, 0.6)]
+    assert len(play(monitor(), away, near, nearer, near)) == 1
+    assert len(play(monitor(), away, near, away, away, near)) == 2  # the way back is near, too
+
+
+def test_leaving_the_bounds_is_a_violation_of_clearance() -> None:
+    bounds = Bounds(x_m_min=-1.0, y_m_min=-1.0, x_m_max=1.0, y_m_max=1.0)
+    broken = play(monitor(bounds=bounds), [(-0.5, 0.0)], [(-0.9, 0.0)], [(-0.95, 0.0)])
+    assert [(each.invariant, each.why) for each in broken] == [("S1", "out of bounds")]
+    assert broken[0].measured_m == pytest.approx(-0.05)
+
+
+@pytest.mark.parametrize(("gap_m", "violations"), [(0.001, 0), (0.0, 1), (-0.001, 1)])
+def test_a_law_that_promises_nothing_is_judged_by_contact(gap_m: float, violations: int) -> None:
+    points = monitor(radius_m=0.0, clearance_m=0.0, separation_m=0.0)
+    assert len(play(points, [(1.0, -1.0)], [(2.0 - gap_m, -1.0)])) == violations
+
+
+def test_robots_of_radius_zero_are_kept_apart_by_their_centres() -> None:
+    points = monitor(radius_m=0.0, clearance_m=0.0, separation_m=0.04)
+    assert play(points, [(0.0, 0.0), (-0.05, 0.0)]) == []
+    assert [
+        each.invariant for each in play(points, [(0.0, 0.0), (-0.03, 0.0)], [(0.1, 0.0), (0.07, 0.0)])
+    ] == ["S2"]
+
+
+def test_a_thousand_bodies_are_watched_in_one_expression() -> None:
+    grid = np.array([(-3.9 + 0.3 * (k % 100), -40.0 - 0.3 * (k // 100)) for k in range(1000)])
+    watcher = monitor()
+    assert watcher.watch(grid, grid + 0.01, t_s=0.02) == []
+    assert watcher.least_separation.distance_m == pytest.approx(0.1)
+    assert math.isfinite(watcher.least_clearance.distance_m)
