@@ -14,6 +14,7 @@ LEASE_MS = 1000  # 200 ms gave false deaths on a loaded machine, 500 ms and more
 OPEN_TIMEOUT_MS = 1000  # the default, 10 s, is how long a frozen router would hold us up
 CONNECT_TIMEOUT_MS = 5000  # a router that was started before us listens within a second
 ASK_TIMEOUT_MS = 1000
+QUEUE_BATCHES = 16  # Zenoh's most, made when needed; DROP drops what finds no room within 1 ms
 SESSIONS_MAX = 12_000  # 9999 robots, the most that a mission allows, and room for their successors
 
 
@@ -55,7 +56,11 @@ def _common() -> Json:
             "shared_memory": {"enabled": False},
             "unicast": {"open_timeout": OPEN_TIMEOUT_MS, "accept_timeout": OPEN_TIMEOUT_MS, "max_links": 1},
             "link": {
-                "tx": {"lease": LEASE_MS, "keep_alive": 4},
+                "tx": {
+                    "lease": LEASE_MS,
+                    "keep_alive": 4,
+                    "queue": {"size": {"data": QUEUE_BATCHES}},
+                },
                 # Twice a message's limit: key and header come on top, and the codec is exact.
                 "rx": {"max_message_size": 2 * SIZE_MAX_BYTES},
             },

@@ -4,7 +4,8 @@ Rule 1: Zenoh's threads only append to the inbox (callbacks are direct, so their
         everything is decoded in the event loop.
 Rule 2: a session is closed whatever happens: with a live subscriber the interpreter would never end.
 Rule 3: everything is sent with congestion control DROP, which never blocks the loop, and at one
-        priority, since another priority would overtake.
+        priority, since another priority would overtake. Not as express: that is no faster here (0.5 ms
+        there and back), and of bursts of 1000 it lost a fifth and more, where batches lost nothing.
 Rule 4: only what came through the router is heard: a session would otherwise hear its own forgeries.
 """
 
@@ -71,7 +72,6 @@ class ZenohTransport:
                 key,
                 payload,
                 congestion_control=zenoh.CongestionControl.DROP,
-                express=True,
                 allowed_destination=zenoh.Locality.REMOTE,
             )
 
@@ -86,7 +86,6 @@ class ZenohTransport:
                 # Anything else would keep the answer back until the world says there is no other.
                 consolidation=zenoh.ConsolidationMode.NONE,
                 congestion_control=zenoh.CongestionControl.DROP,
-                express=True,
                 allowed_destination=zenoh.Locality.REMOTE,
             )
 
@@ -169,7 +168,9 @@ def _connected(session: Session) -> zenoh.Session:
     try:
         return zenoh.open(config)
     except zenoh.ZError as error:
-        raise UsageError(f"no router at {session.endpoint} admits {session.name}") from error
+        raise UsageError(
+            f"no router answers at {session.endpoint}, or it refuses {session.name}'s password"
+        ) from error
 
 
 def _wake(loop: asyncio.AbstractEventLoop, arrived: asyncio.Event) -> None:
@@ -185,4 +186,4 @@ def _check_key(key: str) -> None:
 
 def _reply(query: zenoh.Query, key: str, message: Message) -> None:
     with query, contextlib.suppress(zenoh.ZError):  # the asker may have given up, or the router gone
-        query.reply(key, encode(message, 0), express=True)
+        query.reply(key, encode(message, 0))  # sent with the congestion control of the question
