@@ -1,0 +1,86 @@
+"""One switching step of a law through shapes: scan, plan, and what clearance the step really keeps."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from msgspec.structs import replace
+
+from agents.leader import Ground, Leader
+from agents.scan import View, view
+from agents.step import Crossed, NoStep
+from protocol.frames import Point, Pose
+from protocol.messages import Scan
+from protocol.mission import Law, Mission
+from protocol.path import Path
+from protocol.timeline import StepPlanned
+from world.clearance import clearance
+from world.rays import cast, scan_bearings_rad
+from world.shapes import Polygon, Shape, ground_of
+
+MISSION = Mission(
+    robots=1,
+    robot_radius_m=0.0,
+    law=Law.CERTIFIED,
+    epsilon_m=0.1,
+    mu0_m=0.01,
+    separation_m=0.05,
+    speed_mps=0.3,
+    directions=1440,
+    range_m_max=4.0,
+    range_error_m_max=0.0,
+    blind_per_range=2.0 * np.pi / 1440,
+    link_length_m_max=1.0,
+)
+
+ORIGIN = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
+
+
+def under(law: Law, **other: object) -> Mission:
+    """The mission above, under another law."""
+    return replace(MISSION, law=law, **other)
+
+
+def wall(*corners: tuple[float, float], thick_m: float = 0.02) -> Polygon:
+    """A thin wall along one straight line; its face is the line, its body to the left."""
+    (x_0, y_0), (x_1, y_1) = corners
+    along = np.array([x_1 - x_0, y_1 - y_0]) / np.hypot(x_1 - x_0, y_1 - y_0)
+    left = thick_m * np.array([-along[1], along[0]])
+    far_1, far_0 = (x_1 + left[0], y_1 + left[1]), (x_0 + left[0], y_0 + left[1])
+    return Polygon(vertices_m=((x_0, y_0), (x_1, y_1), far_1, far_0))
+
+
+def look_around(shapes: Sequence[Shape], mission: Mission, at: Pose = ORIGIN) -> View:
+    """A scan without noise."""
+    ranges = cast(
+        ground_of(shapes),
+        np.array([at.x_m, at.y_m]),
+        scan_bearings_rad(mission.directions),
+        range_m_max=mission.range_m_max,
+        discs=np.zeros((0, 3)),
+    )
+    return view(Scan(t_s=0.0, pose=at, ranges_m=tuple(ranges.tolist())), range_m_max=mission.range_m_max)
+
+
+def alone(at: Pose = ORIGIN) -> Ground:
+    """No robot is behind."""
+    path = Path([Point(x_m=at.x_m, y_m=at.y_m)])
+    return Ground(path, tail_m=0.0, granted_m=0.0, keep_m=0.0)
+
+
+@dataclass(frozen=True)
+class Driven:
+    """A step, and the least clearance along all of it."""
+
+    planned: StepPlanned
+    clearance_m: float
+
+
+def step_through(shapes: Sequence[Shape], mission: Mission, at: Pose = ORIGIN) -> Driven | NoStep | Crossed:
+    """Plan one step and measure what it keeps."""
+    planned = Leader(mission, at).plan(look_around(shapes, mission, at), alone(at))
+    if not isinstance(planned, StepPlanned):
+        return planned
+    ends = np.array([[planned.target.x_m, planned.target.y_m]])
+    measured = float(clearance(ground_of(shapes), np.array([[at.x_m, at.y_m]]), ends)[0])
+    return Driven(planned, measured - mission.robot_radius_m)
