@@ -1,0 +1,166 @@
+"""S3 from the timeline alone: two robots on a straight path, robot 2 at its start, robot 1 at 0.6 m."""
+
+from collections.abc import Sequence
+
+import pytest
+
+from protocol.frames import Point
+from protocol.mission import Law
+from protocol.timeline import (
+    AuthorityGranted,
+    Entry,
+    OrderAccepted,
+    PoseSampled,
+    PromiseBroken,
+    Record,
+    RobotDied,
+    StepPlanned,
+    StrandFormed,
+)
+from world.authority import Evidence, Tolerance, judge_authority
+
+Line = tuple[str, float, Record]
+
+FORMED = StrandFormed(epoch=1, order=(1, 2), path_length_m=0.6)
+EXACT = Tolerance(mu0_m=0.01, heading_error_rad=0.0)
+
+
+def pose(robot: int, x_m: float, y_m: float = 0.0) -> PoseSampled:
+    return PoseSampled(robot=robot, x_m=x_m, y_m=y_m, heading_rad=0.0)
+
+
+def order(
+    robot: int, x_m: float, to_x_m: float | None, *, step: int = 0, epoch: int = 1, to_y_m: float = 0.0
+) -> OrderAccepted:
+    """An order along the x axis; arc length is x + 0.6 m, since robot 2 starts at x = -0.6 m."""
+    return OrderAccepted(
+        robot=robot,
+        number=1,
+        epoch=epoch,
+        step=step,
+        x_m=x_m,
+        y_m=0.0,
+        target=None if to_x_m is None else Point(x_m=to_x_m, y_m=to_y_m),
+        reach_m=0.0 if to_x_m is None else to_x_m + 0.6,
+    )
+
+
+def grant(authority_m: float, *, to: int = 2, epoch: int = 1) -> AuthorityGranted:
+    return AuthorityGranted(to=to, epoch=epoch, authority_m=authority_m)
+
+
+def plan(to_x_m: float, *, step: int = 1) -> StepPlanned:
+    return StepPlanned(
+        step=step,
+        law=Law.CERTIFIED,
+        x_m=0.0,
+        y_m=0.0,
+        obstacles=(),
+        gaps=(),
+        gap=None,
+        heading_rad=0.0,
+        length_m=1.0,
+        target=Point(x_m=to_x_m, y_m=0.0),
+        reach_m=to_x_m + 0.6,
+        promised_clearance_m=None,
+        cost_to_go_m=None,
+    )
+
+
+START: list[Line] = [
+    ("world", 0.0, pose(1, 0.0)),
+    ("world", 0.0, pose(2, -0.6)),
+    ("r1", 0.1, FORMED),
+    ("r2", 0.1, FORMED),
+]
+LED: list[Line] = [
+    ("r1", 0.2, plan(1.0)),
+    ("world", 0.22, order(1, 0.0, 1.0, step=1)),
+    ("world", 0.22, pose(1, 0.0)),
+    ("world", 2.22, pose(1, 1.0)),
+]
+FOLLOWED: list[Line] = [
+    ("r1", 2.3, grant(0.8)),
+    ("world", 2.32, order(2, -0.6, 0.2)),
+    ("world", 2.32, pose(2, -0.6)),
+    ("world", 3.92, pose(2, 0.2)),
+]
+
+
+def judge(lines: Sequence[Line], tolerance: Tolerance = EXACT) -> list[PromiseBroken]:
+    evidence = Evidence()
+    for n, (source, t_s, record) in enumerate(lines, start=1):
+        evidence.hear(source, Entry(n=n, t_s=t_s, hlc="", record=record))
+    return [broken for _, broken in judge_authority(evidence, tolerance)]
+
+
+def test_a_leader_on_its_plan_and_a_follower_on_its_grant_are_lawful() -> None:
+    assert judge(START + LED + FOLLOWED) == []
+
+
+def test_a_grant_recorded_after_its_order_still_allows_it() -> None:
+    granted, *rest = FOLLOWED
+    assert judge([*START, *LED, *rest, granted]) == []
+
+
+RED = {
+    "granted too late": [("r1", 2.5, grant(0.8)), *FOLLOWED[1:]],
+    "never granted": FOLLOWED[1:],
+    "beyond the authority": [("r1", 2.3, grant(0.7)), *FOLLOWED[1:]],
+    "granted in another epoch": [("r1", 2.3, grant(0.8, epoch=0)), *FOLLOWED[1:]],
+    "granted to another robot": [("r1", 2.3, grant(0.8, to=3)), *FOLLOWED[1:]],
+    "granted by itself": [("r2", 2.3, grant(0.8)), *FOLLOWED[1:]],
+    "ordered in an epoch without a strand": [FOLLOWED[0], ("world", 2.32, order(2, -0.6, 0.2, epoch=2))],
+    "ordered beside the path": [FOLLOWED[0], ("world", 2.32, order(2, -0.6, 0.2, to_y_m=0.05))],
+    "moved with no order": [FOLLOWED[0], *FOLLOWED[2:]],
+    "moved with the order to stand": [("world", 2.32, order(2, -0.6, None)), *FOLLOWED[2:]],
+    "moved before its order": [*FOLLOWED[:1], *FOLLOWED[2:], ("world", 4.0, order(2, 0.2, 0.2))],
+    "moved off its line": [*FOLLOWED[:3], ("world", 3.0, pose(2, -0.2, 0.01)), FOLLOWED[3]],
+    "moved past its target": [*FOLLOWED, ("world", 4.0, pose(2, 0.3))],
+    "moved backwards": [*FOLLOWED[:3], ("world", 3.0, pose(2, -0.7))],
+}
+
+
+@pytest.mark.parametrize("lines", RED.values(), ids=RED.keys())
+def test_whatever_else_a_follower_does_is_one_violation(lines: list[Line]) -> None:
+    broken = judge(START + LED + lines)
+    assert [(each.invariant, each.robot) for each in broken] == [("S3", 2)]
+
+
+LED_ASTRAY = {
+    "led without a plan": LED[1:],
+    "planned too late": [("r1", 0.3, plan(1.0)), *LED[1:]],
+    "planned by another robot": [("r2", 0.2, plan(1.0)), *LED[1:]],
+    "led to another step's target": [("r1", 0.2, plan(1.0, step=2)), *LED[1:]],
+    "led elsewhere than planned": [("r1", 0.2, plan(1.1)), *LED[1:]],
+    "led with no step": [LED[0], ("world", 0.22, order(1, 0.0, 1.0)), *LED[2:]],
+}
+
+
+@pytest.mark.parametrize("lines", LED_ASTRAY.values(), ids=LED_ASTRAY.keys())
+def test_a_leader_drives_only_the_steps_that_it_planned(lines: list[Line]) -> None:
+    assert [(each.invariant, each.robot) for each in judge(START + lines)] == [("S3", 1)]
+
+
+def test_a_robot_cannot_forge_what_only_the_world_says() -> None:
+    forged: list[Line] = [("r2", t_s, record) for _, t_s, record in FOLLOWED[1:]]
+    assert judge([*START, *LED, *forged]) == []  # nothing of it has happened
+
+
+def test_drive_error_is_allowed_for_in_its_measure() -> None:
+    beside: list[Line] = [*FOLLOWED[:3], ("world", 3.92, pose(2, 0.2, 0.008))]
+    assert judge(START + LED + beside, Tolerance(mu0_m=0.01, heading_error_rad=0.011)) == []
+    assert len(judge(START + LED + beside, Tolerance(mu0_m=0.01, heading_error_rad=0.009))) == 1
+
+
+def test_grants_that_died_with_their_robot_are_not_held_against_the_one_behind() -> None:
+    died: Line = ("world", 9.0, RobotDied(robot=1, silent_since_s=2.3))
+    assert judge([*START, *LED, *FOLLOWED[1:], died]) == []
+
+
+def test_an_order_renewed_on_the_way_is_one_drive() -> None:
+    renewed: list[Line] = [
+        ("world", 2.62, order(2, -0.45, 0.2)),
+        ("world", 2.62, pose(2, -0.45)),
+    ]
+    assert judge([*START, *LED, *FOLLOWED[:3], *renewed, FOLLOWED[3]]) == []
