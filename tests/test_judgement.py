@@ -1,0 +1,79 @@
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from msgspec.structs import replace
+
+from protocol.frames import Point
+from protocol.timeline import Entry, PoseSampled
+from tests.world_scenarios import scenario
+from tests.world_stage import Stage
+from world.events import StopAsked
+from world.judgement import judge
+from world.monitor import Monitor, Promises
+
+places = st.builds(lambda x_m, y_m: Point(x_m=x_m, y_m=y_m), st.floats(-3, 5), st.floats(-2, 2))
+orders = st.lists(st.tuples(st.integers(1, 3), places, st.integers(0, 60)), max_size=8)
+
+
+def driven(stage: Stage, plan: list[tuple[int, Point, int]]) -> Monitor:
+    """Drive robots here and there, watched tick by tick by a monitor of the test's own."""
+    watcher = Monitor(stage.world.scenario.ground, Promises.of(stage.world.scenario))
+    stage.begin()
+    placed_m = stage.world.bodies.place_m
+    watcher.watch(placed_m, placed_m, t_s=0.0)
+    for number, (robot, target, ticks) in enumerate([*plan, (1, Point(x_m=0.0, y_m=0.0), 30)], start=1):
+        stage.order(robot, target, number=number)
+        for _ in range(ticks):
+            before_m = stage.world.bodies.place_m
+            stage.tick()
+            watcher.watch(before_m, stage.world.bodies.place_m, t_s=stage.world.now_s)
+    stage.handle(StopAsked())  # which samples all bodies where they are
+    return watcher
+
+
+@settings(deadline=None, max_examples=15)
+@given(orders)
+def test_the_log_alone_gives_the_minima_that_were_measured_live(plan: list[tuple[int, Point, int]]) -> None:
+    stage = Stage(scenario(fleet={"robots": 3}, drive={"heading_error_rad": 0.0005}))
+    watcher = driven(stage, plan)
+    from_log = judge(stage.world.scenario, stage.lines)
+    assert from_log.least_clearance.distance_m == pytest.approx(watcher.least_clearance.distance_m, abs=1e-6)
+    assert from_log.least_separation.distance_m == pytest.approx(
+        watcher.least_separation.distance_m, abs=1e-6
+    )
+
+
+def test_a_pose_moved_into_an_obstacle_breaks_a_lawful_log() -> None:
+    stage = Stage(scenario())
+    stage.begin()
+    stage.lead(1, Point(x_m=0.8, y_m=0.0))
+    stage.tick(100)
+    stage.handle(StopAsked())
+    assert judge(stage.world.scenario, stage.lines).violations == {"S1": 0, "S2": 0, "S3": 0}
+    moved = [(source, _moved(entry)) for source, entry in stage.lines]
+    violations = judge(stage.world.scenario, moved).violations
+    assert (violations["S1"], violations["S3"]) == (1, 1)
+
+
+def _moved(entry: Entry) -> Entry:
+    match entry.record:
+        case PoseSampled(robot=1) as pose if entry.t_s == 0.4:
+            return replace(entry, record=replace(pose, x_m=1.5, y_m=0.6))
+        case _:
+            return entry
+
+
+def test_the_path_is_what_all_robots_drove() -> None:
+    stage = Stage(scenario())
+    stage.begin()
+    stage.lead(1, Point(x_m=0.8, y_m=0.0))
+    stage.tick(100)
+    stage.order(2, Point(x_m=-0.4, y_m=0.0))
+    stage.tick(100)
+    stage.handle(StopAsked())
+    assert judge(stage.world.scenario, stage.lines).path_m == pytest.approx(1.0)
+
+
+def test_a_log_of_a_run_that_never_began_judges_nothing() -> None:
+    judgement = judge(scenario(), [])
+    assert (judgement.breaches, judgement.path_m) == ((), 0.0)
