@@ -5,6 +5,7 @@ Rule 2: a session without a password is for a router that the user runs (`--conn
 """
 
 import os
+import re
 import secrets
 from pathlib import Path
 from typing import Annotated, TypeVar
@@ -16,7 +17,8 @@ from protocol.errors import UsageError
 from protocol.keys import WORLD, Keys, robot_name
 
 Chunk = Annotated[str, Meta(pattern=r"\A[A-Za-z0-9_.-]{1,64}\Z")]  # one chunk of a key, no wildcard
-Endpoint = Annotated[str, Meta(pattern=r"\A[a-z-]+/\S+\Z", max_length=300)]
+ENDPOINT = r"\A[a-z-]+/\S+\Z"  # Zenoh's: a protocol and an address
+Endpoint = Annotated[str, Meta(pattern=ENDPOINT, max_length=300)]
 
 T = TypeVar("T")
 
@@ -111,11 +113,13 @@ def read_router_session(folder: Path) -> RouterSession:
 
 
 def check_endpoint(endpoint: str) -> None:
-    """Refuse a Unix socket whose path the kernel would refuse, with a clearer word.
+    """Refuse what Zenoh or the kernel would refuse, with a clearer word.
 
     Raises:
-        UsageError: the path is too long.
+        UsageError: it is no endpoint, or a Unix socket whose path is too long.
     """
+    if not re.search(ENDPOINT, endpoint):
+        raise UsageError(f"an endpoint looks like tcp/127.0.0.1:7447, not like {endpoint!r}")
     path = endpoint.removeprefix(UNIX_SOCKET)
     size_bytes = len(os.fsencode(path))
     if path != endpoint and size_bytes > UNIX_SOCKET_PATH_BYTES_MAX:

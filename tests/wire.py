@@ -90,6 +90,12 @@ async def arrivals_until(
     return arrived
 
 
+async def arrivals_besides(transport: ZenohTransport, key: str) -> list[Arrival]:
+    """Wait until something has arrived under this key; all else that has arrived by then."""
+    arrived = await arrivals_until(transport, lambda arrived: key in [each.key for each in arrived])
+    return [each for each in arrived if each.key != key]
+
+
 async def next_arrivals(transport: ZenohTransport, count: int = 1) -> list[Arrival]:
     """All that arrives, up to the burst that makes it this many."""
     return await arrivals_until(transport, lambda arrived: len(arrived) >= count)
