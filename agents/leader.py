@@ -18,7 +18,7 @@ from agents.step import (
     NoStep,
     Sight,
     Step,
-    certified_step_through_gap,
+    certified_step_onward,
     certified_step_to_goal,
     look,
     paper_step,
@@ -78,7 +78,7 @@ class Leader:
         if self._mission.law is not Law.CERTIFIED:
             return paper_step(sight, self._mission)
         if self._goal is None:
-            return certified_step_through_gap(sight, walls, onward_rad=self._onward_rad, gain_m=GAIN_M)
+            return certified_step_onward(sight, walls, onward_rad=self._onward_rad, gain_m=GAIN_M)
         hull_m = self._mission.robot_radius_m + 2.0 * self._mission.mu0_m
         strand = ground.path.between(ground.tail_m, ground.path.end_m)
         robots = on_ground(sight.view.points, strand, within_m=hull_m)

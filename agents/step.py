@@ -108,30 +108,43 @@ def _why_stuck(here_m: float, best_m: float) -> str:
     return f"no certified step comes nearer to the goal: {here_m:.2f} m to go here, {best_m:.2f} m at best"
 
 
-def certified_step_through_gap(
+def certified_step_onward(
     sight: Sight, walls: Walls, *, onward_rad: float, gain_m: float
 ) -> Step | NoStep | Crossed:
     """Without a goal: towards the widest passable gap ahead that a certified step brings nearer.
 
     The end point is the one nearest to the gap's middle. A gap that no step comes nearer to gives way to
-    the next widest. Onward is where the leader faced at first: gaps behind are not gone back to, and with
-    none ahead the region has been crossed.
+    the next widest. Onward is where the leader faced at first: gaps behind are not gone back to. With no
+    gap left ahead, the region has been crossed where nothing stands in the way onward; else the
+    leader goes on as far that way as it can.
     """
-    ahead = [index for index in range(len(sight.gaps)) if _opens_ahead(sight, index, onward_rad)]
-    if not ahead:
-        return Crossed()
-    by_width = sorted(set(ahead) & set(sight.passable_gaps), key=lambda index: -sight.gaps[index].width_m)
-    for index in by_width:
+    ahead = [index for index in sight.passable_gaps if _opens_ahead(sight, index, onward_rad)]
+    for index in sorted(ahead, key=lambda index: -sight.gaps[index].width_m):
         step = _step_towards(sight, walls, index, gain_m=gain_m)
         if step is not None:
             return step
-    return NoStep(
-        f"of {len(ahead)} gaps ahead {len(by_width)} are wide enough, and no certified step nears one"
-    )
+    onward = np.array([np.cos(onward_rad), np.sin(onward_rad)])
+    if _is_open(sight, onward):
+        return Crossed()
+    headings, lengths = _certified(sight.view, walls, onward_rad)
+    gained_m = lengths * (np.cos(headings - onward_rad))
+    best = int(np.argmax(gained_m))
+    if gained_m[best] < gain_m:
+        return NoStep(
+            f"no certified step leads onward, and none nears one of {len(ahead)} passable gaps ahead"
+        )
+    return Step(wrap(float(headings[best])), float(lengths[best]))
+
+
+def _is_open(sight: Sight, onward: Floats) -> bool:
+    """Whether nothing in sight stands in a robot's way in one direction."""
+    off = sight.view.hit_points - sight.view.position
+    along, beside = off @ onward, np.abs(off @ np.array([-onward[1], onward[0]]))
+    return not bool(((along > 0.0) & (beside < sight.passable_m / 2.0)).any())
 
 
 def _opens_ahead(sight: Sight, index: int, onward_rad: float) -> bool:
-    """Whether a gap opens towards the robot, not more than a right angle off the way onward.
+    """Whether a gap is not more than a right angle off the way onward.
 
     One whose middle is nearer than the robot's own clearance is not ahead: the robot stands in it.
     """
@@ -139,7 +152,7 @@ def _opens_ahead(sight: Sight, index: int, onward_rad: float) -> bool:
     off = gap.middle - sight.view.position
     turn_rad = wrap(float(np.arctan2(off[1], off[0])) - onward_rad)
     stands_in_it = float(np.hypot(*off)) < sight.passable_m / 2.0
-    return 0.0 < gap.delta_rad < np.pi and abs(turn_rad) <= np.pi / 2.0 and not stands_in_it
+    return abs(turn_rad) <= np.pi / 2.0 and not stands_in_it
 
 
 def _step_towards(sight: Sight, walls: Walls, index: int, *, gain_m: float) -> Step | None:
