@@ -26,7 +26,8 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 DEADMAN_S = 1.0  # docs/run.md: ten odometry periods
-_CLOCK_S = 1e-9  # what adding up ticks may be off by
+ROUNDING_M = 1e-9  # what places may be off by: a robot sent straight on must not stop for that
+ROUNDING_S = 1e-9  # what adding up ticks may be off by
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,7 +93,7 @@ class Bodies:
             MessageRefusedError: the order is void, or the drive cannot do it.
         """
         last = self.orders[body]
-        if not now_s - DEADMAN_S - _CLOCK_S <= drive.basis_s <= now_s + _CLOCK_S:
+        if not now_s - DEADMAN_S - ROUNDING_S <= drive.basis_s <= now_s + ROUNDING_S:
             raise MessageRefusedError(
                 f"order {drive.number} is void: its basis is {now_s - drive.basis_s:.3f} s old"
             )
@@ -129,8 +130,8 @@ class Bodies:
         error_rad = self._limits.heading_error_rad
         heading_rad = float(self.heading_rad[body])
         miss_rad = abs(wrap(bearing_rad - heading_rad))
-        # A nanometre beside the target is rounding: a robot sent straight on must not stop for it.
-        if length_m <= 1e-9 or (miss_rad < math.pi / 2 and length_m * (miss_rad - error_rad) <= 1e-9):
+        aims = miss_rad < math.pi / 2 and length_m * (miss_rad - error_rad) <= ROUNDING_M
+        if length_m <= ROUNDING_M or aims:
             course_rad = heading_rad
         else:
             course_rad = wrap(bearing_rad + float(self._errors[body].uniform(-error_rad, error_rad)))
@@ -138,7 +139,7 @@ class Bodies:
         self._course_rad[body] = course_rad
         self._origin_m[body] = (x_m, y_m)
         self._landing_m[body] = (target.x_m, target.y_m)
-        if error_rad > 0.0:
+        if error_rad > 0.0 and length_m > ROUNDING_M:
             self._landing_m[body] = (
                 x_m + length_m * math.cos(course_rad),
                 y_m + length_m * math.sin(course_rad),
@@ -148,7 +149,7 @@ class Bodies:
 
     def tick(self, *, now_s: float, tick_s: float) -> Moves:
         """Move all bodies from `now_s` on for one tick."""
-        silent = ~self._held & (now_s - self._heard_s > DEADMAN_S + _CLOCK_S)
+        silent = ~self._held & (now_s - self._heard_s > DEADMAN_S + ROUNDING_S)
         stopped = np.flatnonzero(silent & self._under_way)
         self._held |= silent
         moving = self.moving
