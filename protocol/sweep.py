@@ -38,11 +38,14 @@ def travel_m(origin: Floats, headings: Floats, starts: Floats, ends: Floats, kee
     if len(starts) == 0:
         return np.full(len(headings), np.inf)
     to_nearest = nearest_on_segments(origin, starts, ends) - origin
-    inside = np.einsum("ij,ij->i", to_nearest, to_nearest) < (keep_m - TOUCHING_M) ** 2
+    off_m = np.hypot(to_nearest[:, 0], to_nearest[:, 1])
+    inside = off_m < keep_m - TOUCHING_M
     free = np.full(len(headings), np.inf)
     if inside.any():
         approaching = headings @ to_nearest[inside].T > TOUCHING_M
         free[approaching.any(axis=1)] = 0.0
+    # Where the start touches, the last bits must not decide whether one may go along.
+    keep_m = np.maximum(keep_m - np.where(off_m < keep_m + TOUCHING_M, TOUCHING_M / 2.0, 0.0), 0.0)
     starts, ends, keep_m = starts[~inside] - origin, ends[~inside] - origin, keep_m[~inside]
     for entry in (_into_discs(headings, starts, keep_m), _into_discs(headings, ends, keep_m)):
         free = np.minimum(free, entry)
@@ -68,8 +71,10 @@ def _into_slabs(headings: Floats, starts: Floats, ends: Floats, keep_m: Floats) 
     across = -np.einsum("ij,ij->i", starts, normal)  # the origin's offset from the segment's line
     along = -np.einsum("ij,ij->i", starts, unit)
     closing = -(headings @ normal.T) * np.sign(across)
-    meets = (closing > 0.0) & (np.abs(across) >= keep_m)
-    entry = np.where(meets, np.abs(across) - keep_m, np.inf) / np.where(meets, closing, 1.0)
+    meets = closing > 0.0
+    # A start nearer to the line than that, yet not inside, stands beyond the segment's ends or touches it.
+    short = np.maximum(np.abs(across) - keep_m, 0.0)
+    entry = np.where(meets, short, np.inf) / np.where(meets, closing, 1.0)
     foot = along + np.where(meets, entry, 0.0) * (headings @ unit.T)
     entry = np.where(meets & (foot >= 0.0) & (foot <= length), entry, np.inf)
     return np.asarray(np.maximum(entry.min(axis=1, initial=np.inf), 0.0))

@@ -1,0 +1,153 @@
+"""Straight motion past segments, judged by shapely. Lengths in the strategies are on a grid of millimetres,
+so that parallel, grazing and degenerate cases come up often."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from protocol.sweep import TOUCHING_M, Floats, nearest_on_segments, travel_m
+
+HORIZON_M = 20.0  # nothing here is further apart
+ROUNDING_M = 1e-12  # of sums of metres
+FURTHER_M = 1e-6
+
+millimetres = st.integers(-3000, 3000).map(lambda mm: mm / 1000.0)
+points = st.tuples(millimetres, millimetres).map(np.array)
+segments = st.tuples(points, points)
+keeps_m = st.integers(50, 800).map(lambda mm: mm / 1000.0)
+bearings = st.one_of(st.floats(-math.pi, math.pi), st.integers(0, 7).map(lambda eighth: eighth * math.pi / 4))
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A start, a heading, and what is in the way."""
+
+    origin: Floats
+    heading: Floats
+    starts: Floats
+    ends: Floats
+    keep_m: Floats
+
+    def free_m(self) -> float:
+        free = travel_m(self.origin, self.heading[None, :], self.starts, self.ends, self.keep_m)
+        return min(float(free[0]), HORIZON_M)
+
+    def distances_m(self, length_m: float) -> Floats:
+        """How near the whole motion comes to each segment, by shapely."""
+        driven = shapely.LineString([self.origin, self.origin + length_m * self.heading])
+        lines = shapely.linestrings(np.stack([self.starts, self.ends], axis=1))
+        return np.asarray(shapely.distance(lines, driven))
+
+    def only(self, which: np.ndarray) -> "Motion":
+        return Motion(self.origin, self.heading, self.starts[which], self.ends[which], self.keep_m[which])
+
+
+def _heading(bearing_rad: float) -> Floats:
+    return np.array([math.cos(bearing_rad), math.sin(bearing_rad)])
+
+
+@st.composite
+def motions(draw: st.DrawFn) -> Motion:
+    walls = draw(st.lists(segments, min_size=1, max_size=5))
+    keep_m = np.array([draw(keeps_m) for _ in walls])
+    starts, ends = (np.array(side) for side in zip(*walls, strict=True))
+    return Motion(draw(points), _heading(draw(bearings)), starts, ends, keep_m)
+
+
+LAST_BITS_M = st.sampled_from([0.0, 1e-16, -1e-16, 1e-10, -1e-10, 1e-9, -1e-9, -2e-9])
+
+
+@st.composite
+def motions_beside(draw: st.DrawFn, beyond_keep_m: st.SearchStrategy[float]) -> Motion:
+    """One segment, and a start beside it, so much further off than its distance."""
+    start, keep_m = draw(points), draw(keeps_m)
+    unit, length_m = _heading(draw(bearings)), draw(st.floats(0.01, 6.0))
+    normal = np.array([-unit[1], unit[0]])
+    origin = start + draw(st.floats(0.0, length_m)) * unit + (keep_m + draw(beyond_keep_m)) * normal
+    heading = draw(st.one_of(bearings.map(_heading), st.just(-normal), st.just(unit)))
+    return Motion(origin, heading, start[None, :], (start + length_m * unit)[None, :], np.array([keep_m]))
+
+
+touching_motions = motions_beside(LAST_BITS_M)
+
+
+@given(st.one_of(motions(), touching_motions))
+def test_going_as_far_as_it_says_keeps_every_distance_or_comes_no_nearer(motion: Motion) -> None:
+    at_first_m = motion.distances_m(0.0)
+    assume(bool((at_first_m > 0.01).all()))
+    free_m = motion.free_m()
+    # What is inside already may be turned from by a heading that is off by the touching tolerance.
+    allowance_m = TOUCHING_M * np.maximum(1.0, free_m / at_first_m) + ROUNDING_M
+    floor_m = np.minimum(motion.keep_m, at_first_m) - allowance_m
+    assert (motion.distances_m(free_m) >= floor_m).all()
+
+
+@given(st.one_of(motions(), touching_motions))
+def test_going_any_further_would_come_nearer_than_allowed(motion: Motion) -> None:
+    free_m = motion.free_m()
+    assume(free_m < HORIZON_M)
+    further_m = motion.distances_m(free_m + FURTHER_M)
+    limit_m = np.minimum(motion.keep_m + ROUNDING_M, motion.distances_m(0.0))
+    assert (further_m <= limit_m).any()
+
+
+@given(motions())
+def test_what_is_receded_from_is_not_in_the_way(motion: Motion) -> None:
+    nearest = nearest_on_segments(motion.origin, motion.starts, motion.ends) - motion.origin
+    too_near = np.hypot(*nearest.T) < motion.keep_m
+    receding = nearest @ motion.heading < 0.0
+    assert motion.free_m() == motion.only(~(too_near & receding)).free_m()
+
+
+@given(motions_beside(st.floats(-0.04, -1e-8)))
+def test_what_is_too_near_forbids_coming_nearer_and_nothing_else(motion: Motion) -> None:
+    nearest = nearest_on_segments(motion.origin, motion.starts, motion.ends) - motion.origin
+    towards = float(nearest[0] @ motion.heading)
+    assume(abs(towards) > 2.0 * TOUCHING_M)
+    assert (motion.free_m() == 0.0) == (towards > 0.0)
+
+
+@pytest.mark.parametrize("off_m", [0.0, 5e-17, -5e-17, 1e-10, -1e-10, 1e-9, -1e-9])
+def test_a_start_that_touches_a_wall_to_the_last_bit_does_not_lead_through_it(off_m: float) -> None:
+    wall = np.array([[-5.0, 0.0]]), np.array([[5.0, 0.0]])
+    free = travel_m(np.array([0.0, -0.3 + off_m]), _heading(math.pi / 2)[None, :], *wall, np.array([0.3]))
+    assert free[0] <= 3.0 * TOUCHING_M
+
+
+@pytest.mark.parametrize("off_m", [0.0, 5e-17, -5e-17, -5e-10])
+def test_a_start_that_touches_a_wall_may_lead_along_it(off_m: float) -> None:
+    wall = np.array([[-5.0, 0.0]]), np.array([[5.0, 0.0]])
+    free = travel_m(np.array([0.0, -0.3 + off_m]), np.array([[1.0, 0.0]]), *wall, np.array([0.3]))
+    assert free[0] == math.inf
+
+
+@given(motions())
+def test_all_headings_at_once_are_as_each_alone(motion: Motion) -> None:
+    headings = np.stack([motion.heading, -motion.heading, motion.heading[::-1]])
+    wall = motion.starts, motion.ends, motion.keep_m
+    each = [travel_m(motion.origin, heading[None, :], *wall)[0] for heading in headings]
+    assert travel_m(motion.origin, headings, *wall).tolist() == pytest.approx(each, abs=ROUNDING_M)
+
+
+def test_where_nothing_stands_there_is_no_end() -> None:
+    none = np.empty((0, 2))
+    assert travel_m(np.zeros(2), np.array([[1.0, 0.0]]), none, none, np.empty(0)).tolist() == [math.inf]
+
+
+@given(points, st.lists(segments, min_size=1, max_size=4))
+def test_the_nearest_point_lies_on_its_segment_and_is_the_nearest(
+    point: Floats, walls: list[tuple[Floats, Floats]]
+) -> None:
+    starts, ends = (np.array(side) for side in zip(*walls, strict=True))
+    nearest = nearest_on_segments(point, starts, ends)
+    for found, start, end in zip(nearest, starts, ends, strict=True):
+        line = shapely.LineString([start, end])
+        assert line.distance(shapely.Point(found)) <= ROUNDING_M
+        assert np.hypot(*(found - point)) == pytest.approx(
+            line.distance(shapely.Point(point)), abs=ROUNDING_M
+        )
