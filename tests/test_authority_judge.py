@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import pytest
 
 from protocol.frames import Point
-from protocol.mission import Law
 from protocol.timeline import (
     AuthorityGranted,
     Entry,
@@ -17,6 +16,7 @@ from protocol.timeline import (
     StepPlanned,
     StrandFormed,
 )
+from tests.world_stage import planned
 from world.authority import Evidence, Tolerance, judge_authority
 
 Line = tuple[str, float, Record]
@@ -50,21 +50,7 @@ def grant(authority_m: float, *, to: int = 2, epoch: int = 1) -> AuthorityGrante
 
 
 def plan(to_x_m: float, *, step: int = 1) -> StepPlanned:
-    return StepPlanned(
-        step=step,
-        law=Law.CERTIFIED,
-        x_m=0.0,
-        y_m=0.0,
-        obstacles=(),
-        gaps=(),
-        gap=None,
-        heading_rad=0.0,
-        length_m=1.0,
-        target=Point(x_m=to_x_m, y_m=0.0),
-        reach_m=to_x_m + 0.6,
-        promised_clearance_m=None,
-        cost_to_go_m=None,
-    )
+    return planned(Point(x_m=to_x_m, y_m=0.0), step=step, reach_m=to_x_m + 0.6)
 
 
 START: list[Line] = [

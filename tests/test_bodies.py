@@ -125,15 +125,20 @@ def test_only_a_newer_number_changes_the_order_in_hand(orders: list[tuple[int, P
         assert (fleet.orders[0].number, fleet.orders[0].target) == newest
 
 
-def test_a_body_facing_further_on_goes_on_without_stopping() -> None:
-    fleet = bodies(HOME)
-    fleet.hear(0, order(Point(x_m=0.5, y_m=0.0)), now_s=0.0)
+@quietly
+@given(headings)
+def test_a_body_facing_further_on_goes_on_without_stopping(bearing_rad: float) -> None:
+    def ahead(distance_m: float) -> Point:
+        return Point(x_m=distance_m * math.cos(bearing_rad), y_m=distance_m * math.sin(bearing_rad))
+
+    fleet = bodies(Pose(x_m=0.0, y_m=0.0, heading_rad=bearing_rad))
+    fleet.hear(0, order(ahead(0.5)), now_s=0.0)
     drove_m = []
     for tick in range(100):
         if tick == 40:
-            fleet.hear(0, order(Point(x_m=1.0, y_m=0.0), number=2), now_s=0.0)
+            fleet.hear(0, order(ahead(1.0), number=2), now_s=0.0)
         moves = fleet.tick(now_s=0.0, tick_s=TICK_S)
-        drove_m.append(float(moves.ends_m[0, 0] - moves.starts_m[0, 0]))
+        drove_m.append(math.dist(moves.starts_m[0], moves.ends_m[0]))
     assert drove_m == pytest.approx([0.01] * 100)
     assert fleet.finished_number == [2]
 

@@ -227,6 +227,8 @@ def test_in_lock_step_every_living_robot_owes_an_answer_to_the_last_odometry() -
     stage.order(1, None, number=0)
     assert stage.world.awaited == {2}
     stage.handle(TokenWent(2, "a"))
+    assert stage.world.awaited == {2}  # it may come back
+    stage.look(after_wall_s=1.0)
     assert stage.world.awaited == set()
 
 

@@ -12,6 +12,25 @@ from world.events import EntryWritten, Event, OrderHeard, TokenCame
 from world.scenario import Scenario
 
 
+def planned(target: Point, *, step: int = 1, reach_m: float = 0.0) -> StepPlanned:
+    """A switching step that a leader has planned, of which nothing matters but its target."""
+    return StepPlanned(
+        step=step,
+        law=Law.CERTIFIED,
+        x_m=0.0,
+        y_m=0.0,
+        obstacles=(),
+        gaps=(),
+        gap=None,
+        heading_rad=0.0,
+        length_m=0.0,
+        target=target,
+        reach_m=reach_m,
+        promised_clearance_m=None,
+        cost_to_go_m=None,
+    )
+
+
 class Stage:
     """Plays the shell: writes what the world notes, keeps what it tells. Wall time stands unless moved."""
 
@@ -78,22 +97,7 @@ class Stage:
         """A robot drives a switching step, with the strand and the plan that make it lawful."""
         order = (robot, *sorted(self.world.attendance.robots - {robot}))
         self.write(robot, StrandFormed(epoch=1, order=order, path_length_m=0.0))
-        planned = StepPlanned(
-            step=step,
-            law=Law.CERTIFIED,
-            x_m=0.0,
-            y_m=0.0,
-            obstacles=(),
-            gaps=(),
-            gap=None,
-            heading_rad=0.0,
-            length_m=0.0,
-            target=target,
-            reach_m=0.0,
-            promised_clearance_m=None,
-            cost_to_go_m=None,
-        )
-        self.write(robot, planned)
+        self.write(robot, planned(target, step=step))
         self.order(robot, target, number=number, step=step)
 
     def write(self, robot: int, record: Record) -> None:

@@ -98,11 +98,15 @@ class World:
 
     @property
     def awaited(self) -> set[int]:
-        """The living robots that have not answered the last odometry told to them."""
+        """The living robots that have not answered the last odometry told to them.
+
+        One whose token has gone is among them until it is known to have died: lock-step would else run
+        ahead of that.
+        """
         if self.phase is not Phase.RUNNING:
             return set()
         owing = {robot for robot, told_s in self._told_s.items() if self._answered_s[robot] < told_s}
-        return owing & self.attendance.living & self.attendance.present
+        return owing & self.attendance.living
 
     def handle(self, event: Event, *, wall_s: float) -> list[Command]:
         """Take an event in."""
