@@ -8,6 +8,7 @@ Rule 2: every value goes to bash through `shlex.quote`.
 """
 
 import argparse
+import contextlib
 import re
 import secrets
 import shlex
@@ -133,8 +134,9 @@ def make_folder(folder: Path) -> list[Path]:
     Raises:
         UsageError: it cannot be made or written to, or holds something already.
     """
-    missing = [path for path in (folder, *folder.parents) if not path.exists()]
+    missing: list[Path] = []
     try:
+        missing = [path for path in (folder, *folder.parents) if not path.exists()]
         folder.mkdir(parents=True, exist_ok=True)
         if any(folder.iterdir()):
             raise UsageError(f"--out {folder}: it is not empty, and a run never writes into another's folder")
@@ -142,7 +144,7 @@ def make_folder(folder: Path) -> list[Path]:
             return missing
     except OSError as error:
         for path in missing:
-            if path.exists():
+            with contextlib.suppress(OSError):
                 path.rmdir()
         raise UsageError(f"cannot write a run into {folder}: {error.strerror or error}") from error
 

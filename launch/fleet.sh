@@ -93,6 +93,7 @@ report() {
 # end CODE [SIGNAL]: whatever ends a run ends it here.
 end() {
     trap '' INT TERM HUP
+    disown -a # or bash would report each part that it has to kill
     stop_parts "${2:-TERM}"
     report
     exit "$1"
@@ -128,12 +129,12 @@ await_router() {
 watch_parts() {
     local who code name
     while :; do
-        wait -n -p who "${!part[@]}"
+        wait -n -p who "${!part[@]}" 2>/dev/null # where bash, too, says who was killed
         code=$?
         name=${part[$who]}
         unset "part[$who]"
         if [[ $name == world ]]; then
-            ((code <= 128)) || clew_say "the world $(how "$code")"
+            [[ -s $run_folder/verdict.json ]] || clew_say "the world $(how "$code")"
             end "$code"
         elif [[ $name == router ]] || ((code != 0)); then
             clew_say "the $name $(how "$code") before the world"

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from lab.prepare import assignment, folder_name, main, parse, run_name, world_options
 from protocol.errors import UsageError
+from protocol.session import read_session
 
 NOON = datetime(2026, 11, 20, 12, 0, 0, tzinfo=UTC)
 ANY_TEXT = st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=20)
@@ -88,6 +89,7 @@ def test_help_goes_to_stdout_and_names_every_option(capsys: pytest.CaptureFixtur
         (["atlantis"], "atlantis"),
         (["-n", "0"], "-n"),
         (["--out", "/proc/clew/run"], "cannot write a run into /proc/clew/run"),
+        (["--out", "new/" + "x" * 300], "File name too long"),  # by then `new` has been made
         (["--listen", "nonsense"], "nonsense"),
         (["--listen", "unixsock-stream//tmp/" + "x" * 120], "107 bytes"),
     ],
@@ -132,6 +134,14 @@ def test_good_request_makes_the_folder_and_says_all_that_bash_needs(
     assert made == [str(somewhere_else / "it's" / "here"), str(somewhere_else / "it's")]
     assert (private / "r5.json").exists()
     assert (private / "world.json").exists()
+
+
+def test_only_our_own_router_asks_for_passwords(private: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(private)]) == 0
+    assert read_session(private / "r1.json").password
+    assert main([str(private), "--connect", "tcp/127.0.0.1:7447"]) == 0
+    assert read_session(private / "r1.json").password is None
+    assert "own_router=0\n" in capsys.readouterr().out
 
 
 def test_run_without_out_gets_a_folder_of_its_own_in_runs(
