@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 TOUCHING_M = 1e-9  # nearer than this to a bound counts as on it: rounding of sums of metres
+PARALLEL = 1e-12  # of a unit vector across a wall: over a kilometre it comes nearer by `TOUCHING_M`
 
 
 def nearest_on_segments(point: Floats, starts: Floats, ends: Floats) -> Floats:
@@ -71,7 +72,7 @@ def _into_slabs(headings: Floats, starts: Floats, ends: Floats, keep_m: Floats) 
     across = -np.einsum("ij,ij->i", starts, normal)  # the origin's offset from the segment's line
     along = -np.einsum("ij,ij->i", starts, unit)
     closing = -(headings @ normal.T) * np.sign(across)
-    meets = closing > 0.0
+    meets = closing > PARALLEL
     # A start nearer to the line than that, yet not inside, stands beyond the segment's ends or touches it.
     short = np.maximum(np.abs(across) - keep_m, 0.0)
     entry = np.where(meets, short, np.inf) / np.where(meets, closing, 1.0)

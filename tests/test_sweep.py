@@ -126,6 +126,14 @@ def test_a_start_that_touches_a_wall_may_lead_along_it(off_m: float) -> None:
     assert free[0] == math.inf
 
 
+@pytest.mark.parametrize("closing", [5e-324, 1e-17, -1e-17])
+def test_a_heading_along_a_wall_but_for_rounding_is_along_it(closing: float) -> None:
+    wall = np.array([[-5.0, 0.0]]), np.array([[5.0, 0.0]])
+    for off_m in (0.3, 0.4):
+        free = travel_m(np.array([0.0, -off_m]), np.array([[1.0, closing]]), *wall, np.array([0.3]))
+        assert free[0] == math.inf
+
+
 @given(motions())
 def test_all_headings_at_once_are_as_each_alone(motion: Motion) -> None:
     headings = np.stack([motion.heading, -motion.heading, motion.heading[::-1]])
