@@ -179,20 +179,21 @@ async def test_a_run_goes_from_mission_to_verdict_and_every_message_is_accounted
 
 
 async def test_mission_and_scans_are_answered_to_whoever_asks(folder: Path) -> None:
-    with python(*world_arguments(folder)) as world, robot_transport(folder, "r1") as transport:
-        player = Player(transport)
-        await player.hear(is_in(Phase.RUNNING))
-        transport.ask(KEYS.mission(), Ask())
-        mission = await player.hear(lambda message: isinstance(message, Mission))
-        assert isinstance(mission, Mission)
-        assert (mission.robots, mission.robot_radius_m) == (1, 0.1)
-        transport.ask(KEYS.scan("r1"), Ask())
-        scan = await player.hear(lambda message: isinstance(message, Scan))
-        assert isinstance(scan, Scan)
-        assert min(scan.ranges_m) == pytest.approx(2**0.5 - 0.3, abs=1e-3)
-        world.send_signal(signal.SIGINT)
-        await player.hear(is_in(Phase.OVER))
-        await player.leave()
+    with python(*world_arguments(folder)) as world:
+        with robot_transport(folder, "r1") as transport:
+            player = Player(transport)
+            await player.hear(is_in(Phase.RUNNING))
+            transport.ask(KEYS.mission(), Ask())
+            mission = await player.hear(lambda message: isinstance(message, Mission))
+            assert isinstance(mission, Mission)
+            assert (mission.robots, mission.robot_radius_m) == (1, 0.1)
+            transport.ask(KEYS.scan("r1"), Ask())
+            scan = await player.hear(lambda message: isinstance(message, Scan))
+            assert isinstance(scan, Scan)
+            assert min(scan.ranges_m) == pytest.approx(2**0.5 - 0.3, abs=1e-3)
+            world.send_signal(signal.SIGINT)
+            await player.hear(is_in(Phase.OVER))
+            await player.leave()
         end(world)
     assert world.returncode == 130
     assert verdict(folder)["reason"] == "the run was interrupted"

@@ -1,7 +1,6 @@
 """`python -m world`: the bodies, sensors, judgement and record of one run."""
 
 import argparse
-import asyncio
 import logging
 import math
 import sys
@@ -32,7 +31,7 @@ def main() -> int:
             speed=arguments.speed,
             lifeline=STDIN if arguments.lifeline else None,
         )
-        verdict = asyncio.run(run(order))
+        verdict = run(order)
     except UsageError as error:
         logging.error("%s", error)
         return USAGE_EXIT_CODE

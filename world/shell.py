@@ -63,13 +63,17 @@ class Order:
     lifeline: int | None
 
 
-async def run(order: Order) -> Verdict:
+def run(order: Order) -> Verdict:
     """Run one run to its verdict.
 
     Raises:
         UsageError: no router admits us, or the run's folder will not do.
         RecordingFailedError: the timeline cannot be written any more.
     """
+    return asyncio.run(_run(order))
+
+
+async def _run(order: Order) -> Verdict:
     started_at = datetime.now(UTC).isoformat(timespec="seconds")
     keys = order.session.keys
     hear, answer = [keys.drive("*"), keys.log("*")], [keys.scan("*"), keys.mission()]
