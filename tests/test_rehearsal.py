@@ -7,6 +7,7 @@ import itertools
 from collections.abc import Callable
 
 import pytest
+from msgspec.structs import replace
 
 from lab.network import NetworkFaults
 from lab.rehearsal import Rehearsal
@@ -111,3 +112,13 @@ def test_a_leader_whose_follower_lags_waits_for_it() -> None:
 def spread_out(robots: int) -> Scenario:
     """The paper's scene, which has room for many points, with more or fewer of them."""
     return load("paper", robots=robots)
+
+
+@pytest.mark.parametrize(("directions", "error_m"), [(360, 0.0535), (900, 0.0250), (7200, 0.1663)])
+def test_the_printed_law_is_ill_conditioned_in_the_number_of_directions(
+    directions: int, error_m: float
+) -> None:
+    paper = load("paper")
+    scenario = replace(paper, sensor=replace(paper.sensor, directions=directions))
+    positions = Rehearsal(scenario, 1, PERFECT).run().world.tally.switching_positions
+    assert rms_m(measure(scenario, positions), scenario.table_m) == pytest.approx(error_m, abs=1e-4)
