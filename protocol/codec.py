@@ -54,6 +54,6 @@ def decode(payload: bytes) -> tuple[int, Message]:
                 f"schema version {raw.get('v')!r}, not {SCHEMA_VERSION}"[:REASON_LENGTH_MAX]
             )
         envelope = msgspec.convert(raw, _Envelope)
-    except (ValueError, RecursionError, msgspec.MsgspecError) as error:
+    except (ValueError, RecursionError) as error:  # msgpack's and msgspec's are ValueErrors
         raise MessageRefusedError(f"{error}"[:REASON_LENGTH_MAX] or type(error).__name__) from error
     return envelope.n, envelope.m

@@ -83,8 +83,6 @@ class ZenohTransport:
                 Callback(self._take_reply, indirect=False),
                 payload=encode(message, 0),
                 timeout=ASK_TIMEOUT_MS / 1000,
-                # Anything else would keep the answer back until the world says there is no other.
-                consolidation=zenoh.ConsolidationMode.NONE,
                 congestion_control=zenoh.CongestionControl.DROP,
                 allowed_destination=zenoh.Locality.REMOTE,
             )
@@ -158,9 +156,8 @@ def open_transport(
         liveliness = connection.liveliness()
         if watch is not None:
             liveliness.declare_subscriber(watch, Callback(transport.take_token, indirect=False), history=True)
-        token = None if alive is None else liveliness.declare_token(alive)
-        yield transport
-        del token  # it lives for as long as somebody refers to it
+        with contextlib.nullcontext() if alive is None else liveliness.declare_token(alive):
+            yield transport
 
 
 def _connected(session: Session) -> zenoh.Session:

@@ -281,6 +281,7 @@ async def test_a_message_over_the_limit_is_heard_by_nobody(guarded: Path, paddin
             heard = await heard_after_control(attacker, world, *robots)
     understood = [each for each in heard if not isinstance(each, Refused)]
     assert (understood == []) == (padding_bytes > 0)
+    assert (heard == []) == (padding_bytes > 2 * SIZE_MAX_BYTES)  # the router does not pass it on at all
 
 
 async def test_a_message_that_breaks_the_protocol_is_refused_with_its_key_and_counted(guarded: Path) -> None:

@@ -45,10 +45,13 @@ def test_a_signal_ends_it_with_nothing_said_and_no_socket_left(
     assert sorted(folder.iterdir()) == files
 
 
-def test_on_a_lifeline_it_ends_with_whoever_holds_the_other_end(folder: Path) -> None:
+async def test_on_a_lifeline_it_ends_with_whoever_holds_the_other_end(folder: Path) -> None:
     with router(folder, "--lifeline") as process:
         assert process.stdin is not None
         process.stdin.write("words do not end it\n")
+        process.stdin.flush()
+        async with fleet(folder, "r1"):
+            assert process.poll() is None
         process.stdin.close()
         assert process.wait(DEADLINE_S) == 0
 
