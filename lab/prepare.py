@@ -8,6 +8,7 @@ Rule 2: every value goes to bash through `shlex.quote`.
 """
 
 import argparse
+import asyncio
 import contextlib
 import re
 import secrets
@@ -21,8 +22,10 @@ from pathlib import Path
 from typing import NoReturn
 
 from protocol.errors import UsageError
+from protocol.keys import WORLD
 from protocol.mission import Law
-from protocol.session import unix_socket_endpoint, write_sessions
+from protocol.session import Session, read_session, unix_socket_endpoint, write_sessions
+from protocol.zenoh_transport import open_transport
 from world.scenario import load
 
 FLEET = "clew"  # the run, which stands in every key beside it, is what tells two fleets apart
@@ -149,6 +152,16 @@ def make_folder(folder: Path) -> list[Path]:
         raise UsageError(f"cannot write a run into {folder}: {error.strerror or error}") from error
 
 
+async def probe(session: Session) -> None:
+    """Find out whether a router that the user runs is there, before six processes say that it is not.
+
+    Raises:
+        UsageError: it is not.
+    """
+    with open_transport(session, hear=(), answer=(), alive=None, watch=None):
+        pass
+
+
 def prepare(request: Request, private: Path) -> list[str]:
     """Write the sessions and make the run's folder; returns the assignments for bash.
 
@@ -166,6 +179,8 @@ def prepare(request: Request, private: Path) -> list[str]:
         endpoint=request.connect or request.listen or unix_socket_endpoint(private),
         passwords=request.connect is None,
     )
+    if request.connect is not None:
+        asyncio.run(probe(read_session(private / f"{WORLD}.json")))
     folder = request.out or RUNS / folder_name(now, request.scenario, token)
     made = make_folder(folder.absolute())
     return [

@@ -9,7 +9,7 @@ from protocol.timeline import Record
 
 DOCUMENT = Path(__file__).parents[1] / "docs" / "timeline.md"
 
-UNITS = {"m": "m", "rad": "rad", "s": "s", "mps": "m/s"}
+UNITS = frozenset({"m", "rad", "s"})
 
 HEAD = """# The timeline
 
@@ -82,8 +82,8 @@ def _type(field: dict[str, Any], components: dict[str, Any]) -> str:
 
 
 def _unit(name: str) -> str:
-    unit = UNITS.get(name.rpartition("_")[2]) if "_" in name else None
-    return f", {unit}" if unit else ""
+    unit = name.rpartition("_")[2]
+    return f", {unit}" if unit != name and unit in UNITS else ""
 
 
 def _bound(field: dict[str, Any]) -> str:

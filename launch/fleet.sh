@@ -82,12 +82,18 @@ report() {
         local options=()
         ((as_json)) && options=(--json)
         "$python" -m lab.report "$run_folder" "${options[@]}"
-    elif ((${#made_folders[@]})) && rmdir "${made_folders[@]}" 2>/dev/null; then
-        # The run never began, and leaves no folder behind and no link to it.
-        [[ -n $latest && ! -e $latest ]] && rm -f "$latest"
     elif [[ -s $run_folder/events.jsonl ]]; then
         clew_say "no verdict was written; what happened until then is in $run_folder"
+    else
+        drop_run
     fi
+}
+
+# The run never began: it leaves no folder behind, and no link to one.
+drop_run() {
+    ((${#made_folders[@]})) && rmdir "${made_folders[0]}" 2>/dev/null || return
+    [[ -z $latest || -e $latest ]] || rm -f "$latest"
+    rmdir "${made_folders[@]:1}" 2>/dev/null
 }
 
 # end CODE [SIGNAL]: whatever ends a run ends it here.

@@ -7,6 +7,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,25 @@ def paper(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Fleet, Out
     fleet = Fleet(tmp_path_factory.mktemp("paper"))
     yield fleet, fleet.run("paper", "--seed", "1", "--speed", "max", "--json")
     fleet.destroy()
+
+
+@contextmanager
+def stock_router(endpoint: str) -> Iterator[None]:
+    """A router of Zenoh that knows nothing of us."""
+    script = (
+        "import sys, zenoh; c = zenoh.Config(); c.insert_json5('mode', '\"router\"');"
+        f"c.insert_json5('listen/endpoints', '[\"{endpoint}\"]');"
+        "c.insert_json5('scouting/multicast/enabled', 'false');"
+        "s = zenoh.open(c); print('ready', flush=True); sys.stdin.read(); s.close()"
+    )
+    command = [sys.executable, "-c", script]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as router:
+        assert router.stdout is not None
+        assert router.stdin is not None
+        assert router.stdout.readline() == "ready\n"
+        yield
+        router.stdin.close()
+        assert router.wait(END_S_MAX) == 0
 
 
 def clew(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -192,6 +212,26 @@ def test_port_that_is_taken_is_one_line_and_exit_2(fleet: Fleet) -> None:
     assert endpoint in outcome.err
     assert fleet.leftovers() == []
     assert list(fleet.cwd.iterdir()) == []
+
+
+def test_router_that_is_not_there_is_one_line_and_exit_2(fleet: Fleet) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
+    outcome = fleet.run("paper", "--connect", endpoint, timeout_s=START_S_MAX)
+    assert outcome.code == 2
+    assert outcome.err.count("\n") == 1, outcome.err
+    assert endpoint in outcome.err
+    assert fleet.leftovers() == []
+    assert list(fleet.cwd.iterdir()) == []
+
+
+def test_router_that_the_user_runs_serves_as_well(fleet: Fleet) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
+    with stock_router(endpoint):
+        outcome = fleet.run("paper", "--speed", "max", "--json", "--connect", endpoint)
+    assert outcome.code == 0, outcome.err
+    assert json.loads(outcome.out)["messages"]["unaccounted"] == 0
 
 
 @pytest.mark.parametrize(("asked", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
