@@ -1,0 +1,281 @@
+"""One robot, event by event."""
+
+from collections.abc import Iterable
+from typing import TypeVar
+
+import pytest
+from msgspec.structs import replace
+
+from agents.commands import Announce, AskScan, Command, Note, Order, Tell
+from agents.events import LinkHeard, MusterHeard, OdometryHeard, ScanHeard
+from agents.robot import Robot
+from protocol.frames import Point, Pose, Vertex
+from protocol.messages import AheadState, BehindState, Drive, Muster, Odometry, Phase, Scan
+from protocol.mission import Law, Mission
+from protocol.timeline import (
+    GoalReached,
+    LinkSilent,
+    RobotArrived,
+    RobotHeld,
+    RouteLost,
+    SegmentChecked,
+    StepFinished,
+    StepPlanned,
+    StrandFormed,
+)
+from tests.one_step import under
+
+MISSION = under(
+    Law.CERTIFIED,
+    robots=2,
+    robot_radius_m=0.1,
+    goal=Point(x_m=5.0, y_m=0.0),
+    goal_tolerance_m=0.1,
+)
+FRONT, BACK = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), Pose(x_m=-0.5, y_m=0.0, heading_rad=0.0)
+ORDER = (1, 2)
+
+T = TypeVar("T")
+
+
+def odometry(t_s: float, at: Pose, *, finished: int = 0, moving: bool = False) -> OdometryHeard:
+    return OdometryHeard(Odometry(t_s=t_s, pose=at, moving=moving, finished=finished, phase=Phase.RUNNING))
+
+
+def muster(at: Pose, order: tuple[int, ...] = ORDER) -> Muster:
+    return Muster(pose=at, obstacle_m=None, order=order)
+
+
+def empty_scan(t_s: float, at: Pose) -> ScanHeard:
+    return ScanHeard(Scan(t_s=t_s, pose=at, ranges_m=(MISSION.range_m_max,) * MISSION.directions))
+
+
+def scan_with_a_box_ahead(t_s: float, at: Pose) -> ScanHeard:
+    ranges = [MISSION.range_m_max] * MISSION.directions
+    middle = MISSION.directions // 2  # bearing 0
+    ranges[middle - 20 : middle + 20] = [0.3] * 40
+    return ScanHeard(Scan(t_s=t_s, pose=at, ranges_m=tuple(ranges)))
+
+
+def behind(number: int, *, progress_m: float = 0.0, vertices: int = 2) -> LinkHeard:
+    state = BehindState(
+        epoch=1, vertices=vertices, progress_m=progress_m, tail_progress_m=progress_m, pose=BACK
+    )
+    return LinkHeard(2, number, state)
+
+
+def ahead(number: int, *, authority_m: float, arrived: bool = False) -> LinkHeard:
+    """The leader, two metres on."""
+    state = AheadState(
+        epoch=1,
+        path_from=2,
+        path=(Vertex(x_m=2.0, y_m=0.0, s_m=2.5),),
+        progress_m=2.5,
+        authority_m=authority_m,
+        pose=Pose(x_m=2.0, y_m=0.0, heading_rad=0.0),
+        arrived=arrived,
+        lineage=(),
+    )
+    return LinkHeard(1, number, state)
+
+
+def only(kind: type[T], commands: Iterable[Command]) -> list[T]:
+    """What of a kind is among commands, or among what they note."""
+    things = [command.record if isinstance(command, Note) else command for command in commands]
+    return [thing for thing in things if isinstance(thing, kind)]
+
+
+def order_of(commands: Iterable[Command]) -> Drive:
+    return only(Order, commands)[-1].drive
+
+
+def leader(mission: Mission = MISSION) -> Robot:
+    """Robot 1, which leads, and has just heard robot 2 behind it."""
+    robot = Robot(1, mission)
+    robot.handle(odometry(0.0, FRONT), 0.0)
+    formed = robot.handle(MusterHeard(2, muster(BACK)), 0.0)
+    assert only(StrandFormed, formed)[0].order == ORDER
+    assert only(AskScan, robot.handle(behind(1), 0.0))
+    return robot
+
+
+def follower(authority_m: float = 2.0) -> Robot:
+    """Robot 2, which follows, and has just heard robot 1 ahead of it."""
+    robot = Robot(2, MISSION)
+    robot.handle(odometry(0.0, BACK), 0.0)
+    robot.handle(MusterHeard(1, muster(FRONT)), 0.0)
+    assert only(StrandFormed, robot.handle(ahead(1, authority_m=authority_m), 0.0))
+    return robot
+
+
+# --- lining up ------------------------------------------------------------------------------------
+
+
+def test_before_the_first_odometry_a_robot_says_nothing() -> None:
+    assert Robot(1, MISSION).handle(MusterHeard(2, muster(BACK)), 0.0) == []
+
+
+def test_it_announces_its_place_then_the_order_and_stands_meanwhile() -> None:
+    robot = Robot(2, MISSION)
+    first = robot.handle(odometry(0.0, BACK), 0.0)
+    assert only(Announce, first) == [Announce(muster(BACK, ()))]
+    assert order_of(first).target is None
+    second = robot.handle(MusterHeard(1, muster(FRONT, ())), 0.0)
+    assert only(Announce, second) == [Announce(muster(BACK))]
+
+
+def test_an_announcement_is_repeated_on_every_heartbeat() -> None:
+    robot = Robot(2, MISSION)
+    robot.handle(odometry(0.0, BACK), 0.0)
+    assert only(Announce, robot.handle(odometry(0.1, BACK), 0.1)) == []
+    assert len(only(Announce, robot.handle(odometry(0.3, BACK), 0.3))) == 1
+
+
+def test_the_leader_waits_until_all_have_confirmed_the_order() -> None:
+    robot = Robot(1, MISSION)
+    robot.handle(odometry(0.0, FRONT), 0.0)
+    assert not only(StrandFormed, robot.handle(MusterHeard(2, muster(BACK, ())), 0.0))
+    assert only(StrandFormed, robot.handle(MusterHeard(2, muster(BACK)), 0.0))
+
+
+# --- leading --------------------------------------------------------------------------------------
+
+
+def test_the_leader_stands_until_it_has_heard_the_robot_behind() -> None:
+    robot = Robot(1, MISSION)
+    robot.handle(odometry(0.0, FRONT), 0.0)
+    robot.handle(MusterHeard(2, muster(BACK)), 0.0)
+    assert only(AskScan, robot.handle(odometry(0.1, FRONT), 0.1)) == []
+
+
+def test_one_scan_makes_one_step_and_the_robot_behind_is_told_of_it() -> None:
+    robot = leader()
+    commands = robot.handle(empty_scan(0.1, FRONT), 0.1)
+    (step,) = only(StepPlanned, commands)
+    assert order_of(commands).target == step.target
+    assert order_of(commands).step == step.step == 1
+    (told,) = only(Tell, commands)
+    assert isinstance(told.state, AheadState)
+    assert told.state.path[-1].s_m == pytest.approx(0.5 + step.length_m)
+
+
+def test_a_scan_from_elsewhere_is_not_used() -> None:
+    assert not only(StepPlanned, leader().handle(empty_scan(0.1, BACK), 0.1))
+
+
+def test_a_question_without_an_answer_is_asked_again() -> None:
+    robot = leader()
+    assert only(AskScan, robot.handle(odometry(0.3, FRONT), 0.3)) == []
+    assert len(only(AskScan, robot.handle(odometry(0.6, FRONT), 0.6))) == 1
+
+
+def test_at_the_end_of_a_step_the_leader_senses_again_and_at_the_goal_it_stops() -> None:
+    robot = leader()
+    step = only(StepPlanned, robot.handle(empty_scan(0.1, FRONT), 0.1))[0]
+    there = Pose(x_m=step.target.x_m, y_m=step.target.y_m, heading_rad=0.0)
+    robot.handle(behind(2, progress_m=3.9, vertices=3), 9.0)
+    commands = robot.handle(odometry(9.0, there, finished=1), 9.0)
+    assert only(StepFinished, commands)[0].step == 1
+    assert only(AskScan, commands)
+    last = only(StepPlanned, robot.handle(empty_scan(9.1, there), 9.1))[0]
+    goal = Pose(x_m=last.target.x_m, y_m=last.target.y_m, heading_rad=0.0)
+    commands = robot.handle(odometry(9.2, goal, finished=2), 9.2)
+    assert only(GoalReached, commands)
+    assert only(RobotArrived, commands)
+
+
+def test_a_leader_without_a_way_says_so_once_and_stands() -> None:
+    robot = leader(replace(MISSION, law=Law.PRINTED))
+    assert only(RouteLost, robot.handle(empty_scan(0.1, FRONT), 0.1))
+    later = robot.handle(odometry(0.2, FRONT), 0.2)
+    assert not only(RouteLost, later)
+    assert not only(AskScan, later)
+
+
+def test_a_leader_stops_for_a_silent_follower_and_then_goes_on_to_the_same_target() -> None:
+    robot = leader()
+    step = only(StepPlanned, robot.handle(empty_scan(0.1, FRONT), 0.1))[0]
+    under_way = Pose(x_m=0.5, y_m=0.0, heading_rad=0.0)
+    commands = robot.handle(odometry(1.2, under_way, moving=True), 1.2)
+    assert only(LinkSilent, commands)[0].neighbour == 2
+    assert order_of(commands).target is None
+    assert order_of(robot.handle(odometry(1.3, under_way, finished=2), 1.3)).target is None
+    assert order_of(robot.handle(behind(2), 1.3)).target == step.target
+
+
+def test_a_repeated_old_state_does_not_end_a_silence() -> None:
+    robot = leader()
+    robot.handle(empty_scan(0.1, FRONT), 0.1)
+    under_way = Pose(x_m=0.5, y_m=0.0, heading_rad=0.0)
+    robot.handle(odometry(1.2, under_way, moving=True), 1.2)
+    robot.handle(behind(1), 1.25)
+    assert order_of(robot.handle(odometry(1.3, under_way, finished=2), 1.3)).target is None
+
+
+def test_a_leader_holds_while_its_follower_is_too_far_behind_what_it_was_granted() -> None:
+    robot = leader()
+    robot.handle(empty_scan(0.1, FRONT), 0.1)
+    far = Pose(x_m=2.0, y_m=0.0, heading_rad=0.0)
+    robot.handle(behind(2), 0.9)
+    robot.handle(odometry(1.0, far, moving=True), 1.0)
+    commands = robot.handle(odometry(1.1, far, moving=True), 1.1)
+    assert only(RobotHeld, commands)[0].behind_m > MISSION.link_length_m_max
+    assert order_of(commands).target is None
+
+
+# --- following ------------------------------------------------------------------------------------
+
+
+def test_a_follower_checks_the_segment_with_its_own_scan_before_it_enters_it() -> None:
+    robot = follower()
+    robot.handle(ahead(2, authority_m=2.0), 0.1)
+    commands = robot.handle(empty_scan(0.1, BACK), 0.1)
+    assert only(SegmentChecked, commands)[0].clear
+    drive = order_of(robot.handle(odometry(0.2, BACK), 0.2))
+    assert drive.target == Point(x_m=0.0, y_m=0.0), "to the next vertex first, where the leader stood"
+    assert drive.reach_m == pytest.approx(0.5)
+
+
+def test_a_follower_drives_no_further_than_its_authority() -> None:
+    robot = follower(authority_m=0.3)
+    robot.handle(empty_scan(0.1, BACK), 0.1)
+    assert order_of(robot.handle(odometry(0.2, BACK), 0.2)).reach_m == pytest.approx(0.3)
+
+
+def test_an_authority_once_granted_is_not_taken_back_by_an_older_message() -> None:
+    robot = follower(authority_m=0.3)
+    robot.handle(empty_scan(0.1, BACK), 0.1)
+    robot.handle(ahead(2, authority_m=0.1), 0.1)
+    assert order_of(robot.handle(odometry(0.2, BACK), 0.2)).reach_m == pytest.approx(0.3)
+
+
+def test_a_segment_that_is_not_clear_is_not_entered_and_looked_at_again() -> None:
+    robot = follower()
+    commands = robot.handle(scan_with_a_box_ahead(0.1, BACK), 0.1)
+    assert not only(SegmentChecked, commands)[0].clear
+    robot.handle(ahead(2, authority_m=2.0), 0.9)
+    assert order_of(robot.handle(odometry(0.9, BACK), 0.9)).target is None
+    assert only(AskScan, robot.handle(ahead(3, authority_m=2.0), 1.2))
+
+
+def test_a_follower_arrives_when_the_robot_ahead_has_and_its_authority_is_used_up() -> None:
+    robot = follower()
+    robot.handle(empty_scan(0.1, BACK), 0.1)
+    robot.handle(odometry(0.2, BACK), 0.2)
+    robot.handle(odometry(0.3, FRONT, finished=1), 0.3)
+    robot.handle(ahead(2, authority_m=2.0, arrived=True), 0.4)
+    robot.handle(empty_scan(0.4, FRONT), 0.4)
+    drive = order_of(robot.handle(odometry(0.5, FRONT, finished=1), 0.5))
+    assert drive.reach_m == pytest.approx(2.0)
+    there = Pose(x_m=1.5, y_m=0.0, heading_rad=0.0)
+    arrived = robot.handle(odometry(0.9, there, finished=drive.number), 0.9)
+    assert only(RobotArrived, arrived)[0].progress_m == pytest.approx(2.0)
+
+
+def test_a_robot_that_slept_finds_out_before_it_believes_anything() -> None:
+    robot = follower()
+    robot.handle(empty_scan(0.1, BACK), 0.1)
+    assert order_of(robot.handle(odometry(0.2, BACK), 0.2)).target is not None
+    woken = robot.handle(odometry(9.0, BACK, moving=True), 9.0)
+    assert only(LinkSilent, woken)
+    assert order_of(woken).target is None
