@@ -11,13 +11,13 @@ from protocol.messages import Drive, Odometry
 class Driver:
     """The newest order, and how far along the strand's path the body is."""
 
-    def __init__(self, *, speed_mps: float, progress_m: float = 0.0) -> None:
+    def __init__(self, *, speed_mps: float) -> None:
         self._speed_mps = speed_mps
-        self.progress_m = progress_m
+        self.progress_m = 0.0
         """Arc length of the path that has been driven; never shrinks."""
         self._odometry: Odometry | None = None
         self._drive = Drive(
-            number=0, basis_s=0.0, target=None, speed_mps=speed_mps, epoch=0, step=0, reach_m=progress_m
+            number=0, basis_s=0.0, target=None, speed_mps=speed_mps, epoch=0, step=0, reach_m=0.0
         )
 
     @property
