@@ -74,7 +74,8 @@ def sentences(finding: Finding) -> list[str]:
     flaws = [f"not complete: {flaw}" for flaw in finding.flaws]
     counts = ", ".join(f"{invariant} {count}" for invariant, count in finding.violations_by_invariant.items())
     least = (
-        f"least clearance {_metres(finding.clearance_m_min)}, separation {_metres(finding.separation_m_min)}"
+        f"clearance {_metres(finding.clearance_m_min)} ({finding.clearance_m_required:.4f} m required), "
+        f"separation {_metres(finding.separation_m_min)} ({finding.separation_m_required:.4f} m required)"
     )
     word = "kept" if finding.ok else "not proved" if not finding.breaches else "broken"
     return [*broken, *flaws, f"{word}: violations {counts}; {least}; {finding.path_m:.3f} m driven"]

@@ -150,3 +150,10 @@ def test_an_order_renewed_on_the_way_is_one_drive() -> None:
         ("world", 2.62, pose(2, -0.45)),
     ]
     assert judge([*START, *LED, *FOLLOWED[:3], *renewed, FOLLOWED[3]]) == []
+
+
+def test_a_grant_is_never_taken_back_within_its_epoch() -> None:
+    shrunk: list[Line] = [("r1", 3.0, grant(0.3)), ("r1", 3.1, grant(0.2))]
+    assert [(each.invariant, each.robot) for each in judge([*START, *shrunk])] == [("S3", 1)]
+    anew: list[Line] = [("r1", 3.0, grant(0.3)), ("r1", 3.1, grant(0.2, epoch=2))]
+    assert judge([*START, *anew]) == []

@@ -9,6 +9,7 @@ Rule 4: the strand's path is the polyline of the places where the robots started
         the targets of the leader's switching steps.
 Rule 5: where the robot ahead died, its last grants may have died with it: then rule 1 is not held against
         an order that only those could have allowed.
+Rule 6: what a robot has granted it never takes back within the epoch: who was granted it may be there.
 """
 
 import math
@@ -102,6 +103,8 @@ def judge_authority(evidence: Evidence, tolerance: Tolerance) -> list[tuple[floa
             breach = _judge_order(evidence, paths, tolerance, t_s, order)
             breaches.extend([(t_s, breach)] if breach is not None else [])
         breaches.extend(_judge_motion(evidence.poses[robot], evidence.orders[robot], tolerance))
+    for robot, grants in evidence.grants.items():
+        breaches.extend(_judge_grants(robot, grants))
     return sorted(breaches, key=lambda breach: breach[0])
 
 
@@ -139,6 +142,19 @@ def _judge_order(
     if beside_m > allowed_m and ahead not in evidence.dead:
         return _breach(order.robot, beside_m, allowed_m, "ordered beside the strand's path")
     return None
+
+
+def _judge_grants(
+    robot: int, grants: Sequence[tuple[float, AuthorityGranted]]
+) -> Iterator[tuple[float, PromiseBroken]]:
+    """Rule 6, over all that one robot granted."""
+    granted_m: defaultdict[tuple[int, int], float] = defaultdict(float)
+    for t_s, grant in grants:
+        link = (grant.to, grant.epoch)
+        if grant.authority_m < granted_m[link] - ROUNDING_M:
+            why = f"took back what it had granted robot {grant.to}"
+            yield t_s, _breach(robot, grant.authority_m, granted_m[link], why)
+        granted_m[link] = max(granted_m[link], grant.authority_m)
 
 
 def _judge_leader(
