@@ -11,6 +11,7 @@ from shapely.ops import unary_union
 from protocol.mission import Bounds
 from protocol.timeline import PromiseBroken
 from tests.world_scenarios import scenario
+from world.clearance import separations
 from world.monitor import Monitor, Promises
 
 quietly = settings(deadline=None)  # the machine may be busy
@@ -72,6 +73,20 @@ def test_separation_is_the_least_of_any_moment_of_the_move(
     sampled_m = apart_m[:, *np.triu_indices(3, k=1)].min() - 0.2
     # Between two samples a pair comes nearer by at most half of what it moves in that time: 16 m / 2000 / 2.
     assert sampled_m - 0.004 <= watcher.least_separation.distance_m <= sampled_m + 1e-9
+
+
+@settings(deadline=None, max_examples=10)
+@given(st.integers(0, 1000))
+def test_no_pair_that_comes_near_is_overlooked_though_not_all_are_compared_each_time(seed: int) -> None:
+    chance = np.random.default_rng(seed)
+    places_m, watcher, least_m = chance.uniform(-6, 6, (12, 2)), monitor(radius_m=0.0), math.inf
+    courses = chance.uniform(-0.05, 0.05, (12, 2))
+    for tick in range(200):
+        ends_m = places_m + courses
+        watcher.watch(places_m, ends_m, t_s=float(tick))
+        least_m = min(least_m, separations(places_m, ends_m).min())
+        assert watcher.least_separation.distance_m == pytest.approx(least_m)
+        places_m = ends_m
 
 
 def test_clearance_is_judged_between_the_ends_of_a_move() -> None:
