@@ -28,10 +28,11 @@ def robots_of(text: str) -> list[int]:
     """
     robots: list[int] = []
     for part in text.split(","):
-        first, _, last = part.partition("-")
-        if not (first.isdecimal() and (last or first).isdecimal()):
+        first, to, last = part.partition("-")
+        last = last if to else first
+        if not (first.isascii() and first.isdecimal() and last.isascii() and last.isdecimal()):
             raise argparse.ArgumentTypeError(f"{text!r} is no list of robots such as 3, 1-5 or 1-3,7")
-        robots.extend(range(int(first), int(last or first) + 1))
+        robots.extend(range(int(first), int(last) + 1))
     if not robots or len(set(robots)) < len(robots) or min(robots) < 1 or max(robots) > ROBOT_MAX:
         raise argparse.ArgumentTypeError(f"{text!r} must name robots from 1 to {ROBOT_MAX}, each once")
     return robots
