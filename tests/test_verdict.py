@@ -1,3 +1,6 @@
+import re
+from pathlib import Path
+
 import msgspec
 import pytest
 from msgspec.structs import replace as with_fields
@@ -26,6 +29,7 @@ from world.table import measure, rms_m
 from world.tally import Tally
 from world.verdict import Events, Facts, Verdict, pass_verdict
 
+DOCS = Path(__file__).parent.parent / "docs" / "verdict.md"
 JUDGED = Judgement(
     least_clearance=Least(distance_m=0.12, t_s=3.0, robot=1),
     least_separation=Least(distance_m=0.3, t_s=4.0, robot=1, other=2),
@@ -151,3 +155,8 @@ def test_the_rms_is_over_all_distances_and_none_without_a_whole_table() -> None:
     assert rms_m(((1.0, 2.0), (3.0, 4.2)), reference) == pytest.approx(0.1)
     assert rms_m(((1.0, 2.0),), reference) is None
     assert rms_m(reference, None) is None
+
+
+def test_every_field_is_in_the_docs() -> None:
+    said = re.findall(r"^\| (`[^|]*) \|", DOCS.read_text(), flags=re.MULTILINE)
+    assert re.findall(r"`(\w+)`", " ".join(said)) == list(Verdict.__struct_fields__)

@@ -220,6 +220,28 @@ def test_the_end_of_its_lifeline_ends_the_world_with_a_verdict(folder: Path) -> 
     assert verdict(folder)["ok"] is False
 
 
+FULL_DISK = """
+import resource, sys
+from world.__main__ import main
+resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))
+sys.exit(main())
+"""
+
+
+async def test_a_full_disk_ends_the_run_in_one_line(folder: Path) -> None:
+    _, _, *arguments = world_arguments(folder)
+    with python("-c", FULL_DISK, *arguments) as world, robot_transport(folder, "r1") as transport:
+        player = Player(transport)
+        await player.hear(is_in(Phase.RUNNING))
+        player.note(*[RobotArrived(progress_m=0.0)] * 100)
+        player.flush()
+        said = end(world)
+    assert world.returncode == 1
+    assert said.splitlines()[-1].startswith("world: cannot write")
+    assert said.splitlines()[-1].endswith("events.jsonl': File too large")
+    assert "Traceback" not in said
+
+
 USAGE = {
     "no such scenario": ("nowhere", [], "unknown scenario 'nowhere'"),
     "no robots": ("one.toml", ["-n", "0"], "$.fleet.robots"),

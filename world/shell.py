@@ -39,7 +39,7 @@ from world.events import (
 )
 from world.pace import Pace
 from world.progress import progress
-from world.recorder import Header, Recorder, open_events
+from world.recorder import Header, Recorder, RecordingFailedError, open_events
 from world.scenario import Scenario
 from world.verdict import Events, Facts, Verdict, pass_verdict
 
@@ -68,7 +68,7 @@ def run(order: Order) -> Verdict:
 
     Raises:
         UsageError: no router admits us, or the run's folder will not do.
-        RecordingFailedError: the timeline cannot be written any more.
+        RecordingFailedError: the timeline or the verdict cannot be written any more.
     """
     return asyncio.run(_run(order))
 
@@ -85,9 +85,15 @@ async def _run(order: Order) -> Verdict:
     ):
         recorder = Recorder(file, _header(order, started_at))
         verdict = await _Life(order, transport, recorder).run(ending, started_at)
-    path = order.out / VERDICT_FILE
-    path.write_bytes(msgspec.json.format(msgspec.json.encode(verdict)) + b"\n")
+    _save(verdict, order.out / VERDICT_FILE)
     return verdict
+
+
+def _save(verdict: Verdict, path: Path) -> None:
+    try:
+        path.write_bytes(msgspec.json.format(msgspec.json.encode(verdict)) + b"\n")
+    except OSError as error:
+        raise RecordingFailedError(f"cannot write {path}: {error.strerror}") from error
 
 
 class _Life:
