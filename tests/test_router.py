@@ -37,7 +37,7 @@ def test_a_signal_ends_it_with_nothing_said_and_no_socket_left(
     folder: Path, number: signal.Signals, code: int
 ) -> None:
     files = sorted(folder.iterdir())
-    with router(folder) as process:
+    with router(folder, lifeline=False) as process:
         assert (folder / "router.sock").is_socket()
         process.send_signal(number)
         output, errors = process.communicate(timeout=DEADLINE_S)
@@ -46,7 +46,7 @@ def test_a_signal_ends_it_with_nothing_said_and_no_socket_left(
 
 
 async def test_on_a_lifeline_it_ends_with_whoever_holds_the_other_end(folder: Path) -> None:
-    with router(folder, "--lifeline") as process:
+    with router(folder) as process:
         assert process.stdin is not None
         process.stdin.write("words do not end it\n")
         process.stdin.flush()
@@ -57,7 +57,7 @@ async def test_on_a_lifeline_it_ends_with_whoever_holds_the_other_end(folder: Pa
 
 
 async def test_without_a_lifeline_the_end_of_its_input_means_nothing(folder: Path) -> None:
-    with router(folder) as process:
+    with router(folder, lifeline=False) as process:
         assert process.stdin is not None
         process.stdin.close()
         async with fleet(folder, "r1") as (world, robot):

@@ -47,8 +47,9 @@ def python(*arguments: str) -> Iterator[subprocess.Popen[str]]:
 
 
 @contextlib.contextmanager
-def router(folder: Path, *options: str) -> Iterator[subprocess.Popen[str]]:
-    """The fleet's router, listening."""
+def router(folder: Path, *, lifeline: bool = True) -> Iterator[subprocess.Popen[str]]:
+    """The fleet's router, listening; on its lifeline it does not outlive a test that is killed."""
+    options = ["--lifeline"] if lifeline else []
     with python("-m", "protocol", "--sessions", str(folder), *options) as process:
         assert process.stdout is not None
         line = process.stdout.readline()
