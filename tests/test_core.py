@@ -20,7 +20,8 @@ from protocol.timeline import (
 )
 from tests.world_scenarios import scenario
 from tests.world_stage import Stage
-from world.core import LAST_WORDS_WALL_S, MUSTER_WALL_S, ODOMETRY_TICKS, TICK_S
+from world.arena import ODOMETRY_TICKS, TICK_S
+from world.core import LAST_WORDS_WALL_S, MUSTER_WALL_S
 from world.ending import Ending
 from world.events import MessageDropped, ScanAsked, StopAsked, TokenCame, TokenWent
 

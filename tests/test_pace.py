@@ -3,7 +3,7 @@ import pytest
 from protocol.frames import Point
 from tests.world_scenarios import scenario
 from tests.world_stage import Stage
-from world.core import ODOMETRY_TICKS, TICK_S
+from world.arena import ODOMETRY_TICKS, TICK_S
 from world.events import StopAsked
 from world.pace import GLANCE_S, PATIENCE_S, REMIND_S, Pace
 

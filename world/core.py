@@ -1,4 +1,4 @@
-"""The world of one run, without clock or network: bodies, scans, what is recorded, when the run is over.
+"""The world of one run, without clock or network: who is there, what they are told, when the run is over.
 
 Rule 1: simulated time goes on by ticks alone. Wall-clock time is an argument and decides only what
         concerns processes: who is missing, who has died, how long last words may take.
@@ -10,27 +10,14 @@ Rule 3: in lock-step the world waits for every living robot's answer to the last
 from collections.abc import Iterable
 from typing import assert_never
 
-import numpy as np
-
 from protocol.errors import MessageRefusedError
 from protocol.keys import robot_name, robot_number
-from protocol.messages import Odometry, Phase
-from protocol.timeline import (
-    BodyStopped,
-    MessageRefused,
-    OrderAccepted,
-    OrderFinished,
-    PoseSampled,
-    Record,
-    RobotAppeared,
-    RobotDied,
-    RunEnded,
-    ScanServed,
-)
+from protocol.messages import Drive, Phase
+from protocol.timeline import MessageRefused, RobotAppeared, RobotDied, RunEnded
+from world.arena import Arena
 from world.attendance import Attendance
 from world.authority import Evidence
-from world.bodies import Bodies, Floats, Moves
-from world.chance import stream
+from world.bodies import Bodies
 from world.commands import Command, Note, ServeScan, TellOdometry
 from world.ending import Ending
 from world.events import (
@@ -44,14 +31,10 @@ from world.events import (
     TokenWent,
 )
 from world.judgement import Judgement, judge_evidence
-from world.monitor import Monitor, Promises
 from world.scenario import Scenario
-from world.sensor import Sensor
 from world.tally import Tally
 
 # All of these are in docs/run.md.
-TICK_S = 0.02
-ODOMETRY_TICKS = 5
 MUSTER_WALL_S = 10.0
 LAST_WORDS_WALL_S = 2.0
 STILL_S = 2.0
@@ -59,14 +42,12 @@ STILL_S_MAX = 10.0
 
 
 class World:
-    """One run. Robot k is row k - 1 of all arrays."""
+    """One run."""
 
     def __init__(self, scenario: Scenario, *, seed: int, wall_s: float) -> None:
         robots = range(1, scenario.fleet.robots + 1)
         self.scenario = scenario
-        self.bodies = Bodies(
-            scenario.fleet.poses(), scenario.drive, [stream(seed, f"drive/{robot}") for robot in robots]
-        )
+        self.arena = Arena(scenario, seed=seed)
         self.tally = Tally()
         self.attendance = Attendance(frozenset(robots))
         self.phase = Phase.RUNNING
@@ -75,21 +56,21 @@ class World:
         """When the run was over."""
         self.judgement: Judgement | None = None
         """What came of it; None until it is done."""
-        self._sensor = Sensor(scenario, [stream(seed, f"scan/{robot}") for robot in robots])
-        self._monitor = Monitor(scenario.ground, Promises.of(scenario))
         self._evidence = Evidence()
         self._started = False
-        self._ticks = 0
         self._phase_began_wall_s = wall_s
-        self._moved_s = 0.0
-        self._order_clearance_m = np.full(len(robots), np.inf)
         self._told_s = dict.fromkeys(robots, -1.0)
         self._answered_s = dict.fromkeys(robots, -1.0)
 
     @property
     def now_s(self) -> float:
         """Simulated time."""
-        return self._ticks * TICK_S
+        return self.arena.now_s
+
+    @property
+    def bodies(self) -> Bodies:
+        """All bodies, by row."""
+        return self.arena.bodies
 
     @property
     def started(self) -> bool:
@@ -113,13 +94,14 @@ class World:
         match event:
             case OrderHeard():
                 self.attendance.hear(event.robot, wall_s=wall_s)
-                return self._hear_order(event)
+                return self._hear_order(event.robot, event.drive)
             case ScanAsked():
                 self.attendance.hear(event.robot, wall_s=wall_s)
-                return self._read_scan(event.robot)
+                served, scan = self.arena.scan(event.robot)
+                return [served, ServeScan(event.robot, scan)]
             case TokenCame():
                 new = self.attendance.appear(event.robot, event.incarnation, wall_s=wall_s)
-                return [self._note(RobotAppeared(robot=event.robot))] if new else []
+                return [self.arena.note(RobotAppeared(robot=event.robot))] if new else []
             case TokenWent():
                 self.attendance.vanish(event.robot, event.incarnation)
             case EntryWritten():
@@ -129,7 +111,7 @@ class World:
                 if robot is not None:
                     self.attendance.hear(robot, wall_s=wall_s)
             case MessageDropped():
-                return [self._note(MessageRefused(key=event.key, reason=event.reason))]
+                return [self.arena.note(MessageRefused(key=event.key, reason=event.reason))]
             case StopAsked():
                 return self._end(Ending.INTERRUPTED, wall_s) if self.phase is Phase.RUNNING else []
             case _:
@@ -161,106 +143,36 @@ class World:
 
     def tick(self) -> list[Command]:
         """Go on by one tick."""
-        began_s, headings_rad, moving = self.now_s, self.bodies.heading_rad, self.bodies.moving
-        moves = self.bodies.tick(now_s=began_s, tick_s=TICK_S)
-        told = moving if self._ticks % ODOMETRY_TICKS == 0 else np.zeros_like(moving)
-        notes: list[Command] = [
-            Note(began_s, _sample(body, moves.starts_m, headings_rad))
-            for body in np.flatnonzero(told | moves.veered).tolist()
-        ]
-        self._ticks += 1
-        notes += [self._note(BodyStopped(robot=body + 1)) for body in moves.stopped]
-        notes += self._watch(moves)
-        notes += [self._note(self._finish(body)) for body in moves.finished]
-        if self.bodies.moving.any():
-            self._moved_s = self.now_s
-        all_bodies = range(self.scenario.fleet.robots)
-        return notes + self._tell(all_bodies if self._ticks % ODOMETRY_TICKS == 0 else moves.finished)
+        notes, finished = self.arena.tick()
+        return [*notes, *(self._tell_all() if self.arena.is_odometry_instant else self._tell(finished))]
 
     def remind(self) -> list[Command]:
         """Tell the robots that owe an answer once more what they have to answer."""
-        return self._tell(robot - 1 for robot in sorted(self.awaited))
+        return self._tell(sorted(self.awaited))
 
-    def _note(self, record: Record) -> Note:
-        return Note(self.now_s, record)
-
-    def _tell(self, bodies: Iterable[int]) -> list[Command]:
+    def _tell(self, robots: Iterable[int]) -> list[Command]:
         told: list[Command] = []
-        for body in bodies:
-            self._told_s[body + 1] = self.now_s
-            odometry = Odometry(
-                t_s=self.now_s,
-                pose=self.bodies.pose(body),
-                moving=bool(self.bodies.moving[body]),
-                finished=self.bodies.finished_number[body],
-                phase=self.phase,
-            )
-            told.append(TellOdometry(body + 1, odometry))
+        for robot in robots:
+            self._told_s[robot] = self.now_s
+            told.append(TellOdometry(robot, self.arena.odometry(robot, self.phase)))
         return told
 
     def _tell_all(self) -> list[Command]:
-        return self._tell(range(self.scenario.fleet.robots))
+        return self._tell(sorted(self.attendance.robots))
 
-    def _hear_order(self, event: OrderHeard) -> list[Command]:
+    def _hear_order(self, robot: int, drive: Drive) -> list[Command]:
         if not self._started or self.phase is not Phase.RUNNING:
             return []  # the run is over: bodies stand, whatever was still on its way
-        body, drive = event.robot - 1, event.drive
         try:
-            new = self.bodies.hear(body, drive, now_s=self.now_s)
+            notes = self.arena.order(robot, drive)
         except MessageRefusedError as error:
-            return [
-                self._note(MessageRefused(key=f"body/{robot_name(event.robot)}/drive", reason=str(error)))
-            ]
-        self._answered_s[event.robot] = max(self._answered_s[event.robot], drive.basis_s)
-        if not new:
-            return []
-        self._order_clearance_m[body] = np.inf
-        pose = self.bodies.pose(body)
-        accepted = OrderAccepted(
-            robot=event.robot,
-            number=drive.number,
-            epoch=drive.epoch,
-            step=drive.step,
-            x_m=pose.x_m,
-            y_m=pose.y_m,
-            target=drive.target,
-            reach_m=drive.reach_m,
-        )
-        return [self._note(accepted)]
-
-    def _read_scan(self, robot: int) -> list[Command]:
-        pose = self.bodies.pose(robot - 1)
-        scan = self._sensor.read(robot - 1, pose, self.bodies.place_m, now_s=self.now_s)
-        served = ScanServed(
-            robot=robot,
-            x_m=pose.x_m,
-            y_m=pose.y_m,
-            heading_rad=pose.heading_rad,
-            hits=self._sensor.hits(scan),
-        )
-        return [self._note(served), ServeScan(robot, scan)]
-
-    def _watch(self, moves: Moves) -> list[Command]:
-        broken = self._monitor.watch(moves.starts_m, moves.ends_m, t_s=self.now_s)
-        np.minimum(self._order_clearance_m, self._monitor.clearance_m, out=self._order_clearance_m)
-        return [self._note(each) for each in broken]
-
-    def _finish(self, body: int) -> OrderFinished:
-        order = self.bodies.orders[body]
-        assert order is not None, f"body {body} finished without an order"
-        pose = self.bodies.pose(body)
-        clearance_m = float(self._order_clearance_m[body])
-        return OrderFinished(
-            robot=body + 1,
-            number=order.number,
-            step=order.step,
-            x_m=pose.x_m,
-            y_m=pose.y_m,
-            clearance_m=clearance_m if clearance_m < np.inf else None,
-        )
+            key = f"body/{robot_name(robot)}/drive"
+            return [self.arena.note(MessageRefused(key=key, reason=str(error)))]
+        self._answered_s[robot] = max(self._answered_s[robot], drive.basis_s)
+        return [*notes]
 
     def _die(self, robot: int) -> Note:
-        return self._note(RobotDied(robot=robot, silent_since_s=self.bodies.heard_s(robot - 1)))
+        return self.arena.note(RobotDied(robot=robot, silent_since_s=self.bodies.heard_s(robot - 1)))
 
     def _find_ending(self) -> Ending | None:
         if self.tally.arrived >= self.attendance.robots:
@@ -269,7 +181,7 @@ class World:
             return Ending.ROUTE_LOST
         if self.tally.deaths:
             died_s = self.tally.deaths[-1][0]
-            still_s = self.now_s - max(died_s, self._moved_s)
+            still_s = self.now_s - max(died_s, self.arena.moved_s)
             if still_s >= STILL_S or self.now_s - died_s >= STILL_S_MAX:
                 return Ending.DEATH
         return Ending.TIMED_OUT if self.now_s >= self.scenario.time.time_s_max else None
@@ -277,19 +189,13 @@ class World:
     def _start(self) -> list[Command]:
         """All robots have come: place the bodies, and let the clock run."""
         self._started = True
-        places_m = self.bodies.place_m
-        broken = self._monitor.watch(places_m, places_m, t_s=self.now_s)
-        return [*self._sample_all(), *(self._note(each) for each in broken), *self._tell_all()]
-
-    def _sample_all(self) -> list[Command]:
-        places_m, headings_rad = self.bodies.place_m, self.bodies.heading_rad
-        return [self._note(_sample(body, places_m, headings_rad)) for body in range(len(places_m))]
+        return [*self.arena.place(), *self._tell_all()]
 
     def _end(self, ending: Ending, wall_s: float) -> list[Command]:
         self.ending, self.over_s = ending, self.now_s
-        samples = self._sample_all() if self._started else []
+        samples = self.arena.sample() if self._started else []
         self.bodies.stand()
-        return samples + self._go_on_to(Phase.OVER, wall_s)
+        return [*samples, *self._go_on_to(Phase.OVER, wall_s)]
 
     def _go_on_to(self, phase: Phase, wall_s: float) -> list[Command]:
         self.phase, self._phase_began_wall_s = phase, wall_s
@@ -303,9 +209,4 @@ class World:
         reason = str(self.ending)
         if self.ending is Ending.MISSING:
             reason += f": {', '.join(map(robot_name, self.attendance.missing))}"
-        return [*map(self._note, unlawful), self._note(RunEnded(reason=reason))]
-
-
-def _sample(body: int, places_m: Floats, headings_rad: Floats) -> PoseSampled:
-    x_m, y_m = places_m[body].tolist()
-    return PoseSampled(robot=body + 1, x_m=x_m, y_m=y_m, heading_rad=float(headings_rad[body]))
+        return [*map(self.arena.note, unlawful), self.arena.note(RunEnded(reason=reason))]

@@ -9,7 +9,8 @@ Rule 3: when the run is over nobody answers, and real time is fast enough.
 
 from dataclasses import dataclass
 
-from world.core import ODOMETRY_TICKS, TICK_S, World
+from world.arena import ODOMETRY_TICKS, TICK_S
+from world.core import World
 
 PATIENCE_S = 1.0  # docs/run.md
 GLANCE_S = 0.1  # wall: how late a signal or a deadline may be seen

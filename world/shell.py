@@ -24,9 +24,10 @@ from protocol.session import Session
 from protocol.timeline import Entry, Record
 from protocol.transport import Appeared, Arrival, Asked, Heard, Refused, Transport, Vanished
 from protocol.zenoh_transport import open_transport
+from world.arena import ODOMETRY_TICKS
 from world.books import Account, balance
 from world.commands import Command, Note, ServeScan, TellOdometry
-from world.core import ODOMETRY_TICKS, World
+from world.core import World
 from world.events import (
     EntryWritten,
     Event,

@@ -1,0 +1,152 @@
+"""The arena: all bodies, their sensors and the monitor, in simulated time; what is recorded of them.
+
+Rule 1: simulated time goes on by ticks alone.
+Rule 2: a body is sampled where its motion changes, and with every odometry while it moves; so between two
+        samples it moved straight and evenly, and the samples alone give the least distances.
+"""
+
+import numpy as np
+
+from protocol.messages import Drive, Odometry, Phase, Scan
+from protocol.timeline import (
+    BodyStopped,
+    OrderAccepted,
+    OrderFinished,
+    PoseSampled,
+    Record,
+    ScanServed,
+)
+from world.bodies import Bodies, Floats, Moves
+from world.chance import stream
+from world.commands import Note
+from world.monitor import Monitor, Promises
+from world.scenario import Scenario
+from world.sensor import Sensor
+
+TICK_S = 0.02  # docs/run.md
+ODOMETRY_TICKS = 5  # 0.1 s: docs/run.md
+
+
+class Arena:
+    """Robot k is row k - 1 of all arrays."""
+
+    def __init__(self, scenario: Scenario, *, seed: int) -> None:
+        robots = range(1, scenario.fleet.robots + 1)
+        self.bodies = Bodies(
+            scenario.fleet.poses(), scenario.drive, [stream(seed, f"drive/{robot}") for robot in robots]
+        )
+        self.moved_s = 0.0
+        """When a body last moved."""
+        self._sensor = Sensor(scenario, [stream(seed, f"scan/{robot}") for robot in robots])
+        self._monitor = Monitor(scenario.ground, Promises.of(scenario))
+        self._order_clearance_m = np.full(len(robots), np.inf)
+        self._ticks = 0
+
+    @property
+    def now_s(self) -> float:
+        """Simulated time."""
+        return self._ticks * TICK_S
+
+    @property
+    def is_odometry_instant(self) -> bool:
+        """Whether every robot is told of its body now."""
+        return self._ticks % ODOMETRY_TICKS == 0
+
+    def note(self, record: Record) -> Note:
+        """A record of now."""
+        return Note(self.now_s, record)
+
+    def place(self) -> list[Note]:
+        """Judge and record where bodies stand at the start."""
+        places_m = self.bodies.place_m
+        broken = self._monitor.watch(places_m, places_m, t_s=self.now_s)
+        return self.sample() + [self.note(each) for each in broken]
+
+    def sample(self) -> list[Note]:
+        """Record where all bodies are."""
+        places_m, headings_rad = self.bodies.place_m, self.bodies.heading_rad
+        return [self.note(_sample(body, places_m, headings_rad)) for body in range(len(places_m))]
+
+    def order(self, robot: int, drive: Drive) -> list[Note]:
+        """Give a body an order; raises `MessageRefusedError` where it is void."""
+        body = robot - 1
+        if not self.bodies.hear(body, drive, now_s=self.now_s):
+            return []
+        self._order_clearance_m[body] = np.inf
+        pose = self.bodies.pose(body)
+        accepted = OrderAccepted(
+            robot=robot,
+            number=drive.number,
+            epoch=drive.epoch,
+            step=drive.step,
+            x_m=pose.x_m,
+            y_m=pose.y_m,
+            target=drive.target,
+            reach_m=drive.reach_m,
+        )
+        return [self.note(accepted)]
+
+    def scan(self, robot: int) -> tuple[Note, Scan]:
+        """Read a body's sensor."""
+        pose = self.bodies.pose(robot - 1)
+        scan = self._sensor.read(robot - 1, pose, self.bodies.place_m, now_s=self.now_s)
+        served = ScanServed(
+            robot=robot,
+            x_m=pose.x_m,
+            y_m=pose.y_m,
+            heading_rad=pose.heading_rad,
+            hits=self._sensor.hits(scan),
+        )
+        return self.note(served), scan
+
+    def odometry(self, robot: int, phase: Phase) -> Odometry:
+        """What a body tells its robot."""
+        body = robot - 1
+        return Odometry(
+            t_s=self.now_s,
+            pose=self.bodies.pose(body),
+            moving=bool(self.bodies.moving[body]),
+            finished=self.bodies.finished_number[body],
+            phase=phase,
+        )
+
+    def tick(self) -> tuple[list[Note], list[int]]:
+        """Go on by one tick: what is recorded of it, and the robots whose bodies have finished an order."""
+        began_s, headings_rad, moving = self.now_s, self.bodies.heading_rad, self.bodies.moving
+        told = moving if self.is_odometry_instant else np.zeros_like(moving)
+        moves = self.bodies.tick(now_s=began_s, tick_s=TICK_S)
+        notes = [
+            Note(began_s, _sample(body, moves.starts_m, headings_rad))
+            for body in np.flatnonzero(told | moves.veered).tolist()
+        ]
+        self._ticks += 1
+        notes += [self.note(BodyStopped(robot=body + 1)) for body in moves.stopped]
+        notes += self._watch(moves)
+        notes += [self.note(self._finish(body)) for body in moves.finished]
+        if self.bodies.moving.any():
+            self.moved_s = self.now_s
+        return notes, [body + 1 for body in moves.finished]
+
+    def _watch(self, moves: Moves) -> list[Note]:
+        broken = self._monitor.watch(moves.starts_m, moves.ends_m, t_s=self.now_s)
+        np.minimum(self._order_clearance_m, self._monitor.clearance_m, out=self._order_clearance_m)
+        return [self.note(each) for each in broken]
+
+    def _finish(self, body: int) -> OrderFinished:
+        order = self.bodies.orders[body]
+        assert order is not None, f"body {body} finished without an order"
+        pose = self.bodies.pose(body)
+        clearance_m = float(self._order_clearance_m[body])
+        return OrderFinished(
+            robot=body + 1,
+            number=order.number,
+            step=order.step,
+            x_m=pose.x_m,
+            y_m=pose.y_m,
+            clearance_m=clearance_m if clearance_m < np.inf else None,
+        )
+
+
+def _sample(body: int, places_m: Floats, headings_rad: Floats) -> PoseSampled:
+    x_m, y_m = places_m[body].tolist()
+    return PoseSampled(robot=body + 1, x_m=x_m, y_m=y_m, heading_rad=float(headings_rad[body]))
