@@ -1,35 +1,30 @@
 """`python -m protocol`: the fleet's router."""
 
 import argparse
-import os
-import selectors
-import signal
-import socket
+import asyncio
 import sys
 from pathlib import Path
 
 import msgspec
 
+from protocol.ending import until_ended
 from protocol.errors import UsageError
 from protocol.router import open_router
-from protocol.session import read_router_session
+from protocol.session import RouterSession, read_router_session
 
 USAGE_EXIT_CODE = 2
-INTERRUPTED_EXIT_CODE = 130  # 128 + SIGINT, as shells have it
 STDIN = 0
 
 
 def main() -> int:
     """Run the router until it is told to end; returns the exit code."""
     arguments = _parse()
-    asked_to_end = _signals()
     try:
         session = read_router_session(arguments.sessions)
         if arguments.listen is not None:
             session = msgspec.structs.replace(session, endpoint=arguments.listen)
-        with open_router(session, arguments.sessions):
-            print(f"ready {session.endpoint}", flush=True)  # noqa: T201 - what the launcher waits for
-            return _wait(asked_to_end, lifeline=arguments.lifeline)
+        listening = _listen(session, arguments.sessions)
+        return asyncio.run(until_ended(listening, STDIN if arguments.lifeline else None))
     except UsageError as error:
         print(f"router: {error}", file=sys.stderr)  # noqa: T201 - the user reads it
         return USAGE_EXIT_CODE
@@ -53,27 +48,10 @@ def _parse() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def _signals() -> socket.socket:
-    """A socket from which the numbers of SIGTERM and SIGINT can be read; they do nothing else."""
-    ours, theirs = socket.socketpair()
-    theirs.setblocking(False)
-    signal.set_wakeup_fd(theirs.detach())
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: None)
-    return ours
-
-
-def _wait(asked_to_end: socket.socket, *, lifeline: bool) -> int:
-    with selectors.SelectSelector() as selector:  # epoll refuses a stdin that is a file
-        selector.register(asked_to_end, selectors.EVENT_READ)
-        if lifeline:
-            selector.register(STDIN, selectors.EVENT_READ)
-        while True:
-            for key, _ in selector.select():
-                if key.fileobj is asked_to_end:
-                    return INTERRUPTED_EXIT_CODE if asked_to_end.recv(1)[0] == signal.SIGINT else 0
-                if not os.read(STDIN, 4096):
-                    return 0
+async def _listen(session: RouterSession, folder: Path) -> int:
+    with open_router(session, folder):
+        print(f"ready {session.endpoint}", flush=True)  # noqa: T201 - what the launcher waits for
+        return await asyncio.Event().wait()  # nobody sets it: the router goes on until it is asked to end
 
 
 if __name__ == "__main__":

@@ -34,7 +34,10 @@ def asked_to_end(lifeline: int | None) -> Iterator[asyncio.Future[int]]:
     for number, exit_code in signals.items():
         loop.add_signal_handler(number, end, exit_code)
     if lifeline is not None:
-        loop.add_reader(lifeline, read)
+        try:
+            loop.add_reader(lifeline, read)
+        except PermissionError:  # a file, or /dev/null, cannot be watched: nobody holds its other end
+            end(TERMINATED_EXIT_CODE)
     try:
         yield asked
     finally:
