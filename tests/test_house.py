@@ -24,6 +24,7 @@ ONLY_IN = {
     "asyncio": {
         "agents/host.py",
         "lab/prepare.py",
+        "protocol/__main__.py",
         "protocol/ending.py",
         "protocol/zenoh_transport.py",
         "world/shell.py",
