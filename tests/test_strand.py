@@ -1,0 +1,305 @@
+"""Places in the strand as conversations: what a robot tells its neighbours, and when it calls one silent."""
+
+import pytest
+
+from agents.commands import Command, Note, Tell
+from agents.events import LinkHeard
+from agents.strand import GRANT_M_MIN, Own, Strand
+from protocol.frames import Point, Pose, Vertex
+from protocol.messages import AheadState, BehindState
+from protocol.mission import Law
+from protocol.timeline import AuthorityGranted, LinkSilent
+from protocol.timeline import LinkHeard as LinkHeardAgain
+from tests.one_step import under
+
+MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1, separation_m=0.1)
+KEEP_M = 0.31  # two radii, the separation and the tolerance
+ORDER = (3, 2, 1)
+PLACES = {robot: Pose(x_m=float(robot), y_m=0.0, heading_rad=0.0) for robot in ORDER}
+HEARTBEAT_S, SILENCE_S = MISSION.heartbeat_s, MISSION.silence_s
+
+
+def place(robot: int) -> Strand:
+    return Strand(robot, ORDER, PLACES, MISSION, now_s=0.0)
+
+
+def leading() -> Strand:
+    """The leader's place, with a step of four metres before it."""
+    strand = place(3)
+    strand.path.extend(Point(x_m=7.0, y_m=0.0))
+    return strand
+
+
+def own(progress_m: float, *, arrived: bool = False) -> Own:
+    return Own(progress_m, Pose(x_m=1.0 + progress_m, y_m=0.0, heading_rad=0.0), arrived)
+
+
+def ahead(
+    *, epoch: int = 1, path_from: int = 3, path: tuple[Vertex, ...] = (), authority_m: float
+) -> AheadState:
+    """What a robot hears from the one ahead."""
+    return AheadState(
+        epoch=epoch,
+        path_from=path_from,
+        path=path,
+        progress_m=2.0,
+        authority_m=authority_m,
+        pose=PLACES[3],
+        arrived=False,
+        lineage=(),
+    )
+
+
+def behind(*, epoch: int = 1, vertices: int = 3, progress_m: float = 0.0, tail_m: float = 0.0) -> BehindState:
+    """What a robot hears from the one behind."""
+    return BehindState(
+        epoch=epoch, vertices=vertices, progress_m=progress_m, tail_progress_m=tail_m, pose=PLACES[2]
+    )
+
+
+def told(commands: list[Command], robot: int) -> AheadState | BehindState:
+    (state,) = (command.state for command in commands if isinstance(command, Tell) and command.robot == robot)
+    return state
+
+
+def told_behind(commands: list[Command], robot: int) -> AheadState:
+    state = told(commands, robot)
+    assert isinstance(state, AheadState)
+    return state
+
+
+def told_ahead(commands: list[Command], robot: int) -> BehindState:
+    state = told(commands, robot)
+    assert isinstance(state, BehindState)
+    return state
+
+
+def granted(commands: list[Command]) -> list[float]:
+    records = [command.record for command in commands if isinstance(command, Note)]
+    return [record.authority_m for record in records if isinstance(record, AuthorityGranted)]
+
+
+def test_all_robots_measure_the_same_path_from_the_tail_to_the_leader() -> None:
+    strands = {robot: place(robot) for robot in ORDER}
+    assert [strands[robot].start_m for robot in (1, 2, 3)] == [0.0, 1.0, 2.0]
+    assert {strand.path.told_from(0, 9) for strand in strands.values()} == {strands[1].path.told_from(0, 9)}
+
+
+def test_each_robot_knows_its_two_neighbours_and_who_stands_ahead() -> None:
+    leader, middle, tail = (place(robot) for robot in ORDER)
+    links = [
+        [link.neighbour for link in (each.ahead, each.behind) if link] for each in (leader, middle, tail)
+    ]
+    assert links == [[2], [3, 1], [2]]
+    assert told_behind(leader.tell(own(2.0), 0.0), 2).lineage == ()
+    assert told_behind(middle.tell(own(1.0), 0.0), 1).lineage == (3,)
+
+
+def test_a_robot_alone_is_never_silent_and_tells_nobody() -> None:
+    alone = Strand(1, (1,), PLACES, MISSION, now_s=0.0)
+    assert not alone.silent
+    assert alone.watch(99.0) == []
+    assert alone.tell(own(0.0), 0.0) == []
+    assert (alone.tail_m, alone.stretch_m) == (0.0, 0.0)
+
+
+# --- grants -----------------------------------------------------------------------------------------
+
+
+def test_a_robot_grants_the_path_behind_it_less_the_distance_that_it_keeps() -> None:
+    strand = place(3)
+    commands = strand.tell(own(2.0), 0.0)
+    assert strand.keep_m == pytest.approx(KEEP_M)
+    assert granted(commands) == pytest.approx([2.0 - KEEP_M])
+    assert told_behind(commands, 2).authority_m == granted(commands)[0]
+
+
+def test_grants_grow_with_progress_when_they_have_grown_enough_to_matter() -> None:
+    strand = leading()
+    steps_m = [2.0, 2.0 + 0.9 * GRANT_M_MIN, 2.0 + 1.1 * GRANT_M_MIN, 2.0 + 1.2 * GRANT_M_MIN]
+    grants = [granted(strand.tell(own(progress_m), 0.0)) for progress_m in steps_m]
+    assert grants == [[pytest.approx(2.0 - KEEP_M)], [], [pytest.approx(steps_m[2] - KEEP_M)], []]
+
+
+def test_who_has_arrived_grants_the_last_millimetre() -> None:
+    strand = leading()
+    strand.tell(own(2.0), 0.0)
+    assert granted(strand.tell(own(2.001, arrived=True), 0.0)) == pytest.approx([2.001 - KEEP_M])
+
+
+def test_a_path_that_turns_back_takes_no_grant_back() -> None:
+    strand = place(3)
+    first = granted(strand.tell(own(2.0), 0.0))
+    for corner in (Point(x_m=3.0, y_m=0.2), Point(x_m=1.0, y_m=0.2)):
+        strand.path.extend(corner)
+    assert granted(strand.tell(own(2.0), 1.0)) == []
+    assert told_behind(strand.tell(own(2.0), 2.0), 2).authority_m == first[0]
+
+
+def test_the_tail_grants_nothing() -> None:
+    strand = place(1)
+    assert granted(strand.tell(own(0.0), 0.0)) == []
+
+
+def test_the_stretch_is_what_the_robot_behind_has_not_driven_of_its_grant() -> None:
+    strand = place(3)
+    strand.tell(own(2.0), 0.0)
+    assert strand.stretch_m == 0.0
+    strand.hear(LinkHeard(2, 1, behind(progress_m=1.0)), 0.0)
+    assert strand.stretch_m == pytest.approx(1.0 - KEEP_M)
+    strand.hear(LinkHeard(2, 2, behind(progress_m=1.9)), 0.0)
+    assert strand.stretch_m == 0.0
+
+
+# --- telling ----------------------------------------------------------------------------------------
+
+
+def test_a_robot_tells_both_neighbours_at_once_and_then_on_every_heartbeat() -> None:
+    strand = place(2)
+    told_to = [
+        sorted(command.robot for command in strand.tell(own(1.0), now_s) if isinstance(command, Tell))
+        for now_s in (0.0, 0.1, HEARTBEAT_S, HEARTBEAT_S + 0.1, 2.0 * HEARTBEAT_S)
+    ]
+    assert told_to == [[1, 3], [], [1, 3], [], [1, 3]]
+
+
+@pytest.mark.parametrize("news", ["grant", "vertex", "arrival"])
+def test_news_is_told_at_once(news: str) -> None:
+    strand, after = leading(), own(2.0)
+    strand.tell(own(2.0), 0.0)
+    if news == "grant":
+        after = own(2.5)
+    elif news == "vertex":
+        strand.path.extend(Point(x_m=8.0, y_m=0.0))
+    elif news == "arrival":
+        after = own(2.0, arrived=True)
+    assert told_behind(strand.tell(after, 0.01), 2).arrived == (news == "arrival")
+
+
+def test_the_path_is_told_from_what_is_acknowledged_and_again_until_it_is() -> None:
+    strand = place(3)
+    assert told_behind(strand.tell(own(2.0), 0.0), 2).path == ()
+    corner = strand.path.extend(Point(x_m=4.0, y_m=0.0))
+    for now_s in (1.0, 2.0):
+        state = told_behind(strand.tell(own(2.0), now_s), 2)
+        assert (state.path_from, state.path) == (3, (corner,))
+    strand.hear(LinkHeard(2, 1, behind(vertices=4)), 2.5)
+    state = told_behind(strand.tell(own(2.0), 3.0), 2)
+    assert (state.path_from, state.path) == (4, ())
+
+
+def test_what_is_learnt_from_ahead_is_acknowledged_and_passed_on_behind() -> None:
+    strand = place(2)
+    corner = Vertex(x_m=4.0, y_m=0.0, s_m=3.0)
+    strand.hear(LinkHeard(3, 1, ahead(path=(corner,), authority_m=1.5)), 0.1)
+    commands = strand.tell(own(1.0), 0.2)
+    assert told_ahead(commands, 3).vertices == 4
+    assert told_behind(commands, 1).path == (corner,)
+
+
+def test_the_tails_progress_passes_through_to_the_robots_ahead() -> None:
+    strand = place(2)
+    before = told_ahead(strand.tell(own(1.0), 0.0), 3).tail_progress_m
+    strand.hear(LinkHeard(1, 1, behind(progress_m=0.4, tail_m=0.4)), 0.5)
+    assert (before, told_ahead(strand.tell(own(1.0), 1.0), 3).tail_progress_m) == (0.0, 0.4)
+
+
+def test_the_tail_tells_its_own_progress_as_the_tails() -> None:
+    assert told_ahead(place(1).tell(own(0.6), 0.0), 2).tail_progress_m == 0.6
+
+
+def test_no_robot_tells_a_tail_that_is_ahead_of_itself() -> None:
+    strand = place(2)
+    strand.hear(LinkHeard(1, 1, behind(progress_m=0.4, tail_m=9.0)), 0.0)
+    assert told_ahead(strand.tell(own(1.0), 0.0), 3).tail_progress_m == 1.0
+
+
+# --- authority --------------------------------------------------------------------------------------
+
+
+def test_before_it_is_granted_any_a_robot_may_be_where_it_stands() -> None:
+    assert [place(robot).authority_m for robot in (1, 2)] == [0.0, 1.0]
+
+
+def test_authority_only_grows_whatever_order_messages_come_in() -> None:
+    strand = place(2)
+    seen = []
+    for number, authority_m in ((3, 1.4), (1, 1.2), (4, 1.6), (2, 1.3), (5, 1.5)):
+        strand.hear(LinkHeard(3, number, ahead(authority_m=authority_m)), 0.1)
+        seen.append(strand.authority_m)
+    assert seen == [1.4, 1.4, 1.6, 1.6, 1.6]
+
+
+@pytest.mark.parametrize(
+    ("robot", "state"),
+    [
+        (3, ahead(epoch=0, authority_m=1.9)),
+        (3, ahead(epoch=2, authority_m=1.9)),
+        (1, ahead(authority_m=1.9)),
+        (7, ahead(authority_m=1.9)),
+        (3, behind(tail_m=0.9, progress_m=0.9)),
+        (7, behind(tail_m=0.9, progress_m=0.9)),
+        (1, behind(epoch=2, tail_m=0.9, progress_m=0.9)),
+    ],
+)
+def test_another_epochs_state_a_strangers_and_one_from_the_wrong_side_are_void(
+    robot: int, state: AheadState | BehindState
+) -> None:
+    strand = place(2)
+    assert strand.hear(LinkHeard(robot, 1, state), 0.1) == []
+    assert (strand.authority_m, strand.tail_m, len(strand.path), strand.silent) == (1.0, 0.0, 3, True)
+    assert strand.watch(SILENCE_S + 0.1) != []
+
+
+# --- silence ----------------------------------------------------------------------------------------
+
+
+def test_a_link_is_silent_until_it_has_been_heard() -> None:
+    strand = place(2)
+    silent = [strand.silent]
+    strand.hear(LinkHeard(3, 1, ahead(authority_m=1.0)), 0.1)
+    silent.append(strand.silent)
+    strand.hear(LinkHeard(1, 1, behind()), 0.1)
+    silent.append(strand.silent)
+    assert silent == [True, True, False]
+
+
+def test_a_silence_is_noted_once_when_it_is_too_long_and_its_end_once() -> None:
+    strand = place(3)
+    strand.hear(LinkHeard(2, 1, behind()), 0.0)
+    assert strand.watch(SILENCE_S) == []
+    (noted,) = strand.watch(SILENCE_S + 0.5)
+    assert noted == Note(LinkSilent(neighbour=2, silent_s=SILENCE_S + 0.5))
+    assert strand.watch(9.0) == []
+    assert strand.silent
+    assert strand.hear(LinkHeard(2, 2, behind()), 10.0) == [Note(LinkHeardAgain(neighbour=2))]
+    assert strand.hear(LinkHeard(2, 3, behind()), 10.1) == []
+    assert strand.watch(10.1 + SILENCE_S) == []
+    assert len(strand.watch(10.2 + SILENCE_S)) == 1
+
+
+def test_each_link_falls_silent_for_itself() -> None:
+    strand = place(2)
+    strand.hear(LinkHeard(3, 1, ahead(authority_m=1.0)), 0.0)
+    strand.hear(LinkHeard(1, 1, behind()), 0.75)
+    assert strand.watch(1.5) == [Note(LinkSilent(neighbour=3, silent_s=1.5))]
+    assert strand.watch(2.0) == [Note(LinkSilent(neighbour=1, silent_s=1.25))]
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_an_old_state_does_not_end_a_silence(number: int) -> None:
+    strand = place(3)
+    strand.hear(LinkHeard(2, 2, behind()), 0.0)
+    strand.watch(5.0)
+    assert strand.hear(LinkHeard(2, number, behind()), 5.0) == []
+    assert strand.silent
+
+
+def test_who_was_frozen_finds_the_silence_before_it_believes_anything() -> None:
+    strand = place(3)
+    strand.hear(LinkHeard(2, 1, behind()), 0.0)
+    noted = strand.watch(60.0) + strand.hear(LinkHeard(2, 2, behind()), 60.0)
+    assert [type(command.record) for command in noted if isinstance(command, Note)] == [
+        LinkSilent,
+        LinkHeardAgain,
+    ]
