@@ -4,13 +4,13 @@ from itertools import combinations
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tests.shape_strategies import ORACLE_ERROR_M, as_shapely, coordinates_m, grounds, points
 from world.clearance import clearance, distances, separations
 from world.ellipses import point_distances
-from world.shapes import Polygon, Shape, ground_of
+from world.shapes import Ellipse, Polygon, Shape, ground_of
 
 Place = tuple[float, float]
 moves = st.lists(st.tuples(points, points), min_size=1, max_size=6)
@@ -47,10 +47,18 @@ def test_a_move_through_a_polygon_has_no_clearance() -> None:
     assert clearance(ground_of([square]), starts, ends).tolist() == [0.0, 0.0]
 
 
+def test_a_long_ellipse_whose_side_is_far_does_not_hide_a_round_one() -> None:
+    long = Ellipse(centre_m=(0.0, 0.0), semi_axes_m=(2.5, 0.1))
+    round_one = Ellipse(centre_m=(0.0, 5.0), semi_axes_m=(0.5, 0.6))
+    place = np.array([[0.0, 3.0]])
+    assert clearance(ground_of([long, round_one]), place, place) == pytest.approx([1.4])
+
+
 @given(
     st.floats(1e-3, 1.0).flatmap(lambda b: st.tuples(st.just(b), st.floats(-math.pi, math.pi))),
     st.floats(1e-9, 10.0),
 )
+@example((0.00135, 0.0157), 0.00133)  # where Newton's iteration has the longest way
 def test_point_to_ellipse_is_exact_for_thin_ellipses(narrow: tuple[float, float], apart_m: float) -> None:
     a, (b, parameter_rad) = 1.0, narrow
     cosine, sine = math.cos(parameter_rad), math.sin(parameter_rad)

@@ -94,6 +94,7 @@ def test_noise_has_the_spread_that_was_asked_for() -> None:
         ranges_m, np.random.default_rng(1), sigma_m=0.01, error_m_max=0.03, range_m_max=RANGE_M_MAX
     )
     assert read_m.std() == pytest.approx(0.01, rel=0.05)
+    assert np.abs(read_m - ranges_m).max() == pytest.approx(0.03)  # some of 10,000 were clipped
 
 
 def test_a_circle_out_of_range_is_not_seen() -> None:

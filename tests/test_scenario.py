@@ -175,6 +175,16 @@ def test_a_law_that_promises_nothing_needs_no_budget_and_only_no_contact(tmp_pat
         _load(tmp_path, near.replace("1.65", "1.75"), law="resultant")
 
 
+def test_a_point_may_not_start_inside_an_obstacle_under_any_law(tmp_path: Path) -> None:
+    point = SOUND.replace("robot_radius_m = 0.1", "robot_radius_m = 0.0").replace(
+        "start = [1.0,", "start = [2.0,"
+    )
+    with pytest.raises(
+        UsageError, match=r"robot 1: must be >= 0 m away from \$\.obstacle\[0\], got inside it"
+    ):
+        _load(tmp_path, point, law="printed")
+
+
 def test_robots_and_law_can_be_overridden(tmp_path: Path) -> None:
     assert len(_load(tmp_path, SOUND, robots=2).fleet.poses()) == 2
     assert _load(tmp_path, SOUND, law="printed").mission().law is Law.PRINTED

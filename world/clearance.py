@@ -16,7 +16,7 @@ from world.shapes import Ground
 def clearance(ground: Ground, starts: FloatArray, ends: FloatArray) -> FloatArray:
     """The least distance of each straight move, `(n, 2)` to `(n, 2)`, to any obstacle; inf without any."""
     moves_m = np.hypot(*(ends - starts).T)
-    least_m = _to_circles(ground.circles, starts, ends)
+    least_m = _to_circles(ground.circles, starts, ends, moves_m)
     least_m = np.minimum(least_m, _to_ellipses(ground.ellipses, starts, ends, moves_m))
     return np.minimum(least_m, _to_edges(ground.edges, starts, ends, moves_m))
 
@@ -30,7 +30,8 @@ def distances(ground: Ground, point_in_world: FloatArray) -> FloatArray:
     to_edges_m = point_to_segment(point_in_world, ground.edges[:, :2], ground.edges[:, 2:])
     np.minimum.at(apart_m, ground.edge_owner, to_edges_m)
     turns = np.zeros(ground.shape_count)
-    np.add.at(turns, ground.edge_owner, winding(ground.edges, point_in_world[None])[0])
+    _, edge, turn = winding(ground.edges, point_in_world[None])
+    np.add.at(turns, ground.edge_owner[edge], turn)
     return np.where(turns != 0.0, 0.0, apart_m)
 
 
@@ -40,7 +41,8 @@ def separations(starts: FloatArray, ends: FloatArray) -> FloatArray:
     dx, dy = (np.subtract.outer(column, column) for column in (ends - starts).T)
     squares = dx * dx + dy * dy
     share = np.clip(-(x * dx + y * dy) / np.where(squares > 0.0, squares, 1.0), 0.0, 1.0)
-    apart_m: FloatArray = np.hypot(x + share * dx, y + share * dy)
+    x, y = x + share * dx, y + share * dy
+    apart_m: FloatArray = np.sqrt(x * x + y * y)
     np.fill_diagonal(apart_m, math.inf)
     return apart_m
 
@@ -56,14 +58,15 @@ def point_to_segment(points: FloatArray, starts: FloatArray, ends: FloatArray) -
     return apart
 
 
-def _to_circles(circles: FloatArray, starts: FloatArray, ends: FloatArray) -> FloatArray:
-    to_centres_m = point_to_segment(circles[None, :, :2], starts[:, None], ends[:, None])
-    least_m: FloatArray = (to_centres_m - circles[:, 2]).min(axis=1, initial=math.inf)
-    return np.maximum(least_m, 0.0)
+def _to_circles(circles: FloatArray, starts: FloatArray, ends: FloatArray, moves_m: FloatArray) -> FloatArray:
+    to_rims_m = _to_points(starts, circles[:, :2]) - circles[:, 2]
+    body, row = _may_be_nearest(to_rims_m, to_rims_m, moves_m)
+    to_centres_m = point_to_segment(circles[row, :2], starts[body], ends[body])
+    return _least(len(starts), body, np.maximum(to_centres_m - circles[row, 2], 0.0))
 
 
 def _to_ellipses(rows: FloatArray, starts: FloatArray, ends: FloatArray, moves_m: FloatArray) -> FloatArray:
-    to_centres_m = np.hypot(*np.moveaxis(starts[:, None] - rows[:, :2], 2, 0))
+    to_centres_m = _to_points(starts, rows[:, :2])
     nearest_m = to_centres_m - rows[:, 2:4].max(axis=1)
     farthest_m = to_centres_m - rows[:, 2:4].min(axis=1)
     body, row = _may_be_nearest(nearest_m, farthest_m, moves_m)
@@ -71,11 +74,20 @@ def _to_ellipses(rows: FloatArray, starts: FloatArray, ends: FloatArray, moves_m
 
 
 def _to_edges(edges: FloatArray, starts: FloatArray, ends: FloatArray, moves_m: FloatArray) -> FloatArray:
-    at_start_m = point_to_segment(starts[:, None], edges[None, :, :2], edges[None, :, 2:])
-    body, edge = _may_be_nearest(at_start_m, at_start_m, moves_m)
+    to_middles_m = _to_points(starts, (edges[:, :2] + edges[:, 2:]) / 2.0)
+    half_lengths_m = np.hypot(*(edges[:, 2:] - edges[:, :2]).T) / 2.0
+    body, edge = _may_be_nearest(to_middles_m - half_lengths_m, to_middles_m, moves_m)
     least_m = _least(len(starts), body, _segments_apart(starts[body], ends[body], edges[edge]))
-    inside = winding(edges, starts).sum(axis=1) != 0.0
-    return np.where(inside, 0.0, least_m)
+    point, _, turn = winding(edges, starts)
+    turns = np.bincount(point, weights=turn, minlength=len(starts))
+    return np.where(turns != 0.0, 0.0, least_m)
+
+
+def _to_points(starts: FloatArray, points: FloatArray) -> FloatArray:
+    """The distance from every start to every point, `(n, k)`; three times as fast as `hypot`."""
+    x, y = np.subtract.outer(starts[:, 0], points[:, 0]), np.subtract.outer(starts[:, 1], points[:, 1])
+    apart: FloatArray = np.sqrt(x * x + y * y)
+    return apart
 
 
 def _may_be_nearest(
@@ -83,7 +95,7 @@ def _may_be_nearest(
 ) -> tuple[IntArray, IntArray]:
     """Pairs of body and obstacle that one of the exact and slower functions has to look at.
 
-    Whoever starts further away than the nearest obstacle by more than the move cannot become nearest.
+    An obstacle that starts further away than another by more than the move cannot become the nearest.
     """
     bound_m = farthest_m.min(axis=1, initial=math.inf) + moves_m
     body, obstacle = np.nonzero(nearest_m <= bound_m[:, None])
@@ -103,8 +115,7 @@ def _segments_apart(starts: FloatArray, ends: FloatArray, edges: FloatArray) -> 
         (
             point_to_segment(starts, corners, nexts),
             point_to_segment(ends, corners, nexts),
-            point_to_segment(corners, starts, ends),
-            point_to_segment(nexts, starts, ends),
+            point_to_segment(corners, starts, ends),  # every vertex is the first corner of some edge
         )
     )
     crosses = _on_both_sides(starts, ends, corners, nexts) & _on_both_sides(corners, nexts, starts, ends)

@@ -67,7 +67,7 @@ def _cast_at_ellipses(
 
 
 def _cast_at_edges(edges: FloatArray, origin: FloatArray, cosine: FloatArray, sine: FloatArray) -> FloatArray:
-    if winding(edges, origin[None]).sum() != 0.0:
+    if winding(edges, origin[None])[2].sum() != 0.0:
         return np.zeros_like(cosine)
     x, y = (edges[:, 0::2] - origin[0]).T[..., None], (edges[:, 1::2] - origin[1]).T[..., None]
     along_m = x * cosine + y * sine  # (2, k, m): both ends of each edge, seen along each ray

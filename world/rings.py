@@ -80,26 +80,25 @@ def smallest_width_m(ring: FloatArray) -> float:
 def _least_height_over(x: FloatArray, y: FloatArray, lengths_m: FloatArray) -> FloatArray:
     """For each edge (row), the least height of each other edge (column) in the strip over it; inf if none."""
     run, rise = np.roll(x, -1, axis=1) - x, np.roll(y, -1, axis=1) - y
-    upright = run == 0.0
-    with np.errstate(divide="ignore", invalid="ignore"):  # upright edges are put right in the next lines
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # An edge that stands upright enters at -inf and leaves at inf, or never; on the very side of the
+        # strip it is nan and does not count, but its ends belong to other edges too.
         at_sides = np.stack((-x / run, (lengths_m[:, None] - x) / run))
-    inside = (x >= 0.0) & (x <= lengths_m[:, None])
-    enter = np.where(upright, np.where(inside, 0.0, 2.0), at_sides.min(axis=0))
-    leave = np.where(upright, np.where(inside, 1.0, -1.0), at_sides.max(axis=0))
-    heights = np.minimum(y + np.clip(enter, 0.0, 1.0) * rise, y + np.clip(leave, 0.0, 1.0) * rise)
+        enter, leave = at_sides.min(axis=0), at_sides.max(axis=0)
+        heights = np.minimum(y + np.clip(enter, 0.0, 1.0) * rise, y + np.clip(leave, 0.0, 1.0) * rise)
     return np.where((enter <= 1.0) & (leave >= 0.0) & (heights > 0.0), heights, math.inf)
 
 
-def winding(edges: FloatArray, points: FloatArray) -> FloatArray:
-    """What each edge adds to the winding number of each point, `(n, k)`.
+def winding(edges: FloatArray, points: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
+    """Which point is passed by which edge, and in which sense: index of point, index of edge, 1 or -1.
 
     Edges `(k, 4)` run anti-clockwise round their ring. The sum over a ring's edges is 1 inside and 0
     outside; over overlapping rings it counts them, so it is never 0 inside any.
     """
-    x1, y1, x2, y2 = edges.T
-    x, y = points[:, :1], points[:, 1:]
-    upward = (y1 <= y) & (y2 > y)
-    downward = (y2 <= y) & (y1 > y)
+    below = edges[:, 1] <= points[:, 1:]
+    point, edge = np.nonzero(below != (edges[:, 3] <= points[:, 1:]))
+    x1, y1, x2, y2 = edges[edge].T
+    x, y = points[point].T
     left = (x2 - x1) * (y - y1) - (x - x1) * (y2 - y1)
-    turns: FloatArray = (upward & (left > 0.0)).astype(np.float64) - (downward & (left < 0.0))
-    return turns
+    rises = below[point, edge]
+    return point, edge, np.where(rises & (left > 0.0), 1.0, np.where(~rises & (left < 0.0), -1.0, 0.0))
