@@ -1,7 +1,7 @@
-"""What a run says when it has ended: `python -m lab.report RUN [--json]`.
+"""What a run says when it has ended: `python -m lab.report RUN`.
 
 Table I beside what was measured, where the scenario has such a table; then the figures; then, as the last
-line, the verdict in a sentence and the run's folder. With --json: `verdict.json` as it is, and nothing else.
+line, the verdict in a sentence and the run's folder.
 """
 
 import argparse
@@ -91,17 +91,12 @@ def main(arguments: Sequence[str]) -> int:
     """Print the report of a run; returns the exit code."""
     parser = argparse.ArgumentParser(prog="python -m lab.report", description=__doc__)
     parser.add_argument("run", metavar="RUN", help="a run's folder")
-    parser.add_argument("--json", action="store_true", dest="as_json")
-    asked = parser.parse_args(arguments)
+    run = parser.parse_args(arguments).run
     try:
-        text = (Path(asked.run) / VERDICT_FILE).read_bytes()
-        if asked.as_json:
-            sys.stdout.write(text.decode())
-        else:
-            verdict = msgspec.json.decode(text, type=Verdict)
-            sys.stdout.write("\n".join(report(asked.run, timeline.read(Path(asked.run)), verdict)) + "\n")
+        verdict = msgspec.json.decode((Path(run) / VERDICT_FILE).read_bytes(), type=Verdict)
+        sys.stdout.write("\n".join(report(run, timeline.read(Path(run)), verdict)) + "\n")
     except (OSError, msgspec.MsgspecError, UsageError) as error:
-        sys.stderr.write(f"report: {asked.run}: {error}\n")
+        sys.stderr.write(f"report: {run}: {error}\n")
         return 2
     return 0
 
