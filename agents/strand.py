@@ -50,7 +50,8 @@ class Strand:
         self.ahead: Link[AheadState] | None = Link(order[rank - 1], now_s) if rank > 0 else None
         last = rank == len(order) - 1
         self.behind: Link[BehindState] | None = None if last else Link(order[rank + 1], now_s)
-        self.granted_m = 0.0
+        # Each robot may be where it stands; so that much is granted before anything is said.
+        self.granted_m = 0.0 if last else self.path[len(order) - 2 - rank].s_m
         self.authority_m = self.start_m
         self._told_at_s = -float("inf")
         self._told: tuple[object, ...] = ()

@@ -219,6 +219,7 @@ def test_no_robot_tells_a_tail_that_is_ahead_of_itself() -> None:
 
 def test_before_it_is_granted_any_a_robot_may_be_where_it_stands() -> None:
     assert [place(robot).authority_m for robot in (1, 2)] == [0.0, 1.0]
+    assert [place(robot).granted_m for robot in (2, 3)] == [0.0, 1.0]
 
 
 def test_authority_only_grows_whatever_order_messages_come_in() -> None:
