@@ -45,7 +45,7 @@ class Arena:
     @property
     def now_s(self) -> float:
         """Simulated time."""
-        return self._ticks * TICK_S
+        return round(self._ticks * TICK_S, 9)  # 4.02 and not 4.0200000000000005
 
     @property
     def is_odometry_instant(self) -> bool:

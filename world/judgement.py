@@ -6,15 +6,18 @@ intervals in which everybody did; the monitor watches those instead of ticks.
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from itertools import pairwise
 
 import numpy as np
 from msgspec import Struct
 
 from protocol.timeline import Entry, PromiseBroken
 from world.authority import Evidence, Tolerance, judge_authority
+from world.clearance import clearance
 from world.monitor import Floats, Least, Monitor, Promises
 from world.scenario import Scenario
+from world.shapes import Ground
+
+MOVES_AT_ONCE = 1000  # so many judged against obstacles in one go: more need memory and save no time
 
 
 class Breach(Struct, frozen=True, kw_only=True):
@@ -53,8 +56,9 @@ def judge_evidence(scenario: Scenario, evidence: Evidence) -> Judgement:
     monitor = Monitor(scenario.ground, Promises.of(scenario))
     breaches: list[Breach] = []
     path_m = 0.0
-    for t_s, starts_m, ends_m in _intervals(evidence, scenario.fleet.robots):
-        breaches += [Breach(t_s=t_s, broken=broken) for broken in monitor.watch(starts_m, ends_m, t_s=t_s)]
+    for t_s, starts_m, ends_m, clear_m in _intervals(evidence, monitor.ground, scenario.fleet.robots):
+        broken = monitor.watch(starts_m, ends_m, t_s=t_s, clear_m=clear_m)
+        breaches += [Breach(t_s=t_s, broken=each) for each in broken]
         path_m += float(np.hypot(*(ends_m - starts_m).T).sum())
     tolerance = Tolerance(mu0_m=scenario.law.mu0_m, heading_error_rad=scenario.drive.heading_error_rad)
     breaches += [Breach(t_s=t_s, broken=broken) for t_s, broken in judge_authority(evidence, tolerance)]
@@ -66,8 +70,13 @@ def judge_evidence(scenario: Scenario, evidence: Evidence) -> Judgement:
     )
 
 
-def _intervals(evidence: Evidence, robots: int) -> Iterator[tuple[float, Floats, Floats]]:
-    """Simultaneous straight moves of all bodies, and when they ended; at first, where bodies were placed."""
+def _intervals(
+    evidence: Evidence, ground: Ground, robots: int
+) -> Iterator[tuple[float, Floats, Floats, Floats]]:
+    """Simultaneous straight moves of all bodies, when they ended and how clear they were of obstacles.
+
+    The first is where the bodies were placed.
+    """
     samples = [evidence.poses[robot] for robot in range(1, robots + 1)]
     if not all(samples):
         return  # the run ended before the bodies were placed: nothing moved
@@ -77,6 +86,10 @@ def _intervals(evidence: Evidence, robots: int) -> Iterator[tuple[float, Floats,
         sampled_s = [t_s for t_s, _ in each]
         places_m[:, row, 0] = np.interp(instants_s, sampled_s, [pose.x_m for _, pose in each])
         places_m[:, row, 1] = np.interp(instants_s, sampled_s, [pose.y_m for _, pose in each])
-    yield float(instants_s[0]), places_m[0], places_m[0]
-    for (before_m, after_m), t_s in zip(pairwise(places_m), instants_s[1:].tolist(), strict=True):
-        yield t_s, before_m, after_m
+    starts_m = np.concatenate((places_m[:1], places_m[:-1]))
+    at_once = max(MOVES_AT_ONCE // robots, 1)
+    for first in range(0, len(instants_s), at_once):
+        chunk = slice(first, first + at_once)
+        moves_m = starts_m[chunk].reshape(-1, 2), places_m[chunk].reshape(-1, 2)
+        clear_m = clearance(ground, *moves_m).reshape(-1, robots)
+        yield from zip(instants_s[chunk].tolist(), starts_m[chunk], places_m[chunk], clear_m, strict=True)

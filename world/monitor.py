@@ -74,13 +74,16 @@ class Monitor:
     _slack_m: float = -1.0
     _broken: set[Topic] = field(default_factory=set)
 
-    def watch(self, starts_m: Floats, ends_m: Floats, *, t_s: float) -> list[PromiseBroken]:
+    def watch(
+        self, starts_m: Floats, ends_m: Floats, *, t_s: float, clear_m: Floats | None = None
+    ) -> list[PromiseBroken]:
         """Judge moves that end at `t_s`; what they break that was kept just before.
 
         Args:
             starts_m: (N, 2) [world frame].
             ends_m: likewise.
             t_s: simulated time.
+            clear_m: (N,) what `clearance` says of these moves, where it is known already.
         """
         moved = (starts_m != ends_m).any(axis=1)
         first = len(self.clearance_m) == 0
@@ -91,9 +94,11 @@ class Monitor:
         self._moved = moved
         if len(stale) == 0:
             return []
-        self.clearance_m[stale] = (
-            clearance(self.ground, starts_m[stale], ends_m[stale]) - self.promises.radius_m
-        )
+        if clear_m is None:
+            stale_m = clearance(self.ground, starts_m[stale], ends_m[stale])
+        else:
+            stale_m = clear_m[stale]
+        self.clearance_m[stale] = stale_m - self.promises.radius_m
         nearest = int(np.argmin(self.clearance_m))
         if self.clearance_m[nearest] < self.least_clearance.distance_m:
             self.least_clearance = Least(
