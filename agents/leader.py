@@ -35,7 +35,7 @@ GAIN_M = 0.01  # a step that saves less of the way is not worth a stop
 
 @dataclass(frozen=True)
 class Ground:
-    """What the strand behind the leader takes up."""
+    """What the strand behind the leader takes up; where nobody is behind, `keep_m` is 0."""
 
     path: Path
     tail_m: float
@@ -93,7 +93,7 @@ class Leader:
 
     def _other_walls(self, ground: Ground) -> list[Walls]:
         corners = ground.path.between(min(ground.tail_m, ground.granted_m), ground.granted_m)
-        walls = [ground_walls(corners, ground.keep_m)] if ground.granted_m > 0.0 else []
+        walls = [ground_walls(corners, ground.keep_m)] if ground.keep_m > 0.0 else []
         if self._mission.bounds is not None:
             walls.append(bounds_walls(self._mission.bounds, self._mission))
         return walls

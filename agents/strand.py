@@ -58,10 +58,12 @@ class Strand:
 
     @property
     def keep_m(self) -> float:
-        """Least distance between the centres of two robots that ground is granted for.
+        """Least distance between the centres of two robots that ground is granted for; 0: nobody is behind.
 
         The tolerance on top is what two robots may be off their path.
         """
+        if self.behind is None:
+            return 0.0
         return 2.0 * self._mission.robot_radius_m + self._mission.separation_m + self._mission.mu0_m
 
     @property

@@ -1,16 +1,18 @@
 """Places in the strand as conversations: what a robot tells its neighbours, and when it calls one silent."""
 
 import pytest
+import shapely
 
 from agents.commands import Command, Note, Tell
 from agents.events import LinkHeard
+from agents.leader import Ground, Leader
 from agents.strand import GRANT_M_MIN, Own, Strand
 from protocol.frames import Point, Pose, Vertex
 from protocol.messages import AheadState, BehindState
 from protocol.mission import Law
-from protocol.timeline import AuthorityGranted, LinkSilent
+from protocol.timeline import AuthorityGranted, LinkSilent, StepPlanned
 from protocol.timeline import LinkHeard as LinkHeardAgain
-from tests.one_step import under
+from tests.one_step import look_around, under
 
 MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1, separation_m=0.1)
 KEEP_M = 0.31  # two radii, the separation and the tolerance
@@ -134,6 +136,23 @@ def test_a_path_that_turns_back_takes_no_grant_back() -> None:
         strand.path.extend(corner)
     assert granted(strand.tell(own(2.0), 1.0)) == []
     assert told_behind(strand.tell(own(2.0), 2.0), 2).authority_m == first[0]
+
+
+def test_a_leader_keeps_off_the_place_of_a_robot_that_has_no_grant_yet() -> None:
+    # A robot of radius 0 is seen by no scan, and of 0.33 m behind nothing is worth granting.
+    pair = under(Law.CERTIFIED, robots=2, separation_m=0.3, goal=Point(x_m=-2.0, y_m=0.0), directions=360)
+    places = {robot: Pose(x_m=0.33 * robot, y_m=0.0, heading_rad=0.0) for robot in (1, 2)}
+    strand = Strand(2, (2, 1), places, pair, now_s=0.0)
+    strand.tell(own(strand.start_m), 0.0)
+    ground = Ground(strand.path, strand.tail_m, strand.granted_m, strand.keep_m)
+    planned = Leader(pair, places[2]).plan(look_around([], pair, places[2]), ground)
+    assert isinstance(planned, StepPlanned)
+    step = shapely.LineString([(planned.x_m, planned.y_m), (planned.target.x_m, planned.target.y_m)])
+    assert step.distance(shapely.Point(places[1].x_m, 0.0)) >= strand.keep_m - 1e-9
+
+
+def test_who_has_nobody_behind_keeps_off_no_ground() -> None:
+    assert Strand(1, (1,), PLACES, MISSION, now_s=0.0).keep_m == 0.0
 
 
 def test_the_tail_grants_nothing() -> None:
