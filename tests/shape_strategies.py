@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import shapely
+from hypothesis import settings
 from hypothesis import strategies as st
 from shapely import affinity
 
@@ -13,6 +14,8 @@ from world.shapes import Circle, Ellipse, Polygon, Shape
 # 1 - cos(pi / 4 / 512) = 1.2e-6 of a semi-axis, and those here are at most 2 m.
 QUARTER_CHORDS = 512
 ORACLE_ERROR_M = 3e-6
+
+patiently = settings(deadline=None)  # the oracle is slow, and the machine may be busy
 
 coordinates_m = st.floats(-4.0, 4.0)
 points = st.tuples(coordinates_m, coordinates_m)

@@ -3,10 +3,10 @@ import math
 import numpy as np
 import pytest
 import shapely
-from hypothesis import assume, example, given, settings
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from tests.shape_strategies import as_shapely, shapes
+from tests.shape_strategies import as_shapely, patiently, shapes
 from world.budget import blind_per_range, budget, sure_range_m
 from world.rays import cast, scan_bearings_rad
 from world.rings import FloatArray
@@ -25,7 +25,7 @@ def _scan(shape: Shape, directions: int, range_m_max: float, origin: FloatArray)
     return np.column_stack((ranges_m * np.cos(bearings_rad), ranges_m * np.sin(bearings_rad)))
 
 
-@settings(deadline=None)  # the oracle is slow on a busy machine
+@patiently
 @given(shapes)
 @example(NEEDLE)
 @example(Polygon(vertices_m=((1.0, 2.25), (0.0, 3.75), (1.0, 4.75), (1.5, 3.75))))  # leans along a ray
@@ -43,6 +43,7 @@ def test_no_obstacle_reaches_further_into_the_joined_hits_than_is_blind(shape: S
     assert (deep_m <= blind_per_range([shape], DIRECTIONS) * truth_m[hits] * 1.01 + 1e-9).all()
 
 
+@patiently
 @given(shapes, st.floats(-math.pi, math.pi))
 def test_within_the_sure_range_every_obstacle_is_hit(shape: Shape, bearing_rad: float) -> None:
     range_m_max = sure_range_m([shape], DIRECTIONS) * 0.999

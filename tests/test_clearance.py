@@ -7,7 +7,7 @@ import shapely
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from tests.shape_strategies import ORACLE_ERROR_M, as_shapely, coordinates_m, grounds, points
+from tests.shape_strategies import ORACLE_ERROR_M, as_shapely, coordinates_m, grounds, patiently, points
 from world.clearance import clearance, distances, separations
 from world.ellipses import point_distances
 from world.shapes import Ellipse, Polygon, Shape, ground_of
@@ -16,6 +16,7 @@ Place = tuple[float, float]
 moves = st.lists(st.tuples(points, points), min_size=1, max_size=6)
 
 
+@patiently
 @given(grounds, moves)
 def test_clearance_of_a_move_is_shapelys_distance(
     shapes: list[Shape], driven: list[tuple[Place, Place]]
@@ -28,12 +29,14 @@ def test_clearance_of_a_move_is_shapelys_distance(
     assert clearance(ground_of(shapes), starts, ends) == pytest.approx(expected, abs=ORACLE_ERROR_M)
 
 
+@patiently
 @given(grounds, points)
 def test_distances_of_a_point_come_in_the_scenarios_order(shapes: list[Shape], point: Place) -> None:
     expected = [shapely.Point(point).distance(as_shapely(shape)) for shape in shapes]
     assert distances(ground_of(shapes), np.array(point)) == pytest.approx(expected, abs=ORACLE_ERROR_M)
 
 
+@patiently
 @given(grounds, points)
 def test_a_body_at_rest_has_the_clearance_of_its_place(shapes: list[Shape], point: Place) -> None:
     ground, place = ground_of(shapes), np.array([point])
@@ -47,6 +50,12 @@ def test_a_move_through_a_polygon_has_no_clearance() -> None:
     assert clearance(ground_of([square]), starts, ends).tolist() == [0.0, 0.0]
 
 
+def test_a_long_wall_whose_middle_is_far_does_not_hide_behind_its_own_end() -> None:
+    wall = Polygon(vertices_m=((0.0, 0.0), (0.0, -0.1), (10.0, -0.1), (10.0, 0.0)))
+    place = np.array([[9.0, 0.5]])
+    assert clearance(ground_of([wall]), place, place).tolist() == [0.5]
+
+
 def test_a_long_ellipse_whose_side_is_far_does_not_hide_a_round_one() -> None:
     long = Ellipse(centre_m=(0.0, 0.0), semi_axes_m=(2.5, 0.1))
     round_one = Ellipse(centre_m=(0.0, 5.0), semi_axes_m=(0.5, 0.6))
@@ -54,6 +63,7 @@ def test_a_long_ellipse_whose_side_is_far_does_not_hide_a_round_one() -> None:
     assert clearance(ground_of([long, round_one]), place, place) == pytest.approx([1.4])
 
 
+@patiently
 @given(
     st.floats(1e-3, 1.0).flatmap(lambda b: st.tuples(st.just(b), st.floats(-math.pi, math.pi))),
     st.floats(1e-9, 10.0),
@@ -68,6 +78,7 @@ def test_point_to_ellipse_is_exact_for_thin_ellipses(narrow: tuple[float, float]
     assert point_distances(row, point[None])[0] == pytest.approx(apart_m, abs=1e-12)
 
 
+@patiently
 @given(st.lists(st.tuples(points, points), min_size=2, max_size=5))
 def test_separation_is_the_least_distance_at_any_common_instant(driven: list[tuple[Place, Place]]) -> None:
     starts, ends = (np.array(side) for side in zip(*driven, strict=True))
@@ -81,6 +92,7 @@ def test_separation_is_the_least_distance_at_any_common_instant(driven: list[tup
         assert measured[i, j] == measured[j, i]
 
 
+@patiently
 @given(coordinates_m)
 def test_nobody_is_separated_from_himself(x_m: float) -> None:
     place = np.array([[x_m, 0.0]])

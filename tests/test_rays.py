@@ -6,7 +6,7 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from tests.shape_strategies import ORACLE_ERROR_M, as_shapely, grounds, points
+from tests.shape_strategies import ORACLE_ERROR_M, as_shapely, grounds, patiently, points
 from world.rays import cast, noisy, scan_bearings_rad
 from world.shapes import Circle, Polygon, Shape, ground_of
 
@@ -31,6 +31,7 @@ def _ray(origin: Place, bearing_rad: float, range_m: float) -> shapely.LineStrin
     )
 
 
+@patiently
 @given(grounds, points, bearings)
 def test_a_range_ends_at_the_first_thing_that_shapely_finds(
     shapes: list[Shape], origin: Place, bearings_rad: list[float]
@@ -45,6 +46,7 @@ def test_a_range_ends_at_the_first_thing_that_shapely_finds(
             assert shapely.Point(_ray(origin, bearing_rad, range_m).coords[-1]).dwithin(solid, ORACLE_ERROR_M)
 
 
+@patiently
 @given(grounds, points, bearings)
 def test_an_origin_inside_a_shape_sees_nothing_but_zero(
     shapes: list[Shape], origin: Place, bearings_rad: list[float]
@@ -73,6 +75,7 @@ def test_a_scan_starts_at_minus_pi_and_goes_anticlockwise() -> None:
     assert scan_bearings_rad(8) == pytest.approx(np.arange(-4, 4) * math.pi / 4)
 
 
+@patiently
 @given(st.lists(st.floats(0.0, RANGE_M_MAX), max_size=30), st.integers(0, 2**32), st.floats(0.0, 0.1))
 def test_noise_is_bounded_and_leaves_what_did_not_hit(ranges: list[float], seed: int, sigma_m: float) -> None:
     ranges_m = np.array([*ranges, RANGE_M_MAX])

@@ -7,7 +7,7 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from tests.shape_strategies import points, polygons
+from tests.shape_strategies import patiently, points, polygons
 from world import rings
 from world.shapes import Circle, Ellipse, Polygon, Shape, ground_of
 
@@ -20,6 +20,7 @@ def _regular(count: int, radius_m: float) -> Polygon:
     return Polygon(vertices_m=tuple((x, y) for x, y in ring.tolist()))
 
 
+@patiently
 @given(st.lists(st.tuples(st.integers(-9, 9), st.integers(-9, 9)), min_size=3, max_size=7, unique=True))
 def test_a_ring_is_simple_exactly_when_shapely_calls_the_polygon_valid(
     vertices: list[tuple[int, int]],
@@ -50,6 +51,7 @@ def test_corners_are_the_interior_angles_in_either_sense(turn: int) -> None:
     assert angles == pytest.approx([45.0, 45.0, 90.0, 90.0, 270.0])
 
 
+@patiently
 @given(polygons())
 def test_interior_angles_add_up(polygon: Polygon) -> None:
     expected_rad = (len(polygon.vertices_m) - 2) * math.pi
@@ -74,6 +76,9 @@ def test_interior_angles_add_up(polygon: Polygon) -> None:
             ),
             0.1,
         ),
+        # A roof that comes down to 1 m, on one side and on the other.
+        (Polygon(vertices_m=((0.0, 0.0), (4.0, 0.0), (3.0, 1.0), (1.0, 2.0))), 1.0),
+        (Polygon(vertices_m=((0.0, 0.0), (4.0, 0.0), (3.0, 2.0), (1.0, 1.0))), 1.0),
         # A needle with a blunted tip 1 mm wide: no corner is sharp, but the tip hides between rays.
         (Polygon(vertices_m=((0.0, -0.5), (5.0, -0.0005), (5.0, 0.0005), (0.0, 0.5))), 0.001),
     ],
@@ -107,6 +112,7 @@ def test_ground_remembers_whose_each_row_is() -> None:
     assert ground.ellipses.shape == (0, 5)
 
 
+@patiently
 @given(polygons(), points)
 def test_winding_is_one_inside_and_zero_outside(polygon: Polygon, point: tuple[float, float]) -> None:
     area = shapely.Polygon(polygon.vertices_m)
