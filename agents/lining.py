@@ -44,6 +44,11 @@ class Lining:
         return self._mission.goal is None and self._roster.places is not None and self._obstacle_m is None
 
     @property
+    def sensed(self) -> bool:
+        """Whether a scan has been taken."""
+        return self._obstacle_m is not None
+
+    @property
     def may_lead(self) -> bool:
         """Whether this robot leads and all have confirmed the order."""
         return self._roster.agreed() and self.order[0] == self._robot

@@ -103,7 +103,9 @@ class Robot:
         self._driver.progress_m = strand.start_m
         if strand.ahead is None:
             self._leader = Leader(self._mission, self._lining.places[self._robot])
-        formed = StrandFormed(epoch=strand.epoch, order=order, path_length_m=strand.path.end_m)
+        formed = StrandFormed(
+            epoch=strand.epoch, sensed=self._lining.sensed, order=order, path_length_m=strand.path.end_m
+        )
         return strand, [Note(formed)]
 
     # --- in the strand ------------------------------------------------------------------------------

@@ -118,6 +118,7 @@ class _Life:
                 newest=self._counted(traffic.newest),
                 refused=traffic.refused_count,
                 overflowed=traffic.overflowed_count,
+                unrecorded=self._outbox.lost_count,
             )
         )
         until_s = time.monotonic() + CLOSING_PATIENCE_S

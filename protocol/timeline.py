@@ -57,7 +57,8 @@ class OrderFinished(_Record, frozen=True, kw_only=True, tag="order.finished"):
     x_m: Metres
     y_m: Metres
     clearance_m: Annotated[
-        Metres | None, Meta(description="least clearance while driving it; null: no obstacle")
+        Metres | None,
+        Meta(description="least clearance while driving it, or the whole step; null: no obstacle"),
     ]
 
 
@@ -123,6 +124,7 @@ class StrandFormed(_Record, frozen=True, kw_only=True, tag="strand.formed"):
     """The robot takes its place in the strand."""
 
     epoch: Count
+    sensed: Annotated[bool, Meta(description="whether it took a scan to line up")]
     order: Annotated[tuple[RobotId, ...], Meta(description="leader first")]
     path_length_m: Annotated[Length, Meta(description="arc length of the leader's start; the tail's is 0")]
 
@@ -237,6 +239,7 @@ class TrafficCounted(_Record, frozen=True, kw_only=True, tag="traffic.counted"):
     newest: Counts
     refused: Count
     overflowed: Annotated[Count, Meta(description="arrivals that its full inbox dropped")]
+    unrecorded: Annotated[Count, Meta(description="entries of its own that its full outbox did not take")]
 
 
 class RobotSettled(_Record, frozen=True, kw_only=True, tag="robot.settled"):

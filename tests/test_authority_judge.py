@@ -21,7 +21,7 @@ from world.authority import Evidence, Tolerance, judge_authority
 
 Line = tuple[str, float, Record]
 
-FORMED = StrandFormed(epoch=1, order=(1, 2), path_length_m=0.6)
+FORMED = StrandFormed(epoch=1, sensed=True, order=(1, 2), path_length_m=0.6)
 EXACT = Tolerance(mu0_m=0.01, heading_error_rad=0.0)
 
 

@@ -162,7 +162,7 @@ def settle(stage: Stage, robot: int) -> None:
 
 
 def leave(stage: Stage, robot: int) -> None:
-    stage.write(robot, TrafficCounted(sent={}, received={}, newest={}, refused=0, overflowed=0))
+    stage.write(robot, TrafficCounted(sent={}, received={}, newest={}, refused=0, overflowed=0, unrecorded=0))
     stage.handle(TokenWent(robot, "a"))
 
 

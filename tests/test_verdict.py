@@ -130,7 +130,7 @@ def test_a_death_carries_its_times() -> None:
 
 
 def test_planning_events_are_scans_that_led_to_a_decision() -> None:
-    formed = StrandFormed(epoch=1, order=(1, 2), path_length_m=0.6)
+    formed = StrandFormed(epoch=1, sensed=True, order=(1, 2), path_length_m=0.6)
     checked = SegmentChecked(target=Point(x_m=0.0, y_m=0.0), clear=True, clearance_m=0.2)
     scan = ScanServed(robot=1, x_m=0.0, y_m=0.0, heading_rad=0.0, hits=3)
     lines: list[tuple[str, float, Record]] = [("r1", 0.1, formed), ("r2", 0.1, formed), ("r2", 0.5, checked)]

@@ -104,7 +104,9 @@ class Player:
     async def live(self) -> None:
         """Drive to the target, and end the run as it should be."""
         await self.hear(is_in(Phase.RUNNING))
-        self.note(StrandFormed(epoch=1, order=(1,), path_length_m=0.0), planned(TARGET, reach_m=0.5))
+        self.note(
+            StrandFormed(epoch=1, sensed=True, order=(1,), path_length_m=0.0), planned(TARGET, reach_m=0.5)
+        )
         self.number = 1
         await self.hear(lambda message: isinstance(message, Odometry) and message.finished == 1)
         self.note(GoalReached(x_m=0.5, y_m=0.0), RobotArrived(progress_m=0.5))
@@ -118,7 +120,7 @@ class Player:
         self.flush()
         await self.hear(is_in(Phase.CLOSING))
         counts = {"received": dict(traffic.received), "newest": dict(traffic.newest)}
-        self.note(TrafficCounted(sent=dict(traffic.sent), **counts, refused=0, overflowed=0))
+        self.note(TrafficCounted(sent=dict(traffic.sent), **counts, refused=0, overflowed=0, unrecorded=0))
         self.flush()
         await self.hear(lambda _: len(self.outbox) == 0)
 

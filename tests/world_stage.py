@@ -96,7 +96,7 @@ class Stage:
     def lead(self, robot: int, target: Point, *, number: int = 1, step: int = 1) -> None:
         """A robot drives a switching step, with the strand and the plan that make it lawful."""
         order = (robot, *sorted(self.world.attendance.robots - {robot}))
-        self.write(robot, StrandFormed(epoch=1, order=order, path_length_m=0.0))
+        self.write(robot, StrandFormed(epoch=1, sensed=True, order=order, path_length_m=0.0))
         self.write(robot, planned(target, step=step))
         self.order(robot, target, number=number, step=step)
 

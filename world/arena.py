@@ -40,6 +40,7 @@ class Arena:
         self._sensor = Sensor(scenario, [stream(seed, f"scan/{robot}") for robot in robots])
         self._monitor = Monitor(scenario.ground, Promises.of(scenario))
         self._order_clearance_m = np.full(len(robots), np.inf)
+        self._steps = [0] * len(robots)
         self._ticks = 0
 
     @property
@@ -72,7 +73,9 @@ class Arena:
         body = robot - 1
         if not self.bodies.hear(body, drive, now_s=self.now_s):
             return []
-        self._order_clearance_m[body] = np.inf
+        if not (drive.step > 0 and drive.step == self._steps[body]):
+            self._order_clearance_m[body] = np.inf  # a step that was interrupted is measured as a whole
+        self._steps[body] = drive.step
         pose = self.bodies.pose(body)
         accepted = OrderAccepted(
             robot=robot,

@@ -15,6 +15,7 @@ import msgspec
 from msgspec import Struct
 
 from protocol.errors import ClewError, UsageError
+from protocol.keys import WORLD
 from protocol.timeline import Entry
 
 SCHEMA = "clew-timeline/1"
@@ -28,6 +29,11 @@ class RecordingFailedError(ClewError):
 class Header(Struct, frozen=True, kw_only=True, tag_field="kind", tag="run.started"):
     """The first line of a timeline: with it, a log can be judged by itself."""
 
+    t_s: float = 0.0
+    hlc: str = ""
+    source: str = WORLD
+    n: int = 0
+    """The header is before the world's first entry, which has number 1."""
     schema: str = SCHEMA
     run: str
     seed: int

@@ -84,7 +84,7 @@ async def _run(order: Order) -> Verdict:
         open_transport(order.session, hear=hear, answer=answer, alive=alive, watch=watch) as transport,
         open_events(order.out) as file,  # last, so that a run that cannot start leaves nothing behind
     ):
-        recorder = Recorder(file, _header(order, started_at))
+        recorder = Recorder(file, _header(order, started_at, transport.timestamp()))
         verdict = await _Life(order, transport, recorder).run(ending, started_at)
     _save(verdict, order.out / VERDICT_FILE)
     return verdict
@@ -215,7 +215,7 @@ class _Life:
                 messages=balance(self._accounts(), keys=self._keys, robots=sorted(world.attendance.robots)),
                 events=Events(
                     recorded=self._recorder.recorded_count,
-                    missing=self._recorder.missing_count + len(untold),
+                    missing=self._recorder.missing_count + len(untold) + tally.unrecorded_count,
                 ),
                 sim_s=world.over_s,
                 wall_s=self._over_wall_s - self._started_wall_s,
@@ -236,8 +236,9 @@ class _Life:
         return {WORLD: Account(sent=ours.sent, received=ours.received, newest=ours.newest), **accounts}
 
 
-def _header(order: Order, started_at: str) -> Header:
+def _header(order: Order, started_at: str, hlc: str) -> Header:
     return Header(
+        hlc=hlc,
         run=order.session.run,
         seed=order.seed,
         speed=order.speed,

@@ -41,6 +41,11 @@ class Tally:
     scans: int = 0
 
     @property
+    def unrecorded_count(self) -> int:
+        """Entries that robots could not keep until they were recorded."""
+        return sum(counted.unrecorded for counted in self.counted.values())
+
+    @property
     def planning_events(self) -> int:
         """Calls that sensed and may have changed motion, of all robots."""
         return self.plannings.total()
@@ -68,8 +73,8 @@ class Tally:
 
     def _hear_robot(self, robot: int, entry: Entry) -> None:
         match entry.record:
-            case StrandFormed():
-                self.plannings["muster"] += 1  # each robot takes one scan to line up
+            case StrandFormed(sensed=sensed):
+                self.plannings["muster"] += sensed
             case StepPlanned():
                 self.plannings["step"] += 1
             case SegmentChecked():
@@ -81,6 +86,7 @@ class Tally:
             case RobotArrived():
                 self.arrived.add(robot)
             case RouteLost() as lost:
+                self.plannings["step"] += 1
                 self.route_lost = self.route_lost or (entry.t_s, lost)
             case RobotSettled() as settled:
                 self.settled[robot] = settled
