@@ -155,6 +155,16 @@ def test_the_order_is_agreed_only_when_all_have_announced_that_very_order() -> N
     assert roster.agreed()
 
 
+def test_the_order_follows_what_is_known_of_the_places() -> None:
+    places = standing((0.0, 0.0), (1.0, 0.0))
+    roster = Roster(2, GOAL)
+    for robot, pose in places.items():
+        roster.hear(robot, said(pose, None, ()))
+    assert roster.order() == (2, 1)
+    roster.hear(1, said(standing((4.0, 0.0))[1], None, ()))
+    assert roster.order() == (1, 2)
+
+
 def test_a_robot_that_is_not_of_the_fleet_is_not_heard() -> None:
     roster = Roster(1, GOAL)
     for stranger in (0, 2):
