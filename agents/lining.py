@@ -73,7 +73,8 @@ class Lining:
 
     def _nearest_obstacle_m(self, scan: View) -> float:
         """(3): distance to the nearest hit that is no robot; the range limit where there is none."""
-        places = np.array([(pose.x_m, pose.y_m) for pose in self.places.values()])
+        others = [(pose.x_m, pose.y_m) for robot, pose in self.places.items() if robot != self._robot]
         hull_m = self._mission.robot_radius_m + 2.0 * self._mission.mu0_m
-        nearest_m = scan.without(on_discs(scan.points, places, within_m=hull_m)).nearest_m
+        hulls = on_discs(scan.points, np.array(others).reshape(-1, 2), within_m=hull_m)
+        nearest_m = scan.without(hulls).nearest_m
         return self._mission.range_m_max if nearest_m is None else nearest_m

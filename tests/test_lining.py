@@ -91,6 +91,14 @@ def test_another_robot_is_no_obstacle() -> None:
     assert muster.obstacle_m == pytest.approx((2.0**2 + 2.0**2) ** 0.5 - 0.5, abs=0.01)
 
 
+def test_an_obstacle_that_almost_touches_the_robot_is_an_obstacle() -> None:
+    fleet = mission(robots=1, goal=None)
+    lining, beside = Lining(1, fleet), Pose(x_m=0.0, y_m=1.5 - RADIUS_M - fleet.mu0_m, heading_rad=0.0)
+    lining.announce(beside, None, 0.0)
+    (muster,) = announced(lining.announce(beside, look_around(BOX, fleet, beside), 0.1))
+    assert muster.obstacle_m == pytest.approx(RADIUS_M + fleet.mu0_m, abs=0.001)
+
+
 def test_where_nothing_but_robots_is_in_sight_the_obstacle_is_at_the_range_limit() -> None:
     fleet = mission(robots=2, goal=None)
     far = {robot: Pose(x_m=20.0 + robot, y_m=0.0, heading_rad=0.0) for robot in (1, 2)}
