@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lab.prepare import assignment, folder_name, main, parse, run_name, world_options
+from lab.prepare import assignment, folder_name, main, run_name
+from lab.request import parse, world_options
 from protocol.errors import UsageError
 from protocol.session import read_session
 

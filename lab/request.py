@@ -1,0 +1,122 @@
+"""What the command line of `launch/fleet.sh` asks for, each value checked by itself."""
+
+import argparse
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NoReturn
+
+from protocol.errors import UsageError
+from protocol.mission import Law
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Request:
+    """What the command line asks for, each value checked by itself."""
+
+    scenario: str
+    robots: int | None
+    seed: int
+    law: str | None
+    speed: str
+    out: Path | None
+    as_json: bool
+    connect: str | None
+    listen: str | None
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(message)
+
+
+def parse(arguments: Sequence[str]) -> Request:
+    """The request in a command line.
+
+    Raises:
+        UsageError: it is none.
+    """
+    parser = _Parser(
+        prog="fleet.sh",
+        description="Run a fleet as real processes: a router, a world and one process per robot. "
+        "Progress goes to stderr; the last line on stdout is the verdict and the run's folder.",
+        epilog="Exit code: 0 all promises kept, 1 the run failed or a promise broke, 2 cannot run as asked, "
+        "130 Ctrl-C, 143 SIGTERM, 128+n the world died of signal n.",
+        allow_abbrev=False,
+    )
+    parser.add_argument(
+        "scenario",
+        nargs="?",
+        default="paper",
+        metavar="SCENARIO",
+        help="a name in launch/scenarios/, a TOML file or a scene (JSON); default: %(default)s",
+    )
+    parser.add_argument(
+        "-n", dest="robots", type=_count, metavar="N", help="robots, instead of the scenario's"
+    )
+    parser.add_argument(
+        "--seed", type=_seed, default=1, help="decides every random draw; default: %(default)s"
+    )
+    parser.add_argument("--law", choices=[law.value for law in Law], help="instead of the scenario's")
+    parser.add_argument(
+        "--speed", type=_speed, default="1", help="times real time, or max; default: %(default)s"
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="the run's folder; default: a new one in runs/"
+    )
+    parser.add_argument(
+        "--json", action="store_true", dest="as_json", help="print verdict.json and nothing else"
+    )
+    router = parser.add_mutually_exclusive_group()
+    router.add_argument(
+        "-e", "--connect", type=_endpoint, metavar="ENDPOINT", help="use the Zenoh router there, start none"
+    )
+    router.add_argument(
+        "-l",
+        "--listen",
+        type=_endpoint,
+        metavar="ENDPOINT",
+        help="where our router listens; default: a private socket",
+    )
+    return Request(**vars(parser.parse_args(arguments)))
+
+
+def world_options(request: Request) -> list[str]:
+    """What of the request the world is told on its own command line."""
+    options = [request.scenario, "--seed", str(request.seed), "--speed", request.speed]
+    if request.robots is not None:
+        options += ["-n", str(request.robots)]
+    if request.law is not None:
+        options += ["--law", request.law]
+    return options
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or not 1 <= int(text) <= 9999:
+        raise argparse.ArgumentTypeError(f"must be a whole number from 1 to 9999, got {text}")
+    return int(text)
+
+
+def _seed(text: str) -> int:
+    if not text.isdecimal() or int(text) >= 2**53:
+        raise argparse.ArgumentTypeError(f"must be a whole number from 0 to 2**53 - 1, got {text}")
+    return int(text)
+
+
+def _speed(text: str) -> str:
+    if text == "max":
+        return text
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = 0.0
+    if not 0.0 < factor <= 1e3:  # a tick of 0.02 s is then 20 us of wall time, which no world keeps
+        raise argparse.ArgumentTypeError(f"must be max or a number in (0, 1000], got {text}")
+    return text
+
+
+def _endpoint(text: str) -> str:
+    if not re.fullmatch(r"[a-z-]+/\S+", text):
+        raise argparse.ArgumentTypeError(f"must be PROTOCOL/ADDRESS as in tcp/127.0.0.1:7447, got {text}")
+    return text
