@@ -89,6 +89,12 @@ def test_ground_that_nobody_has_seen_is_free() -> None:
     assert cost_at(cost, START) == pytest.approx(math.dist(START, GOAL), abs=2.0 * CELL_M)
 
 
+@given(st.tuples(st.floats(-0.3, 2.3), st.floats(-1.3, 0.3)))
+def test_in_the_open_a_way_is_hardly_longer_than_the_crow_flies(at: tuple[float, float]) -> None:
+    cost = cost_at(cost_of(Map(BOUNDS, cell_m=CELL_M)), np.array(at))
+    assert cost <= 1.083 * math.dist(at, GOAL) + CELL_M  # what eight neighbours cost at worst
+
+
 def test_the_way_through_a_wall_leads_through_its_door() -> None:
     door = np.array([WALL_X_M, 0.25])
     cost = cost_of(map_of(wall(door_m=(-0.3, 0.8))))
@@ -147,6 +153,11 @@ def test_where_the_goal_is_closed_an_open_place_within_its_tolerance_will_do() -
     assert cost_at(tolerant, START) == pytest.approx(math.dist(START, GOAL) - 0.4, abs=3.0 * CELL_M)
     reached = centres(tolerant)[tolerant.cells == 0.0]
     assert (np.hypot(*(reached - GOAL).T) <= 0.4).all()
+
+
+def test_where_the_goal_is_open_its_tolerance_does_not_end_the_way_before_it() -> None:
+    region = Map(BOUNDS, cell_m=CELL_M)
+    assert cost_of(region, tolerance_m=0.5).cells.tolist() == cost_of(region).cells.tolist()
 
 
 def test_a_way_keeps_off_obstacles_where_there_is_room() -> None:

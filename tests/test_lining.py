@@ -108,11 +108,13 @@ def test_where_nothing_but_robots_is_in_sight_the_obstacle_is_at_the_range_limit
     assert muster.obstacle_m == fleet.range_m_max
 
 
-def test_a_robot_is_not_told_by_others_who_it_is() -> None:
-    lining = Lining(1, mission(robots=1, goal=GOAL))
-    lining.hear(1, Muster(pose=PLACES[3], obstacle_m=None, order=(1,)))
-    lining.announce(PLACES[1], None, 0.0)
-    assert lining.places == {1: PLACES[1]}
+def test_a_robot_is_not_told_by_others_where_it_stands() -> None:
+    lining = Lining(1, mission(robots=2, goal=GOAL))
+    at_the_goal = Pose(x_m=GOAL.x_m, y_m=GOAL.y_m, heading_rad=0.0)
+    lining.hear(1, Muster(pose=at_the_goal, obstacle_m=None, order=(1, 2)))
+    lining.hear(2, Muster(pose=PLACES[2], obstacle_m=None, order=()))
+    (muster,) = announced(lining.announce(PLACES[1], None, 0.0))
+    assert muster.order == (2, 1)
 
 
 def converse(linings: Mapping[int, Lining], fleet: Mission, now_s: float, lost: set[tuple[int, int]]) -> None:
