@@ -18,6 +18,7 @@ MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1, separation_m=0.1)
 KEEP_M = 0.31  # two radii, the separation and the tolerance
 ORDER = (3, 2, 1)
 PLACES = {robot: Pose(x_m=float(robot), y_m=0.0, heading_rad=0.0) for robot in ORDER}
+KNOWN = len(Strand(1, ORDER, PLACES, MISSION, now_s=0.0).path)  # vertices that all know from the start
 HEARTBEAT_S, SILENCE_S = MISSION.heartbeat_s, MISSION.silence_s
 
 
@@ -37,7 +38,7 @@ def own(progress_m: float, *, arrived: bool = False) -> Own:
 
 
 def ahead(
-    *, epoch: int = 1, path_from: int = 3, path: tuple[Vertex, ...] = (), authority_m: float
+    *, epoch: int = 1, path_from: int = KNOWN, path: tuple[Vertex, ...] = (), authority_m: float
 ) -> AheadState:
     """What a robot hears from the one ahead."""
     return AheadState(
@@ -52,7 +53,9 @@ def ahead(
     )
 
 
-def behind(*, epoch: int = 1, vertices: int = 3, progress_m: float = 0.0, tail_m: float = 0.0) -> BehindState:
+def behind(
+    *, epoch: int = 1, vertices: int = KNOWN, progress_m: float = 0.0, tail_m: float = 0.0
+) -> BehindState:
     """What a robot hears from the one behind."""
     return BehindState(
         epoch=epoch, vertices=vertices, progress_m=progress_m, tail_progress_m=tail_m, pose=PLACES[2]
@@ -201,10 +204,10 @@ def test_the_path_is_told_from_what_is_acknowledged_and_again_until_it_is() -> N
     corner = strand.path.extend(Point(x_m=4.0, y_m=0.0))
     for now_s in (1.0, 2.0):
         state = told_behind(strand.tell(own(2.0), now_s), 2)
-        assert (state.path_from, state.path) == (3, (corner,))
-    strand.hear(LinkHeard(2, 1, behind(vertices=4)), 2.5)
+        assert (state.path_from, state.path) == (KNOWN, (corner,))
+    strand.hear(LinkHeard(2, 1, behind(vertices=KNOWN + 1)), 2.5)
     state = told_behind(strand.tell(own(2.0), 3.0), 2)
-    assert (state.path_from, state.path) == (4, ())
+    assert (state.path_from, state.path) == (KNOWN + 1, ())
 
 
 def test_what_is_learnt_from_ahead_is_acknowledged_and_passed_on_behind() -> None:
@@ -212,7 +215,7 @@ def test_what_is_learnt_from_ahead_is_acknowledged_and_passed_on_behind() -> Non
     corner = Vertex(x_m=4.0, y_m=0.0, s_m=3.0)
     strand.hear(LinkHeard(3, 1, ahead(path=(corner,), authority_m=1.5)), 0.1)
     commands = strand.tell(own(1.0), 0.2)
-    assert told_ahead(commands, 3).vertices == 4
+    assert told_ahead(commands, 3).vertices == KNOWN + 1
     assert told_behind(commands, 1).path == (corner,)
 
 
@@ -267,7 +270,7 @@ def test_another_epochs_state_a_strangers_and_one_from_the_wrong_side_are_void(
 ) -> None:
     strand = place(2)
     assert strand.hear(LinkHeard(robot, 1, state), 0.1) == []
-    assert (strand.authority_m, strand.tail_m, len(strand.path), strand.silent) == (1.0, 0.0, 3, True)
+    assert (strand.authority_m, strand.tail_m, len(strand.path), strand.silent) == (1.0, 0.0, KNOWN, True)
     assert strand.watch(SILENCE_S + 0.1) != []
 
 
