@@ -18,6 +18,9 @@ from agents.scan import View, distances_to_segment
 from protocol.mission import Bounds, Mission
 from protocol.sweep import Floats, nearest_on_segments, travel_m
 
+PIECE = 1.25  # then an edge is a quarter wider than need be, at most
+NEAR_M = 0.01  # nearer than this, what a scan may be wrong by is nothing beside the clearance
+
 
 @dataclass(frozen=True)
 class Walls:
@@ -38,11 +41,36 @@ class Walls:
 
 
 def scan_walls(view: View, mission: Mission) -> Walls:
-    """Rules 1 and 2: the free polygon's edges."""
-    far = np.maximum(view.ranges_m, np.roll(view.ranges_m, -1))
+    """Rules 1 and 2: the free polygon's edges, those across a jump in range in pieces."""
+    starts, ends, far = _pieces(view)
     unsure = mission.range_error_m_max + mission.blind_per_range * far
-    keep = mission.robot_radius_m + mission.epsilon_m + unsure
-    return Walls(view.points, np.roll(view.points, -1, axis=0), keep)
+    return Walls(starts, ends, mission.robot_radius_m + mission.epsilon_m + unsure)
+
+
+def _pieces(view: View) -> tuple[Floats, Floats, Floats]:
+    """The edges in pieces along which the range grows by `PIECE` at the most, and the longest range of each.
+
+    An edge behind an obstacle reaches far away; it must not be as wide beside the obstacle as it is there.
+    """
+    ranges = np.maximum(view.ranges_m, NEAR_M)
+    near, far = np.sort(np.stack([ranges, np.roll(ranges, -1)]), axis=0)
+    counts = np.maximum(np.ceil(np.log(far / near) / np.log(PIECE)), 1.0).astype(int)
+    edge = np.repeat(np.arange(len(counts)), counts)
+    piece = np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)
+    count, near, far = counts[edge], near[edge], far[edge]
+
+    def at(index: Floats) -> tuple[Floats, Floats]:
+        """Range at the index-th joint of each edge, from its near end, and its share of the edge's length."""
+        range_m = near * (far / near) ** (index / count)
+        spread = far - near
+        return range_m, np.where(spread > 0.0, (range_m - near) / np.where(spread > 0.0, spread, 1.0), index)
+
+    (_, share_0), (range_m, share_1) = at(piece.astype(np.float64)), at(piece + 1.0)
+    here, there = view.points[edge], np.roll(view.points, -1, axis=0)[edge]
+    near_first = (ranges <= np.roll(ranges, -1))[edge][:, None]
+    from_point, to_point = np.where(near_first, here, there), np.where(near_first, there, here)
+    along = to_point - from_point
+    return from_point + share_0[:, None] * along, from_point + share_1[:, None] * along, range_m
 
 
 def ground_walls(corners: Floats, keep_m: float) -> Walls:

@@ -20,11 +20,11 @@ from typing import Any
 from agents.shell import run
 from protocol.ending import asked_to_end, until_ended
 from protocol.errors import UsageError
+from protocol.exit_codes import ExitCode
 from protocol.keys import robot_name
 from protocol.session import read_session
 
 KILL_AFTER_S = 2.0  # wall: a fleet has 5 s to end, and its launcher wants some of that
-USAGE_EXIT_CODE = 2
 
 
 def run_robot(robot: int, sessions: Path, lifeline: int | None) -> int:
@@ -40,7 +40,7 @@ def run_robot(robot: int, sessions: Path, lifeline: int | None) -> int:
         return asyncio.run(until_ended(run(robot, session), lifeline))
     except UsageError as error:
         _say(f"robot {robot}: {error}")
-        return USAGE_EXIT_CODE
+        return ExitCode.USAGE
 
 
 def run_host(robots: Sequence[int], sessions: Path, lifeline: int | None) -> int:
@@ -61,7 +61,7 @@ def run_host(robots: Sequence[int], sessions: Path, lifeline: int | None) -> int
 
 def _become(robot: int, sessions: Path, lifeline: int) -> None:
     """The forked child: never returns, since what follows in the caller is the host's."""
-    exit_code = 1
+    exit_code: int = ExitCode.FAILED
     try:
         exit_code = run_robot(robot, sessions, lifeline)
     except BaseException:
@@ -77,7 +77,7 @@ class _Host:
 
     def __init__(self, robots: dict[int, int]) -> None:
         self._robots = robots
-        self._exit_code = 0
+        self._exit_code = ExitCode.OK
         self._all_ended = asyncio.Event()
 
     async def reap(self, lifeline: int | None) -> int:
@@ -104,7 +104,7 @@ class _Host:
                 return
             robot, exit_code = self._robots.pop(pid), os.waitstatus_to_exitcode(status)
             if exit_code != 0:
-                self._exit_code = self._exit_code or 1
+                self._exit_code = ExitCode.FAILED
                 _say(f"robot {robot} {_how(exit_code)}")
         self._all_ended.set()
 

@@ -9,11 +9,11 @@ import os
 import secrets
 import time
 from collections.abc import Sequence
-from enum import IntEnum
 
 from agents.commands import Announce, AskScan, Command, Note, Order, Tell
 from agents.events import Event, LinkHeard, MusterHeard, OdometryHeard, ScanHeard
 from agents.robot import Robot
+from protocol.exit_codes import ExitCode
 from protocol.keys import Keys, robot_name, robot_number
 from protocol.messages import (
     AheadState,
@@ -41,14 +41,7 @@ CLOSING_PATIENCE_S = 2.0  # wall: docs/run.md
 REASON_LENGTH_MAX = 500  # a timeline entry is no place for all that a stranger may send
 
 
-class Exit(IntEnum):
-    """How a robot's process ends."""
-
-    OK = 0
-    FAILED = 1
-
-
-async def run(robot: int, session: Session) -> Exit:
+async def run(robot: int, session: Session) -> ExitCode:
     """Live one robot's life, from opening the session to the end of the run.
 
     Raises:
@@ -60,7 +53,7 @@ async def run(robot: int, session: Session) -> Exit:
     with open_transport(session, hear=hear, answer=[], alive=alive, watch=None) as transport:
         life = _Life(robot, session, transport)
         mission = await life.mission()
-        return Exit.FAILED if mission is None else await life.run(Robot(robot, mission))
+        return ExitCode.FAILED if mission is None else await life.run(Robot(robot, mission))
 
 
 class _Life:
@@ -89,7 +82,7 @@ class _Life:
                         pass  # nobody else speaks before all robots are there
         return None
 
-    async def run(self, robot: Robot) -> Exit:
+    async def run(self, robot: Robot) -> ExitCode:
         """Hand events to the robot and do what it wants, until the world closes the run."""
         while self._phase is Phase.RUNNING:
             self._flush()
@@ -100,16 +93,16 @@ class _Life:
                     for command in robot.handle(event, self._now_s):
                         self._do(command)
             if self._world_is_silent():
-                return Exit.FAILED
+                return ExitCode.FAILED
         return await self._close()
 
-    async def _close(self) -> Exit:
+    async def _close(self) -> ExitCode:
         """Say what was sent; when all have, say what was received; go when the recorder has it."""
         self._note(RobotSettled(sent=dict(self._counted(self._transport.traffic.sent))))
         while self._phase is Phase.OVER:
             await self._turn()
             if self._world_is_silent():
-                return Exit.FAILED
+                return ExitCode.FAILED
         traffic = self._transport.traffic
         self._note(
             TrafficCounted(
@@ -124,7 +117,7 @@ class _Life:
         until_s = time.monotonic() + CLOSING_PATIENCE_S
         while len(self._outbox) and time.monotonic() < until_s:
             await self._turn()
-        return Exit.FAILED if len(self._outbox) else Exit.OK
+        return ExitCode.FAILED if len(self._outbox) else ExitCode.OK
 
     async def _turn(self) -> None:
         self._flush()

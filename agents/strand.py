@@ -17,7 +17,7 @@ from protocol.frames import Point, Pose
 from protocol.link import Link
 from protocol.messages import AheadState, BehindState
 from protocol.mission import Mission
-from protocol.path import Path
+from protocol.path import Path, straightened
 from protocol.timeline import AuthorityGranted, LinkSilent
 from protocol.timeline import LinkHeard as LinkHeardAgain
 
@@ -44,14 +44,16 @@ class Strand:
         self.epoch = 1
         rank = order.index(robot)
         self._lineage = tuple(reversed(order[:rank]))
-        self.path = Path(Point(x_m=places[k].x_m, y_m=places[k].y_m) for k in reversed(order))
-        self.start_m = self.path[len(order) - 1 - rank].s_m
-        self._known_by_all = len(order)
+        starts = [Point(x_m=places[k].x_m, y_m=places[k].y_m) for k in reversed(order)]
+        start_m = {robot: vertex.s_m for robot, vertex in zip(reversed(order), Path(starts), strict=True)}
+        self.start_m = start_m[robot]
+        self.path = Path(straightened(starts))  # a straight queue is one segment: one check, no stops
+        self._known_by_all = len(self.path)
         self.ahead: Link[AheadState] | None = Link(order[rank - 1], now_s) if rank > 0 else None
         last = rank == len(order) - 1
         self.behind: Link[BehindState] | None = None if last else Link(order[rank + 1], now_s)
         # Each robot may be where it stands; so that much is granted before anything is said.
-        self.granted_m = 0.0 if last else self.path[len(order) - 2 - rank].s_m
+        self.granted_m = 0.0 if last else start_m[order[rank + 1]]
         self.authority_m = self.start_m
         self._told_at_s = -float("inf")
         self._told: tuple[object, ...] = ()

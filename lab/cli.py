@@ -18,13 +18,14 @@ from lab import timeline
 from lab.check import check, sentences
 from lab.timeline import Choice, Timeline
 from protocol.errors import UsageError
+from protocol.exit_codes import ExitCode
 from protocol.timeline import Entry
 from world.recorder import line
 from world.scenario import schema as scenario_schema
 
 
 class _Refusal(click.ClickException):
-    exit_code = 2
+    exit_code = ExitCode.USAGE
 
 
 class _Verbs(click.Group):

@@ -20,6 +20,7 @@ from pathlib import Path
 
 from lab.request import Request, parse, world_options
 from protocol.errors import UsageError
+from protocol.exit_codes import ExitCode
 from protocol.keys import WORLD
 from protocol.session import Session, read_session, unix_socket_endpoint, write_sessions
 from protocol.zenoh_transport import open_transport
@@ -118,7 +119,7 @@ def main(arguments: Sequence[str]) -> int:
         assignments = prepare(parse(arguments[1:]), Path(arguments[0]))
     except UsageError as error:
         sys.stderr.write(f"fleet.sh: {error}\n")
-        return 2
+        return ExitCode.USAGE
     sys.stdout.write("\n".join(assignments) + "\n")
     return 0
 

@@ -15,6 +15,7 @@ from lab import timeline
 from lab.check import scenario_of
 from lab.timeline import Timeline
 from protocol.errors import UsageError
+from protocol.exit_codes import ExitCode
 from world.scenario import Scenario
 from world.table import Rows, measure
 from world.tally import Tally
@@ -97,7 +98,7 @@ def main(arguments: Sequence[str]) -> int:
         sys.stdout.write("\n".join(report(run, timeline.read(Path(run)), verdict)) + "\n")
     except (OSError, msgspec.MsgspecError, UsageError) as error:
         sys.stderr.write(f"report: {run}: {error}\n")
-        return 2
+        return ExitCode.USAGE
     return 0
 
 

@@ -9,10 +9,10 @@ import msgspec
 
 from protocol.ending import until_ended
 from protocol.errors import UsageError
+from protocol.exit_codes import ExitCode
 from protocol.router import open_router
 from protocol.session import RouterSession, read_router_session
 
-USAGE_EXIT_CODE = 2
 STDIN = 0
 
 
@@ -27,7 +27,7 @@ def main() -> int:
         return asyncio.run(until_ended(listening, STDIN if arguments.lifeline else None))
     except UsageError as error:
         print(f"router: {error}", file=sys.stderr)  # noqa: T201 - the user reads it
-        return USAGE_EXIT_CODE
+        return ExitCode.USAGE
 
 
 def _parse() -> argparse.Namespace:

@@ -1,13 +1,33 @@
 """A path: the polyline that a robot drives, with arc length along it. It only ever grows at its end."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
 
 from protocol.frames import Point, Vertex
 from protocol.sweep import Floats
+
+ON_LINE_M = 1e-9  # nearer than this to a straight line counts as on it: rounding of sums of metres
+
+
+def straightened(points: Sequence[Point]) -> list[Point]:
+    """The corners of a polyline: places on the straight way between two others are left out."""
+    corners: list[Point] = []
+    for point, following in zip(points, [*points[1:], None], strict=True):
+        if corners and following is not None and _is_on_way(corners[-1], point, following):
+            continue
+        corners.append(point)
+    return corners
+
+
+def _is_on_way(start: Point, point: Point, end: Point) -> bool:
+    along_x, along_y = end.x_m - start.x_m, end.y_m - start.y_m
+    off_x, off_y = point.x_m - start.x_m, point.y_m - start.y_m
+    length_m = math.hypot(along_x, along_y)
+    beside_m = abs(along_x * off_y - along_y * off_x)
+    return 0.0 <= along_x * off_x + along_y * off_y <= length_m**2 and beside_m <= ON_LINE_M * length_m
 
 
 class Path:
@@ -20,6 +40,9 @@ class Path:
 
     def __len__(self) -> int:
         return len(self._vertices)
+
+    def __iter__(self) -> Iterator[Vertex]:
+        return iter(self._vertices)
 
     def __getitem__(self, index: int) -> Vertex:
         return self._vertices[index]

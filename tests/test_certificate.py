@@ -20,7 +20,12 @@ from tests.one_step import look_around, under, wall
 from world.clearance import clearance
 from world.shapes import Circle, Ellipse, Polygon, Shape, ground_of
 
-ROBOT = under(Law.CERTIFIED, robot_radius_m=0.1, directions=720, blind_per_range=2.0 * np.pi / 720)
+ROBOT = under(
+    Law.CERTIFIED,
+    robot_radius_m=0.1,
+    directions=720,
+    blind_per_range=2.0 * np.pi / 720 / math.sin(math.pi / 3),
+)
 KEEP_M = ROBOT.robot_radius_m + ROBOT.epsilon_m
 HEADINGS_RAD = np.linspace(-np.pi, np.pi, 72, endpoint=False)
 NOWHERE = np.zeros(2)
@@ -103,7 +108,7 @@ def test_in_the_open_a_step_ends_before_the_range_limit() -> None:
 def test_an_opening_narrower_than_robot_and_clearance_is_not_entered() -> None:
     shapes: list[Shape] = [wall((1.0, 3.0), (1.0, 0.19)), wall((1.0, -0.19), (1.0, -3.0))]
     walls = scan_walls(look_around(shapes, ROBOT), ROBOT)
-    assert certified_lengths_m(NOWHERE, np.array([0.0]), walls)[0] < 1.0 - KEEP_M / 2.0
+    assert certified_lengths_m(NOWHERE, np.array([0.0]), walls)[0] < 0.95
 
 
 def test_an_opening_that_is_wide_enough_is_passed() -> None:
@@ -118,6 +123,13 @@ def test_what_is_too_near_forbids_motion_towards_it_and_no_other() -> None:
     towards_m, away_m = certified_lengths_m(NOWHERE, np.array([0.0, np.pi]), walls)
     assert towards_m == 0.0
     assert away_m > 1.0
+
+
+def test_an_edge_that_reaches_far_behind_an_obstacle_is_not_as_wide_beside_it() -> None:
+    shapes: list[Shape] = [wall((1.0, 3.0), (1.0, 0.22)), wall((1.0, -0.22), (1.0, -3.0))]
+    walls = scan_walls(look_around(shapes, ROBOT), ROBOT)
+    assert ROBOT.blind_per_range * ROBOT.range_m_max > 0.02, "as wide, it would close the opening"
+    assert certified_lengths_m(NOWHERE, np.array([0.0]), walls)[0] > 1.2
 
 
 def test_a_wider_range_error_makes_steps_shorter() -> None:

@@ -1,5 +1,6 @@
 import pytest
 
+from protocol.exit_codes import ExitCode
 from protocol.frames import Point
 from protocol.messages import Phase
 from protocol.timeline import (
@@ -21,7 +22,7 @@ from protocol.timeline import (
 from tests.world_scenarios import scenario
 from tests.world_stage import Stage
 from world.arena import ODOMETRY_TICKS, TICK_S
-from world.core import LAST_WORDS_WALL_S, MUSTER_WALL_S
+from world.core import LAST_WORDS_WALL_S, MUSTER_WALL_S, STILL_WALL_S_MAX
 from world.ending import Ending
 from world.events import MessageDropped, ScanAsked, StopAsked, TokenCame, TokenWent
 
@@ -168,7 +169,7 @@ def leave(stage: Stage, robot: int) -> None:
 
 def test_each_of_the_last_phases_ends_by_the_wall_clock_at_the_latest() -> None:
     stage = running()
-    stage.handle(StopAsked())
+    stage.handle(StopAsked(ExitCode.INTERRUPTED))
     stage.look(after_wall_s=LAST_WORDS_WALL_S - 0.01)
     assert stage.at()[1] is Phase.OVER
     stage.look(after_wall_s=0.01)
@@ -194,7 +195,7 @@ def test_the_time_is_up_when_the_scenario_says_so() -> None:
     assert stage.world.over_s == pytest.approx(1.0)
 
 
-def test_a_dead_robot_ends_the_run_two_seconds_after_the_last_motion() -> None:
+def test_a_dead_robot_ends_the_run_a_second_after_the_last_motion() -> None:
     stage = running()
     stage.order(1, FAR)
     stage.order(2, Point(x_m=-1.5, y_m=0.0))
@@ -209,16 +210,16 @@ def test_a_dead_robot_ends_the_run_two_seconds_after_the_last_motion() -> None:
     assert stage.world.bodies.place_m[1, 0] == -1.5  # it had its second of motion still
 
 
-def test_a_dead_robot_ends_the_run_after_ten_seconds_though_others_move() -> None:
+def test_a_dead_robot_ends_the_run_before_long_though_others_move() -> None:
     stage = running(drive={"speed_mps": 0.06}, bounds={"x_m_min": -9.0})
     stage.handle(TokenWent(1, "a"))
     stage.look(after_wall_s=1.0)
     stage.order(2, Point(x_m=-8.0, y_m=0.0))
-    stage.tick(10 * SECOND - 1)
-    stage.look()
+    stage.tick(SECOND)
+    stage.look(after_wall_s=STILL_WALL_S_MAX - 0.1)
     assert stage.at()[2] is None
-    stage.tick()
-    stage.look()
+    stage.tick(SECOND)
+    stage.look(after_wall_s=0.2)
     assert stage.at()[2] is Ending.DEATH
 
 
@@ -256,7 +257,7 @@ def test_unlawful_motion_is_recorded_at_the_end() -> None:
     stage = running()
     stage.order(2, Point(x_m=-1.0, y_m=0.0))
     stage.tick(SECOND)
-    stage.handle(StopAsked())
+    stage.handle(StopAsked(ExitCode.INTERRUPTED))
     stage.look(after_wall_s=LAST_WORDS_WALL_S)
     *broken, ended = stage.look(after_wall_s=LAST_WORDS_WALL_S)
     assert ended == RunEnded(reason="interrupted")

@@ -3,6 +3,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from protocol.exit_codes import ExitCode
 from protocol.frames import Point
 from protocol.timeline import Entry, PoseSampled
 from tests.world_scenarios import scenario
@@ -27,7 +28,7 @@ def driven(stage: Stage, plan: list[tuple[int, Point, int]]) -> Monitor:
             before_m = stage.world.bodies.place_m
             stage.tick()
             watcher.watch(before_m, stage.world.bodies.place_m, t_s=stage.world.now_s)
-    stage.handle(StopAsked())  # which samples all bodies where they are
+    stage.handle(StopAsked(ExitCode.INTERRUPTED))  # which samples all bodies where they are
     return watcher
 
 
@@ -48,7 +49,7 @@ def test_a_pose_moved_into_an_obstacle_breaks_a_lawful_log() -> None:
     stage.begin()
     stage.lead(1, Point(x_m=0.8, y_m=0.0))
     stage.tick(100)
-    stage.handle(StopAsked())
+    stage.handle(StopAsked(ExitCode.INTERRUPTED))
     assert judge(stage.world.scenario, stage.lines).violations == {"S1": 0, "S2": 0, "S3": 0}
     moved = [(source, _moved(entry)) for source, entry in stage.lines]
     violations = judge(stage.world.scenario, moved).violations
@@ -70,7 +71,7 @@ def test_the_path_is_what_all_robots_drove() -> None:
     stage.tick(100)
     stage.order(2, Point(x_m=-0.4, y_m=0.0))
     stage.tick(100)
-    stage.handle(StopAsked())
+    stage.handle(StopAsked(ExitCode.INTERRUPTED))
     assert judge(stage.world.scenario, stage.lines).path_m == pytest.approx(1.0)
 
 

@@ -1,5 +1,6 @@
 import pytest
 
+from protocol.exit_codes import ExitCode
 from protocol.frames import Point
 from tests.world_scenarios import scenario
 from tests.world_stage import Stage
@@ -72,6 +73,6 @@ def test_lock_step_reminds_whoever_owes_an_answer() -> None:
 def test_when_the_run_is_over_lock_step_is_too() -> None:
     stage, pace = running(), Pace(None)
     pace.wait_s(stage.world, wall_s=0.0)
-    stage.handle(StopAsked())
+    stage.handle(StopAsked(ExitCode.INTERRUPTED))
     ticks = sum(ticks_due(stage, pace, wall_s=2.0 + milliseconds / 1000) for milliseconds in range(1000))
     assert ticks == pytest.approx(1.0 / TICK_S, abs=2 * ODOMETRY_TICKS)

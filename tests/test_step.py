@@ -116,7 +116,7 @@ def test_a_gap_too_narrow_is_gone_round() -> None:
 
 
 def test_every_gap_ahead_too_narrow_is_no_way_on() -> None:
-    slit: list[Shape] = [wall((0.205, 8.0), (0.205, 0.05)), wall((0.205, -0.05), (0.205, -8.0))]
+    slit: list[Shape] = [wall((0.202, 8.0), (0.202, 0.05)), wall((0.202, -0.05), (0.202, -8.0))]
     answer = step_through(slit, ROBOT)
     assert isinstance(answer, NoStep)
     assert "onward" in answer.reason

@@ -122,6 +122,13 @@ def test_the_first_broken_promise_is_the_reason() -> None:
 def test_an_interrupted_run_says_so_by_its_exit_code() -> None:
     passed = verdict(ALL_WELL, ending=Ending.INTERRUPTED)
     assert (passed.ok, passed.exit_code, passed.reason) == (False, 130, "the run was interrupted")
+    passed = verdict(ALL_WELL, ending=Ending.TERMINATED)
+    assert (passed.ok, passed.exit_code, passed.reason) == (False, 143, "the run was told to end")
+
+
+def test_a_run_that_had_failed_before_it_was_interrupted_has_failed() -> None:
+    passed = verdict([*ALL_WELL, DIED], ending=Ending.TERMINATED)
+    assert (passed.exit_code, passed.reason[:12]) == (1, "robot 2 died")
 
 
 def test_a_death_carries_its_times() -> None:

@@ -218,7 +218,7 @@ def test_the_end_of_its_lifeline_ends_the_world_with_a_verdict(folder: Path) -> 
         assert world.stdin is not None
         world.stdin.close()
         world.wait(timeout=DEADLINE_S)
-    assert world.returncode == 130
+    assert world.returncode == 143
     assert verdict(folder)["ok"] is False
 
 

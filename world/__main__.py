@@ -7,14 +7,13 @@ import sys
 from pathlib import Path
 
 from protocol.errors import UsageError
+from protocol.exit_codes import ExitCode
 from protocol.mission import Law
 from protocol.session import read_session
 from world.recorder import RecordingFailedError
 from world.scenario import load
 from world.shell import Order, run
 
-USAGE_EXIT_CODE = 2
-FAILED_EXIT_CODE = 1
 STDIN = 0
 
 
@@ -34,10 +33,10 @@ def main() -> int:
         verdict = run(order)
     except UsageError as error:
         logging.error("%s", error)
-        return USAGE_EXIT_CODE
+        return ExitCode.USAGE
     except RecordingFailedError as error:
         logging.error("%s", error)
-        return FAILED_EXIT_CODE
+        return ExitCode.FAILED
     logging.info("%s: %s", "ok" if verdict.ok else "FAILED", verdict.reason)
     return verdict.exit_code
 
@@ -47,7 +46,7 @@ def _parse() -> argparse.Namespace:
         prog="python -m world",
         description="The world of one run: gives robots bodies and sensors, judges what they do, and "
         "writes events.jsonl and verdict.json. Exits with the verdict: 0 kept its promises, 1 failed, "
-        "2 wrong usage, 130 interrupted.",
+        "2 wrong usage, 130 interrupted, 143 told to end.",
     )
     parser.add_argument("scenario", help="a name in launch/scenarios, a .toml or a clew-scene/1 .json file")
     parser.add_argument(

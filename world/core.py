@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from typing import assert_never
 
 from protocol.errors import MessageRefusedError
+from protocol.exit_codes import ExitCode
 from protocol.keys import robot_name, robot_number
 from protocol.messages import Drive, Phase
 from protocol.timeline import MessageRefused, RobotAppeared, RobotDied, RunEnded
@@ -37,8 +38,8 @@ from world.tally import Tally
 # All of these are in docs/run.md.
 MUSTER_WALL_S = 10.0
 LAST_WORDS_WALL_S = 2.0
-STILL_S = 2.0
-STILL_S_MAX = 10.0
+STILL_S = 1.0
+STILL_WALL_S_MAX = 2.5
 
 
 class World:
@@ -58,6 +59,7 @@ class World:
         """What came of it; None until it is done."""
         self._evidence = Evidence()
         self._started = False
+        self._died_wall_s: float | None = None
         self._phase_began_wall_s = wall_s
         self._told_s = dict.fromkeys(robots, -1.0)
         self._answered_s = dict.fromkeys(robots, -1.0)
@@ -113,7 +115,9 @@ class World:
             case MessageDropped():
                 return [self.arena.note(MessageRefused(key=event.key, reason=event.reason))]
             case StopAsked():
-                return self._end(Ending.INTERRUPTED, wall_s) if self.phase is Phase.RUNNING else []
+                interrupted = event.exit_code is ExitCode.INTERRUPTED
+                asked = Ending.INTERRUPTED if interrupted else Ending.TERMINATED
+                return self._end(asked, wall_s) if self.phase is Phase.RUNNING else []
             case _:
                 assert_never(event)
         return []
@@ -128,7 +132,9 @@ class World:
                 return self._end(Ending.MISSING, wall_s) if waited_s >= MUSTER_WALL_S else []
             case Phase.RUNNING:
                 deaths = [self._die(robot) for robot in self.attendance.bury(wall_s=wall_s)]
-                ending = self._find_ending()
+                if deaths and self._died_wall_s is None:
+                    self._died_wall_s = wall_s
+                ending = self._find_ending(wall_s)
                 return [*deaths, *(self._end(ending, wall_s) if ending is not None else [])]
             case Phase.OVER:
                 settled = self.attendance.living & self.attendance.present <= self.tally.settled.keys()
@@ -174,15 +180,14 @@ class World:
     def _die(self, robot: int) -> Note:
         return self.arena.note(RobotDied(robot=robot, silent_since_s=self.bodies.heard_s(robot - 1)))
 
-    def _find_ending(self) -> Ending | None:
+    def _find_ending(self, wall_s: float) -> Ending | None:
         if self.tally.arrived >= self.attendance.robots:
             return Ending.ARRIVED
         if self.tally.route_lost is not None:
             return Ending.ROUTE_LOST
-        if self.tally.deaths:
-            died_s = self.tally.deaths[-1][0]
-            still_s = self.now_s - max(died_s, self.arena.moved_s)
-            if still_s >= STILL_S or self.now_s - died_s >= STILL_S_MAX:
+        if self._died_wall_s is not None and self.tally.deaths:
+            still_s = self.now_s - max(self.tally.deaths[-1][0], self.arena.moved_s)
+            if still_s >= STILL_S or wall_s - self._died_wall_s >= STILL_WALL_S_MAX:
                 return Ending.DEATH
         return Ending.TIMED_OUT if self.now_s >= self.scenario.time.time_s_max else None
 

@@ -12,3 +12,4 @@ class Ending(StrEnum):
     TIMED_OUT = "the time is up"
     MISSING = "not all robots came"
     INTERRUPTED = "interrupted"
+    TERMINATED = "told to end"

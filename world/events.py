@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from protocol.exit_codes import ExitCode
 from protocol.messages import Drive
 from protocol.timeline import Entry
 
@@ -55,7 +56,9 @@ class MessageDropped:
 
 @dataclass(frozen=True, slots=True)
 class StopAsked:
-    """The user wants the run to end."""
+    """The user wants the run to end; with this exit code, unless the run has failed by then."""
+
+    exit_code: ExitCode
 
 
 Event = OrderHeard | ScanAsked | TokenCame | TokenWent | EntryWritten | MessageDropped | StopAsked

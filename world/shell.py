@@ -18,6 +18,7 @@ from pathlib import Path
 import msgspec
 
 from protocol.ending import asked_to_end
+from protocol.exit_codes import ExitCode
 from protocol.keys import WORLD, robot_name, robot_number
 from protocol.messages import Drive, LogBatch, Logged, Message
 from protocol.session import Session
@@ -108,7 +109,7 @@ class _Life:
         self._started_wall_s = self._over_wall_s = time.monotonic()
         self._world = World(order.scenario, seed=order.seed, wall_s=self._started_wall_s)
 
-    async def run(self, ending: asyncio.Future[int], started_at: str) -> Verdict:
+    async def run(self, ending: asyncio.Future[ExitCode], started_at: str) -> Verdict:
         """Until the world has judged the run."""
         world, pace = self._world, Pace(self._order.speed)
         while world.judgement is None:
@@ -116,7 +117,7 @@ class _Life:
             for arrival in await self._transport.arrivals(wait_s):
                 self._take(arrival)
             if ending.done():
-                self._handle(StopAsked())
+                self._handle(StopAsked(ending.result()))
             self._obey(world.look(wall_s=time.monotonic()))
             for _ in range(ODOMETRY_TICKS):  # then whatever arrived meanwhile has its turn
                 if not world.started or pace.wait_s(world, wall_s=time.monotonic()) > 0.0:

@@ -1,10 +1,11 @@
 """The verdict: whether a run kept its promises, and if not, the first one broken, in a sentence."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from msgspec import Struct
 
+from protocol.exit_codes import ExitCode
 from protocol.timeline import PromiseBroken, RobotDied
 from world.books import Messages
 from world.ending import Ending
@@ -13,6 +14,9 @@ from world.monitor import Promises
 from world.scenario import Scenario
 from world.table import measure, rms_m
 from world.tally import Tally
+
+INTERRUPTED = "the run was interrupted"
+TERMINATED = "the run was told to end"
 
 
 class Events(Struct, frozen=True, kw_only=True):
@@ -97,7 +101,7 @@ def pass_verdict(facts: Facts) -> Verdict:
     flaws = list(_flaws(facts))
     return Verdict(
         ok=not flaws,
-        exit_code=130 if facts.ending is Ending.INTERRUPTED else int(bool(flaws)),
+        exit_code=_exit_code(flaws),
         reason=flaws[0] if flaws else str(facts.ending),
         scenario=scenario.name,
         seed=facts.seed,
@@ -130,6 +134,12 @@ def pass_verdict(facts: Facts) -> Verdict:
     )
 
 
+def _exit_code(flaws: Sequence[str]) -> ExitCode:
+    """An interrupted run has that exit code only if nothing had gone wrong by then."""
+    codes = {INTERRUPTED: ExitCode.INTERRUPTED, TERMINATED: ExitCode.TERMINATED}
+    return codes.get(flaws[0], ExitCode.FAILED) if flaws else ExitCode.OK
+
+
 def _flaws(facts: Facts) -> Iterator[str]:
     """What went wrong, the first broken promise first."""
     tally, robots = facts.tally, facts.scenario.fleet.robots
@@ -141,7 +151,9 @@ def _flaws(facts: Facts) -> Iterator[str]:
     yield from (sentence for _, sentence in sorted(dated))
     match facts.ending:
         case Ending.INTERRUPTED:
-            yield "the run was interrupted"
+            yield INTERRUPTED
+        case Ending.TERMINATED:
+            yield TERMINATED
         case Ending.MISSING:
             yield f"robots never came: {facts.absent}"
         case Ending.TIMED_OUT:

@@ -1,0 +1,13 @@
+"""How our processes end, for scripts to read."""
+
+from enum import IntEnum
+
+
+class ExitCode(IntEnum):
+    """Shells know the last two as 128 + SIGINT and 128 + SIGTERM."""
+
+    OK = 0
+    FAILED = 1
+    USAGE = 2
+    INTERRUPTED = 130
+    TERMINATED = 143
