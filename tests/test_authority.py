@@ -17,6 +17,9 @@ from tests.path_strategies import paths
 
 ROUNDING_M = 1e-9  # of sums of arc lengths, on top of what counts as touching
 FURTHER_M = 1e-6
+GRAZING_M = (
+    5e-5  # sqrt(2 * 0.6 * 1e-9): where a path only grazes, so much of it hangs on what counts as touching
+)
 SAMPLE_M = 0.02
 
 
@@ -92,7 +95,7 @@ def test_a_path_that_grows_away_from_what_is_granted_never_asks_for_it_back(
         granter.progress_m + driven * (granter.path.end_m - granter.progress_m),
         granter.keep_m,
     )
-    assert later.grants_m() >= granted_m - ROUNDING_M
+    assert later.grants_m() >= granted_m - GRAZING_M
 
 
 def _grow(granter: Granter, granted_m: float, bearing_rad: float, stride_m: float) -> None:
