@@ -27,7 +27,9 @@ def _is_on_way(start: Point, point: Point, end: Point) -> bool:
     off_x, off_y = point.x_m - start.x_m, point.y_m - start.y_m
     length_m = math.hypot(along_x, along_y)
     beside_m = abs(along_x * off_y - along_y * off_x)
-    return 0.0 <= along_x * off_x + along_y * off_y <= length_m**2 and beside_m <= ON_LINE_M * length_m
+    between = 0.0 <= along_x * off_x + along_y * off_y <= length_m**2
+    # Where the end is the start again, all places are on its line, and none is on the way.
+    return length_m > 0.0 and between and beside_m <= ON_LINE_M * length_m
 
 
 class Path:

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocol.frames import Point, Vertex
-from protocol.path import Path
+from protocol.path import Path, straightened
 from tests.path_strategies import paths
 
 ROUNDING_M = 1e-9  # of sums over at most 12 vertices within 5 m
@@ -128,6 +128,26 @@ def test_no_more_is_told_than_asked_for() -> None:
     assert [vertex.x_m for vertex in path.told_from(1, 2)] == [1.0, 2.0]
     assert path.told_from(5, 2) == ()
     assert path.told_from(2**53, 2) == ()  # the highest count that the wire takes
+
+
+@given(paths())
+def test_a_straightened_path_leads_over_the_same_places_at_the_same_arc_lengths(path: Path) -> None:
+    straight = Path(straightened([Point(x_m=vertex.x_m, y_m=vertex.y_m) for vertex in path]))
+    assert straight.end_m == pytest.approx(path.end_m, abs=ROUNDING_M)
+    for vertex in path:
+        at = straight.at(vertex.s_m)
+        assert (at.x_m, at.y_m) == pytest.approx((vertex.x_m, vertex.y_m), abs=10.0 * ROUNDING_M)
+
+
+def test_a_straightened_path_has_corners_and_ends_and_nothing_between() -> None:
+    places = [(0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (2.0, 2.5), (2.0, 1.5)]
+    corners = straightened([Point(x_m=x_m, y_m=y_m) for x_m, y_m in places])
+    assert [(corner.x_m, corner.y_m) for corner in corners] == [
+        (0.0, 0.0),
+        (2.0, 0.0),
+        (2.0, 2.5),
+        (2.0, 1.5),
+    ]
 
 
 def test_a_new_vertex_knows_its_arc_length() -> None:
