@@ -13,6 +13,7 @@ Rule 4: an edge that is already nearer than its distance forbids motion towards 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from agents.scan import View, distances_to_segment
 from protocol.mission import Bounds, Mission
@@ -40,15 +41,22 @@ class Walls:
         )
 
 
-def scan_walls(view: View, mission: Mission) -> Walls:
-    """Rules 1 and 2: the free polygon's edges, those across a jump in range in pieces."""
-    starts, ends, far = _pieces(view)
+def scan_walls(view: View, mission: Mission, *, leave_out: NDArray[np.bool_] | None = None) -> Walls:
+    """Rules 1 and 2: the free polygon's edges, those across a jump in range in pieces.
+
+    Where a direction is left out, so are the edges on both sides of it.
+    """
+    edge, starts, ends, far = _pieces(view)
     unsure = mission.range_error_m_max + mission.blind_per_range * far
-    return Walls(starts, ends, mission.robot_radius_m + mission.epsilon_m + unsure)
+    walls = Walls(starts, ends, mission.robot_radius_m + mission.epsilon_m + unsure)
+    if leave_out is None:
+        return walls
+    kept = ~(leave_out | np.roll(leave_out, -1))[edge]
+    return Walls(walls.starts[kept], walls.ends[kept], walls.keep_m[kept])
 
 
-def _pieces(view: View) -> tuple[Floats, Floats, Floats]:
-    """The edges in pieces along which the range grows by `PIECE` at the most, and the longest range of each.
+def _pieces(view: View) -> tuple[NDArray[np.intp], Floats, Floats, Floats]:
+    """The edges in pieces along which the range grows by `PIECE` at the most: of which edge, ends, far range.
 
     An edge behind an obstacle reaches far away; it must not be as wide beside the obstacle as it is there.
     """
@@ -70,7 +78,7 @@ def _pieces(view: View) -> tuple[Floats, Floats, Floats]:
     near_first = (ranges <= np.roll(ranges, -1))[edge][:, None]
     from_point, to_point = np.where(near_first, here, there), np.where(near_first, there, here)
     along = to_point - from_point
-    return from_point + share_0[:, None] * along, from_point + share_1[:, None] * along, range_m
+    return edge, from_point + share_0[:, None] * along, from_point + share_1[:, None] * along, range_m
 
 
 def ground_walls(corners: Floats, keep_m: float) -> Walls:
@@ -91,12 +99,18 @@ def certified_lengths_m(origin: Floats, headings_rad: Floats, walls: Walls) -> F
     return travel_m(origin, headings, walls.starts, walls.ends, walls.keep_m)
 
 
-def promised_clearance_m(view: View, target: Floats, mission: Mission) -> float:
-    """The clearance that the hull keeps from anything the scan may stand for, along a whole step [m].
+def promised_clearance_m(view: View, target: Floats, robots: NDArray[np.bool_], mission: Mission) -> float:
+    """The clearance that the hull keeps from any obstacle the scan may stand for, along a whole step [m].
 
     It is less than epsilon only where the step begins nearer than that to something and leads away.
+
+    Args:
+        view: the scan that the step was planned from.
+        target: where the step ends (2,) [m; world frame].
+        robots: which directions of the scan hit a robot of the strand: no obstacle, and kept from otherwise.
+        mission: the robot's.
     """
-    walls = scan_walls(view, mission)
+    walls = scan_walls(view, mission, leave_out=robots)
     margin = walls.keep_m - mission.robot_radius_m - mission.epsilon_m
     off_ends = distances_to_segment(walls.starts, view.position, target)
     off_edges = [

@@ -1,14 +1,15 @@
 """The leader: stands at a switching position, senses, and plans the next switching step.
 
 Rule 1: one scan a switching position, one step a scan.
-Rule 2: no step is planned nearer than the strand's distance to ground that has been granted to robots
-        behind, whatever the law's clearance.
+Rule 2: under the certified law no step is planned nearer than the strand's distance to ground that has
+        been granted to robots behind. (The paper's laws know nothing of robots behind.)
 Rule 3: a way that is not there is said (`NoStep`), never searched for by wandering.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from agents.certificate import Walls, bounds_walls, ground_walls, promised_clearance_m, scan_walls
 from agents.guidance import Map
@@ -30,6 +31,7 @@ from protocol.sweep import Floats
 from protocol.timeline import SeenGap, SeenObstacle, StepPlanned
 
 CELL_M_MAX = 0.05  # 10 to 20 ms a plan on a field of 10 m (../shared/choices.md)
+SEEN_MAX = 250  # obstacles and gaps in a timeline entry, which has to fit into one message
 GAIN_M = 0.01  # a step that saves less of the way is not worth a stop
 
 
@@ -68,20 +70,24 @@ class Leader:
         assert off_path_m <= self._mission.mu0_m, f"planned {off_path_m} m from where the path ends"
         sight = look(view, self._mission)
         walls = Walls.joined(scan_walls(view, self._mission), *self._other_walls(ground))
-        step = self._step(sight, walls, ground)
+        robots = self._robots(view, ground)
+        step = self._step(sight, walls, robots)
         if not isinstance(step, Step):
             return step
         self.steps += 1
-        return self._record(step, sight, ground)
+        return self._record(step, sight, ground, robots)
 
-    def _step(self, sight: Sight, walls: Walls, ground: Ground) -> Step | NoStep | Crossed:
+    def _robots(self, view: View, ground: Ground) -> NDArray[np.bool_]:
+        """Which directions hit a robot: what stands where the strand has driven can be nothing else."""
+        hull_m = self._mission.robot_radius_m + 2.0 * self._mission.mu0_m
+        strand = ground.path.between(min(ground.tail_m, ground.path.end_m), ground.path.end_m)
+        return on_ground(view.points, strand, within_m=hull_m)
+
+    def _step(self, sight: Sight, walls: Walls, robots: NDArray[np.bool_]) -> Step | NoStep | Crossed:
         if self._mission.law is not Law.CERTIFIED:
             return paper_step(sight, self._mission)
         if self._goal is None:
             return certified_step_onward(sight, walls, onward_rad=self._onward_rad, gain_m=GAIN_M)
-        hull_m = self._mission.robot_radius_m + 2.0 * self._mission.mu0_m
-        strand = ground.path.between(ground.tail_m, ground.path.end_m)
-        robots = on_ground(sight.view.points, strand, within_m=hull_m)
         self._map.remember(sight.view.without(robots).hit_points)
         cost_to_go = self._map.cost_to_go(
             self._goal,
@@ -98,12 +104,12 @@ class Leader:
             walls.append(bounds_walls(self._mission.bounds, self._mission))
         return walls
 
-    def _record(self, step: Step, sight: Sight, ground: Ground) -> StepPlanned:
+    def _record(self, step: Step, sight: Sight, ground: Ground, robots: NDArray[np.bool_]) -> StepPlanned:
         target = step.target(sight.view.position)
         passable = set(sight.passable_gaps)
         promised_m = None
         if self._mission.law.promises_clearance:
-            promised_m = promised_clearance_m(sight.view, target, self._mission)
+            promised_m = promised_clearance_m(sight.view, target, robots, self._mission)
         return StepPlanned(
             step=self.steps,
             law=self._mission.law,
@@ -115,7 +121,7 @@ class Leader:
                     tangent_2=point(obstacle.tangent_2),
                     chord_m=obstacle.chord_m,
                 )
-                for obstacle in sight.obstacles
+                for obstacle in sight.obstacles[:SEEN_MAX]
             ),
             gaps=tuple(
                 SeenGap(
@@ -125,9 +131,9 @@ class Leader:
                     delta_rad=gap.delta_rad,
                     passable=index in passable,
                 )
-                for index, gap in enumerate(sight.gaps)
+                for index, gap in enumerate(sight.gaps[:SEEN_MAX])
             ),
-            gap=step.gap,
+            gap=step.gap if step.gap is not None and step.gap < SEEN_MAX else None,
             heading_rad=step.heading_rad,
             length_m=step.length_m,
             target=point(target),

@@ -161,9 +161,9 @@ class _Life:
             self._transport.put(self._keys.log(self._name), batch)
 
     def _counted(self, counts: dict[str, int]) -> dict[str, int]:
-        """Without the recorder's own keys, which have books of their own."""
+        """By the part of the key behind the root; without the recorder's keys, which have their own books."""
         apart = (self._keys.log(self._name), self._keys.logged(self._name))
-        return {key: count for key, count in counts.items() if key not in apart}
+        return {self._keys.behind_root(key): count for key, count in counts.items() if key not in apart}
 
 
 def _events(keys: Keys, arrivals: Sequence[Arrival], now_s: float) -> list[Event]:

@@ -68,6 +68,10 @@ class Keys:
         """Liveliness token; the incarnation tells a restarted source from its forerunner."""
         return f"{self.root}/alive/{source}/{incarnation}"
 
+    def behind_root(self, key: str) -> str:
+        """A key as it stands in the books: without what all keys of the run start with."""
+        return key.removeprefix(self.root + "/")
+
     def part(self, key: str, index: int) -> str:
         """One chunk of a key, counted behind the root: of `…/link/r1/r2`, 1 is `r1`."""
-        return key[len(self.root) + 1 :].split("/")[index]
+        return self.behind_root(key).split("/")[index]

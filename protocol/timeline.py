@@ -154,9 +154,13 @@ class StepPlanned(_Record, frozen=True, kw_only=True, tag="step.planned"):
     law: Law
     x_m: Metres
     y_m: Metres
-    obstacles: Annotated[tuple[SeenObstacle, ...], Meta(max_length=2000)]
-    gaps: Annotated[tuple[SeenGap, ...], Meta(max_length=2000)]
-    gap: Annotated[Count | None, Meta(description="index of the gap chosen in `gaps`")]
+    obstacles: Annotated[
+        tuple[SeenObstacle, ...], Meta(max_length=250, description="anti-clockwise; at most 250 are told")
+    ]
+    gaps: Annotated[tuple[SeenGap, ...], Meta(max_length=250)]
+    gap: Annotated[
+        Count | None, Meta(description="index of the gap chosen in `gaps`; null: no gap was aimed at")
+    ]
     heading_rad: Radians
     length_m: Length
     target: Point
@@ -232,7 +236,7 @@ class RouteLost(_Record, frozen=True, kw_only=True, tag="route.lost"):
 
 
 class TrafficCounted(_Record, frozen=True, kw_only=True, tag="traffic.counted"):
-    """A source's messages by key: how many it sent, how many it received, the newest number it received."""
+    """A source's messages by key (without the run's root): sent, received, the newest number received."""
 
     sent: Counts
     received: Counts

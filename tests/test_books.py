@@ -1,7 +1,5 @@
-from protocol.keys import Keys
 from world.books import Account, Messages, balance
 
-KEYS = Keys("fleet", "run7")
 ROBOTS = [1, 2, 3]
 
 
@@ -15,11 +13,11 @@ def account(
 
 def books(**accounts: Account) -> Messages:
     everybody = {name: account() for name in ("world", "r1", "r2", "r3")} | accounts
-    return balance(everybody, keys=KEYS, robots=ROBOTS)
+    return balance(everybody, robots=ROBOTS)
 
 
 def test_what_was_sent_and_received_balances() -> None:
-    link, drive = KEYS.link("r1", "r2"), KEYS.drive("r2")
+    link, drive = "link/r1/r2", "body/r2/drive"
     messages = books(
         r1=account(sent={link: 5}),
         r2=account(sent={drive: 7}, received={link: 5}),
@@ -30,13 +28,13 @@ def test_what_was_sent_and_received_balances() -> None:
 
 
 def test_a_lost_message_is_unaccounted_even_when_it_was_the_last() -> None:
-    link = KEYS.link("r1", "r2")
+    link = "link/r1/r2"
     messages = books(r1=account(sent={link: 5}), r2=account(received={link: 4}, newest={link: 4}))
     assert messages.unaccounted == 1
 
 
 def test_a_muster_is_received_by_every_other_robot() -> None:
-    muster = KEYS.muster("r1")
+    muster = "muster/r1"
     messages = books(
         r1=account(sent={muster: 2}), r2=account(received={muster: 2}), r3=account(received={muster: 1})
     )
@@ -44,7 +42,7 @@ def test_a_muster_is_received_by_every_other_robot() -> None:
 
 
 def test_odometry_sent_after_a_robot_counted_is_in_nobodys_book() -> None:
-    odometry = KEYS.odometry("r1")
+    odometry = "body/r1/odometry"
     messages = books(
         world=account(sent={odometry: 90}), r1=account(received={odometry: 79}, newest={odometry: 80})
     )
@@ -52,15 +50,13 @@ def test_odometry_sent_after_a_robot_counted_is_in_nobodys_book() -> None:
 
 
 def test_books_with_a_dead_robot_are_left_out_and_named() -> None:
-    link, drive = KEYS.link("r1", "r2"), KEYS.drive("r2")
-    messages = balance(
-        {"world": account(received={drive: 3}), "r1": account(sent={link: 5})}, keys=KEYS, robots=[1, 2]
-    )
+    link, drive = "link/r1/r2", "body/r2/drive"
+    messages = balance({"world": account(received={drive: 3}), "r1": account(sent={link: 5})}, robots=[1, 2])
     assert (messages.sent, messages.received, messages.unaccounted) == (0, 0, 0)
     assert messages.left_out == ("body/r2/drive > world", "link/r1/r2 > r2")
 
 
 def test_the_recorders_keys_and_queries_are_in_no_book() -> None:
-    keys = {KEYS.log("r1"): 5, KEYS.logged("r1"): 5, KEYS.scan("r1"): 5, KEYS.mission(): 1}
+    keys = {"log/r1": 5, "logged/r1": 5, "body/r1/scan": 5, "mission": 1}
     messages = books(r1=account(sent=keys, received=keys))
     assert (messages.sent, messages.received, messages.left_out) == (0, 0, ())

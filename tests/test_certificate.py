@@ -84,7 +84,8 @@ def test_what_a_step_promises_it_keeps(shapes: list[Shape], heading: int) -> Non
     lengths = certified_lengths_m(NOWHERE, HEADINGS_RAD, scan_walls(view, ROBOT))
     length_m = min(float(lengths[heading]), ROBOT.range_m_max)
     target = length_m * np.array([np.cos(HEADINGS_RAD[heading]), np.sin(HEADINGS_RAD[heading])])
-    promised_m = promised_clearance_m(view, target, ROBOT)
+    nobody = np.zeros(len(view.hits), dtype=np.bool_)
+    promised_m = promised_clearance_m(view, target, nobody, ROBOT)
     kept_m = float(least_clearance_m(shapes, np.full(len(HEADINGS_RAD), length_m))[heading])
     assert promised_m >= ROBOT.epsilon_m - 1e-6
     assert kept_m >= promised_m - 1e-9

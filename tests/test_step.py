@@ -10,6 +10,7 @@ from agents.leader import Ground, Leader
 from agents.step import Crossed, NoStep
 from protocol.frames import Point, Pose
 from protocol.mission import Bounds, Law, Mission
+from protocol.outbox import Outbox
 from protocol.path import Path
 from protocol.timeline import StepPlanned
 from tests.one_step import ORIGIN, Driven, alone, look_around, step_through, under, wall
@@ -167,3 +168,26 @@ def test_a_plan_from_a_place_where_the_path_does_not_end_is_our_own_fault() -> N
     elsewhere = Pose(x_m=0.5, y_m=0.0, heading_rad=0.0)
     with pytest.raises(AssertionError, match="where the path ends"):
         Leader(ROBOT, ORIGIN).plan(look_around([], ROBOT, elsewhere), alone())
+
+
+def test_a_promise_speaks_of_obstacles_and_not_of_the_robot_behind() -> None:
+    path = Path([Point(x_m=-0.27, y_m=0.0), Point(x_m=0.0, y_m=0.0)])
+    ground = Ground(path, tail_m=0.0, granted_m=0.0, keep_m=0.26)
+    robot_behind: list[Shape] = [Circle(centre_m=(-0.27, 0.0), radius_m=0.1)]
+    step = Leader(to(3.0, 0.0), ORIGIN).plan(look_around(robot_behind, ROBOT), ground)
+    assert isinstance(step, StepPlanned)
+    assert step.promised_clearance_m is not None
+    assert step.promised_clearance_m >= ROBOT.epsilon_m
+
+
+def test_a_plan_with_very_many_obstacles_still_fits_into_a_message() -> None:
+    finest = replace(ROBOT, directions=7200, robot_radius_m=0.0, epsilon_m=0.001)
+    pickets: list[Shape] = [
+        Circle(centre_m=(2.0 * math.cos(0.01 * k), 2.0 * math.sin(0.01 * k)), radius_m=0.004)
+        for k in range(620)
+    ]
+    step = planned(step_through(pickets, finest))
+    assert len(step.obstacles) == len(step.gaps) == 250
+    outbox = Outbox()
+    outbox.add(step, t_s=0.0, hlc="")
+    assert outbox.batch(0.0) is not None

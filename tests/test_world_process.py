@@ -54,6 +54,10 @@ radius_m = 0.3
 TARGET = Point(x_m=0.5, y_m=0.0)
 
 
+def behind_root(counts: dict[str, int]) -> dict[str, int]:
+    return {KEYS.behind_root(key): count for key, count in counts.items()}
+
+
 class Player:
     """Plays robot 1: the least that docs/run.md wants of it."""
 
@@ -116,11 +120,12 @@ class Player:
     async def leave(self) -> None:
         """The last words of a robot that has heard that the run is over."""
         traffic = self.transport.traffic
-        self.note(RobotSettled(sent=dict(traffic.sent)))
+        self.note(RobotSettled(sent=behind_root(traffic.sent)))
         self.flush()
         await self.hear(is_in(Phase.CLOSING))
-        counts = {"received": dict(traffic.received), "newest": dict(traffic.newest)}
-        self.note(TrafficCounted(sent=dict(traffic.sent), **counts, refused=0, overflowed=0, unrecorded=0))
+        sent, received, newest = map(behind_root, (traffic.sent, traffic.received, traffic.newest))
+        counts = {"sent": sent, "received": received, "newest": newest}
+        self.note(TrafficCounted(**counts, refused=0, overflowed=0, unrecorded=0))
         self.flush()
         await self.hear(lambda _: len(self.outbox) == 0)
 

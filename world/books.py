@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from msgspec import Struct
 
-from protocol.keys import WORLD, Keys, robot_name
+from protocol.keys import WORLD, robot_name
 
 
 class Messages(Struct, frozen=True, kw_only=True):
@@ -29,22 +29,22 @@ class Messages(Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Account:
-    """What one source counted, by key."""
+    """What one source counted, by the part of the key behind the run's root."""
 
     sent: Mapping[str, int]
     received: Mapping[str, int]
     newest: Mapping[str, int]
 
 
-def balance(accounts: Mapping[str, Account], *, keys: Keys, robots: Sequence[int]) -> Messages:
+def balance(accounts: Mapping[str, Account], *, robots: Sequence[int]) -> Messages:
     """Balance the books of all sources that told their counts; the world is one of them."""
     sent = received = 0
     left_out: list[str] = []
     told = {key for account in accounts.values() for key in (*account.sent, *account.received)}
     for key in sorted(told):
-        for sender, receiver in _ends(keys, key, robots):
+        for sender, receiver in _ends(key, robots):
             if sender not in accounts or receiver not in accounts:
-                left_out.append(f"{key.removeprefix(keys.root + '/')} > {receiver}")
+                left_out.append(f"{key} > {receiver}")
                 continue
             heard = accounts[receiver]
             received += heard.received.get(key, 0)
@@ -54,9 +54,9 @@ def balance(accounts: Mapping[str, Account], *, keys: Keys, robots: Sequence[int
     )
 
 
-def _ends(keys: Keys, key: str, robots: Sequence[int]) -> Iterator[tuple[str, str]]:
+def _ends(key: str, robots: Sequence[int]) -> Iterator[tuple[str, str]]:
     """The sender of a key and each of its receivers; nobody where the key is not in the books."""
-    match key.removeprefix(keys.root + "/").split("/"):
+    match key.split("/"):
         case ["link", sender, receiver]:
             yield sender, receiver
         case ["body", robot, "drive"]:

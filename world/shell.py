@@ -9,7 +9,7 @@ import logging
 import platform
 import secrets
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib import metadata
@@ -213,7 +213,7 @@ class _Life:
                 absent=", ".join(map(robot_name, world.attendance.missing)),
                 tally=tally,
                 judgement=world.judgement,
-                messages=balance(self._accounts(), keys=self._keys, robots=sorted(world.attendance.robots)),
+                messages=balance(self._accounts(), robots=sorted(world.attendance.robots)),
                 events=Events(
                     recorded=self._recorder.recorded_count,
                     missing=self._recorder.missing_count + len(untold) + tally.unrecorded_count,
@@ -234,7 +234,15 @@ class _Life:
             for robot, counted in tally.counted.items()
             if robot in tally.settled
         }
-        return {WORLD: Account(sent=ours.sent, received=ours.received, newest=ours.newest), **accounts}
+        world = Account(
+            sent=self._counted(ours.sent),
+            received=self._counted(ours.received),
+            newest=self._counted(ours.newest),
+        )
+        return {WORLD: world, **accounts}
+
+    def _counted(self, counts: Mapping[str, int]) -> dict[str, int]:
+        return {self._keys.behind_root(key): count for key, count in counts.items()}
 
 
 def _header(order: Order, started_at: str, hlc: str) -> Header:
