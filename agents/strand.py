@@ -57,6 +57,7 @@ class Strand:
         self.authority_m = self.start_m
         self._told_at_s = -float("inf")
         self._told: tuple[object, ...] = ()
+        self._taken: tuple[object, ...] = ()
 
     @property
     def keep_m(self) -> float:
@@ -140,6 +141,10 @@ class Strand:
     def _grant(self, own: Own) -> list[Command]:
         if self.behind is None:
             return []
+        taken = (self.tail_m, own.progress_m, len(self.path), own.arrived)
+        if taken == self._taken:
+            return []  # nothing has moved, so nothing has become free
+        self._taken = taken
         free_m = authority_m(self.path, tail_m=self.tail_m, progress_m=own.progress_m, keep_m=self.keep_m)
         enough_m = 0.0 if own.arrived else GRANT_M_MIN
         if free_m <= self.granted_m + enough_m:

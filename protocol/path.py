@@ -1,8 +1,8 @@
 """A path: the polyline that a robot drives, with arc length along it. It only ever grows at its end."""
 
 import math
+from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import pairwise
 
 import numpy as np
 
@@ -77,7 +77,7 @@ class Path:
 
     def next_vertex(self, s_m: float) -> int:
         """Index of the first vertex beyond an arc length; the number of vertices where there is none."""
-        return next((i for i, vertex in enumerate(self._vertices) if vertex.s_m > s_m), len(self))
+        return bisect_right(self._vertices, s_m, key=lambda vertex: vertex.s_m)
 
     def at(self, s_m: float) -> Point:
         """The place at an arc length, held to the path's ends."""
@@ -93,10 +93,7 @@ class Path:
 
     def between(self, from_m: float, to_m: float) -> Floats:
         """The corners (n, 2) of the part between two arc lengths, both ends included; n >= 2."""
-        inner = [vertex for vertex in self._vertices if from_m < vertex.s_m < to_m]
+        after = self.next_vertex(from_m)
+        inner = [vertex for vertex in self._vertices[after : self.next_vertex(to_m)] if vertex.s_m < to_m]
         corners: list[Point | Vertex] = [self.at(from_m), *inner, self.at(max(from_m, to_m))]
         return np.array([(corner.x_m, corner.y_m) for corner in corners])
-
-    def segments(self) -> Iterable[tuple[Vertex, Vertex]]:
-        """Consecutive vertices."""
-        return pairwise(self._vertices)
