@@ -6,9 +6,9 @@ from pathlib import Path
 
 import agents.guidance  # noqa: F401 - loaded before the fork, scipy with it, so that all robots share it
 from agents.host import run_host, run_robot
+from protocol.frames import ROBOTS_MAX
 
 STDIN = 0
-ROBOT_MAX = 9999  # what the wire takes
 
 
 def main() -> int:
@@ -32,9 +32,13 @@ def robots_of(text: str) -> list[int]:
         last = last if to else first
         if not (first.isascii() and first.isdecimal() and last.isascii() and last.isdecimal()):
             raise argparse.ArgumentTypeError(f"{text!r} is no list of robots such as 3, 1-5 or 1-3,7")
+        if not 1 <= int(first) <= int(last) <= ROBOTS_MAX:
+            raise argparse.ArgumentTypeError(
+                f"{part!r} must name robots from 1 to {ROBOTS_MAX}, lowest first"
+            )
         robots.extend(range(int(first), int(last) + 1))
-    if not robots or len(set(robots)) < len(robots) or min(robots) < 1 or max(robots) > ROBOT_MAX:
-        raise argparse.ArgumentTypeError(f"{text!r} must name robots from 1 to {ROBOT_MAX}, each once")
+    if len(set(robots)) < len(robots):
+        raise argparse.ArgumentTypeError(f"{text!r} must name each robot once")
     return robots
 
 
@@ -42,7 +46,8 @@ def _parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="python -m agents",
         description="Runs robots: each is a process with its own Zenoh session. Several are forked by this "
-        "one, which reaps them. Exits 0 when all ended well, 1 when one did not, 2 on wrong usage.",
+        "one, which reaps them. Exits 0 when all ended well, else as the first that did not: 1, or 2 on "
+        "wrong usage.",
     )
     parser.add_argument("--robots", type=robots_of, required=True, metavar="LIST", help="3, 1-5 or 1-3,7")
     parser.add_argument(

@@ -13,11 +13,11 @@ Rule 4: an edge that is already nearer than its distance forbids motion towards 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from agents.scan import View, distances_to_segment
+from agents.scan import View
+from protocol.arrays import Flags, Floats, Indices, distances_to_segments
 from protocol.mission import Bounds, Mission
-from protocol.sweep import Floats, nearest_on_segments, travel_m
+from protocol.sweep import travel_m
 
 PIECE = 1.25  # then an edge is a quarter wider than need be, at most
 NEAR_M = 0.01  # nearer than this, what a scan may be wrong by is nothing beside the clearance
@@ -41,21 +41,21 @@ class Walls:
         )
 
 
-def scan_walls(view: View, mission: Mission, *, leave_out: NDArray[np.bool_] | None = None) -> Walls:
+def scan_walls(view: View, mission: Mission, *, leave_out: Flags | None = None) -> Walls:
     """Rules 1 and 2: the free polygon's edges, those across a jump in range in pieces.
 
     Where a direction is left out, so are the edges on both sides of it.
     """
     edge, starts, ends, far = _pieces(view)
     unsure = mission.range_error_m_max + mission.blind_per_range * far
-    walls = Walls(starts, ends, mission.robot_radius_m + mission.epsilon_m + unsure)
+    walls = Walls(starts, ends, mission.berth_m + unsure)
     if leave_out is None:
         return walls
     kept = ~(leave_out | np.roll(leave_out, -1))[edge]
     return Walls(walls.starts[kept], walls.ends[kept], walls.keep_m[kept])
 
 
-def _pieces(view: View) -> tuple[NDArray[np.intp], Floats, Floats, Floats]:
+def _pieces(view: View) -> tuple[Indices, Floats, Floats, Floats]:
     """The edges in pieces along which the range grows by `PIECE` at the most: of which edge, ends, far range.
 
     An edge behind an obstacle reaches far away; it must not be as wide beside the obstacle as it is there.
@@ -99,7 +99,7 @@ def certified_lengths_m(origin: Floats, headings_rad: Floats, walls: Walls) -> F
     return travel_m(origin, headings, walls.starts, walls.ends, walls.keep_m)
 
 
-def promised_clearance_m(view: View, target: Floats, robots: NDArray[np.bool_], mission: Mission) -> float:
+def promised_clearance_m(view: View, target: Floats, robots: Flags, mission: Mission) -> float:
     """The clearance that the hull keeps from any obstacle the scan may stand for, along a whole step [m].
 
     It is less than epsilon only where the step begins nearer than that to something and leads away.
@@ -111,11 +111,8 @@ def promised_clearance_m(view: View, target: Floats, robots: NDArray[np.bool_], 
         mission: the robot's.
     """
     walls = scan_walls(view, mission, leave_out=robots)
-    margin = walls.keep_m - mission.robot_radius_m - mission.epsilon_m
-    off_ends = distances_to_segment(walls.starts, view.position, target)
-    off_edges = [
-        np.hypot(*(nearest_on_segments(end, walls.starts, walls.ends) - end).T)
-        for end in (view.position, target)
-    ]
+    margin = walls.keep_m - mission.berth_m
+    off_ends = distances_to_segments(walls.starts, view.position, target)
+    off_edges = [distances_to_segments(end, walls.starts, walls.ends) for end in (view.position, target)]
     apart = np.minimum(off_ends, np.minimum(*off_edges))
     return max(0.0, float((apart - margin).min()) - mission.robot_radius_m)

@@ -11,7 +11,8 @@ import math
 
 import numpy as np
 
-from agents.scan import View, distances_to_segment, on_ground
+from agents.scan import View, on_ground
+from protocol.arrays import distances_to_segments
 from protocol.frames import Point
 from protocol.mission import Mission
 from protocol.path import Path
@@ -77,11 +78,11 @@ class Follower:
     def _clearance_m(
         self, view: View, path: Path, vertex_m: float, progress_m: float, authority_m: float
     ) -> float:
-        hull_m = self._mission.robot_radius_m + 2.0 * self._mission.mu0_m
+        hull_m = self._mission.hull_reach_m
         behind = on_ground(view.points, path.between(0.0, progress_m), within_m=hull_m)
         ahead = on_ground(view.points, path.between(authority_m, path.end_m), within_m=hull_m)
         hits = view.without(behind | ahead).hit_points
         end = path.at(vertex_m)
-        distances = distances_to_segment(hits, view.position, np.array([end.x_m, end.y_m]))
+        distances = distances_to_segments(hits, view.position, np.array([end.x_m, end.y_m]))
         nearest_m = float(distances.min(initial=self._mission.range_m_max))
         return nearest_m - self._mission.robot_radius_m

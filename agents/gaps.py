@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agents.obstacles import Obstacle
-from protocol.sweep import Floats
+from protocol.arrays import Floats
 
 
 @dataclass(frozen=True)

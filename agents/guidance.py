@@ -9,13 +9,12 @@ certificate's to say.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, map_coordinates
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
+from protocol.arrays import Floats, Indices
 from protocol.mission import Bounds
-from protocol.sweep import Floats
 
 CELLS_MAX = 250_000  # 500 x 500: a plan stays within some 0.2 s
 COMFORT = 2.0  # next to closed ground a metre costs this much more than in the open
@@ -67,7 +66,7 @@ class Map:
         along = np.arange(size) + 0.5
         return np.asarray(np.minimum(along, size - along) * self._cell_m)
 
-    def _sources(self, room: Floats, goal: Floats, tolerance_m: float) -> NDArray[np.intp]:
+    def _sources(self, room: Floats, goal: Floats, tolerance_m: float) -> Indices:
         centres = (np.indices(room.shape).reshape(2, -1).T + 0.5) * self._cell_m + self._low
         off_goal = np.hypot(*(centres - goal).T)
         open_cells = np.flatnonzero(room.ravel() > 0.0)
@@ -76,7 +75,7 @@ class Map:
         return np.asarray(at_goal if len(at_goal) else near)
 
 
-def _dijkstra(room: Floats, cell_m: float, sources: NDArray[np.intp]) -> Floats:
+def _dijkstra(room: Floats, cell_m: float, sources: Indices) -> Floats:
     """Cost of every cell from the nearest source, over eight neighbours."""
     if len(sources) == 0:
         return np.full(room.shape, np.inf)

@@ -77,7 +77,7 @@ class _Host:
 
     def __init__(self, robots: dict[int, int]) -> None:
         self._robots = robots
-        self._exit_code = ExitCode.OK
+        self._exit_code: int = ExitCode.OK
         self._all_ended = asyncio.Event()
 
     async def reap(self, lifeline: int | None) -> int:
@@ -104,7 +104,7 @@ class _Host:
                 return
             robot, exit_code = self._robots.pop(pid), os.waitstatus_to_exitcode(status)
             if exit_code != 0:
-                self._exit_code = ExitCode.FAILED
+                self._exit_code = self._exit_code or max(exit_code, ExitCode.FAILED)  # a signal's is negative
                 _say(f"robot {robot} {_how(exit_code)}")
         self._all_ended.set()
 

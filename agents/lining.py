@@ -51,7 +51,7 @@ class Lining:
     @property
     def may_lead(self) -> bool:
         """Whether this robot leads and all have confirmed the order."""
-        return self._roster.agreed() and self.order[0] == self._robot
+        return self.order[:1] == (self._robot,) and self._roster.agreed()
 
     def hear(self, robot: int, muster: Muster) -> None:
         """Take in what another robot announces."""
@@ -74,7 +74,6 @@ class Lining:
     def _nearest_obstacle_m(self, scan: View) -> float:
         """(3): distance to the nearest hit that is no robot; the range limit where there is none."""
         others = [(pose.x_m, pose.y_m) for robot, pose in self.places.items() if robot != self._robot]
-        hull_m = self._mission.robot_radius_m + 2.0 * self._mission.mu0_m
-        hulls = on_discs(scan.points, np.array(others).reshape(-1, 2), within_m=hull_m)
+        hulls = on_discs(scan.points, np.array(others).reshape(-1, 2), within_m=self._mission.hull_reach_m)
         nearest_m = scan.without(hulls).nearest_m
         return self._mission.range_m_max if nearest_m is None else nearest_m

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agents.scan import View
-from protocol.sweep import Floats
+from protocol.arrays import Flags, Floats
 
 
 @dataclass(frozen=True)
@@ -30,9 +30,9 @@ class Obstacle:
         return float(np.hypot(*(self.tangent_2 - self.tangent_1)))
 
 
-def passable_width_m(robot_radius_m: float, epsilon_m: float) -> float:
+def passable_width_m(berth_m: float) -> float:
     """(9): the narrowest opening that admits a robot and its clearance on both sides [m]."""
-    return 2.0 * (robot_radius_m + epsilon_m)
+    return 2.0 * berth_m
 
 
 def find_obstacles(view: View, *, passable_m: float) -> list[Obstacle]:
@@ -50,7 +50,7 @@ def find_obstacles(view: View, *, passable_m: float) -> list[Obstacle]:
     ]
 
 
-def _joined_to_previous(view: View, passable_m: float) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def _joined_to_previous(view: View, passable_m: float) -> Flags:
     """Whether each direction's hit belongs to the same obstacle as the one clockwise of it (n,)."""
     apart = np.hypot(*(view.points - np.roll(view.points, 1, axis=0)).T)
     return np.asarray(view.hits & np.roll(view.hits, 1) & (apart < passable_m))

@@ -14,15 +14,15 @@ import numpy as np
 from agents.commands import AskScan, Command, Note, Order
 from agents.driver import Driver
 from agents.events import Event, LinkHeard, MusterHeard, OdometryHeard, ScanHeard
-from agents.follower import Follower
+from agents.follower import THERE_M, Follower
 from agents.leader import Ground, Leader
 from agents.lining import Lining
 from agents.scan import View, view
 from agents.step import Crossed, NoStep
 from agents.strand import Own, Strand
+from protocol.arrays import Floats
 from protocol.messages import AheadState, Scan
 from protocol.mission import Mission
-from protocol.sweep import Floats
 from protocol.timeline import (
     GoalReached,
     RobotArrived,
@@ -170,15 +170,19 @@ class Robot:
         driver, final = self._driver, strand.ahead.state.arrived
         if not driver.standing and driver.drive.target is None:
             return []  # it is being stopped
+        ordered_m = driver.progress_m if driver.standing else driver.drive.reach_m
         reach_m = self._follower.reach_m(
             strand.path,
             progress_m=driver.progress_m,
-            ordered_m=driver.progress_m if driver.standing else driver.drive.reach_m,
+            ordered_m=ordered_m,
             authority_m=strand.authority_m,
             final=final,
         )
         if reach_m is None:
             return self._arrive() if final and driver.standing else []
+        reach_m = strand.claim_m(reach_m, progress_m=ordered_m)
+        if reach_m <= ordered_m + THERE_M:
+            return []  # a robot behind stands in the way, and may not go first
         if not self._follower.is_clear(reach_m):
             return self._check(strand, now_s)
         driver.to(strand.path.at(reach_m), reach_m=reach_m, epoch=strand.epoch)

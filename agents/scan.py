@@ -5,10 +5,9 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from protocol.arrays import Flags, Floats, distances_to_segments, scan_bearings_rad
 from protocol.messages import Scan
-from protocol.sweep import Floats
 
 
 @dataclass(frozen=True)
@@ -21,7 +20,7 @@ class View:
     """Directions, anti-clockwise from -pi (n,)."""
     ranges_m: Floats
     """(n,)"""
-    hits: NDArray[np.bool_]
+    hits: Flags
     """Whether there was anything within the range (n,)."""
 
     @cached_property
@@ -40,7 +39,7 @@ class View:
         """Distance to the nearest hit; None where there is none."""
         return float(self.ranges_m[self.hits].min()) if self.hits.any() else None
 
-    def without(self, seen: NDArray[np.bool_]) -> "View":
+    def without(self, seen: Flags) -> "View":
         """The same scan with some of its directions taken for empty."""
         return View(self.position, self.bearings_rad, self.ranges_m, self.hits & ~seen)
 
@@ -48,27 +47,19 @@ class View:
 def view(scan: Scan, *, range_m_max: float) -> View:
     """Make arrays of a scan; what is further away than the range counts as not seen."""
     ranges = np.minimum(np.array(scan.ranges_m), range_m_max)
-    bearings = -np.pi + 2.0 * np.pi * np.arange(len(ranges)) / len(ranges)
+    bearings = scan_bearings_rad(len(ranges))
     return View(np.array([scan.pose.x_m, scan.pose.y_m]), bearings, ranges, ranges < range_m_max)
 
 
-def on_ground(points: Floats, corners: Floats, *, within_m: float) -> NDArray[np.bool_]:
+def on_ground(points: Floats, corners: Floats, *, within_m: float) -> Flags:
     """Which points (n, 2) lie on a strip along a polyline (k, 2) of ground that robots stand on."""
     near = np.zeros(len(points), dtype=np.bool_)
     for start, end in pairwise(corners):
-        near |= distances_to_segment(points, start, end) < within_m
+        near |= distances_to_segments(points, start, end) < within_m
     return near
 
 
-def distances_to_segment(points: Floats, start: Floats, end: Floats) -> Floats:
-    """Distance of each point (n, 2) to one segment (n,) [m]."""
-    along = end - start
-    length2 = float(along @ along)
-    share = np.clip((points - start) @ along / length2, 0.0, 1.0) if length2 > 0.0 else np.zeros(len(points))
-    return np.asarray(np.hypot(*(points - start - share[:, None] * along).T))
-
-
-def on_discs(points: Floats, centres: Floats, *, within_m: float) -> NDArray[np.bool_]:
+def on_discs(points: Floats, centres: Floats, *, within_m: float) -> Flags:
     """Which points (n, 2) lie on one of the discs around centres (k, 2)."""
     off = points[:, None, :] - centres[None, :, :]
     return np.asarray((np.hypot(off[..., 0], off[..., 1]) < within_m).any(axis=1))

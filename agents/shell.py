@@ -38,7 +38,7 @@ MISSION_PATIENCE_S = 10.0  # wall: what docs/run.md gives a fleet to come togeth
 WORLD_SILENCE_S = 5.0  # wall: docs/run.md
 START_PATIENCE_S = 20.0  # wall: the others have 10 s to come, and a slow machine as much again
 CLOSING_PATIENCE_S = 2.0  # wall: docs/run.md
-REASON_LENGTH_MAX = 500  # a timeline entry is no place for all that a stranger may send
+PHASES = list(Phase)  # in the order in which a run goes through them
 
 
 async def run(robot: int, session: Session) -> ExitCode:
@@ -75,7 +75,7 @@ class _Life:
             self._transport.ask(self._keys.mission(), Ask())
             for arrival in await self._transport.arrivals(MISSION_RETRY_S):
                 match arrival:
-                    case Heard(message=Mission() as mission):
+                    case Heard(key, message=Mission() as mission) if key == self._keys.mission():
                         self._note(RobotStarted(pid=os.getpid()))
                         return mission
                     case _:
@@ -89,7 +89,7 @@ class _Life:
             arrivals = await self._transport.arrivals(TURN_S)
             self._hear_world(arrivals)
             if self._phase is Phase.RUNNING:
-                for event in _events(self._keys, arrivals, self._now_s):
+                for event in _events(self._keys, self._name, arrivals, self._now_s):
                     for command in robot.handle(event, self._now_s):
                         self._do(command)
             if self._world_is_silent():
@@ -126,14 +126,14 @@ class _Life:
     def _hear_world(self, arrivals: Sequence[Arrival]) -> None:
         for arrival in arrivals:
             match arrival:
-                case Heard(message=Odometry() as odometry):
+                case Heard(key, message=Odometry() as odometry) if key == self._keys.odometry(self._name):
                     self._now_s = max(self._now_s, odometry.t_s)
-                    self._phase = odometry.phase
+                    self._phase = max(self._phase, odometry.phase, key=PHASES.index)
                     self._heard_world_at_s, self._patience_s = time.monotonic(), WORLD_SILENCE_S
-                case Heard(message=Logged(up_to=up_to)):
+                case Heard(key, message=Logged(up_to=up_to)) if key == self._keys.logged(self._name):
                     self._outbox.acknowledged(up_to)
                 case Refused(key, reason):
-                    self._note(MessageRefused(key=key, reason=reason[:REASON_LENGTH_MAX]))
+                    self._note(MessageRefused(key=self._keys.behind_root(key), reason=reason))
                 case _:
                     pass  # the robot's, or nobody's: a robot is not asked and sees no tokens
 
@@ -166,21 +166,23 @@ class _Life:
         return {self._keys.behind_root(key): count for key, count in counts.items() if key not in apart}
 
 
-def _events(keys: Keys, arrivals: Sequence[Arrival], now_s: float) -> list[Event]:
+def _events(keys: Keys, name: str, arrivals: Sequence[Arrival], now_s: float) -> list[Event]:
     """What has arrived for the robot, in order; of the odometry only the newest (rule 1)."""
-    events: list[Event] = []
-    for arrival in arrivals:
-        match arrival:
-            case Heard(message=Odometry() as odometry) if odometry.t_s == now_s:
-                events.append(OdometryHeard(odometry))
-            case Heard(message=Scan() as scan):
-                events.append(ScanHeard(scan))
-            case Heard(key, _, Muster() as muster) if robot := robot_number(keys.part(key, 1)):
-                events.append(MusterHeard(robot, muster))
-            case Heard(key, number, AheadState() | BehindState() as state) if robot := robot_number(
-                keys.part(key, 1)
-            ):
-                events.append(LinkHeard(robot, number, state))
-            case _:
-                pass  # the shell's own, or a message on a key where it means nothing
-    return events
+    heard = [arrival for arrival in arrivals if isinstance(arrival, Heard)]
+    events = (_event(keys.behind_root(each.key).split("/"), name, each, now_s) for each in heard)
+    return [event for event in events if event is not None]
+
+
+def _event(key: Sequence[str], name: str, heard: Heard, now_s: float) -> Event | None:
+    """What a message means to the robot; None where it means nothing on the key that it came by."""
+    match heard.message, key:
+        case Odometry() as odometry, ["body", body, "odometry"] if body == name and odometry.t_s == now_s:
+            return OdometryHeard(odometry)
+        case Scan() as scan, ["body", body, "scan"] if body == name:
+            return ScanHeard(scan)
+        case Muster() as muster, ["muster", sender] if robot := robot_number(sender):
+            return MusterHeard(robot, muster)
+        case (AheadState() | BehindState()) as state, ["link", sender, _] if robot := robot_number(sender):
+            return LinkHeard(robot, heard.number, state)
+        case _:
+            return None

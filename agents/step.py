@@ -11,9 +11,9 @@ from agents.guidance import CostToGo
 from agents.laws import heading_rad, step_length_m
 from agents.obstacles import Obstacle, find_obstacles, passable_width_m
 from agents.scan import View
+from protocol.arrays import Floats
 from protocol.frames import wrap
 from protocol.mission import Mission
-from protocol.sweep import Floats
 
 HEADINGS = 360  # one a degree: 7 cm apart at 4 m, finer than any gap that admits a robot
 LENGTHS = 32  # ends tried along each heading
@@ -68,20 +68,26 @@ class Crossed:
 
 def look(view: View, mission: Mission) -> Sight:
     """Find obstacles and gaps in a scan."""
-    passable_m = passable_width_m(mission.robot_radius_m, mission.epsilon_m)
+    passable_m = passable_width_m(mission.berth_m)
     obstacles = find_obstacles(view, passable_m=passable_m)
     return Sight(view, obstacles, find_gaps(obstacles), passable_m)
 
 
-def paper_step(sight: Sight, mission: Mission) -> Step | NoStep:
-    """The laws `printed` and `resultant`: through the widest passable gap, by its two chords."""
+def paper_step(sight: Sight, mission: Mission, *, gain_m: float) -> Step | NoStep:
+    """The laws `printed` and `resultant`: through the widest passable gap, by its two chords.
+
+    An obstacle that a single ray hits has no chord, and (12) makes no step of it.
+    """
     chosen = sight.widest_gap
     if chosen is None:
         return NoStep(f"no passable gap in sight between {len(sight.obstacles)} obstacles")
     gap = sight.gaps[chosen]
     right_m, left_m = sight.obstacles[gap.right].chord_m, sight.obstacles[gap.left].chord_m
+    length_m = step_length_m(right_m, left_m)
+    if length_m < gain_m:
+        return NoStep(f"half the shorter chord beside the widest gap is {length_m:.4f} m, which is no step")
     beta = heading_rad(mission.law, right_m, left_m, mission.epsilon_m, gap.delta_rad)
-    return Step(wrap(gap.axis_rad + beta), step_length_m(right_m, left_m), gap=chosen)
+    return Step(wrap(gap.axis_rad + beta), length_m, gap=chosen)
 
 
 def certified_step_to_goal(

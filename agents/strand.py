@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from agents.commands import Command, Note, Tell
 from agents.events import LinkHeard
-from protocol.authority import authority_m
+from protocol.authority import authority_m, claim_m
 from protocol.frames import Point, Pose
 from protocol.link import Link
 from protocol.messages import AheadState, BehindState
@@ -75,6 +75,19 @@ class Strand:
         if self.behind is None:
             return self.start_m
         return self.behind.state.tail_progress_m if self.behind.state else 0.0
+
+    def claim_m(self, to_m: float, *, progress_m: float) -> float:
+        """How much of the way to an arc length keeps off the robots behind."""
+        if self.behind is None:
+            return to_m
+        return claim_m(
+            self.path,
+            progress_m=progress_m,
+            to_m=to_m,
+            tail_m=self.tail_m,
+            granted_m=self.granted_m,
+            keep_m=self.keep_m,
+        )
 
     @property
     def stretch_m(self) -> float:
@@ -141,11 +154,13 @@ class Strand:
     def _grant(self, own: Own) -> list[Command]:
         if self.behind is None:
             return []
-        taken = (self.tail_m, own.progress_m, len(self.path), own.arrived)
+        taken = (self.granted_m, own.progress_m, len(self.path), own.arrived)
         if taken == self._taken:
             return []  # nothing has moved, so nothing has become free
         self._taken = taken
-        free_m = authority_m(self.path, tail_m=self.tail_m, progress_m=own.progress_m, keep_m=self.keep_m)
+        free_m = authority_m(
+            self.path, from_m=max(self.tail_m, self.granted_m), progress_m=own.progress_m, keep_m=self.keep_m
+        )
         enough_m = 0.0 if own.arrived else GRANT_M_MIN
         if free_m <= self.granted_m + enough_m:
             return []

@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import NoReturn
 
 from protocol.errors import UsageError
+from protocol.frames import ROBOTS_MAX
 from protocol.mission import Law
+from world.options import seed_of, speed_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,7 +58,7 @@ def parse(arguments: Sequence[str]) -> Request:
         "-n", dest="robots", type=_count, metavar="N", help="robots, instead of the scenario's"
     )
     parser.add_argument(
-        "--seed", type=_seed, default=1, help="decides every random draw; default: %(default)s"
+        "--seed", type=seed_of, default=1, help="decides every random draw; default: %(default)s"
     )
     parser.add_argument("--law", choices=[law.value for law in Law], help="instead of the scenario's")
     parser.add_argument(
@@ -93,27 +95,14 @@ def world_options(request: Request) -> list[str]:
 
 
 def _count(text: str) -> int:
-    if not text.isdecimal() or not 1 <= int(text) <= 9999:
-        raise argparse.ArgumentTypeError(f"must be a whole number from 1 to 9999, got {text}")
-    return int(text)
-
-
-def _seed(text: str) -> int:
-    if not text.isdecimal() or int(text) >= 2**53:
-        raise argparse.ArgumentTypeError(f"must be a whole number from 0 to 2**53 - 1, got {text}")
+    if not text.isdecimal() or not 1 <= int(text) <= ROBOTS_MAX:
+        raise argparse.ArgumentTypeError(f"must be a whole number from 1 to {ROBOTS_MAX}, got {text}")
     return int(text)
 
 
 def _speed(text: str) -> str:
-    if text == "max":
-        return text
-    try:
-        factor = float(text)
-    except ValueError:
-        factor = 0.0
-    if not 0.0 < factor <= 1e3:  # a tick of 0.02 s is then 20 us of wall time, which no world keeps
-        raise argparse.ArgumentTypeError(f"must be max or a number in (0, 1000], got {text}")
-    return text
+    speed_of(text)
+    return text  # the world reads it again
 
 
 def _endpoint(text: str) -> str:

@@ -17,8 +17,8 @@ What happened in a run: `events.jsonl` in its folder, one JSON object a line. Th
 in `protocol/timeline.py` by `python -m lab.timeline_doc`; a test keeps the two the same.
 
 The first line is the header, kind `run.started`: `schema` (`clew-timeline/1`), `run`, `seed`, `scenario`
-(whole, so that the log can be judged by itself), `scenario_hash`, `versions`. Every other line has these
-fields and then those of its kind:
+(whole, so that the log can be judged by itself), `scenario_hash`, `speed` (null: as fast as the robots
+answer), `started_at`, `versions`. Every line has these fields and then those of its kind:
 
 | field | type | meaning |
 |---|---|---|

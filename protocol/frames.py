@@ -14,7 +14,8 @@ Seconds = Annotated[float, Meta(ge=0.0, le=1e9)]
 Speed = Annotated[float, Meta(ge=0.0, le=100.0)]
 Radians = Annotated[float, Meta(ge=-math.pi, le=math.pi)]
 Count = Annotated[int, Meta(ge=0, le=2**53)]  # 2**53: what JSON readers keep exact
-RobotId = Annotated[int, Meta(ge=1, le=9999)]
+ROBOTS_MAX = 2000  # what a robot counts of so many musters still fits into one message, at 65 kB
+RobotId = Annotated[int, Meta(ge=1, le=ROBOTS_MAX)]
 
 
 class Point(Struct, frozen=True, kw_only=True):

@@ -1,6 +1,6 @@
 """One link of the strand, seen from one end: the neighbour's newest state, and how long it has been silent.
 
-Rule 1: the newest state by (epoch, number) is kept; older ones and repeats change nothing but the silence.
+Rule 1: the newest state by (epoch, number) is kept; older ones and repeats change nothing.
 Rule 2: a state that repeats an old number does not end a silence: it may have been on its way for long.
 """
 

@@ -9,11 +9,11 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from protocol.frames import Count, Length, Point, Pose, RobotId, Seconds, Speed, Vertex
+from protocol.frames import ROBOTS_MAX, Count, Length, Point, Pose, RobotId, Seconds, Speed, Vertex
 from protocol.mission import Mission
 from protocol.timeline import Entry
 
-Lineage = Annotated[tuple[RobotId, ...], Meta(max_length=9999)]
+Lineage = Annotated[tuple[RobotId, ...], Meta(max_length=ROBOTS_MAX)]
 
 
 class Phase(StrEnum):

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from protocol.frames import Count, Length, Metres, Point, Seconds, Speed
+from protocol.frames import ROBOTS_MAX, Length, Metres, Point, Seconds, Speed
 
 
 class Law(StrEnum):
@@ -33,7 +33,7 @@ class Bounds(Struct, frozen=True, kw_only=True):
 class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
     """What every robot of a run is told: its size, its senses, the law, the promises, the goal."""
 
-    robots: Annotated[int, Meta(ge=1, le=9999)]
+    robots: Annotated[int, Meta(ge=1, le=ROBOTS_MAX)]
     robot_radius_m: Length
     law: Law
     epsilon_m: Length
@@ -51,7 +51,21 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
     goal: Point | None = None
     goal_tolerance_m: Length = 0.0
     bounds: Bounds | None = None
-    switching_positions_max: Count | None = None
-    """The leader stops at this many switching positions (the paper stops at 11)."""
+    switching_positions_max: Annotated[int, Meta(ge=1)] | None = None
+    """Without a goal the leader stops at this many switching positions (the paper stops at 11)."""
+
+    @property
+    def berth_m(self) -> float:
+        """Least distance of a robot's centre from an obstacle: r + epsilon."""
+        return self.robot_radius_m + self.epsilon_m
+
+    @property
+    def hull_reach_m(self) -> float:
+        """How far from its place on the path a hit may be on a robot's hull.
+
+        Twice the tolerance beyond its radius: it may be that far off its path, and the scan's place too.
+        """
+        return self.robot_radius_m + 2.0 * self.mu0_m
+
     heartbeat_s: Seconds = 0.25
     silence_s: Seconds = 1.0  # four lost heartbeats

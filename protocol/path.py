@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
+from protocol.arrays import Floats
 from protocol.frames import Point, Vertex
-from protocol.sweep import Floats
 
 ON_LINE_M = 1e-9  # nearer than this to a straight line counts as on it: rounding of sums of metres
 

@@ -14,6 +14,7 @@ import msgspec
 from msgspec import Meta, Struct
 
 from protocol.errors import UsageError
+from protocol.frames import ROBOTS_MAX
 from protocol.keys import WORLD, Keys, robot_name
 
 Chunk = Annotated[str, Meta(pattern=r"\A[A-Za-z0-9_.-]{1,64}\Z")]  # one chunk of a key, no wildcard
@@ -49,7 +50,7 @@ class RouterSession(Struct, frozen=True, kw_only=True):
 
     fleet: Chunk
     run: Chunk
-    robots: Annotated[int, Meta(ge=1, le=9999)]
+    robots: Annotated[int, Meta(ge=1, le=ROBOTS_MAX)]
     endpoint: Endpoint
 
     @property

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from protocol.access import Json, access_rules
 from protocol.codec import SIZE_MAX_BYTES
+from protocol.frames import ROBOTS_MAX
 from protocol.session import USERS_FILE, RouterSession, Session
 
 LEASE_MS = 1000  # 200 ms gave false deaths on a loaded machine, 500 ms and more none
@@ -15,7 +16,7 @@ OPEN_TIMEOUT_MS = 1000  # the default, 10 s, is how long a frozen router would h
 CONNECT_TIMEOUT_MS = 5000  # a router that was started before us listens within a second
 ASK_TIMEOUT_MS = 1000
 QUEUE_BATCHES = 16  # Zenoh's most, made when needed; DROP drops what finds no room within 1 ms
-SESSIONS_MAX = 12_000  # 9999 robots, the most that a mission allows, and room for their successors
+SESSIONS_MAX = ROBOTS_MAX + 500  # and room for their successors
 
 
 def client_settings(session: Session) -> Json:

@@ -6,20 +6,11 @@ away from the segment never comes nearer again.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from protocol.arrays import Floats, nearest_on_segments
 
 TOUCHING_M = 1e-9  # nearer than this to a bound counts as on it: rounding of sums of metres
 PARALLEL = 1e-12  # of a unit vector across a wall: over a kilometre it comes nearer by `TOUCHING_M`
-
-
-def nearest_on_segments(point: Floats, starts: Floats, ends: Floats) -> Floats:
-    """The nearest point of each segment (n, 2) to a point (2,) [m]."""
-    along = ends - starts
-    length2 = np.einsum("ij,ij->i", along, along)
-    share = np.einsum("ij,ij->i", point - starts, along) / np.where(length2 > 0.0, length2, 1.0)
-    return np.asarray(starts + np.clip(share, 0.0, 1.0)[:, None] * along)
 
 
 def travel_m(origin: Floats, headings: Floats, starts: Floats, ends: Floats, keep_m: Floats) -> Floats:

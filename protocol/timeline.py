@@ -48,6 +48,14 @@ class OrderAccepted(_Record, frozen=True, kw_only=True, tag="order.accepted"):
     reach_m: Annotated[Length, Meta(description="arc length of the target along the strand's path")]
 
 
+class OrderRefused(_Record, frozen=True, kw_only=True, tag="order.refused"):
+    """A body has not taken an order: it is void, or the drive cannot do it."""
+
+    robot: RobotId
+    number: Count
+    reason: Text
+
+
 class OrderFinished(_Record, frozen=True, kw_only=True, tag="order.finished"):
     """A body has driven an order to its end."""
 
@@ -101,7 +109,7 @@ class PromiseBroken(_Record, frozen=True, kw_only=True, tag="promise.broken"):
 class MessageRefused(_Record, frozen=True, kw_only=True, tag="message.refused"):
     """A message broke the protocol and was dropped."""
 
-    key: Text
+    key: Annotated[Text, Meta(description="without the run's root")]
     reason: Text
 
 
@@ -125,7 +133,7 @@ class StrandFormed(_Record, frozen=True, kw_only=True, tag="strand.formed"):
 
     epoch: Count
     sensed: Annotated[bool, Meta(description="whether it took a scan to line up")]
-    order: Annotated[tuple[RobotId, ...], Meta(description="leader first")]
+    order: Annotated[tuple[RobotId, ...], Meta(min_length=1, description="leader first")]
     path_length_m: Annotated[Length, Meta(description="arc length of the leader's start; the tail's is 0")]
 
 
@@ -256,6 +264,7 @@ Record = (
     RobotAppeared
     | RobotDied
     | OrderAccepted
+    | OrderRefused
     | OrderFinished
     | BodyStopped
     | PoseSampled

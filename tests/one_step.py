@@ -9,13 +9,14 @@ from msgspec.structs import replace
 from agents.leader import Ground, Leader
 from agents.scan import View, view
 from agents.step import Crossed, NoStep
+from protocol.arrays import scan_bearings_rad
 from protocol.frames import Point, Pose
 from protocol.messages import Scan
 from protocol.mission import Law, Mission
 from protocol.path import Path
 from protocol.timeline import StepPlanned
 from world.clearance import clearance
-from world.rays import cast, scan_bearings_rad
+from world.rays import cast
 from world.shapes import Polygon, Shape, ground_of
 
 MISSION = Mission(

@@ -33,7 +33,7 @@ class Granter:
     keep_m: float
 
     def grants_m(self) -> float:
-        return authority_m(self.path, tail_m=self.tail_m, progress_m=self.progress_m, keep_m=self.keep_m)
+        return authority_m(self.path, from_m=self.tail_m, progress_m=self.progress_m, keep_m=self.keep_m)
 
     def ground(self) -> shapely.LineString:
         """Where the granter is and may yet come to."""

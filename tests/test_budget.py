@@ -6,10 +6,10 @@ import shapely
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
+from protocol.arrays import Floats, scan_bearings_rad
 from tests.shape_strategies import as_shapely, patiently, shapes
 from world.budget import blind_per_range, budget, sure_range_m
-from world.rays import cast, scan_bearings_rad
-from world.rings import FloatArray
+from world.rays import cast
 from world.shapes import Circle, Ellipse, Polygon, Shape, ground_of
 
 DIRECTIONS = 360
@@ -18,7 +18,7 @@ RANGE_M_MAX = 6.0
 NEEDLE = Polygon(vertices_m=((1.0, 0.002), (3.0, -0.3), (3.0, 0.3)))
 
 
-def _scan(shape: Shape, directions: int, range_m_max: float, origin: FloatArray) -> FloatArray:
+def _scan(shape: Shape, directions: int, range_m_max: float, origin: Floats) -> Floats:
     """The ends of the rays, relative to their origin."""
     bearings_rad = scan_bearings_rad(directions)
     ranges_m = cast(ground_of([shape]), origin, bearings_rad, range_m_max=range_m_max, discs=np.empty((0, 3)))

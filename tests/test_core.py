@@ -95,7 +95,7 @@ def test_a_void_order_is_refused_on_the_record() -> None:
     stage = running()
     stage.tick(2 * SECOND)
     refused = stage.order(1, AHEAD, basis_s=0.5)
-    assert kinds(refused) == ["MessageRefused"]
+    assert kinds(refused) == ["OrderRefused"]
     assert not stage.world.bodies.moving.any()
 
 

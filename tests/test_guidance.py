@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from agents.guidance import CELLS_MAX, COMFORT, CostToGo, Map
+from protocol.arrays import Floats
 from protocol.mission import Bounds
-from protocol.sweep import Floats
 
 BOUNDS = Bounds(x_m_min=-1.0, y_m_min=-2.0, x_m_max=3.0, y_m_max=1.0)
 CELL_M = 0.1

@@ -133,5 +133,4 @@ def test_a_run_across_the_seam_of_the_scan_is_one_obstacle() -> None:
 
 
 def test_what_a_robot_passes_is_its_hull_and_its_clearance_on_both_sides() -> None:
-    assert passable_width_m(robot_radius_m=0.1, epsilon_m=0.05) == pytest.approx(0.3)
-    assert passable_width_m(robot_radius_m=0.0, epsilon_m=0.1) == pytest.approx(0.2)
+    assert passable_width_m(0.1 + 0.05) == pytest.approx(0.3)

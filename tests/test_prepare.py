@@ -48,7 +48,7 @@ def test_what_is_asked_reaches_the_world() -> None:
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (["-n", "0"], "argument -n: must be a whole number from 1 to 9999, got 0"),
+        (["-n", "0"], "argument -n: must be a whole number from 1 to 2000, got 0"),
         (["-n", "many"], "got many"),
         (["--seed", "-1"], "argument --seed: "),
         (["--speed", "0"], r"must be max or a number in \(0, 1000\], got 0"),

@@ -6,8 +6,9 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from protocol.arrays import scan_bearings_rad
 from tests.shape_strategies import ORACLE_ERROR_M, as_shapely, grounds, patiently, points
-from world.rays import cast, noisy, scan_bearings_rad
+from world.rays import cast, noisy
 from world.shapes import Circle, Polygon, Shape, ground_of
 
 RANGE_M_MAX = 6.0

@@ -6,7 +6,8 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.scan import View, distances_to_segment, on_discs, on_ground, view
+from agents.scan import View, on_discs, on_ground, view
+from protocol.arrays import distances_to_segments
 from protocol.frames import Pose
 from protocol.messages import Scan
 
@@ -73,7 +74,7 @@ def test_without_a_direction_its_hit_is_gone_and_no_other(
 def test_distances_to_a_segment_are_shapelys(
     cloud: np.ndarray, start: tuple[float, float], end: tuple[float, float]
 ) -> None:
-    measured_m = distances_to_segment(cloud, np.array(start), np.array(end))
+    measured_m = distances_to_segments(cloud, np.array(start), np.array(end))
     expected_m = shapely.distance(shapely.points(cloud), shapely.LineString([start, end]))
     assert measured_m.tolist() == pytest.approx(expected_m.tolist(), abs=ROUNDING_M)
 

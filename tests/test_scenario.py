@@ -292,7 +292,7 @@ def test_every_quantity_in_the_schema_says_its_unit() -> None:
         "Fleet",
         "LawSection",
         "Goal",
-        "Sensor",
+        "SensorSection",
         "DriveSection",
         "TimeSection",
         "Circle",

@@ -10,7 +10,8 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from protocol.sweep import TOUCHING_M, Floats, nearest_on_segments, travel_m
+from protocol.arrays import Floats, nearest_on_segments
+from protocol.sweep import TOUCHING_M, travel_m
 
 HORIZON_M = 20.0  # nothing here is further apart
 ROUNDING_M = 1e-12  # of sums of metres

@@ -2,7 +2,6 @@
 
 import argparse
 import logging
-import math
 import sys
 from pathlib import Path
 
@@ -10,9 +9,10 @@ from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.mission import Law
 from protocol.session import read_session
+from world.options import seed_of, speed_of
 from world.recorder import RecordingFailedError
 from world.scenario import load
-from world.shell import Order, run
+from world.shell import Request, run
 
 STDIN = 0
 
@@ -22,7 +22,7 @@ def main() -> int:
     arguments = _parse()
     logging.basicConfig(format="world: %(message)s", level=logging.INFO)
     try:
-        order = Order(
+        request = Request(
             scenario=load(arguments.scenario, robots=arguments.robots, law=arguments.law),
             session=read_session(arguments.session),
             out=arguments.out,
@@ -30,7 +30,7 @@ def main() -> int:
             speed=arguments.speed,
             lifeline=STDIN if arguments.lifeline else None,
         )
-        verdict = run(order)
+        verdict = run(request)
     except UsageError as error:
         logging.error("%s", error)
         return ExitCode.USAGE
@@ -63,32 +63,6 @@ def _parse() -> argparse.Namespace:
         "--lifeline", action="store_true", help="end when stdin does, so that no launcher leaves us behind"
     )
     return parser.parse_args()
-
-
-def seed_of(text: str) -> int:
-    """The seed that a text says.
-
-    Raises:
-        argparse.ArgumentTypeError: it says none.
-    """
-    if not (text.isascii() and text.isdecimal() and int(text) <= 2**53):  # what JSON readers keep exact
-        raise argparse.ArgumentTypeError(f"{text!r} must be a whole number from 0 to 2**53")
-    return int(text)
-
-
-def speed_of(text: str) -> float | None:
-    """The speed that a text says; None for `max`.
-
-    Raises:
-        argparse.ArgumentTypeError: it says none.
-    """
-    try:
-        speed = None if text == "max" else float(text)
-    except ValueError:
-        speed = math.nan
-    if speed is not None and not 0.0 < speed <= 1000.0:
-        raise argparse.ArgumentTypeError(f"{text!r} must be above 0 and at most 1000, or max")
-    return speed
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ Rule 2: a body is sampled where its motion changes, and with every odometry whil
 
 import numpy as np
 
+from protocol.arrays import Floats
 from protocol.messages import Drive, Odometry, Phase, Scan
 from protocol.timeline import (
     BodyStopped,
@@ -16,7 +17,7 @@ from protocol.timeline import (
     Record,
     ScanServed,
 )
-from world.bodies import Bodies, Floats, Moves
+from world.bodies import Bodies, Moves
 from world.chance import stream
 from world.commands import Note
 from world.monitor import Monitor, Promises

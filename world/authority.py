@@ -8,7 +8,7 @@ Rule 3: a body moves only with an order in hand, and straight from where it took
 Rule 4: the strand's path is the polyline of the places where the robots started, tail first, and then of
         the targets of the leader's switching steps.
 Rule 5: where the robot ahead died, its last grants may have died with it: then rule 1 is not held against
-        an order that only those could have allowed.
+        an order from after its last entry, which only those could have allowed.
 Rule 6: what a robot has granted it never takes back within the epoch: who was granted it may be there.
 """
 
@@ -18,6 +18,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from operator import itemgetter
 
 from protocol.frames import Point
 from protocol.keys import WORLD, robot_number
@@ -58,6 +59,12 @@ class Evidence:
     orders: dict[int, list[tuple[float, OrderAccepted]]] = field(default_factory=lambda: defaultdict(list))
     poses: dict[int, list[tuple[float, PoseSampled]]] = field(default_factory=lambda: defaultdict(list))
     grants: dict[int, list[tuple[float, AuthorityGranted]]] = field(default_factory=lambda: defaultdict(list))
+    granted: dict[tuple[int, int, int], list[tuple[float, float]]] = field(
+        default_factory=lambda: defaultdict(list)
+    )
+    """The largest authority by then, by granter, grantee and epoch."""
+    heard_s: dict[int, float] = field(default_factory=lambda: defaultdict(float))
+    """When each robot recorded its last entry."""
     plans: dict[int, list[tuple[float, StepPlanned]]] = field(default_factory=lambda: defaultdict(list))
     strands: dict[tuple[int, int], StrandFormed] = field(default_factory=dict)
     """By robot and epoch."""
@@ -66,6 +73,8 @@ class Evidence:
     def hear(self, source: str, entry: Entry) -> None:
         """Take an entry in; those of one source come in their order, sources in any."""
         robot = robot_number(source)
+        if robot is not None:
+            self.heard_s[robot] = entry.t_s
         match entry.record:
             case OrderAccepted() as order if source == WORLD:
                 self.orders[order.robot].append((entry.t_s, order))
@@ -75,6 +84,8 @@ class Evidence:
                 self.dead.add(death.robot)
             case AuthorityGranted() as grant if robot is not None:
                 self.grants[robot].append((entry.t_s, grant))
+                granted = self.granted[robot, grant.to, grant.epoch]
+                granted.append((entry.t_s, max(grant.authority_m, granted[-1][1] if granted else 0.0)))
             case StepPlanned() as plan if robot is not None:
                 self.plans[robot].append((entry.t_s, plan))
             case StrandFormed() as strand if robot is not None:
@@ -125,21 +136,17 @@ def _judge_order(
     if place == 0:
         return _judge_leader(evidence.plans[order.robot], t_s, order, order.target)
     ahead = strand.order[place - 1]
-    granted_m = max(
-        (
-            grant.authority_m
-            for granted_s, grant in evidence.grants[ahead]
-            if (grant.to, grant.epoch) == (order.robot, order.epoch) and granted_s <= t_s + ROUNDING_S
-        ),
-        default=0.0,
-    )
-    if order.reach_m > granted_m + ROUNDING_M and ahead not in evidence.dead:
+    grants = evidence.granted[ahead, order.robot, order.epoch]
+    granted_by_then = bisect_right(grants, t_s + ROUNDING_S, key=itemgetter(0))
+    granted_m = grants[granted_by_then - 1][1] if granted_by_then else 0.0
+    excused = ahead in evidence.dead and t_s >= evidence.heard_s[ahead]
+    if order.reach_m > granted_m + ROUNDING_M and not excused:
         return _breach(order.robot, order.reach_m, granted_m, f"ordered further than robot {ahead} granted")
     beside_m = _apart_m(order.target, path.at(order.reach_m))
     allowed_m = tolerance.mu0_m + tolerance.drive_m(
         math.hypot(order.target.x_m - order.x_m, order.target.y_m - order.y_m)
     )
-    if beside_m > allowed_m and ahead not in evidence.dead:
+    if beside_m > allowed_m and not excused:
         return _breach(order.robot, beside_m, allowed_m, "ordered beside the strand's path")
     return None
 

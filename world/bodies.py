@@ -15,15 +15,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from protocol.arrays import Flags, Floats
 from protocol.errors import MessageRefusedError
 from protocol.frames import Point, Pose, wrap
 from protocol.messages import Drive
 from world.sections import DriveSection
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 DEADMAN_S = 1.0  # docs/run.md: ten odometry periods
 ROUNDING_M = 1e-9  # what places may be off by: a robot sent straight on must not stop for that

@@ -10,7 +10,7 @@ from protocol.frames import Pose
 from protocol.mission import Bounds
 from world.budget import Budget
 from world.clearance import distances
-from world.sections import DriveSection, Fleet, Goal, LawSection, Sensor
+from world.sections import DriveSection, Fleet, Goal, LawSection, SensorSection
 from world.shapes import Ground
 
 ROUNDING_M = 1e-9
@@ -58,7 +58,7 @@ def table(rows: Sequence[Sequence[float]] | None, obstacles: int, positions: int
             _refuse(f"table_m[{index}]", f"as many distances as obstacles = {obstacles}", len(row))
 
 
-def sight(sensor: Sensor, range_m_used: float, closest_m: float) -> None:
+def sight(sensor: SensorSection, range_m_used: float, closest_m: float) -> None:
     """The sensor is sure to see every obstacle in time: at twice the distance that is kept from it."""
     if sensor.range_m_max <= closest_m:
         _refuse("sensor.range_m_max", f"> radius + epsilon = {closest_m:g} m", sensor.range_m_max)

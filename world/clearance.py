@@ -8,12 +8,13 @@ import math
 
 import numpy as np
 
+from protocol.arrays import Flags, Floats, Indices, distances_to_segments
 from world import ellipses
-from world.rings import BoolArray, FloatArray, IntArray, winding
+from world.rings import winding
 from world.shapes import Ground
 
 
-def clearance(ground: Ground, starts: FloatArray, ends: FloatArray) -> FloatArray:
+def clearance(ground: Ground, starts: Floats, ends: Floats) -> Floats:
     """The least distance of each straight move, `(n, 2)` to `(n, 2)`, to any obstacle; inf without any."""
     moves_m = np.hypot(*(ends - starts).T)
     least_m = _to_circles(ground.circles, starts, ends, moves_m)
@@ -21,13 +22,13 @@ def clearance(ground: Ground, starts: FloatArray, ends: FloatArray) -> FloatArra
     return np.minimum(least_m, _to_edges(ground.edges, starts, ends, moves_m))
 
 
-def distances(ground: Ground, point_in_world: FloatArray) -> FloatArray:
+def distances(ground: Ground, point_in_world: Floats) -> Floats:
     """The distance from one point to each obstacle, in the scenario's order."""
     apart_m = np.full(ground.shape_count, math.inf)
     to_centres_m = np.hypot(*(ground.circles[:, :2] - point_in_world).T)
     apart_m[ground.circle_owner] = np.maximum(to_centres_m - ground.circles[:, 2], 0.0)
     apart_m[ground.ellipse_owner] = ellipses.point_distances(ground.ellipses, point_in_world)
-    to_edges_m = point_to_segment(point_in_world, ground.edges[:, :2], ground.edges[:, 2:])
+    to_edges_m = distances_to_segments(point_in_world, ground.edges[:, :2], ground.edges[:, 2:])
     np.minimum.at(apart_m, ground.edge_owner, to_edges_m)
     turns = np.zeros(ground.shape_count)
     _, edge, turn = winding(ground.edges, point_in_world[None])
@@ -35,37 +36,26 @@ def distances(ground: Ground, point_in_world: FloatArray) -> FloatArray:
     return np.where(turns != 0.0, 0.0, apart_m)
 
 
-def separations(starts: FloatArray, ends: FloatArray) -> FloatArray:
+def separations(starts: Floats, ends: Floats) -> Floats:
     """The least distance of each pair of bodies that move straight at once, `(n, n)`; inf to oneself."""
     x, y = (np.subtract.outer(column, column) for column in starts.T)
     dx, dy = (np.subtract.outer(column, column) for column in (ends - starts).T)
     squares = dx * dx + dy * dy
     share = np.clip(-(x * dx + y * dy) / np.where(squares > 0.0, squares, 1.0), 0.0, 1.0)
     x, y = x + share * dx, y + share * dy
-    apart_m: FloatArray = np.sqrt(x * x + y * y)
+    apart_m: Floats = np.sqrt(x * x + y * y)
     np.fill_diagonal(apart_m, math.inf)
     return apart_m
 
 
-def point_to_segment(points: FloatArray, starts: FloatArray, ends: FloatArray) -> FloatArray:
-    """The distance from points to segments, broadcast; a segment may have no length."""
-    x, y = points[..., 0] - starts[..., 0], points[..., 1] - starts[..., 1]
-    dx, dy = ends[..., 0] - starts[..., 0], ends[..., 1] - starts[..., 1]
-    squares = dx * dx + dy * dy
-    share = (x * dx + y * dy) / np.where(squares > 0.0, squares, 1.0)
-    share = np.clip(share, 0.0, 1.0)
-    apart: FloatArray = np.hypot(x - share * dx, y - share * dy)
-    return apart
-
-
-def _to_circles(circles: FloatArray, starts: FloatArray, ends: FloatArray, moves_m: FloatArray) -> FloatArray:
+def _to_circles(circles: Floats, starts: Floats, ends: Floats, moves_m: Floats) -> Floats:
     to_rims_m = _to_points(starts, circles[:, :2]) - circles[:, 2]
     body, row = _may_be_nearest(to_rims_m, to_rims_m, moves_m)
-    to_centres_m = point_to_segment(circles[row, :2], starts[body], ends[body])
+    to_centres_m = distances_to_segments(circles[row, :2], starts[body], ends[body])
     return _least(len(starts), body, np.maximum(to_centres_m - circles[row, 2], 0.0))
 
 
-def _to_ellipses(rows: FloatArray, starts: FloatArray, ends: FloatArray, moves_m: FloatArray) -> FloatArray:
+def _to_ellipses(rows: Floats, starts: Floats, ends: Floats, moves_m: Floats) -> Floats:
     to_centres_m = _to_points(starts, rows[:, :2])
     nearest_m = to_centres_m - rows[:, 2:4].max(axis=1)
     farthest_m = to_centres_m - rows[:, 2:4].min(axis=1)
@@ -73,7 +63,7 @@ def _to_ellipses(rows: FloatArray, starts: FloatArray, ends: FloatArray, moves_m
     return _least(len(starts), body, ellipses.move_distances(rows[row], starts[body], ends[body]))
 
 
-def _to_edges(edges: FloatArray, starts: FloatArray, ends: FloatArray, moves_m: FloatArray) -> FloatArray:
+def _to_edges(edges: Floats, starts: Floats, ends: Floats, moves_m: Floats) -> Floats:
     to_middles_m = _to_points(starts, (edges[:, :2] + edges[:, 2:]) / 2.0)
     half_lengths_m = np.hypot(*(edges[:, 2:] - edges[:, :2]).T) / 2.0
     body, edge = _may_be_nearest(to_middles_m - half_lengths_m, to_middles_m, moves_m)
@@ -83,16 +73,14 @@ def _to_edges(edges: FloatArray, starts: FloatArray, ends: FloatArray, moves_m: 
     return np.where(turns != 0.0, 0.0, least_m)
 
 
-def _to_points(starts: FloatArray, points: FloatArray) -> FloatArray:
+def _to_points(starts: Floats, points: Floats) -> Floats:
     """The distance from every start to every point, `(n, k)`; three times as fast as `hypot`."""
     x, y = np.subtract.outer(starts[:, 0], points[:, 0]), np.subtract.outer(starts[:, 1], points[:, 1])
-    apart: FloatArray = np.sqrt(x * x + y * y)
+    apart: Floats = np.sqrt(x * x + y * y)
     return apart
 
 
-def _may_be_nearest(
-    nearest_m: FloatArray, farthest_m: FloatArray, moves_m: FloatArray
-) -> tuple[IntArray, IntArray]:
+def _may_be_nearest(nearest_m: Floats, farthest_m: Floats, moves_m: Floats) -> tuple[Indices, Indices]:
     """Pairs of body and obstacle that one of the exact and slower functions has to look at.
 
     An obstacle that starts further away than another by more than the move cannot become the nearest.
@@ -102,30 +90,30 @@ def _may_be_nearest(
     return body, obstacle
 
 
-def _least(count: int, body: IntArray, apart_m: FloatArray) -> FloatArray:
+def _least(count: int, body: Indices, apart_m: Floats) -> Floats:
     least_m = np.full(count, math.inf)
     np.minimum.at(least_m, body, apart_m)
     return least_m
 
 
-def _segments_apart(starts: FloatArray, ends: FloatArray, edges: FloatArray) -> FloatArray:
+def _segments_apart(starts: Floats, ends: Floats, edges: Floats) -> Floats:
     """The distance between the move and the edge of each row; 0 where they cross."""
     corners, nexts = edges[:, :2], edges[:, 2:]
     apart_m = np.minimum.reduce(
         (
-            point_to_segment(starts, corners, nexts),
-            point_to_segment(ends, corners, nexts),
-            point_to_segment(corners, starts, ends),  # every vertex is the first corner of some edge
+            distances_to_segments(starts, corners, nexts),
+            distances_to_segments(ends, corners, nexts),
+            distances_to_segments(corners, starts, ends),  # every vertex is the first corner of some edge
         )
     )
     crosses = _on_both_sides(starts, ends, corners, nexts) & _on_both_sides(corners, nexts, starts, ends)
     return np.where(crosses, 0.0, apart_m)
 
 
-def _on_both_sides(one: FloatArray, other: FloatArray, starts: FloatArray, ends: FloatArray) -> BoolArray:
+def _on_both_sides(one: Floats, other: Floats, starts: Floats, ends: Floats) -> Flags:
     """Whether two points lie on different sides of a line. One on it does not: a touch has distance 0."""
     dx, dy = ends[:, 0] - starts[:, 0], ends[:, 1] - starts[:, 1]
     left_of_one = dx * (one[:, 1] - starts[:, 1]) - dy * (one[:, 0] - starts[:, 0])
     left_of_other = dx * (other[:, 1] - starts[:, 1]) - dy * (other[:, 0] - starts[:, 0])
-    sides: BoolArray = np.sign(left_of_one) * np.sign(left_of_other) < 0.0
+    sides: Flags = np.sign(left_of_one) * np.sign(left_of_other) < 0.0
     return sides

@@ -14,7 +14,7 @@ from protocol.errors import MessageRefusedError
 from protocol.exit_codes import ExitCode
 from protocol.keys import robot_name, robot_number
 from protocol.messages import Drive, Phase
-from protocol.timeline import MessageRefused, RobotAppeared, RobotDied, RunEnded
+from protocol.timeline import MessageRefused, OrderRefused, RobotAppeared, RobotDied, RunEnded
 from world.arena import Arena
 from world.attendance import Attendance
 from world.authority import Evidence
@@ -172,8 +172,8 @@ class World:
         try:
             notes = self.arena.order(robot, drive)
         except MessageRefusedError as error:
-            key = f"body/{robot_name(robot)}/drive"
-            return [self.arena.note(MessageRefused(key=key, reason=str(error)))]
+            refused = OrderRefused(robot=robot, number=drive.number, reason=str(error))
+            return [self.arena.note(refused)]
         self._answered_s[robot] = max(self._answered_s[robot], drive.basis_s)
         return [*notes]
 

@@ -5,26 +5,26 @@ In its own unit frame an ellipse is the unit circle round the origin.
 
 import numpy as np
 
-from world.rings import BoolArray, FloatArray
+from protocol.arrays import Flags, Floats
 
 # Measured on 200,000 points round ellipses whose axes differ up to a thousandfold: after 15 steps the
 # worst distance is off by 4e-15 of the larger axis (after 10: 7e-6; where the axes differ tenfold, 4e-15).
 NEWTON_STEPS = 15
 
 
-def turned(ellipses: FloatArray, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+def turned(ellipses: Floats, x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """Vectors in the frames of the axes; `x` and `y` broadcast against the rows."""
     cosine, sine = np.cos(ellipses[..., 4]), np.sin(ellipses[..., 4])
     return cosine * x + sine * y, cosine * y - sine * x
 
 
-def unit_vectors(ellipses: FloatArray, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+def unit_vectors(ellipses: Floats, x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """Vectors in the unit frames; `x` and `y` broadcast against the rows."""
     along, across = turned(ellipses, x, y)
     return along / ellipses[..., 2], across / ellipses[..., 3]
 
 
-def point_distances(ellipses: FloatArray, points: FloatArray) -> FloatArray:
+def point_distances(ellipses: Floats, points: Floats) -> Floats:
     """From each point to the ellipse of the same row; 0 inside.
 
     The nearest point of the outline is `a^2 x / (t + a^2), b^2 y / (t + b^2)` for the only root t > 0 of
@@ -46,7 +46,7 @@ def point_distances(ellipses: FloatArray, points: FloatArray) -> FloatArray:
     return np.where(inside, 0.0, distances)
 
 
-def move_distances(ellipses: FloatArray, starts: FloatArray, ends: FloatArray) -> FloatArray:
+def move_distances(ellipses: Floats, starts: Floats, ends: Floats) -> Floats:
     """The least distance of each straight move to the ellipse of the same row; 0 where they meet."""
     least = np.minimum(point_distances(ellipses, starts), point_distances(ellipses, ends))
     moves = ends - starts
@@ -70,11 +70,11 @@ def move_distances(ellipses: FloatArray, starts: FloatArray, ends: FloatArray) -
     return np.where(_meets(ellipses, starts, moves), 0.0, least)
 
 
-def _meets(ellipses: FloatArray, starts: FloatArray, moves: FloatArray) -> BoolArray:
+def _meets(ellipses: Floats, starts: Floats, moves: Floats) -> Flags:
     offsets = starts - ellipses[:, :2]
     x, y = unit_vectors(ellipses, offsets[:, 0], offsets[:, 1])
     dx, dy = unit_vectors(ellipses, moves[:, 0], moves[:, 1])
     squares = dx * dx + dy * dy
     share = np.clip(-(x * dx + y * dy) / np.where(squares > 0.0, squares, 1.0), 0.0, 1.0)
-    meets: BoolArray = (x + share * dx) ** 2 + (y + share * dy) ** 2 <= 1.0
+    meets: Flags = (x + share * dx) ** 2 + (y + share * dy) ** 2 <= 1.0
     return meets

@@ -10,10 +10,11 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from msgspec import Struct
 
+from protocol.arrays import Floats
 from protocol.timeline import Entry, PromiseBroken
 from world.authority import Evidence, Tolerance, judge_authority
 from world.clearance import clearance
-from world.monitor import Floats, Least, Monitor, Promises
+from world.monitor import Least, Monitor, Promises
 from world.scenario import Scenario
 from world.shapes import Ground
 

@@ -14,13 +14,13 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from protocol.arrays import Floats, distances_to_segments
 from protocol.mission import Bounds
 from protocol.timeline import PromiseBroken
-from world.clearance import clearance, point_to_segment, separations
+from world.clearance import clearance, separations
 from world.scenario import Scenario
 from world.shapes import Ground
 
-Floats = NDArray[np.float64]
 Rows = NDArray[np.intp]
 Topic = tuple[str, int, int | None]  # what is judged, of which robot, against which other
 
@@ -39,7 +39,7 @@ class Promises:
 
     @classmethod
     def of(cls, scenario: Scenario) -> Self:
-        """What a scenario requires: a law that promises no clearance is judged by contact alone."""
+        """What a scenario requires; of a law that promises no clearance only that no obstacle is touched."""
         law = scenario.law
         kept_m = law.epsilon_m - law.mu0_m if law.law.promises_clearance else 0.0
         return cls(
@@ -133,7 +133,7 @@ class Monitor:
         required_m = self.promises.separation_m_required
         one, other = self._near_pairs(starts_m, ends_m)
         # Seen from one of them the other moves straight: how near does that move come?
-        nearest_m = point_to_segment(
+        nearest_m = distances_to_segments(
             np.zeros(2), starts_m[other] - starts_m[one], ends_m[other] - ends_m[one]
         )
         apart_m = nearest_m - 2 * self.promises.radius_m

@@ -5,25 +5,20 @@ import math
 import numpy as np
 from numpy.random import Generator
 
+from protocol.arrays import Floats
 from world.ellipses import unit_vectors
-from world.rings import FloatArray, winding
+from world.rings import winding
 from world.shapes import Ground
-
-
-def scan_bearings_rad(directions: int) -> FloatArray:
-    """The bearings of a scan: evenly spread anti-clockwise from -pi."""
-    bearings: FloatArray = -math.pi + math.tau * np.arange(directions) / directions
-    return bearings
 
 
 def cast(
     ground: Ground,
-    origin_in_world: FloatArray,
-    bearings_rad: FloatArray,
+    origin_in_world: Floats,
+    bearings_rad: Floats,
     *,
     range_m_max: float,
-    discs: FloatArray,
-) -> FloatArray:
+    discs: Floats,
+) -> Floats:
     """How far each ray gets: the range of its first hit, or `range_m_max` where there is none.
 
     Args:
@@ -47,8 +42,8 @@ def cast(
 
 
 def _cast_at_ellipses(
-    ellipses: FloatArray, origin: FloatArray, cosine: FloatArray, sine: FloatArray, range_m_max: float
-) -> FloatArray:
+    ellipses: Floats, origin: Floats, cosine: Floats, sine: Floats, range_m_max: float
+) -> Floats:
     offsets = origin - ellipses[:, :2]
     near = np.hypot(offsets[:, 0], offsets[:, 1]) - ellipses[:, 2:4].max(axis=1) <= range_m_max
     # A unit frame is linear in the world's: shares of a ray's vector are metres along it in both.
@@ -62,11 +57,11 @@ def _cast_at_ellipses(
     hit = (half_chord_squared >= 0.0) & (middle_m > 0.0)
     ranges_m = np.where(hit, np.maximum(middle_m - half_chord_m, 0.0), math.inf)
     ranges_m = np.where(x * x + y * y <= 1.0, 0.0, ranges_m)
-    first_m: FloatArray = ranges_m.min(axis=0, initial=math.inf)
+    first_m: Floats = ranges_m.min(axis=0, initial=math.inf)
     return first_m
 
 
-def _cast_at_edges(edges: FloatArray, origin: FloatArray, cosine: FloatArray, sine: FloatArray) -> FloatArray:
+def _cast_at_edges(edges: Floats, origin: Floats, cosine: Floats, sine: Floats) -> Floats:
     if winding(edges, origin[None])[2].sum() != 0.0:
         return np.zeros_like(cosine)
     x, y = (edges[:, 0::2] - origin[0]).T[..., None], (edges[:, 1::2] - origin[1]).T[..., None]
@@ -79,13 +74,13 @@ def _cast_at_edges(edges: FloatArray, origin: FloatArray, cosine: FloatArray, si
     share = beside_m[0] / np.where(run == 0.0, 1.0, run)  # an edge along the ray: its first end counts
     ranges_m = along_m[0] + share * (along_m[1] - along_m[0])
     ranges_m = np.where(straddles & (ranges_m >= 0.0), ranges_m, math.inf)
-    first_m: FloatArray = ranges_m.min(axis=0, initial=math.inf)
+    first_m: Floats = ranges_m.min(axis=0, initial=math.inf)
     return first_m
 
 
 def noisy(
-    ranges_m: FloatArray, generator: Generator, *, sigma_m: float, error_m_max: float, range_m_max: float
-) -> FloatArray:
+    ranges_m: Floats, generator: Generator, *, sigma_m: float, error_m_max: float, range_m_max: float
+) -> Floats:
     """Ranges as a sensor reads them: each hit off by a Gaussian error, clipped at `error_m_max`."""
     errors_m = np.clip(generator.normal(0.0, sigma_m, ranges_m.shape), -error_m_max, error_m_max)
     read_m = np.clip(ranges_m + errors_m, 0.0, range_m_max)

@@ -6,32 +6,29 @@ A ring is an `(n, 2)` array [m; world frame], not closed, in either sense of rot
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.intp]
+from protocol.arrays import Flags, Floats, Indices
 
 
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    product: FloatArray = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+def _cross(a: Floats, b: Floats) -> Floats:
+    product: Floats = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
     return product
 
 
-def anticlockwise(ring: FloatArray) -> FloatArray:
+def anticlockwise(ring: Floats) -> Floats:
     """The same ring, anti-clockwise."""
     doubled_area = float(_cross(ring, np.roll(ring, -1, axis=0)).sum())
     return ring if doubled_area > 0.0 else ring[::-1]
 
 
-def _neighbours(count: int) -> BoolArray:
+def _neighbours(count: int) -> Flags:
     """Which pairs of edges share a vertex; an edge is its own neighbour."""
     apart = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
-    near: BoolArray = (apart <= 1) | (apart == count - 1)
+    near: Flags = (apart <= 1) | (apart == count - 1)
     return near
 
 
-def is_simple(ring: FloatArray) -> bool:
+def is_simple(ring: Floats) -> bool:
     """Whether no two edges meet, but neighbours at their common vertex."""
     edges = np.roll(ring, -1, axis=0) - ring
     following = np.roll(edges, -1, axis=0)
@@ -47,16 +44,16 @@ def is_simple(ring: FloatArray) -> bool:
     return not bool((straddles & straddles.T & overlap & ~_neighbours(len(ring))).any())
 
 
-def corners_rad(ring: FloatArray) -> FloatArray:
+def corners_rad(ring: Floats) -> Floats:
     """The interior angle at each vertex, in (0, 2 pi)."""
     ring = anticlockwise(ring)
     edges = np.roll(ring, -1, axis=0) - ring
     before = np.roll(edges, 1, axis=0)
-    interior: FloatArray = math.pi - np.arctan2(_cross(before, edges), (before * edges).sum(axis=1))
+    interior: Floats = math.pi - np.arctan2(_cross(before, edges), (before * edges).sum(axis=1))
     return interior
 
 
-def smallest_width_m(ring: FloatArray) -> float:
+def smallest_width_m(ring: Floats) -> float:
     """The shortest way through the inside, square to an edge, that does not end at a neighbouring edge.
 
     A way that ends at a neighbouring edge shrinks to nothing at every acute corner: those count by their
@@ -77,7 +74,7 @@ def smallest_width_m(ring: FloatArray) -> float:
     return float(width_m.min())
 
 
-def _least_height_over(x: FloatArray, y: FloatArray, lengths_m: FloatArray) -> FloatArray:
+def _least_height_over(x: Floats, y: Floats, lengths_m: Floats) -> Floats:
     """For each edge (row), the least height of each other edge (column) in the strip over it; inf if none."""
     run, rise = np.roll(x, -1, axis=1) - x, np.roll(y, -1, axis=1) - y
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -89,7 +86,7 @@ def _least_height_over(x: FloatArray, y: FloatArray, lengths_m: FloatArray) -> F
     return np.where((enter <= 1.0) & (leave >= 0.0) & (heights > 0.0), heights, math.inf)
 
 
-def winding(edges: FloatArray, points: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
+def winding(edges: Floats, points: Floats) -> tuple[Indices, Indices, Floats]:
     """Which point is passed by which edge, and in which sense: index of point, index of edge, 1 or -1.
 
     Edges `(k, 4)` run anti-clockwise round their ring. The sum over a ring's edges is 1 inside and 0

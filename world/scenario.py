@@ -14,7 +14,7 @@ from protocol.frames import Count, Length, Point
 from protocol.mission import Bounds, Mission
 from world import checks, reading, scene
 from world.budget import NOISE_SIGMAS, Budget, blind_per_range, budget, sure_range_m
-from world.sections import DriveSection, Fleet, Goal, LawSection, Sensor, Text, TimeSection
+from world.sections import DriveSection, Fleet, Goal, LawSection, SensorSection, Text, TimeSection
 from world.shapes import Ground, Shape, ground_of
 
 Table = Annotated[
@@ -30,7 +30,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     description: Text = ""
     fleet: Fleet
     law: LawSection
-    sensor: Sensor
+    sensor: SensorSection
     drive: DriveSection
     time: TimeSection
     goal: Goal | None = None

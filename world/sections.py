@@ -5,7 +5,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from protocol.frames import Length, Metres, Pose, Radians, wrap
+from protocol.frames import ROBOTS_MAX, Length, Metres, Pose, Radians, wrap
 from protocol.mission import Law
 
 Text = Annotated[str, Meta(max_length=2000)]
@@ -23,13 +23,13 @@ class _Section(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 class Fleet(_Section, frozen=True, kw_only=True):
     """The robots and where they start: `places` one by one, or queued from `start` by `spacing_m`."""
 
-    robots: Annotated[int, Meta(ge=1, le=9999)]
+    robots: Annotated[int, Meta(ge=1, le=ROBOTS_MAX)]
     robot_radius_m: Length
     separation_m: Annotated[Length, Meta(description="m, least allowed hull to hull")]
     link_length_m_max: Annotated[
         SomeMetres, Meta(description="m; a robot holds while its follower lags further")
     ]
-    places: Annotated[tuple[Place, ...], Meta(min_length=1, max_length=9999)] | None = None
+    places: Annotated[tuple[Place, ...], Meta(min_length=1, max_length=ROBOTS_MAX)] | None = None
     start: Place | None = None
     spacing_m: SomeMetres | None = None
 
@@ -63,7 +63,7 @@ class Goal(_Section, frozen=True, kw_only=True):
     tolerance_m: SomeMetres
 
 
-class Sensor(_Section, frozen=True, kw_only=True):
+class SensorSection(_Section, frozen=True, kw_only=True):
     """The range sensor that every body carries."""
 
     directions: Annotated[int, Meta(ge=8, le=7200, description="rays of a scan, evenly spread")]

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from protocol.arrays import Floats, scan_bearings_rad
 from protocol.frames import Pose
 from protocol.messages import Scan
-from world.bodies import Floats
-from world.rays import cast, noisy, scan_bearings_rad
+from world.rays import cast, noisy
 from world.scenario import Scenario
 
 

@@ -8,9 +8,9 @@ from typing import Annotated
 import numpy as np
 from msgspec import Meta, Struct
 
+from protocol.arrays import Floats, Indices
 from protocol.frames import Metres, Radians
 from world import rings
-from world.rings import FloatArray, IntArray
 
 Position = Annotated[tuple[Metres, Metres], Meta(description="x, y [m; world frame]")]
 Extent = Annotated[float, Meta(gt=0.0, le=1e4, description="m")]
@@ -69,7 +69,7 @@ class Polygon(_Shape, frozen=True, kw_only=True, tag="polygon"):
             raise ValueError("vertices_m must make a simple ring, got one that touches or crosses itself")
 
     @property
-    def ring_m(self) -> FloatArray:
+    def ring_m(self) -> Floats:
         """The vertices, `(n, 2)`."""
         return np.array(self.vertices_m, dtype=np.float64)
 
@@ -92,22 +92,22 @@ class Ground:
     """All obstacles, packed by kind; the `*_owner` arrays say which shape of the scenario each row is of."""
 
     shape_count: int
-    circles: FloatArray
+    circles: Floats
     """`(k, 3)`: x, y, radius."""
-    circle_owner: IntArray
-    ellipses: FloatArray
+    circle_owner: Indices
+    ellipses: Floats
     """`(k, 5)`: x, y, first and second semi-axis, rotation."""
-    ellipse_owner: IntArray
-    edges: FloatArray
+    ellipse_owner: Indices
+    edges: Floats
     """`(k, 4)`: from x, y to x, y; the edges of one polygon follow one another, anti-clockwise."""
-    edge_owner: IntArray
+    edge_owner: Indices
 
 
 def ground_of(shapes: Sequence[Shape]) -> Ground:
     """Pack shapes into arrays."""
     circles: list[tuple[float, ...]] = []
     ellipses: list[tuple[float, ...]] = []
-    edges: list[FloatArray] = []
+    edges: list[Floats] = []
     owners: tuple[list[int], list[int], list[int]] = ([], [], [])
     for index, shape in enumerate(shapes):
         match shape:

@@ -46,7 +46,6 @@ from world.scenario import Scenario
 from world.verdict import Events, Facts, Verdict, pass_verdict
 
 VERDICT_FILE = "verdict.json"
-REASON_LENGTH_MAX = 500  # a timeline entry is no place for all that a stranger may send
 VERSIONS_OF = {"zenoh": "eclipse-zenoh", "clew": "clew"}  # by the names of their distributions
 
 
@@ -54,7 +53,7 @@ log = logging.getLogger("world")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Order:
+class Request:
     """What the user asked for."""
 
     scenario: Scenario
@@ -65,29 +64,29 @@ class Order:
     lifeline: int | None
 
 
-def run(order: Order) -> Verdict:
+def run(request: Request) -> Verdict:
     """Run one run to its verdict.
 
     Raises:
         UsageError: no router admits us, or the run's folder will not do.
         RecordingFailedError: the timeline or the verdict cannot be written any more.
     """
-    return asyncio.run(_run(order))
+    return asyncio.run(_run(request))
 
 
-async def _run(order: Order) -> Verdict:
+async def _run(request: Request) -> Verdict:
     started_at = datetime.now(UTC).isoformat(timespec="seconds")
-    keys = order.session.keys
+    keys = request.session.keys
     hear, answer = [keys.drive("*"), keys.log("*")], [keys.scan("*"), keys.mission()]
     alive, watch = keys.alive(WORLD, secrets.token_hex(4)), keys.alive("*", "*")
     with (
-        asked_to_end(order.lifeline) as ending,
-        open_transport(order.session, hear=hear, answer=answer, alive=alive, watch=watch) as transport,
-        open_events(order.out) as file,  # last, so that a run that cannot start leaves nothing behind
+        asked_to_end(request.lifeline) as ending,
+        open_transport(request.session, hear=hear, answer=answer, alive=alive, watch=watch) as transport,
+        open_events(request.out) as file,  # last, so that a run that cannot start leaves nothing behind
     ):
-        recorder = Recorder(file, _header(order, started_at, transport.timestamp()))
-        verdict = await _Life(order, transport, recorder).run(ending, started_at)
-    _save(verdict, order.out / VERDICT_FILE)
+        recorder = Recorder(file, _header(request, started_at, transport.timestamp()))
+        verdict = await _Life(request, transport, recorder).run(ending, started_at)
+    _save(verdict, request.out / VERDICT_FILE)
     return verdict
 
 
@@ -101,17 +100,18 @@ def _save(verdict: Verdict, path: Path) -> None:
 class _Life:
     """What the shell of the world remembers."""
 
-    def __init__(self, order: Order, transport: Transport, recorder: Recorder) -> None:
-        self._order = order
-        self._keys = order.session.keys
+    def __init__(self, request: Request, transport: Transport, recorder: Recorder) -> None:
+        self._request = request
+        self._keys = request.session.keys
         self._transport = transport
         self._recorder = recorder
+        self._mission = request.scenario.mission()
         self._started_wall_s = self._over_wall_s = time.monotonic()
-        self._world = World(order.scenario, seed=order.seed, wall_s=self._started_wall_s)
+        self._world = World(request.scenario, seed=request.seed, wall_s=self._started_wall_s)
 
     async def run(self, ending: asyncio.Future[ExitCode], started_at: str) -> Verdict:
         """Until the world has judged the run."""
-        world, pace = self._world, Pace(self._order.speed)
+        world, pace = self._world, Pace(self._request.speed)
         while world.judgement is None:
             wait_s = pace.wait_s(world, wall_s=time.monotonic())
             for arrival in await self._transport.arrivals(wait_s):
@@ -139,7 +139,7 @@ class _Life:
         robot = self._robot(arrival.key)
         match arrival:
             case Asked(answer=answer) if arrival.key == self._keys.mission():
-                answer(self._order.scenario.mission())
+                answer(self._mission)
             case _ if robot is None:
                 self._complain(arrival)
             case Heard(message=Drive() as drive) if arrival.key == self._keys.drive(robot_name(robot)):
@@ -161,9 +161,10 @@ class _Life:
         """Put what nobody should have sent into the timeline; the world's own token is no such thing."""
         match arrival:
             case Refused(key, reason):
-                self._handle(MessageDropped(key, reason[:REASON_LENGTH_MAX]))
+                self._handle(MessageDropped(self._keys.behind_root(key), reason))
             case Heard(key, _, message) | Asked(key, message, _):
-                self._handle(MessageDropped(key, f"{type(message).__name__} means nothing on this key"))
+                reason = f"{type(message).__name__} means nothing on this key"
+                self._handle(MessageDropped(self._keys.behind_root(key), reason))
             case Appeared() | Vanished():
                 pass
 
@@ -205,9 +206,9 @@ class _Life:
         untold = world.attendance.living - tally.counted.keys()  # their last entry never came
         return pass_verdict(
             Facts(
-                scenario=self._order.scenario,
-                seed=self._order.seed,
-                speed=self._order.speed,
+                scenario=self._request.scenario,
+                seed=self._request.seed,
+                speed=self._request.speed,
                 started_at=started_at,
                 ending=world.ending,
                 absent=", ".join(map(robot_name, world.attendance.missing)),
@@ -245,15 +246,15 @@ class _Life:
         return {self._keys.behind_root(key): count for key, count in counts.items()}
 
 
-def _header(order: Order, started_at: str, hlc: str) -> Header:
+def _header(request: Request, started_at: str, hlc: str) -> Header:
     return Header(
         hlc=hlc,
-        run=order.session.run,
-        seed=order.seed,
-        speed=order.speed,
+        run=request.session.run,
+        seed=request.seed,
+        speed=request.speed,
         started_at=started_at,
-        scenario=msgspec.to_builtins(order.scenario),
-        scenario_hash=order.scenario.fingerprint(),
+        scenario=msgspec.to_builtins(request.scenario),
+        scenario_hash=request.scenario.fingerprint(),
         versions={
             "python": platform.python_version(),
             **{name: _version(distribution) for name, distribution in VERSIONS_OF.items()},

@@ -1,6 +1,6 @@
 """The verdict: whether a run kept its promises, and if not, the first one broken, in a sentence."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from msgspec import Struct
@@ -14,9 +14,6 @@ from world.monitor import Promises
 from world.scenario import Scenario
 from world.table import measure, rms_m
 from world.tally import Tally
-
-INTERRUPTED = "the run was interrupted"
-TERMINATED = "the run was told to end"
 
 
 class Events(Struct, frozen=True, kw_only=True):
@@ -33,6 +30,14 @@ class Death(Struct, frozen=True, kw_only=True):
     silent_since_s: float
     detected_s: float
     recovered_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Flaw:
+    """What went wrong, in a sentence, and how the run ends where it is the first."""
+
+    sentence: str
+    exit_code: ExitCode = ExitCode.FAILED
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,8 +106,8 @@ def pass_verdict(facts: Facts) -> Verdict:
     flaws = list(_flaws(facts))
     return Verdict(
         ok=not flaws,
-        exit_code=_exit_code(flaws),
-        reason=flaws[0] if flaws else str(facts.ending),
+        exit_code=flaws[0].exit_code if flaws else ExitCode.OK,
+        reason=flaws[0].sentence if flaws else str(facts.ending),
         scenario=scenario.name,
         seed=facts.seed,
         robots=scenario.fleet.robots,
@@ -134,13 +139,7 @@ def pass_verdict(facts: Facts) -> Verdict:
     )
 
 
-def _exit_code(flaws: Sequence[str]) -> ExitCode:
-    """An interrupted run has that exit code only if nothing had gone wrong by then."""
-    codes = {INTERRUPTED: ExitCode.INTERRUPTED, TERMINATED: ExitCode.TERMINATED}
-    return codes.get(flaws[0], ExitCode.FAILED) if flaws else ExitCode.OK
-
-
-def _flaws(facts: Facts) -> Iterator[str]:
+def _flaws(facts: Facts) -> Iterator[Flaw]:
     """What went wrong, the first broken promise first."""
     tally, robots = facts.tally, facts.scenario.fleet.robots
     dated = [(breach.t_s, _breach_sentence(breach.t_s, breach.broken)) for breach in facts.judgement.breaches]
@@ -148,24 +147,24 @@ def _flaws(facts: Facts) -> Iterator[str]:
     if tally.route_lost is not None:
         t_s, lost = tally.route_lost
         dated.append((t_s, f"the leader lost its route at t={t_s:.1f} s: {lost.reason}"))
-    yield from (sentence for _, sentence in sorted(dated))
+    yield from (Flaw(sentence) for _, sentence in sorted(dated))
     match facts.ending:
         case Ending.INTERRUPTED:
-            yield INTERRUPTED
+            yield Flaw("the run was interrupted", ExitCode.INTERRUPTED)
         case Ending.TERMINATED:
-            yield TERMINATED
+            yield Flaw("the run was told to end", ExitCode.TERMINATED)
         case Ending.MISSING:
-            yield f"robots never came: {facts.absent}"
+            yield Flaw(f"robots never came: {facts.absent}")
         case Ending.TIMED_OUT:
-            yield f"the time was up with {len(tally.arrived)} of {robots} robots arrived"
+            yield Flaw(f"the time was up with {len(tally.arrived)} of {robots} robots arrived")
         case Ending.ARRIVED | Ending.ROUTE_LOST | Ending.DEATH:
             pass  # the first has no flaw of its own, the others stand among the dated
     if not tally.goal_reached:
-        yield "the goal was not reached"
+        yield Flaw("the goal was not reached")
     if len(tally.arrived) < robots:
-        yield f"{len(tally.arrived)} of {robots} robots arrived"
+        yield Flaw(f"{len(tally.arrived)} of {robots} robots arrived")
     if facts.events.missing > 0:
-        yield f"{facts.events.missing} entries of the timeline never came"
+        yield Flaw(f"{facts.events.missing} entries of the timeline never came")
 
 
 def _breach_sentence(t_s: float, broken: PromiseBroken) -> str:

@@ -1,0 +1,30 @@
+"""The kinds of numpy array that we use, and the geometry that both sides of the wire need."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Indices = NDArray[np.intp]
+
+
+def scan_bearings_rad(directions: int) -> Floats:
+    """The directions of a scan: evenly spread, anti-clockwise from -pi [world frame]."""
+    return np.asarray(-np.pi + 2.0 * np.pi * np.arange(directions) / directions)
+
+
+def nearest_on_segments(points: Floats, starts: Floats, ends: Floats) -> Floats:
+    """The nearest point (..., 2) of each segment to each point, broadcast; a segment may have no length."""
+    along = ends - starts
+    square = (along * along).sum(axis=-1)
+    share = ((points - starts) * along).sum(axis=-1) / np.where(square > 0.0, square, 1.0)
+    return np.asarray(starts + np.clip(share, 0.0, 1.0)[..., None] * along)
+
+
+def distances_to_segments(points: Floats, starts: Floats, ends: Floats) -> Floats:
+    """The distance (...,) from points to segments, broadcast; a segment may have no length."""
+    x, y = points[..., 0] - starts[..., 0], points[..., 1] - starts[..., 1]
+    dx, dy = ends[..., 0] - starts[..., 0], ends[..., 1] - starts[..., 1]
+    square = dx * dx + dy * dy
+    share = np.clip((x * dx + y * dy) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
+    return np.asarray(np.hypot(x - share * dx, y - share * dy))

@@ -1,0 +1,33 @@
+"""Options that the world and the launcher's request both take, read in one way."""
+
+import argparse
+import math
+
+SEED_MAX = 2**53 - 1  # what JSON readers keep exact
+SPEED_MAX = 1000.0  # a tick of 0.02 s is then 20 us of wall time, which no world keeps
+
+
+def seed_of(text: str) -> int:
+    """The seed that a text says.
+
+    Raises:
+        argparse.ArgumentTypeError: it says none.
+    """
+    if not (text.isascii() and text.isdecimal() and int(text) <= SEED_MAX):
+        raise argparse.ArgumentTypeError(f"must be a whole number from 0 to 2**53 - 1, got {text}")
+    return int(text)
+
+
+def speed_of(text: str) -> float | None:
+    """The speed that a text says; None for `max`.
+
+    Raises:
+        argparse.ArgumentTypeError: it says none.
+    """
+    try:
+        speed = None if text == "max" else float(text)
+    except ValueError:
+        speed = math.nan
+    if speed is not None and not 0.0 < speed <= SPEED_MAX:
+        raise argparse.ArgumentTypeError(f"must be max or a number in (0, 1000], got {text}")
+    return speed
