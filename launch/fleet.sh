@@ -16,7 +16,7 @@ others_us=400000  # for router and robots, which have nothing left to do by then
 ready_us=10000000 # for the router to listen: it takes 0.3 s; more only on a machine that is overloaded
 
 declare -A part=() # name of each part that has not ended, by process id
-private= world= run_folder= latest= as_json=0
+private= heir= world= run_folder= latest= as_json=0
 made_folders=()
 
 now_us() { printf -v "$1" '%s' "${EPOCHREALTIME/[.,]/}"; }
@@ -104,6 +104,7 @@ end() {
 }
 
 clean_up() {
+    [[ -z $heir ]] || kill -KILL -- "-$heir" 2>/dev/null
     signal_groups KILL "${!part[@]}"
     [[ -z $private ]] || rm -rf -- "$private"
 }
@@ -171,6 +172,12 @@ eval "$settings" # robots, own_router, world_options, run_folder, made_folders, 
 
 mkfifo "$private/lifeline" "$private/ready"
 exec 9<>"$private/lifeline" 8<>"$private/ready"
+# If this script is killed, its traps do not run: then this one, at the end of the lifeline, removes what is private.
+set -m
+{ while read -r _; do :; done; rm -rf -- "$private"; } <"$private/lifeline" 9>&- 8>&- &
+heir=$!
+set +m
+disown "$heir"
 if ((own_router)); then
     start router "$python" -m protocol --sessions "$private" --lifeline >&8
     groups+=("$started")

@@ -64,6 +64,10 @@ class Transport(Protocol):
     def traffic(self) -> Traffic:
         """Messages sent and received so far, by key."""
 
+    @property
+    def connected(self) -> bool:
+        """Whether there is a router at the other end."""
+
     def put(self, key: str, message: Message) -> None:
         """Send to whoever subscribes to the key; may be lost, never blocks."""
 

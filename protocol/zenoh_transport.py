@@ -64,6 +64,11 @@ class ZenohTransport:
         self._traffic.overflowed_count = self.inbox.dropped_count
         return self._traffic
 
+    @property
+    def connected(self) -> bool:
+        """Whether there is a router at the other end."""
+        return len(self._session.info.routers_zid()) > 0
+
     def put(self, key: str, message: Message) -> None:
         """Send to whoever subscribes to the key; may be lost, never blocks."""
         payload = encode(message, self._traffic.send(key))

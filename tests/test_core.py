@@ -195,7 +195,7 @@ def test_the_time_is_up_when_the_scenario_says_so() -> None:
     assert stage.world.over_s == pytest.approx(1.0)
 
 
-def test_a_dead_robot_ends_the_run_a_second_after_the_last_motion() -> None:
+def test_a_dead_robot_ends_the_run_soon_after_the_last_motion() -> None:
     stage = running()
     stage.order(1, FAR)
     stage.order(2, Point(x_m=-1.5, y_m=0.0))
@@ -208,6 +208,16 @@ def test_a_dead_robot_ends_the_run_a_second_after_the_last_motion() -> None:
     stage.look()
     assert stage.at()[2] is Ending.DEATH
     assert stage.world.bodies.place_m[1, 0] == -1.5  # it had its second of motion still
+
+
+def test_without_a_router_robots_that_are_not_heard_are_not_said_to_have_died() -> None:
+    stage = running()
+    for robot, incarnation in ((1, "a"), (2, "a")):
+        stage.handle(TokenWent(robot, incarnation))
+    stage.wall_s += 1.1
+    stage.world.look(wall_s=stage.wall_s, connected=False)
+    assert stage.world.ending is Ending.CUT_OFF
+    assert stage.world.tally.deaths == []
 
 
 def test_a_dead_robot_ends_the_run_before_long_though_others_move() -> None:

@@ -261,6 +261,8 @@ def test_part_that_is_killed_ends_the_run_and_is_named(
     assert outcome.code == code, outcome.err
     assert f"{name} was killed by SIGKILL" in outcome.err
     assert fleet.entries()
+    if name == "router":
+        assert "the router was lost" in outcome.out
     assert fleet.leftovers() == []
 
 
@@ -291,4 +293,4 @@ def test_nothing_outlives_a_launcher_that_is_killed(fleet: Fleet) -> None:
     launcher = fleet.start("paper")
     fleet.wait_for("order.accepted")
     launcher.kill()
-    wait_until(lambda: None if fleet.processes() else True, END_S_MAX)
+    wait_until(lambda: None if fleet.leftovers() else True, END_S_MAX)

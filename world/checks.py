@@ -42,7 +42,8 @@ def fleet(section: Fleet) -> None:
     """Places are said in one way, and for every robot."""
     queued = (section.start is not None, section.spacing_m is not None)
     if (section.places is not None) == any(queued) or any(queued) != all(queued):
-        raise ValueError("$.fleet: must say either places, or start and spacing_m")
+        said = [name for name in ("places", "start", "spacing_m") if getattr(section, name) is not None]
+        _refuse("fleet", "placed either by places, or by start and spacing_m", " and ".join(said) or "neither")
     if section.places is not None and len(section.places) < section.robots:
         _refuse("fleet.robots", f"<= the number of places = {len(section.places)}", section.robots)
 

@@ -38,8 +38,8 @@ from world.tally import Tally
 # All of these are in docs/run.md.
 MUSTER_WALL_S = 10.0
 LAST_WORDS_WALL_S = 2.0
-STILL_S = 1.0
-STILL_WALL_S_MAX = 2.5
+STILL_S = 0.5
+STILL_WALL_S_MAX = 1.5
 
 
 class World:
@@ -122,8 +122,13 @@ class World:
                 assert_never(event)
         return []
 
-    def look(self, *, wall_s: float) -> list[Command]:
-        """See whether it is time for the next phase."""
+    def look(self, *, wall_s: float, connected: bool = True) -> list[Command]:
+        """See whether it is time for the next phase.
+
+        Args:
+            wall_s: the wall clock.
+            connected: whether there is a router; without one, robots that are not heard need not have died.
+        """
         waited_s = wall_s - self._phase_began_wall_s
         match self.phase:
             case Phase.RUNNING if not self._started:
@@ -131,11 +136,7 @@ class World:
                     return self._start()
                 return self._end(Ending.MISSING, wall_s) if waited_s >= MUSTER_WALL_S else []
             case Phase.RUNNING:
-                deaths = [self._die(robot) for robot in self.attendance.bury(wall_s=wall_s)]
-                if deaths and self._died_wall_s is None:
-                    self._died_wall_s = wall_s
-                ending = self._find_ending(wall_s)
-                return [*deaths, *(self._end(ending, wall_s) if ending is not None else [])]
+                return self._look_after_robots(wall_s, connected)
             case Phase.OVER:
                 settled = self.attendance.living & self.attendance.present <= self.tally.settled.keys()
                 if settled or waited_s >= LAST_WORDS_WALL_S:
@@ -146,6 +147,16 @@ class World:
                 if self.judgement is None and (gone or waited_s >= LAST_WORDS_WALL_S):
                     return self._judge()
         return []
+
+    def _look_after_robots(self, wall_s: float, connected: bool) -> list[Command]:
+        lost = self.attendance.bury(wall_s=wall_s)
+        if lost and not connected:
+            return self._end(Ending.CUT_OFF, wall_s)
+        deaths = [self._die(robot) for robot in lost]
+        if deaths and self._died_wall_s is None:
+            self._died_wall_s = wall_s
+        ending = self._find_ending(wall_s)
+        return [*deaths, *(self._end(ending, wall_s) if ending is not None else [])]
 
     def tick(self) -> list[Command]:
         """Go on by one tick."""

@@ -11,5 +11,6 @@ class Ending(StrEnum):
     DEATH = "a robot died and nothing moves any more"
     TIMED_OUT = "the time is up"
     MISSING = "not all robots came"
+    CUT_OFF = "the router was lost"
     INTERRUPTED = "interrupted"
     TERMINATED = "told to end"

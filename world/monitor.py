@@ -39,13 +39,14 @@ class Promises:
 
     @classmethod
     def of(cls, scenario: Scenario) -> Self:
-        """What a scenario requires; of a law that promises no clearance only that no obstacle is touched."""
+        """What a scenario requires; of a law that promises no clearance only that nothing touches."""
         law = scenario.law
         kept_m = law.epsilon_m - law.mu0_m if law.law.promises_clearance else 0.0
+        apart_m = max(scenario.fleet.separation_m - law.mu0_m, 0.0) if law.law.promises_clearance else 0.0
         return cls(
             radius_m=scenario.fleet.robot_radius_m,
             clearance_m_required=kept_m,
-            separation_m_required=max(scenario.fleet.separation_m - law.mu0_m, 0.0),
+            separation_m_required=apart_m,
             bounds=scenario.bounds,
         )
 

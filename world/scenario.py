@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta, Struct, field
 
+from protocol.errors import UsageError
 from protocol.frames import Count, Length, Point
 from protocol.mission import Bounds, Mission
 from world import checks, reading, scene
@@ -129,13 +130,18 @@ def load(name_or_path: str, *, robots: int | None = None, law: str | None = None
         UsageError: whatever is wrong, in one line.
     """
     path = reading.find(name_or_path)
-    raw = reading.read(path)
+    raw = reading.read(path, name_or_path)
     if path.suffix == ".json":
-        raw = scene.as_scenario(raw, path.name)
-    for section, key, value in (("fleet", "robots", robots), ("law", "law", law)):
+        raw = scene.as_scenario(raw, name_or_path)
+    changes = []
+    for option, section, key, value in (("-n", "fleet", "robots", robots), ("--law", "law", "law", law)):
         if value is not None and isinstance(raw.get(section), dict):
+            changes.append(f"{option} {value} instead of its {key} = {raw[section].get(key, 'by default')}")
             raw[section][key] = value
-    return reading.understand(raw, Scenario, path.name)
+    try:
+        return reading.understand(raw, Scenario, name_or_path)
+    except UsageError as error:
+        raise UsageError(f"{error} ({', '.join(changes)})" if changes else str(error)) from error
 
 
 def schema() -> dict[str, Any]:

@@ -27,17 +27,21 @@ TIME_FACTOR = 20.0  # over the straight way at full speed: detours, turns, and f
 
 
 class Scene(Struct, frozen=True, kw_only=True):
-    """The keys of a scene that we use; it has others, about where it comes from."""
+    """The keys of a scene that we use; it has others, about where it comes from.
+
+    `circles` and `polygons` must be there, though they may be empty: misspelt, they would be no obstacles.
+    """
 
     schema: Literal["clew-scene/1"]
     name: str
+    units: Literal["m"] = "m"
     robot_radius: SomeMetres
     start: tuple[Metres, Metres, Metres]
     goal: tuple[Metres, Metres]
     goal_tol: SomeMetres
     bounds: tuple[Metres, Metres, Metres, Metres]
-    circles: tuple[tuple[Metres, Metres, Extent], ...] = ()
-    polygons: tuple[Annotated[tuple[Position, ...], Meta(min_length=3)], ...] = ()
+    circles: tuple[tuple[Metres, Metres, Extent], ...]
+    polygons: tuple[Annotated[tuple[Position, ...], Meta(min_length=3)], ...]
     walls: tuple[Annotated[tuple[Position, ...], Meta(min_length=3)], ...] = ()
     moving: tuple[Any, ...] = ()
 

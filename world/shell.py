@@ -118,7 +118,7 @@ class _Life:
                 self._take(arrival)
             if ending.done():
                 self._handle(StopAsked(ending.result()))
-            self._obey(world.look(wall_s=time.monotonic()))
+            self._obey(world.look(wall_s=time.monotonic(), connected=self._transport.connected))
             for _ in range(ODOMETRY_TICKS):  # then whatever arrived meanwhile has its turn
                 if not world.started or pace.wait_s(world, wall_s=time.monotonic()) > 0.0:
                     break
@@ -203,7 +203,8 @@ class _Life:
         world, tally = self._world, self._world.tally
         assert world.judgement is not None, "a verdict needs a judgement"
         assert world.ending is not None, "a verdict needs an ending"
-        untold = world.attendance.living - tally.counted.keys()  # their last entry never came
+        dead = {death.robot for _, death in tally.deaths}
+        untold = world.attendance.come - dead - tally.counted.keys()  # their last entry never came
         return pass_verdict(
             Facts(
                 scenario=self._request.scenario,

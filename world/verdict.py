@@ -148,23 +148,31 @@ def _flaws(facts: Facts) -> Iterator[Flaw]:
         t_s, lost = tally.route_lost
         dated.append((t_s, f"the leader lost its route at t={t_s:.1f} s: {lost.reason}"))
     yield from (Flaw(sentence) for _, sentence in sorted(dated))
-    match facts.ending:
-        case Ending.INTERRUPTED:
-            yield Flaw("the run was interrupted", ExitCode.INTERRUPTED)
-        case Ending.TERMINATED:
-            yield Flaw("the run was told to end", ExitCode.TERMINATED)
-        case Ending.MISSING:
-            yield Flaw(f"robots never came: {facts.absent}")
-        case Ending.TIMED_OUT:
-            yield Flaw(f"the time was up with {len(tally.arrived)} of {robots} robots arrived")
-        case Ending.ARRIVED | Ending.ROUTE_LOST | Ending.DEATH:
-            pass  # the first has no flaw of its own, the others stand among the dated
+    yield from _flaws_of_ending(facts)
     if not tally.goal_reached:
         yield Flaw("the goal was not reached")
     if len(tally.arrived) < robots:
         yield Flaw(f"{len(tally.arrived)} of {robots} robots arrived")
     if facts.events.missing > 0:
         yield Flaw(f"{facts.events.missing} entries of the timeline never came")
+
+
+def _flaws_of_ending(facts: Facts) -> Iterator[Flaw]:
+    """What the run's end itself says; some ends stand among what has a date."""
+    match facts.ending:
+        case Ending.INTERRUPTED:
+            yield Flaw("the run was interrupted", ExitCode.INTERRUPTED)
+        case Ending.TERMINATED:
+            yield Flaw("the run was told to end", ExitCode.TERMINATED)
+        case Ending.CUT_OFF:
+            yield Flaw(f"the router was lost by t={facts.sim_s:.1f} s")
+        case Ending.MISSING:
+            yield Flaw(f"robots never came: {facts.absent}")
+        case Ending.TIMED_OUT:
+            arrived, robots = len(facts.tally.arrived), facts.scenario.fleet.robots
+            yield Flaw(f"the time was up with {arrived} of {robots} robots arrived")
+        case Ending.ARRIVED | Ending.ROUTE_LOST | Ending.DEATH:
+            pass
 
 
 def _breach_sentence(t_s: float, broken: PromiseBroken) -> str:
