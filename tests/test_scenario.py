@@ -13,7 +13,7 @@ from scipy import ndimage
 from protocol.errors import UsageError
 from protocol.mission import Law
 from tests.shape_strategies import as_shapely
-from world.reading import SCENARIOS
+from world.reading import SCENARIOS, understand
 from world.scenario import Scenario, load, schema
 
 NAMES = sorted(path.stem for path in SCENARIOS.glob("*.toml"))
@@ -72,8 +72,13 @@ def _load(tmp_path: Path, text: str, **overrides: object) -> Scenario:
     ("old", "new", "line"),
     [
         ("robots = 3", "robots = 0", "$.fleet.robots: must be >= 1, got 0"),
-        ("robots = 3", "robots = 3\ncolour = 1", "$.fleet: Object contains unknown field `colour`"),
-        ("epsilon_m = 0.1", "", "$.law: Object missing required field `epsilon_m`"),
+        (
+            "robots = 3",
+            "robots = 3\ncolour = 1",
+            "$.fleet: must have no field but robots, robot_radius_m, separation_m, link_length_m_max, places,"
+            " start, spacing_m, got 'colour' = 1",
+        ),
+        ("epsilon_m = 0.1", "", "$.law: must have the field epsilon_m, got mu0_m"),
         ("range_m_max = 4.0", "range_m_max = -1.0", "$.sensor.range_m_max: must be > 0.0 m, got -1.0"),
         ("range_m_max = 4.0", "range_m_max = nan", "$.sensor.range_m_max: must be > 0.0 m, got nan"),
         (
@@ -81,9 +86,34 @@ def _load(tmp_path: Path, text: str, **overrides: object) -> Scenario:
             "range_m_max = 0.2",
             "$.sensor.range_m_max: must be > radius + epsilon = 0.2 m, got 0.2",
         ),
-        ("range_m_max = 4.0", 'range_m_max = "far"', "$.sensor.range_m_max: Expected `float`, got `str`"),
+        ("range_m_max = 4.0", 'range_m_max = "far"', "$.sensor.range_m_max: must be a number, got 'far'"),
+        ("robots = 3", 'robots = "3"', "$.fleet.robots: must be an integer, got '3'"),
+        ("start = [1.0, 1.0, 0.0]", "start = [1.0]", "$.fleet.start: must be a list of length 3, got [1.0]"),
+        ("start = [1.0, 1.0, 0.0]", "start = 1", "$.fleet.start: must be a list, got 1"),
+        (
+            "epsilon_m = 0.1",
+            'epsilon_m = 0.1\nlaw = "best"',
+            "$.law.law: must be one of certified, printed, resultant, got 'best'",
+        ),
+        (
+            "radius_m = 0.2",
+            "radius_m = 0.2\ncolour = 1",
+            "$.obstacle[0]: must have no field but shape, centre_m, radius_m, got 'colour' = 1",
+        ),
+        (
+            "at_m = [4.0, 1.0]",
+            "at_m = [4.0, -99.0]",
+            "$.goal.at_m: must be inside the bounds by the radius, "
+            "at y >= y_m_min + 0.1 = 0.1 m, got (4, -99)",
+        ),
+        (
+            "at_m = [4.0, 1.0]",
+            "at_m = [99.0, 1.0]",
+            "$.goal.at_m: must be inside the bounds by the radius, "
+            "at x <= x_m_max - 0.1 = 4.9 m, got (99, 1)",
+        ),
         ("directions = 1440", "directions = 7", "$.sensor.directions: must be >= 8, got 7"),
-        ('"circle"', '"ring"', "$.obstacle[0].shape: Invalid value 'ring', got 'ring'"),
+        ('"circle"', '"ring"', "$.obstacle[0].shape: must be one of circle, ellipse, polygon, got 'ring'"),
         ("radius_m = 0.2", "radius_m = 0.0", "$.obstacle[0].radius_m: must be > 0.0 m, got 0.0"),
         (
             "[3.5, 1.5], [3.5, 1.9]",
@@ -101,7 +131,11 @@ def _load(tmp_path: Path, text: str, **overrides: object) -> Scenario:
             "spacing_m = 0.24",
             "$.fleet.spacing_m: must be >= 2 robot_radius_m + separation_m = 0.25 m, got 0.24",
         ),
-        ("spacing_m = 0.3", "", "$.fleet: must say either places, or start and spacing_m"),
+        (
+            "spacing_m = 0.3",
+            "",
+            "$.fleet: must be placed either by places, or by start and spacing_m, got start",
+        ),
         (
             QUEUE,
             "places = [[1.0, 1.0, 0.0], [0.5, 1.0, 0.0]]",
@@ -110,28 +144,31 @@ def _load(tmp_path: Path, text: str, **overrides: object) -> Scenario:
         (
             QUEUE,
             "places = [[1.0, 1.0, 0.0], [0.5, 1.0, 0.0], [0.7, 1.0, 0.0]]",
-            "$.fleet.places[2]: must be >= 2 robot_radius_m + separation_m = 0.25 m from places[1], got 0.2",
+            "$.fleet.places[2]: must be >= 2 robot_radius_m + separation_m = 0.25 m from places[1],"
+            " got 0.2 m at (0.7, 1)",
         ),
         (
             "start = [1.0,",
             "start = [1.7,",
-            "$.fleet: the place of robot 1: must be >= 0.2 m away from $.obstacle[0], got 0.1",
+            "$.fleet.start, place of robot 1: must be >= 0.2 m away from $.obstacle[0],"
+            " got 0.1 m at (1.7, 1)",
         ),
         (
             "start = [1.0,",
             "start = [0.6,",
-            "$.fleet: the place of robot 3: must be inside the bounds by the radius = 0.1 m, got 0",
+            "$.fleet.start, place of robot 3: must be inside the bounds by the radius,"
+            " at x >= x_m_min + 0.1 = 0.1 m, got (0, 1)",
         ),
         (
             "at_m = [4.0, 1.0]",
             "at_m = [2.1, 1.0]",
-            "$.goal.at_m: must be >= 0.2 m away from $.obstacle[0], got inside it",
+            "$.goal.at_m: must be >= 0.2 m away from $.obstacle[0], got inside it at (2.1, 1)",
         ),
         ("at_m = [4.0, 1.0]", "at_m = [3.9, 1.7]", None),
         (
             "at_m = [4.0, 1.0]",
             "at_m = [3.6, 1.7]",
-            "$.goal.at_m: must be >= 0.2 m away from $.obstacle[1], got 0.1",
+            "$.goal.at_m: must be >= 0.2 m away from $.obstacle[1], got 0.1 m at (3.6, 1.7)",
         ),
         ("x_m_min = 0.0", "x_m_min = 5.0", "$.bounds.x_m_min: must be < x_m_max = 5 m, got 5"),
         (
@@ -165,7 +202,7 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path: Path, old: str, new: str, l
         return
     with pytest.raises(UsageError) as refusal:
         _load(tmp_path, SOUND.replace(old, new))
-    assert str(refusal.value) == f"wood.toml: {line}"
+    assert str(refusal.value) == f"{tmp_path / 'wood.toml'}: {line}"
 
 
 def test_a_law_that_promises_nothing_needs_no_budget_and_only_no_contact(tmp_path: Path) -> None:
@@ -188,10 +225,49 @@ def test_a_point_may_not_start_inside_an_obstacle_under_any_law(tmp_path: Path) 
 def test_robots_and_law_can_be_overridden(tmp_path: Path) -> None:
     assert len(_load(tmp_path, SOUND, robots=2).fleet.poses()) == 2
     assert _load(tmp_path, SOUND, law="printed").mission().law is Law.PRINTED
-    with pytest.raises(UsageError, match=r"^wood\.toml: \$\.fleet\.robots: must be >= 1, got 0$"):
+    with pytest.raises(
+        UsageError,
+        match=r"/wood\.toml: \$\.fleet\.robots: must be >= 1, got 0 \(-n 0 instead of its robots = 3\)$",
+    ):
         _load(tmp_path, SOUND, robots=0)
-    with pytest.raises(UsageError, match=r"^wood\.toml: \$\.law\.law: Invalid enum value 'best'"):
+    with pytest.raises(
+        UsageError,
+        match=r"/wood\.toml: \$\.law\.law: must be one of certified, printed, resultant, got 'best'",
+    ):
         _load(tmp_path, SOUND, law="best")
+
+
+def test_a_queue_that_n_makes_too_long_is_told_so() -> None:
+    with pytest.raises(UsageError) as refusal:
+        load("grove", robots=8)
+    assert str(refusal.value) == (
+        "grove: $.fleet.start, place of robot 6: must be inside the bounds by the radius,"
+        " at x >= x_m_min + 0.1 = 0.1 m, got (0, 2) (-n 8 instead of its robots = 5)"
+    )
+
+
+PATHS = [("fleet", "robots"), ("fleet", "start"), ("law", "law"), ("goal",), ("obstacle",), ("name",)]
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
+    max_leaves=6,
+)
+
+
+@given(st.sampled_from(PATHS), VALUES)
+def test_whatever_is_wrong_is_one_line_with_path_and_value(path: tuple[str, ...], value: object) -> None:
+    raw = msgspec.toml.decode(SOUND)
+    inner = raw
+    for key in path[:-1]:
+        inner = inner[key]
+    inner[path[-1]] = value
+    line = ""
+    try:
+        understand(raw, Scenario, "wood")
+    except UsageError as error:
+        line = str(error)
+    assert line.isprintable()
+    assert re.match(r"$|wood: \$.*: must .*, got ", line)
 
 
 def test_an_unknown_scenario_is_told_the_known_ones() -> None:
@@ -202,11 +278,11 @@ def test_an_unknown_scenario_is_told_the_known_ones() -> None:
 def test_a_file_that_cannot_be_read_or_parsed_is_said_so(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="No such file"):
         load(str(tmp_path / "nowhere.toml"))
-    with pytest.raises(UsageError, match=r"^wood\.toml: is not TOML: .*line 3"):
+    with pytest.raises(UsageError, match=r"/wood\.toml: is not TOML: .*line 3"):
         _load(tmp_path, '\nname = "x"\nrobots =\n')
     path = tmp_path / "wood.json"
     path.write_text("[1, 2")
-    with pytest.raises(UsageError, match=r"^wood\.json: is not JSON"):
+    with pytest.raises(UsageError, match=r"/wood\.json: is not JSON"):
         load(str(path))
 
 

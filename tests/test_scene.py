@@ -51,6 +51,10 @@ def test_a_scene_may_do_without_walls_and_be_run_with_fewer_robots(tmp_path: Pat
     assert _load(tmp_path, {}, robots=2, law="printed").fleet.robots == 2
 
 
+def test_a_scene_may_say_that_its_units_are_metres_and_have_no_circle(tmp_path: Path) -> None:
+    assert len(_load(tmp_path, {"units": "m", "circles": []}).obstacles) == 2
+
+
 def test_the_heading_of_the_start_may_be_any_angle(tmp_path: Path) -> None:
     assert _load(tmp_path, {"start": [-2.0, 0.0, 6.283185307179586]}).fleet.poses()[0].heading_rad == 0.0
 
@@ -67,7 +71,7 @@ def test_sharper_corners_get_a_better_sensor_until_none_is_good_enough(
 
 def test_a_needle_that_no_sensor_of_this_kind_is_sure_of_is_refused(tmp_path: Path) -> None:
     needle = {"polygons": [[[1.0, 0.5], [1.5, 0.49], [1.5, 0.51]]]}
-    with pytest.raises(UsageError, match=r"^posts\.json: \$\.law\.mu0_m: .* ray quantisation 0\.02"):
+    with pytest.raises(UsageError, match=r"/posts\.json: \$\.law\.mu0_m: .* ray quantisation 0\.02"):
         _load(tmp_path, needle)
 
 
@@ -85,16 +89,29 @@ def test_a_large_robot_sees_as_far_in_its_own_measure(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "line"),
     [
-        ({"schema": "clew-scene/2"}, "$.schema: Invalid enum value 'clew-scene/2'"),
-        ({"goal": None}, "$: Object missing required field `goal`"),
+        ({"schema": "clew-scene/2"}, "$.schema: must be 'clew-scene/1', got 'clew-scene/2'"),
+        ({"goal": None}, "$: must have the field goal, got schema, name, family, start, goal_tol, "),
         ({"robot_radius": -0.1}, "$.robot_radius: must be > 0.0, got -0.1"),
-        ({"circles": [[0.0, 0.0, 0.1], [0.0, 1.0]]}, "$.circles[1]: Expected `array` of length 3, got 2"),
+        (
+            {"circles": [[0.0, 0.0, 0.1], [0.0, 1.0]]},
+            "$.circles[1]: must be a list of length 3, got [0.0, 1.0]",
+        ),
         (
             {"polygons": [[[0, 0], [1, 1], [1, 0], [0, 1]]]},
-            "$.obstacle[2]: vertices_m must make a simple ring",
+            "$.polygons[0]: vertices_m must make a simple ring",
         ),
         ({"moving": [{"id": 1}]}, "$.moving: must be absent, got 1 moving obstacles"),
-        ({"goal": [0.0, 0.0]}, "$.goal.at_m: must be >= 0.22 m away from $.obstacle[0], got inside it"),
+        ({"goal": [0.0, 0.0]}, "$.goal: must be >= 0.22 m away from $.circles[0], got inside it"),
+        ({"goal": [0.0, -1.82]}, "$.goal: must be >= 0.22 m away from $.walls[0], got inside it"),
+        ({"bounds": [4.0, -2.0, -4.0, 2.0]}, "$.bounds[0]: must be < x_m_max = -4 m, got 4"),
+        (
+            {"start": [-99.0, 0.0, 0.0]},
+            "$.start, place of robot 1: must be inside the bounds by the radius, at x >= x_m_min + 0.12"
+            " = -3.88 m, got (-99, 0)",
+        ),
+        ({"units": "cm"}, "$.units: must be 'm', got 'cm'"),
+        ({"circles": None, "circle": []}, "$: must have the field circles, got schema, "),
+        ({"polygons": None, "polygon": []}, "$: must have the field polygons, got schema, "),
     ],
 )
 def test_a_scene_that_cannot_be_is_refused_in_one_line(
@@ -102,5 +119,5 @@ def test_a_scene_that_cannot_be_is_refused_in_one_line(
 ) -> None:
     with pytest.raises(UsageError) as refusal:
         _load(tmp_path, changes)
-    assert str(refusal.value).startswith(f"posts.json: {line}")
+    assert str(refusal.value).startswith(f"{tmp_path / 'posts.json'}: {line}")
     assert "\n" not in str(refusal.value)

@@ -6,7 +6,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from protocol.frames import Pose
+from protocol.frames import Point, Pose
 from protocol.mission import Bounds
 from world.budget import Budget
 from world.clearance import distances
@@ -43,7 +43,8 @@ def fleet(section: Fleet) -> None:
     queued = (section.start is not None, section.spacing_m is not None)
     if (section.places is not None) == any(queued) or any(queued) != all(queued):
         said = [name for name in ("places", "start", "spacing_m") if getattr(section, name) is not None]
-        _refuse("fleet", "placed either by places, or by start and spacing_m", " and ".join(said) or "neither")
+        rule = "placed either by places, or by start and spacing_m"
+        _refuse("fleet", rule, " and ".join(said) or "neither")
     if section.places is not None and len(section.places) < section.robots:
         _refuse("fleet.robots", f"<= the number of places = {len(section.places)}", section.robots)
 
@@ -93,35 +94,54 @@ def places_apart(section: Fleet, poses: Sequence[Pose]) -> None:
     for (i, one), (j, other) in combinations(enumerate(poses), 2):
         apart_m = float(np.hypot(one.x_m - other.x_m, one.y_m - other.y_m))
         if apart_m < least_m - ROUNDING_M:
-            _refuse(f"fleet.places[{j}]", f"{rule} from places[{i}]", apart_m)
+            _refuse(f"fleet.places[{j}]", f"{rule} from places[{i}]", f"{apart_m:.6g} m at {_at(other)}")
 
 
-def within(bounds: Bounds | None, poses: Sequence[Pose], goal: Goal | None, radius_m: float) -> None:
+def within(bounds: Bounds | None, section: Fleet, poses: Sequence[Pose], goal: Goal | None) -> None:
     """Every robot starts inside the bounds, hull and all, and may stand at the goal."""
     if bounds is None:
         return
     for name, low_m, high_m in (("x", bounds.x_m_min, bounds.x_m_max), ("y", bounds.y_m_min, bounds.y_m_max)):
         if low_m >= high_m:
             _refuse(f"bounds.{name}_m_min", f"< {name}_m_max = {high_m:g} m", low_m)
-    for path, x_m, y_m in _stands(poses, goal):
-        room_m = min(x_m - bounds.x_m_min, bounds.x_m_max - x_m, y_m - bounds.y_m_min, bounds.y_m_max - y_m)
-        if room_m < radius_m - ROUNDING_M:
-            _refuse(path, f"inside the bounds by the radius = {radius_m:g} m", room_m)
+    radius_m = section.robot_radius_m
+    for path, place in _stands(section, poses, goal):
+        for axis, at_m, low_m, high_m in (
+            ("x", place.x_m, bounds.x_m_min, bounds.x_m_max),
+            ("y", place.y_m, bounds.y_m_min, bounds.y_m_max),
+        ):
+            rule = "inside the bounds by the radius, at"
+            if at_m - low_m < radius_m - ROUNDING_M:
+                least = f"{axis} >= {axis}_m_min + {radius_m:g} = {low_m + radius_m:g} m"
+                _refuse(path, f"{rule} {least}", _at(place))
+            if high_m - at_m < radius_m - ROUNDING_M:
+                most = f"{axis} <= {axis}_m_max - {radius_m:g} = {high_m - radius_m:g} m"
+                _refuse(path, f"{rule} {most}", _at(place))
 
 
-def clear_of(ground: Ground, poses: Sequence[Pose], goal: Goal | None, standoff_m: float) -> None:
+def clear_of(
+    ground: Ground, section: Fleet, poses: Sequence[Pose], goal: Goal | None, standoff_m: float
+) -> None:
     """No place and no goal is in an obstacle, or nearer to one than `standoff_m`."""
     if ground.shape_count == 0:
         return
-    for path, x_m, y_m in _stands(poses, goal):
-        apart_m = distances(ground, np.array((x_m, y_m)))
+    for path, place in _stands(section, poses, goal):
+        apart_m = distances(ground, np.array((place.x_m, place.y_m)))
         nearest = int(apart_m.argmin())
         if apart_m[nearest] < standoff_m - ROUNDING_M or apart_m[nearest] == 0.0:
-            inside = "inside it" if apart_m[nearest] == 0.0 else f"{apart_m[nearest]:.6g}"
-            _refuse(path, f">= {standoff_m:g} m away from $.obstacle[{nearest}]", inside)
+            how_near = "inside it" if apart_m[nearest] == 0.0 else f"{apart_m[nearest]:.6g} m"
+            rule = f">= {standoff_m:g} m away from $.obstacle[{nearest}]"
+            _refuse(path, rule, f"{how_near} at {_at(place)}")
 
 
-def _stands(poses: Sequence[Pose], goal: Goal | None) -> list[tuple[str, float, float]]:
+def _stands(section: Fleet, poses: Sequence[Pose], goal: Goal | None) -> list[tuple[str, Pose | Point]]:
     """Everywhere that a robot must be able to stand, and how the scenario's author knows it."""
-    stands = [(f"fleet: the place of robot {k}", pose.x_m, pose.y_m) for k, pose in enumerate(poses, start=1)]
-    return stands if goal is None else [*stands, ("goal.at_m", *goal.at_m)]
+    stands: list[tuple[str, Pose | Point]] = [
+        (f"fleet.{'start' if section.places is None else f'places[{k}]'}, place of robot {k + 1}", pose)
+        for k, pose in enumerate(poses)
+    ]
+    return stands if goal is None else [*stands, ("goal.at_m", Point(x_m=goal.at_m[0], y_m=goal.at_m[1]))]
+
+
+def _at(place: Pose | Point) -> str:
+    return f"({place.x_m:.6g}, {place.y_m:.6g})"

@@ -8,7 +8,7 @@ from msgspec import inspect
 # How msgspec words its refusals: what is wrong, then where, unless it is the whole.
 _REFUSAL = re.compile(r"(?P<what>.*?)(?: - at `\$(?P<path>.*)`)?", re.DOTALL)
 _EXPECTED = re.compile(r"Expected `(?P<kind>[^`]*)`(?: (?P<bound>[^,]*))?(?:, got .*)?")
-_FIELD = re.compile(r"Object (?P<verb>missing required|contains unknown) field `(?P<name>.*)`")
+_FIELD = re.compile(r"Object (?P<verb>missing required|contains unknown) field `(?P<name>.*)`", re.DOTALL)
 _STEP = re.compile(r"\.(\w+)|\[(\d+)\]")
 _UNIT = re.compile(r"_(?P<unit>m|rad|mps|radps|s)(?:_min|_max)?(?:\[\d+\])?$")
 _UNIT_NAMES = {"m": " m", "rad": " rad", "mps": " m/s", "radps": " rad/s", "s": " s"}
@@ -71,9 +71,11 @@ def _bound(expected: re.Match[str], path: str) -> str:
 def _field(field: re.Match[str], value: object, path: str, wanted: type) -> str:
     assert isinstance(value, dict), path  # only objects have fields
     if field["verb"] == "missing required":
-        return f"must have the field `{field['name']}`, got {', '.join(map(str, value)) or 'no field'}"
-    known = [name for kind in _kinds(wanted, path) for name in _names(kind, value)]
-    return f"must have no field but {', '.join(known)}, got `{field['name']}` = {short(value[field['name']])}"
+        # Their representations, since a key of TOML or JSON may hold a line break.
+        names = ", ".join(short(name).strip("'") for name in value)
+        return f"must have the field {field['name']}, got {names or 'no field'}"
+    known = ", ".join(name for kind in _kinds(wanted, path) for name in _names(kind, value))
+    return f"must have no field but {known}, got {short(field['name'])} = {short(value[field['name']])}"
 
 
 def _one_of(choices: list[str]) -> str:

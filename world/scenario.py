@@ -51,9 +51,9 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
             checks.errors_covered(self.law, self.error_budget)
         poses, radius_m = self.fleet.poses(), self.fleet.robot_radius_m
         checks.places_apart(self.fleet, poses)
-        checks.within(self.bounds, poses, self.goal, radius_m)
+        checks.within(self.bounds, self.fleet, poses, self.goal)
         standoff_m = self.closest_m if self.law.law.promises_clearance else radius_m
-        checks.clear_of(self.ground, poses, self.goal, standoff_m)
+        checks.clear_of(self.ground, self.fleet, poses, self.goal, standoff_m)
 
     @property
     def ground(self) -> Ground:
@@ -130,18 +130,19 @@ def load(name_or_path: str, *, robots: int | None = None, law: str | None = None
         UsageError: whatever is wrong, in one line.
     """
     path = reading.find(name_or_path)
-    raw = reading.read(path, name_or_path)
-    if path.suffix == ".json":
-        raw = scene.as_scenario(raw, name_or_path)
+    said = reading.read(path, name_or_path)
+    raw = scene.as_scenario(said, name_or_path) if path.suffix == ".json" else said
     changes = []
     for option, section, key, value in (("-n", "fleet", "robots", robots), ("--law", "law", "law", law)):
         if value is not None and isinstance(raw.get(section), dict):
-            changes.append(f"{option} {value} instead of its {key} = {raw[section].get(key, 'by default')}")
+            instead = f" instead of its {key} = {raw[section][key]}" if key in raw[section] else ""
+            changes.append(f"{option} {value}{instead}")
             raw[section][key] = value
     try:
         return reading.understand(raw, Scenario, name_or_path)
     except UsageError as error:
-        raise UsageError(f"{error} ({', '.join(changes)})" if changes else str(error)) from error
+        line = scene.in_own_words(str(error), said) if path.suffix == ".json" else str(error)
+        raise UsageError(f"{line} ({', '.join(changes)})" if changes else line) from error
 
 
 def schema() -> dict[str, Any]:

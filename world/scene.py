@@ -1,6 +1,7 @@
 """`clew-scene/1`: obstacle scenes in JSON, said as a scenario file would say them."""
 
 import math
+import re
 from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct
@@ -24,6 +25,14 @@ SEPARATION_RADII = 0.5  # half of the room that the spacing leaves between two h
 LINK_RADII = 10.0  # three places apart, and some
 ERROR_SHARE = 0.25  # of the tolerance that rays leave over, to noise and drive each; half stays in hand
 TIME_FACTOR = 20.0  # over the straight way at full speed: detours, turns, and five robots one by one
+
+OWN_PATHS = {
+    "$.fleet.start": "$.start",
+    "$.goal.at_m": "$.goal",
+    "$.bounds.x_m_min": "$.bounds[0]",
+    "$.bounds.y_m_min": "$.bounds[1]",
+}
+"""Where a scene says what a refusal of its scenario is about."""
 
 
 class Scene(Struct, frozen=True, kw_only=True):
@@ -50,7 +59,7 @@ class _Obstacles(Struct, frozen=True, kw_only=True):
     obstacle: tuple[Shape, ...]
 
 
-def as_scenario(raw: object, source: str) -> dict[str, Any]:
+def as_scenario(raw: dict[str, Any], source: str) -> dict[str, Any]:
     """What a scenario file would say of this scene; `source` names it in refusals.
 
     The noise of sensor and drive is what the tolerance can bear, so that a scene with sharper corners
@@ -61,7 +70,10 @@ def as_scenario(raw: object, source: str) -> dict[str, Any]:
         raise UsageError(f"{source}: $.moving: must be absent, got {len(scene.moving)} moving obstacles")
     obstacles = [{"shape": "circle", "centre_m": (x, y), "radius_m": r} for x, y, r in scene.circles]
     obstacles += [{"shape": "polygon", "vertices_m": ring} for ring in (*scene.polygons, *scene.walls)]
-    shapes = understand({"obstacle": obstacles}, _Obstacles, source).obstacle
+    try:
+        shapes = understand({"obstacle": obstacles}, _Obstacles, source).obstacle
+    except UsageError as error:
+        raise UsageError(in_own_words(str(error), raw)) from error
     radius_m = scene.robot_radius
     range_m_max = max(RANGE_M_MAX, RANGE_RADII * radius_m)
     quantisation_m = blind_per_range(shapes, DIRECTIONS) * (radius_m + EPSILON_M)
@@ -96,3 +108,19 @@ def as_scenario(raw: object, source: str) -> dict[str, Any]:
         "time": {"time_s_max": TIME_FACTOR * max(way_m, RANGE_M_MAX) / SPEED_MPS},
         "obstacle": obstacles,
     }
+
+
+def in_own_words(refusal: str, raw: dict[str, Any]) -> str:
+    """A refusal of the scenario that a scene makes, with the scene's own paths in it."""
+
+    def own(obstacle: re.Match[str]) -> str:
+        index = int(obstacle["index"])
+        for key in ("circles", "polygons", "walls"):
+            if index < len(raw.get(key, ())):
+                return f"$.{key}[{index}]"
+            index -= len(raw.get(key, ()))
+        raise AssertionError(obstacle)  # each obstacle of the scenario is one of the scene's
+
+    for theirs, ours in OWN_PATHS.items():
+        refusal = refusal.replace(theirs, ours)
+    return re.sub(r"\$\.obstacle\[(?P<index>\d+)\]", own, refusal)
