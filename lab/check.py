@@ -1,7 +1,5 @@
 """Judges a run again, from its log alone: by the rules that judged it live, and whether the log is whole."""
 
-import math
-
 import msgspec
 from msgspec import Struct
 
@@ -10,6 +8,7 @@ from protocol.errors import UsageError
 from world.judgement import Breach, judge
 from world.monitor import Promises
 from world.scenario import Scenario
+from world.verdict import finite
 
 
 class Finding(Struct, frozen=True, kw_only=True):
@@ -25,6 +24,8 @@ class Finding(Struct, frozen=True, kw_only=True):
     """None: there was never a second robot."""
     separation_m_required: float
     path_m: float
+    ended: str | None
+    """How the run ended; None: the log does not say."""
     breaches: tuple[Breach, ...]
     flaws: tuple[str, ...]
     """What is missing from the log, or cannot be read."""
@@ -42,11 +43,12 @@ def check(timeline: Timeline) -> Finding:
         ok=not judgement.breaches and not timeline.flaws,
         violations=sum(judgement.violations.values()),
         violations_by_invariant=judgement.violations,
-        clearance_m_min=_finite(judgement.least_clearance.distance_m),
+        clearance_m_min=finite(judgement.least_clearance.distance_m),
         clearance_m_required=promises.clearance_m_required,
-        separation_m_min=_finite(judgement.least_separation.distance_m),
+        separation_m_min=finite(judgement.least_separation.distance_m),
         separation_m_required=promises.separation_m_required,
         path_m=judgement.path_m,
+        ended=timeline.ended,
         breaches=judgement.breaches,
         flaws=timeline.flaws,
     )
@@ -65,24 +67,21 @@ def scenario_of(timeline: Timeline) -> Scenario:
 
 
 def sentences(finding: Finding) -> list[str]:
-    """A finding for people: a line for each thing that is wrong, and the sum of it last."""
+    """A finding for people: a line for each thing wrong, how the run ended, and the sum of it last."""
     broken = [
         f"t={breach.t_s:.3f} s: {breach.broken.invariant}, robot {breach.broken.robot}: {breach.broken.why}: "
         f"{breach.broken.measured_m:.4f} m against {breach.broken.required_m:.4f} m"
         for breach in finding.breaches
     ]
     flaws = [f"not complete: {flaw}" for flaw in finding.flaws]
+    ended = [] if finding.ended is None else [f"ended: {finding.ended}"]
     counts = ", ".join(f"{invariant} {count}" for invariant, count in finding.violations_by_invariant.items())
     least = (
         f"clearance {_metres(finding.clearance_m_min)} ({finding.clearance_m_required:.4f} m required), "
         f"separation {_metres(finding.separation_m_min)} ({finding.separation_m_required:.4f} m required)"
     )
     word = "kept" if finding.ok else "not proved" if not finding.breaches else "broken"
-    return [*broken, *flaws, f"{word}: violations {counts}; {least}; {finding.path_m:.3f} m driven"]
-
-
-def _finite(distance_m: float) -> float | None:
-    return distance_m if math.isfinite(distance_m) else None
+    return [*broken, *flaws, *ended, f"{word}: violations {counts}; {least}; {finding.path_m:.3f} m driven"]
 
 
 def _metres(distance_m: float | None) -> str:

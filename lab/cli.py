@@ -5,17 +5,17 @@ Data goes to stdout, the rest to stderr. Exit codes: 0 good, 1 a promise broke o
 """
 
 import json
-from collections import Counter
 from pathlib import Path
-from typing import Any
 
 import click
 import msgspec
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from lab import timeline
 from lab.check import check, sentences
+from lab.summary import Judged, Summary, summarise
 from lab.timeline import Choice, Timeline
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
@@ -60,24 +60,24 @@ def log() -> None:
 @RUN
 @AS_JSON
 def info(run: Path, *, as_json: bool) -> None:
-    """Summarise a timeline: what was run, how long, how many entries of which kind."""
-    summary = summarise(timeline.read(run))
+    """Summarise a timeline: what was run, how it ended, how many entries of which kind."""
+    summary = summarise(timeline.read(run), run)
     if as_json:
-        click.echo(json.dumps(summary))
+        click.echo(msgspec.json.encode(summary).decode())
     else:
         _print_summary(summary)
 
 
 @log.command()
 @RUN
-@click.option("--source", help="Only entries written by this source: world, r1, ...")
-@click.option("--kind", help="Only this kind; wildcards work: 'step.*'.")
+@click.option("--source", multiple=True, help="Only entries by this source: world, r1, ...; may be repeated.")
+@click.option("--kind", multiple=True, help="Only this kind; 'step.*' works too; may be repeated.")
 @click.option("--robot", type=int, help="Only entries by this robot or about it.")
 @click.option("--step", type=int, help="Only this switching step of the leader.")
 @click.option("--from", "from_s", type=float, help="Only from this time on [simulated s].")
 @click.option("--to", "to_s", type=float, help="Only up to this time [simulated s].")
 @AS_JSON
-def cat(run: Path, *, as_json: bool, **choice: str | float | None) -> None:
+def cat(run: Path, *, as_json: bool, **choice: tuple[str, ...] | float | None) -> None:
     """Print the entries of a timeline, all or those chosen, one a line."""
     read = timeline.read(run)
     chosen = msgspec.convert(choice, Choice)
@@ -101,25 +101,6 @@ def check_log(ctx: click.Context, run: Path, *, as_json: bool) -> None:
     ctx.exit(0 if finding.ok else 1)
 
 
-def summarise(read: Timeline) -> dict[str, Any]:
-    """What a timeline holds, in numbers."""
-    header = read.header
-    kinds = Counter(timeline.kind_of(entry.record) for _, entry in read.lines)
-    sources = Counter(source for source, _ in read.lines)
-    return {
-        "run": header.run,
-        "scenario": header.scenario.get("name"),
-        "seed": header.seed,
-        "scenario_hash": header.scenario_hash,
-        "versions": header.versions,
-        "sim_s": max((entry.t_s for _, entry in read.lines), default=0.0),
-        "entries": len(read.lines),
-        "sources": dict(sorted(sources.items())),
-        "kinds": dict(sorted(kinds.items())),
-        "flaws": list(read.flaws),
-    }
-
-
 def one_line(source: str, entry: Entry) -> str:
     """An entry for people: time, source, kind, then its fields."""
     fields = msgspec.to_builtins(entry.record)
@@ -128,20 +109,28 @@ def one_line(source: str, entry: Entry) -> str:
     return f"{entry.t_s:9.3f} {source:>6} {kind:<18} {said}".rstrip()
 
 
-def _print_summary(summary: dict[str, Any]) -> None:
+def _print_summary(summary: Summary) -> None:
     console = Console()
     facts = Table(show_header=False, box=None)
-    for name in ("run", "scenario", "seed", "sim_s", "entries"):
-        facts.add_row(name, str(summary[name]))
-    facts.add_row("versions", ", ".join(f"{name} {value}" for name, value in summary["versions"].items()))
-    facts.add_row("sources", ", ".join(f"{name} {count}" for name, count in summary["sources"].items()))
+    for name in ("run", "scenario", "law", "robots", "seed", "sim_s", "ended"):
+        facts.add_row(name, Text(str(getattr(summary, name))))
+    facts.add_row("verdict", Text(_judged(summary.verdict)))
+    facts.add_row("entries", str(summary.entries))
+    facts.add_row("versions", ", ".join(f"{name} {value}" for name, value in summary.versions.items()))
+    facts.add_row("sources", ", ".join(f"{name} {count}" for name, count in summary.sources.items()))
     kinds = Table("kind", "entries")
-    for kind, count in summary["kinds"].items():
+    for kind, count in summary.kinds.items():
         kinds.add_row(kind, str(count))
     console.print(facts)
     console.print(kinds)
-    for flaw in summary["flaws"]:
+    for flaw in summary.flaws:
         console.print(f"not complete: {flaw}", style="bold", markup=False)
+
+
+def _judged(verdict: Judged | None) -> str:
+    if verdict is None:
+        return "none"
+    return f"{'OK' if verdict.ok else 'FAILED'}: {verdict.reason}"
 
 
 def _warn(read: Timeline) -> None:

@@ -17,11 +17,10 @@ from lab.timeline import Timeline
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from world.scenario import Scenario
+from world.shell import VERDICT_FILE
 from world.table import Rows, measure
 from world.tally import Tally
 from world.verdict import Verdict
-
-VERDICT_FILE = "verdict.json"
 
 
 def report(run: str, read: Timeline, verdict: Verdict) -> Iterator[str]:
@@ -88,13 +87,23 @@ def verdict_sentence(verdict: Verdict, scenario: Scenario) -> str:
     )
 
 
+def read_verdict(folder: Path) -> Verdict:
+    """The verdict in a run's folder.
+
+    Raises:
+        OSError: there is none.
+        msgspec.MsgspecError: it is no verdict.
+    """
+    return msgspec.json.decode((folder / VERDICT_FILE).read_bytes(), type=Verdict)
+
+
 def main(arguments: Sequence[str]) -> int:
     """Print the report of a run; returns the exit code."""
     parser = argparse.ArgumentParser(prog="python -m lab.report", description=__doc__)
     parser.add_argument("run", metavar="RUN", help="a run's folder")
     run = parser.parse_args(arguments).run
     try:
-        verdict = msgspec.json.decode((Path(run) / VERDICT_FILE).read_bytes(), type=Verdict)
+        verdict = read_verdict(Path(run))
         sys.stdout.write("\n".join(report(run, timeline.read(Path(run)), verdict)) + "\n")
     except (OSError, msgspec.MsgspecError, UsageError) as error:
         sys.stderr.write(f"report: {run}: {error}\n")

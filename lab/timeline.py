@@ -41,13 +41,19 @@ class Timeline:
     lines: tuple[Line, ...]
     flaws: tuple[str, ...]
 
+    @property
+    def ended(self) -> str | None:
+        """How the run ended; None where the world did not live to say so."""
+        reasons = (entry.record.reason for _, entry in self.lines if isinstance(entry.record, RunEnded))
+        return next(reasons, None)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
-    """Which lines to show; None chooses all."""
+    """Which lines to show; None, or naming nothing, chooses all."""
 
-    source: str | None = None
-    kind: str | None = None
+    source: tuple[str, ...] = ()
+    kind: tuple[str, ...] = ()
     """May hold wildcards, as `step.*`."""
     robot: int | None = None
     """Entries from this robot, or that name it."""
@@ -58,8 +64,8 @@ class Choice:
     def takes(self, source: str, entry: Entry) -> bool:
         """Whether a line is among the chosen."""
         return (
-            (self.source is None or source == self.source)
-            and (self.kind is None or fnmatchcase(kind_of(entry.record), self.kind))
+            (not self.source or source in self.source)
+            and (not self.kind or any(fnmatchcase(kind_of(entry.record), kind) for kind in self.kind))
             and (self.robot is None or source == robot_name(self.robot) or names(entry.record, self.robot))
             and (self.step is None or getattr(entry.record, "step", None) == self.step)
             and (self.from_s is None or entry.t_s >= self.from_s)

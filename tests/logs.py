@@ -6,8 +6,10 @@ import msgspec
 
 from lab.timeline import Line
 from protocol.timeline import Entry, PoseSampled, Record, RunEnded
+from world.books import Messages
 from world.recorder import Header, Recorder, open_events
 from world.scenario import load
+from world.verdict import Events, Verdict
 
 PAPER = load("paper")
 HEADER = Header(
@@ -27,6 +29,37 @@ AT_REST: tuple[tuple[str, Record], ...] = (
     ("world", RunEnded(reason="interrupted")),
 )
 """A run in which nobody ever moved: every promise was kept."""
+GOOD = Verdict(
+    ok=True,
+    exit_code=0,
+    reason="every robot has arrived",
+    scenario="paper",
+    seed=1,
+    robots=5,
+    law="printed",
+    speed=None,
+    started_at="2026-11-20T12:00:00+00:00",
+    goal_reached=True,
+    robots_arrived=5,
+    clearance_m_min=0.064,
+    clearance_m_required=0.0,
+    separation_m_min=0.1,
+    separation_m_required=0.04,
+    violations=0,
+    violations_by_invariant={"S1": 0, "S2": 0, "S3": 0},
+    switching_steps=10,
+    planning_events=40,
+    scans=41,
+    path_m=7.0,
+    table_rms_m=0.0254,
+    sim_s=31.0,
+    wall_s=2.0,
+    cpu_s=1.0,
+    messages=Messages(sent=100, received=100, injected={}, unaccounted=0, left_out=()),
+    events=Events(recorded=500, missing=0),
+    deaths=(),
+)
+"""The verdict on a run of paper.toml that went well."""
 
 
 def numbered(records: tuple[tuple[str, Record], ...]) -> list[Line]:

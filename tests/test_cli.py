@@ -1,13 +1,16 @@
 import json
+import re
 from pathlib import Path
 
+import msgspec
 import pytest
 from click.testing import CliRunner, Result
 
 from lab.cli import main
 from protocol.timeline import PoseSampled, StepFinished
-from tests.logs import AT_REST, numbered, recorded
+from tests.logs import AT_REST, GOOD, numbered, recorded
 from world.scenario import schema
+from world.shell import VERDICT_FILE
 
 STEP_3 = ("r1", StepFinished(step=3, x_m=0.1, y_m=0.2))
 
@@ -34,6 +37,41 @@ def test_info_for_people_names_every_kind(run: Path) -> None:
     assert said.exit_code == 0
     for word in ("paper", "pose.sampled", "step.finished"):
         assert word in said.stdout
+
+
+def test_info_says_law_robots_and_how_the_run_ended(run: Path) -> None:
+    said = json.loads(clew("log", "info", run, "--json").stdout)
+    assert (said["law"], said["robots"], said["ended"]) == ("printed", 5, "interrupted")
+    assert said["verdict"] is None
+    for line in (r"law +printed", r"robots +5", r"ended +interrupted", r"verdict +none"):
+        assert re.search(line, clew("log", "info", run).stdout), line
+
+
+@pytest.mark.parametrize("named", ["", "events.jsonl"])
+def test_info_shows_the_verdict_that_stands_beside_the_log(run: Path, named: str) -> None:
+    failed = msgspec.structs.replace(GOOD, ok=False, exit_code=1, reason="robot 3 died")
+    (run / VERDICT_FILE).write_bytes(msgspec.json.encode(failed))
+    said = json.loads(clew("log", "info", run / named, "--json").stdout)
+    assert said["verdict"] == {"ok": False, "exit_code": 1, "reason": "robot 3 died"}
+    assert re.search(r"verdict +FAILED: robot 3 died", clew("log", "info", run / named).stdout)
+
+
+def test_info_names_a_verdict_that_cannot_be_read(run: Path) -> None:
+    (run / VERDICT_FILE).write_bytes(b"{")
+    said = json.loads(clew("log", "info", run, "--json").stdout)
+    assert said["verdict"] is None
+    assert ["verdict.json" in flaw for flaw in said["flaws"]] == [True]
+
+
+def test_cat_takes_more_than_one_kind_and_source(run: Path) -> None:
+    both = clew("log", "cat", run, "--kind", "step.*", "--kind", "run.ended").stdout
+    assert [line.split()[2] for line in both.splitlines()] == ["step.finished", "run.ended"]
+    assert clew("log", "cat", run, "--source", "r1", "--source", "world").stdout.count("\n") == 7
+
+
+def test_check_says_how_the_run_ended(run: Path) -> None:
+    assert json.loads(clew("log", "check", run, "--json").stdout)["ended"] == "interrupted"
+    assert "ended: interrupted" in clew("log", "check", run).stdout.splitlines()
 
 
 def test_cat_in_json_is_the_log_without_its_header(run: Path) -> None:

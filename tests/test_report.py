@@ -4,41 +4,8 @@ import msgspec
 import pytest
 
 from lab.report import main, rms_line, table_lines, verdict_sentence
-from tests.logs import AT_REST, PAPER, numbered, recorded
-from world.books import Messages
+from tests.logs import AT_REST, GOOD, PAPER, numbered, recorded
 from world.scenario import load
-from world.verdict import Events, Verdict
-
-GOOD = Verdict(
-    ok=True,
-    exit_code=0,
-    reason="every robot has arrived",
-    scenario="paper",
-    seed=1,
-    robots=5,
-    law="printed",
-    speed=None,
-    started_at="2026-11-20T12:00:00+00:00",
-    goal_reached=True,
-    robots_arrived=5,
-    clearance_m_min=0.064,
-    clearance_m_required=0.0,
-    separation_m_min=0.1,
-    separation_m_required=0.04,
-    violations=0,
-    violations_by_invariant={"S1": 0, "S2": 0, "S3": 0},
-    switching_steps=10,
-    planning_events=40,
-    scans=41,
-    path_m=7.0,
-    table_rms_m=0.0254,
-    sim_s=31.0,
-    wall_s=2.0,
-    cpu_s=1.0,
-    messages=Messages(sent=100, received=100, injected={}, unaccounted=0, left_out=()),
-    events=Events(recorded=500, missing=0),
-    deaths=(),
-)
 
 
 def test_table_stands_beside_what_was_measured() -> None:

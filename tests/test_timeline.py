@@ -136,14 +136,15 @@ EVERYTHING = Choice()
     ("choice", "chosen"),
     [
         (EVERYTHING, [0, 1, 2, 3, 4]),
-        (replace(EVERYTHING, source="r1"), [0, 3]),
-        (replace(EVERYTHING, kind="robot.*"), [0]),
-        (replace(EVERYTHING, kind="pose.sampled"), [1]),
+        (replace(EVERYTHING, source=("r1",)), [0, 3]),
+        (replace(EVERYTHING, kind=("robot.*",)), [0]),
+        (replace(EVERYTHING, kind=("pose.sampled",)), [1]),
+        (replace(EVERYTHING, kind=("pose.sampled", "robot.*"), source=("r1", "world")), [0, 1]),
         (replace(EVERYTHING, robot=1), [0, 1, 2, 3]),
         (replace(EVERYTHING, robot=2), [3]),
         (replace(EVERYTHING, step=3), [2]),
         (replace(EVERYTHING, from_s=1.0, to_s=2.0), [1, 2]),
-        (replace(EVERYTHING, robot=1, source="world"), [1, 2]),
+        (replace(EVERYTHING, robot=1, source=("world",)), [1, 2]),
     ],
 )
 def test_a_choice_takes_exactly_what_it_names(choice: Choice, chosen: list[int]) -> None:

@@ -116,9 +116,9 @@ def pass_verdict(facts: Facts) -> Verdict:
         started_at=facts.started_at,
         goal_reached=tally.goal_reached,
         robots_arrived=len(tally.arrived),
-        clearance_m_min=_finite(judgement.least_clearance.distance_m),
+        clearance_m_min=finite(judgement.least_clearance.distance_m),
         clearance_m_required=promises.clearance_m_required,
-        separation_m_min=_finite(judgement.least_separation.distance_m),
+        separation_m_min=finite(judgement.least_separation.distance_m),
         separation_m_required=promises.separation_m_required,
         violations=sum(judgement.violations.values()),
         violations_by_invariant=judgement.violations,
@@ -185,5 +185,6 @@ def _death_sentence(t_s: float, death: RobotDied) -> str:
     return f"robot {death.robot} died at t={death.silent_since_s:.1f} s (known at t={t_s:.1f} s)"
 
 
-def _finite(distance_m: float) -> float | None:
+def finite(distance_m: float) -> float | None:
+    """A distance; None where nothing was there to measure it to."""
     return distance_m if distance_m < float("inf") else None

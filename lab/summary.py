@@ -1,0 +1,83 @@
+"""What a timeline holds, in numbers; and the verdict, where it stands beside it."""
+
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from msgspec import Struct
+
+from lab.report import read_verdict
+from lab.timeline import Timeline, kind_of
+from world.recorder import EVENTS_FILE
+from world.shell import VERDICT_FILE
+
+
+class Judged(Struct, frozen=True, kw_only=True):
+    """The head of a verdict."""
+
+    ok: bool
+    exit_code: int
+    reason: str
+
+
+class Summary(Struct, frozen=True, kw_only=True):
+    """What `clew log info` says; null is what the log does not."""
+
+    run: str
+    scenario: str | None
+    law: str | None
+    robots: int | None
+    seed: int
+    scenario_hash: str
+    versions: dict[str, str]
+    sim_s: float
+    ended: str | None
+    verdict: Judged | None
+    entries: int
+    sources: dict[str, int]
+    kinds: dict[str, int]
+    flaws: tuple[str, ...]
+
+
+def summarise(read: Timeline, run: Path) -> Summary:
+    """The summary of a timeline that was read from this folder, or from its `events.jsonl`."""
+    header = read.header
+    verdict, flaws = _verdict(run)
+    kinds = Counter(kind_of(entry.record) for _, entry in read.lines)
+    sources = Counter(source for source, _ in read.lines)
+    return Summary(
+        run=header.run,
+        scenario=header.scenario.get("name"),
+        law=_field(header.scenario, "law", "law"),
+        robots=_field(header.scenario, "fleet", "robots"),
+        seed=header.seed,
+        scenario_hash=header.scenario_hash,
+        versions=header.versions,
+        sim_s=max((entry.t_s for _, entry in read.lines), default=0.0),
+        ended=read.ended,
+        verdict=verdict,
+        entries=len(read.lines),
+        sources=dict(sorted(sources.items())),
+        kinds=dict(sorted(kinds.items())),
+        flaws=(*read.flaws, *flaws),
+    )
+
+
+def _field(scenario: dict[str, Any], section: str, key: str) -> Any:  # noqa: ANN401 - unchecked, as written
+    """A field of a scenario that another version may have written."""
+    fields = scenario.get(section)
+    return fields.get(key) if isinstance(fields, dict) else None
+
+
+def _verdict(run: Path) -> tuple[Judged | None, tuple[str, ...]]:
+    """The verdict beside a log, and what is wrong with it."""
+    if run.is_file() and run.name != EVENTS_FILE:  # a copy under another name may be of another run
+        return None, ()
+    try:
+        verdict = read_verdict(run if run.is_dir() else run.parent)
+    except FileNotFoundError:
+        return None, ()
+    except (OSError, msgspec.MsgspecError) as error:
+        return None, (f"{VERDICT_FILE} cannot be read: {error}",)
+    return Judged(ok=verdict.ok, exit_code=verdict.exit_code, reason=verdict.reason), ()
