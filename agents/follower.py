@@ -2,8 +2,10 @@
 
 Rule 1: it drives to the next vertex or to its authority, whichever comes first.
 Rule 2: before it enters a segment it checks it against a scan of its own: the strand's own robots apart,
-        nothing may stand nearer than the clearance that the leader was promised. Under a law that
-        promises none, robots that follow do not sense.
+        nothing may stand nearer than the leader was promised (less twice the tolerance: where this
+        robot stands, and where the leader stood). Its own leg, up to where the robot ahead stood at first,
+        no leader has certified: there the check itself has to certify `epsilon - mu0`, with half of
+        the tolerance left for the drive. Under a law that promises nothing robots that follow do not sense.
 Rule 3: a segment that is not clear is checked again every `RECHECK_S`; meanwhile the robot stands.
 """
 
@@ -60,29 +62,49 @@ class Follower:
         return now_s - self._checked_at_s >= RECHECK_S
 
     def check(
-        self, view: View, path: Path, *, progress_m: float, authority_m: float, now_s: float
+        self,
+        view: View,
+        path: Path,
+        *,
+        progress_m: float,
+        authority_m: float,
+        own_leg_m: float,
+        now_s: float,
     ) -> SegmentChecked:
-        """Rule 2: check the segment that begins here."""
+        """Rule 2: check the segment that begins here.
+
+        Args:
+            view: a scan taken here.
+            path: the path ahead.
+            progress_m: where the robot is on it.
+            authority_m: how far it may go; what stands on the path beyond is a robot.
+            own_leg_m: up to here no robot has driven and no leader certified, and no robot stands.
+            now_s: the time.
+        """
         vertex = path[path.next_vertex(progress_m + THERE_M)]
-        clearance_m = self._clearance_m(view, path, vertex.s_m, progress_m, authority_m)
-        # Twice the tolerance: once for where this robot stands, once for where the leader stood.
+        seen = self._without_robots(view, path, progress_m, max(authority_m, own_leg_m))
+        clearance_m = self._clearance_m(seen, path.at(vertex.s_m), 0.0, 0.0)
         clear = clearance_m >= self._mission.epsilon_m - 2.0 * self._mission.mu0_m
+        if progress_m < own_leg_m - THERE_M:
+            unsure, per_range = self._mission.range_error_m_max, self._mission.blind_per_range
+            certain_m = self._clearance_m(seen, path.at(min(vertex.s_m, own_leg_m)), unsure, per_range)
+            clear = clear and certain_m >= self._mission.epsilon_m - self._mission.mu0_m / 2.0
+            clearance_m = min(clearance_m, certain_m)
         self._checked_at_s = now_s
         if clear:
             self._clear_until_m = vertex.s_m
             self._checked_at_s = -math.inf
-        return SegmentChecked(
-            target=Point(x_m=vertex.x_m, y_m=vertex.y_m), clear=clear, clearance_m=clearance_m
-        )
+        target = Point(x_m=vertex.x_m, y_m=vertex.y_m)
+        return SegmentChecked(target=target, clear=clear, clearance_m=clearance_m)
 
-    def _clearance_m(
-        self, view: View, path: Path, vertex_m: float, progress_m: float, authority_m: float
-    ) -> float:
-        hull_m = self._mission.hull_reach_m
-        behind = on_ground(view.points, path.between(0.0, progress_m), within_m=hull_m)
-        ahead = on_ground(view.points, path.between(authority_m, path.end_m), within_m=hull_m)
-        hits = view.without(behind | ahead).hit_points
-        end = path.at(vertex_m)
-        distances = distances_to_segments(hits, view.position, np.array([end.x_m, end.y_m]))
-        nearest_m = float(distances.min(initial=self._mission.range_m_max))
-        return nearest_m - self._mission.robot_radius_m
+    def _clearance_m(self, seen: View, end: Point, unsure_m: float, unsure_per_range: float) -> float:
+        """Of the hull, swept from where the scan was taken, to the nearest hit, less what is unsure."""
+        offs = distances_to_segments(seen.hit_points, seen.position, np.array([end.x_m, end.y_m]))
+        offs = offs - unsure_m - unsure_per_range * seen.ranges_m[seen.hits]
+        return float(offs.min(initial=self._mission.range_m_max)) - self._mission.robot_radius_m
+
+    def _without_robots(self, view: View, path: Path, progress_m: float, robots_from_m: float) -> View:
+        within_m = self._mission.hull_reach_m
+        behind = on_ground(view.points, path.between(0.0, progress_m), within_m=within_m)
+        ahead = on_ground(view.points, path.between(robots_from_m, path.end_m), within_m=within_m)
+        return view.without(behind | ahead)

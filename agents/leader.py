@@ -6,11 +6,10 @@ Rule 2: under the certified law no step is planned nearer than the strand's dist
 Rule 3: a way that is not there is said (`NoStep`), never searched for by wandering.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from agents.certificate import Walls, bounds_walls, ground_walls, promised_clearance_m, scan_walls
+from agents.certificate import Walls, bounds_walls, promised_clearance_m, scan_walls
+from agents.ground import Ground
 from agents.guidance import Map
 from agents.scan import View, on_ground
 from agents.step import (
@@ -26,23 +25,12 @@ from agents.step import (
 from protocol.arrays import Flags, Floats
 from protocol.frames import Point, Pose
 from protocol.mission import Bounds, Law, Mission
-from protocol.path import Path
 from protocol.timeline import SeenGap, SeenObstacle, StepPlanned
 
 CELL_M_MAX = 0.05  # 9 ms for the cost-to-go of 27,000 cells, measured on two shared cores
 CELLS_A_BERTH = 4.0  # so that the shape of a gap survives
 SEEN_MAX = 250  # obstacles and gaps in a timeline entry, which has to fit into one message
 GAIN_M = 0.01  # a step that saves less of the way is not worth a stop
-
-
-@dataclass(frozen=True)
-class Ground:
-    """What the strand behind the leader takes up; where nobody is behind, `keep_m` is 0."""
-
-    path: Path
-    tail_m: float
-    granted_m: float
-    keep_m: float
 
 
 class Leader:
@@ -66,9 +54,10 @@ class Leader:
     def plan(self, view: View, ground: Ground) -> StepPlanned | NoStep | Crossed:
         """The next switching step out of a scan, as it goes into the timeline."""
         off_path_m = np.hypot(*(view.position - ground.path.between(0.0, ground.path.end_m)[-1]))
-        assert off_path_m <= self._mission.mu0_m, f"planned {off_path_m} m from where the path ends"
+        lawful = off_path_m <= self._mission.mu0_m or not self._mission.law.promises_clearance
+        assert lawful, f"planned {off_path_m} m from where the path ends"
         sight = look(view, self._mission)
-        walls = Walls.joined(scan_walls(view, self._mission), *self._other_walls(ground))
+        walls = Walls.joined(scan_walls(view, self._mission), ground.walls, *self._bounds())
         robots = self._robots(view, ground)
         step = self._step(sight, walls, robots)
         if not isinstance(step, Step):
@@ -77,9 +66,12 @@ class Leader:
         return self._record(step, sight, ground, robots)
 
     def _robots(self, view: View, ground: Ground) -> Flags:
-        """Which directions hit a robot: what stands where the strand has driven can be nothing else."""
-        strand = ground.path.between(min(ground.tail_m, ground.path.end_m), ground.path.end_m)
-        return on_ground(view.points, strand, within_m=self._mission.hull_reach_m)
+        """Which directions hit a robot: what stands where one may be is taken for one."""
+        return on_ground(view.points, ground.occupied, within_m=self._mission.hull_reach_m)
+
+    def _bounds(self) -> list[Walls]:
+        bounds = self._mission.bounds
+        return [] if bounds is None else [bounds_walls(bounds, self._mission)]
 
     def _step(self, sight: Sight, walls: Walls, robots: Flags) -> Step | NoStep | Crossed:
         if self._mission.law is not Law.CERTIFIED:
@@ -94,13 +86,6 @@ class Leader:
             keep_in_m=self._mission.robot_radius_m + self._mission.mu0_m,
         )
         return certified_step_to_goal(sight.view, walls, cost_to_go, self._goal, gain_m=GAIN_M)
-
-    def _other_walls(self, ground: Ground) -> list[Walls]:
-        corners = ground.path.between(min(ground.tail_m, ground.granted_m), ground.granted_m)
-        walls = [ground_walls(corners, ground.keep_m)] if ground.keep_m > 0.0 else []
-        if self._mission.bounds is not None:
-            walls.append(bounds_walls(self._mission.bounds, self._mission))
-        return walls
 
     def _record(self, step: Step, sight: Sight, ground: Ground, robots: Flags) -> StepPlanned:
         target = step.target(sight.view.position)

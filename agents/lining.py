@@ -8,11 +8,12 @@ Rule 2: it senses only where the order depends on it: without a goal, once all p
 import numpy as np
 
 from agents.commands import Announce, Command
-from agents.muster import Roster
+from agents.muster import Roster, folds_back
 from agents.scan import View, on_discs
 from protocol.frames import Pose
 from protocol.messages import Muster
 from protocol.mission import Mission
+from protocol.sweep import TOUCHING_M
 
 
 class Lining:
@@ -52,6 +53,12 @@ class Lining:
     def may_lead(self) -> bool:
         """Whether this robot leads and all have confirmed the order."""
         return self.order[:1] == (self._robot,) and self._roster.agreed()
+
+    @property
+    def folds_back(self) -> bool:
+        """Whether robots stand so that no strand can be drawn through their places."""
+        least_m = 2.0 * self._mission.robot_radius_m + self._mission.separation_m - TOUCHING_M
+        return folds_back(self.places, self.order, least_m=least_m)
 
     def hear(self, robot: int, muster: Muster) -> None:
         """Take in what another robot announces."""

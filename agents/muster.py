@@ -16,6 +16,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
+import numpy as np
+
+from protocol.arrays import distances_to_segments, segments_apart
 from protocol.frames import Point, Pose
 from protocol.messages import Muster
 
@@ -53,6 +56,26 @@ def order_with_goal(places: Places, goal: Point) -> tuple[int, ...]:
     from_its_end = chain(places, nearest[-1])
     candidates = (nearest, from_its_end, chain(places, from_its_end[-1]))
     return min(candidates, key=lambda order: (way_m(order), order[0]))
+
+
+def folds_back(places: Places, order: Sequence[int], *, least_m: float) -> bool:
+    """Whether the way of one robot to the front leads nearer than this past another that stands.
+
+    Then ground that robots behind may be on is not apart, from the start, from ground that the ones ahead
+    have still to drive: no two legs of the way that are not neighbours may be so near, nor its two ends.
+    """
+    line = np.array([(places[robot].x_m, places[robot].y_m) for robot in order])
+    starts, ends = line[:-1], line[1:]
+    if len(starts) == 0:
+        return False
+    legs_m = segments_apart(starts[:, None], ends[:, None], starts[None], ends[None])
+    apart = [
+        np.hypot(*(ends - starts).T),
+        legs_m[np.triu_indices(len(starts), k=2)],
+        distances_to_segments(line[0], starts[1:], ends[1:]),
+        distances_to_segments(line[-1], starts[:-1], ends[:-1]),
+    ]
+    return bool(np.concatenate(apart).min() < least_m)
 
 
 def _apart_m(a: Pose, b: Pose) -> float:

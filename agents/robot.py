@@ -15,7 +15,7 @@ from agents.commands import AskScan, Command, Note, Order
 from agents.driver import Driver
 from agents.events import Event, LinkHeard, MusterHeard, OdometryHeard, ScanHeard
 from agents.follower import THERE_M, Follower
-from agents.leader import Ground, Leader
+from agents.leader import Leader
 from agents.lining import Lining
 from agents.scan import View, view
 from agents.step import Crossed, NoStep
@@ -95,6 +95,9 @@ class Robot:
             commands += self._ask(now_s)
         if self._lining.may_lead:
             commands += self._form(self._lining.order, now_s)[1]
+            if self._lining.folds_back:
+                self._lost = True
+                commands.append(Note(RouteLost(reason="from these places the way to the front is blocked")))
         return commands
 
     def _form(self, order: tuple[int, ...], now_s: float) -> tuple[Strand, list[Command]]:
@@ -148,7 +151,7 @@ class Robot:
         scan = self._take_scan()
         if scan is None:
             return self._ask(now_s)
-        planned = leader.plan(scan, Ground(strand.path, strand.tail_m, strand.granted_m, strand.keep_m))
+        planned = leader.plan(scan, strand.ground)
         match planned:
             case NoStep(reason):
                 self._lost = True
@@ -198,6 +201,7 @@ class Robot:
             strand.path,
             progress_m=self._driver.progress_m,
             authority_m=strand.authority_m,
+            own_leg_m=strand.ahead_start_m,
             now_s=now_s,
         )
         return [Note(checked)]

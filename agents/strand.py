@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from agents.commands import Command, Note, Tell
 from agents.events import LinkHeard
+from agents.ground import Ground
 from protocol.authority import authority_m, claim_m
 from protocol.frames import Point, Pose
 from protocol.link import Link
@@ -52,8 +53,11 @@ class Strand:
         self.ahead: Link[AheadState] | None = Link(order[rank - 1], now_s) if rank > 0 else None
         last = rank == len(order) - 1
         self.behind: Link[BehindState] | None = None if last else Link(order[rank + 1], now_s)
+        self.ahead_start_m = start_m[order[rank - 1]] if rank > 0 else self.start_m
+        """Where the robot ahead stood at first: this robot's own leg, which nobody has driven, ends there."""
         # Each robot may be where it stands; so that much is granted before anything is said.
-        self.granted_m = 0.0 if last else start_m[order[rank + 1]]
+        self.behind_start_m = 0.0 if last else start_m[order[rank + 1]]
+        self.granted_m = self.behind_start_m
         self.authority_m = self.start_m
         self._told_at_s = -float("inf")
         self._told: tuple[object, ...] = ()
@@ -88,6 +92,19 @@ class Strand:
             granted_m=self.granted_m,
             keep_m=self.keep_m,
         )
+
+    @property
+    def ground(self) -> Ground:
+        """What the robots behind take up."""
+        return Ground(self.path, self.tail_m, self.granted_m, self.keep_m, self._occupied_m)
+
+    @property
+    def _occupied_m(self) -> float:
+        """How far the robot behind may have come since it was last heard: two heartbeats' way at most."""
+        if self.behind is None or self.behind.state is None:
+            return self.behind_start_m
+        way_m = 2.0 * self._mission.heartbeat_s * self._mission.speed_mps
+        return min(self.granted_m, self.behind.state.progress_m + way_m)
 
     @property
     def stretch_m(self) -> float:

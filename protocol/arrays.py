@@ -28,3 +28,23 @@ def distances_to_segments(points: Floats, starts: Floats, ends: Floats) -> Float
     square = dx * dx + dy * dy
     share = np.clip((x * dx + y * dy) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
     return np.asarray(np.hypot(x - share * dx, y - share * dy))
+
+
+def segments_apart(starts: Floats, ends: Floats, corners: Floats, nexts: Floats) -> Floats:
+    """The distance (...,) between two segments each, broadcast; 0 where they cross."""
+    apart = np.minimum(
+        np.minimum(
+            distances_to_segments(starts, corners, nexts), distances_to_segments(ends, corners, nexts)
+        ),
+        np.minimum(distances_to_segments(corners, starts, ends), distances_to_segments(nexts, starts, ends)),
+    )
+    crosses = _on_both_sides(starts, ends, corners, nexts) & _on_both_sides(corners, nexts, starts, ends)
+    return np.where(crosses, 0.0, apart)
+
+
+def _on_both_sides(one: Floats, other: Floats, starts: Floats, ends: Floats) -> Flags:
+    """Whether two points lie on different sides of a line. One on it does not: a touch has distance 0."""
+    dx, dy = ends[..., 0] - starts[..., 0], ends[..., 1] - starts[..., 1]
+    left_of_one = dx * (one[..., 1] - starts[..., 1]) - dy * (one[..., 0] - starts[..., 0])
+    left_of_other = dx * (other[..., 1] - starts[..., 1]) - dy * (other[..., 0] - starts[..., 0])
+    return np.asarray(np.sign(left_of_one) * np.sign(left_of_other) < 0.0)

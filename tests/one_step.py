@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from msgspec.structs import replace
 
-from agents.leader import Ground, Leader
+from agents.ground import Ground
+from agents.leader import Leader
 from agents.scan import View, view
 from agents.step import Crossed, NoStep
 from protocol.arrays import scan_bearings_rad
@@ -66,7 +67,7 @@ def look_around(shapes: Sequence[Shape], mission: Mission, at: Pose = ORIGIN) ->
 def alone(at: Pose = ORIGIN) -> Ground:
     """No robot is behind."""
     path = Path([Point(x_m=at.x_m, y_m=at.y_m)])
-    return Ground(path, tail_m=0.0, granted_m=0.0, keep_m=0.0)
+    return Ground(path, tail_m=0.0, granted_m=0.0, keep_m=0.0, occupied_m=0.0)
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,9 @@ def check(
     path = bend()
     at = path.at(progress_m)
     view = look_around(shapes, mission, Pose(x_m=at.x_m, y_m=at.y_m, heading_rad=0.0))
-    return follower.check(view, path, progress_m=progress_m, authority_m=authority_m, now_s=now_s)
+    return follower.check(
+        view, path, progress_m=progress_m, authority_m=authority_m, own_leg_m=0.0, now_s=now_s
+    )
 
 
 @given(paths(), shares, shares, st.floats(0.0, 1.2), st.booleans())

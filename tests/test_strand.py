@@ -5,7 +5,7 @@ import shapely
 
 from agents.commands import Command, Note, Tell
 from agents.events import LinkHeard
-from agents.leader import Ground, Leader
+from agents.leader import Leader
 from agents.strand import GRANT_M_MIN, Own, Strand
 from protocol.frames import Point, Pose, Vertex
 from protocol.messages import AheadState, BehindState
@@ -147,7 +147,7 @@ def test_a_leader_keeps_off_the_place_of_a_robot_that_has_no_grant_yet() -> None
     places = {robot: Pose(x_m=0.33 * robot, y_m=0.0, heading_rad=0.0) for robot in (1, 2)}
     strand = Strand(2, (2, 1), places, pair, now_s=0.0)
     strand.tell(own(strand.start_m), 0.0)
-    ground = Ground(strand.path, strand.tail_m, strand.granted_m, strand.keep_m)
+    ground = strand.ground
     planned = Leader(pair, places[2]).plan(look_around([], pair, places[2]), ground)
     assert isinstance(planned, StepPlanned)
     step = shapely.LineString([(planned.x_m, planned.y_m), (planned.target.x_m, planned.target.y_m)])

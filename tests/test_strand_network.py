@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.certificate import certified_lengths_m, ground_walls
+from agents.certificate import certified_lengths_m
 from agents.commands import Tell
 from agents.events import LinkHeard
 from agents.strand import Own, Strand
@@ -75,9 +75,8 @@ class Stage:
         strand = self.strands[LEADER]
         if self.progress_m[LEADER] < strand.path.end_m:
             return
-        granted = strand.path.between(min(strand.tail_m, strand.granted_m), strand.granted_m)
         here = strand.path.at(strand.path.end_m)
-        origin, walls = np.array([here.x_m, here.y_m]), ground_walls(granted, strand.keep_m)
+        origin, walls = np.array([here.x_m, here.y_m]), strand.ground.walls
         free_m = float(certified_lengths_m(origin, np.array([heading_rad]), walls)[0])
         heading = np.array([math.cos(heading_rad), math.sin(heading_rad)])
         x_m, y_m = origin + min(free_m, length_m) * heading

@@ -4,7 +4,8 @@ Rule 1: a robot that follows is ordered only to a place of the strand's path, an
         the robot ahead had granted it in that epoch by then. A granter's clock is never ahead of the
         world's, so a grant that is dated later than the order came too late, whenever it was recorded.
 Rule 2: the leader is ordered only to the target of a switching step that it had planned.
-Rule 3: a body moves only with an order in hand, and straight from where it took it towards its target.
+Rule 3: a body moves only with an order in hand, straight from where it took it towards its target, and no
+        faster than it can.
 Rule 4: the strand's path is the polyline of the places where the robots started, tail first, and then of
         the targets of the leader's switching steps.
 Rule 5: where the robot ahead died, its last grants may have died with it: then rule 1 is not held against

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from protocol.arrays import Flags, Floats, Indices, distances_to_segments
+from protocol.arrays import Floats, Indices, distances_to_segments, segments_apart
 from world import ellipses
 from world.rings import winding
 from world.shapes import Ground
@@ -67,7 +67,8 @@ def _to_edges(edges: Floats, starts: Floats, ends: Floats, moves_m: Floats) -> F
     to_middles_m = _to_points(starts, (edges[:, :2] + edges[:, 2:]) / 2.0)
     half_lengths_m = np.hypot(*(edges[:, 2:] - edges[:, :2]).T) / 2.0
     body, edge = _may_be_nearest(to_middles_m - half_lengths_m, to_middles_m, moves_m)
-    least_m = _least(len(starts), body, _segments_apart(starts[body], ends[body], edges[edge]))
+    apart_m = segments_apart(starts[body], ends[body], edges[edge, :2], edges[edge, 2:])
+    least_m = _least(len(starts), body, apart_m)
     point, _, turn = winding(edges, starts)
     turns = np.bincount(point, weights=turn, minlength=len(starts))
     return np.where(turns != 0.0, 0.0, least_m)
@@ -94,26 +95,3 @@ def _least(count: int, body: Indices, apart_m: Floats) -> Floats:
     least_m = np.full(count, math.inf)
     np.minimum.at(least_m, body, apart_m)
     return least_m
-
-
-def _segments_apart(starts: Floats, ends: Floats, edges: Floats) -> Floats:
-    """The distance between the move and the edge of each row; 0 where they cross."""
-    corners, nexts = edges[:, :2], edges[:, 2:]
-    apart_m = np.minimum.reduce(
-        (
-            distances_to_segments(starts, corners, nexts),
-            distances_to_segments(ends, corners, nexts),
-            distances_to_segments(corners, starts, ends),  # every vertex is the first corner of some edge
-        )
-    )
-    crosses = _on_both_sides(starts, ends, corners, nexts) & _on_both_sides(corners, nexts, starts, ends)
-    return np.where(crosses, 0.0, apart_m)
-
-
-def _on_both_sides(one: Floats, other: Floats, starts: Floats, ends: Floats) -> Flags:
-    """Whether two points lie on different sides of a line. One on it does not: a touch has distance 0."""
-    dx, dy = ends[:, 0] - starts[:, 0], ends[:, 1] - starts[:, 1]
-    left_of_one = dx * (one[:, 1] - starts[:, 1]) - dy * (one[:, 0] - starts[:, 0])
-    left_of_other = dx * (other[:, 1] - starts[:, 1]) - dy * (other[:, 0] - starts[:, 0])
-    sides: Flags = np.sign(left_of_one) * np.sign(left_of_other) < 0.0
-    return sides

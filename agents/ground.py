@@ -1,0 +1,34 @@
+"""The ground that the strand behind a robot takes up."""
+
+from dataclasses import dataclass
+
+from agents.certificate import Walls, ground_walls
+from protocol.arrays import Floats
+from protocol.path import Path
+
+
+@dataclass(frozen=True)
+class Ground:
+    """The strand's path, and how much of it robots behind may be on."""
+
+    path: Path
+    tail_m: float
+    granted_m: float
+    keep_m: float
+    """Least distance to keep from it; 0 where nobody is behind."""
+    occupied_m: float
+    """How far robots behind may have come by now."""
+
+    @property
+    def occupied(self) -> Floats:
+        """Where robots behind may be now (n, 2)."""
+        return self._from_tail(self.occupied_m)
+
+    @property
+    def walls(self) -> Walls:
+        """What a step has to keep off: all ground that robots behind may come to."""
+        return ground_walls(self._from_tail(self.granted_m), self.keep_m)
+
+    def _from_tail(self, to_m: float) -> Floats:
+        corners = self.path.between(min(self.tail_m, to_m), to_m)
+        return corners if self.keep_m > 0.0 else corners[:1]

@@ -1,0 +1,114 @@
+"""Starts that are hard: what a queue hides, and places from which no strand can be drawn. Found by attack."""
+
+import itertools
+from pathlib import Path
+
+import pytest
+
+from lab.network import NetworkFaults
+from lab.rehearsal import Rehearsal
+from protocol.timeline import OrderAccepted, RouteLost, SegmentChecked, StepPlanned
+from world.ending import Ending
+from world.judgement import judge
+from world.scenario import load
+
+PATIENCE_S = 15.0
+
+FLEET = """
+name = "start"
+[fleet]
+robots = {robots}
+robot_radius_m = 0.1
+places = {places}
+separation_m = 0.1
+link_length_m_max = 5.0
+[law]
+law = "certified"
+epsilon_m = 0.1
+mu0_m = 0.03
+[goal]
+at_m = [4.0, 0.0]
+tolerance_m = 0.1
+[sensor]
+directions = 720
+range_m_max = 4.0
+[drive]
+speed_mps = 0.5
+speed_mps_min = 0.05
+speed_mps_max = 1.0
+turn_rate_radps = 1.5
+[time]
+time_s_max = 60.0
+[[obstacle]]
+shape = "circle"
+centre_m = {post}
+radius_m = 0.05
+"""
+
+FAR_AWAY = (-3.0, 3.0)
+QUEUE_OF_TWO = ((1.6, 0.0), (0.0, 0.0))
+
+
+def rehearsed(
+    folder: Path, places: tuple[tuple[float, float], ...], post: tuple[float, float] = FAR_AWAY
+) -> Rehearsal:
+    path = folder / "start.toml"
+    rows = [[x_m, y_m, 0.0] for x_m, y_m in places]
+    path.write_text(FLEET.format(robots=len(rows), places=rows, post=list(post)))
+    rehearsal = Rehearsal(load(str(path)), 1, NetworkFaults())
+    for _ in itertools.takewhile(lambda now_s: now_s < PATIENCE_S, rehearsal.ticks()):
+        pass
+    assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
+    return rehearsal
+
+
+def followers_orders(rehearsal: Rehearsal) -> list[OrderAccepted]:
+    records = [entry.record for _, entry in rehearsal.entries]
+    return [record for record in records if isinstance(record, OrderAccepted) and record.step == 0]
+
+
+def test_a_queue_on_open_ground_starts(tmp_path: Path) -> None:
+    assert rehearsed(tmp_path, QUEUE_OF_TWO).world.ending is Ending.ARRIVED
+
+
+@pytest.mark.parametrize("post", [(1.2, 0.0), (0.6, 0.0), (0.8, 0.12), (0.8, -0.225)])
+def test_a_post_on_or_beside_the_line_of_the_queue_stops_the_robot_behind_it(
+    tmp_path: Path, post: tuple[float, float]
+) -> None:
+    rehearsal = rehearsed(tmp_path, QUEUE_OF_TWO, post)
+    checks = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, SegmentChecked)]
+    assert checks
+    assert not any(check.clear for check in checks)
+    assert followers_orders(rehearsal) == []
+
+
+def test_a_post_beside_the_line_of_the_queue_with_room_enough_stops_nobody(tmp_path: Path) -> None:
+    assert rehearsed(tmp_path, QUEUE_OF_TWO, (0.8, 0.28)).world.ending is Ending.ARRIVED
+
+
+def test_a_post_behind_the_leader_is_in_its_promise(tmp_path: Path) -> None:
+    rehearsal = rehearsed(tmp_path, QUEUE_OF_TWO, (1.29, 0.0))
+    steps = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, StepPlanned)]
+    assert steps[0].promised_clearance_m == pytest.approx(0.31 - 0.05 - 0.1, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    "places",
+    [
+        ((0.0, 0.0), (-0.26, 0.15), (-0.26, -0.15)),  # the second passes the third, which stands behind it
+        ((0.0, 0.0), (-0.26, 0.15), (-0.26, -0.15), (-0.6, -0.15)),
+    ],
+)
+def test_from_places_through_which_no_strand_can_be_drawn_nobody_moves(
+    tmp_path: Path, places: tuple[tuple[float, float], ...]
+) -> None:
+    rehearsal = rehearsed(tmp_path, places)
+    lost = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, RouteLost)]
+    assert rehearsal.world.ending is Ending.ROUTE_LOST
+    assert "from these places" in lost[0].reason
+    assert rehearsal.world.tally.switching_steps == 0
+
+
+def test_a_bent_queue_starts(tmp_path: Path) -> None:
+    bent = ((0.0, 0.0), (-0.4, 0.1), (-0.7, 0.4), (-0.8, 0.8))
+    assert rehearsed(tmp_path, bent).world.ending is Ending.ARRIVED
