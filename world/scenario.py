@@ -11,35 +11,46 @@ import msgspec
 from msgspec import Meta, Struct, field
 
 from protocol.errors import UsageError
-from protocol.frames import Count, Length, Point
+from protocol.frames import Length, Point
 from protocol.mission import Bounds, Mission
 from world import checks, reading, scene
 from world.budget import NOISE_SIGMAS, Budget, blind_per_range, budget, sure_range_m
 from world.sections import DriveSection, Fleet, Goal, LawSection, SensorSection, Text, TimeSection
 from world.shapes import Ground, Shape, ground_of
 
+Positions = Annotated[int, Meta(ge=1, le=2**53)]  # 2**53: what JSON readers keep exact
 Table = Annotated[
     tuple[tuple[Length, ...], ...],
-    Meta(description="m; a row for each switching position, a column for each obstacle"),
+    Meta(description="m, a row for each switching position, a column for each obstacle"),
 ]
 
 
 class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The ground, the fleet, its senses and drives, the law, and what counts as done."""
 
-    name: Annotated[str, Meta(min_length=1, max_length=200)]
-    description: Text = ""
-    fleet: Fleet
-    law: LawSection
-    sensor: SensorSection
-    drive: DriveSection
-    time: TimeSection
-    goal: Goal | None = None
-    bounds: Bounds | None = None
-    obstacles: Annotated[tuple[Shape, ...], Meta(max_length=10_000)] = field(default=(), name="obstacle")
-    switching_positions_max: Count | None = None
-    table_m: Table | None = None
-    """Reference distances from the leader's switching positions to the obstacles: the paper's Table I."""
+    name: Annotated[str, Meta(min_length=1, max_length=200, description="what verdicts call it")]
+    description: Annotated[Text, Meta(description="for people")] = ""
+    fleet: Annotated[Fleet, Meta(description="the robots and where they start")]
+    law: Annotated[LawSection, Meta(description="the law of the leader, and the clearance to keep")]
+    sensor: Annotated[SensorSection, Meta(description="the range sensor that every body carries")]
+    drive: Annotated[DriveSection, Meta(description="how bodies drive, and how well")]
+    time: Annotated[TimeSection, Meta(description="how long a run may take")]
+    goal: Annotated[
+        Goal | None, Meta(description="where to; without it the leader takes the widest gap, step by step")
+    ] = None
+    bounds: Annotated[Bounds | None, Meta(description="the rectangle that no hull may leave")] = None
+    obstacles: Annotated[
+        tuple[Shape, ...],
+        Meta(max_length=10_000, description="what stands in the way; robots are told nothing of it"),
+    ] = field(default=(), name="obstacle")
+    switching_positions_max: Annotated[
+        Positions | None,
+        Meta(description="without a goal, the leader is there when it has stopped at so many positions"),
+    ] = None
+    table_m: Annotated[
+        Table | None,
+        Meta(description="m, the leader's distances to the obstacles to compare with: the paper's Table I"),
+    ] = None
 
     def __post_init__(self) -> None:
         checks.speeds(self.drive)

@@ -24,7 +24,7 @@ class Circle(_Shape, frozen=True, kw_only=True, tag="circle"):
     """A disc."""
 
     centre_m: Position
-    radius_m: Extent
+    radius_m: Annotated[Extent, Meta(description="m, from its centre to its outline")]
 
     @property
     def smallest_width_m(self) -> float:
@@ -41,8 +41,12 @@ class Ellipse(_Shape, frozen=True, kw_only=True, tag="ellipse"):
     """A filled ellipse; its first semi-axis stands `rotation_rad` anti-clockwise of the world's x axis."""
 
     centre_m: Position
-    semi_axes_m: Annotated[tuple[Extent, Extent], Meta(description="m")]
-    rotation_rad: Annotated[Radians, Meta(description="rad")] = 0.0
+    semi_axes_m: Annotated[
+        tuple[Extent, Extent], Meta(description="m, from its centre to its outline, along each of its axes")
+    ]
+    rotation_rad: Annotated[
+        Radians, Meta(description="rad, of its first axis, anti-clockwise of the world's x axis")
+    ] = 0.0
 
     @property
     def smallest_width_m(self) -> float:
@@ -62,7 +66,10 @@ class Ellipse(_Shape, frozen=True, kw_only=True, tag="ellipse"):
 class Polygon(_Shape, frozen=True, kw_only=True, tag="polygon"):
     """A simple polygon, convex or not; its vertices run in either sense and are not closed."""
 
-    vertices_m: Annotated[tuple[Position, ...], Meta(min_length=3, max_length=2000)]
+    vertices_m: Annotated[
+        tuple[Position, ...],
+        Meta(min_length=3, max_length=2000, description="its corners, in order: x, y [m; world frame]"),
+    ]
 
     def __post_init__(self) -> None:
         if not rings.is_simple(self.ring_m):
