@@ -7,6 +7,10 @@
 # Rule 4: nothing stays behind but the run's folder. If this script is killed itself, its end of the
 #         lifeline closes, which every part takes for a request to go.
 set -uo pipefail
+# Parts are started with redirections, which fail where a caller has closed these.
+for descriptor in 0 1 2; do
+    [[ -e /dev/fd/$descriptor ]] || eval "exec $descriptor<>/dev/null"
+done
 source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/setup.sh"
 
 # Together less than the 5 s in which everything has to be gone, report included.
@@ -140,6 +144,8 @@ watch_parts() {
         unset "part[$who]"
         if [[ $name == world ]]; then
             [[ -s $run_folder/verdict.json ]] || clew_say "the world $(how "$code")"
+            # What the user asked for was found good before: with our own router, now it is the run that failed.
+            ((code == 2 && own_router)) && code=1
             end "$code"
         elif [[ $name == router ]] || ((code != 0)); then
             clew_say "the $name $(how "$code") before the world"
@@ -157,10 +163,11 @@ for option in "$@"; do
 done
 
 set_up run
-groups=()
-trap 'end 130 INT' INT
-trap 'end 143' TERM
-trap 'end 129' HUP
+groups=() asked=
+# Until there is something to end, a signal is remembered.
+trap 'asked=130' INT
+trap 'asked=143' TERM
+trap 'asked=129' HUP
 trap clean_up EXIT
 
 # A socket's path has 107 characters at most, so a long TMPDIR does not serve.
@@ -169,6 +176,10 @@ base=${TMPDIR:-/tmp}
 private=$(mktemp -d "$base/clew.XXXXXX") || clew_refuse "no folder for the run's sockets can be made in $base"
 settings=$("$python" -m lab.prepare "$private" "$@") || exit
 eval "$settings" # robots, own_router, world_options, run_folder, made_folders, latest, as_json
+trap 'end 130 INT' INT
+trap 'end 143' TERM
+trap 'end 129' HUP
+[[ -z $asked ]] || end "$asked"
 
 mkfifo "$private/lifeline" "$private/ready"
 exec 9<>"$private/lifeline" 8<>"$private/ready"

@@ -22,7 +22,7 @@ from world.authority import Evidence, Tolerance, judge_authority
 Line = tuple[str, float, Record]
 
 FORMED = StrandFormed(epoch=1, sensed=True, order=(1, 2), path_length_m=0.6)
-EXACT = Tolerance(mu0_m=0.01, heading_error_rad=0.0)
+EXACT = Tolerance(mu0_m=0.01, heading_error_rad=0.0, speed_mps_max=1.0)
 
 
 def pose(robot: int, x_m: float, y_m: float = 0.0) -> PoseSampled:
@@ -103,6 +103,7 @@ RED = {
     "moved before its order": [*FOLLOWED[:1], *FOLLOWED[2:], ("world", 4.0, order(2, 0.2, 0.2))],
     "moved off its line": [*FOLLOWED[:3], ("world", 3.0, pose(2, -0.2, 0.01)), FOLLOWED[3]],
     "moved past its target": [*FOLLOWED, ("world", 4.0, pose(2, 0.3))],
+    "moved faster than it can": [*FOLLOWED[:3], (FOLLOWED[3][0], 2.33, FOLLOWED[3][2])],
     "moved backwards": [*FOLLOWED[:3], ("world", 3.0, pose(2, -0.7))],
 }
 
@@ -135,8 +136,13 @@ def test_a_robot_cannot_forge_what_only_the_world_says() -> None:
 
 def test_drive_error_is_allowed_for_in_its_measure() -> None:
     beside: list[Line] = [*FOLLOWED[:3], ("world", 3.92, pose(2, 0.2, 0.008))]
-    assert judge(START + LED + beside, Tolerance(mu0_m=0.01, heading_error_rad=0.011)) == []
-    assert len(judge(START + LED + beside, Tolerance(mu0_m=0.01, heading_error_rad=0.009))) == 1
+    assert (
+        judge(START + LED + beside, Tolerance(mu0_m=0.01, heading_error_rad=0.011, speed_mps_max=1.0)) == []
+    )
+    assert (
+        len(judge(START + LED + beside, Tolerance(mu0_m=0.01, heading_error_rad=0.009, speed_mps_max=1.0)))
+        == 1
+    )
 
 
 def test_grants_that_died_with_their_robot_are_not_held_against_the_one_behind() -> None:

@@ -47,6 +47,7 @@ class Tolerance:
 
     mu0_m: float
     heading_error_rad: float
+    speed_mps_max: float
 
     def drive_m(self, length_m: float) -> float:
         """What the drive error makes of so many metres."""
@@ -195,8 +196,12 @@ def _judge_motion(
             origin = origins[in_hand]
             beside_m = max(_beside_m(origin, target, start), _beside_m(origin, target, end))
             allowed_m = tolerance.drive_m(_apart_m(origin, target))
-            breach = _breach(start.robot, beside_m, allowed_m, "moved off the line to its target")
-            if beside_m <= allowed_m:
+            reach_m = tolerance.speed_mps_max * (end_s - start_s) + ROUNDING_M
+            if beside_m > allowed_m:
+                breach = _breach(start.robot, beside_m, allowed_m, "moved off the line to its target")
+            elif moved_m > reach_m:
+                breach = _breach(start.robot, moved_m, reach_m, "moved faster than it can")
+            else:
                 lawful = True
                 continue
         if lawful:

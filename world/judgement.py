@@ -61,7 +61,11 @@ def judge_evidence(scenario: Scenario, evidence: Evidence) -> Judgement:
         broken = monitor.watch(starts_m, ends_m, t_s=t_s, clear_m=clear_m)
         breaches += [Breach(t_s=t_s, broken=each) for each in broken]
         path_m += float(np.hypot(*(ends_m - starts_m).T).sum())
-    tolerance = Tolerance(mu0_m=scenario.law.mu0_m, heading_error_rad=scenario.drive.heading_error_rad)
+    tolerance = Tolerance(
+        mu0_m=scenario.law.mu0_m,
+        heading_error_rad=scenario.drive.heading_error_rad,
+        speed_mps_max=scenario.drive.speed_mps_max,
+    )
     breaches += [Breach(t_s=t_s, broken=broken) for t_s, broken in judge_authority(evidence, tolerance)]
     return Judgement(
         least_clearance=monitor.least_clearance,
