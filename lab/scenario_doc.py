@@ -24,13 +24,13 @@ frame, angles anti-clockwise from its x axis.
 RELATIONS = """## What has to fit together
 
 - `speed_mps_min < speed_mps < speed_mps_max`, and `mu0_m < epsilon_m`.
-- Places are at least `2 robot_radius_m + separation_m` apart; they, and the goal, are inside the bounds by the
-  radius.
+- Places are at least `2 robot_radius_m + separation_m` apart; they, and the goal, are inside the bounds by
+  the radius.
 - The sensor is sure to see the thinnest obstacle from `2 (robot_radius_m + epsilon_m)` on; scans reach no
   further than it is sure of.
-- Under `certified`, places and goal are `robot_radius_m + epsilon_m` away from every obstacle, and `mu0_m` covers
-  the error budget: ray quantisation + range noise + drive error, which a refusal names one by one. More
-  directions, less noise and blunter corners need less. Under the other laws it is enough not to touch.
+- Under `certified`, places and goal are `robot_radius_m + epsilon_m` away from every obstacle, and `mu0_m`
+  covers the error budget: ray quantisation + range noise + drive error, which a refusal names one by one.
+  More directions, less noise and blunter corners need less. Under the other laws it is enough not to touch.
 - `table_m` has a row for each of `switching_positions_max`, and a column for each obstacle.
 """
 

@@ -22,10 +22,17 @@ answer), `started_at`, `versions`. Every line has these fields and then those of
 | field | type | meaning |
 |---|---|---|
 | `t_s` | number, s | simulated time |
-| `hlc` | string | hybrid logical clock of the source |
+| `hlc` | string | when the source made it, by its hybrid logical clock |
 | `source` | string | who wrote it: `world`, `r1`, `r2`, ... |
 | `n` | integer | the source's own count, from 1; a hole is an entry that never came |
 | `kind` | string | one of those below |
+
+Lines stand in the order in which the world recorded them, not sorted by `t_s`: a robot's entry may come after
+one of the world's with a later time. Within one source, `n` and `t_s` go up.
+
+`hlc` is Zenoh's hybrid logical clock as `NTP64/id`: the source's time in units of 2^-32 s since 1970, as one
+decimal number, and then the id of its Zenoh session. It follows the wall clock and the time stamps that
+others send, and no two of one session are the same.
 
 Positions are in the world frame, angles in (-pi, pi], anti-clockwise. A line that the writer's death has torn
 can only be the last.
