@@ -12,7 +12,6 @@ import contextlib
 import re
 import secrets
 import shlex
-import signal
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -114,9 +113,6 @@ def prepare(request: Request, private: Path) -> list[str]:
 
 def main(arguments: Sequence[str]) -> int:
     """Prepare a run; returns the exit code."""
-    signal.signal(
-        signal.SIGINT, signal.SIG_IGN
-    )  # the launcher hears a Ctrl-C too, and acts on it when we are done
     if arguments[0] in {"-h", "--help"}:
         parse(arguments)
     try:

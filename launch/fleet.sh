@@ -174,7 +174,8 @@ trap clean_up EXIT
 base=${TMPDIR:-/tmp}
 ((${#base} <= 80)) || base=/tmp
 private=$(mktemp -d "$base/clew.XXXXXX") || clew_refuse "no folder for the run's sockets can be made in $base"
-settings=$("$python" -m lab.prepare "$private" "$@") || exit
+# A Ctrl-C reaches this child too; it has nothing to say to it.
+settings=$(trap "" INT && "$python" -m lab.prepare "$private" "$@") || exit "${asked:-$?}"
 eval "$settings" # robots, own_router, world_options, run_folder, made_folders, latest, as_json
 trap 'end 130 INT' INT
 trap 'end 143' TERM
@@ -200,6 +201,6 @@ groups+=("$started")
 start "robots' host" "$python" -m agents --robots "1-$robots" --sessions "$private" --lifeline >&2
 groups+=("$started")
 if [[ -n $latest ]]; then
-    ln -s "$(basename "$run_folder")" "$latest.$$" && mv -Tf "$latest.$$" "$latest"
+    ln -s "$(basename "$run_folder")" "$latest.$$" 2>/dev/null && mv -Tf "$latest.$$" "$latest"
 fi
 watch_parts

@@ -28,7 +28,7 @@ export OPENBLAS_NUM_THREADS=1
 # Prints what the stamp of an up-to-date environment says; fails where the environment's Python does not run.
 clew_stamp() {
     local version
-    version=$("$python" -IS -c 'import sys; print(*sys.version_info[:3], sep=".")' 2>/dev/null) || return 1
+    version=$(trap '' INT && "$python" -IS -c 'import sys; print(*sys.version_info[:3], sep=".")' 2>/dev/null) || return 1
     printf '%s %s %s\n' "$(cksum <"$clew_root/pyproject.toml")" "$version" "$clew_root"
 }
 
