@@ -56,6 +56,13 @@ def test_info_shows_the_verdict_that_stands_beside_the_log(run: Path, named: str
     assert re.search(r"verdict +FAILED: robot 3 died", clew("log", "info", run / named).stdout)
 
 
+def test_info_takes_no_verdict_for_a_copy_which_may_be_of_another_run(run: Path) -> None:
+    (run / VERDICT_FILE).write_bytes(msgspec.json.encode(GOOD))
+    copy = run / "copy.jsonl"
+    copy.write_bytes((run / "events.jsonl").read_bytes())
+    assert json.loads(clew("log", "info", copy, "--json").stdout)["verdict"] is None
+
+
 def test_info_names_a_verdict_that_cannot_be_read(run: Path) -> None:
     (run / VERDICT_FILE).write_bytes(b"{")
     said = json.loads(clew("log", "info", run, "--json").stdout)

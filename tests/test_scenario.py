@@ -112,6 +112,11 @@ def _load(tmp_path: Path, text: str, **overrides: object) -> Scenario:
             "$.goal.at_m: must be inside the bounds by the radius, "
             "at x <= x_m_max - 0.1 = 4.9 m, got (99, 1)",
         ),
+        (
+            "tolerance_m = 0.1",
+            'tolerance_m = 0.1\n"a\\nb" = 1',
+            "$.goal: must have no field but at_m, tolerance_m, got 'a\\nb' = 1",
+        ),
         ("directions = 1440", "directions = 7", "$.sensor.directions: must be >= 8, got 7"),
         ('"circle"', '"ring"', "$.obstacle[0].shape: must be one of circle, ellipse, polygon, got 'ring'"),
         ("radius_m = 0.2", "radius_m = 0.0", "$.obstacle[0].radius_m: must be > 0.0 m, got 0.0"),
