@@ -1,11 +1,14 @@
 """Judges a run again, from its log alone: by the rules that judged it live, and whether the log is whole."""
 
+from collections.abc import Iterator
+
 import msgspec
 from msgspec import Struct
 
 from lab.timeline import Timeline
 from protocol.errors import UsageError
-from world.judgement import Breach, judge
+from protocol.timeline import PromiseBroken
+from world.judgement import Breach, Judgement, judge
 from world.monitor import Promises
 from world.scenario import Scenario
 from world.verdict import finite
@@ -28,7 +31,7 @@ class Finding(Struct, frozen=True, kw_only=True):
     """How the run ended; None: the log does not say."""
     breaches: tuple[Breach, ...]
     flaws: tuple[str, ...]
-    """What is missing from the log, or cannot be read."""
+    """What is missing from the log, cannot be read, or contradicts the rest."""
 
 
 def check(timeline: Timeline) -> Finding:
@@ -39,8 +42,9 @@ def check(timeline: Timeline) -> Finding:
     """
     scenario = scenario_of(timeline)
     judgement, promises = judge(scenario, timeline.lines), Promises.of(scenario)
+    flaws = (*timeline.flaws, *contradictions(timeline, scenario, judgement))
     return Finding(
-        ok=not judgement.breaches and not timeline.flaws,
+        ok=not judgement.breaches and not flaws,
         violations=sum(judgement.violations.values()),
         violations_by_invariant=judgement.violations,
         clearance_m_min=finite(judgement.least_clearance.distance_m),
@@ -50,8 +54,26 @@ def check(timeline: Timeline) -> Finding:
         path_m=judgement.path_m,
         ended=timeline.ended,
         breaches=judgement.breaches,
-        flaws=timeline.flaws,
+        flaws=flaws,
     )
+
+
+def contradictions(timeline: Timeline, scenario: Scenario, judgement: Judgement) -> Iterator[str]:
+    """What the log says of itself that is not so."""
+    if scenario.fingerprint() != timeline.header.scenario_hash:
+        yield "the header's scenario is not the one that was run: its hash differs"
+    found = {_who(breach.broken) for breach in judgement.breaches}
+    for _, entry in timeline.lines:
+        match entry.record:
+            case PromiseBroken() as broken if _who(broken) not in found:
+                who = f"{broken.invariant}, robot {broken.robot}"
+                yield f"{who}: recorded as broken at t={entry.t_s} s, and not found again"
+            case _:
+                pass
+
+
+def _who(broken: PromiseBroken) -> tuple[str, int, int | None]:
+    return broken.invariant, broken.robot, broken.other
 
 
 def scenario_of(timeline: Timeline) -> Scenario:

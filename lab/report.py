@@ -17,10 +17,9 @@ from lab.timeline import Timeline
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from world.scenario import Scenario
-from world.shell import VERDICT_FILE
 from world.table import Rows, measure
 from world.tally import Tally
-from world.verdict import Verdict
+from world.verdict import VERDICT_FILE, Verdict
 
 
 def report(run: str, read: Timeline, verdict: Verdict) -> Iterator[str]:

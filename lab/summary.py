@@ -10,7 +10,7 @@ from msgspec import Struct
 from lab.report import read_verdict
 from lab.timeline import Timeline, kind_of
 from world.recorder import EVENTS_FILE
-from world.shell import VERDICT_FILE
+from world.verdict import VERDICT_FILE
 
 
 class Judged(Struct, frozen=True, kw_only=True):

@@ -117,9 +117,14 @@ def parse(rest: list[bytes]) -> tuple[list[Line], list[str]]:
 def incompleteness(lines: Iterable[Line]) -> Iterator[str]:
     """What the numbers say is missing or too much, source by source."""
     numbers: defaultdict[str, Counter[int]] = defaultdict(Counter)
+    last: dict[str, Entry] = {}
     ended = False
     for source, entry in lines:
         numbers[source][entry.n] += 1
+        before = last.setdefault(source, entry)
+        if entry.n < before.n or entry.t_s < before.t_s:
+            yield f"{source}: entry {entry.n} of t={entry.t_s} s stands behind {before.n} of t={before.t_s} s"
+        last[source] = entry
         ended = ended or isinstance(entry.record, RunEnded)
     for source, seen in sorted(numbers.items()):
         if holes := [n for n in range(1, max(seen) + 1) if n not in seen]:

@@ -6,7 +6,7 @@ import pytest
 from lab import timeline
 from lab.check import Finding, check, sentences
 from protocol.errors import UsageError
-from protocol.timeline import PoseSampled, Record
+from protocol.timeline import PoseSampled, PromiseBroken, Record
 from tests.logs import AT_REST, numbered, recorded
 
 
@@ -43,3 +43,25 @@ def test_header_without_a_sound_scenario_is_refused(tmp_path: Path) -> None:
     header = msgspec.structs.replace(read.header, scenario={"name": "paper"})
     with pytest.raises(UsageError, match="the header's scenario cannot be judged by"):
         check(timeline.Timeline(header, read.lines, read.flaws))
+
+
+def test_log_whose_scenario_is_not_the_one_that_was_run_is_not_good(tmp_path: Path) -> None:
+    read = timeline.read(recorded(tmp_path / "run", numbered(AT_REST)))
+    scenario = read.header.scenario | {"name": "another"}
+    edited = msgspec.structs.replace(read.header, scenario=scenario)
+    finding = check(timeline.Timeline(edited, read.lines, read.flaws))
+    assert not finding.ok
+    assert any("its hash differs" in flaw for flaw in finding.flaws)
+
+
+def test_log_that_records_a_broken_promise_which_its_poses_do_not_show_is_not_good(tmp_path: Path) -> None:
+    broken = PromiseBroken(invariant="S1", robot=2, measured_m=0.0, required_m=0.1, why="near")
+    finding = found(tmp_path / "run", (*AT_REST[:-1], ("world", broken), AT_REST[-1]))
+    assert not finding.ok
+    assert any("S1, robot 2: recorded as broken" in flaw for flaw in finding.flaws)
+
+
+def test_log_with_two_lines_of_one_source_swapped_is_not_good(tmp_path: Path) -> None:
+    read = timeline.read(recorded(tmp_path / "run", numbered(AT_REST)))
+    swapped = [read.lines[1], read.lines[0], *read.lines[2:]]
+    assert [flaw for flaw in timeline.incompleteness(swapped) if "stands behind" in flaw]

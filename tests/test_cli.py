@@ -10,7 +10,7 @@ from lab.cli import main
 from protocol.timeline import PoseSampled, StepFinished
 from tests.logs import AT_REST, GOOD, numbered, recorded
 from world.scenario import schema
-from world.shell import VERDICT_FILE
+from world.verdict import VERDICT_FILE
 
 STEP_3 = ("r1", StepFinished(step=3, x_m=0.1, y_m=0.2))
 

@@ -21,7 +21,7 @@ from protocol.zenoh_transport import ZenohTransport
 from tests.wire import DEADLINE_S, KEYS, arrivals_until, python, robot_transport, router, session_folder
 from tests.world_stage import planned
 from world.recorder import EVENTS_FILE
-from world.shell import VERDICT_FILE
+from world.verdict import VERDICT_FILE
 
 pytestmark = pytest.mark.processes
 

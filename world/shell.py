@@ -43,9 +43,8 @@ from world.pace import Pace
 from world.progress import progress
 from world.recorder import Header, Recorder, RecordingFailedError, open_events
 from world.scenario import Scenario
-from world.verdict import Events, Facts, Verdict, pass_verdict
+from world.verdict import VERDICT_FILE, Events, Facts, Verdict, pass_verdict
 
-VERDICT_FILE = "verdict.json"
 VERSIONS_OF = {"zenoh": "eclipse-zenoh", "clew": "clew"}  # by the names of their distributions
 
 

@@ -15,6 +15,8 @@ from world.scenario import Scenario
 from world.table import measure, rms_m
 from world.tally import Tally
 
+VERDICT_FILE = "verdict.json"
+
 
 class Events(Struct, frozen=True, kw_only=True):
     """How complete the timeline is."""
