@@ -253,7 +253,7 @@ USAGE = {
     "no such scenario": ("nowhere", [], "unknown scenario 'nowhere'"),
     "no robots": ("one.toml", ["-n", "0"], "$.fleet.robots"),
     "no such law": ("one.toml", ["--law", "none"], "invalid choice"),
-    "no such speed": ("one.toml", ["--speed", "-1"], "must be above 0"),
+    "no such speed": ("one.toml", ["--speed", "-1"], "must be max or a number in (0, 1000]"),
     "no such session": ("one.toml", ["--session", "/nowhere/world.json"], "no session in /nowhere"),
     "no such folder": ("one.toml", ["--out", "/dev/null/run"], "cannot be written"),
 }
