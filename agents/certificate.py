@@ -107,7 +107,8 @@ def promised_clearance_m(view: View, target: Floats, robots: Flags, mission: Mis
     Args:
         view: the scan that the step was planned from.
         target: where the step ends (2,) [m; world frame].
-        robots: which directions of the scan hit a robot of the strand: no obstacle, and kept from otherwise.
+        robots: which directions of the scan hit the robot right behind: no obstacle, and kept from otherwise.
+            Robots further behind count as obstacles; they are further away.
         mission: the robot's.
     """
     walls = scan_walls(view, mission, leave_out=robots)

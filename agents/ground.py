@@ -16,13 +16,20 @@ class Ground:
     granted_m: float
     keep_m: float
     """Least distance to keep from it; 0 where nobody is behind."""
+    behind_m: float
+    """Where the robot right behind was, when it was last heard."""
     occupied_m: float
-    """How far robots behind may have come by now."""
+    """How far it may have come by now."""
 
     @property
     def occupied(self) -> Floats:
         """Where robots behind may be now (n, 2)."""
         return self._from_tail(self.occupied_m)
+
+    @property
+    def behind(self) -> Floats:
+        """Where the robot right behind may be now (n, 2)."""
+        return self.path.between(self.behind_m, self.occupied_m) if self.keep_m > 0.0 else self.occupied[:1]
 
     @property
     def walls(self) -> Walls:

@@ -56,18 +56,14 @@ class Leader:
         off_path_m = np.hypot(*(view.position - ground.path.between(0.0, ground.path.end_m)[-1]))
         lawful = off_path_m <= self._mission.mu0_m or not self._mission.law.promises_clearance
         assert lawful, f"planned {off_path_m} m from where the path ends"
-        sight = look(view, self._mission)
+        sight, hull_reach_m = look(view, self._mission), self._mission.hull_reach_m
         walls = Walls.joined(scan_walls(view, self._mission), ground.walls, *self._bounds())
-        robots = self._robots(view, ground)
-        step = self._step(sight, walls, robots)
+        step = self._step(sight, walls, on_ground(view.points, ground.occupied, within_m=hull_reach_m))
         if not isinstance(step, Step):
             return step
         self.steps += 1
-        return self._record(step, sight, ground, robots)
-
-    def _robots(self, view: View, ground: Ground) -> Flags:
-        """Which directions hit a robot: what stands where one may be is taken for one."""
-        return on_ground(view.points, ground.occupied, within_m=self._mission.hull_reach_m)
+        behind = on_ground(view.points, ground.behind, within_m=hull_reach_m)
+        return self._record(step, sight, ground, behind)
 
     def _bounds(self) -> list[Walls]:
         bounds = self._mission.bounds
@@ -87,12 +83,12 @@ class Leader:
         )
         return certified_step_to_goal(sight.view, walls, cost_to_go, self._goal, gain_m=GAIN_M)
 
-    def _record(self, step: Step, sight: Sight, ground: Ground, robots: Flags) -> StepPlanned:
+    def _record(self, step: Step, sight: Sight, ground: Ground, behind: Flags) -> StepPlanned:
         target = step.target(sight.view.position)
         passable = set(sight.passable_gaps)
         promised_m = None
         if self._mission.law.promises_clearance:
-            promised_m = promised_clearance_m(sight.view, target, robots, self._mission)
+            promised_m = promised_clearance_m(sight.view, target, behind, self._mission)
         return StepPlanned(
             step=self.steps,
             law=self._mission.law,

@@ -96,22 +96,33 @@ class Strand:
     @property
     def ground(self) -> Ground:
         """What the robots behind take up."""
-        return Ground(self.path, self.tail_m, self.granted_m, self.keep_m, self._occupied_m)
+        return Ground(
+            self.path,
+            self.tail_m,
+            self.granted_m,
+            self.keep_m,
+            self._behind_m,
+            min(self.granted_m, self._behind_m + self._way_m),
+        )
 
     @property
-    def _occupied_m(self) -> float:
-        """How far the robot behind may have come since it was last heard: two heartbeats' way at most."""
+    def _behind_m(self) -> float:
+        """Where the robot behind was, when it was last heard."""
         if self.behind is None or self.behind.state is None:
             return self.behind_start_m
-        way_m = 2.0 * self._mission.heartbeat_s * self._mission.speed_mps
-        return min(self.granted_m, self.behind.state.progress_m + way_m)
+        return self.behind.state.progress_m
+
+    @property
+    def _way_m(self) -> float:
+        """How far a robot that has just been heard may have come since: two heartbeats' way."""
+        return 2.0 * self._mission.heartbeat_s * self._mission.speed_mps
 
     @property
     def stretch_m(self) -> float:
         """How far the robot behind is short of what it has been granted."""
         if self.behind is None or self.behind.state is None:
-            return 0.0
-        return max(0.0, self.granted_m - self.behind.state.progress_m)
+            return 0.0  # nobody lags who has not been heard
+        return max(0.0, self.granted_m - self._behind_m)
 
     @property
     def silent(self) -> bool:

@@ -61,7 +61,7 @@ def test_a_goal_behind_is_gone_back_to_where_nobody_is_behind() -> None:
 def test_a_robot_does_not_turn_back_into_ground_that_it_has_granted() -> None:
     mission = to(-1.5, 0.0)
     path = Path([Point(x_m=-1.0, y_m=0.0), Point(x_m=0.0, y_m=0.0)])
-    ground = Ground(path, tail_m=0.0, granted_m=0.7, keep_m=0.3, occupied_m=0.0)
+    ground = Ground(path, tail_m=0.0, granted_m=0.7, keep_m=0.3, behind_m=0.0, occupied_m=0.0)
     assert isinstance(Leader(mission, ORIGIN).plan(look_around([], mission), ground), NoStep)
 
 
@@ -69,7 +69,7 @@ def test_a_robot_does_not_turn_back_into_ground_that_it_has_granted() -> None:
 def test_a_step_keeps_off_ground_that_has_been_granted(goal: tuple[float, float]) -> None:
     mission = to(*goal)
     path = Path([Point(x_m=-1.0, y_m=0.5), Point(x_m=-0.3, y_m=0.5), Point(x_m=0.0, y_m=0.0)])
-    ground = Ground(path, tail_m=0.0, granted_m=0.7, keep_m=0.55, occupied_m=0.0)
+    ground = Ground(path, tail_m=0.0, granted_m=0.7, keep_m=0.55, behind_m=0.0, occupied_m=0.0)
     step = Leader(mission, ORIGIN).plan(look_around([], mission), ground)
     assert isinstance(step, StepPlanned)
     granted = np.column_stack([np.linspace(-1.0, -0.3, 50), np.full(50, 0.5)])
@@ -180,7 +180,7 @@ def test_a_plan_from_a_place_where_the_path_does_not_end_is_our_own_fault() -> N
 
 def test_a_promise_speaks_of_obstacles_and_not_of_the_robot_behind() -> None:
     path = Path([Point(x_m=-0.27, y_m=0.0), Point(x_m=0.0, y_m=0.0)])
-    ground = Ground(path, tail_m=0.0, granted_m=0.0, keep_m=0.26, occupied_m=0.0)
+    ground = Ground(path, tail_m=0.0, granted_m=0.0, keep_m=0.26, behind_m=0.0, occupied_m=0.0)
     robot_behind: list[Shape] = [Circle(centre_m=(-0.27, 0.0), radius_m=0.1)]
     step = Leader(to(3.0, 0.0), ORIGIN).plan(look_around(robot_behind, ROBOT), ground)
     assert isinstance(step, StepPlanned)
