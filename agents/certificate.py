@@ -44,7 +44,7 @@ class Walls:
 def scan_walls(view: View, mission: Mission, *, leave_out: Flags | None = None) -> Walls:
     """Rules 1 and 2: the free polygon's edges, those across a jump in range in pieces.
 
-    Where a direction is left out, so are the edges on both sides of it.
+    Where a direction is left out, so are the edges on both sides of it, but not what stands at their other ends.
     """
     edge, starts, ends, far = _pieces(view)
     unsure = mission.range_error_m_max + mission.blind_per_range * far
@@ -52,7 +52,12 @@ def scan_walls(view: View, mission: Mission, *, leave_out: Flags | None = None) 
     if leave_out is None:
         return walls
     kept = ~(leave_out | np.roll(leave_out, -1))[edge]
-    return Walls(walls.starts[kept], walls.ends[kept], walls.keep_m[kept])
+    lone = ~leave_out & (np.roll(leave_out, 1) | np.roll(leave_out, -1))
+    lone_keep_m = mission.berth_m + mission.range_error_m_max + mission.blind_per_range * view.ranges_m[lone]
+    return Walls.joined(
+        Walls(walls.starts[kept], walls.ends[kept], walls.keep_m[kept]),
+        Walls(view.points[lone], view.points[lone], lone_keep_m),
+    )
 
 
 def _pieces(view: View) -> tuple[Indices, Floats, Floats, Floats]:

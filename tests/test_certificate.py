@@ -164,3 +164,13 @@ def test_walls_join() -> None:
     other = ground_walls(np.array([[-1.0, -1.0], [-1.0, 1.0]]), keep_m=0.2)
     free = certified_lengths_m(NOWHERE, np.array([0.0, np.pi]), Walls.joined(one, other))
     assert free == pytest.approx([0.9, 0.8])
+
+
+def test_an_obstacle_of_which_one_ray_is_seen_beside_a_robot_is_in_the_promise() -> None:
+    shapes: list[Shape] = [wall((1.5, 1.0), (1.5, -1.0))]
+    view = look_around(shapes, ROBOT)
+    lone = int(np.flatnonzero(view.hits)[len(np.flatnonzero(view.hits)) // 2])
+    robots = view.hits.copy()
+    robots[lone] = False
+    promised_m = promised_clearance_m(view, np.array([-0.5, 0.0]), robots, ROBOT)
+    assert promised_m == pytest.approx(1.5 - ROBOT.robot_radius_m, abs=0.03)
