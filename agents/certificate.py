@@ -44,7 +44,7 @@ class Walls:
 def scan_walls(view: View, mission: Mission, *, leave_out: Flags | None = None) -> Walls:
     """Rules 1 and 2: the free polygon's edges, those across a jump in range in pieces.
 
-    Where a direction is left out, so are the edges on both sides of it, but not what stands at their other ends.
+    Where a direction is left out, so are the edges on both sides of it, but not their other ends.
     """
     edge, starts, ends, far = _pieces(view)
     unsure = mission.range_error_m_max + mission.blind_per_range * far
