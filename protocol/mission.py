@@ -51,7 +51,7 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
     goal: Point | None = None
     goal_tolerance_m: Length = 0.0
     bounds: Bounds | None = None
-    switching_positions_max: Annotated[int, Meta(ge=1)] | None = None
+    switching_positions_max: Annotated[int, Meta(ge=1, le=2**53)] | None = None
     """Without a goal the leader stops at this many switching positions (the paper stops at 11)."""
 
     @property
