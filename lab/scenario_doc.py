@@ -28,9 +28,10 @@ RELATIONS = """## What has to fit together
   the radius.
 - The sensor is sure to see the thinnest obstacle from `2 (robot_radius_m + epsilon_m)` on; scans reach no
   further than it is sure of.
-- Under `certified`, places and goal are `robot_radius_m + epsilon_m` away from every obstacle, and `mu0_m`
-  covers the error budget: ray quantisation + range noise + drive error, which a refusal names one by one.
-  More directions, less noise and blunter corners need less. Under the other laws it is enough not to touch.
+- Under `certified`, places are `robot_radius_m + epsilon_m` away from every obstacle (the goal at most its
+  tolerance less), and `mu0_m` covers the error budget: range noise + drive error, which a refusal names one
+  by one. What rays leave unseen the certificate keeps on top: up to the spacing of the rays at that range,
+  more past sharp corners. Under the other laws it is enough not to touch.
 - `table_m` has a row for each of `switching_positions_max`, and a column for each obstacle.
 """
 

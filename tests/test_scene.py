@@ -60,19 +60,12 @@ def test_the_heading_of_the_start_may_be_any_angle(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("corner_m", [0.5, 0.1, 0.05])
-def test_sharper_corners_get_a_better_sensor_until_none_is_good_enough(
+def test_noise_and_drive_errors_take_half_of_the_tolerance_however_sharp_the_corners(
     tmp_path: Path, corner_m: float
 ) -> None:
     sharp = {"polygons": [[[1.0, 0.5], [1.5, 0.5 - corner_m], [1.5, 0.5 + corner_m]]]}
     scenario = _load(tmp_path, sharp)
-    left_m = scenario.law.mu0_m - scenario.error_budget.total_m
-    assert left_m == pytest.approx((scenario.law.mu0_m - scenario.error_budget.quantisation_m) / 2)
-
-
-def test_a_needle_that_no_sensor_of_this_kind_is_sure_of_is_refused(tmp_path: Path) -> None:
-    needle = {"polygons": [[[1.0, 0.5], [1.5, 0.49], [1.5, 0.51]]]}
-    with pytest.raises(UsageError, match=r"/posts\.json: \$\.law\.mu0_m: .* ray quantisation 0\.02"):
-        _load(tmp_path, needle)
+    assert scenario.error_budget.total_m == pytest.approx(scenario.law.mu0_m / 2)
 
 
 def test_a_large_robot_sees_as_far_in_its_own_measure(tmp_path: Path) -> None:
@@ -101,8 +94,8 @@ def test_a_large_robot_sees_as_far_in_its_own_measure(tmp_path: Path) -> None:
             "$.polygons[0]: vertices_m must make a simple ring",
         ),
         ({"moving": [{"id": 1}]}, "$.moving: must be absent, got 1 moving obstacles"),
-        ({"goal": [0.0, 0.0]}, "$.goal: must be >= 0.22 m away from $.circles[0], got inside it"),
-        ({"goal": [0.0, -1.82]}, "$.goal: must be >= 0.22 m away from $.walls[0], got inside it"),
+        ({"goal": [0.0, 0.0]}, "$.goal: must be >= 0.17 m away from $.circles[0], got inside it"),
+        ({"goal": [0.0, -1.82]}, "$.goal: must be >= 0.17 m away from $.walls[0], got inside it"),
         ({"bounds": [4.0, -2.0, -4.0, 2.0]}, "$.bounds[0]: must be < x_m_max = -4 m, got 4"),
         (
             {"start": [-99.0, 0.0, 0.0]},

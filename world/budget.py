@@ -1,4 +1,9 @@
-"""What finite directions, noise and imperfect drives cost: the errors that the tolerance mu0 has to cover."""
+"""What finite directions, noise and imperfect drives cost.
+
+The certificate pays for what finite directions leave unseen: it keeps that much further from every hit, the
+further away it was hit the more. So ray quantisation costs room, in narrow gaps, and nothing of the
+tolerance. Noise and drive errors differ from scan to scan and from drive to drive: mu0 has to cover them.
+"""
 
 import math
 from collections.abc import Sequence
@@ -16,16 +21,17 @@ the segment that the leader drove."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Budget:
-    """The three shares of the error budget [m]."""
+    """The shares of the error budget [m]."""
 
     quantisation_m: float
+    """At the closest approach; the certificate's to keep, not the tolerance's."""
     range_noise_m: float
     drive_m: float
 
     @property
     def total_m(self) -> float:
         """What mu0 has to cover."""
-        return self.quantisation_m + self.range_noise_m + self.drive_m
+        return self.range_noise_m + self.drive_m
 
 
 def blind_per_range(shapes: Sequence[Shape], directions: int) -> float:

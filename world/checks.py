@@ -13,6 +13,7 @@ from world.clearance import distances
 from world.sections import DriveSection, Fleet, Goal, LawSection, SensorSection
 from world.shapes import Ground
 
+GOAL = "goal.at_m"
 ROUNDING_M = 1e-9
 """What places computed by sine and cosine may be off: a million times the last bit of a metre."""
 
@@ -77,8 +78,9 @@ def errors_covered(section: LawSection, errors: Budget) -> None:
     if section.mu0_m < errors.total_m:
         _refuse(
             "law.mu0_m",
-            f">= {errors.total_m:.6g} m, which is ray quantisation {errors.quantisation_m:.6g} m"
-            f" + range noise {errors.range_noise_m:.6g} m + drive {errors.drive_m:.6g} m",
+            f">= {errors.total_m:.6g} m, which is range noise {errors.range_noise_m:.6g} m"
+            f" + drive {errors.drive_m:.6g} m (ray quantisation, {errors.quantisation_m:.6g} m at the closest"
+            " approach, the certificate keeps on top of epsilon)",
             section.mu0_m,
         )
 
@@ -122,15 +124,19 @@ def within(bounds: Bounds | None, section: Fleet, poses: Sequence[Pose], goal: G
 def clear_of(
     ground: Ground, section: Fleet, poses: Sequence[Pose], goal: Goal | None, standoff_m: float
 ) -> None:
-    """No place and no goal is in an obstacle, or nearer to one than `standoff_m`."""
+    """No place and no goal is in an obstacle, or nearer to one than `standoff_m`.
+
+    A goal may be that much nearer as its tolerance lets the leader stop short of it.
+    """
     if ground.shape_count == 0:
         return
     for path, place in _stands(section, poses, goal):
         apart_m = distances(ground, np.array((place.x_m, place.y_m)))
         nearest = int(apart_m.argmin())
-        if apart_m[nearest] < standoff_m - ROUNDING_M or apart_m[nearest] == 0.0:
+        spare_m = goal.tolerance_m if goal is not None and path == GOAL else 0.0
+        if apart_m[nearest] < standoff_m - spare_m - ROUNDING_M or apart_m[nearest] == 0.0:
             how_near = "inside it" if apart_m[nearest] == 0.0 else f"{apart_m[nearest]:.6g} m"
-            rule = f">= {standoff_m:g} m away from $.obstacle[{nearest}]"
+            rule = f">= {standoff_m - spare_m:g} m away from $.obstacle[{nearest}]"
             _refuse(path, rule, f"{how_near} at {_at(place)}")
 
 
@@ -140,7 +146,7 @@ def _stands(section: Fleet, poses: Sequence[Pose], goal: Goal | None) -> list[tu
         (f"fleet.{'start' if section.places is None else f'places[{k}]'}, place of robot {k + 1}", pose)
         for k, pose in enumerate(poses)
     ]
-    return stands if goal is None else [*stands, ("goal.at_m", Point(x_m=goal.at_m[0], y_m=goal.at_m[1]))]
+    return stands if goal is None else [*stands, (GOAL, Point(x_m=goal.at_m[0], y_m=goal.at_m[1]))]
 
 
 def _at(place: Pose | Point) -> str:

@@ -8,14 +8,15 @@ from msgspec import Meta, Struct
 
 from protocol.errors import UsageError
 from protocol.frames import Metres, wrap
-from world.budget import HEADING_ERRORS, NOISE_SIGMAS, blind_per_range
+from world.budget import HEADING_ERRORS, NOISE_SIGMAS
 from world.reading import understand
 from world.sections import SomeMetres
 from world.shapes import Extent, Position, Shape
 
 ROBOTS = 5  # the paper's fleet
-EPSILON_M, MU0_M = 0.1, 0.01  # the paper's
-DIRECTIONS = 1440  # 0.25 degrees, as a Hokuyo UTM-30LX turns
+EPSILON_M_MAX, EPSILON_RADII = 0.05, 0.5  # half the radius, at most 5 cm
+MU0_SHARE = 0.1  # of epsilon, as in the paper
+DIRECTIONS = 360  # a degree, as common low-cost scanners turn
 SPEED_MPS, SPEED_MPS_MIN, SPEED_MPS_MAX = 0.5, 0.05, 1.0  # a small indoor robot's
 TURN_RATE_RADPS = 1.5708  # a quarter turn a second
 RANGE_M_MAX = 4.0  # as in the trial of the certified law on the BARN worlds
@@ -23,7 +24,7 @@ RANGE_RADII = 20.0  # a robot too large for that sees as far in its own measure
 SPACING_RADII = 3.0  # the scenes' own rule for the places of robots
 SEPARATION_RADII = 0.5  # half of the room that the spacing leaves between two hulls
 LINK_RADII = 10.0  # three places apart, and some
-ERROR_SHARE = 0.25  # of the tolerance that rays leave over, to noise and drive each; half stays in hand
+ERROR_SHARE = 0.25  # of the tolerance, to noise and drive each; half stays in hand
 TIME_FACTOR = 20.0  # over the straight way at full speed: detours, turns, and five robots one by one
 
 OWN_PATHS = {
@@ -62,8 +63,7 @@ class _Obstacles(Struct, frozen=True, kw_only=True):
 def as_scenario(raw: dict[str, Any], source: str) -> dict[str, Any]:
     """What a scenario file would say of this scene; `source` names it in refusals.
 
-    The noise of sensor and drive is what the tolerance can bear, so that a scene with sharper corners
-    is given a better sensor, not refused.
+    The noise of sensor and drive is what the tolerance can bear.
     """
     scene = understand(raw, Scene, source)
     if scene.moving:
@@ -71,13 +71,14 @@ def as_scenario(raw: dict[str, Any], source: str) -> dict[str, Any]:
     obstacles = [{"shape": "circle", "centre_m": (x, y), "radius_m": r} for x, y, r in scene.circles]
     obstacles += [{"shape": "polygon", "vertices_m": ring} for ring in (*scene.polygons, *scene.walls)]
     try:
-        shapes = understand({"obstacle": obstacles}, _Obstacles, source).obstacle
+        understand({"obstacle": obstacles}, _Obstacles, source)
     except UsageError as error:
         raise UsageError(in_own_words(str(error), raw)) from error
     radius_m = scene.robot_radius
     range_m_max = max(RANGE_M_MAX, RANGE_RADII * radius_m)
-    quantisation_m = blind_per_range(shapes, DIRECTIONS) * (radius_m + EPSILON_M)
-    share_m = ERROR_SHARE * max(MU0_M - quantisation_m, 0.0)
+    epsilon_m = min(EPSILON_M_MAX, EPSILON_RADII * radius_m)
+    mu0_m = MU0_SHARE * epsilon_m
+    share_m = ERROR_SHARE * mu0_m
     x_m_min, y_m_min, x_m_max, y_m_max = scene.bounds
     way_m = math.dist(scene.start[:2], scene.goal)
     return {
@@ -90,7 +91,7 @@ def as_scenario(raw: dict[str, Any], source: str) -> dict[str, Any]:
             "start": (*scene.start[:2], wrap(scene.start[2])),
             "spacing_m": SPACING_RADII * radius_m,
         },
-        "law": {"epsilon_m": EPSILON_M, "mu0_m": MU0_M},
+        "law": {"epsilon_m": epsilon_m, "mu0_m": mu0_m},
         "goal": {"at_m": scene.goal, "tolerance_m": scene.goal_tol},
         "bounds": {"x_m_min": x_m_min, "y_m_min": y_m_min, "x_m_max": x_m_max, "y_m_max": y_m_max},
         "sensor": {
