@@ -32,6 +32,8 @@ class Order:
 class AskScan:
     """Have the body's sensor read."""
 
+    revolutions: int
+
 
 @dataclass(frozen=True, slots=True)
 class Note:

@@ -29,7 +29,6 @@ from protocol.timeline import (
     RobotHeld,
     RobotReleased,
     RouteLost,
-    StepFinished,
     StepPlanned,
     StrandFormed,
 )
@@ -139,11 +138,8 @@ class Robot:
         if step is not None and self._driver.progress_m < step.reach_m:
             self._driver.to(step.target, reach_m=step.reach_m, epoch=strand.epoch, step=step.step)
             return []
-        commands: list[Command] = []
-        if step is not None:
-            self._step = None
-            commands.append(Note(StepFinished(step=step.step, **self._here())))
-        return commands + self._plan(leader, strand, now_s)
+        self._step = None
+        return self._plan(leader, strand, now_s)
 
     def _plan(self, leader: Leader, strand: Strand, now_s: float) -> list[Command]:
         if leader.is_done(self._position()):
@@ -218,7 +214,7 @@ class Robot:
         if now_s - self._asked_at_s < SCAN_RETRY_S:
             return []
         self._asked_at_s = now_s
-        return [AskScan()]
+        return [AskScan(self._mission.revolutions)]
 
     def _take_scan(self) -> View | None:
         """The scan that has come, if one has. It is used once, and only where it was taken.

@@ -24,6 +24,7 @@ from protocol.messages import (
     Odometry,
     Phase,
     Scan,
+    ScanQuery,
 )
 from protocol.mission import Mission
 from protocol.outbox import Outbox
@@ -148,8 +149,8 @@ class _Life:
                 self._transport.put(self._keys.link(self._name, robot_name(robot)), state)
             case Order(drive):
                 self._transport.put(self._keys.drive(self._name), drive)
-            case AskScan():
-                self._transport.ask(self._keys.scan(self._name), Ask())
+            case AskScan(revolutions):
+                self._transport.ask(self._keys.scan(self._name), ScanQuery(revolutions=revolutions))
             case Note(record):
                 self._note(record)
 

@@ -13,6 +13,8 @@ from protocol.frames import ROBOTS_MAX, Count, Length, Point, Pose, RobotId, Sec
 from protocol.mission import Mission
 from protocol.timeline import Entry
 
+RAYS_MAX = 7200  # of one scan: 58 kB on the wire
+REVOLUTIONS_MAX = 900  # as many as there can be, of the fewest directions
 Lineage = Annotated[tuple[RobotId, ...], Meta(max_length=ROBOTS_MAX)]
 
 
@@ -103,7 +105,7 @@ class Scan(Struct, frozen=True, kw_only=True, tag="scan"):
 
     t_s: Seconds
     pose: Pose
-    ranges_m: Annotated[tuple[Length, ...], Meta(min_length=8, max_length=7200)]
+    ranges_m: Annotated[tuple[Length, ...], Meta(min_length=8, max_length=RAYS_MAX)]
 
 
 class LogBatch(Struct, frozen=True, kw_only=True, tag="log"):
@@ -118,8 +120,30 @@ class Logged(Struct, frozen=True, kw_only=True, tag="logged"):
     up_to: Count
 
 
+class ScanQuery(Struct, frozen=True, kw_only=True, tag="scan_query"):
+    """A query for a scan of one revolution or more.
+
+    Between two revolutions the scanner is turned by an equal share of its ray spacing, so that their rays
+    interlace: n revolutions of k directions are a scan of n k directions.
+    """
+
+    revolutions: Annotated[int, Meta(ge=1, le=REVOLUTIONS_MAX)]
+
+
 class Ask(Struct, frozen=True, kw_only=True, tag="ask"):
     """A query that needs no words: its key says what is asked for."""
 
 
-Message = Muster | AheadState | BehindState | Drive | Odometry | Scan | Mission | LogBatch | Logged | Ask
+Message = (
+    Muster
+    | AheadState
+    | BehindState
+    | Drive
+    | Odometry
+    | Scan
+    | Mission
+    | LogBatch
+    | Logged
+    | Ask
+    | ScanQuery
+)

@@ -41,11 +41,14 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
     separation_m: Length
     speed_mps: Speed
     directions: Annotated[int, Meta(ge=8, le=7200)]
+    """Rays of one revolution of the scanner."""
+    revolutions: Annotated[int, Meta(ge=1, le=900)]
+    """How many, interlaced, make a scan that is sure to show every obstacle out to `range_m_max`."""
     range_m_max: Length
     range_error_m_max: Length
     """No range is off by more than this."""
     blind_per_range: Annotated[float, Meta(ge=0.0, le=10.0)]
-    """How far an obstacle may reach unseen past a ray that hit it, per metre of range."""
+    """How far an obstacle may reach unseen past a ray that hit it, per metre of range, in such a scan."""
     link_length_m_max: Length
     """A robot holds while its follower is further than this behind what it has been granted."""
     goal: Point | None = None

@@ -70,6 +70,21 @@ class OrderFinished(_Record, frozen=True, kw_only=True, tag="order.finished"):
     ]
 
 
+class StepFinished(_Record, frozen=True, kw_only=True, tag="step.finished"):
+    """The leader's body stands at the end of a switching step."""
+
+    robot: RobotId
+    step: Count
+    x_m: Metres
+    y_m: Metres
+    clearance_m: Annotated[
+        Metres | None,
+        Meta(
+            description="least clearance in the whole step, to hold against the promised; null: no obstacle"
+        ),
+    ]
+
+
 class BodyStopped(_Record, frozen=True, kw_only=True, tag="body.stopped"):
     """The dead-man stop: its robot has been silent too long."""
 
@@ -92,6 +107,7 @@ class ScanServed(_Record, frozen=True, kw_only=True, tag="scan.served"):
     x_m: Metres
     y_m: Metres
     heading_rad: Radians
+    revolutions: Annotated[Count, Meta(description="of the scanner, interlaced: rays beside rays")]
     hits: Count
 
 
@@ -177,14 +193,6 @@ class StepPlanned(_Record, frozen=True, kw_only=True, tag="step.planned"):
     cost_to_go_m: Annotated[Length | None, Meta(description="from the target to the goal; null: no goal")]
 
 
-class StepFinished(_Record, frozen=True, kw_only=True, tag="step.finished"):
-    """The leader stands at the end of a switching step."""
-
-    step: Count
-    x_m: Metres
-    y_m: Metres
-
-
 class SegmentChecked(_Record, frozen=True, kw_only=True, tag="segment.checked"):
     """A robot that follows has checked its next segment of the path against its own scan."""
 
@@ -266,6 +274,7 @@ Record = (
     | OrderAccepted
     | OrderRefused
     | OrderFinished
+    | StepFinished
     | BodyStopped
     | PoseSampled
     | ScanServed
@@ -275,7 +284,6 @@ Record = (
     | RobotStarted
     | StrandFormed
     | StepPlanned
-    | StepFinished
     | SegmentChecked
     | AuthorityGranted
     | LinkSilent

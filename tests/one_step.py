@@ -29,6 +29,7 @@ MISSION = Mission(
     separation_m=0.05,
     speed_mps=0.3,
     directions=1440,
+    revolutions=1,
     range_m_max=4.0,
     range_error_m_max=0.0,
     blind_per_range=2.0 * np.pi / 1440,

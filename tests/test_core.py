@@ -17,6 +17,7 @@ from protocol.timeline import (
     RouteLost,
     RunEnded,
     ScanServed,
+    StepFinished,
     TrafficCounted,
 )
 from tests.world_scenarios import scenario
@@ -75,6 +76,28 @@ def test_an_order_is_accepted_driven_finished_and_told_at_once() -> None:
     assert at_s == pytest.approx(1.0)
 
 
+def test_a_finished_step_says_the_least_clearance_of_all_of_it_however_often_it_was_interrupted() -> None:
+    stage = running()
+    past_the_post = Point(x_m=2.5, y_m=0.0)
+    stage.order(1, past_the_post, step=1)
+    stage.tick(4 * SECOND)  # now it has passed the nearest place
+    stage.order(1, None, number=2)
+    stage.tick(SECOND)
+    stage.order(1, past_the_post, number=3, step=1)
+    finished = [record for record in stage.tick(SECOND) if isinstance(record, StepFinished)]
+    assert [(each.robot, each.step, each.x_m) for each in finished] == [(1, 1, 2.5)]
+    assert finished[0].clearance_m == pytest.approx(0.6 - 0.3 - 0.1)
+    assert stage.world.tally.switching_steps == 1
+
+
+def test_a_robot_that_follows_finishes_orders_and_no_steps() -> None:
+    stage = running()
+    stage.order(2, Point(x_m=-0.5, y_m=0.0))
+    records = stage.tick(SECOND)
+    assert "OrderFinished" in kinds(records)
+    assert "StepFinished" not in kinds(records)
+
+
 def test_odometry_comes_every_tenth_of_a_second_and_when_an_order_is_finished() -> None:
     stage = running()
     stage.order(1, Point(x_m=0.12, y_m=0.0))
@@ -113,7 +136,7 @@ def test_a_frozen_robot_stops_its_body_once_and_goes_on_when_it_thaws() -> None:
 
 def test_a_scan_is_served_and_shows_the_hull_of_the_other_robot() -> None:
     stage = running()
-    served = stage.handle(ScanAsked(1))
+    served = stage.handle(ScanAsked(1, 1))
     assert kinds(served) == ["ScanServed"]
     assert isinstance(served[0], ScanServed)
     assert served[0].hits > 0
@@ -125,7 +148,7 @@ def test_scans_are_noisy_by_the_seed_and_by_the_robot_alone() -> None:
         stage = Stage(scenario(sensor={"range_sigma_m": 0.002}), seed=seed)
         stage.begin()
         for robot in asked:
-            stage.handle(ScanAsked(robot))
+            stage.handle(ScanAsked(robot, 1))
         return [scan.ranges_m for scan in stage.scans]
 
     assert ranges_m(1, 1) == ranges_m(1, 1)

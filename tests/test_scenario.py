@@ -167,7 +167,7 @@ def _load(tmp_path: Path, text: str, **overrides: object) -> Scenario:
         (
             "at_m = [4.0, 1.0]",
             "at_m = [2.1, 1.0]",
-            "$.goal.at_m: must be >= 0.2 m away from $.obstacle[0], got inside it at (2.1, 1)",
+            "$.goal.at_m: must be >= 0.1 m away from $.obstacle[0], got inside it at (2.1, 1)",
         ),
         ("at_m = [4.0, 1.0]", "at_m = [3.9, 1.7]", None),
         (

@@ -94,8 +94,8 @@ def test_a_large_robot_sees_as_far_in_its_own_measure(tmp_path: Path) -> None:
             "$.polygons[0]: vertices_m must make a simple ring",
         ),
         ({"moving": [{"id": 1}]}, "$.moving: must be absent, got 1 moving obstacles"),
-        ({"goal": [0.0, 0.0]}, "$.goal: must be >= 0.17 m away from $.circles[0], got inside it"),
-        ({"goal": [0.0, -1.82]}, "$.goal: must be >= 0.17 m away from $.walls[0], got inside it"),
+        ({"goal": [0.0, 0.0]}, "$.goal: must be >= 0 m away from $.circles[0], got inside it"),
+        ({"goal": [0.0, -1.82]}, "$.goal: must be >= 0 m away from $.walls[0], got inside it"),
         ({"bounds": [4.0, -2.0, -4.0, 2.0]}, "$.bounds[0]: must be < x_m_max = -4 m, got 4"),
         (
             {"start": [-99.0, 0.0, 0.0]},

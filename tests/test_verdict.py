@@ -10,7 +10,6 @@ from protocol.timeline import (
     Entry,
     GoalReached,
     OrderAccepted,
-    OrderFinished,
     PromiseBroken,
     Record,
     RobotArrived,
@@ -18,6 +17,7 @@ from protocol.timeline import (
     RouteLost,
     ScanServed,
     SegmentChecked,
+    StepFinished,
     StrandFormed,
 )
 from tests.world_scenarios import scenario
@@ -139,7 +139,7 @@ def test_a_death_carries_its_times() -> None:
 def test_planning_events_are_scans_that_led_to_a_decision() -> None:
     formed = StrandFormed(epoch=1, sensed=True, order=(1, 2), path_length_m=0.6)
     checked = SegmentChecked(target=Point(x_m=0.0, y_m=0.0), clear=True, clearance_m=0.2)
-    scan = ScanServed(robot=1, x_m=0.0, y_m=0.0, heading_rad=0.0, hits=3)
+    scan = ScanServed(revolutions=1, robot=1, x_m=0.0, y_m=0.0, heading_rad=0.0, hits=3)
     lines: list[tuple[str, float, Record]] = [("r1", 0.1, formed), ("r2", 0.1, formed), ("r2", 0.5, checked)]
     passed = verdict([*lines, *[("world", 0.1, scan)] * 5])
     assert (passed.planning_events, passed.scans) == (3, 5)
@@ -147,11 +147,8 @@ def test_planning_events_are_scans_that_led_to_a_decision() -> None:
 
 def test_the_table_is_measured_where_the_leader_stood() -> None:
     began = OrderAccepted(robot=1, number=1, epoch=1, step=1, x_m=0.0, y_m=0.6, target=None, reach_m=0.0)
-    finished = OrderFinished(robot=1, number=1, step=1, x_m=1.0, y_m=-1.0, clearance_m=None)
-    followed = OrderFinished(robot=2, number=1, step=0, x_m=0.5, y_m=0.0, clearance_m=None)
-    positions = tally_of(
-        [("world", 0.0, began), ("world", 1.0, followed), ("world", 1.0, finished)]
-    ).switching_positions
+    finished = StepFinished(robot=1, step=1, x_m=1.0, y_m=-1.0, clearance_m=None)
+    positions = tally_of([("world", 0.0, began), ("world", 1.0, finished)]).switching_positions
     first, second = measure(scenario(), positions)
     assert first == pytest.approx((1.2, (2.0**2 + 1.1**2) ** 0.5))
     assert second == pytest.approx(((0.5**2 + 1.6**2) ** 0.5 - 0.3, 1.0))

@@ -6,16 +6,12 @@ Rule 2: the verdict is written whatever ends the run, as long as the timeline co
 
 import asyncio
 import logging
-import platform
 import secrets
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from importlib import metadata
 from pathlib import Path
-
-import msgspec
 
 from protocol.ending import asked_to_end
 from protocol.exit_codes import ExitCode
@@ -26,7 +22,8 @@ from protocol.timeline import Entry, Record
 from protocol.transport import Appeared, Arrival, Asked, Heard, Refused, Transport, Vanished
 from protocol.zenoh_transport import open_transport
 from world.arena import ODOMETRY_TICKS
-from world.books import Account, balance
+from world.books import Account
+from world.closing import Circumstances, verdict_of
 from world.commands import Command, Note, ServeScan, TellOdometry
 from world.core import World
 from world.events import (
@@ -41,12 +38,10 @@ from world.events import (
 )
 from world.pace import Pace
 from world.progress import progress
-from world.recorder import Header, Recorder, RecordingFailedError, open_events
+from world.recorder import Recorder, open_events
+from world.run_files import header_of, save_verdict
 from world.scenario import Scenario
-from world.verdict import VERDICT_FILE, Events, Facts, Verdict, pass_verdict
-
-VERSIONS_OF = {"zenoh": "eclipse-zenoh", "clew": "clew"}  # by the names of their distributions
-
+from world.verdict import Verdict
 
 log = logging.getLogger("world")
 
@@ -83,17 +78,18 @@ async def _run(request: Request) -> Verdict:
         open_transport(request.session, hear=hear, answer=answer, alive=alive, watch=watch) as transport,
         open_events(request.out) as file,  # last, so that a run that cannot start leaves nothing behind
     ):
-        recorder = Recorder(file, _header(request, started_at, transport.timestamp()))
+        header = header_of(
+            request.scenario,
+            run=request.session.run,
+            seed=request.seed,
+            speed=request.speed,
+            started_at=started_at,
+            hlc=transport.timestamp(),
+        )
+        recorder = Recorder(file, header)
         verdict = await _Life(request, transport, recorder).run(ending, started_at)
-    _save(verdict, request.out / VERDICT_FILE)
+    save_verdict(verdict, request.out)
     return verdict
-
-
-def _save(verdict: Verdict, path: Path) -> None:
-    try:
-        path.write_bytes(msgspec.json.format(msgspec.json.encode(verdict)) + b"\n")
-    except OSError as error:
-        raise RecordingFailedError(f"cannot write {path}: {error.strerror}") from error
 
 
 class _Life:
@@ -199,71 +195,24 @@ class _Life:
             self._handle(EntryWritten(source, entry))
 
     def _verdict(self, started_at: str) -> Verdict:
-        world, tally = self._world, self._world.tally
-        assert world.judgement is not None, "a verdict needs a judgement"
-        assert world.ending is not None, "a verdict needs an ending"
-        dead = {death.robot for _, death in tally.deaths}
-        untold = world.attendance.come - dead - tally.counted.keys()  # their last entry never came
-        return pass_verdict(
-            Facts(
-                scenario=self._request.scenario,
+        ours = self._transport.traffic
+        return verdict_of(
+            self._world,
+            Circumstances(
                 seed=self._request.seed,
                 speed=self._request.speed,
                 started_at=started_at,
-                ending=world.ending,
-                absent=", ".join(map(robot_name, world.attendance.missing)),
-                tally=tally,
-                judgement=world.judgement,
-                messages=balance(self._accounts(), robots=sorted(world.attendance.robots)),
-                events=Events(
-                    recorded=self._recorder.recorded_count,
-                    missing=self._recorder.missing_count + len(untold) + tally.unrecorded_count,
+                traffic=Account(
+                    sent=self._counted(ours.sent),
+                    received=self._counted(ours.received),
+                    newest=self._counted(ours.newest),
                 ),
-                sim_s=world.over_s,
+                recorded=self._recorder.recorded_count,
+                missing=self._recorder.missing_count,
                 wall_s=self._over_wall_s - self._started_wall_s,
                 cpu_s=time.process_time(),
-            )
+            ),
         )
-
-    def _accounts(self) -> dict[str, Account]:
-        """Of the world, and of each robot that told both its counts."""
-        tally, ours = self._world.tally, self._transport.traffic
-        accounts = {
-            robot_name(robot): Account(
-                sent=tally.settled[robot].sent, received=counted.received, newest=counted.newest
-            )
-            for robot, counted in tally.counted.items()
-            if robot in tally.settled
-        }
-        world = Account(
-            sent=self._counted(ours.sent),
-            received=self._counted(ours.received),
-            newest=self._counted(ours.newest),
-        )
-        return {WORLD: world, **accounts}
 
     def _counted(self, counts: Mapping[str, int]) -> dict[str, int]:
         return {self._keys.behind_root(key): count for key, count in counts.items()}
-
-
-def _header(request: Request, started_at: str, hlc: str) -> Header:
-    return Header(
-        hlc=hlc,
-        run=request.session.run,
-        seed=request.seed,
-        speed=request.speed,
-        started_at=started_at,
-        scenario=msgspec.to_builtins(request.scenario),
-        scenario_hash=request.scenario.fingerprint(),
-        versions={
-            "python": platform.python_version(),
-            **{name: _version(distribution) for name, distribution in VERSIONS_OF.items()},
-        },
-    )
-
-
-def _version(distribution: str) -> str:
-    try:
-        return metadata.version(distribution)
-    except metadata.PackageNotFoundError:  # run from a tree that was never set up
-        return "not installed"

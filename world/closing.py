@@ -1,0 +1,66 @@
+"""How the books of a run are closed: its verdict, from what the world of it knows. Live or rehearsed."""
+
+from dataclasses import dataclass
+
+from protocol.keys import WORLD, robot_name
+from world.books import Account, balance
+from world.core import World
+from world.tally import Tally
+from world.verdict import Events, Facts, Verdict, pass_verdict
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Circumstances:
+    """What a world does not know of its own run."""
+
+    seed: int
+    speed: float | None
+    started_at: str
+    traffic: Account
+    """The world's own."""
+    recorded: int
+    missing: int
+    """Entries that a source is known to have made and that are not recorded."""
+    wall_s: float
+    cpu_s: float
+
+
+def verdict_of(world: World, circumstances: Circumstances) -> Verdict:
+    """The verdict on a run that the world has judged."""
+    assert world.judgement is not None, "a verdict needs a judgement"
+    assert world.ending is not None, "a verdict needs an ending"
+    tally, attendance = world.tally, world.attendance
+    dead = {death.robot for _, death in tally.deaths}
+    untold = attendance.come - dead - tally.counted.keys()  # their last entry never came
+    accounts = {WORLD: circumstances.traffic, **_accounts(tally)}
+    return pass_verdict(
+        Facts(
+            scenario=world.scenario,
+            seed=circumstances.seed,
+            speed=circumstances.speed,
+            started_at=circumstances.started_at,
+            ending=world.ending,
+            absent=", ".join(map(robot_name, attendance.missing)),
+            tally=tally,
+            judgement=world.judgement,
+            messages=balance(accounts, robots=sorted(attendance.robots)),
+            events=Events(
+                recorded=circumstances.recorded,
+                missing=circumstances.missing + len(untold) + tally.unrecorded_count,
+            ),
+            sim_s=world.over_s,
+            wall_s=circumstances.wall_s,
+            cpu_s=circumstances.cpu_s,
+        )
+    )
+
+
+def _accounts(tally: Tally) -> dict[str, Account]:
+    """Of each robot that told both its counts."""
+    return {
+        robot_name(robot): Account(
+            sent=tally.settled[robot].sent, received=counted.received, newest=counted.newest
+        )
+        for robot, counted in tally.counted.items()
+        if robot in tally.settled
+    }
