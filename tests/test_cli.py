@@ -12,7 +12,7 @@ from tests.logs import AT_REST, GOOD, numbered, recorded
 from world.scenario import schema
 from world.verdict import VERDICT_FILE
 
-STEP_3 = ("r1", StepFinished(step=3, x_m=0.1, y_m=0.2))
+STEP_3 = ("world", StepFinished(robot=1, step=3, x_m=0.1, y_m=0.2, clearance_m=0.11))
 
 
 def clew(*arguments: str | Path) -> Result:
@@ -27,7 +27,7 @@ def run(tmp_path: Path) -> Path:
 def test_info_says_what_was_run_and_how_much_of_what(run: Path) -> None:
     said = json.loads(clew("log", "info", run, "--json").stdout)
     assert (said["scenario"], said["seed"], said["entries"]) == ("paper", 1, 7)
-    assert said["sources"] == {"r1": 1, "world": 6}
+    assert said["sources"] == {"world": 7}
     assert said["kinds"] == {"pose.sampled": 5, "run.ended": 1, "step.finished": 1}
     assert said["flaws"] == []
 
@@ -88,7 +88,7 @@ def test_cat_in_json_is_the_log_without_its_header(run: Path) -> None:
 
 def test_cat_shows_what_was_chosen_and_nothing_else(run: Path) -> None:
     said = clew("log", "cat", run, "--kind", "step.*", "--step", "3").stdout
-    assert said == "    0.000     r1 step.finished      step=3 x_m=0.1 y_m=0.2\n"
+    assert said == "    0.000  world step.finished      robot=1 step=3 x_m=0.1 y_m=0.2 clearance_m=0.11\n"
     assert clew("log", "cat", run, "--robot", "1").stdout.count("\n") == 2
     assert clew("log", "cat", run, "--from", "6").stdout.count("\n") == 1
 

@@ -16,6 +16,7 @@ from protocol.timeline import (
     PoseSampled,
     Record,
     ScanServed,
+    StepFinished,
 )
 from world.bodies import Bodies, Moves
 from world.chance import stream
@@ -74,9 +75,10 @@ class Arena:
         body = robot - 1
         if not self.bodies.hear(body, drive, now_s=self.now_s):
             return []
-        if not (drive.step > 0 and drive.step == self._steps[body]):
-            self._order_clearance_m[body] = np.inf  # a step that was interrupted is measured as a whole
-        self._steps[body] = drive.step
+        if drive.target is not None:  # to stand still interrupts a step, which is measured as a whole
+            if drive.step == 0 or drive.step != self._steps[body]:
+                self._order_clearance_m[body] = np.inf
+            self._steps[body] = drive.step
         pose = self.bodies.pose(body)
         accepted = OrderAccepted(
             robot=robot,
@@ -126,7 +128,7 @@ class Arena:
         self._ticks += 1
         notes += [self.note(BodyStopped(robot=body + 1)) for body in moves.stopped]
         notes += self._watch(moves)
-        notes += [self.note(self._finish(body)) for body in moves.finished]
+        notes += [self.note(record) for body in moves.finished for record in self._finish(body)]
         if self.bodies.moving.any():
             self.moved_s = self.now_s
         return notes, [body + 1 for body in moves.finished]
@@ -136,21 +138,27 @@ class Arena:
         np.minimum(self._order_clearance_m, self._monitor.clearance_m, out=self._order_clearance_m)
         return [self.note(each) for each in broken]
 
-    def _finish(self, body: int) -> OrderFinished:
+    def _finish(self, body: int) -> list[Record]:
         order = self.bodies.orders[body]
         assert order is not None, f"body {body} finished without an order"
         pose = self.bodies.pose(body)
-        clearance_m = float(self._order_clearance_m[body])
-        return OrderFinished(
+        least_m = float(self._order_clearance_m[body])
+        clearance_m = least_m if least_m < np.inf else None
+        x_m, y_m = pose.x_m, pose.y_m
+        done = OrderFinished(
             robot=body + 1,
             number=order.number,
             step=order.step,
-            x_m=pose.x_m,
-            y_m=pose.y_m,
-            clearance_m=clearance_m if clearance_m < np.inf else None,
+            x_m=x_m,
+            y_m=y_m,
+            clearance_m=clearance_m,
         )
 
 
 def _sample(body: int, places_m: Floats, headings_rad: Floats) -> PoseSampled:
+        if order.step == 0:
+            return [done]
+        step = StepFinished(robot=body + 1, step=order.step, x_m=x_m, y_m=y_m, clearance_m=clearance_m)
+        return [done, step]
     x_m, y_m = places_m[body].tolist()
     return PoseSampled(robot=body + 1, x_m=x_m, y_m=y_m, heading_rad=float(headings_rad[body]))

@@ -9,7 +9,6 @@ from protocol.timeline import (
     Entry,
     GoalReached,
     OrderAccepted,
-    OrderFinished,
     RobotArrived,
     RobotDied,
     RobotSettled,
@@ -66,8 +65,9 @@ class Tally:
                 self.scans += 1
             case OrderAccepted(step=1) as order if not self.switching_positions:
                 self.switching_positions.append(Point(x_m=order.x_m, y_m=order.y_m))
-            case OrderFinished(step=step) as order if step > 0:
-                self.switching_positions.append(Point(x_m=order.x_m, y_m=order.y_m))
+            case StepFinished() as step:
+                self.switching_steps += 1
+                self.switching_positions.append(Point(x_m=step.x_m, y_m=step.y_m))
             case _:
                 pass  # nothing that is counted
 
@@ -79,8 +79,6 @@ class Tally:
                 self.plannings["step"] += 1
             case SegmentChecked():
                 self.plannings["segment"] += 1
-            case StepFinished():
-                self.switching_steps += 1
             case GoalReached():
                 self.goal_reached = True
             case RobotArrived():
