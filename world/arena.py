@@ -92,15 +92,18 @@ class Arena:
         )
         return [self.note(accepted)]
 
-    def scan(self, robot: int) -> tuple[Note, Scan]:
-        """Read a body's sensor."""
+    def scan(self, robot: int, revolutions: int) -> tuple[Note, Scan]:
+        """Read a body's sensor, so many revolutions or as many as fit into a scan."""
         pose = self.bodies.pose(robot - 1)
-        scan = self._sensor.read(robot - 1, pose, self.bodies.place_m, now_s=self.now_s)
+        scan = self._sensor.read(
+            robot - 1, pose, self.bodies.place_m, now_s=self.now_s, revolutions=revolutions
+        )
         served = ScanServed(
             robot=robot,
             x_m=pose.x_m,
             y_m=pose.y_m,
             heading_rad=pose.heading_rad,
+            revolutions=len(scan.ranges_m) // self._sensor.directions,
             hits=self._sensor.hits(scan),
         )
         return self.note(served), scan
@@ -153,12 +156,12 @@ class Arena:
             y_m=y_m,
             clearance_m=clearance_m,
         )
-
-
-def _sample(body: int, places_m: Floats, headings_rad: Floats) -> PoseSampled:
         if order.step == 0:
             return [done]
         step = StepFinished(robot=body + 1, step=order.step, x_m=x_m, y_m=y_m, clearance_m=clearance_m)
         return [done, step]
+
+
+def _sample(body: int, places_m: Floats, headings_rad: Floats) -> PoseSampled:
     x_m, y_m = places_m[body].tolist()
     return PoseSampled(robot=body + 1, x_m=x_m, y_m=y_m, heading_rad=float(headings_rad[body]))

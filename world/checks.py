@@ -61,7 +61,7 @@ def table(rows: Sequence[Sequence[float]] | None, obstacles: int, positions: int
             _refuse(f"table_m[{index}]", f"as many distances as obstacles = {obstacles}", len(row))
 
 
-def sight(sensor: SensorSection, range_m_used: float, closest_m: float) -> None:
+def sight(sensor: SensorSection, rays: int, range_m_used: float, closest_m: float) -> None:
     """The sensor is sure to see every obstacle in time: at twice the distance that is kept from it."""
     if sensor.range_m_max <= closest_m:
         _refuse("sensor.range_m_max", f"> radius + epsilon = {closest_m:g} m", sensor.range_m_max)
@@ -69,7 +69,7 @@ def sight(sensor: SensorSection, range_m_used: float, closest_m: float) -> None:
     if range_m_used < 2.0 * closest_m:
         raise ValueError(
             f"$.sensor: must be sure of every obstacle out to 2 (radius + epsilon) = {2.0 * closest_m:g} m, "
-            f"got {range_m_used:.6g} m with {sensor.directions} directions"
+            f"got {range_m_used:.6g} m with {rays} directions"
         )
 
 
@@ -136,7 +136,7 @@ def clear_of(
         spare_m = goal.tolerance_m if goal is not None and path == GOAL else 0.0
         if apart_m[nearest] < standoff_m - spare_m - ROUNDING_M or apart_m[nearest] == 0.0:
             how_near = "inside it" if apart_m[nearest] == 0.0 else f"{apart_m[nearest]:.6g} m"
-            rule = f">= {standoff_m - spare_m:g} m away from $.obstacle[{nearest}]"
+            rule = f">= {max(standoff_m - spare_m, 0.0):g} m away from $.obstacle[{nearest}]"
             _refuse(path, rule, f"{how_near} at {_at(place)}")
 
 

@@ -99,7 +99,7 @@ class World:
                 return self._hear_order(event.robot, event.drive)
             case ScanAsked():
                 self.attendance.hear(event.robot, wall_s=wall_s)
-                served, scan = self.arena.scan(event.robot)
+                served, scan = self.arena.scan(event.robot, event.revolutions)
                 return [served, ServeScan(event.robot, scan)]
             case TokenCame():
                 new = self.attendance.appear(event.robot, event.incarnation, wall_s=wall_s)

@@ -20,6 +20,7 @@ class ScanAsked:
     """A robot wants its sensor read."""
 
     robot: int
+    revolutions: int
 
 
 @dataclass(frozen=True, slots=True)

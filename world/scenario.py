@@ -12,9 +12,10 @@ from msgspec import Meta, Struct, field
 
 from protocol.errors import UsageError
 from protocol.frames import Length, Point
+from protocol.messages import RAYS_MAX
 from protocol.mission import Bounds, Mission
 from world import checks, reading, scene
-from world.budget import NOISE_SIGMAS, Budget, blind_per_range, budget, sure_range_m
+from world.budget import NOISE_SIGMAS, Budget, blind_per_range, budget, revolutions, sure_range_m
 from world.sections import DriveSection, Fleet, Goal, LawSection, SensorSection, Text, TimeSection
 from world.shapes import Ground, Shape, ground_of
 
@@ -23,6 +24,10 @@ Table = Annotated[
     tuple[tuple[Length, ...], ...],
     Meta(description="m, a row for each switching position, a column for each obstacle"),
 ]
+
+
+SURE_BERTHS = 4.0
+"""Where one revolution may miss thin obstacles so near, in least distances of a centre, more are taken."""
 
 
 class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -57,7 +62,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         checks.fleet(self.fleet)
         checks.law(self.law)
         checks.table(self.table_m, len(self.obstacles), self.switching_positions_max)
-        checks.sight(self.sensor, self.range_m_used, self.closest_m)
+        checks.sight(self.sensor, self.rays, self.range_m_used, self.closest_m)
         if self.law.law.promises_clearance:
             checks.errors_covered(self.law, self.error_budget)
         poses, radius_m = self.fleet.poses(), self.fleet.robot_radius_m
@@ -77,9 +82,26 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         return self.fleet.robot_radius_m + self.law.epsilon_m
 
     @property
+    def revolutions(self) -> int:
+        """How many of the scanner make a scan; under a law that promises nothing one, as in the paper."""
+        if not self.law.law.promises_clearance:
+            return 1
+        return revolutions(
+            self.obstacles,
+            self.sensor.directions,
+            wanted_m=min(self.sensor.range_m_max, SURE_BERTHS * self.closest_m),
+            rays_max=RAYS_MAX,
+        )
+
+    @property
+    def rays(self) -> int:
+        """Directions of a scan, of all its revolutions."""
+        return self.sensor.directions * self.revolutions
+
+    @property
     def range_m_used(self) -> float:
         """The range of the scans that robots get: as far as the sensor is sure to see every obstacle."""
-        return min(self.sensor.range_m_max, sure_range_m(self.obstacles, self.sensor.directions))
+        return min(self.sensor.range_m_max, sure_range_m(self.obstacles, self.rays))
 
     @property
     def range_error_m_max(self) -> float:
@@ -89,7 +111,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     @property
     def blind_per_range(self) -> float:
         """How far an obstacle may reach unseen past a ray that hit it, per metre of range."""
-        return blind_per_range(self.obstacles, self.sensor.directions)
+        return blind_per_range(self.obstacles, self.rays)
 
     @property
     def error_budget(self) -> Budget:
@@ -114,6 +136,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
             separation_m=self.fleet.separation_m,
             speed_mps=self.drive.speed_mps,
             directions=self.sensor.directions,
+            revolutions=self.revolutions,
             range_m_max=self.range_m_used,
             range_error_m_max=self.range_error_m_max,
             blind_per_range=self.blind_per_range,

@@ -6,7 +6,7 @@ import numpy as np
 
 from protocol.arrays import Floats, scan_bearings_rad
 from protocol.frames import Pose
-from protocol.messages import Scan
+from protocol.messages import RAYS_MAX, Scan
 from world.rays import cast, noisy
 from world.scenario import Scenario
 
@@ -15,21 +15,23 @@ class Sensor:
     """Reads scans of the obstacles and of the other bodies, each body with its own stream of errors."""
 
     def __init__(self, scenario: Scenario, errors: Sequence[np.random.Generator]) -> None:
+        self.directions = scenario.sensor.directions
+        """Of one revolution."""
         self._ground = scenario.ground
         self._errors = errors
-        self._bearings_rad = scan_bearings_rad(scenario.sensor.directions)
         self._radius_m = scenario.fleet.robot_radius_m
         self._sigma_m = scenario.sensor.range_sigma_m
         self._error_m_max = scenario.range_error_m_max
         self._range_m_max = scenario.range_m_used
 
-    def read(self, body: int, pose: Pose, places_m: Floats, *, now_s: float) -> Scan:
+    def read(self, body: int, pose: Pose, places_m: Floats, *, now_s: float, revolutions: int) -> Scan:
         """The scan of one body among bodies at these places [world frame]."""
+        rays = self.directions * max(1, min(revolutions, RAYS_MAX // self.directions))
         others_m = np.delete(places_m, body, axis=0)
         ranges_m = cast(
             self._ground,
             places_m[body],
-            self._bearings_rad,
+            scan_bearings_rad(rays),
             range_m_max=self._range_m_max,
             discs=np.column_stack((others_m, np.full(len(others_m), self._radius_m))),
         )

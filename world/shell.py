@@ -16,7 +16,7 @@ from pathlib import Path
 from protocol.ending import asked_to_end
 from protocol.exit_codes import ExitCode
 from protocol.keys import WORLD, robot_name, robot_number
-from protocol.messages import Drive, LogBatch, Logged, Message
+from protocol.messages import Drive, LogBatch, Logged, Message, ScanQuery
 from protocol.session import Session
 from protocol.timeline import Entry, Record
 from protocol.transport import Appeared, Arrival, Asked, Heard, Refused, Transport, Vanished
@@ -143,8 +143,8 @@ class _Life:
                 self._write(robot_name(robot), batch.entries)
                 up_to = self._recorder.up_to(robot_name(robot))
                 self._transport.put(self._keys.logged(robot_name(robot)), Logged(up_to=up_to))
-            case Asked(answer=answer):
-                self._handle(ScanAsked(robot), answer)
+            case Asked(message=ScanQuery(revolutions=revolutions), answer=answer):
+                self._handle(ScanAsked(robot, revolutions), answer)
             case Appeared(key):
                 self._handle(TokenCame(robot, self._keys.part(key, 2)))
             case Vanished(key):

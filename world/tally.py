@@ -61,8 +61,8 @@ class Tally:
         match entry.record:
             case RobotDied() as death:
                 self.deaths.append((entry.t_s, death))
-            case ScanServed():
-                self.scans += 1
+            case ScanServed(revolutions=revolutions):
+                self.scans += revolutions
             case OrderAccepted(step=1) as order if not self.switching_positions:
                 self.switching_positions.append(Point(x_m=order.x_m, y_m=order.y_m))
             case StepFinished() as step:
