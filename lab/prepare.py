@@ -8,17 +8,15 @@ Rule 2: every value goes to bash through `shlex.quote`.
 """
 
 import asyncio
-import contextlib
-import re
 import secrets
 import shlex
 import sys
-import tempfile
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
 from lab.request import Request, parse, world_options
+from lab.run_folder import LATEST, RUNS, folder_name, make_folder
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.keys import WORLD
@@ -27,7 +25,6 @@ from protocol.zenoh_transport import open_transport
 from world.scenario import load
 
 FLEET = "clew"  # the run, which stands in every key beside it, is what tells two fleets apart
-RUNS = Path("runs")
 
 
 def run_name(now: datetime, token: str) -> str:
@@ -35,38 +32,11 @@ def run_name(now: datetime, token: str) -> str:
     return f"{now:%Y%m%dT%H%M%SZ}-{token}"
 
 
-def folder_name(now: datetime, scenario: str, token: str) -> str:
-    """The name of the run's folder in `runs/`."""
-    stem = re.sub(r"[^A-Za-z0-9_]+", "-", Path(scenario).stem).strip("-") or "scenario"
-    return f"{now:%Y%m%dT%H%M%SZ}-{stem}-{token}"
-
-
 def assignment(name: str, value: str | Sequence[str]) -> str:
     """A line of bash that gives a variable, or an array, exactly this value."""
     if isinstance(value, str):
         return f"{name}={shlex.quote(value)}"
     return f"{name}=({' '.join(map(shlex.quote, value))})"
-
-
-def make_folder(folder: Path) -> list[Path]:
-    """Make the run's folder, or take an empty one as it is; returns the folders that are new, deepest first.
-
-    Raises:
-        UsageError: it cannot be made or written to, or holds something already.
-    """
-    missing: list[Path] = []
-    try:
-        missing = [path for path in (folder, *folder.parents) if not path.exists()]
-        folder.mkdir(parents=True, exist_ok=True)
-        if any(folder.iterdir()):
-            raise UsageError(f"--out {folder}: it is not empty, and a run never writes into another's folder")
-        with tempfile.TemporaryFile(dir=folder):
-            return missing
-    except OSError as error:
-        for path in missing:
-            with contextlib.suppress(OSError):
-                path.rmdir()
-        raise UsageError(f"cannot write a run into {folder}: {error.strerror or error}") from error
 
 
 async def probe(session: Session) -> None:
@@ -106,7 +76,7 @@ def prepare(request: Request, private: Path) -> list[str]:
         assignment("as_json", str(int(request.as_json))),
         assignment("run_folder", str(folder)),
         assignment("made_folders", [str(path) for path in made]),
-        assignment("latest", "" if request.out else str(RUNS / "latest")),
+        assignment("latest", "" if request.out else str(LATEST)),
         assignment("world_options", world_options(request)),
     ]
 

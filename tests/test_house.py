@@ -29,8 +29,15 @@ ONLY_IN = {
         "protocol/zenoh_transport.py",
         "world/shell.py",
     },
-    "time": {"agents/shell.py", "world/shell.py"},
-    "datetime": {"lab/prepare.py", "world/shell.py"},
+    "time": {"agents/shell.py", "lab/campaign_episode.py", "lab/rehearse.py", "world/shell.py"},
+    "datetime": {
+        "lab/campaign_verb.py",
+        "lab/prepare.py",
+        "lab/rehearse.py",
+        "lab/rehearse_verb.py",
+        "lab/run_folder.py",
+        "world/shell.py",
+    },
     "random": {"lab/network.py", "lab/rehearsal.py"},  # who are handed a stream, and draw from no other
 }
 

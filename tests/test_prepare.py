@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lab.prepare import assignment, folder_name, main, run_name
+from lab.prepare import assignment, main, run_name
 from lab.request import parse, world_options
+from lab.run_folder import folder_name
 from protocol.errors import UsageError
 from protocol.session import read_session
 

@@ -1,0 +1,212 @@
+"""An episode of a campaign: one scene rehearsed with one seed, and what came of it.
+
+Rule 1: whatever an episode does (raise, never end), it is an outcome, and the campaign goes on.
+Rule 2: a surprise is an outcome that a fleet that keeps its promises never has.
+"""
+
+import signal
+import time
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from types import FrameType
+
+from msgspec import Struct
+
+from lab.campaign_scenes import solvable
+from lab.network import NetworkFaults
+from lab.rehearsal import Rehearsal
+from lab.rehearse import EPOCH, verdict_on
+from world.core import World
+from world.ending import Ending
+from world.scenario import load
+from world.verdict import Verdict
+
+CRASHED, OUT_OF_TIME = "crashed", "out of wall-clock time"
+
+
+class Surprise(StrEnum):
+    """What an outcome has that it should not have."""
+
+    NONE = "none"
+    VIOLATION = "violation"
+    UNREACHED = "unreached"
+    """There is a way, and not all robots arrived."""
+    FALSE_NO_ROUTE = "false_no_route"
+    """There is a way, and the leader said that there is none."""
+    MISSED_NO_ROUTE = "missed_no_route"
+    """There is no way, and the leader did not say so."""
+    CRASHED = "crashed"
+
+
+class Episode(Struct, frozen=True, kw_only=True):
+    """What to rehearse."""
+
+    key: str
+    """Two episodes share it exactly when they have to end in the same way."""
+    path: str
+    family: str
+    seed: int
+    robots: int | None
+    law: str | None
+    widest_path_radius_m: float | None
+    wall_s_max: float
+
+    @property
+    def replay(self) -> str:
+        """The command line that does the same alone."""
+        robots = "" if self.robots is None else f" -n {self.robots}"
+        law = "" if self.law is None else f" --law {self.law}"
+        return f"./launch/clew rehearse {self.path}{robots}{law} --seed {self.seed}"
+
+
+class Outcome(Struct, frozen=True, kw_only=True):
+    """What came of an episode: a line of `episodes.jsonl`. docs/campaign.md says what each field means."""
+
+    key: str
+    scene: str
+    family: str
+    seed: int
+    robots: int | None
+    ok: bool
+    ending: str
+    reason: str
+    surprise: Surprise
+    robots_arrived: int = 0
+    goal_reached: bool = False
+    no_route: bool = False
+    solvable: bool | None = None
+    violations: int = 0
+    violations_by_invariant: dict[str, int] = {}
+    clearance_m_min: float | None = None
+    clearance_margin_m: float | None = None
+    separation_m_min: float | None = None
+    switching_steps: int = 0
+    planning_events: int = 0
+    path_m: float = 0.0
+    events_per_m: float | None = None
+    sim_s: float = 0.0
+    wall_s: float
+    replay: str
+
+    @property
+    def reached(self) -> bool:
+        """Whether the whole fleet is where it should be."""
+        return self.robots_arrived == self.robots
+
+    @property
+    def ended(self) -> bool:
+        """Whether it came to an end of its own."""
+        return self.ending not in (CRASHED, OUT_OF_TIME)
+
+
+class _OutOfTimeError(Exception):
+    """The wall-clock limit struck."""
+
+
+def play(episode: Episode) -> Outcome:
+    """Rehearse an episode to its outcome."""
+    started_wall_s = time.monotonic()
+    rehearsal: Rehearsal | None = None
+    try:
+        with _wall_clock_limit(episode.wall_s_max):
+            scenario = load(episode.path, robots=episode.robots, law=episode.law)
+            rehearsal = Rehearsal(scenario, episode.seed, NetworkFaults())
+            rehearsal.run()
+    except _OutOfTimeError:
+        at = "while loading" if rehearsal is None else f"at t={rehearsal.world.now_s:.1f} s"
+        reason = f"the wall-clock limit of {episode.wall_s_max:g} s struck {at}"
+        return failed(episode, OUT_OF_TIME, reason, time.monotonic() - started_wall_s)
+    except Exception as error:
+        return failed(episode, CRASHED, _last_line(error), time.monotonic() - started_wall_s)
+    wall_s = time.monotonic() - started_wall_s
+    verdict = verdict_on(rehearsal, episode.seed, started_at=EPOCH, wall_s=wall_s)
+    return _outcome(episode, verdict, rehearsal.world)
+
+
+def surprise_of(verdict: Verdict, *, no_route: bool, solvable: bool | None) -> Surprise:
+    """What is surprising about a run."""
+    if verdict.violations:
+        return Surprise.VIOLATION
+    if solvable and no_route:
+        return Surprise.FALSE_NO_ROUTE
+    if solvable and verdict.robots_arrived < verdict.robots:
+        return Surprise.UNREACHED
+    if solvable is False and not no_route:
+        return Surprise.MISSED_NO_ROUTE
+    return Surprise.NONE
+
+
+def _outcome(episode: Episode, verdict: Verdict, world: World) -> Outcome:
+    has_way = solvable(episode.widest_path_radius_m, world.scenario)
+    no_route = world.ending is Ending.ROUTE_LOST
+    least_m = verdict.clearance_m_min
+    return Outcome(
+        key=episode.key,
+        scene=Path(episode.path).stem,
+        family=episode.family,
+        seed=episode.seed,
+        robots=verdict.robots,
+        ok=verdict.ok,
+        ending=str(world.ending),
+        reason=verdict.reason,
+        surprise=surprise_of(verdict, no_route=no_route, solvable=has_way),
+        robots_arrived=verdict.robots_arrived,
+        goal_reached=verdict.goal_reached,
+        no_route=no_route,
+        solvable=has_way,
+        violations=verdict.violations,
+        violations_by_invariant=verdict.violations_by_invariant,
+        clearance_m_min=least_m,
+        clearance_margin_m=None if least_m is None else least_m - verdict.clearance_m_required,
+        separation_m_min=verdict.separation_m_min,
+        switching_steps=verdict.switching_steps,
+        planning_events=verdict.planning_events,
+        path_m=verdict.path_m,
+        events_per_m=verdict.planning_events / verdict.path_m if verdict.path_m > 0.0 else None,
+        sim_s=verdict.sim_s,
+        wall_s=verdict.wall_s,
+        replay=episode.replay,
+    )
+
+
+def failed(episode: Episode, ending: str, reason: str, wall_s: float) -> Outcome:
+    """The outcome of an episode that came to no end of its own."""
+    return Outcome(
+        key=episode.key,
+        scene=Path(episode.path).stem,
+        family=episode.family,
+        seed=episode.seed,
+        robots=episode.robots,
+        ok=False,
+        ending=ending,
+        reason=reason,
+        surprise=Surprise.CRASHED,
+        wall_s=wall_s,
+        replay=episode.replay,
+    )
+
+
+def _last_line(error: Exception) -> str:
+    """What an exception says, and where it was raised."""
+    said = traceback.format_exception_only(error)[-1].strip().splitlines()[-1]
+    frame = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{said} ({Path(frame.filename).name}:{frame.lineno})"
+
+
+@contextmanager
+def _wall_clock_limit(limit_s: float) -> Iterator[None]:
+    """Raise inside when the time is up, even where nothing ever comes back."""
+
+    def strike(_number: int, _frame: FrameType | None) -> None:
+        raise _OutOfTimeError
+
+    before = signal.signal(signal.SIGALRM, strike)
+    signal.setitimer(signal.ITIMER_REAL, limit_s)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)

@@ -1,0 +1,70 @@
+"""Plays episodes on several processes, and gives their outcomes as they come.
+
+Rule 1: an episode whose process dies is an outcome as well. Those that were on when it died are played
+        again, each alone, so that the right one is blamed.
+Rule 2: a worker never sees a Ctrl-C: the campaign ends it.
+"""
+
+import multiprocessing
+import os
+import signal
+from collections import deque
+from collections.abc import Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+
+from lab.campaign_episode import CRASHED, Episode, Outcome, failed, play
+
+
+def outcomes_of(episodes: Sequence[Episode], jobs: int) -> Iterator[Outcome]:
+    """The outcomes, in the order in which they come; with one job, in this process."""
+    if jobs == 1:
+        yield from map(play, episodes)
+        return
+    # The parent's numpy is there already; workers start afresh, and read this before theirs loads.
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"
+    waiting, running = deque(episodes), list[Episode]()
+    while waiting or running:
+        try:
+            yield from _pooled(waiting, running, jobs)
+        except BrokenProcessPool:
+            suspects = running.copy()
+            running.clear()
+            yield from map(_alone, suspects)
+
+
+def _pooled(waiting: deque[Episode], running: list[Episode], jobs: int) -> Iterator[Outcome]:
+    """Keep all workers busy; what is on them stands in `running`."""
+    with _pool(jobs) as pool:
+        futures: dict[Future[Outcome], Episode] = {}
+        try:
+            while waiting or futures:
+                while waiting and len(futures) < jobs:
+                    running.append(waiting.popleft())
+                    futures[pool.submit(play, running[-1])] = running[-1]
+                done, _ = wait(futures, return_when=FIRST_COMPLETED)
+                for future in done:
+                    outcome = future.result()
+                    running.remove(futures.pop(future))
+                    yield outcome
+        finally:
+            if futures:  # interrupted or broken: nobody waits for these
+                for worker in multiprocessing.active_children():
+                    worker.terminate()
+
+
+def _alone(episode: Episode) -> Outcome:
+    with _pool(1) as pool:
+        try:
+            return pool.submit(play, episode).result()
+        except BrokenProcessPool:
+            return failed(episode, CRASHED, "its process died", 0.0)
+
+
+def _pool(jobs: int) -> ProcessPoolExecutor:
+    context = multiprocessing.get_context("spawn")
+    return ProcessPoolExecutor(jobs, mp_context=context, initializer=_ignore_interrupts)
+
+
+def _ignore_interrupts() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,0 +1,134 @@
+"""`clew campaign`: many scenes, several seeds, a table by family."""
+
+import re
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+
+import click
+from rich.console import Console
+from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from lab.campaign import CAMPAIGN_FILE, Campaign, Request, cores, run
+from lab.campaign_figures import table
+from lab.options import AS_JSON, LAW, ROBOTS
+from lab.run_folder import RUNS
+from protocol.exit_codes import ExitCode
+from world.options import SEED_MAX
+
+Watch = Callable[[int, int, int], None]
+
+PIPE_COLUMNS = 140  # the table's width where stdout is no terminal
+REPORTS = 20  # lines of progress where stderr is no terminal: one for each 5 %
+
+
+def _seeds(_ctx: click.Context, _param: click.Parameter, said: str) -> tuple[int, ...]:
+    """The seeds that a text says, each once."""
+    seeds: list[int] = []
+    for part in said.split(","):
+        match = re.fullmatch(r"(\d{1,16})(?:-(\d{1,16}))?", part, re.ASCII)
+        if match is None or not int(match[1]) <= int(match[2] or match[1]) <= SEED_MAX:
+            raise click.BadParameter(f"must be like 1, 1-3 or 1,4-6, up to 2**53 - 1, got {said}")
+        seeds += range(int(match[1]), int(match[2] or match[1]) + 1)
+    return tuple(dict.fromkeys(seeds))
+
+
+@click.command()
+@click.option(
+    "--scenes",
+    "roots",
+    multiple=True,
+    required=True,
+    type=click.Path(path_type=Path),
+    help="May be repeated.",
+)
+@click.argument("more", nargs=-1, type=click.Path(path_type=Path))
+@click.option("--robots", type=ROBOTS, help="Robots, instead of each scenario's (of a scene: 5).")
+@click.option("--seeds", callback=_seeds, default="1", show_default=True, help="Like 1, 1-3 or 1,4-6.")
+@LAW
+@click.option(
+    "--tight",
+    type=click.FloatRange(0.0, 2.0, min_open=True),
+    help="Give each scene a robot whose r + epsilon is this share of its widest path.",
+)
+@click.option("--jobs", type=click.IntRange(1), help="Processes; 1: this one. Default: as many as cores.")
+@click.option("--out", type=click.Path(path_type=Path), help="The campaign's folder; the same again goes on.")
+@click.option(
+    "--wall-s-max",
+    type=click.FloatRange(0.0, min_open=True),
+    default=300.0,
+    show_default=True,
+    help="Longest that an episode may take [s].",
+)
+@AS_JSON
+@click.pass_context
+def campaign(
+    ctx: click.Context,
+    roots: tuple[Path, ...],
+    more: tuple[Path, ...],
+    *,
+    robots: int | None,
+    seeds: tuple[int, ...],
+    law: str | None,
+    tight: float | None,
+    jobs: int | None,
+    out: Path | None,
+    wall_s_max: float,
+    as_json: bool,
+) -> None:
+    """Rehearse every scene below --scenes DIR... with every seed; say what surprises, family by family.
+
+    Exit code: 0 no surprise, 1 a surprise, 2 it cannot be done as asked, 130 interrupted.
+    """
+    request = Request(
+        roots=(*roots, *more),
+        robots=robots,
+        seeds=seeds,
+        law=law,
+        tight=tight,
+        jobs=jobs or cores(),
+        out=out or RUNS / f"campaign-{datetime.now(UTC):%Y%m%dT%H%M%SZ}",
+        wall_s_max=wall_s_max,
+    )
+    with _watching() as watch:
+        result = run(request, watch)
+    if as_json:
+        click.echo((request.out / CAMPAIGN_FILE).read_text(encoding="utf-8"), nl=False)
+    else:
+        _print(result, request.out)
+    ctx.exit(ExitCode.INTERRUPTED if result.interrupted else 0 if result.ok else ExitCode.FAILED)
+
+
+def _print(result: Campaign, out: Path) -> None:
+    console = Console() if sys.stdout.isatty() else Console(width=PIPE_COLUMNS)
+    console.print(table(result.families, result.all))
+    for outcome in result.surprises:
+        click.echo(
+            f"{outcome.surprise}: {outcome.family}/{outcome.scene}, seed {outcome.seed}: {outcome.reason}"
+        )
+        click.echo(f"    {outcome.replay}")
+    word = "INTERRUPTED" if result.interrupted else "OK" if result.ok else "FAILED"
+    done, asked = result.all.episodes, result.episodes_asked
+    click.echo(f"{word}: {done} of {asked} episodes, {len(result.surprises)} surprises. Campaign: {out}")
+
+
+@contextmanager
+def _watching() -> Iterator[Watch]:
+    """Who is told of the progress: a bar on a terminal, else a line now and then."""
+    if not sys.stderr.isatty():
+        yield _report
+        return
+    columns = (*Progress.get_default_columns()[:2], MofNCompleteColumn(), TimeElapsedColumn())
+    remaining = (TimeRemainingColumn(), TextColumn("{task.fields[surprises]} surprises"))
+    with Progress(*columns, *remaining, console=Console(stderr=True)) as progress:
+        task = progress.add_task("episodes", surprises=0)
+        yield lambda done, asked, surprises: progress.update(
+            task, completed=done, total=asked, surprises=surprises
+        )
+
+
+def _report(done: int, asked: int, surprises: int) -> None:
+    if done == asked or done * REPORTS // asked > (done - 1) * REPORTS // asked:
+        click.echo(f"{done} of {asked} episodes, {surprises} surprises", err=True)

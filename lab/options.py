@@ -1,0 +1,14 @@
+"""Options that several verbs of the command line take."""
+
+import click
+
+from protocol.frames import ROBOTS_MAX
+from protocol.mission import Law
+from world.options import SEED_MAX
+
+AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON, for programs.")
+LAW = click.option(
+    "--law", type=click.Choice([law.value for law in Law]), help="The law, instead of the scenario's."
+)
+ROBOTS = click.IntRange(1, ROBOTS_MAX)
+SEED = click.IntRange(0, SEED_MAX)

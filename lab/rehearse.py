@@ -1,0 +1,91 @@
+"""Rehearses one run into a folder, as a live run writes it: `events.jsonl`, then `verdict.json`. A shell.
+
+Rule 1: the timeline is decided by scenario and seed to the last byte; what the wall clock says stands in the
+        verdict alone (`started_at`, `wall_s`, `cpu_s`).
+Rule 2: SIGINT and SIGTERM end the rehearsed run as they end a live one: it is judged and has its verdict.
+"""
+
+import signal
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from types import FrameType
+
+from lab.network import NetworkFaults
+from lab.rehearsal import Rehearsal
+from protocol.exit_codes import ExitCode
+from protocol.keys import WORLD
+from world.closing import Circumstances, verdict_of
+from world.progress import progress
+from world.recorder import Header, Recorder, open_events
+from world.run_files import header_of, save_verdict
+from world.scenario import Scenario
+from world.verdict import Verdict
+
+EPOCH = "1970-01-01T00:00:00+00:00"  # when every rehearsal starts, by its own clock: `hlc` counts from there
+FINGERPRINT_LENGTH = 12  # 48 bits: enough to tell scenarios apart in the name of a run
+
+
+def rehearse(scenario: Scenario, seed: int, folder: Path, say: Callable[[str], None]) -> Verdict:
+    """Rehearse a run into its folder, which is there; `say` is told what people wait for.
+
+    Raises:
+        UsageError: a run stands in the folder already.
+        RecordingFailedError: timeline or verdict cannot be written.
+    """
+    started_at, started_wall_s = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
+    with open_events(folder) as file, _asked_to_end() as asked:
+        recorder = Recorder(file, _header(scenario, seed))
+        rehearsal = Rehearsal(scenario, seed, NetworkFaults())
+        written = 0
+        for _ in rehearsal.ticks():
+            for source, entry in rehearsal.entries[written:]:
+                recorder.take(source, [entry])
+                if (sentence := progress(source, entry)) is not None:
+                    say(sentence)
+            written = len(rehearsal.entries)
+            if asked:
+                rehearsal.stop(asked.pop())
+    verdict = verdict_on(rehearsal, seed, started_at=started_at, wall_s=time.monotonic() - started_wall_s)
+    save_verdict(verdict, folder)
+    return verdict
+
+
+def verdict_on(rehearsal: Rehearsal, seed: int, *, started_at: str, wall_s: float) -> Verdict:
+    """The verdict on a rehearsal that has come to its end."""
+    return verdict_of(
+        rehearsal.world,
+        Circumstances(
+            seed=seed,
+            speed=None,
+            started_at=started_at,
+            traffic=rehearsal.account,
+            recorded=len(rehearsal.entries),
+            missing=0,
+            wall_s=wall_s,
+            cpu_s=time.process_time(),
+        ),
+    )
+
+
+def _header(scenario: Scenario, seed: int) -> Header:
+    run = f"rehearsal-{scenario.fingerprint()[:FINGERPRINT_LENGTH]}-{seed}"
+    return header_of(scenario, run=run, seed=seed, speed=None, started_at=EPOCH, hlc=f"0/{WORLD}")
+
+
+@contextmanager
+def _asked_to_end() -> Iterator[list[ExitCode]]:
+    """A list that gets an exit code when this process is asked to end."""
+    asked: list[ExitCode] = []
+
+    def ask(number: int, _frame: FrameType | None) -> None:
+        asked.append(ExitCode.INTERRUPTED if number == signal.SIGINT else ExitCode.TERMINATED)
+
+    before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield asked
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

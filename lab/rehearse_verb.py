@@ -1,0 +1,50 @@
+"""`clew rehearse`: one run in one process, in virtual time."""
+
+import secrets
+from datetime import UTC, datetime
+from pathlib import Path
+
+import click
+
+from lab import timeline
+from lab.options import AS_JSON, LAW, ROBOTS, SEED
+from lab.rehearse import rehearse as rehearse_into
+from lab.report import report
+from lab.run_folder import RUNS, folder_name, make_folder, make_latest
+from world.scenario import load
+from world.verdict import VERDICT_FILE
+
+
+@click.command()
+@click.argument("scenario", default="paper")
+@click.option("-n", "robots", type=ROBOTS, help="Robots, instead of the scenario's.")
+@click.option("--seed", type=SEED, default=1, show_default=True, help="Decides every random draw.")
+@LAW
+@click.option("--out", type=click.Path(path_type=Path), help="The run's folder; default: a new one in runs/.")
+@AS_JSON
+@click.pass_context
+def rehearse(
+    ctx: click.Context,
+    scenario: str,
+    *,
+    robots: int | None,
+    seed: int,
+    law: str | None,
+    out: Path | None,
+    as_json: bool,
+) -> None:
+    """Run a whole fleet in this process, in virtual time; the same seed gives the same timeline.
+
+    SCENARIO is what launch/fleet.sh takes, and so are the run's folder, the report and the exit code.
+    """
+    loaded = load(scenario, robots=robots, law=law)
+    folder = out or RUNS / folder_name(datetime.now(UTC), scenario, secrets.token_hex(2))
+    make_folder(folder)
+    if out is None:
+        make_latest(folder)
+    verdict = rehearse_into(loaded, seed, folder, lambda said: click.echo(f"rehearsal: {said}", err=True))
+    if as_json:
+        click.echo((folder / VERDICT_FILE).read_text(encoding="utf-8"), nl=False)
+    else:
+        click.echo("\n".join(report(str(folder), timeline.read(folder), verdict)))
+    ctx.exit(verdict.exit_code)

@@ -1,0 +1,46 @@
+"""The folder of a run: what it is called, how it is made, and which one `runs/latest` is."""
+
+import contextlib
+import re
+import tempfile
+from datetime import datetime
+from pathlib import Path
+
+from protocol.errors import UsageError
+
+RUNS = Path("runs")
+LATEST = RUNS / "latest"
+
+
+def folder_name(now: datetime, scenario: str, token: str) -> str:
+    """The name of the run's folder in `runs/`."""
+    stem = re.sub(r"[^A-Za-z0-9_]+", "-", Path(scenario).stem).strip("-") or "scenario"
+    return f"{now:%Y%m%dT%H%M%SZ}-{stem}-{token}"
+
+
+def make_folder(folder: Path) -> list[Path]:
+    """Make the run's folder, or take an empty one as it is; returns the folders that are new, deepest first.
+
+    Raises:
+        UsageError: it cannot be made or written to, or holds something already.
+    """
+    missing: list[Path] = []
+    try:
+        missing = [path for path in (folder, *folder.parents) if not path.exists()]
+        folder.mkdir(parents=True, exist_ok=True)
+        if any(folder.iterdir()):
+            raise UsageError(f"--out {folder}: it is not empty, and a run never writes into another's folder")
+        with tempfile.TemporaryFile(dir=folder):
+            return missing
+    except OSError as error:
+        for path in missing:
+            with contextlib.suppress(OSError):
+                path.rmdir()
+        raise UsageError(f"cannot write a run into {folder}: {error.strerror or error}") from error
+
+
+def make_latest(folder: Path) -> None:
+    """Let `runs/latest` be this folder in `runs/`, in one step: it never leads nowhere."""
+    link = LATEST.with_name(f"{folder.name}.link")
+    link.symlink_to(folder.name)
+    link.replace(LATEST)
