@@ -23,6 +23,8 @@ class Finding(Struct, frozen=True, kw_only=True):
     clearance_m_min: float | None
     """None: there was never an obstacle."""
     clearance_m_required: float
+    moving_clearance_m_min: float | None
+    """None: nothing moved but robots."""
     separation_m_min: float | None
     """None: there was never a second robot."""
     separation_m_required: float
@@ -49,6 +51,7 @@ def check(timeline: Timeline) -> Finding:
         violations_by_invariant=judgement.violations,
         clearance_m_min=finite(judgement.least_clearance.distance_m),
         clearance_m_required=promises.clearance_m_required,
+        moving_clearance_m_min=finite(judgement.least_moving_clearance.distance_m),
         separation_m_min=finite(judgement.least_separation.distance_m),
         separation_m_required=promises.separation_m_required,
         path_m=judgement.path_m,

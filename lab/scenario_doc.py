@@ -12,9 +12,9 @@ DOCUMENT = Path(__file__).parents[1] / "docs" / "scenario.md"
 HEAD = """# A scenario file
 
 All that a run is made of, in TOML. This page is made from the types in `world/scenario.py`,
-`world/sections.py` and `world/shapes.py` by `python -m lab.scenario_doc`; a test keeps the two the same. For
-editors there is the same as a JSON Schema, `launch/scenarios/scenario.schema.json` (begin the file with
-`#:schema` and its path); `clew schema` prints it.
+`world/sections.py`, `world/shapes.py` and `world/moving.py` by `python -m lab.scenario_doc`; a test keeps the
+two the same. For editors there is the same as a JSON Schema, `launch/scenarios/scenario.schema.json` (begin
+the file with `#:schema` and its path); `clew schema` prints it.
 
 What cannot work is refused in one line, with exit code 2, before anything starts: the file, the field, what
 it must be, and what the file says. A field that is not on this page is refused too. Places are in the world
@@ -32,6 +32,8 @@ RELATIONS = """## What has to fit together
   tolerance less), and `mu0_m` covers the error budget: range noise + drive error, which a refusal names one
   by one. What rays leave unseen the certificate keeps on top: up to the spacing of the rays at that range,
   more past sharp corners. Under the other laws it is enough not to touch.
+- The times of a track increase, and no leg of it is faster than `obstacle_speed_mps_max`, nor than 100 m/s.
+  No two moving obstacles have the same `id`, and none touches a robot at t = 0.
 - `table_m` has a row for each of `switching_positions_max`, and a column for each obstacle.
 """
 
@@ -42,6 +44,14 @@ QUEUE = """## How a queue stands
 (0.9, 2.0). All face the same way. So there has to be room behind `start` for all `robots`, and for more if
 `-n` asks for more. In a scene (JSON) the spacing is three radii. Numbers do not say who leads: robots line up
 by where they stand.
+"""
+
+TRACKS = """## How an obstacle moves
+
+It goes straight and evenly from one place of its track to the next, and does not turn. It stands at the first
+place before the first time, and at the last after the last. Robots see it where it is when they take a scan;
+beforehand they are told no more than `obstacle_speed_mps_max`. The promise is passive: no robot touches it
+while the robot itself drives. It may drive into a robot that stands, and through it.
 """
 
 EXAMPLE = """name = "gate"
@@ -89,6 +99,12 @@ shape = "circle"
 centre_m = [2.5, 1.6]
 radius_m = 0.2
 
+[[moving]]
+id = "cart"
+shape = "circle"
+radius_m = 0.15
+track = [[0.0, 3.2, 0.3], [6.0, 3.2, 1.7]]
+
 [[obstacle]]
 shape = "polygon"
 vertices_m = [[2.3, 0.2], [2.7, 0.2], [2.7, 0.6], [2.3, 0.6]]
@@ -106,11 +122,12 @@ def document() -> str:
         if "$ref" in field
     ]
     shapes = [
-        _section(f'`[[obstacle]]`, `shape = "{name}"`', components[name_of({"$ref": reference})], components)
-        for name, reference in fields["obstacle"]["items"]["discriminator"]["mapping"].items()
+        _section(f'`[[{key}]]`, `shape = "{name}"`', components[name_of({"$ref": reference})], components)
+        for key in ("obstacle", "moving")
+        for name, reference in fields[key]["items"]["discriminator"]["mapping"].items()
     ]
     example = f"## A complete example\n\n```toml\n{EXAMPLE}```\n"
-    return "\n".join([HEAD, top, *sections, *shapes, RELATIONS, QUEUE, example])
+    return "\n".join([HEAD, top, *sections, *shapes, RELATIONS, QUEUE, TRACKS, example])
 
 
 def _section(title: str, described: Schema, components: Schema) -> str:

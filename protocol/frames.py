@@ -11,7 +11,8 @@ from msgspec import Meta, Struct
 Metres = Annotated[float, Meta(ge=-1e6, le=1e6)]
 Length = Annotated[float, Meta(ge=0.0, le=1e6, description="m")]
 Seconds = Annotated[float, Meta(ge=0.0, le=1e9)]
-Speed = Annotated[float, Meta(ge=0.0, le=100.0)]
+SPEED_MPS_MAX = 100.0
+Speed = Annotated[float, Meta(ge=0.0, le=SPEED_MPS_MAX)]
 Radians = Annotated[float, Meta(ge=-math.pi, le=math.pi)]
 Count = Annotated[int, Meta(ge=0, le=2**53)]  # 2**53: what JSON readers keep exact
 ROBOTS_MAX = 2000  # what a robot counts of so many musters still fits into one message, at 65 kB

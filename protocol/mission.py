@@ -56,6 +56,8 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
     bounds: Bounds | None = None
     switching_positions_max: Annotated[int, Meta(ge=1, le=2**53)] | None = None
     """Without a goal the leader stops at this many switching positions (the paper stops at 11)."""
+    obstacle_speed_mps_max: Speed = 0.0
+    """No obstacle moves faster; 0: nothing moves."""
 
     @property
     def berth_m(self) -> float:

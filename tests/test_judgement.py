@@ -10,7 +10,7 @@ from tests.world_scenarios import scenario
 from tests.world_stage import Stage
 from world.events import StopAsked
 from world.judgement import judge
-from world.monitor import Monitor, Promises
+from world.monitor import Monitor
 
 places = st.builds(lambda x_m, y_m: Point(x_m=x_m, y_m=y_m), st.floats(-3, 5), st.floats(-2, 2))
 orders = st.lists(st.tuples(st.integers(1, 3), places, st.integers(0, 60)), max_size=8)
@@ -18,7 +18,7 @@ orders = st.lists(st.tuples(st.integers(1, 3), places, st.integers(0, 60)), max_
 
 def driven(stage: Stage, plan: list[tuple[int, Point, int]]) -> Monitor:
     """Drive robots here and there, watched tick by tick by a monitor of the test's own."""
-    watcher = Monitor(stage.world.scenario.ground, Promises.of(stage.world.scenario))
+    watcher = Monitor.of(stage.world.scenario)
     stage.begin()
     placed_m = stage.world.bodies.place_m
     watcher.watch(placed_m, placed_m, t_s=0.0)

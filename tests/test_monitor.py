@@ -13,10 +13,12 @@ from protocol.timeline import PromiseBroken
 from tests.world_scenarios import scenario
 from world.clearance import separations
 from world.monitor import Monitor, Promises
+from world.movers import Movers
 
 quietly = settings(deadline=None)  # the machine may be busy
 places = st.lists(st.tuples(st.floats(-3, 5), st.floats(-2, 2)), min_size=3, max_size=3)
 GROUND = scenario().ground
+NOTHING_MOVES = Movers.of(())
 OBSTACLES = unary_union(
     [Point(1.5, 0.6).buffer(0.3, quad_segs=256), Polygon([(2, -1.5), (3, -1.5), (3, -0.5), (2, -0.5)])]
 )
@@ -28,6 +30,7 @@ def monitor(
     clearance_m: float = 0.08,
     separation_m: float = 0.08,
     bounds: Bounds | None = None,
+    movers: Movers = NOTHING_MOVES,
 ) -> Monitor:
     promises = Promises(
         radius_m=radius_m,
@@ -35,7 +38,7 @@ def monitor(
         separation_m_required=separation_m,
         bounds=bounds,
     )
-    return Monitor(GROUND, promises)
+    return Monitor(GROUND, movers, promises)
 
 
 def play(watcher: Monitor, *instants: list[tuple[float, float]]) -> list[PromiseBroken]:

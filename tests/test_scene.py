@@ -6,6 +6,7 @@ import pytest
 
 from protocol.errors import UsageError
 from protocol.mission import Law
+from world.moving import MovingCircle
 from world.scenario import Scenario, load
 from world.shapes import Circle, Polygon
 
@@ -55,6 +56,16 @@ def test_a_scene_may_say_that_its_units_are_metres_and_have_no_circle(tmp_path: 
     assert len(_load(tmp_path, {"units": "m", "circles": []}).obstacles) == 2
 
 
+def test_a_scene_may_have_moving_discs_whose_names_are_numbers(tmp_path: Path) -> None:
+    track = [[0, 2.0, -1.0], [4, 2.0, 1.0], [6, 2.0, -1.0]]
+    crossed = _load(tmp_path, {"moving": [{"id": 7, "radius": 0.2, "track": track}]})
+    (mover,) = crossed.moving
+    assert isinstance(mover, MovingCircle)
+    assert (mover.id, mover.radius_m, mover.track[1]) == ("7", 0.2, (4.0, 2.0, 1.0))
+    assert crossed.mission().obstacle_speed_mps_max == 1.0
+    assert _load(tmp_path, {}).mission().obstacle_speed_mps_max == 0.0
+
+
 def test_the_heading_of_the_start_may_be_any_angle(tmp_path: Path) -> None:
     assert _load(tmp_path, {"start": [-2.0, 0.0, 6.283185307179586]}).fleet.poses()[0].heading_rad == 0.0
 
@@ -93,7 +104,15 @@ def test_a_large_robot_sees_as_far_in_its_own_measure(tmp_path: Path) -> None:
             {"polygons": [[[0, 0], [1, 1], [1, 0], [0, 1]]]},
             "$.polygons[0]: vertices_m must make a simple ring",
         ),
-        ({"moving": [{"id": 1}]}, "$.moving: must be absent, got 1 moving obstacles"),
+        ({"moving": [{"id": 1}]}, "$.moving[0]: must have the field radius, got id"),
+        (
+            {"moving": [{"id": 1, "radius": 0.2, "track": [[0, 2, 0], [1, 2, 1], [1, 2, 0]]}]},
+            "$.moving[0].track[2]: must be later than t = 1 s, got t = 1 s",
+        ),
+        (
+            {"moving": [{"id": 1, "radius": 0.2, "track": [[0, -1.7, 0], [9, 2, 1]]}]},
+            "$.start, place of robot 1: must be > robot_radius_m = 0.12 m away from $.moving[0] at t = 0 s",
+        ),
         ({"goal": [0.0, 0.0]}, "$.goal: must be >= 0 m away from $.circles[0], got inside it"),
         ({"goal": [0.0, -1.82]}, "$.goal: must be >= 0 m away from $.walls[0], got inside it"),
         ({"bounds": [4.0, -2.0, -4.0, 2.0]}, "$.bounds[0]: must be < x_m_max = -4 m, got 4"),

@@ -33,6 +33,7 @@ DOCS = Path(__file__).parent.parent / "docs" / "verdict.md"
 JUDGED = Judgement(
     least_clearance=Least(distance_m=0.12, t_s=3.0, robot=1),
     least_separation=Least(distance_m=0.3, t_s=4.0, robot=1, other=2),
+    least_moving_clearance=Least(),
     path_m=4.5,
     breaches=(),
 )
@@ -98,7 +99,7 @@ PROMISES = {
     ),
     "a way is found": (
         verdict([LOST], ending=Ending.ROUTE_LOST),
-        "the leader lost its route at t=6.0 s: every gap is too narrow",
+        "no_route: the leader lost its route at t=6.0 s: every gap is too narrow",
     ),
     "in time": (verdict(ALL_WELL[:2], ending=Ending.TIMED_OUT), "the time was up with 1 of 2 robots arrived"),
     "all come": (verdict([], ending=Ending.MISSING), "robots never came: r2"),
@@ -111,6 +112,12 @@ PROMISES = {
 @pytest.mark.parametrize(("passed", "reason"), PROMISES.values(), ids=PROMISES.keys())
 def test_each_broken_promise_fails_the_run_and_is_named(passed: Verdict, reason: str) -> None:
     assert (passed.ok, passed.exit_code, passed.reason) == (False, 1, reason)
+
+
+def test_only_a_lost_route_is_no_route() -> None:
+    assert verdict([LOST], ending=Ending.ROUTE_LOST).no_route
+    assert not verdict(ALL_WELL).no_route
+    assert not verdict([LOST], ending=Ending.INTERRUPTED).no_route
 
 
 def test_the_first_broken_promise_is_the_reason() -> None:

@@ -21,7 +21,7 @@ from protocol.timeline import (
 from world.bodies import Bodies, Moves
 from world.chance import stream
 from world.commands import Note
-from world.monitor import Monitor, Promises
+from world.monitor import Monitor
 from world.scenario import Scenario
 from world.sensor import Sensor
 
@@ -40,7 +40,7 @@ class Arena:
         self.moved_s = 0.0
         """When a body last moved."""
         self._sensor = Sensor(scenario, [stream(seed, f"scan/{robot}") for robot in robots])
-        self._monitor = Monitor(scenario.ground, Promises.of(scenario))
+        self._monitor = Monitor.of(scenario)
         self._order_clearance_m = np.full(len(robots), np.inf)
         self._steps = [0] * len(robots)
         self._ticks = 0

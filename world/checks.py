@@ -1,21 +1,25 @@
 """Relations that a scenario has to keep; each refusal is one line: path, bound, value."""
 
 from collections.abc import Sequence
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import NoReturn
 
 import numpy as np
 
-from protocol.frames import Point, Pose
+from protocol.frames import SPEED_MPS_MAX, Point, Pose
 from protocol.mission import Bounds
 from world.budget import Budget
 from world.clearance import distances
+from world.movers import Movers
+from world.moving import Moving
 from world.sections import DriveSection, Fleet, Goal, LawSection, SensorSection
-from world.shapes import Ground
+from world.shapes import Ground, ground_of
 
 GOAL = "goal.at_m"
 ROUNDING_M = 1e-9
 """What places computed by sine and cosine may be off: a million times the last bit of a metre."""
+ROUNDING_MPS = 1e-9
+"""What a leg's length by its time may be off: as much for speeds of metres a second."""
 
 
 def _refuse(path: str, rule: str, got: object) -> NoReturn:
@@ -59,6 +63,21 @@ def table(rows: Sequence[Sequence[float]] | None, obstacles: int, positions: int
     for index, row in enumerate(rows):
         if len(row) != obstacles:
             _refuse(f"table_m[{index}]", f"as many distances as obstacles = {obstacles}", len(row))
+
+
+def tracks(moving: Sequence[Moving], speed_mps_max: float | None) -> None:
+    """Moving obstacles have names of their own, go forward in time, and no faster than is said."""
+    most_mps = SPEED_MPS_MAX if speed_mps_max is None else speed_mps_max
+    rule = f"no faster than {'' if speed_mps_max is None else 'obstacle_speed_mps_max = '}{most_mps:g} m/s"
+    for index, each in enumerate(moving):
+        path = f"moving[{index}]"
+        if each.id in {other.id for other in moving[:index]}:
+            _refuse(f"{path}.id", "another than those before it", repr(each.id))
+        for place, (one, other) in enumerate(pairwise(each.track), start=1):
+            if other[0] <= one[0]:
+                _refuse(f"{path}.track[{place}]", f"later than t = {one[0]:g} s", f"t = {other[0]:g} s")
+        if each.speed_mps_max > most_mps + ROUNDING_MPS:
+            _refuse(f"{path}.track", rule, f"{each.speed_mps_max:.6g} m/s")
 
 
 def sight(sensor: SensorSection, rays: int, range_m_used: float, closest_m: float) -> None:
@@ -138,6 +157,17 @@ def clear_of(
             how_near = "inside it" if apart_m[nearest] == 0.0 else f"{apart_m[nearest]:.6g} m"
             rule = f">= {max(standoff_m - spare_m, 0.0):g} m away from $.obstacle[{nearest}]"
             _refuse(path, rule, f"{how_near} at {_at(place)}")
+
+
+def untouched(movers: Movers, section: Fleet, poses: Sequence[Pose]) -> None:
+    """No robot starts in contact with a moving obstacle, which is where it is at t = 0."""
+    ground = movers.among(ground_of(()), 0.0)
+    for path, place in _stands(section, poses, None) if movers.names else ():
+        apart_m = distances(ground, np.array((place.x_m, place.y_m)))
+        nearest = int(apart_m.argmin())
+        if apart_m[nearest] <= section.robot_radius_m:
+            rule = f"> robot_radius_m = {section.robot_radius_m:g} m away from $.moving[{nearest}] at t = 0 s"
+            _refuse(path, rule, f"{apart_m[nearest]:.6g} m at {_at(place)}")
 
 
 def _stands(section: Fleet, poses: Sequence[Pose], goal: Goal | None) -> list[tuple[str, Pose | Point]]:

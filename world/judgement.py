@@ -14,7 +14,7 @@ from protocol.arrays import Floats
 from protocol.timeline import Entry, PromiseBroken
 from world.authority import Evidence, Tolerance, judge_authority
 from world.clearance import clearance
-from world.monitor import Least, Monitor, Promises
+from world.monitor import Least, Monitor
 from world.scenario import Scenario
 from world.shapes import Ground
 
@@ -33,6 +33,7 @@ class Judgement(Struct, frozen=True, kw_only=True):
 
     least_clearance: Least
     least_separation: Least
+    least_moving_clearance: Least
     path_m: float
     """Metres driven by all robots."""
     breaches: tuple[Breach, ...]
@@ -54,7 +55,7 @@ def judge(scenario: Scenario, lines: Iterable[tuple[str, Entry]]) -> Judgement:
 
 def judge_evidence(scenario: Scenario, evidence: Evidence) -> Judgement:
     """Judge what has been heard of a run."""
-    monitor = Monitor(scenario.ground, Promises.of(scenario))
+    monitor = Monitor.of(scenario)
     breaches: list[Breach] = []
     path_m = 0.0
     for t_s, starts_m, ends_m, clear_m in _intervals(evidence, monitor.ground, scenario.fleet.robots):
@@ -70,6 +71,7 @@ def judge_evidence(scenario: Scenario, evidence: Evidence) -> Judgement:
     return Judgement(
         least_clearance=monitor.least_clearance,
         least_separation=monitor.least_separation,
+        least_moving_clearance=monitor.least_moving_clearance,
         path_m=path_m,
         breaches=tuple(sorted(breaches, key=lambda breach: breach.t_s)),
     )

@@ -1,9 +1,12 @@
 """The monitor: clearance and separation, judged all along straight moves from true poses.
 
-Rule 1 (S1): every hull keeps `clearance_m_required` from every obstacle, and stays inside the bounds.
-Rule 2 (S2): every two hulls keep `separation_m_required`. They move evenly from start to end.
-Rule 3: to touch is broken whatever is required. Robots of radius 0 are points.
-Rule 4: a promise that stays broken is one violation, until it has been kept again.
+Rule 1 (S1): every hull keeps `clearance_m_required` from every obstacle that never moves, and stays inside
+        the bounds.
+Rule 2 (S1): no hull is in contact with a moving obstacle while it moves itself. One that stands, or turns on
+        the spot, may be touched: the promise is passive.
+Rule 3 (S2): every two hulls keep `separation_m_required`. They move evenly from start to end.
+Rule 4: to touch is broken whatever is required. Robots of radius 0 are points.
+Rule 5: a promise that stays broken is one violation, until it has been kept again.
 """
 
 import math
@@ -18,6 +21,7 @@ from protocol.arrays import Floats, distances_to_segments
 from protocol.mission import Bounds
 from protocol.timeline import PromiseBroken
 from world.clearance import clearance, separations
+from world.movers import Movers
 from world.scenario import Scenario
 from world.shapes import Ground
 
@@ -65,20 +69,29 @@ class Monitor:
     """Watches simultaneous straight moves of all bodies. Robot k is row k - 1."""
 
     ground: Ground
+    movers: Movers
     promises: Promises
     least_clearance: Least = field(default_factory=Least)
     least_separation: Least = field(default_factory=Least)
+    least_moving_clearance: Least = field(default_factory=Least)
+    """Of hulls that moved, to moving obstacles."""
     clearance_m: Floats = field(default_factory=lambda: np.empty(0))
     """Of each hull in the last moves watched; below 0 where it was in an obstacle."""
+    _watched_s: float = 0.0
     _moved: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, dtype=bool))
     _pairs: tuple[Rows, Rows] = field(default_factory=lambda: (np.empty(0, np.intp), np.empty(0, np.intp)))
     _slack_m: float = -1.0
     _broken: set[Topic] = field(default_factory=set)
 
+    @classmethod
+    def of(cls, scenario: Scenario) -> Self:
+        """A monitor of a scenario's promises on its ground."""
+        return cls(scenario.ground, scenario.movers, Promises.of(scenario))
+
     def watch(
         self, starts_m: Floats, ends_m: Floats, *, t_s: float, clear_m: Floats | None = None
     ) -> list[PromiseBroken]:
-        """Judge moves that end at `t_s`; what they break that was kept just before.
+        """Judge moves since the last ones, up to `t_s`; what they break that was kept just before.
 
         Args:
             starts_m: (N, 2) [world frame].
@@ -86,6 +99,7 @@ class Monitor:
             t_s: simulated time.
             clear_m: (N,) what `clearance` says of these moves, where it is known already.
         """
+        from_s, self._watched_s = self._watched_s, t_s
         moved = (starts_m != ends_m).any(axis=1)
         first = len(self.clearance_m) == 0
         if first:
@@ -105,7 +119,12 @@ class Monitor:
             self.least_clearance = Least(
                 distance_m=float(self.clearance_m[nearest]), t_s=t_s, robot=nearest + 1
             )
-        return self._judge_clearance() + self._judge_bounds(ends_m) + self._judge_pairs(starts_m, ends_m, t_s)
+        return [
+            *self._judge_clearance(),
+            *self._judge_contact(starts_m, ends_m, from_s, t_s),
+            *self._judge_bounds(ends_m),
+            *self._judge_pairs(starts_m, ends_m, t_s),
+        ]
 
     def _judge_clearance(self) -> list[PromiseBroken]:
         required_m = self.promises.clearance_m_required
@@ -114,6 +133,32 @@ class Monitor:
             for row in np.flatnonzero(_is_broken(self.clearance_m, required_m)).tolist()
         }
         return self._newly("S1", "clearance", measured, required_m, "nearer to an obstacle than promised")
+
+    def _judge_contact(
+        self, starts_m: Floats, ends_m: Floats, from_s: float, t_s: float
+    ) -> list[PromiseBroken]:
+        """Rule 2."""
+        if not self.movers.names:
+            return []
+        rows, radius_m = np.flatnonzero(self._moved), self.promises.radius_m
+        near_m = radius_m + max(self.least_moving_clearance.distance_m, 0.0)
+        approaches_m = self.movers.approaches_m(
+            starts_m[rows], ends_m[rows], from_s=from_s, to_s=t_s, near_m=near_m
+        )
+        apart_m = np.full((len(starts_m), len(self.movers.names)), math.inf)
+        apart_m[rows] = approaches_m - radius_m
+        row = int(apart_m.min(axis=1).argmin())
+        if apart_m[row].min() < self.least_moving_clearance.distance_m:
+            self.least_moving_clearance = Least(distance_m=float(apart_m[row].min()), t_s=t_s, robot=row + 1)
+        broken: list[PromiseBroken] = []
+        for name, column_m in zip(self.movers.names, apart_m.T, strict=True):
+            measured: dict[Topic, float] = {
+                (f"contact {name}", row + 1, None): float(column_m[row])
+                for row in np.flatnonzero(_is_broken(column_m, 0.0)).tolist()
+            }
+            why = f"in contact with moving obstacle {name} while it moved"
+            broken += self._newly("S1", f"contact {name}", measured, 0.0, why)
+        return broken
 
     def _judge_bounds(self, ends_m: Floats) -> list[PromiseBroken]:
         if self.promises.bounds is None:

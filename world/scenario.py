@@ -11,11 +11,13 @@ import msgspec
 from msgspec import Meta, Struct, field
 
 from protocol.errors import UsageError
-from protocol.frames import Length, Point
+from protocol.frames import Length, Point, Speed
 from protocol.messages import RAYS_MAX
 from protocol.mission import Bounds, Mission
 from world import checks, reading, scene
 from world.budget import NOISE_SIGMAS, Budget, blind_per_range, budget, revolutions, sure_range_m
+from world.movers import Movers
+from world.moving import Moving
 from world.sections import DriveSection, Fleet, Goal, LawSection, SensorSection, Text, TimeSection
 from world.shapes import Ground, Shape, ground_of
 
@@ -48,6 +50,14 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         tuple[Shape, ...],
         Meta(max_length=10_000, description="what stands in the way; robots are told nothing of it"),
     ] = field(default=(), name="obstacle")
+    moving: Annotated[
+        tuple[Moving, ...],
+        Meta(max_length=1000, description="obstacles on tracks; robots are told of their top speed alone"),
+    ] = ()
+    obstacle_speed_mps_max: Annotated[
+        Speed | None,
+        Meta(description="m/s, no obstacle moves faster; if not said, the fastest leg of any track"),
+    ] = None
     switching_positions_max: Annotated[
         Positions | None,
         Meta(description="without a goal, the leader is there when it has stopped at so many positions"),
@@ -62,6 +72,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         checks.fleet(self.fleet)
         checks.law(self.law)
         checks.table(self.table_m, len(self.obstacles), self.switching_positions_max)
+        checks.tracks(self.moving, self.obstacle_speed_mps_max)
         checks.sight(self.sensor, self.rays, self.range_m_used, self.closest_m)
         if self.law.law.promises_clearance:
             checks.errors_covered(self.law, self.error_budget)
@@ -70,11 +81,22 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         checks.within(self.bounds, self.fleet, poses, self.goal)
         standoff_m = self.closest_m if self.law.law.promises_clearance else radius_m
         checks.clear_of(self.ground, self.fleet, poses, self.goal, standoff_m)
+        checks.untouched(self.movers, self.fleet, poses)
 
     @property
     def ground(self) -> Ground:
-        """The obstacles, packed into arrays."""
+        """The obstacles that never move, packed into arrays."""
         return ground_of(self.obstacles)
+
+    @property
+    def movers(self) -> Movers:
+        """The moving obstacles, packed likewise."""
+        return Movers.of(self.moving)
+
+    @property
+    def seen_shapes(self) -> tuple[Shape, ...]:
+        """What the sensor has to be sure of, wherever it is: obstacles that stand and that move."""
+        return (*self.obstacles, *(each.outline for each in self.moving))
 
     @property
     def closest_m(self) -> float:
@@ -87,7 +109,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         if not self.law.law.promises_clearance:
             return 1
         return revolutions(
-            self.obstacles,
+            self.seen_shapes,
             self.sensor.directions,
             wanted_m=min(self.sensor.range_m_max, SURE_BERTHS * self.closest_m),
             rays_max=RAYS_MAX,
@@ -101,7 +123,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     @property
     def range_m_used(self) -> float:
         """The range of the scans that robots get: as far as the sensor is sure to see every obstacle."""
-        return min(self.sensor.range_m_max, sure_range_m(self.obstacles, self.rays))
+        return min(self.sensor.range_m_max, sure_range_m(self.seen_shapes, self.rays))
 
     @property
     def range_error_m_max(self) -> float:
@@ -111,7 +133,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     @property
     def blind_per_range(self) -> float:
         """How far an obstacle may reach unseen past a ray that hit it, per metre of range."""
-        return blind_per_range(self.obstacles, self.rays)
+        return blind_per_range(self.seen_shapes, self.rays)
 
     @property
     def error_budget(self) -> Budget:
@@ -126,7 +148,9 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
     def mission(self) -> Mission:
         """What every robot is told."""
-        goal = self.goal
+        goal, speed_mps_max = self.goal, self.obstacle_speed_mps_max
+        if speed_mps_max is None:
+            speed_mps_max = max((each.speed_mps_max for each in self.moving), default=0.0)
         return Mission(
             robots=self.fleet.robots,
             robot_radius_m=self.fleet.robot_radius_m,
@@ -145,6 +169,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
             goal_tolerance_m=0.0 if goal is None else goal.tolerance_m,
             bounds=self.bounds,
             switching_positions_max=self.switching_positions_max,
+            obstacle_speed_mps_max=speed_mps_max,
         )
 
     def fingerprint(self) -> str:

@@ -9,6 +9,7 @@ from msgspec import Meta, Struct
 from protocol.errors import UsageError
 from protocol.frames import Metres, wrap
 from world.budget import HEADING_ERRORS, NOISE_SIGMAS
+from world.moving import Name, Track
 from world.reading import understand
 from world.sections import SomeMetres
 from world.shapes import Extent, Position, Shape
@@ -36,6 +37,14 @@ OWN_PATHS = {
 """Where a scene says what a refusal of its scenario is about."""
 
 
+class _Mover(Struct, frozen=True, kw_only=True):
+    """A disc on a track."""
+
+    id: Name | int
+    radius: Extent
+    track: Track
+
+
 class Scene(Struct, frozen=True, kw_only=True):
     """The keys of a scene that we use; it has others, about where it comes from.
 
@@ -53,7 +62,7 @@ class Scene(Struct, frozen=True, kw_only=True):
     circles: tuple[tuple[Metres, Metres, Extent], ...]
     polygons: tuple[Annotated[tuple[Position, ...], Meta(min_length=3)], ...]
     walls: tuple[Annotated[tuple[Position, ...], Meta(min_length=3)], ...] = ()
-    moving: tuple[Any, ...] = ()
+    moving: tuple[_Mover, ...] = ()
 
 
 class _Obstacles(Struct, frozen=True, kw_only=True):
@@ -66,8 +75,6 @@ def as_scenario(raw: dict[str, Any], source: str) -> dict[str, Any]:
     The noise of sensor and drive is what the tolerance can bear.
     """
     scene = understand(raw, Scene, source)
-    if scene.moving:
-        raise UsageError(f"{source}: $.moving: must be absent, got {len(scene.moving)} moving obstacles")
     obstacles = [{"shape": "circle", "centre_m": (x, y), "radius_m": r} for x, y, r in scene.circles]
     obstacles += [{"shape": "polygon", "vertices_m": ring} for ring in (*scene.polygons, *scene.walls)]
     try:
@@ -108,6 +115,10 @@ def as_scenario(raw: dict[str, Any], source: str) -> dict[str, Any]:
         },
         "time": {"time_s_max": TIME_FACTOR * max(way_m, RANGE_M_MAX) / SPEED_MPS},
         "obstacle": obstacles,
+        "moving": [
+            {"shape": "circle", "id": str(each.id), "radius_m": each.radius, "track": each.track}
+            for each in scene.moving
+        ],
     }
 
 

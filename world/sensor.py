@@ -18,6 +18,7 @@ class Sensor:
         self.directions = scenario.sensor.directions
         """Of one revolution."""
         self._ground = scenario.ground
+        self._movers = scenario.movers
         self._errors = errors
         self._radius_m = scenario.fleet.robot_radius_m
         self._sigma_m = scenario.sensor.range_sigma_m
@@ -25,11 +26,11 @@ class Sensor:
         self._range_m_max = scenario.range_m_used
 
     def read(self, body: int, pose: Pose, places_m: Floats, *, now_s: float, revolutions: int) -> Scan:
-        """The scan of one body among bodies at these places [world frame]."""
+        """The scan of one body among bodies at these places [world frame], at this time."""
         rays = self.directions * max(1, min(revolutions, RAYS_MAX // self.directions))
         others_m = np.delete(places_m, body, axis=0)
         ranges_m = cast(
-            self._ground,
+            self._movers.among(self._ground, now_s),
             places_m[body],
             scan_bearings_rad(rays),
             range_m_max=self._range_m_max,

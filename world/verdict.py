@@ -16,6 +16,8 @@ from world.table import measure, rms_m
 from world.tally import Tally
 
 VERDICT_FILE = "verdict.json"
+NO_ROUTE = "no_route: "
+"""What the reason of a run begins with that ended because the leader found no way."""
 
 
 class Events(Struct, frozen=True, kw_only=True):
@@ -75,11 +77,15 @@ class Verdict(Struct, frozen=True, kw_only=True):
     speed: float | None
     """Simulated seconds per second as asked for; null: as fast as the robots answer."""
     started_at: str
+    no_route: bool
+    """The run ended because the leader found no way."""
     goal_reached: bool
     robots_arrived: int
     clearance_m_min: float | None
     """Null: there is no obstacle."""
     clearance_m_required: float
+    moving_clearance_m_min: float | None
+    """Null: nothing moves but robots."""
     separation_m_min: float | None
     """Null: there is one robot."""
     separation_m_required: float
@@ -116,10 +122,12 @@ def pass_verdict(facts: Facts) -> Verdict:
         law=scenario.law.law,
         speed=facts.speed,
         started_at=facts.started_at,
+        no_route=facts.ending is Ending.ROUTE_LOST,
         goal_reached=tally.goal_reached,
         robots_arrived=len(tally.arrived),
         clearance_m_min=finite(judgement.least_clearance.distance_m),
         clearance_m_required=promises.clearance_m_required,
+        moving_clearance_m_min=finite(judgement.least_moving_clearance.distance_m),
         separation_m_min=finite(judgement.least_separation.distance_m),
         separation_m_required=promises.separation_m_required,
         violations=sum(judgement.violations.values()),
@@ -148,7 +156,7 @@ def _flaws(facts: Facts) -> Iterator[Flaw]:
     dated += [(death.silent_since_s, _death_sentence(t_s, death)) for t_s, death in tally.deaths]
     if tally.route_lost is not None:
         t_s, lost = tally.route_lost
-        dated.append((t_s, f"the leader lost its route at t={t_s:.1f} s: {lost.reason}"))
+        dated.append((t_s, f"{NO_ROUTE}the leader lost its route at t={t_s:.1f} s: {lost.reason}"))
     yield from (Flaw(sentence) for _, sentence in sorted(dated))
     yield from _flaws_of_ending(facts)
     if not tally.goal_reached:
