@@ -9,6 +9,7 @@ import json
 import click
 
 from lab.campaign_verb import campaign
+from lab.field_verb import field
 from lab.log_verbs import log
 from lab.rehearse_verb import rehearse
 from protocol.errors import UsageError
@@ -42,7 +43,7 @@ def schema() -> None:
     click.echo(json.dumps(scenario_schema(), indent=2))
 
 
-for _verb in (rehearse, campaign, log):
+for _verb in (rehearse, campaign, field, log):
     main.add_command(_verb)
 
 

@@ -1,0 +1,83 @@
+"""Whether a disc can be moved from a scene's start to its goal, decided on the full map. Not a test file.
+
+Shapely alone decides: obstacles are grown by what the disc's centre keeps from them, and start and goal
+have to share a piece of what is left. Shapely makes arcs of chords, so it is asked twice: with obstacles a
+little too large, where a way is a way for sure, and with obstacles a little too small, where none is none for
+sure.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+import shapely
+
+QUARTER_CHORDS = 32  # an arc of radius 1 m is off by 1 - cos(pi / 4 / 32) = 0.3 mm at most
+ARC_SHARE = math.cos(math.pi / 4.0 / QUARTER_CHORDS)  # how far out the middle of a chord is
+ROUNDING_M = 1e-7  # ten times what shapely's overlays were seen to be off on scenes of this size
+
+
+class Answer(StrEnum):
+    """What the full map says."""
+
+    SOLVABLE = "surely solvable"
+    UNSOLVABLE = "surely not solvable"
+    BETWEEN = "within shapely's error of both"
+
+
+@dataclass(frozen=True)
+class Disc:
+    """What is to be moved."""
+
+    radius_m: float
+    """Its hull, which stays inside the bounds."""
+    clearance_m: float = 0.0
+    """What the hull keeps from obstacles."""
+
+    @property
+    def keep_m(self) -> float:
+        """What its centre keeps from them."""
+        return self.radius_m + self.clearance_m
+
+
+def solvable(scene: dict[str, Any], disc: Disc) -> Answer:
+    """Whether the disc gets from the start of a `clew-scene/1` to within its goal's tolerance."""
+    if _has_way(scene, disc, grow=1.0 / ARC_SHARE, rounding_m=ROUNDING_M):
+        return Answer.SOLVABLE
+    if _has_way(scene, disc, grow=1.0, rounding_m=-ROUNDING_M):
+        return Answer.BETWEEN
+    return Answer.UNSOLVABLE
+
+
+def widest_radius_m(scene: dict[str, Any], *, tolerance_m: float) -> float:
+    """The radius of the largest disc that surely gets there, by halves; 0 where none does."""
+    low_m, high_m = 0.0, min(scene["bounds"][2] - scene["bounds"][0], scene["bounds"][3] - scene["bounds"][1])
+    while high_m - low_m > tolerance_m:
+        middle_m = (low_m + high_m) / 2.0
+        if solvable(scene, Disc(middle_m)) is Answer.SOLVABLE:
+            low_m = middle_m
+        else:
+            high_m = middle_m
+    return low_m
+
+
+def obstacles(scene: dict[str, Any], *, grown_m: float, grow: float) -> Iterator[shapely.Geometry]:
+    """Every obstacle, grown; the radius of all arcs times `grow`."""
+    for x, y, radius_m in scene["circles"]:
+        yield shapely.Point(x, y).buffer(grow * (radius_m + grown_m), quad_segs=QUARTER_CHORDS)
+    for ring in (*scene["polygons"], *scene["walls"]):
+        yield shapely.Polygon(ring).buffer(grow * grown_m, quad_segs=QUARTER_CHORDS)
+
+
+def _has_way(scene: dict[str, Any], disc: Disc, *, grow: float, rounding_m: float) -> bool:
+    room = shapely.box(*scene["bounds"]).buffer(-disc.radius_m - rounding_m, join_style="mitre")
+    closed = shapely.union_all(list(obstacles(scene, grown_m=disc.keep_m + rounding_m, grow=grow)))
+    start = shapely.Point(scene["start"][:2])
+    # The goal errs the other way: it may be a little too small where obstacles are too large.
+    goal_tolerance_m = scene["goal_tol"] / (ARC_SHARE * grow) - rounding_m
+    goal = shapely.Point(scene["goal"]).buffer(goal_tolerance_m, quad_segs=QUARTER_CHORDS)
+    return any(
+        piece.covers(start) and piece.intersects(goal) for piece in shapely.get_parts(room.difference(closed))
+    )
