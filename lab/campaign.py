@@ -118,6 +118,7 @@ def _episodes(request: Request, source_hash: str) -> Iterator[Episode]:
                 family=scene.family,
                 seed=seed,
                 robots=scene.robots,
+                robots_left_out=scene.robots_left_out,
                 law=request.law,
                 widest_path_radius_m=scene.widest_path_radius_m,
                 wall_s_max=request.wall_s_max,
@@ -160,7 +161,6 @@ def _sum_up(
 ) -> Campaign:
     outcomes = [done[episode.key] for episode in episodes if episode.key in done]
     surprises = tuple(outcome for outcome in outcomes if outcome.surprise is not Surprise.NONE)
-    most = max((outcome.robots or 0 for outcome in outcomes), default=0)
     return Campaign(
         ok=not surprises and not interrupted,
         interrupted=interrupted,
@@ -171,8 +171,8 @@ def _sum_up(
         tight=request.tight,
         source_hash=source_hash,
         episodes_asked=len(episodes),
-        all=figures_of(outcomes, most),
-        families={name: figures_of(family, most) for name, family in by_family(outcomes).items()},
+        all=figures_of(outcomes),
+        families={name: figures_of(family) for name, family in by_family(outcomes).items()},
         surprises=surprises,
         episodes=tuple(outcomes),
     )

@@ -50,6 +50,7 @@ class Episode(Struct, frozen=True, kw_only=True):
     family: str
     seed: int
     robots: int | None
+    robots_left_out: int
     law: str | None
     widest_path_radius_m: float | None
     wall_s_max: float
@@ -70,6 +71,7 @@ class Outcome(Struct, frozen=True, kw_only=True):
     family: str
     seed: int
     robots: int | None
+    robots_left_out: int
     ok: bool
     ending: str
     reason: str
@@ -149,6 +151,7 @@ def _outcome(episode: Episode, verdict: Verdict, world: World) -> Outcome:
         family=episode.family,
         seed=episode.seed,
         robots=verdict.robots,
+        robots_left_out=episode.robots_left_out,
         ok=verdict.ok,
         ending=str(world.ending),
         reason=verdict.reason,
@@ -180,6 +183,7 @@ def failed(episode: Episode, ending: str, reason: str, wall_s: float) -> Outcome
         family=episode.family,
         seed=episode.seed,
         robots=episode.robots,
+        robots_left_out=episode.robots_left_out,
         ok=False,
         ending=ending,
         reason=reason,

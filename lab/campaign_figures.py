@@ -29,8 +29,8 @@ class Figures(Struct, frozen=True, kw_only=True):
     wall_s: float
 
 
-def figures_of(outcomes: Sequence[Outcome], robots_most: int) -> Figures:
-    """The figures of these outcomes; `robots_most` is how many robots a whole fleet has."""
+def figures_of(outcomes: Sequence[Outcome]) -> Figures:
+    """The figures of these outcomes."""
     steps = [outcome.switching_steps for outcome in outcomes if outcome.ended]
     margins = [each.clearance_margin_m for each in outcomes if each.clearance_margin_m is not None]
     path_m = sum(outcome.path_m for outcome in outcomes)
@@ -41,7 +41,7 @@ def figures_of(outcomes: Sequence[Outcome], robots_most: int) -> Figures:
         no_route=sum(outcome.no_route for outcome in outcomes),
         surprises=sum(outcome.surprise is not Surprise.NONE for outcome in outcomes),
         crashed=sum(not outcome.ended for outcome in outcomes),
-        fewer_robots=sum((outcome.robots or robots_most) < robots_most for outcome in outcomes),
+        fewer_robots=sum(outcome.robots_left_out > 0 for outcome in outcomes),
         violations=sum(outcome.violations for outcome in outcomes),
         switching_steps_median=median(steps) if steps else None,
         switching_steps_max=max(steps, default=None),

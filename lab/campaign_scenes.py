@@ -28,6 +28,8 @@ class Scene:
     family: str
     robots: int | None
     """Instead of the scenario's own number."""
+    robots_left_out: int = 0
+    """For whom there is no room at the start."""
     widest_path_radius_m: float | None
     """Of the largest disc that can be moved from start to goal; None: the file does not say."""
 
@@ -59,7 +61,9 @@ def tighten(scene: Scene, share: float, folder: Path) -> Scene:
     path.parent.mkdir(parents=True, exist_ok=True)
     radius_m = tight_radius_m(share * scene.widest_path_radius_m)
     path.write_bytes(msgspec.json.encode({**raw, "robot_radius": radius_m}))
-    return replace(scene, path=path, robots=_robots_that_fit(path, scene.robots))
+    asked = scene.robots or ROBOTS
+    robots = next((robots for robots in range(asked, 0, -1) if _is_taken(path, robots)), asked)
+    return replace(scene, path=path, robots=robots, robots_left_out=asked - robots)
 
 
 def tight_radius_m(closest_m: float) -> float:
@@ -111,11 +115,10 @@ def _widest_m(raw: dict[str, Any]) -> float | None:
     return float(widest_m) if isinstance(widest_m, int | float) else None
 
 
-def _robots_that_fit(path: Path, robots: int | None) -> int | None:
-    """The most robots that the loader takes, from the number asked for down; that number if it takes none."""
-    for fewer in range(robots or ROBOTS, 0, -1):
-        try:
-            return load(str(path), robots=fewer).fleet.robots
-        except UsageError:
-            continue  # whatever is wrong: the episode will say so if fewer robots do not help
-    return robots
+def _is_taken(path: Path, robots: int) -> bool:
+    """Whether the loader takes it. If it takes no number of robots, the episode will say why."""
+    try:
+        load(str(path), robots=robots)
+    except UsageError:
+        return False
+    return True

@@ -1,0 +1,264 @@
+"""Campaigns: every episode is an outcome, nothing is played twice, and surprises are said by name."""
+
+import json
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+from click.testing import Result
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lab.campaign_episode import Episode, Outcome, Surprise, surprise_of
+from lab.campaign_figures import by_family, figures_of
+from lab.campaign_pool import outcomes_of
+from lab.campaign_scenes import tight_radius_m
+from tests.campaigns import clew, closed, refused, scene
+from tests.fleets import END_S_MAX, ROOT, wait_until
+from tests.logs import GOOD
+from world.scene import EPSILON_M_MAX, EPSILON_RADII
+
+
+@pytest.fixture
+def scenes(tmp_path: Path) -> Path:
+    """Two families: in one a scene with a way, in the other one without."""
+    scene(tmp_path / "scenes" / "posts" / "one.json")
+    closed(tmp_path / "scenes" / "walls" / "across.json")
+    return tmp_path / "scenes"
+
+
+def campaign(scenes: Path, *more: str | Path) -> Result:
+    """Played in this process, by one robot: quick."""
+    out = scenes.parent / "out"
+    return clew("campaign", "--scenes", scenes, "--robots", "1", "--jobs", "1", "--out", out, *more)
+
+
+def told(scenes: Path) -> dict[str, Any]:
+    read: dict[str, Any] = json.loads((scenes.parent / "out" / "campaign.json").read_text(encoding="utf-8"))
+    return read
+
+
+def played(scenes: Path) -> list[str]:
+    return (scenes.parent / "out" / "episodes.jsonl").read_text(encoding="utf-8").splitlines()
+
+
+def outcome(**changes: object) -> Outcome:
+    ended = Outcome(
+        key="",
+        scene="a",
+        family="f",
+        seed=1,
+        robots=5,
+        robots_left_out=0,
+        ok=True,
+        ending="",
+        reason="",
+        surprise=Surprise.NONE,
+        wall_s=1.0,
+        replay="",
+    )
+    return msgspec.structs.replace(ended, **changes)
+
+
+def test_what_is_as_it_should_be_exits_0_and_has_a_row_for_each_family(scenes: Path) -> None:
+    said = campaign(scenes, "--seeds", "1-2")
+    assert said.exit_code == 0, said.stdout
+    rows = {line.split("│")[1].strip(): line for line in said.stdout.splitlines() if line.startswith("│")}
+    assert list(rows) == ["posts", "walls", "all"]
+    families = told(scenes)["families"]
+    facts = ("episodes", "solvable", "reached", "no_route", "surprises", "violations")
+    assert [families["posts"][fact] for fact in facts] == [2, 2, 2, 0, 0, 0]
+    assert [families["walls"][fact] for fact in facts] == [2, 0, 0, 2, 0, 0]
+    assert said.stdout.splitlines()[-1].startswith("OK: 4 of 4 episodes, 0 surprises. Campaign: ")
+
+
+def test_json_is_the_campaign_and_nothing_else(scenes: Path) -> None:
+    said = campaign(scenes, "--json")
+    assert json.loads(said.stdout) == told(scenes)
+    (one,) = [each for each in told(scenes)["episodes"] if each["scene"] == "one"]
+    assert (one["robots_arrived"], one["goal_reached"], one["solvable"]) == (1, True, True)
+    assert one["clearance_margin_m"] == pytest.approx(one["clearance_m_min"] - 0.045)
+    assert one["events_per_m"] == pytest.approx(one["planning_events"] / one["path_m"])
+
+
+def test_the_same_again_plays_nothing(scenes: Path) -> None:
+    campaign(scenes)
+    before = played(scenes)
+    assert campaign(scenes).exit_code == 0
+    assert played(scenes) == before
+
+
+def test_what_is_torn_new_or_changed_is_played_and_nothing_else(scenes: Path) -> None:
+    campaign(scenes)
+    path = scenes.parent / "out" / "episodes.jsonl"
+    first, second = played(scenes)
+    path.write_text(f"{first}\n{second[:40]}", encoding="utf-8")
+    scene(scenes / "posts" / "new.json")
+    campaign(scenes)
+    assert sorted(json.loads(line)["scene"] for line in played(scenes)[2:]) == ["across", "new"]
+    scene(scenes / "posts" / "one.json", goal_tol=0.25)
+    campaign(scenes)
+    assert [json.loads(line)["scene"] for line in played(scenes)[4:]] == ["one"]
+    assert told(scenes)["all"]["episodes"] == 3
+
+
+def test_an_episode_that_raises_is_a_surprise_and_stops_nobody(scenes: Path) -> None:
+    refused(scenes / "a" / "stuck.json")
+    said = campaign(scenes)
+    assert said.exit_code == 1
+    assert told(scenes)["all"]["episodes"] == 3
+    (surprise,) = told(scenes)["surprises"]
+    assert (surprise["scene"], surprise["surprise"], surprise["ending"]) == ("stuck", "crashed", "crashed")
+    assert "UsageError" in surprise["reason"]
+    assert f"./launch/clew rehearse {scenes}/a/stuck.json -n 1 --seed 1" in said.stdout
+
+
+def test_the_command_line_of_a_surprise_replays_it(scenes: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(scenes.parent)
+    closed(scenes / "walls" / "lie.json", stats={"widest_path_radius": 0.7})
+    assert campaign(scenes).exit_code == 1
+    (surprise,) = told(scenes)["surprises"]
+    assert surprise["surprise"] == "false_no_route"
+    again = clew(*surprise["replay"].split()[1:], "--json")
+    assert json.loads(again.stdout)["reason"] == surprise["reason"]
+    assert json.loads(again.stdout)["sim_s"] == surprise["sim_s"]
+
+
+def test_an_episode_out_of_time_says_so_and_is_played_again(scenes: Path) -> None:
+    assert campaign(scenes, "--wall-s-max", "0.001").exit_code == 1
+    (one, _) = told(scenes)["surprises"]
+    assert "the wall-clock limit of 0.001 s struck" in one["reason"]
+    assert campaign(scenes).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [["--seeds", "3-1"], ["--seeds", "x"], ["--tight", "0"], ["--robots", "0"], ["--jobs", "0"]],
+)
+def test_what_cannot_be_asked_exits_2(scenes: Path, wrong: list[str]) -> None:
+    said = campaign(scenes, *wrong)
+    assert (said.exit_code, said.stdout) == (2, "")
+    assert not (scenes.parent / "out").exists()
+
+
+def test_no_scene_at_all_exits_2(tmp_path: Path) -> None:
+    (tmp_path / "scenes").mkdir()
+    assert campaign(tmp_path / "scenes").exit_code == 2
+    assert campaign(tmp_path / "nowhere").exit_code == 2
+
+
+def test_a_tight_robot_just_fits_and_those_without_room_behind_it_are_left_out(scenes: Path) -> None:
+    said = campaign(scenes / "posts", "--tight", "0.9", "--robots", "2", "--json")
+    (one,) = json.loads(said.stdout)["episodes"]
+    assert (one["robots"], one["robots_left_out"], one["solvable"]) == (1, 1, True)
+    assert json.loads(said.stdout)["all"]["fewer_robots"] == 1
+    changed = json.loads((scenes / "out" / "scenes" / "posts" / "one.json").read_text(encoding="utf-8"))
+    assert changed["robot_radius"] + EPSILON_M_MAX == pytest.approx(0.9 * 0.7)
+    assert "posts/one.json -n 1 --seed 1" in one["replay"]
+
+
+def test_tight_needs_to_know_the_widest_path(scenes: Path) -> None:
+    scene(scenes / "posts" / "one.json", stats={})
+    said = campaign(scenes, "--tight", "0.9")
+    assert said.exit_code == 2
+    assert "widest_path_radius" in said.stderr
+
+
+@given(st.floats(0.001, 100.0))
+def test_the_tight_radius_is_that_of_the_robot_that_comes_so_near(closest_m: float) -> None:
+    radius_m = tight_radius_m(closest_m)
+    assert 0.0 < radius_m < closest_m
+    assert radius_m + min(EPSILON_M_MAX, EPSILON_RADII * radius_m) == pytest.approx(closest_m)
+
+
+@pytest.mark.parametrize(
+    ("violations", "arrived", "no_route", "solvable", "surprise"),
+    [
+        (0, 5, False, True, Surprise.NONE),
+        (0, 5, False, None, Surprise.NONE),
+        (0, 2, True, None, Surprise.NONE),
+        (0, 0, True, False, Surprise.NONE),
+        (1, 5, False, True, Surprise.VIOLATION),
+        (1, 0, True, True, Surprise.VIOLATION),
+        (0, 4, False, True, Surprise.UNREACHED),
+        (0, 0, True, True, Surprise.FALSE_NO_ROUTE),
+        (0, 0, False, False, Surprise.MISSED_NO_ROUTE),
+        (0, 5, False, False, Surprise.MISSED_NO_ROUTE),
+    ],
+)
+def test_every_surprise_is_told_from_what_is_as_it_should_be(
+    violations: int, arrived: int, no_route: bool, solvable: bool | None, surprise: Surprise
+) -> None:
+    verdict = msgspec.structs.replace(GOOD, violations=violations, robots_arrived=arrived)
+    assert surprise_of(verdict, no_route=no_route, solvable=solvable) is surprise
+
+
+def test_figures_of_a_family_are_of_what_ended_and_per_metre_of_all_paths_together() -> None:
+    outcomes = [
+        outcome(switching_steps=2, planning_events=10, path_m=10.0, robots_arrived=5, clearance_margin_m=0.2),
+        outcome(switching_steps=6, planning_events=50, path_m=20.0, robots_arrived=4, clearance_margin_m=0.1),
+        outcome(ending="crashed", surprise=Surprise.CRASHED),
+        outcome(family="g", switching_steps=100),
+    ]
+    figures = figures_of(by_family(outcomes)["f"])
+    assert (figures.episodes, figures.reached, figures.surprises, figures.crashed) == (3, 1, 1, 1)
+    assert (figures.switching_steps_median, figures.switching_steps_max) == (4, 6)
+    assert (figures.events_per_m, figures.clearance_margin_m_min) == (2.0, 0.1)
+
+
+def test_a_worker_that_dies_costs_no_outcome(scenes: Path) -> None:
+    far = scene(scenes / "far.json", goal=[900.0, 0.0], bounds=[0.0, -1.0, 1000.0, 1.0])
+    paths = [scenes / "posts" / "one.json", far]
+    episodes = [
+        Episode(
+            key=str(index),
+            path=str(path),
+            family="",
+            seed=1,
+            robots=1,
+            robots_left_out=0,
+            law=None,
+            widest_path_radius_m=None,
+            wall_s_max=1.0 if path == far else 100.0,
+        )
+        for index, path in enumerate(paths)
+    ]
+    coming = outcomes_of(episodes, 2)
+    first = next(coming)
+    for worker in multiprocessing.active_children():
+        worker.kill()
+    rest = sorted((each.key, each.surprise) for each in coming)
+    assert (first.key, first.surprise) == ("0", Surprise.NONE)
+    assert rest == [("1", Surprise.CRASHED)]
+
+
+def test_an_interrupted_campaign_exits_130_and_goes_on_where_it_was(scenes: Path) -> None:
+    for index in range(4):  # they come last, and take the longest
+        scene(scenes / "z" / f"{index}.json", goal=[12.0, 0.0], bounds=[0.0, -1.0, 14.0, 1.0])
+    out = scenes.parent / "out"
+    asked = ["campaign", "--scenes", str(scenes), "--robots", "1", "--out", str(out), "--jobs", "2"]
+    going = subprocess.Popen(
+        [sys.executable, "-m", "lab.cli", *asked],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    path = out / "episodes.jsonl"
+    wait_until(lambda: True if path.exists() and path.read_bytes().count(b"\n") else None, 60.0)
+    os.killpg(going.pid, signal.SIGINT)  # as a terminal does: the workers hear it too
+    said, _ = going.communicate(timeout=END_S_MAX)
+    assert going.returncode == 130
+    assert said.splitlines()[-1].startswith("INTERRUPTED: ")
+    finished = played(scenes)
+    assert (told(scenes)["interrupted"], told(scenes)["all"]["episodes"]) == (True, len(finished))
+    assert 1 <= len(finished) < 6
+    clew(*asked[:-1], "1")
+    assert played(scenes)[: len(finished)] == finished
+    assert told(scenes)["all"]["episodes"] == len(played(scenes)) == 6
