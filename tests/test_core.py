@@ -143,6 +143,16 @@ def test_a_scan_is_served_and_shows_the_hull_of_the_other_robot() -> None:
     assert stage.scans[0].ranges_m[0] == pytest.approx(0.5)  # straight back: 0.6 m less the hull behind
 
 
+def test_a_scan_shows_a_moving_obstacle_where_it_is_when_it_is_taken() -> None:
+    track = [[0.0, 1.0, 0.0], [2.0, 2.0, 0.0]]
+    stage = Stage(scenario({"id": "a", "shape": "circle", "radius_m": 0.1, "track": track}))
+    stage.begin()
+    for _ in range(2):
+        stage.handle(ScanAsked(1, 1))
+        stage.tick(SECOND)
+    assert [scan.ranges_m[len(scan.ranges_m) // 2] for scan in stage.scans] == pytest.approx([0.9, 1.4])
+
+
 def test_scans_are_noisy_by_the_seed_and_by_the_robot_alone() -> None:
     def ranges_m(seed: int, *asked: int) -> list[tuple[float, ...]]:
         stage = Stage(scenario(sensor={"range_sigma_m": 0.002}), seed=seed)

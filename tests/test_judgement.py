@@ -5,7 +5,7 @@ from msgspec.structs import replace
 
 from protocol.exit_codes import ExitCode
 from protocol.frames import Point
-from protocol.timeline import Entry, PoseSampled
+from protocol.timeline import Entry, PoseSampled, PromiseBroken
 from tests.world_scenarios import scenario
 from tests.world_stage import Stage
 from world.events import StopAsked
@@ -42,6 +42,40 @@ def test_the_log_alone_gives_the_minima_that_were_measured_live(plan: list[tuple
     assert from_log.least_separation.distance_m == pytest.approx(
         watcher.least_separation.distance_m, abs=1e-6
     )
+
+
+MOVING = (
+    {
+        "id": "walker",
+        "shape": "circle",
+        "radius_m": 0.3,
+        "track": [[0.3, 1.0, -2.0], [2.13, 1.0, 1.0], [3.0, 0.0, 0.0]],
+    },
+    {
+        "id": "door",
+        "shape": "polygon",
+        "vertices_m": [[0.0, 0.0], [0.5, 0.0], [0.5, 0.2], [0.2, 0.2], [0.2, 1.0], [0.0, 1.0]],
+        "track": [[0.0, -2.5, -2.0], [1.01, -2.2, -0.7], [4.0, 0.0, 0.0]],
+    },
+)
+
+
+@settings(deadline=None, max_examples=15)
+@given(orders)
+def test_the_log_alone_finds_the_contacts_with_moving_obstacles_that_were_seen_live(
+    plan: list[tuple[int, Point, int]],
+) -> None:
+    stage = Stage(scenario(*MOVING, fleet={"robots": 3}, drive={"heading_error_rad": 0.0005}))
+    watcher = driven(stage, plan)
+    from_log, live = judge(stage.world.scenario, stage.lines), watcher.least_moving_clearance
+    assert from_log.least_moving_clearance.distance_m == pytest.approx(live.distance_m, abs=1e-6)
+    recorded = [entry.record for _, entry in stage.lines if isinstance(entry.record, PromiseBroken)]
+    found = [breach.broken for breach in from_log.breaches]
+    assert _contacts(found) == _contacts(recorded)
+
+
+def _contacts(broken: list[PromiseBroken]) -> set[tuple[int, str]]:
+    return {(each.robot, each.why) for each in broken if "moving obstacle" in each.why}
 
 
 def test_a_pose_moved_into_an_obstacle_breaks_a_lawful_log() -> None:

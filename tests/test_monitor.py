@@ -14,6 +14,7 @@ from tests.world_scenarios import scenario
 from world.clearance import separations
 from world.monitor import Monitor, Promises
 from world.movers import Movers
+from world.moving import MovingCircle
 
 quietly = settings(deadline=None)  # the machine may be busy
 places = st.lists(st.tuples(st.floats(-3, 5), st.floats(-2, 2)), min_size=3, max_size=3)
@@ -136,6 +137,68 @@ def test_robots_of_radius_zero_are_kept_apart_by_their_centres() -> None:
     assert [
         each.invariant for each in play(points, [(0.0, 0.0), (-0.03, 0.0)], [(0.1, 0.0), (0.07, 0.0)])
     ] == ["S2"]
+
+
+def walker(*track: tuple[float, float, float], name: str = "walker") -> MovingCircle:
+    return MovingCircle(id=name, radius_m=0.2, track=track)
+
+
+def contacts(broken: list[PromiseBroken]) -> list[tuple[str, int, str]]:
+    return [(each.invariant, each.robot, each.why) for each in broken]
+
+
+MET = ("S1", 1, "in contact with moving obstacle walker while it moved")
+CROSSES = Movers.of((walker((0.0, -2.0, -1.0), (2.0, -2.0, 1.0)),))  # it is at (-2, 0) after a second
+
+
+def test_a_robot_that_drives_into_what_moves_breaks_its_promise_and_says_of_what() -> None:
+    watcher = monitor(movers=CROSSES)
+    assert contacts(play(watcher, [(-3.0, 0.0)], [(-2.0, 0.0)])) == [MET]
+    assert watcher.least_moving_clearance.distance_m == pytest.approx(-0.1)
+    assert (watcher.least_moving_clearance.robot, watcher.least_moving_clearance.t_s) == (1, 1.0)
+
+
+def test_a_robot_that_stands_may_be_touched_and_is_not_measured() -> None:
+    watcher = monitor(movers=CROSSES)
+    assert play(watcher, [(-2.0, 0.0)], [(-2.0, 0.0)], [(-2.0, 0.0)]) == []
+    assert watcher.least_moving_clearance.distance_m == math.inf
+
+
+def test_the_robots_that_stand_while_another_moves_may_be_touched() -> None:
+    watcher = monitor(movers=CROSSES)
+    assert play(watcher, [(-2.0, 0.0), (-3.0, 0.0)], [(-2.0, 0.0), (-3.5, 0.0)]) == []
+    assert watcher.least_moving_clearance.robot == 2
+
+
+def test_a_robot_that_drives_off_under_an_obstacle_was_in_contact_while_it_moved() -> None:
+    watcher = monitor(movers=CROSSES)
+    assert contacts(play(watcher, [(-2.0, 0.0)], [(-2.0, 0.0)], [(-3.0, 0.0)])) == [MET]
+
+
+def test_contact_between_the_ends_of_two_moves_is_found() -> None:
+    head_on = Movers.of((walker((0.0, 0.0, -1.0), (1.0, -3.0, -1.0)),))
+    assert contacts(play(monitor(movers=head_on), [(-3.0, -1.0)], [(0.0, -1.0)])) == [MET]
+
+
+def test_an_obstacle_that_turns_round_within_a_move_is_met_where_it_turned() -> None:
+    there_and_back = Movers.of((walker((0.0, -2.0, -1.0), (0.5, -2.0, 0.0), (1.0, -2.0, -1.0)),))
+    watcher = monitor(movers=there_and_back)
+    assert contacts(play(watcher, [(-2.5, 0.0)], [(-1.5, 0.0)])) == [MET]
+
+
+def test_to_pass_close_by_a_moving_obstacle_is_no_violation() -> None:
+    beside = Movers.of((walker((0.0, -3.0, 0.301), (1.0, 0.0, 0.301)),))
+    watcher = monitor(movers=beside)
+    assert play(watcher, [(-3.0, 0.0)], [(0.0, 0.0)]) == []
+    assert watcher.least_moving_clearance.distance_m == pytest.approx(0.001)
+    assert watcher.least_clearance.distance_m > 1.0  # which is of obstacles that never move
+
+
+def test_contact_that_lasts_is_one_violation_and_each_obstacle_has_its_own() -> None:
+    two = Movers.of(tuple(walker((0.0, x_m, 0.0), name=f"{x_m}") for x_m in (-2.0, -1.5)))
+    through = [[(-3.0 + 0.25 * k, 0.0)] for k in range(13)]
+    whys = [why for _, _, why in contacts(play(monitor(movers=two), *through))]
+    assert whys == [f"in contact with moving obstacle {name} while it moved" for name in ("-2.0", "-1.5")]
 
 
 def test_a_thousand_bodies_are_watched_in_one_expression() -> None:

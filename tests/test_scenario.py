@@ -277,7 +277,8 @@ def test_whatever_is_wrong_is_one_line_with_path_and_value(path: tuple[str, ...]
 
 
 def test_an_unknown_scenario_is_told_the_known_ones() -> None:
-    with pytest.raises(UsageError, match=r"^unknown scenario 'groove': must be one of grove, paper, or"):
+    known = "door, follower, grove, paper, pedestrian, or"
+    with pytest.raises(UsageError, match=rf"^unknown scenario 'groove': must be one of {known}"):
         load("groove")
 
 
@@ -379,6 +380,7 @@ def test_every_quantity_in_the_schema_says_its_unit() -> None:
         "TimeSection",
         "Circle",
         "Ellipse",
+        "MovingCircle",
     ):
         for name, described in definitions[section]["properties"].items():
             suffix = re.search(r"_(m|rad|mps|radps|s)(_min|_max)?$", name)

@@ -9,8 +9,8 @@ from world.scenario import Scenario
 SPACING_M = 0.6
 
 
-def scenario(**sections: dict[str, Any]) -> Scenario:
-    """The scenario, with the fields of its sections that are given instead."""
+def scenario(*moving: dict[str, Any], **sections: dict[str, Any]) -> Scenario:
+    """The scenario, with these moving obstacles, and the fields of its sections that are given instead."""
     raw: dict[str, Any] = {
         "name": "small",
         "fleet": {
@@ -31,6 +31,7 @@ def scenario(**sections: dict[str, Any]) -> Scenario:
             {"shape": "polygon", "vertices_m": [[2.0, -1.5], [3.0, -1.5], [3.0, -0.5], [2.0, -0.5]]},
         ],
     }
+    raw["moving"] = moving
     for section, fields in sections.items():
         raw[section] = raw.get(section, {}) | fields
     return msgspec.convert(raw, Scenario)

@@ -56,6 +56,8 @@ def _to_circles(circles: Floats, starts: Floats, ends: Floats, moves_m: Floats) 
 
 
 def _to_ellipses(rows: Floats, starts: Floats, ends: Floats, moves_m: Floats) -> Floats:
+    if len(rows) == 0:
+        return np.full(len(starts), math.inf)  # Newton's steps would take as long for none as for a few
     to_centres_m = _to_points(starts, rows[:, :2])
     nearest_m = to_centres_m - rows[:, 2:4].max(axis=1)
     farthest_m = to_centres_m - rows[:, 2:4].min(axis=1)

@@ -141,12 +141,13 @@ class Monitor:
         if not self.movers.names:
             return []
         rows, radius_m = np.flatnonzero(self._moved), self.promises.radius_m
-        near_m = radius_m + max(self.least_moving_clearance.distance_m, 0.0)
-        approaches_m = self.movers.approaches_m(
-            starts_m[rows], ends_m[rows], from_s=from_s, to_s=t_s, near_m=near_m
-        )
         apart_m = np.full((len(starts_m), len(self.movers.names)), math.inf)
-        apart_m[rows] = approaches_m - radius_m
+        if len(rows) > 0:
+            near_m = radius_m + max(self.least_moving_clearance.distance_m, 0.0)
+            approaches_m = self.movers.approaches_m(
+                starts_m[rows], ends_m[rows], from_s=from_s, to_s=t_s, near_m=near_m
+            )
+            apart_m[rows] = approaches_m - radius_m
         row = int(apart_m.min(axis=1).argmin())
         if apart_m[row].min() < self.least_moving_clearance.distance_m:
             self.least_moving_clearance = Least(distance_m=float(apart_m[row].min()), t_s=t_s, robot=row + 1)
