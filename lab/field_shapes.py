@@ -22,7 +22,7 @@ JITTER = 0.25  # of the way to the next corner; then no corner of a triangle is 
 ARM_UNITS = (0.5, 1.0)  # how thick the arms of an L, a U or a comb are
 ARMS_LONG = (3.0, 6.0)  # how long, in their own thickness
 STAR_TIPS = (3, 6)
-STAR_INNER = (0.45, 0.7)  # radius of the notches over that of the tips; deeper ones make needles
+STAR_NOTCHES = (0.6, 0.85)  # how far out, over where a straight side would be; deeper ones make needles
 COMB_TEETH = (3, 4)
 
 Obstacle = Circle | Polygon
@@ -58,7 +58,7 @@ def star(chance: Generator, unit_m: float) -> Obstacle:
     """Tips and notches in turn."""
     tips = int(chance.integers(STAR_TIPS[0], STAR_TIPS[1] + 1))
     radius_m = unit_m * chance.uniform(3.0 * SIZE_UNITS[0], SIZE_UNITS[1])
-    inner_m = radius_m * chance.uniform(*STAR_INNER)
+    inner_m = radius_m * math.cos(math.pi / tips) * chance.uniform(*STAR_NOTCHES)
     bearings = np.arange(2 * tips) * (math.pi / tips)
     radii_m = np.where(np.arange(2 * tips) % 2 == 0, radius_m, inner_m)[:, None]
     return _turned(radii_m * np.stack([np.cos(bearings), np.sin(bearings)], axis=1), chance)
