@@ -81,10 +81,10 @@ def _cells(figures: Figures) -> Iterator[tuple[str, str]]:
     yield "violations", str(figures.violations)
     yield "steps", _said(figures.switching_steps_median, "g")
     yield "max", _said(figures.switching_steps_max, "d")
-    yield "margin [mm]", _said(_mm(figures.clearance_margin_m_min), "+.2f")
+    yield "margin, mm", _said(_mm(figures.clearance_margin_m_min), "+.2f")
     yield "events/m", _said(figures.events_per_m, ".3f")
     yield "fewer", str(figures.fewer_robots)
-    yield "wall [s]", f"{figures.wall_s:.0f}"
+    yield "wall, s", f"{figures.wall_s:.0f}"
 
 
 def _said(value: float | None, form: str) -> str:

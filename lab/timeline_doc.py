@@ -32,7 +32,8 @@ one of the world's with a later time. Within one source, `n` and `t_s` go up.
 
 `hlc` is Zenoh's hybrid logical clock as `NTP64/id`: the source's time in units of 2^-32 s since 1970, as one
 decimal number, and then the id of its Zenoh session. It follows the wall clock and the time stamps that
-others send, and no two of one session are the same.
+others send, and no two of one session are the same. In a rehearsal the time is the simulated one, since 1970,
+and the id is the source.
 
 Positions are in the world frame, angles in (-pi, pi], anti-clockwise. A line that the writer's death has torn
 can only be the last.

@@ -1,0 +1,22 @@
+import re
+from pathlib import Path
+
+from lab.campaign_episode import Outcome, Surprise
+from lab.campaign_figures import Figures
+
+SECTIONS = (Path(__file__).parents[1] / "docs" / "campaign.md").read_text(encoding="utf-8").split("\n## ")
+
+
+def named(section: str) -> set[str]:
+    """What the first column of a section's tables names."""
+    (text,) = [each for each in SECTIONS if each.startswith(section)]
+    return {name for row in re.findall(r"^\| (`.*?) \|", text, re.M) for name in re.findall(r"`(\w+)`", row)}
+
+
+def test_every_field_of_an_outcome_and_every_surprise_is_explained_and_no_other() -> None:
+    surprises = {surprise.value for surprise in Surprise} - {"none"}
+    assert named("An outcome") == set(Outcome.__struct_fields__) | surprises
+
+
+def test_every_figure_is_explained_and_no_other() -> None:
+    assert named("The figures") == set(Figures.__struct_fields__)
