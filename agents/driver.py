@@ -56,6 +56,12 @@ class Driver:
         """Drive straight to a point that lies `reach_m` along the path."""
         self._renew(target, reach_m=reach_m, epoch=epoch, step=step)
 
+    def begin(self, progress_m: float) -> None:
+        """The strand has formed: what was driven until now was not on its path."""
+        if self._drive.target is not None:
+            self._renew(None, reach_m=progress_m, epoch=self._drive.epoch, step=0)
+        self.progress_m = progress_m
+
     def stand(self) -> None:
         """Stop where the body is, if it is driving."""
         if not self.standing and self._drive.target is not None:

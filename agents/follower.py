@@ -13,9 +13,10 @@ import math
 
 import numpy as np
 
+from agents.leg import certain_clearance_m, certain_clearance_m_min, seen_clearance_m
 from agents.scan import View, on_ground
-from protocol.arrays import distances_to_segments
-from protocol.frames import Point
+from protocol.arrays import Floats
+from protocol.frames import Point, Vertex
 from protocol.mission import Mission
 from protocol.path import Path
 from protocol.timeline import SegmentChecked
@@ -28,9 +29,10 @@ THERE_M = 1e-6  # nearer than this to an arc length counts as there: rounding of
 class Follower:
     """What a robot that follows remembers from segment to segment."""
 
-    def __init__(self, mission: Mission) -> None:
+    def __init__(self, mission: Mission, start_m: float) -> None:
         self._mission = mission
-        self._clear_until_m = -math.inf
+        self._clear_from_m = start_m
+        self._clear_until_m = start_m
         self._checked_at_s = -math.inf
 
     def reach_m(
@@ -52,6 +54,12 @@ class Follower:
         reach_m = min(vertex_m, authority_m)
         least_m = THERE_M if final or reach_m == vertex_m else DRIVE_M_MIN
         return reach_m if reach_m - ordered_m > least_m else None
+
+    def turn_round(self, end_m: float, progress_m: float) -> None:
+        """The strand turns round: arc lengths count from `end_m` back now. The robot stands at `progress_m`."""
+        until_m = max(self._clear_until_m, progress_m)
+        self._clear_from_m, self._clear_until_m = end_m - until_m, end_m - self._clear_from_m
+        self._checked_at_s = -math.inf
 
     def is_clear(self, reach_m: float) -> bool:
         """Whether the segment up to there has been checked."""
@@ -83,12 +91,12 @@ class Follower:
         """
         vertex = path[path.next_vertex(progress_m + THERE_M)]
         seen = self._without_robots(view, path, progress_m, max(authority_m, own_leg_m))
-        clearance_m = self._clearance_m(seen, path.at(vertex.s_m), 0.0, 0.0)
+        clearance_m = seen_clearance_m(seen, _xy(vertex), self._mission)
         clear = clearance_m >= self._mission.epsilon_m - 2.0 * self._mission.mu0_m
         if progress_m < own_leg_m - THERE_M:
-            unsure, per_range = self._mission.range_error_m_max, self._mission.blind_per_range
-            certain_m = self._clearance_m(seen, path.at(min(vertex.s_m, own_leg_m)), unsure, per_range)
-            clear = clear and certain_m >= self._mission.epsilon_m - self._mission.mu0_m / 2.0
+            end = _xy(path.at(min(vertex.s_m, own_leg_m)))
+            certain_m = certain_clearance_m(seen, end, self._mission)
+            clear = clear and certain_m >= certain_clearance_m_min(self._mission)
             clearance_m = min(clearance_m, certain_m)
         self._checked_at_s = now_s
         if clear:
@@ -97,14 +105,12 @@ class Follower:
         target = Point(x_m=vertex.x_m, y_m=vertex.y_m)
         return SegmentChecked(target=target, clear=clear, clearance_m=clearance_m)
 
-    def _clearance_m(self, seen: View, end: Point, unsure_m: float, unsure_per_range: float) -> float:
-        """Of the hull, swept from where the scan was taken, to the nearest hit, less what is unsure."""
-        offs = distances_to_segments(seen.hit_points, seen.position, np.array([end.x_m, end.y_m]))
-        offs = offs - unsure_m - unsure_per_range * seen.ranges_m[seen.hits]
-        return float(offs.min(initial=self._mission.range_m_max)) - self._mission.robot_radius_m
-
     def _without_robots(self, view: View, path: Path, progress_m: float, robots_from_m: float) -> View:
         within_m = self._mission.hull_reach_m
         behind = on_ground(view.points, path.between(0.0, progress_m), within_m=within_m)
         ahead = on_ground(view.points, path.between(robots_from_m, path.end_m), within_m=within_m)
         return view.without(behind | ahead)
+
+
+def _xy(at: Point | Vertex) -> Floats:
+    return np.array([at.x_m, at.y_m])

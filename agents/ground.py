@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from agents.certificate import Walls, ground_walls
 from protocol.arrays import Floats
 from protocol.path import Path
@@ -35,6 +37,16 @@ class Ground:
     def walls(self) -> Walls:
         """What a step has to keep off: all ground that robots behind may come to."""
         return ground_walls(self._from_tail(self.granted_m), self.keep_m)
+
+    @property
+    def taken(self) -> Floats:
+        """The same ground (n, 2), for guidance; empty where nobody is behind."""
+        return self._from_tail(self.granted_m) if self.keep_m > 0.0 else np.empty((0, 2))
+
+    def taken_from(self, leader_m: float) -> Floats:
+        """What ground (n, 2) the robots behind would take up if the leader stood there, as close as they are."""
+        length_m = self.path.end_m - self.tail_m
+        return self.path.between(max(leader_m - length_m, 0.0), max(leader_m - self.keep_m, 0.0))
 
     def _from_tail(self, to_m: float) -> Floats:
         corners = self.path.between(min(self.tail_m, to_m), to_m)

@@ -1,105 +1,174 @@
 """Guidance: where to go. It remembers every hit; ground that nobody has seen counts as free.
 
-The map is a grid. Cells nearer to a hit than the robot with its clearance are closed; near them
-driving costs more, so that ways keep off obstacles where there is room. The cost-to-go of every cell
-comes from one Dijkstra run from the goal. Guidance only ranks; what may be driven is the
-certificate's to say.
+Rule 1: cells of a grid that are nearer to a hit than the robot with its clearance are closed; near them
+        driving costs more, so that ways keep off obstacles where there is room. In doubt, by half a cell,
+        a cell is open: guidance only ranks, what may be driven is the certificate's to say.
+Rule 2: the cost-to-go of every cell comes from one Dijkstra run from the goal.
+Rule 3: a spot where the certificate refuses the way that the grid shows is closed for good.
+Rule 4: where the region has no bounds, the grid grows with what has been seen.
 """
 
+import zlib
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt, map_coordinates
-from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
-from protocol.arrays import Floats, Indices
-from protocol.mission import Bounds
+from agents.grid import Grid
+from protocol.arrays import Flags, Floats, Indices
+from protocol.messages import SEEN_BYTES_MAX
+from protocol.mission import Mission
 
+CELL_M_MAX = 0.05
+CELLS_A_BERTH = 4.0  # so that the shape of a gap survives
 CELLS_MAX = 250_000  # 500 x 500: a plan stays within some 0.2 s
 COMFORT = 2.0  # next to closed ground a metre costs this much more than in the open
-NEIGHBOURS = ((0, 1), (1, 0), (1, 1), (1, -1))  # each pair of cells once; the graph is undirected
+PACKED_M = 0.005  # what a place that is handed on is rounded to: a tenth of a cell
+PLACES_MAX = 200_000  # that are unpacked
+FELT_CELLS = 4.0  # so near to closed ground: enough to be felt, too little to close a way
 
 
 @dataclass(frozen=True)
 class CostToGo:
     """Cost from every cell to the goal [m]; infinite where there is no way."""
 
+    grid: Grid
     cells: Floats
-    low: Floats
-    cell_m: float
 
     def at(self, points: Floats) -> Floats:
-        """Cost-to-go at points (n, 2), interpolated; infinite next to closed ground."""
-        where = ((points - self.low) / self.cell_m - 0.5).T
-        cost = map_coordinates(self.cells, where, order=1, mode="constant", cval=np.inf)
-        return np.where(np.isnan(cost), np.inf, cost)  # 0 * inf, where a closed cell has no weight
+        """Cost-to-go at points (n, 2): over the best of the four cells around; infinite among closed ones."""
+        where = (points - self.grid.low) / self.grid.cell_m - 0.5
+        first = np.floor(where).astype(np.intp)
+        best = np.full(len(points), np.inf)
+        for corner in ((0, 0), (0, 1), (1, 0), (1, 1)):
+            cell = first + corner
+            inside = ((cell >= 0) & (cell < self.cells.shape)).all(axis=1)
+            cost = np.full(len(points), np.inf)
+            cost[inside] = self.cells[cell[inside, 0], cell[inside, 1]]
+            best = np.minimum(best, cost + self.grid.cell_m * np.hypot(*(where - cell).T))
+        return best
+
+    def way_from(self, point: Floats, *, cells_max: int) -> Floats:
+        """The beginning of the way (n, 2) down to the goal, cell by cell; empty where there is none."""
+        x, y = np.clip(self.grid.cells_of(point[None])[0], 0, np.array(self.cells.shape) - 1).tolist()
+        way: list[tuple[int, int]] = []
+        here_m = np.inf
+        while len(way) < cells_max:
+            low_x, low_y = max(x - 1, 0), max(y - 1, 0)
+            around = self.cells[low_x : x + 2, low_y : y + 2]
+            lowest = int(np.argmin(around))
+            if not around.flat[lowest] < here_m:
+                break
+            here_m = float(around.flat[lowest])
+            x, y = low_x + lowest // around.shape[1], low_y + lowest % around.shape[1]
+            way.append((x, y))
+        return self.grid.centres_of(np.array(way, dtype=np.intp).reshape(-1, 2))
 
 
 class Map:
-    """What the leader has seen of the region so far."""
+    """What the leader has seen of the region so far, as its mission's goal needs it."""
 
-    def __init__(self, bounds: Bounds, *, cell_m: float) -> None:
-        self._low = np.array([bounds.x_m_min, bounds.y_m_min])
-        size = np.array([bounds.x_m_max, bounds.y_m_max]) - self._low
-        self._cell_m = max(cell_m, float(np.sqrt(size.prod() / CELLS_MAX)))
-        self._hit = np.zeros(np.maximum(np.ceil(size / self._cell_m), 1).astype(int), dtype=np.bool_)
+    def __init__(self, mission: Mission, start: Floats) -> None:
+        self._keep_m = mission.berth_m
+        self._keep_in_m = mission.robot_radius_m + mission.mu0_m
+        self._margin_m = mission.range_m_max
+        self._bounded = mission.bounds is not None
+        self._hits = np.empty((0, 2))
+        self._closed = np.empty((0, 2))
+        self._cell_m = min(CELL_M_MAX, mission.berth_m / CELLS_A_BERTH)
+        if mission.bounds is not None:
+            bounds = mission.bounds
+            low, high = (bounds.x_m_min, bounds.y_m_min), (bounds.x_m_max, bounds.y_m_max)
+            self._lay(np.array(low), np.array(high))
+        else:
+            self._lay(start - self._margin_m, start + self._margin_m)
+
+    def _lay(self, low: Floats, high: Floats) -> None:
+        """Lay the grid over a rectangle, and all that is known onto it."""
+        self._grid = Grid.over(low, high, self._cell_m, cells_max=CELLS_MAX)
+        self._room = np.full(self._grid.shape, np.inf)
+        if self._bounded:
+            self._room = self._grid.off_border() - self._keep_in_m
+        self._keep_off(self._hits)
+        self._keep_off(self._closed)
 
     def remember(self, hit_points: Floats) -> None:
-        """Add hits (n, 2) [m; world frame]; what is outside the bounds is no concern of ours."""
-        cells = np.floor((hit_points - self._low) / self._cell_m).astype(int)
-        cells = cells[((cells >= 0) & (cells < self._hit.shape)).all(axis=1)]
-        self._hit[cells[:, 0], cells[:, 1]] = True
+        """Add hits (n, 2) [m; world frame]; outside the bounds they are no concern of ours."""
+        if not self._bounded:
+            self._reach_out_to(hit_points)
+        inside = hit_points[self._grid.has(hit_points)]
+        new = inside[~np.isin(self._grid.fine_parts(inside), self._grid.fine_parts(self._hits))]
+        self._hits = np.concatenate([self._hits, new])
+        self._keep_off(new)
 
-    def cost_to_go(self, goal: Floats, *, tolerance_m: float, keep_m: float, keep_in_m: float) -> CostToGo:
-        """Cost from everywhere to the goal, `keep_m` off all hits and `keep_in_m` inside the bounds.
+    def _reach_out_to(self, points: Floats) -> None:
+        """Rule 4: have the grid reach beyond these points by the sensor's range."""
+        if len(points) == 0 or self._grid.has(points).all():
+            return
+        low = np.minimum(self._grid.low, points.min(axis=0) - self._margin_m)
+        high = np.maximum(self._grid.high, points.max(axis=0) + self._margin_m)
+        self._lay(low, high)
 
-        Where the goal itself is closed, any open cell within its tolerance will do.
+    def close(self, spot: Floats) -> None:
+        """Rule 3."""
+        self._closed = np.concatenate([self._closed, spot[None]])
+        self._keep_off(spot[None])
+
+    def _keep_off(self, points: Floats) -> None:
+        reach_m = self._keep_m + FELT_CELLS * self._grid.cell_m
+        self._grid.lower_around(self._room, points, reach_m=reach_m, less_m=self._keep_m)
+
+    def cost_to_go(
+        self, goal: Floats, *, tolerance_m: float, taken: Floats | None = None, keep_m: float = 0.0
+    ) -> CostToGo:
+        """Cost from everywhere to the goal. Where that is closed, open ground within its tolerance will do.
+
+        Args:
+            goal: (2,) [m; world frame].
+            tolerance_m: how near is near enough.
+            taken: a polyline (n, 2) of ground that other robots take up.
+            keep_m: least distance of the centre from that.
         """
-        off_hits = distance_transform_edt(~self._hit) * self._cell_m if self._hit.any() else np.inf
-        off_bounds = np.minimum.outer(*(self._to_ends_m(size) for size in self._hit.shape))
-        room = np.minimum(off_hits - keep_m, off_bounds - keep_in_m)
-        cells = _dijkstra(room, self._cell_m, self._sources(room, goal, tolerance_m))
-        return CostToGo(cells, self._low, self._cell_m)
+        if not self._bounded:
+            self._reach_out_to(goal[None])
+        cell_m, room = self._grid.cell_m, self._room
+        if taken is not None and len(taken) > 1:
+            room = np.minimum(room, self._grid.off_line(taken, reach_m=keep_m + cell_m) - keep_m)
+        is_open = room > -cell_m / 2.0
+        sources = self._sources(is_open, goal, tolerance_m)
+        if len(sources) == 0:
+            return CostToGo(self._grid, np.full(room.shape, np.inf))
+        price = 1.0 + COMFORT * np.clip(1.0 - room / (FELT_CELLS * cell_m), 0.0, 1.0)
+        cost = dijkstra(self._grid.graph(is_open, price), directed=False, indices=sources, min_only=True)
+        return CostToGo(self._grid, np.asarray(cost.reshape(room.shape)))
 
-    def _to_ends_m(self, size: int) -> Floats:
-        along = np.arange(size) + 0.5
-        return np.asarray(np.minimum(along, size - along) * self._cell_m)
+    def _sources(self, is_open: Flags, goal: Floats, tolerance_m: float) -> Indices:
+        """The open cells at the goal; where it is closed, those within its tolerance."""
+        cells = np.argwhere(is_open)
+        off_goal = np.hypot(*(self._grid.centres_of(cells) - goal).T)
+        near = off_goal <= self._grid.cell_m
+        if not near.any():
+            near = off_goal <= tolerance_m
+        return np.asarray(np.ravel_multi_index(tuple(cells[near].T), self._grid.shape))
 
-    def _sources(self, room: Floats, goal: Floats, tolerance_m: float) -> Indices:
-        centres = (np.indices(room.shape).reshape(2, -1).T + 0.5) * self._cell_m + self._low
-        off_goal = np.hypot(*(centres - goal).T)
-        open_cells = np.flatnonzero(room.ravel() > 0.0)
-        near = open_cells[off_goal[open_cells] <= max(tolerance_m, self._cell_m)]
-        at_goal = near[off_goal[near] <= self._cell_m]
-        return np.asarray(at_goal if len(at_goal) else near)
+    def packed(self) -> bytes:
+        """What is closed, for another robot's map: as many places as a message holds."""
+        places = np.round(np.concatenate([self._closed, self._hits]) / PACKED_M).astype("<i4")
+        while len(packed := zlib.compress(places.T.tobytes())) > SEEN_BYTES_MAX:
+            places = places[::2]
+        return packed
 
+    def unpack(self, packed: bytes) -> None:
+        """Remember what another robot's map holds; what is no such thing changes nothing."""
+        unpacking = zlib.decompressobj()
+        try:
+            raw = unpacking.decompress(packed, PLACES_MAX * 8)
+        except zlib.error:
+            return
+        if len(raw) % 8 == 0:
+            self.remember(np.frombuffer(raw, "<i4").reshape(2, -1).T * PACKED_M)
 
-def _dijkstra(room: Floats, cell_m: float, sources: Indices) -> Floats:
-    """Cost of every cell from the nearest source, over eight neighbours."""
-    if len(sources) == 0:
-        return np.full(room.shape, np.inf)
-    is_open = room > 0.0
-    margin = 4.0 * cell_m  # four cells: enough to be felt, too little to close a way
-    price = 1.0 + COMFORT * np.clip(1.0 - room / margin, 0.0, 1.0)
-    index = np.arange(room.size).reshape(room.shape)
-    rows, columns, costs = [], [], []
-    for dx, dy in NEIGHBOURS:
-        here, there = _shifted(room.shape, dx, dy)
-        both = is_open[here] & is_open[there]
-        rows.append(index[here][both])
-        columns.append(index[there][both])
-        costs.append((np.hypot(dx, dy) * cell_m / 2.0) * (price[here] + price[there])[both])
-    graph = coo_array(
-        (np.concatenate(costs), (np.concatenate(rows), np.concatenate(columns))), shape=(room.size, room.size)
-    ).tocsr()
-    cost = dijkstra(graph, directed=False, indices=sources, min_only=True)
-    return np.asarray(cost.reshape(room.shape))
-
-
-def _shifted(shape: tuple[int, ...], dx: int, dy: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
-    """The cells that have a neighbour at (dx, dy), and those neighbours."""
-    width, height = shape
-    here_y = slice(max(-dy, 0), height - max(dy, 0))
-    there_y = slice(max(dy, 0), height - max(-dy, 0))
-    return (slice(0, width - dx), here_y), (slice(dx, width), there_y)
+    def narrowest(self, way: Floats) -> Floats:
+        """The spot (2,) of a way (n, 2) that has the least room."""
+        cells = self._grid.cells_of(way)
+        return np.asarray(way[int(np.argmin(self._room[cells[:, 0], cells[:, 1]]))])

@@ -1,16 +1,23 @@
 """The leader: stands at a switching position, senses, and plans the next switching step.
 
-Rule 1: one scan a switching position, one step a scan.
+Rule 1: one scan a switching position, one step a scan. Where no certified step comes nearer to the goal the
+        leader looks closer once, with more revolutions of the scanner. A spot that is refused even then is
+        closed, and what is left is ranked anew.
 Rule 2: under the certified law no step is planned nearer than the strand's distance to ground that has
         been granted to robots behind. (The paper's laws know nothing of robots behind.)
-Rule 3: a way that is not there is said (`NoStep`), never searched for by wandering.
+Rule 3: where only the strand itself is in the way, the leader waits until it has closed up, and else has it
+        turn round (`DeadEnd`).
+Rule 4: a way that is not there is said (`NoStep`), never searched for by wandering.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from agents.certificate import Walls, bounds_walls, promised_clearance_m, scan_walls
+from agents.dead_end import way_back_m
 from agents.ground import Ground
-from agents.guidance import Map
+from agents.guidance import CostToGo, Map
 from agents.scan import View, on_ground
 from agents.step import (
     Crossed,
@@ -18,19 +25,44 @@ from agents.step import (
     Sight,
     Step,
     certified_step_onward,
+    certified_step_to,
     certified_step_to_goal,
     look,
     paper_step,
+    refused_at,
 )
 from protocol.arrays import Flags, Floats
 from protocol.frames import Point, Pose
-from protocol.mission import Bounds, Law, Mission
+from protocol.messages import RAYS_MAX
+from protocol.mission import Law, Mission
 from protocol.timeline import SeenGap, SeenObstacle, StepPlanned
 
-CELL_M_MAX = 0.05  # 9 ms for the cost-to-go of 27,000 cells, measured on two shared cores
-CELLS_A_BERTH = 4.0  # so that the shape of a gap survives
 SEEN_MAX = 250  # obstacles and gaps in a timeline entry, which has to fit into one message
 GAIN_M = 0.01  # a step that saves less of the way is not worth a stop
+CLOSER = 4  # times the revolutions of the scanner: an obstacle's unseen part is a quarter
+WAY_CELLS = 4000  # more than any way that a scan shows part of
+SPOTS_MAX = 100  # closed from one place: a way that the certificate refuses so often is none
+
+
+@dataclass(frozen=True)
+class LookCloser:
+    """Nothing can be said with so few rays."""
+
+
+@dataclass(frozen=True)
+class Wait:
+    """The strand behind is in the way, and has not closed up yet."""
+
+
+@dataclass(frozen=True)
+class DeadEnd:
+    """The only way on is back."""
+
+    back_to_m: float
+    """Arc length of the place from which the leader can go another way; 0: the tail had better lead."""
+
+
+Plan = StepPlanned | NoStep | Crossed | LookCloser | Wait | DeadEnd
 
 
 class Leader:
@@ -40,10 +72,14 @@ class Leader:
         self._mission = mission
         self._onward_rad = start.heading_rad
         self._goal = None if mission.goal is None else _xy(mission.goal)
-        bounds = mission.bounds or _around(start, mission)
-        self._map = Map(bounds, cell_m=min(CELL_M_MAX, mission.berth_m / CELLS_A_BERTH))
+        self.map = Map(mission, np.array([start.x_m, start.y_m]))
         self.steps = 0
         """Switching steps planned so far."""
+
+    @property
+    def closer(self) -> int:
+        """Revolutions of the scanner for a closer look."""
+        return min(CLOSER * self._mission.revolutions, RAYS_MAX // self._mission.directions)
 
     def is_done(self, position: Floats) -> bool:
         """Whether this is the last switching position: the goal's, or the last that was asked for."""
@@ -51,39 +87,84 @@ class Leader:
             return float(np.hypot(*(self._goal - position))) <= self._mission.goal_tolerance_m
         return self.steps + 1 == self._mission.switching_positions_max
 
-    def plan(self, view: View, ground: Ground) -> StepPlanned | NoStep | Crossed:
-        """The next switching step out of a scan, as it goes into the timeline."""
+    def plan(self, view: View, ground: Ground, *, epoch: int, settled: bool) -> Plan:
+        """The next switching step out of a scan, as it goes into the timeline; or why there is none.
+
+        Args:
+            view: the scan.
+            ground: what robots behind take up.
+            epoch: the strand's.
+            settled: whether the robots behind have come as near as they will.
+        """
         off_path_m = np.hypot(*(view.position - ground.path.between(0.0, ground.path.end_m)[-1]))
         lawful = off_path_m <= self._mission.mu0_m or not self._mission.law.promises_clearance
         assert lawful, f"planned {off_path_m} m from where the path ends"
         sight, hull_reach_m = look(view, self._mission), self._mission.hull_reach_m
         walls = Walls.joined(scan_walls(view, self._mission), ground.walls, *self._bounds())
-        step = self._step(sight, walls, on_ground(view.points, ground.occupied, within_m=hull_reach_m))
+        robots = on_ground(view.points, ground.occupied, within_m=hull_reach_m)
+        if self._mission.law is not Law.CERTIFIED:
+            step: Step | Plan = paper_step(sight, self._mission, gain_m=GAIN_M)
+        elif self._goal is None:
+            step = certified_step_onward(sight, walls, onward_rad=self._onward_rad, gain_m=GAIN_M)
+        else:
+            step = self._step_to(self._goal, view.without(robots), walls, ground, settled=settled)
         if not isinstance(step, Step):
             return step
         self.steps += 1
         behind = on_ground(view.points, ground.behind, within_m=hull_reach_m)
-        return self._record(step, sight, ground, behind)
+        return self._record(step, sight, ground, behind, epoch)
 
     def _bounds(self) -> list[Walls]:
         bounds = self._mission.bounds
         return [] if bounds is None else [bounds_walls(bounds, self._mission)]
 
-    def _step(self, sight: Sight, walls: Walls, robots: Flags) -> Step | NoStep | Crossed:
-        if self._mission.law is not Law.CERTIFIED:
-            return paper_step(sight, self._mission, gain_m=GAIN_M)
-        if self._goal is None:
-            return certified_step_onward(sight, walls, onward_rad=self._onward_rad, gain_m=GAIN_M)
-        self._map.remember(sight.view.without(robots).hit_points)
-        cost_to_go = self._map.cost_to_go(
-            self._goal,
-            tolerance_m=self._mission.goal_tolerance_m,
-            keep_m=self._mission.berth_m,
-            keep_in_m=self._mission.robot_radius_m + self._mission.mu0_m,
-        )
-        return certified_step_to_goal(sight.view, walls, cost_to_go, self._goal, gain_m=GAIN_M)
+    def _step_to(
+        self, goal: Floats, view: View, walls: Walls, ground: Ground, *, settled: bool
+    ) -> Step | NoStep | LookCloser | Wait | DeadEnd:
+        self.map.remember(view.hit_points)
+        step = certified_step_to(view, walls, goal)
+        for _ in range(SPOTS_MAX):
+            if step is not None:
+                return step
+            cost_to_go = self._cost_to_go(goal, ground.taken)
+            step = certified_step_to_goal(view, walls, cost_to_go, gain_m=GAIN_M)
+            if step is not None:
+                return step
+            here_m = float(cost_to_go.at(view.position[None])[0])
+            if here_m == np.inf:
+                return self._turn_back(goal, view.position, ground, settled=settled)
+            if len(view.ranges_m) < self._mission.directions * self.closer:
+                return LookCloser()
+            self._close(view, walls, cost_to_go)
+        return NoStep(f"no certified step comes nearer to the goal, {here_m:.2f} m to go")
 
-    def _record(self, step: Step, sight: Sight, ground: Ground, behind: Flags) -> StepPlanned:
+    def _cost_to_go(self, goal: Floats, taken: Floats) -> CostToGo:
+        tolerance_m, keep_m = self._mission.goal_tolerance_m, self._mission.robot_keep_m
+        return self.map.cost_to_go(goal, tolerance_m=tolerance_m, taken=taken, keep_m=keep_m)
+
+    def _close(self, view: View, walls: Walls, cost_to_go: CostToGo) -> None:
+        """Close the narrowest spot of the way where the certificate refuses it."""
+        way = cost_to_go.way_from(view.position, cells_max=WAY_CELLS)
+        first = min(refused_at(view, walls, way), len(way) - 1)
+        off_first_m = np.hypot(*(way[first:] - way[first]).T)
+        self.map.close(self.map.narrowest(way[first:][off_first_m <= 2.0 * self._mission.berth_m]))
+
+    def _turn_back(
+        self, goal: Floats, position: Floats, ground: Ground, *, settled: bool
+    ) -> NoStep | Wait | DeadEnd:
+        """What to do where no way leads past the strand."""
+
+        def reachable(place: Floats, taken: Floats) -> bool:
+            return bool(np.isfinite(self._cost_to_go(goal, taken).at(place[None])[0]))
+
+        if not len(ground.taken) or not reachable(position, np.empty((0, 2))):
+            return NoStep("no way to the goal is left in what is known")
+        if not settled:
+            return Wait()
+        back_to_m = way_back_m(ground, self._mission.berth_m, reachable)
+        return DeadEnd(0.0 if back_to_m is None else back_to_m)
+
+    def _record(self, step: Step, sight: Sight, ground: Ground, behind: Flags, epoch: int) -> StepPlanned:
         target = step.target(sight.view.position)
         passable = set(sight.passable_gaps)
         promised_m = None
@@ -91,6 +172,7 @@ class Leader:
             promised_m = promised_clearance_m(sight.view, target, behind, self._mission)
         return StepPlanned(
             step=self.steps,
+            epoch=epoch,
             law=self._mission.law,
             x_m=float(sight.view.position[0]),
             y_m=float(sight.view.position[1]),
@@ -129,15 +211,3 @@ def point(xy: Floats) -> Point:
 
 def _xy(at: Point) -> Floats:
     return np.array([at.x_m, at.y_m])
-
-
-def _around(start: Pose, mission: Mission) -> Bounds:
-    """Where the region has no bounds: the box of start and goal, with the sensor's range on all sides."""
-    ends: list[Pose | Point] = [start, mission.goal or start]
-    margin_m = mission.range_m_max
-    return Bounds(
-        x_m_min=min(end.x_m for end in ends) - margin_m,
-        y_m_min=min(end.y_m for end in ends) - margin_m,
-        x_m_max=max(end.x_m for end in ends) + margin_m,
-        y_m_max=max(end.y_m for end in ends) + margin_m,
-    )

@@ -1,19 +1,33 @@
-"""One robot's part in the lining up: what it announces, and when it may take its place.
+"""One robot's part in the lining up: what it announces, when it may move, and when the strand has formed.
 
 Rule 1: it announces itself on every change and on every heartbeat, until it has its place; so any
         announcement may be lost.
-Rule 2: it senses only where the order depends on it: without a goal, once all places are known.
+Rule 2: it senses where the order depends on it (without a goal), where it looks at its leg, and in its turn.
+Rule 3: the last robot in place gives a turn to the nearest that is not, those apart that it gave one in vain;
+        it gives the next when that one has said that its turn has ended.
+Rule 4: a robot drives only in its turn, when all others have said that they know of it, and while it has
+        heard the giver within `silence_s`. It ends its turn standing, in place or blocked.
 """
 
-import numpy as np
+import math
 
-from agents.commands import Announce, Command
-from agents.muster import Roster, folds_back
-from agents.scan import View, on_discs
+import numpy as np
+from msgspec.structs import replace
+
+from agents.commands import Announce, Command, Note
+from agents.driver import Driver
+from agents.joining import InPlace, Joining, Stands, leg_is_clear, without_hulls
+from agents.muster import Roster
+from agents.scan import View
+from agents.step import NoStep
+from protocol.arrays import Floats
 from protocol.frames import Pose
-from protocol.messages import Muster
+from protocol.messages import Muster, Turn
 from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
+from protocol.timeline import RobotBlocked, RobotPlaced, RouteLost, StepPlanned
+
+EPOCH = 0  # of orders before the strand has formed
 
 
 class Lining:
@@ -22,10 +36,18 @@ class Lining:
     def __init__(self, robot: int, mission: Mission) -> None:
         self._robot = robot
         self._mission = mission
-        self._roster = Roster(mission.robots, mission.goal)
-        self._obstacle_m: float | None = None
-        self._announced: Muster | None = None
-        self._announced_at_s = -float("inf")
+        least_m = 2.0 * mission.robot_radius_m + mission.separation_m - TOUCHING_M
+        self._roster = Roster(mission.robots, mission.goal, least_m)
+        self._heard_at_s: dict[int, float] = {}
+        self._said = Muster(number=0, pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0))
+        self._announced = 0
+        self._announced_at_s = -math.inf
+        self._joining: Joining | None = None
+        self._step: StepPlanned | None = None
+        self._blocked: set[int] = set()
+        self._lost = False
+        self.look: View | None = None
+        """A scan from where the robot stands, without the hulls of others; None where it has taken none."""
 
     @property
     def places(self) -> dict[int, Pose]:
@@ -36,51 +58,168 @@ class Lining:
 
     @property
     def order(self) -> tuple[int, ...]:
-        """The strand, leader first; empty until it can be known."""
-        return self._roster.order()
-
-    @property
-    def wants_scan(self) -> bool:
-        """Rule 2."""
-        return self._mission.goal is None and self._roster.places is not None and self._obstacle_m is None
+        """The strand, leader first; empty until all are in place."""
+        strand = self._roster.strand
+        return strand if len(strand) == self._mission.robots else ()
 
     @property
     def sensed(self) -> bool:
-        """Whether a scan has been taken."""
-        return self._obstacle_m is not None
+        """Whether a scan has been taken for the order."""
+        return self._said.obstacle_m is not None
 
     @property
     def may_lead(self) -> bool:
-        """Whether this robot leads and all have confirmed the order."""
+        """Whether this robot leads and all have confirmed the strand."""
         return self.order[:1] == (self._robot,) and self._roster.agreed()
 
-    @property
-    def folds_back(self) -> bool:
-        """Whether robots stand so that no strand can be drawn through their places."""
-        least_m = 2.0 * self._mission.robot_radius_m + self._mission.separation_m - TOUCHING_M
-        return folds_back(self.places, self.order, least_m=least_m)
+    def wants_scan(self, driver: Driver) -> bool:
+        """Rule 2."""
+        if self.look is None and (self._needs_obstacle or self._needs_leg):
+            return True
+        return self._may_drive and self._step is None and driver.standing
 
-    def hear(self, robot: int, muster: Muster) -> None:
+    def hear(self, robot: int, muster: Muster, now_s: float) -> None:
         """Take in what another robot announces."""
-        if robot != self._robot:
-            self._roster.hear(robot, muster)
+        if robot != self._robot and self._roster.hear(robot, muster):
+            self._heard_at_s[robot] = now_s
 
-    def announce(self, pose: Pose, scan: View | None, now_s: float) -> list[Command]:
-        """Rule 1, with what a scan adds."""
-        self._roster.hear(self._robot, Muster(pose=pose, obstacle_m=self._obstacle_m, order=()))
-        if scan is not None and self.wants_scan:
-            self._obstacle_m = self._nearest_obstacle_m(scan)
-            self._roster.hear(self._robot, Muster(pose=pose, obstacle_m=self._obstacle_m, order=()))
-        muster = Muster(pose=pose, obstacle_m=self._obstacle_m, order=self.order)
-        self._roster.hear(self._robot, muster)
-        if muster == self._announced and now_s - self._announced_at_s < self._mission.heartbeat_s:
+    def act(self, driver: Driver, scan: View | None, now_s: float) -> list[Command]:
+        """Sense, take a turn or give one, and announce what is new.
+
+        Args:
+            driver: the robot's own.
+            scan: one that was taken where the robot stands, if there is a new one.
+            now_s: the time.
+        """
+        if self._own_turn is None:
+            self._say(pose=driver.odometry.pose)
+        self._sense(scan)
+        commands = self._take_turn(driver, scan, now_s) + self._give_turn()
+        turn = self._roster.turn
+        self._say(turn=turn.number if turn is not None else 0, order=self.order)
+        return commands + self._announce(now_s)
+
+    # --- rule 1 -------------------------------------------------------------------------------------
+
+    def _say(self, **news: object) -> None:
+        """Have the next announcement say so; a robot is the first to hear itself."""
+        if any(getattr(self._said, name) != value for name, value in news.items()):
+            self._said = replace(self._said, number=self._said.number + 1, **news)
+            self._roster.hear(self._robot, self._said)
+
+    def _announce(self, now_s: float) -> list[Command]:
+        if self._said.number == self._announced:
+            if now_s - self._announced_at_s < self._mission.heartbeat_s:
+                return []
+            self._say(number=self._said.number + 1)
+        self._announced, self._announced_at_s = self._said.number, now_s
+        return [Announce(self._said)]
+
+    # --- rule 2 -------------------------------------------------------------------------------------
+
+    @property
+    def _needs_obstacle(self) -> bool:
+        return self._mission.goal is None and self._roster.places is not None and not self.sensed
+
+    @property
+    def _needs_leg(self) -> bool:
+        """Whether the order of the start is known, but not yet whether this robot's leg in it is clear."""
+        order = self._roster.start_order
+        looks = self._mission.law.promises_clearance and order[:1] != (self._robot,)
+        return bool(order) and self._said.leg_clear is None and looks
+
+    def _sense(self, scan: View | None) -> None:
+        if scan is not None and (self._needs_obstacle or self._needs_leg):
+            self.look = without_hulls(scan, self._xy(self._others), self._mission)
+        if self._needs_obstacle and self.look is not None:
+            nearest_m = self.look.nearest_m
+            self._say(obstacle_m=self._mission.range_m_max if nearest_m is None else nearest_m)
+        order = self._roster.start_order
+        if self._needs_leg and self.look is not None:
+            ahead = self._xy([order[order.index(self._robot) - 1]])[0]
+            self._say(leg_clear=leg_is_clear(self.look, ahead, self._mission))
+        elif order and self._said.leg_clear is None and not self._needs_leg:
+            self._say(leg_clear=True)
+
+    # --- rule 3 -------------------------------------------------------------------------------------
+
+    def _give_turn(self) -> list[Command]:
+        strand, given = self._roster.strand, self._said.gives
+        if strand[-1:] != (self._robot,) or len(strand) == self._mission.robots or self._lost:
             return []
-        self._announced, self._announced_at_s = muster, now_s
-        return [Announce(muster)]
+        if given is not None:
+            if self._roster.heard[given.robot].ended < given.number:
+                return []
+            self._blocked.add(given.robot)
+        waiting = [robot for robot in self._others if robot not in strand]
+        free = [robot for robot in waiting if robot not in self._blocked]
+        if not free:
+            self._lost = True
+            named = ", ".join(f"robot {robot}" for robot in waiting)
+            return [Note(RouteLost(reason=f"no way to a place behind robot {self._robot} for {named}"))]
+        off_m = np.hypot(*(self._xy(free) - self._xy([self._robot])).T)
+        newest = self._roster.turn
+        number = 1 if newest is None else newest.number + 1
+        self._say(gives=Turn(number=number, robot=free[int(np.argmin(off_m))]))
+        return []
 
-    def _nearest_obstacle_m(self, scan: View) -> float:
-        """(3): distance to the nearest hit that is no robot; the range limit where there is none."""
-        others = [(pose.x_m, pose.y_m) for robot, pose in self.places.items() if robot != self._robot]
-        hulls = on_discs(scan.points, np.array(others).reshape(-1, 2), within_m=self._mission.hull_reach_m)
-        nearest_m = scan.without(hulls).nearest_m
-        return self._mission.range_m_max if nearest_m is None else nearest_m
+    # --- rule 4 -------------------------------------------------------------------------------------
+
+    @property
+    def _own_turn(self) -> Turn | None:
+        """The turn that this robot has and has not ended."""
+        turn = self._roster.turn
+        mine = turn is not None and turn.robot == self._robot and turn.number > self._said.ended
+        return turn if mine else None
+
+    @property
+    def _may_drive(self) -> bool:
+        turn = self._own_turn
+        return turn is not None and self._roster.all_know_of(turn)
+
+    def _take_turn(self, driver: Driver, scan: View | None, now_s: float) -> list[Command]:
+        if not self._may_drive:
+            return []
+        if now_s - self._heard_at_s[self._roster.strand[-1]] > self._mission.silence_s:
+            driver.stand()
+            return []
+        if not driver.standing:
+            return []
+        step = self._step
+        if step is not None and driver.progress_m < step.reach_m:
+            driver.to(step.target, reach_m=step.reach_m, epoch=EPOCH)
+            return []
+        self._step = None
+        return [] if scan is None else self._join(driver, scan)
+
+    def _join(self, driver: Driver, scan: View) -> list[Command]:
+        strand, turn, pose = self._roster.strand, self._own_turn, driver.odometry.pose
+        assert turn is not None, "nobody joins out of turn"
+        waiting = [robot for robot in self._others if robot not in strand]
+        stands = Stands(self._xy(strand), self._xy(waiting))
+        self._joining = self._joining or Joining(self._mission, scan.position)
+        planned = self._joining.plan(scan, stands)
+        match planned:
+            case InPlace():
+                self.look = without_hulls(scan, stands.all, self._mission)
+                self._say(pose=pose, ended=turn.number, rank=len(strand))
+                placed = RobotPlaced(rank=len(strand), turn=turn.number, x_m=pose.x_m, y_m=pose.y_m)
+                return [Note(placed)]
+            case NoStep(reason):
+                self._say(pose=pose, ended=turn.number)
+                return [Note(RobotBlocked(turn=turn.number, reason=reason, x_m=pose.x_m, y_m=pose.y_m))]
+            case _:
+                self._step = planned
+                driver.to(planned.target, reach_m=planned.reach_m, epoch=EPOCH)
+                return [Note(planned)]
+
+    # --- small things -------------------------------------------------------------------------------
+
+    @property
+    def _others(self) -> list[int]:
+        return [robot for robot in self.places if robot != self._robot]
+
+    def _xy(self, robots: list[int] | tuple[int, ...]) -> Floats:
+        """Where robots stand (n, 2) [m; world frame]."""
+        places = self.places
+        return np.array([(places[robot].x_m, places[robot].y_m) for robot in robots]).reshape(-1, 2)

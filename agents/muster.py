@@ -1,14 +1,14 @@
-"""Lining up: who leads, and in which order the others follow. Pure, and the same at every robot.
+"""Lining up: who leads, in which order the others follow, who is in place. Pure, and the same at every robot.
 
-Rule 1: every robot announces its place; without a goal its distance to the nearest obstacle too; then the
-        order that it computed.
-Rule 2: without a goal the leader is the robot nearest to an obstacle (3), ties by lowest number.
-Rule 3: with a goal, (3) may elect a robot at the far end, which would have to lead through its own
+Rule 1: without a goal the leader is the robot nearest to an obstacle (3), ties by lowest number.
+Rule 2: with a goal, (3) may elect a robot at the far end, which would have to lead through its own
         fleet. Then it is one of three, the robot nearest to the goal and both ends of its strand: the
         one whose strand has the least way to drive until its tail is at the goal.
-Rule 4: from the leader on, each next place goes to the nearest robot not yet placed (section III-C),
-        ties by lowest number.
-Rule 5: all compute the order from the same roster; the leader starts when all have announced the same.
+Rule 3: from the leader on, each next place goes to the nearest robot not yet placed (section III-C),
+        ties by lowest number. This is the order of the start; it stays as it is once it can be known.
+Rule 4: in place are, from the front on, as many of that order as have a clear leg to the robot ahead that
+        does not fold back; then those that came to a place by a turn.
+Rule 5: the leader starts when all have announced the same strand.
 """
 
 import math
@@ -20,13 +20,13 @@ import numpy as np
 
 from protocol.arrays import distances_to_segments, segments_apart
 from protocol.frames import Point, Pose
-from protocol.messages import Muster
+from protocol.messages import Muster, Turn
 
 Places = Mapping[int, Pose]
 
 
 def chain(places: Places, leader: int) -> tuple[int, ...]:
-    """Rule 4: the strand behind a leader."""
+    """Rule 3: the strand behind a leader."""
     order = [leader]
     waiting = sorted(set(places) - {leader})
     while waiting:
@@ -38,12 +38,12 @@ def chain(places: Places, leader: int) -> tuple[int, ...]:
 
 
 def order_without_goal(places: Places, obstacle_m: Mapping[int, float]) -> tuple[int, ...]:
-    """Rules 2 and 4."""
+    """Rules 1 and 3."""
     return chain(places, min(places, key=lambda robot: (obstacle_m[robot], robot)))
 
 
 def order_with_goal(places: Places, goal: Point) -> tuple[int, ...]:
-    """Rules 3 and 4."""
+    """Rules 2 and 3."""
 
     def to_goal_m(robot: int) -> float:
         return math.hypot(places[robot].x_m - goal.x_m, places[robot].y_m - goal.y_m)
@@ -78,27 +78,51 @@ def folds_back(places: Places, order: Sequence[int], *, least_m: float) -> bool:
     return bool(np.concatenate(apart).min() < least_m)
 
 
+def in_place_at_start(places: Places, order: Sequence[int], *, least_m: float) -> int:
+    """How many robots of an order, from the front on, stand so that it does not fold back.
+
+    A strand that folds back does so however many join it, so this is found by halves.
+    """
+    if not folds_back(places, order, least_m=least_m):
+        return len(order)
+    low, high = 1, len(order)
+    while high - low > 1:
+        middle = (low + high) // 2
+        if folds_back(places, order[:middle], least_m=least_m):
+            high = middle
+        else:
+            low = middle
+    return low
+
+
 def _apart_m(a: Pose, b: Pose) -> float:
     return math.hypot(a.x_m - b.x_m, a.y_m - b.y_m)
 
 
 @dataclass(slots=True)
 class Roster:
-    """What one robot knows of the lining up."""
+    """What one robot knows of the lining up, its own announcements included."""
 
     robots: int
     goal: Point | None
+    least_m: float
+    """Least distance between the centres of two robots in the strand."""
     heard: dict[int, Muster] = field(default_factory=dict)
-    _order: tuple[int, ...] | None = None
-    """What is asked for at every event takes 1 s to compute for 1000 robots, so it is kept."""
+    start_order: tuple[int, ...] = ()
+    """Rule 3, leader first; empty until it can be known."""
+    _at_start: int = 0
+    """How many were in place before anybody moved; 0 until that is known."""
 
-    def hear(self, robot: int, muster: Muster) -> None:
-        """Take in an announcement. One that knows less than an earlier one is late and changes nothing."""
+    def hear(self, robot: int, muster: Muster) -> bool:
+        """Take in an announcement; whether it is newer than what was known."""
         known = self.heard.get(robot)
-        if 1 <= robot <= self.robots and (known is None or _knows(muster) >= _knows(known)):
-            self.heard[robot] = muster
-            if known is None or (known.pose, known.obstacle_m) != (muster.pose, muster.obstacle_m):
-                self._order = None
+        if not 1 <= robot <= self.robots or (known is not None and muster.number <= known.number):
+            return False
+        self.heard[robot] = muster
+        self.start_order = self.start_order or self._compute_order()
+        if self.start_order and not self._at_start:
+            self._at_start = self._count_at_start()
+        return True
 
     @property
     def places(self) -> dict[int, Pose] | None:
@@ -107,11 +131,30 @@ class Roster:
             return None
         return {robot: muster.pose for robot, muster in sorted(self.heard.items())}
 
-    def order(self) -> tuple[int, ...]:
-        """The strand, leader first; empty until enough is known."""
-        if self._order is None:
-            self._order = self._compute_order()
-        return self._order
+    @property
+    def strand(self) -> tuple[int, ...]:
+        """Rule 4: who is in place, leader first; empty until all have looked at their legs."""
+        placed = list(self.start_order[: self._at_start])
+        by_rank = {muster.rank: robot for robot, muster in self.heard.items() if muster.rank is not None}
+        while placed and len(placed) in by_rank:
+            placed.append(by_rank[len(placed)])
+        return tuple(placed)
+
+    @property
+    def turn(self) -> Turn | None:
+        """The newest turn that has been given."""
+        given = [muster.gives for muster in self.heard.values() if muster.gives is not None]
+        return max(given, key=lambda turn: turn.number, default=None)
+
+    def all_know_of(self, turn: Turn) -> bool:
+        """Whether every other robot has said that it stands in this turn."""
+        others = [muster for robot, muster in self.heard.items() if robot != turn.robot]
+        return len(others) == self.robots - 1 and all(muster.turn >= turn.number for muster in others)
+
+    def agreed(self) -> bool:
+        """Rule 5: whether all have announced the strand that this roster gives."""
+        strand = self.strand
+        return len(strand) == self.robots and all(muster.order == strand for muster in self.heard.values())
 
     def _compute_order(self) -> tuple[int, ...]:
         places = self.places
@@ -123,11 +166,10 @@ class Roster:
         known_m = {robot: metres for robot, metres in obstacle_m.items() if metres is not None}
         return order_without_goal(places, known_m) if len(known_m) == self.robots else ()
 
-    def agreed(self) -> bool:
-        """Rule 5: whether all have announced the order that this roster gives."""
-        order = self.order()
-        return bool(order) and all(muster.order == order for muster in self.heard.values())
-
-
-def _knows(muster: Muster) -> tuple[bool, bool]:
-    return muster.obstacle_m is not None, bool(muster.order)
+    def _count_at_start(self) -> int:
+        legs = [self.heard[robot].leg_clear for robot in self.start_order]
+        if None in legs:
+            return 0
+        clear = legs.index(False) if False in legs else len(legs)
+        places = {robot: muster.pose for robot, muster in self.heard.items()}
+        return in_place_at_start(places, self.start_order[:clear], least_m=self.least_m)

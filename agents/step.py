@@ -17,6 +17,7 @@ from protocol.mission import Mission
 
 HEADINGS = 360  # one a degree: 7 cm apart at 4 m, finer than any gap that admits a robot
 LENGTHS = 32  # ends tried along each heading
+WAY_CELLS = 64  # of the way that guidance shows are headed for, too: in narrow ground a degree is much
 
 
 @dataclass(frozen=True)
@@ -90,28 +91,41 @@ def paper_step(sight: Sight, mission: Mission, *, gain_m: float) -> Step | NoSte
     return Step(wrap(gap.axis_rad + beta), length_m, gap=chosen)
 
 
-def certified_step_to_goal(
-    view: View, walls: Walls, cost_to_go: CostToGo, goal: Floats, *, gain_m: float
-) -> Step | NoStep:
-    """The certified end point with the least cost-to-go: the goal itself, where that is certified."""
-    off_goal = goal - view.position
-    goal_m, goal_rad = float(np.hypot(*off_goal)), float(np.arctan2(off_goal[1], off_goal[0]))
-    headings, lengths = _certified(view, walls, goal_rad)
-    if lengths[0] >= goal_m:
-        return Step(goal_rad, goal_m, cost_to_go_m=0.0)
+def certified_step_to_goal(view: View, walls: Walls, cost_to_go: CostToGo, *, gain_m: float) -> Step | None:
+    """The certified end point with the least cost-to-go; None where no certified step comes nearer."""
+    way = cost_to_go.way_from(view.position, cells_max=WAY_CELLS)
+    headings, lengths = _certified(view, walls, _bearings_rad(way, view.position))
     tried = lengths[:, None] * np.arange(1, LENGTHS + 1) / LENGTHS
     costs = cost_to_go.at(_ends(view.position, headings, tried).reshape(-1, 2)).reshape(tried.shape)
     best = np.unravel_index(np.argmin(costs), costs.shape)
     here = float(cost_to_go.at(view.position[None, :])[0])
     if not costs[best] < here - gain_m:
-        return NoStep(_why_stuck(here, float(costs[best])))
+        return None
     return Step(wrap(float(headings[best[0]])), float(tried[best]), cost_to_go_m=float(costs[best]))
 
 
-def _why_stuck(here_m: float, best_m: float) -> str:
-    if np.isinf(here_m) and np.isinf(best_m):
-        return "no way to the goal is left in what is known"
-    return f"no certified step comes nearer to the goal: {here_m:.2f} m to go here, {best_m:.2f} m at best"
+def certified_step_to(view: View, walls: Walls, goal: Floats) -> Step | None:
+    """The step that ends at the goal, if that is certified."""
+    off_goal = goal - view.position
+    goal_m, goal_rad = float(np.hypot(*off_goal)), float(np.arctan2(off_goal[1], off_goal[0]))
+    free_m = certified_lengths_m(view.position, np.array([goal_rad]), walls)[0]
+    if goal_m > min(free_m, float(view.ranges_m.max())):
+        return None
+    return Step(goal_rad, goal_m, cost_to_go_m=0.0)
+
+
+def refused_at(view: View, walls: Walls, way: Floats) -> int:
+    """Index of the first place of a way (n, 2) that no certified step leads straight to; n if there is none."""
+    if len(way) == 0:
+        return 0
+    free_m = certified_lengths_m(view.position, _bearings_rad(way, view.position), walls)
+    refused = np.flatnonzero(np.hypot(*(way - view.position).T) > free_m)
+    return int(refused[0]) if len(refused) else len(way)
+
+
+def _bearings_rad(points: Floats, origin: Floats) -> Floats:
+    off = points - origin
+    return np.asarray(np.arctan2(off[:, 1], off[:, 0]))
 
 
 def certified_step_onward(
@@ -132,7 +146,7 @@ def certified_step_onward(
     onward = np.array([np.cos(onward_rad), np.sin(onward_rad)])
     if _is_open(sight, onward):
         return Crossed()
-    headings, lengths = _certified(sight.view, walls, onward_rad)
+    headings, lengths = _certified(sight.view, walls, np.array([onward_rad]))
     gained_m = lengths * (np.cos(headings - onward_rad))
     best = int(np.argmax(gained_m))
     if gained_m[best] < gain_m:
@@ -164,7 +178,7 @@ def _opens_ahead(sight: Sight, index: int, onward_rad: float) -> bool:
 def _step_towards(sight: Sight, walls: Walls, index: int, *, gain_m: float) -> Step | None:
     middle, origin = sight.gaps[index].middle, sight.view.position
     off = middle - origin
-    headings, lengths = _certified(sight.view, walls, float(np.arctan2(off[1], off[0])))
+    headings, lengths = _certified(sight.view, walls, np.array([np.arctan2(off[1], off[0])]))
     tried = lengths[:, None] * np.arange(1, LENGTHS + 1) / LENGTHS
     short_m = np.hypot(*np.moveaxis(_ends(origin, headings, tried) - middle, -1, 0))
     best = np.unravel_index(np.argmin(short_m), short_m.shape)
@@ -173,10 +187,10 @@ def _step_towards(sight: Sight, walls: Walls, index: int, *, gain_m: float) -> S
     return Step(wrap(float(headings[best[0]])), float(tried[best]), gap=index)
 
 
-def _certified(view: View, walls: Walls, first_rad: float) -> tuple[Floats, Floats]:
-    """Headings, a preferred one first, and how long a step in each may be, at most the range seen."""
+def _certified(view: View, walls: Walls, preferred_rad: Floats) -> tuple[Floats, Floats]:
+    """Headings, preferred ones first, and how long a step in each may be, at most the range seen."""
     even = -np.pi + 2.0 * np.pi * np.arange(HEADINGS) / HEADINGS
-    headings = np.concatenate([[first_rad], even])
+    headings = np.concatenate([preferred_rad, even])
     lengths = certified_lengths_m(view.position, headings, walls)
     return headings, np.minimum(lengths, float(view.ranges_m.max()))
 

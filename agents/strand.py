@@ -5,6 +5,10 @@ Rule 1: the path begins where the tail stood when the strand formed, and leads o
 Rule 2: a robot drives only while it has heard each of its links within `silence_s`. This is checked before
         anything else whenever the robot is entered, so that one that was frozen finds out first.
 Rule 3: what is granted only grows; it is sent when it has grown enough to matter, and on every heartbeat.
+Rule 4: the strand turns round as a whole (`Reversal`). The leader decides; each robot says so to the one
+        behind only when the one ahead has, and it stands itself and knows all of the path. So when the tail
+        has heard it, all stand. The tail opens the next epoch, as its first robot, and each takes its new
+        place when it first hears the robot that is now ahead of it.
 """
 
 from collections.abc import Mapping
@@ -16,7 +20,7 @@ from agents.ground import Ground
 from protocol.authority import authority_m, claim_m
 from protocol.frames import Point, Pose
 from protocol.link import Link
-from protocol.messages import AheadState, BehindState
+from protocol.messages import AheadState, BehindState, Reversal
 from protocol.mission import Mission
 from protocol.path import Path, straightened
 from protocol.timeline import AuthorityGranted, LinkSilent
@@ -35,43 +39,125 @@ class Own:
     arrived: bool
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Places:
+    """Where a robot and its neighbours stand when an epoch begins, in its arc length."""
+
+    own_m: float
+    ahead_m: float
+    """Its own, where nobody is ahead."""
+    behind_m: float
+    """0, where nobody is behind."""
+
+
+def lined_up(
+    robot: int, order: tuple[int, ...], places: Mapping[int, Pose], mission: Mission, now_s: float
+) -> "Strand":
+    """A robot's view of the strand when it has formed through the places of all robots."""
+    rank = order.index(robot)
+    starts = [Point(x_m=places[k].x_m, y_m=places[k].y_m) for k in reversed(order)]
+    start_m = {robot: vertex.s_m for robot, vertex in zip(reversed(order), Path(starts), strict=True)}
+    at = Places(
+        own_m=start_m[robot],
+        ahead_m=start_m[order[max(rank - 1, 0)]],
+        behind_m=start_m[order[rank + 1]] if rank + 1 < len(order) else 0.0,
+    )
+    # A straight queue is one segment: one check, no stops.
+    return Strand(robot, order, Path(straightened(starts)), at, mission, now_s)
+
+
 class Strand:
     """One robot's view of the strand, in one epoch."""
 
     def __init__(
-        self, robot: int, order: tuple[int, ...], places: Mapping[int, Pose], mission: Mission, now_s: float
+        self,
+        robot: int,
+        order: tuple[int, ...],
+        path: Path,
+        at: Places,
+        mission: Mission,
+        now_s: float,
+        *,
+        epoch: int = 1,
+        back_by_m: float = 0.0,
     ) -> None:
         self._mission = mission
-        self.epoch = 1
+        self._robot = robot
+        self.order = order
+        self.epoch = epoch
+        self.back_by_m = back_by_m
+        """How far the tail wants to come back along the path before the other end leads again; 0: it does not."""
         rank = order.index(robot)
         self._lineage = tuple(reversed(order[:rank]))
-        starts = [Point(x_m=places[k].x_m, y_m=places[k].y_m) for k in reversed(order)]
-        start_m = {robot: vertex.s_m for robot, vertex in zip(reversed(order), Path(starts), strict=True)}
-        self.start_m = start_m[robot]
-        self.path = Path(straightened(starts))  # a straight queue is one segment: one check, no stops
-        self._known_by_all = len(self.path)
+        self.start_m = at.own_m
+        self.path = path
+        self.laid_m = path.end_m
+        """What of the path there was when the epoch began."""
+        self._known_by_all = len(path)
         self.ahead: Link[AheadState] | None = Link(order[rank - 1], now_s) if rank > 0 else None
         last = rank == len(order) - 1
         self.behind: Link[BehindState] | None = None if last else Link(order[rank + 1], now_s)
-        self.ahead_start_m = start_m[order[rank - 1]] if rank > 0 else self.start_m
-        """Where the robot ahead stood at first: this robot's own leg, which nobody has driven, ends there."""
+        self.own_leg_m = at.ahead_m
+        """Up to here, where the robot ahead stood at first, perhaps nobody has driven and no leader certified."""
+        self.leg_back_m = at.behind_m
+        """The same of the other direction, once the strand has turned round."""
         # Each robot may be where it stands; so that much is granted before anything is said.
-        self.behind_start_m = 0.0 if last else start_m[order[rank + 1]]
-        self.granted_m = self.behind_start_m
-        self.authority_m = self.start_m
+        self.behind_start_m = at.behind_m
+        self.granted_m = at.behind_m
+        self.authority_m = at.own_m if self.ahead is not None else self.laid_m
+        self.reversal: Reversal | None = None
+        """Set when this robot and all ahead of it stand until the strand has turned round."""
         self._told_at_s = -float("inf")
         self._told: tuple[object, ...] = ()
         self._taken: tuple[object, ...] = ()
+        self._tail_moved_s = now_s
+
+    def reverse(self, reversal: Reversal) -> None:
+        """Rule 4, for the robot that leads: have the strand turn round. It stands, and will not move again."""
+        self.reversal = reversal
+
+    def pass_on_reversal(self) -> None:
+        """Rule 4, for a robot that stands."""
+        state = None if self.ahead is None else self.ahead.state
+        if state is not None and len(self.path) >= state.vertices:
+            self.reversal = state.reversal
+
+    def turned_round(self, own_m: float, now_s: float, first: AheadState | None) -> "Strand":
+        """The strand of the next epoch, as this robot sees it that stands at `own_m`.
+
+        `first` is what its new robot ahead told first; None for the one that leads.
+        """
+        assert self.reversal is not None, "a strand turns round when all have been told"
+        end_m = self.reversal.end_m
+        behind_m = end_m if self.ahead is None or self.ahead.state is None else self.ahead.state.progress_m
+        at = Places(
+            own_m=end_m - own_m,
+            ahead_m=end_m - own_m if first is None else first.progress_m,
+            behind_m=end_m - behind_m,
+        )
+        turned = Strand(
+            self._robot,
+            tuple(reversed(self.order)),
+            self.path.reversed(self.reversal.cut_m, end_m),
+            at,
+            self._mission,
+            now_s,
+            epoch=self.epoch + 1,
+            back_by_m=self.reversal.back_by_m,
+        )
+        if self.epoch > 1:  # the leg that the robot had when it last went this way
+            turned.own_leg_m = end_m - self.leg_back_m
+        turned.leg_back_m = end_m - self.own_leg_m
+        return turned
+
+    def quiet_s(self, now_s: float) -> float:
+        """How long the robots behind have not come on, as far as is known [s]."""
+        return now_s - self._tail_moved_s
 
     @property
     def keep_m(self) -> float:
-        """Least distance between the centres of two robots that ground is granted for; 0: nobody is behind.
-
-        The tolerance on top is what two robots may be off their path.
-        """
-        if self.behind is None:
-            return 0.0
-        return 2.0 * self._mission.robot_radius_m + self._mission.separation_m + self._mission.mu0_m
+        """Least distance of the centre from ground that robots behind may be on; 0: nobody is behind."""
+        return 0.0 if self.behind is None else self._mission.robot_keep_m
 
     @property
     def tail_m(self) -> float:
@@ -158,7 +244,10 @@ class Strand:
                 self.path.learn(state.path_from, state.path)
                 self.authority_m = max(self.authority_m, state.authority_m)
             case BehindState() as state if link is self.behind:
+                tail_m = self.tail_m
                 newer = self.behind.hear(state, heard.number, now_s)
+                if self.tail_m != tail_m:
+                    self._tail_moved_s = now_s
             case _:
                 return []
         if not (newer and link.silent):
@@ -169,7 +258,7 @@ class Strand:
     def tell(self, own: Own, now_s: float) -> list[Command]:
         """Rule 3: grant what has become free; tell both neighbours if there is news or a heartbeat due."""
         commands = self._grant(own)
-        news = (self.granted_m, len(self.path), own.arrived)
+        news = (self.granted_m, len(self.path), own.arrived, self.reversal)
         if news == self._told and now_s - self._told_at_s < self._mission.heartbeat_s:
             return commands
         self._told, self._told_at_s = news, now_s
@@ -207,6 +296,9 @@ class Strand:
             pose=own.pose,
             arrived=own.arrived,
             lineage=self._lineage,
+            vertices=len(self.path),
+            backs_up=self.back_by_m > 0.0,
+            reversal=self.reversal,
         )
 
     def _behind_state(self, own: Own) -> BehindState:

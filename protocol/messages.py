@@ -15,6 +15,7 @@ from protocol.timeline import Entry
 
 RAYS_MAX = 7200  # of one scan: 58 kB on the wire
 REVOLUTIONS_MAX = 900  # as many as there can be, of the fewest directions
+SEEN_BYTES_MAX = 32_768  # half of what a message may be long
 Lineage = Annotated[tuple[RobotId, ...], Meta(max_length=ROBOTS_MAX)]
 
 
@@ -26,17 +27,53 @@ class Phase(StrEnum):
     CLOSING = "closing"  # everything sent has arrived: tell the recorder what was received, and go
 
 
-class Muster(Struct, frozen=True, kw_only=True, tag="muster"):
-    """A robot's announcement, to all: where it stands, what it sees, the order that it computed."""
+class Turn(Struct, frozen=True, kw_only=True):
+    """The right to join the strand, alone; docs/strand.md, Lining up."""
 
+    number: Count
+    robot: RobotId
+
+
+class Muster(Struct, frozen=True, kw_only=True, tag="muster"):
+    """A robot's announcement, to all: where it stands, what it sees, and how far the lining up is."""
+
+    number: Count
+    """Counts what this robot announces; the newest is valid."""
     pose: Pose
-    obstacle_m: Length | None
+    """Where it stands; while it has the turn, where it stood when it was given."""
+    obstacle_m: Length | None = None
     """Distance to the nearest hit of its own scan that is no robot; the range limit where there is none.
 
     None until the places of all robots are known, and where there is a goal, since then it is not needed.
     """
-    order: Lineage
-    """Leader first; empty until all robots have been heard."""
+    leg_clear: bool | None = None
+    """Whether the straight way to the robot ahead of it in the order of the start is; None until it knows."""
+    turn: Count = 0
+    """The newest turn that it knows of, in which it stands, or moves if it is its own."""
+    gives: Turn | None = None
+    """The newest turn that it gave."""
+    ended: Count = 0
+    """The newest turn of its own that is over."""
+    rank: Count | None = None
+    """Its place in the strand, if it came there by a turn; the leader's is 0."""
+    order: Lineage = ()
+    """The strand, leader first; empty until all are in place as far as it knows."""
+
+
+class Reversal(Struct, frozen=True, kw_only=True):
+    """The strand's other end is to lead in the next epoch, along the path that there is, the other way.
+
+    Arc lengths are the old epoch's: the new one counts from `end_m` down to `cut_m`.
+    """
+
+    cut_m: Length
+    """Where the new path ends: 0, or where the robot stands that is to lead."""
+    end_m: Length
+    """Where the robot stands that leads now."""
+    back_by_m: Length
+    """How far the new tail wants to come back along the new path; 0: the new leader plans on its own."""
+    seen: Annotated[bytes, Meta(max_length=SEEN_BYTES_MAX)]
+    """What the old leader's guidance remembers."""
 
 
 class AheadState(Struct, frozen=True, kw_only=True, tag="ahead"):
@@ -54,6 +91,12 @@ class AheadState(Struct, frozen=True, kw_only=True, tag="ahead"):
     """Whether the path ends here for good."""
     lineage: Lineage
     """Who stands ahead, nearest first, up to the leader."""
+    vertices: Count
+    """How many the path has by now."""
+    backs_up: bool
+    """Whether the first robot only makes way for the tail, which wants to come back along the path."""
+    reversal: Reversal | None
+    """All robots ahead stand, and wait for the strand to turn round."""
 
 
 class BehindState(Struct, frozen=True, kw_only=True, tag="behind"):
@@ -80,7 +123,7 @@ class Drive(Struct, frozen=True, kw_only=True, tag="drive"):
     speed_mps: Speed
     epoch: Count
     step: Count
-    """The leader's switching step that this drives; 0 for a robot that follows."""
+    """The leader's switching step that this drives; 0 for a robot that follows, or joins (in epoch 0)."""
     reach_m: Length
     """Arc length of the target along the strand's path: what the authority has to cover."""
 

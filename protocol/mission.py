@@ -65,6 +65,14 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
         return self.robot_radius_m + self.epsilon_m
 
     @property
+    def robot_keep_m(self) -> float:
+        """Least distance between the centres of two robots that ground is granted for.
+
+        The tolerance on top of the separation is what two robots may be off their path.
+        """
+        return 2.0 * self.robot_radius_m + self.separation_m + self.mu0_m
+
+    @property
     def hull_reach_m(self) -> float:
         """How far from its place on the path a hit may be on a robot's hull.
 

@@ -63,6 +63,12 @@ class Path:
         self._vertices.append(Vertex(x_m=point.x_m, y_m=point.y_m, s_m=s_m))
         return self._vertices[-1]
 
+    def reversed(self, cut_m: float, end_m: float) -> "Path":
+        """The part between two arc lengths the other way: its arc length 0 is at `end_m` of this one."""
+        inner = [vertex for vertex in self._vertices if cut_m < vertex.s_m < end_m]
+        corners: list[Point | Vertex] = [self.at(end_m), *reversed(inner), self.at(cut_m)]
+        return Path(Point(x_m=corner.x_m, y_m=corner.y_m) for corner in corners)
+
     def learn(self, first: int, vertices: Sequence[Vertex]) -> None:
         """Take over what another robot says of its path, from the vertex with index `first` on.
 

@@ -41,7 +41,9 @@ class OrderAccepted(_Record, frozen=True, kw_only=True, tag="order.accepted"):
     robot: RobotId
     number: Count
     epoch: Count
-    step: Annotated[Count, Meta(description="the leader's switching step; 0 for a robot that follows")]
+    step: Annotated[
+        Count, Meta(description="the leader's switching step; 0 for a robot that follows, or joins in epoch 0")
+    ]
     x_m: Metres
     y_m: Metres
     target: Annotated[Point | None, Meta(description="null: stand still")]
@@ -148,9 +150,41 @@ class StrandFormed(_Record, frozen=True, kw_only=True, tag="strand.formed"):
     """The robot takes its place in the strand."""
 
     epoch: Count
-    sensed: Annotated[bool, Meta(description="whether it took a scan to line up")]
+    sensed: Annotated[bool, Meta(description="whether it took a scan for the order of the strand")]
     order: Annotated[tuple[RobotId, ...], Meta(min_length=1, description="leader first")]
     path_length_m: Annotated[Length, Meta(description="arc length of the leader's start; the tail's is 0")]
+
+
+class StrandReversed(_Record, frozen=True, kw_only=True, tag="strand.reversed"):
+    """The robot that leads has the strand turn round: from the next epoch on the other end leads.
+
+    Arc lengths are of the epoch that ends.
+    """
+
+    epoch: Annotated[Count, Meta(description="that ends")]
+    cut_m: Annotated[Length, Meta(description="where the new path ends")]
+    end_m: Annotated[Length, Meta(description="where the new path begins: the place of the robot that led")]
+    back_by_m: Annotated[
+        Length, Meta(description="how far the new tail wants to come back; 0: the new leader plans on its own")
+    ]
+
+
+class RobotPlaced(_Record, frozen=True, kw_only=True, tag="robot.placed"):
+    """A robot that was not in place at the start has joined: it stands behind the robot ahead, clear of all."""
+
+    rank: Annotated[Count, Meta(description="its place in the strand; the leader's is 0")]
+    turn: Annotated[Count, Meta(description="in which it joined, alone")]
+    x_m: Metres
+    y_m: Metres
+
+
+class RobotBlocked(_Record, frozen=True, kw_only=True, tag="robot.blocked"):
+    """A robot that had its turn to join found no way: it stands, and others have theirs first."""
+
+    turn: Count
+    reason: Text
+    x_m: Metres
+    y_m: Metres
 
 
 class SeenObstacle(Struct, frozen=True, kw_only=True):
@@ -172,9 +206,10 @@ class SeenGap(Struct, frozen=True, kw_only=True):
 
 
 class StepPlanned(_Record, frozen=True, kw_only=True, tag="step.planned"):
-    """The leader has planned a switching step, from one scan."""
+    """The leader has planned a switching step, from one scan; before the strand has formed, a robot that joins."""
 
     step: Count
+    epoch: Annotated[Count, Meta(description="of the strand; 0: it has not formed")]
     law: Law
     x_m: Metres
     y_m: Metres
@@ -283,6 +318,9 @@ Record = (
     | RunEnded
     | RobotStarted
     | StrandFormed
+    | StrandReversed
+    | RobotPlaced
+    | RobotBlocked
     | StepPlanned
     | SegmentChecked
     | AuthorityGranted

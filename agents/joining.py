@@ -1,0 +1,184 @@
+"""Joining the strand: switching steps of one robot, while all others stand, to a place at its end.
+
+Rule 1: it is in place where it stands at least `keep` from all robots, the leg to the robot ahead is clear by
+        its own scan and by the law of a robot's own leg, and the strand through it does not fold back.
+Rule 2: until then it goes to the nearest such place, as far as it knows; unknown ground is free. Steps
+        are certified as the leader's are, robots are obstacles, and none of them is remembered.
+Rule 3: legs of the strand may be crossed on the way: nobody drives on them before all are in place.
+"""
+
+from copy import deepcopy
+from dataclasses import dataclass
+
+import numpy as np
+
+from agents.certificate import Walls, bounds_walls, promised_clearance_m, scan_walls
+from agents.guidance import Map
+from agents.leg import certain_clearance_m, certain_clearance_m_min
+from agents.scan import View, on_discs
+from agents.step import NoStep, Step, certified_step_to, certified_step_to_goal
+from protocol.arrays import Flags, Floats, distances_to_segments, segments_apart
+from protocol.frames import Point
+from protocol.mission import Law, Mission
+from protocol.timeline import StepPlanned
+
+GAIN_M = 0.01  # as the leader's: a step that saves less of the way is not worth a stop
+BEARINGS = 72  # of places tried around the robot ahead: 9 cm apart at 1 m, as fine as the leg's berth
+LENGTHS = 8  # of legs tried
+SLACK_M = 0.01  # on what a place has to keep, so that one that was aimed at is one when it is reached
+HULL_CORNERS = 16  # a hull's outline for the grid: off by 2 % of its radius
+
+
+@dataclass(frozen=True)
+class Stands:
+    """Where all the other robots stand [m; world frame]."""
+
+    strand: Floats
+    """Those in place (k, 2), leader first; k >= 1."""
+    waiting: Floats
+    """Those that are not (m, 2)."""
+
+    @property
+    def all(self) -> Floats:
+        """Everybody (k + m, 2)."""
+        return np.concatenate([self.strand, self.waiting])
+
+    def admit(self, places: Floats, keep_m: float) -> Flags:
+        """Which places (n, 2) would do for the next robot: apart from all, and the strand not folded back."""
+        ahead = np.broadcast_to(self.strand[-1], places.shape)
+        starts, ends = self.strand[:-1], self.strand[1:]
+        apart = [np.hypot(*(places - ahead).T)[:, None]]
+        if len(starts) > 0:
+            apart.append(distances_to_segments(places[:, None], starts, ends))
+            apart.append(distances_to_segments(self.strand[:1], places, ahead)[:, None])
+            apart.append(
+                segments_apart(
+                    places[:, None], ahead[:, None], starts[:-1], ends[:-1]
+                )  # the last is next to it
+            )
+        apart.append(distances_to_segments(self.waiting, places[:, None], ahead[:, None]))
+        return np.asarray(np.concatenate(apart, axis=1).min(axis=1) >= keep_m)
+
+
+@dataclass(frozen=True)
+class InPlace:
+    """The robot stands at a place."""
+
+
+def keep_m(mission: Mission) -> float:
+    """Least distance of two robots' centres while they line up: as on the path, docs/strand.md."""
+    return 2.0 * mission.robot_radius_m + mission.separation_m + mission.mu0_m
+
+
+def leg_m_max(mission: Mission) -> float:
+    """The longest leg: what the robot sees, and may lag behind."""
+    return min(mission.link_length_m_max, mission.range_m_max)
+
+
+def without_hulls(view: View, robots: Floats, mission: Mission) -> View:
+    """A scan without what it shows of robots that stand (n, 2)."""
+    return view.without(on_discs(view.points, robots, within_m=mission.hull_reach_m))
+
+
+def leg_is_clear(seen: View, ahead: Floats, mission: Mission) -> bool:
+    """Whether the straight way to the robot ahead (2,) is, in a scan without hulls."""
+    if not np.hypot(*(ahead - seen.position)) <= leg_m_max(mission):
+        return False
+    return certain_clearance_m(seen, ahead, mission) >= certain_clearance_m_min(mission)
+
+
+class Joining:
+    """What a robot remembers from step to step while it joins."""
+
+    def __init__(self, mission: Mission, start: Floats) -> None:
+        self._mission = mission
+        self._map = Map(mission, start)
+        self._hits = np.empty((0, 2))
+        self._way_m = 0.0
+        self._steps = 0
+
+    def plan(self, view: View, stands: Stands) -> StepPlanned | InPlace | NoStep:
+        """What to do from here: rule 1, else rule 2."""
+        here = view.position[None]
+        admitted = bool(stands.admit(here, keep_m(self._mission))[0])
+        seen = without_hulls(view, stands.all, self._mission)
+        if admitted and leg_is_clear(seen, stands.strand[-1], self._mission):
+            return InPlace()
+        self._remember(seen.hit_points)
+        step = self._step(view, stands)
+        return self._record(step, view, view.hits & ~seen.hits) if isinstance(step, Step) else step
+
+    def _remember(self, hit_points: Floats) -> None:
+        self._map.remember(hit_points)
+        known = np.concatenate([self._hits, np.round(hit_points / SLACK_M) * SLACK_M])
+        self._hits = np.unique(known, axis=0)
+
+    def _step(self, view: View, stands: Stands) -> Step | NoStep:
+        places = self._places(stands)
+        ground = deepcopy(self._map)
+        ground.remember(self._outlines(stands.all))
+        off_here = ground.cost_to_go(view.position, tolerance_m=self._mission.berth_m)
+        way_m = off_here.at(places) if len(places) else np.empty(0)
+        if not np.isfinite(way_m).any():
+            return NoStep("no way to a place at the strand's end is left in what is known")
+        place = places[int(np.argmin(way_m))]
+        cost_to_go = ground.cost_to_go(place, tolerance_m=self._mission.berth_m)
+        walls = self._walls(view, stands)
+        step = certified_step_to(view, walls, place) or certified_step_to_goal(
+            view, walls, cost_to_go, gain_m=GAIN_M
+        )
+        return step or NoStep("no certified step comes nearer to a place at the strand's end")
+
+    def _places(self, stands: Stands) -> Floats:
+        """Rule 1, as far as is known: places (n, 2) around the last robot in place."""
+        mission, ahead = self._mission, stands.strand[-1]
+        least_m = max(keep_m(mission), mission.robot_radius_m + mission.berth_m) + SLACK_M
+        lengths = np.linspace(least_m, max(least_m, leg_m_max(mission)), LENGTHS)
+        bearings = 2.0 * np.pi * np.arange(BEARINGS) / BEARINGS
+        around = np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
+        places = (ahead + lengths[:, None, None] * around).reshape(-1, 2)
+        places = places[stands.admit(places, keep_m(mission) + SLACK_M)]
+        near = self._hits[np.hypot(*(self._hits - ahead).T) < lengths[-1] + mission.berth_m + 1.0]
+        off = distances_to_segments(near[:, None], places, ahead)
+        off -= mission.blind_per_range * np.hypot(*np.moveaxis(near[:, None] - places, -1, 0))
+        open_m = off.min(axis=0, initial=np.inf) - mission.range_error_m_max
+        return np.asarray(places[open_m >= mission.berth_m + SLACK_M])
+
+    def _outlines(self, robots: Floats) -> Floats:
+        """Points that keep the way as far from robots (n, 2) as the certificate will."""
+        mission = self._mission
+        turns = 2.0 * np.pi * np.arange(HULL_CORNERS) / HULL_CORNERS
+        outline = np.stack([np.cos(turns), np.sin(turns)], axis=1)
+        radius_m = max(mission.robot_radius_m, keep_m(mission) - mission.berth_m)
+        return np.asarray((robots[:, None] + radius_m * outline).reshape(-1, 2))
+
+    def _walls(self, view: View, stands: Stands) -> Walls:
+        robots = stands.all
+        discs = Walls(robots, robots, np.full(len(robots), keep_m(self._mission)))
+        bounds = self._mission.bounds
+        sides = [] if bounds is None else [bounds_walls(bounds, self._mission)]
+        return Walls.joined(scan_walls(view, self._mission), discs, *sides)
+
+    def _record(self, step: Step, view: View, hulls: Flags) -> StepPlanned:
+        target = step.target(view.position)
+        self._steps += 1
+        self._way_m += step.length_m
+        promised_m = None
+        if self._mission.law.promises_clearance:
+            promised_m = promised_clearance_m(view, target, hulls, self._mission)
+        return StepPlanned(
+            step=self._steps,
+            epoch=0,
+            law=Law.CERTIFIED,
+            x_m=float(view.position[0]),
+            y_m=float(view.position[1]),
+            obstacles=(),  # it does not go by gaps: nothing of them decides
+            gaps=(),
+            gap=None,
+            heading_rad=step.heading_rad,
+            length_m=step.length_m,
+            target=Point(x_m=float(target[0]), y_m=float(target[1])),
+            reach_m=self._way_m,
+            promised_clearance_m=promised_m,
+            cost_to_go_m=step.cost_to_go_m,
+        )

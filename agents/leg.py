@@ -1,0 +1,32 @@
+"""The straight way from where a robot stands, as its own scan shows it.
+
+Obstacles beside the way hide nothing that is on it: what they hide is further off the way than they are.
+So the hits alone say how clear it is.
+"""
+
+import numpy as np
+
+from agents.scan import View
+from protocol.arrays import Floats, distances_to_segments
+from protocol.mission import Mission
+
+
+def seen_clearance_m(seen: View, end: Floats, mission: Mission) -> float:
+    """Of the hull, swept from where the scan was taken to `end` (2,), to the nearest hit [m]."""
+    return _clearance_m(seen, end, mission, np.zeros(int(seen.hits.sum())))
+
+
+def certain_clearance_m(seen: View, end: Floats, mission: Mission) -> float:
+    """The same, less what the scan may be wrong by [m]."""
+    unsure_m = mission.range_error_m_max + mission.blind_per_range * seen.ranges_m[seen.hits]
+    return _clearance_m(seen, end, mission, np.asarray(unsure_m))
+
+
+def certain_clearance_m_min(mission: Mission) -> float:
+    """What a way has to have that nobody else has certified: half of the tolerance is left for the drive."""
+    return mission.epsilon_m - mission.mu0_m / 2.0
+
+
+def _clearance_m(seen: View, end: Floats, mission: Mission, unsure_m: Floats) -> float:
+    off_m = distances_to_segments(seen.hit_points, seen.position, end) - unsure_m
+    return float(off_m.min(initial=mission.range_m_max)) - mission.robot_radius_m

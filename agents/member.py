@@ -1,0 +1,257 @@
+"""A robot's part in the strand: it leads, backs up or follows, by its rank, until it has arrived.
+
+Rule 1: a robot stands while a link is silent, while it waits for the one behind it, and from when it
+        has passed on that the strand turns round until that has happened.
+Rule 2: the first robot of the strand leads; where its tail wants to come back, the first backs up along the path
+        that there is until the tail has, or until there is no more path: then it leads for good.
+Rule 3: ground that a robot has driven or checked itself stays clear for it, whichever way it goes.
+"""
+
+import numpy as np
+
+from agents.commands import Command, Note
+from agents.driver import Driver
+from agents.events import LinkHeard
+from agents.follower import THERE_M, Follower
+from agents.leader import DeadEnd, Leader, LookCloser, Plan, Wait
+from agents.senses import Senses
+from agents.step import Crossed, NoStep
+from agents.strand import Own, Strand
+from protocol.arrays import Floats
+from protocol.messages import AheadState, Reversal
+from protocol.mission import Mission
+from protocol.timeline import (
+    GoalReached,
+    RobotArrived,
+    RobotHeld,
+    RobotReleased,
+    RouteLost,
+    StepPlanned,
+    StrandFormed,
+    StrandReversed,
+)
+
+RELEASE_SHARE = 0.9  # of the link's length: so that a robot at the limit does not stop and go
+SETTLED_S = 2.0  # the tail is heard within a heartbeat a robot; a strand that still moves shows it by then
+
+
+class Member:
+    """The decisions of one robot in the strand."""
+
+    def __init__(self, mission: Mission, driver: Driver, senses: Senses, strand: Strand) -> None:
+        self._mission = mission
+        self._driver = driver
+        self._senses = senses
+        self.strand = strand
+        self.follower = Follower(mission, strand.start_m)
+        self._leader: Leader | None = None
+        self._handed = b""
+        self._step: StepPlanned | None = None
+        self._revolutions = mission.revolutions
+        self._waits = self._held = self._arrived = self._lost = False
+
+    def hear(self, heard: LinkHeard, now_s: float) -> list[Command]:
+        """Take in a neighbour's state; the first of the next epoch turns this robot round."""
+        strand, state = self.strand, heard.state
+        from_behind = strand.behind is not None and heard.robot == strand.behind.neighbour
+        if (
+            from_behind
+            and strand.reversal
+            and isinstance(state, AheadState)
+            and state.epoch == strand.epoch + 1
+        ):
+            return self._turn_round(now_s, state) + self.strand.hear(heard, now_s)
+        return strand.hear(heard, now_s)
+
+    def act(self, now_s: float) -> list[Command]:
+        """What is to be done now."""
+        commands = self._hold()
+        if self.strand.reversal is None and self._driver.standing:
+            self.strand.pass_on_reversal()
+        if self.strand.reversal is not None and self.strand.behind is None:
+            commands += self._turn_round(now_s, None)
+        commands += self._move(now_s)
+        return commands + self.strand.tell(
+            Own(self._driver.progress_m, self._driver.odometry.pose, self._arrived), now_s
+        )
+
+    def _move(self, now_s: float) -> list[Command]:
+        strand = self.strand
+        if strand.reversal is not None:
+            return []
+        if strand.silent or self._held:
+            self._driver.stand()
+            return []
+        if strand.ahead is not None:
+            return self._follow(now_s)
+        return self._back_up(now_s) if strand.back_by_m > 0.0 else self._lead(now_s)
+
+    def _hold(self) -> list[Command]:
+        """The stretch rule: wait for a follower that is too far behind what it has been granted."""
+        limit_m = self._mission.link_length_m_max * (RELEASE_SHARE if self._held else 1.0)
+        if (self.strand.stretch_m > limit_m) == self._held:
+            return []
+        self._held = not self._held
+        return [Note(RobotHeld(behind_m=self.strand.stretch_m) if self._held else RobotReleased())]
+
+    # --- turning round ------------------------------------------------------------------------------
+
+    def _reverse(self, *, cut_m: float, back_by_m: float) -> list[Command]:
+        """Have the strand turn round; this robot leads it, and stands."""
+        strand, end_m = self.strand, self._driver.progress_m
+        seen = self._leader.map.packed() if self._leader is not None else self._handed
+        strand.reverse(Reversal(cut_m=cut_m, end_m=end_m, back_by_m=back_by_m, seen=seen))
+        return [Note(StrandReversed(epoch=strand.epoch, cut_m=cut_m, end_m=end_m, back_by_m=back_by_m))]
+
+    def _turn_round(self, now_s: float, first: AheadState | None) -> list[Command]:
+        """Take the place in the next epoch's strand."""
+        old, driver = self.strand, self._driver
+        assert old.reversal is not None, "a strand turns round when all have been told"
+        self.strand = old.turned_round(driver.progress_m, now_s, first)
+        self.follower.turn_round(old.reversal.end_m, driver.progress_m)
+        self._handed, self._held = old.reversal.seen, False
+        driver.progress_m = self.strand.start_m
+        formed = StrandFormed(
+            epoch=self.strand.epoch,
+            sensed=False,
+            order=self.strand.order,
+            path_length_m=self.strand.laid_m,
+        )
+        return [Note(formed)]
+
+    def _back_up(self, now_s: float) -> list[Command]:
+        """Rule 2: drive along the path that there is, so that the robots behind can."""
+        strand, driver = self.strand, self._driver
+        if strand.tail_m >= strand.back_by_m - THERE_M:
+            driver.stand()
+            return self._reverse(cut_m=strand.back_by_m, back_by_m=0.0) if driver.standing else []
+        if driver.standing and driver.progress_m >= strand.laid_m - THERE_M:
+            strand.back_by_m = 0.0
+            return self._lead(now_s)
+        return self._drive_on(strand.laid_m, now_s, final=True)[0]
+
+    # --- leading ------------------------------------------------------------------------------------
+
+    def _lead(self, now_s: float) -> list[Command]:
+        if self._arrived or self._lost or not self._driver.standing:
+            return []
+        step, strand = self._step, self.strand
+        if step is not None and step.epoch == strand.epoch and self._driver.progress_m < step.reach_m:
+            self._driver.to(step.target, reach_m=step.reach_m, epoch=strand.epoch, step=step.step)
+            return []
+        self._step = None
+        return self._plan(now_s)
+
+    def _plan(self, now_s: float) -> list[Command]:
+        leader, strand = self._made_leader(), self.strand
+        settled = strand.quiet_s(now_s) >= SETTLED_S
+        if leader.is_done(self._position()):
+            return [Note(GoalReached(**self._here())), *self._arrive()]
+        if self._waits and not settled:
+            return []
+        scan = self._senses.take(revolutions=self._revolutions)
+        if scan is None:
+            return self._senses.ask(now_s, revolutions=self._revolutions)
+        planned = leader.plan(scan, strand.ground, epoch=strand.epoch, settled=settled)
+        self._waits = isinstance(planned, Wait)
+        self._revolutions = leader.closer if isinstance(planned, LookCloser) else self._mission.revolutions
+        return self._carry_out(planned, now_s)
+
+    def _carry_out(self, planned: Plan, now_s: float) -> list[Command]:
+        commands: list[Command] = []
+        match planned:
+            case NoStep(reason):
+                self._lost = True
+                commands = [Note(RouteLost(reason=reason))]
+            case Crossed():
+                commands = [Note(GoalReached(**self._here())), *self._arrive()]
+            case DeadEnd(back_to_m):
+                commands = self._reverse(cut_m=0.0, back_by_m=self.strand.path.end_m - back_to_m)
+            case LookCloser():
+                commands = self._senses.ask(now_s, revolutions=self._revolutions)
+            case Wait():
+                pass  # until the strand has closed up
+            case StepPlanned():
+                commands = self._begin(planned)
+        return commands
+
+    def _made_leader(self) -> Leader:
+        """The leader in this robot, with what was handed to it."""
+        if self._leader is None:
+            self._leader = Leader(self._mission, self._driver.odometry.pose)
+        if self._handed:
+            self._leader.map.unpack(self._handed)
+            self._handed = b""
+        return self._leader
+
+    def _begin(self, planned: StepPlanned) -> list[Command]:
+        self._step = planned
+        self.strand.path.extend(planned.target)
+        self._driver.to(planned.target, reach_m=planned.reach_m, epoch=self.strand.epoch, step=planned.step)
+        return [Note(planned)]
+
+    # --- following ----------------------------------------------------------------------------------
+
+    def _follow(self, now_s: float) -> list[Command]:
+        strand = self.strand
+        assert strand.ahead is not None
+        assert strand.ahead.state is not None, "a link that has not been heard is silent"
+        final, authority_m = strand.ahead.state.arrived, strand.authority_m
+        if not strand.ahead.state.backs_up:
+            strand.back_by_m = 0.0
+        elif strand.behind is None:
+            authority_m, final = min(authority_m, strand.back_by_m), authority_m >= strand.back_by_m
+        commands, there = self._drive_on(authority_m, now_s, final=final)
+        return self._arrive() if there and strand.ahead.state.arrived else commands
+
+    def _drive_on(self, authority_m: float, now_s: float, *, final: bool) -> tuple[list[Command], bool]:
+        """Drive to the next vertex or as far as may be; whether it stands and there is nothing to drive."""
+        driver, strand = self._driver, self.strand
+        if not driver.standing and driver.drive.target is None:
+            return [], False  # it is being stopped
+        ordered_m = driver.progress_m if driver.standing else driver.drive.reach_m
+        reach_m = self.follower.reach_m(
+            strand.path,
+            progress_m=driver.progress_m,
+            ordered_m=ordered_m,
+            authority_m=authority_m,
+            final=final,
+        )
+        if reach_m is None:
+            return [], driver.standing
+        reach_m = strand.claim_m(reach_m, progress_m=ordered_m)
+        if reach_m <= ordered_m + THERE_M:
+            return [], False  # a robot behind stands in the way, and may not go first
+        if not self.follower.is_clear(reach_m):
+            return self._check(now_s), False
+        driver.to(strand.path.at(reach_m), reach_m=reach_m, epoch=strand.epoch)
+        return [], False
+
+    def _check(self, now_s: float) -> list[Command]:
+        """Check the segment that begins where the robot stands; until then it stands."""
+        scan = self._senses.take(revolutions=self._mission.revolutions)
+        if scan is None:
+            return self._senses.ask(now_s) if self.follower.may_check(now_s) else []
+        checked = self.follower.check(
+            scan,
+            self.strand.path,
+            progress_m=self._driver.progress_m,
+            authority_m=self.strand.authority_m,
+            own_leg_m=self.strand.own_leg_m,
+            now_s=now_s,
+        )
+        return [Note(checked)]
+
+    def _arrive(self) -> list[Command]:
+        if self._arrived:
+            return []
+        self._arrived = True
+        return [Note(RobotArrived(progress_m=self._driver.progress_m))]
+
+    def _position(self) -> Floats:
+        pose = self._driver.odometry.pose
+        return np.array([pose.x_m, pose.y_m])
+
+    def _here(self) -> dict[str, float]:
+        pose = self._driver.odometry.pose
+        return {"x_m": pose.x_m, "y_m": pose.y_m}

@@ -1,0 +1,44 @@
+"""A robot's questions to its sensor: asked until answered, and an answer is believed once.
+
+A question or its answer may be lost, and one that was repeated may be answered twice, the second time when
+the robot stands somewhere else. So a scan is good only where it was taken.
+"""
+
+from agents.commands import AskScan, Command
+from agents.driver import Driver
+from agents.scan import View, view
+from protocol.messages import Scan
+from protocol.mission import Mission
+
+RETRY_S = 0.5  # the sensor itself answers within a tick
+
+
+class Senses:
+    """The scan that a robot waits for."""
+
+    def __init__(self, mission: Mission, driver: Driver) -> None:
+        self._mission = mission
+        self._driver = driver
+        self._scan: Scan | None = None
+        self._asked_at_s = -float("inf")
+
+    def hear(self, scan: Scan) -> None:
+        """Take in what the sensor answers."""
+        self._scan = scan
+
+    def ask(self, now_s: float, *, revolutions: int | None = None) -> list[Command]:
+        """Ask for a scan, if not just asked: as usual, or of so many revolutions."""
+        if now_s - self._asked_at_s < RETRY_S:
+            return []
+        self._asked_at_s = now_s
+        return [AskScan(revolutions or self._mission.revolutions)]
+
+    def take(self, *, revolutions: int = 1) -> View | None:
+        """The scan that has come, if it was taken here and is as fine as that. It is used once."""
+        scan, self._scan = self._scan, None
+        if scan is None or scan.pose != self._driver.odometry.pose:
+            return None
+        if len(scan.ranges_m) < revolutions * self._mission.directions:
+            return None
+        self._asked_at_s = -float("inf")
+        return view(scan, range_m_max=self._mission.range_m_max)
