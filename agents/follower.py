@@ -56,7 +56,7 @@ class Follower:
         return reach_m if reach_m - ordered_m > least_m else None
 
     def turn_round(self, end_m: float, progress_m: float) -> None:
-        """The strand turns round: arc lengths count from `end_m` back now. The robot stands at `progress_m`."""
+        """The strand turns round: arc lengths count from `end_m` back; the robot stands at `progress_m`."""
         until_m = max(self._clear_until_m, progress_m)
         self._clear_from_m, self._clear_until_m = end_m - until_m, end_m - self._clear_from_m
         self._checked_at_s = -math.inf

@@ -44,7 +44,7 @@ class Ground:
         return self._from_tail(self.granted_m) if self.keep_m > 0.0 else np.empty((0, 2))
 
     def taken_from(self, leader_m: float) -> Floats:
-        """What ground (n, 2) the robots behind would take up if the leader stood there, as close as they are."""
+        """What ground (n, 2) the robots behind take up if the leader stands there, as close as they are."""
         length_m = self.path.end_m - self.tail_m
         return self.path.between(max(leader_m - length_m, 0.0), max(leader_m - self.keep_m, 0.0))
 

@@ -96,7 +96,7 @@ class Leader:
             epoch: the strand's.
             settled: whether the robots behind have come as near as they will.
         """
-        off_path_m = np.hypot(*(view.position - ground.path.between(0.0, ground.path.end_m)[-1]))
+        off_path_m = np.hypot(*(view.position - _path_end(ground)))
         lawful = off_path_m <= self._mission.mu0_m or not self._mission.law.promises_clearance
         assert lawful, f"planned {off_path_m} m from where the path ends"
         sight, hull_reach_m = look(view, self._mission), self._mission.hull_reach_m
@@ -198,10 +198,15 @@ class Leader:
             heading_rad=step.heading_rad,
             length_m=step.length_m,
             target=point(target),
-            reach_m=ground.path.end_m + step.length_m,
+            reach_m=ground.path.end_m + float(np.hypot(*(target - _path_end(ground)))),
             promised_clearance_m=promised_m,
             cost_to_go_m=step.cost_to_go_m,
         )
+
+
+def _path_end(ground: Ground) -> Floats:
+    end = ground.path.at(ground.path.end_m)
+    return np.array([end.x_m, end.y_m])
 
 
 def point(xy: Floats) -> Point:

@@ -1,9 +1,9 @@
 """A robot's part in the strand: it leads, backs up or follows, by its rank, until it has arrived.
 
-Rule 1: a robot stands while a link is silent, while it waits for the one behind it, and from when it
-        has passed on that the strand turns round until that has happened.
-Rule 2: the first robot of the strand leads; where its tail wants to come back, the first backs up along the path
-        that there is until the tail has, or until there is no more path: then it leads for good.
+Rule 1: a robot stands while a link is silent, while it waits for the one behind it, and from when it has
+        passed on that the strand turns round until it has.
+Rule 2: the first robot of the strand leads. Where its tail wants to come back, the first backs up along the
+        path that there is until the tail has, or until there is no more path: then it leads for good.
 Rule 3: ground that a robot has driven or checked itself stays clear for it, whichever way it goes.
 """
 
@@ -110,7 +110,7 @@ class Member:
         self.strand = old.turned_round(driver.progress_m, now_s, first)
         self.follower.turn_round(old.reversal.end_m, driver.progress_m)
         self._handed, self._held = old.reversal.seen, False
-        driver.progress_m = self.strand.start_m
+        driver.begin(self.strand.start_m)
         formed = StrandFormed(
             epoch=self.strand.epoch,
             sensed=False,

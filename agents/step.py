@@ -115,7 +115,7 @@ def certified_step_to(view: View, walls: Walls, goal: Floats) -> Step | None:
 
 
 def refused_at(view: View, walls: Walls, way: Floats) -> int:
-    """Index of the first place of a way (n, 2) that no certified step leads straight to; n if there is none."""
+    """Index of the first place of a way (n, 2) that no certified step leads to; n if there is none."""
     if len(way) == 0:
         return 0
     free_m = certified_lengths_m(view.position, _bearings_rad(way, view.position), walls)

@@ -86,7 +86,7 @@ class Strand:
         self.order = order
         self.epoch = epoch
         self.back_by_m = back_by_m
-        """How far the tail wants to come back along the path before the other end leads again; 0: it does not."""
+        """How far the tail wants to come back along the path, before the other end leads again; or 0."""
         rank = order.index(robot)
         self._lineage = tuple(reversed(order[:rank]))
         self.start_m = at.own_m
@@ -98,7 +98,7 @@ class Strand:
         last = rank == len(order) - 1
         self.behind: Link[BehindState] | None = None if last else Link(order[rank + 1], now_s)
         self.own_leg_m = at.ahead_m
-        """Up to here, where the robot ahead stood at first, perhaps nobody has driven and no leader certified."""
+        """Up to here, where the robot ahead stood at first, nobody has driven and no leader certified."""
         self.leg_back_m = at.behind_m
         """The same of the other direction, once the strand has turned round."""
         # Each robot may be where it stands; so that much is granted before anything is said.
@@ -113,7 +113,7 @@ class Strand:
         self._tail_moved_s = now_s
 
     def reverse(self, reversal: Reversal) -> None:
-        """Rule 4, for the robot that leads: have the strand turn round. It stands, and will not move again."""
+        """Rule 4, for the robot that leads: have the strand turn round. It stands, and stays."""
         self.reversal = reversal
 
     def pass_on_reversal(self) -> None:

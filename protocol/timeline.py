@@ -163,7 +163,7 @@ class StrandReversed(_Record, frozen=True, kw_only=True, tag="strand.reversed"):
 
     epoch: Annotated[Count, Meta(description="that ends")]
     cut_m: Annotated[Length, Meta(description="where the new path ends")]
-    end_m: Annotated[Length, Meta(description="where the new path begins: the place of the robot that led")]
+    end_m: Annotated[Length, Meta(description="where the new path begins: where the robot stands that led")]
     back_by_m: Annotated[
         Length, Meta(description="how far the new tail wants to come back; 0: the new leader plans on its own")
     ]

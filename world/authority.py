@@ -7,7 +7,8 @@ Rule 2: the leader is ordered only to the target of a switching step that it had
 Rule 3: a body moves only with an order in hand, straight from where it took it towards its target, and no
         faster than it can.
 Rule 4: the strand's path is the polyline of the places where the robots started, tail first, and then of
-        the targets of the leader's switching steps.
+        the targets of the leader's switching steps. When the strand has turned round, it is what there was
+        the other way, and then the new leader's targets; along what there was its first robot may drive.
 Rule 5: where the robot ahead died, its last grants may have died with it: then rule 1 is not held against
         an order from after its last entry, which only those could have allowed.
 Rule 6: what a robot has granted it never takes back within the epoch: who was granted it may be there.
@@ -33,6 +34,7 @@ from protocol.timeline import (
     RobotDied,
     StepPlanned,
     StrandFormed,
+    StrandReversed,
 )
 
 ROUNDING_M = 1e-6  # of sums of arc lengths, added up by one process and checked by another
@@ -70,6 +72,8 @@ class Evidence:
     plans: dict[int, list[tuple[float, StepPlanned]]] = field(default_factory=lambda: defaultdict(list))
     strands: dict[tuple[int, int], StrandFormed] = field(default_factory=dict)
     """By robot and epoch."""
+    reversals: dict[int, StrandReversed] = field(default_factory=dict)
+    """By the epoch that each ended."""
     dead: set[int] = field(default_factory=set)
 
     def hear(self, source: str, entry: Entry) -> None:
@@ -92,17 +96,33 @@ class Evidence:
                 self.plans[robot].append((entry.t_s, plan))
             case StrandFormed() as strand if robot is not None:
                 self.strands[robot, strand.epoch] = strand
+            case StrandReversed() as reversal if robot is not None:
+                self.reversals[reversal.epoch] = reversal
             case _:
                 pass  # the rest says nothing about authority
 
     def path(self, strand: StrandFormed) -> Path | None:
-        """The strand's path, rule 4; None where a robot of it was never seen."""
+        """The strand's path, rule 4; None where a robot of it was never seen, or it never turned round."""
         if not all(robot in self.poses for robot in strand.order):
             return None
-        starts = [self.poses[robot][0][1] for robot in reversed(strand.order)]
-        targets = {plan.step: plan.target for _, plan in self.plans[strand.order[0]]}
-        places = [Point(x_m=start.x_m, y_m=start.y_m) for start in starts]
-        return Path([*places, *(targets[step] for step in sorted(targets))])
+        return self._path(strand.order, strand.epoch)
+
+    def _path(self, order: tuple[int, ...], epoch: int) -> Path | None:
+        path = self.laid(order, epoch)
+        targets = {plan.step: plan.target for _, plan in self.plans[order[0]] if plan.epoch == epoch}
+        for step in sorted(targets) if path is not None else []:
+            assert path is not None
+            path.extend(targets[step])
+        return path
+
+    def laid(self, order: tuple[int, ...], epoch: int) -> Path | None:
+        """What there was of the strand's path when the epoch began."""
+        if epoch <= 1:
+            starts = [self.poses[robot][0][1] for robot in reversed(order)]
+            return Path(Point(x_m=start.x_m, y_m=start.y_m) for start in starts)
+        reversal = self.reversals.get(epoch - 1)
+        before = self._path(tuple(reversed(order)), epoch - 1)
+        return None if reversal is None or before is None else before.reversed(reversal.cut_m, reversal.end_m)
 
 
 def judge_authority(evidence: Evidence, tolerance: Tolerance) -> list[tuple[float, PromiseBroken]]:
@@ -135,15 +155,16 @@ def _judge_order(
     if strand is None or path is None or order.robot not in strand.order:
         return _breach(order.robot, order.reach_m, 0.0, f"ordered in epoch {order.epoch} without a strand")
     place = strand.order.index(order.robot)
-    if place == 0:
+    if place == 0 and (order.step > 0 or order.epoch <= 1):
         return _judge_leader(evidence.plans[order.robot], t_s, order, order.target)
-    ahead = strand.order[place - 1]
-    grants = evidence.granted[ahead, order.robot, order.epoch]
-    granted_by_then = bisect_right(grants, t_s + ROUNDING_S, key=itemgetter(0))
-    granted_m = grants[granted_by_then - 1][1] if granted_by_then else 0.0
-    excused = ahead in evidence.dead and t_s >= evidence.heard_s[ahead]
+    if place == 0:
+        laid = evidence.laid(strand.order, order.epoch)
+        granted_m, excused, granter = 0.0 if laid is None else laid.end_m, False, "the strand's path"
+    else:
+        granted_m, excused = _granted(evidence, strand.order[place - 1], t_s, order)
+        granter = f"robot {strand.order[place - 1]} granted"
     if order.reach_m > granted_m + ROUNDING_M and not excused:
-        return _breach(order.robot, order.reach_m, granted_m, f"ordered further than robot {ahead} granted")
+        return _breach(order.robot, order.reach_m, granted_m, f"ordered further than {granter}")
     beside_m = _apart_m(order.target, path.at(order.reach_m))
     allowed_m = tolerance.mu0_m + tolerance.drive_m(
         math.hypot(order.target.x_m - order.x_m, order.target.y_m - order.y_m)
@@ -151,6 +172,15 @@ def _judge_order(
     if beside_m > allowed_m and not excused:
         return _breach(order.robot, beside_m, allowed_m, "ordered beside the strand's path")
     return None
+
+
+def _granted(evidence: Evidence, ahead: int, t_s: float, order: OrderAccepted) -> tuple[float, bool]:
+    """What the robot ahead had granted by then, and whether rule 5 excuses an order beyond."""
+    grants = evidence.granted[ahead, order.robot, order.epoch]
+    by_then = bisect_right(grants, t_s + ROUNDING_S, key=itemgetter(0))
+    return grants[by_then - 1][1] if by_then else 0.0, ahead in evidence.dead and t_s >= evidence.heard_s[
+        ahead
+    ]
 
 
 def _judge_grants(

@@ -52,7 +52,7 @@ def sure_range_m(shapes: Sequence[Shape], directions: int) -> float:
 
 
 def revolutions(shapes: Sequence[Shape], directions: int, *, wanted_m: float, rays_max: int) -> int:
-    """How many interlaced revolutions are sure to show every obstacle out to `wanted_m`, or to what they can."""
+    """How many interlaced revolutions are sure to show every obstacle out to `wanted_m`, if any are."""
     needed = math.ceil(wanted_m / sure_range_m(shapes, directions))
     return max(1, min(needed, rays_max // directions))
 
