@@ -212,7 +212,10 @@ def test_figures_of_a_family_are_of_what_ended_and_per_metre_of_all_paths_togeth
     assert (figures.events_per_m, figures.clearance_margin_m_min) == (2.0, 0.1)
 
 
-def test_a_worker_that_dies_costs_no_outcome(scenes: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+def test_a_worker_that_dies_or_hears_the_users_interrupt_costs_no_outcome(
+    scenes: Path, number: signal.Signals
+) -> None:
     far = scene(scenes / "far.json", goal=[900.0, 0.0], bounds=[0.0, -1.0, 1000.0, 1.0])
     paths = [scenes / "posts" / "one.json", far]
     episodes = [
@@ -225,14 +228,15 @@ def test_a_worker_that_dies_costs_no_outcome(scenes: Path) -> None:
             robots_left_out=0,
             law=None,
             widest_path_radius_m=None,
-            wall_s_max=1.0 if path == far else 100.0,
+            wall_s_max=0.5 if path == far else 100.0,
         )
         for index, path in enumerate(paths)
     ]
     coming = outcomes_of(episodes, 2)
     first = next(coming)
     for worker in multiprocessing.active_children():
-        worker.kill()
+        assert worker.pid is not None
+        os.kill(worker.pid, number)
     rest = sorted((each.key, each.surprise) for each in coming)
     assert (first.key, first.surprise) == ("0", Surprise.NONE)
     assert rest == [("1", Surprise.CRASHED)]
@@ -247,15 +251,17 @@ def test_an_interrupted_campaign_exits_130_and_goes_on_where_it_was(scenes: Path
         [sys.executable, "-m", "lab.cli", *asked],
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
     )
     path = out / "episodes.jsonl"
     wait_until(lambda: True if path.exists() and path.read_bytes().count(b"\n") else None, 60.0)
     os.killpg(going.pid, signal.SIGINT)  # as a terminal does: the workers hear it too
-    said, _ = going.communicate(timeout=END_S_MAX)
+    said, complaints = going.communicate(timeout=END_S_MAX)
     assert going.returncode == 130
     assert said.splitlines()[-1].startswith("INTERRUPTED: ")
+    assert "Traceback" not in complaints
     finished = played(scenes)
     assert (told(scenes)["interrupted"], told(scenes)["all"]["episodes"]) == (True, len(finished))
     assert 1 <= len(finished) < 6

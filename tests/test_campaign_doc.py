@@ -10,7 +10,8 @@ SECTIONS = (Path(__file__).parents[1] / "docs" / "campaign.md").read_text(encodi
 def named(section: str) -> set[str]:
     """What the first column of a section's tables names."""
     (text,) = [each for each in SECTIONS if each.startswith(section)]
-    return {name for row in re.findall(r"^\| (`.*?) \|", text, re.M) for name in re.findall(r"`(\w+)`", row)}
+    rows = re.findall(r"^\| (`.*?) \|", text, re.MULTILINE)
+    return {name for row in rows for name in re.findall(r"`(\w+)`", row)}
 
 
 def test_every_field_of_an_outcome_and_every_surprise_is_explained_and_no_other() -> None:

@@ -65,6 +65,7 @@ def test_the_folder_is_that_of_a_live_run(tmp_path: Path) -> None:
     assert (finding.clearance_m_min, finding.path_m) == (verdict.clearance_m_min, verdict.path_m)
     assert verdict.messages.sent == verdict.messages.received > 100
     assert (verdict.messages.left_out, verdict.events.recorded) == ((), len(read.lines))
+    assert read.lines[-1][1].t_s - verdict.sim_s < 0.2, "nobody had to be waited for at the end"
 
 
 def test_time_stamps_of_a_source_follow_its_simulated_time_and_never_repeat(tmp_path: Path) -> None:
