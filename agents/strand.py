@@ -63,7 +63,7 @@ def lined_up(
         behind_m=start_m[order[rank + 1]] if rank + 1 < len(order) else 0.0,
     )
     # A straight queue is one segment: one check, no stops.
-    return Strand(robot, order, Path(straightened(starts)), at, mission, now_s)
+    return Strand(robot, order, Path(straightened(starts)), at, mission=mission, now_s=now_s)
 
 
 class Strand:
@@ -75,9 +75,9 @@ class Strand:
         order: tuple[int, ...],
         path: Path,
         at: Places,
+        *,
         mission: Mission,
         now_s: float,
-        *,
         epoch: int = 1,
         back_by_m: float = 0.0,
     ) -> None:
@@ -140,8 +140,8 @@ class Strand:
             tuple(reversed(self.order)),
             self.path.reversed(self.reversal.cut_m, end_m),
             at,
-            self._mission,
-            now_s,
+            mission=self._mission,
+            now_s=now_s,
             epoch=self.epoch + 1,
             back_by_m=self.reversal.back_by_m,
         )
