@@ -1,8 +1,13 @@
-"""The three scenarios with moving obstacles, in a world alone: scripted orders, and how they are judged."""
+"""The three scenarios with moving obstacles: scripted orders in a world alone, and how they are judged."""
+
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from lab import timeline
+from lab.check import check
+from lab.rehearse import rehearse
 from protocol.exit_codes import ExitCode
 from protocol.frames import Point
 from protocol.timeline import PromiseBroken
@@ -57,6 +62,17 @@ def range_ahead_m(stage: Stage) -> float:
     stage.handle(ScanAsked(1, 1))
     ranges_m = np.array(stage.scans[-1].ranges_m)
     return float(ranges_m[len(ranges_m) // 2])
+
+
+@pytest.mark.parametrize("name", ["pedestrian", "door", "follower"])
+def test_checking_the_log_comes_to_the_same_as_the_verdict(tmp_path: Path, name: str) -> None:
+    verdict = rehearse(load(name), 1, tmp_path, lambda _: None)
+    finding = check(timeline.read(tmp_path))
+    assert verdict.moving_clearance_m_min is not None
+    assert finding.moving_clearance_m_min == verdict.moving_clearance_m_min
+    assert finding.clearance_m_min == verdict.clearance_m_min
+    assert finding.violations_by_invariant == verdict.violations_by_invariant
+    assert finding.flaws == ()
 
 
 def test_who_walks_on_blindly_meets_the_pedestrian() -> None:

@@ -10,6 +10,7 @@ Rule 5: a promise that stays broken is one violation, until it has been kept aga
 """
 
 import math
+from collections.abc import Set
 from dataclasses import dataclass, field
 from typing import Self
 
@@ -26,7 +27,7 @@ from world.scenario import Scenario
 from world.shapes import Ground
 
 Rows = NDArray[np.intp]
-Topic = tuple[str, int, int | None]  # what is judged, of which robot, against which other
+Topic = tuple[str, int, int | None]  # what is judged, of which robot, against which other or obstacle
 
 PAIR_SLACK_M = 0.5  # half a second at full speed: longer lists of pairs cost more than comparing all
 ROUNDING_M = 1e-9  # what adding up ticks may be off by; far below any tolerance
@@ -140,26 +141,35 @@ class Monitor:
         """Rule 2."""
         if not self.movers.names:
             return []
-        rows, radius_m = np.flatnonzero(self._moved), self.promises.radius_m
-        apart_m = np.full((len(starts_m), len(self.movers.names)), math.inf)
-        if len(rows) > 0:
-            near_m = radius_m + max(self.least_moving_clearance.distance_m, 0.0)
-            approaches_m = self.movers.approaches_m(
-                starts_m[rows], ends_m[rows], from_s=from_s, to_s=t_s, near_m=near_m
-            )
-            apart_m[rows] = approaches_m - radius_m
+        apart_m = self._apart_from_movers_m(starts_m, ends_m, from_s, t_s)
         row = int(apart_m.min(axis=1).argmin())
         if apart_m[row].min() < self.least_moving_clearance.distance_m:
             self.least_moving_clearance = Least(distance_m=float(apart_m[row].min()), t_s=t_s, robot=row + 1)
-        broken: list[PromiseBroken] = []
-        for name, column_m in zip(self.movers.names, apart_m.T, strict=True):
-            measured: dict[Topic, float] = {
-                (f"contact {name}", row + 1, None): float(column_m[row])
-                for row in np.flatnonzero(_is_broken(column_m, 0.0)).tolist()
-            }
-            why = f"in contact with moving obstacle {name} while it moved"
-            broken += self._newly("S1", f"contact {name}", measured, 0.0, why)
-        return broken
+        touching = np.argwhere(_is_broken(apart_m, 0.0)).tolist()
+        begun = self._begun("contact", {("contact", row + 1, obstacle) for row, obstacle in touching})
+        return [
+            PromiseBroken(
+                invariant="S1",
+                robot=row + 1,
+                measured_m=float(apart_m[row, obstacle]),
+                required_m=0.0,
+                why=f"in contact with moving obstacle {self.movers.names[obstacle]} while it moved",
+            )
+            for row, obstacle in touching
+            if ("contact", row + 1, obstacle) in begun
+        ]
+
+    def _apart_from_movers_m(self, starts_m: Floats, ends_m: Floats, from_s: float, t_s: float) -> Floats:
+        """From each hull to each moving obstacle, `(N, K)`; inf for robots that stood."""
+        apart_m = np.full((len(starts_m), len(self.movers.names)), math.inf)
+        moved, radius_m = np.flatnonzero(self._moved), self.promises.radius_m
+        if len(moved) > 0:
+            near_m = radius_m + max(self.least_moving_clearance.distance_m, 0.0)
+            approaches_m = self.movers.approaches_m(
+                starts_m[moved], ends_m[moved], from_s=from_s, to_s=t_s, near_m=near_m
+            )
+            apart_m[moved] = approaches_m - radius_m
+        return apart_m
 
     def _judge_bounds(self, ends_m: Floats) -> list[PromiseBroken]:
         if self.promises.bounds is None:
@@ -224,8 +234,7 @@ class Monitor:
         required_m: float,
         why: str,
     ) -> list[PromiseBroken]:
-        before = {key for key in self._broken if key[0] == topic}
-        self._broken = (self._broken - before) | measured.keys()
+        begun = self._begun(topic, measured.keys())
         return [
             PromiseBroken(
                 invariant=invariant,
@@ -236,8 +245,14 @@ class Monitor:
                 why=why,
             )
             for key, distance_m in measured.items()
-            if key not in before
+            if key in begun
         ]
+
+    def _begun(self, topic: str, broken: Set[Topic]) -> Set[Topic]:
+        """Which of what is broken now was kept just before."""
+        before = {key for key in self._broken if key[0] == topic}
+        self._broken = (self._broken - before) | broken
+        return broken - before
 
 
 def _is_broken(distance_m: Floats, required_m: float) -> NDArray[np.bool_]:

@@ -21,8 +21,8 @@ class Movers:
     """Obstacle k is row k, in the scenario's order."""
 
     names: tuple[str, ...]
-    _tracks: tuple[Floats, ...]
-    """`(k, 3)` each: t, x, y."""
+    _tracks: Floats
+    """`(K, n, 3)`: t, x, y; a track that is shorter stays at its last place, to be there at t = inf."""
     _turns_s: Floats
     """When any of them changes its motion, in order."""
     _outlines: Ground
@@ -35,11 +35,16 @@ class Movers:
     @classmethod
     def of(cls, moving: Sequence[Moving]) -> Self:
         """Pack a scenario's moving obstacles."""
-        tracks = tuple(np.array(each.track, dtype=np.float64) for each in moving)
+        longest = max((len(each.track) for each in moving), default=0)
         return cls(
             names=tuple(each.id for each in moving),
-            _tracks=tracks,
-            _turns_s=np.unique([t_s for track in tracks for t_s in track[:, 0]]),
+            _tracks=np.array(
+                [
+                    [*each.track, *[(np.inf, *each.track[-1][1:])] * (1 + longest - len(each.track))]
+                    for each in moving
+                ]
+            ).reshape(-1, 1 + longest, 3),
+            _turns_s=np.unique([t_s for each in moving for t_s, _, _ in each.track]),
             _outlines=ground_of([each.outline for each in moving]),
             _reach_m=np.array([each.reach_m for each in moving], dtype=np.float64),
             _polygons={
@@ -51,8 +56,11 @@ class Movers:
 
     def places_m(self, t_s: float) -> Floats:
         """Where they are on their tracks, `(K, 2)` [world frame]."""
-        places = [[np.interp(t_s, track[:, 0], track[:, axis]) for axis in (1, 2)] for track in self._tracks]
-        return np.array(places, dtype=np.float64).reshape(-1, 2)
+        row, following = np.arange(len(self.names)), (self._tracks[:, :, 0] <= t_s).sum(axis=1)
+        last, following = self._tracks[row, np.maximum(following - 1, 0)], self._tracks[row, following]
+        leg_s = following[:, 0] - last[:, 0]  # 0 before a track begins, inf when it has ended
+        share = np.where(leg_s > 0.0, t_s - last[:, 0], 0.0) / np.where(leg_s > 0.0, leg_s, 1.0)
+        return np.asarray(last[:, 1:] + share[:, None] * (following - last)[:, 1:])
 
     def among(self, ground: Ground, t_s: float) -> Ground:
         """The ground, and the moving obstacles on it where they are at that time."""
@@ -99,9 +107,11 @@ class Movers:
         """The same for straight ways `(n, K, 2)`, each as seen from its obstacle's place."""
         apart_m = distances_to_segments(np.zeros(2), starts_m, ends_m) - self._reach_m
         apart_m = np.maximum(apart_m, 0.0)
-        for row, outline in self._polygons.items():
-            near = np.flatnonzero(apart_m[:, row] <= near_m)
-            apart_m[near, row] = clearance(outline, starts_m[near, row], ends_m[near, row])
+        near = apart_m <= near_m
+        for row in np.flatnonzero(near.any(axis=0)).tolist():
+            if row in self._polygons:
+                body = np.flatnonzero(near[:, row])
+                apart_m[body, row] = clearance(self._polygons[row], starts_m[body, row], ends_m[body, row])
         return apart_m
 
 
