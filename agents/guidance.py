@@ -2,7 +2,7 @@
 
 Rule 1: cells of a grid that are nearer to a hit than the robot with its clearance are closed; near them
         driving costs more, so that ways keep off obstacles where there is room. In doubt, by half a cell,
-        a cell is open: guidance only ranks, what may be driven is the certificate's to say.
+        a cell is open, and dear: guidance only ranks, what may be driven is the certificate's to say.
 Rule 2: the cost-to-go of every cell comes from one Dijkstra run from the goal.
 Rule 3: a spot where the certificate refuses the way that the grid shows is closed for good.
 Rule 4: where the region has no bounds, the grid grows with what has been seen.
@@ -23,6 +23,8 @@ CELL_M_MAX = 0.05
 CELLS_A_BERTH = 4.0  # so that the shape of a gap survives
 CELLS_MAX = 250_000  # 500 x 500: a plan stays within some 0.2 s
 COMFORT = 2.0  # next to closed ground a metre costs this much more than in the open
+DOUBT = 20.0  # where it may be closed: 5 m of a detour are better than to be turned back at a gap
+SPOT_BERTHS = 0.5  # of a spot that is closed: more than the cells of a gap that were open in doubt
 PACKED_M = 0.005  # what a place that is handed on is rounded to: a tenth of a cell
 PLACES_MAX = 200_000  # that are unpacked
 FELT_CELLS = 4.0  # so near to closed ground: enough to be felt, too little to close a way
@@ -89,8 +91,8 @@ class Map:
         self._room = np.full(self._grid.shape, np.inf)
         if self._bounded:
             self._room = self._grid.off_border() - self._keep_in_m
-        self._keep_off(self._hits)
-        self._keep_off(self._closed)
+        self._keep_off(self._hits, self._keep_m)
+        self._keep_off(self._closed, SPOT_BERTHS * self._keep_m)
 
     def remember(self, hit_points: Floats) -> None:
         """Add hits (n, 2) [m; world frame]; outside the bounds they are no concern of ours."""
@@ -99,7 +101,7 @@ class Map:
         inside = hit_points[self._grid.has(hit_points)]
         new = inside[~np.isin(self._grid.fine_parts(inside), self._grid.fine_parts(self._hits))]
         self._hits = np.concatenate([self._hits, new])
-        self._keep_off(new)
+        self._keep_off(new, self._keep_m)
 
     def _reach_out_to(self, points: Floats) -> None:
         """Rule 4: have the grid reach beyond these points by the sensor's range."""
@@ -112,11 +114,11 @@ class Map:
     def close(self, spot: Floats) -> None:
         """Rule 3."""
         self._closed = np.concatenate([self._closed, spot[None]])
-        self._keep_off(spot[None])
+        self._keep_off(spot[None], SPOT_BERTHS * self._keep_m)
 
-    def _keep_off(self, points: Floats) -> None:
-        reach_m = self._keep_m + FELT_CELLS * self._grid.cell_m
-        self._grid.lower_around(self._room, points, reach_m=reach_m, less_m=self._keep_m)
+    def _keep_off(self, points: Floats, keep_m: float) -> None:
+        reach_m = keep_m + FELT_CELLS * self._grid.cell_m
+        self._grid.lower_around(self._room, points, reach_m=reach_m, less_m=keep_m)
 
     def cost_to_go(
         self, goal: Floats, *, tolerance_m: float, taken: Floats | None = None, keep_m: float = 0.0
@@ -138,7 +140,7 @@ class Map:
         sources = self._sources(is_open, goal, tolerance_m)
         if len(sources) == 0:
             return CostToGo(self._grid, np.full(room.shape, np.inf))
-        price = 1.0 + COMFORT * np.clip(1.0 - room / (FELT_CELLS * cell_m), 0.0, 1.0)
+        price = 1.0 + COMFORT * np.clip(1.0 - room / (FELT_CELLS * cell_m), 0.0, 1.0) + DOUBT * (room < 0.0)
         cost = dijkstra(self._grid.graph(is_open, price), directed=False, indices=sources, min_only=True)
         return CostToGo(self._grid, np.asarray(cost.reshape(room.shape)))
 
@@ -152,8 +154,8 @@ class Map:
         return np.asarray(np.ravel_multi_index(tuple(cells[near].T), self._grid.shape))
 
     def packed(self) -> bytes:
-        """What is closed, for another robot's map: as many places as a message holds."""
-        places = np.round(np.concatenate([self._closed, self._hits]) / PACKED_M).astype("<i4")
+        """What has been seen, for another robot's map: as many places as a message holds."""
+        places = np.round(self._hits / PACKED_M).astype("<i4")
         while len(packed := zlib.compress(places.T.tobytes())) > SEEN_BYTES_MAX:
             places = places[::2]
         return packed

@@ -27,6 +27,7 @@ from agents.step import (
     certified_step_onward,
     certified_step_to,
     certified_step_to_goal,
+    has_way,
     look,
     paper_step,
     refused_at,
@@ -130,13 +131,12 @@ class Leader:
             step = certified_step_to_goal(view, walls, cost_to_go, gain_m=GAIN_M)
             if step is not None:
                 return step
-            here_m = float(cost_to_go.at(view.position[None])[0])
-            if here_m == np.inf:
-                return self._turn_back(goal, view.position, ground, settled=settled)
+            if not has_way(view, walls, cost_to_go):
+                return self._turn_back(goal, view, ground, settled=settled)
             if len(view.ranges_m) < self._mission.directions * self.closer:
                 return LookCloser()
             self._close(view, walls, cost_to_go)
-        return NoStep(f"no certified step comes nearer to the goal, {here_m:.2f} m to go")
+        return NoStep("no certified step comes nearer to the goal")
 
     def _cost_to_go(self, goal: Floats, taken: Floats) -> CostToGo:
         tolerance_m, keep_m = self._mission.goal_tolerance_m, self._mission.robot_keep_m
@@ -150,14 +150,15 @@ class Leader:
         self.map.close(self.map.narrowest(way[first:][off_first_m <= 2.0 * self._mission.berth_m]))
 
     def _turn_back(
-        self, goal: Floats, position: Floats, ground: Ground, *, settled: bool
+        self, goal: Floats, view: View, ground: Ground, *, settled: bool
     ) -> NoStep | Wait | DeadEnd:
         """What to do where no way leads past the strand."""
 
         def reachable(place: Floats, taken: Floats) -> bool:
             return bool(np.isfinite(self._cost_to_go(goal, taken).at(place[None])[0]))
 
-        if not len(ground.taken) or not reachable(position, np.empty((0, 2))):
+        alone = Walls.joined(scan_walls(view, self._mission), *self._bounds())
+        if not len(ground.taken) or not has_way(view, alone, self._cost_to_go(goal, np.empty((0, 2)))):
             return NoStep("no way to the goal is left in what is known")
         if not settled:
             return Wait()

@@ -93,15 +93,26 @@ def paper_step(sight: Sight, mission: Mission, *, gain_m: float) -> Step | NoSte
 
 def certified_step_to_goal(view: View, walls: Walls, cost_to_go: CostToGo, *, gain_m: float) -> Step | None:
     """The certified end point with the least cost-to-go; None where no certified step comes nearer."""
+    step = _best_step(view, walls, cost_to_go)
+    here_m = float(cost_to_go.at(view.position[None, :])[0])
+    return step if step.cost_to_go_m is not None and step.cost_to_go_m < here_m - gain_m else None
+
+
+def has_way(view: View, walls: Walls, cost_to_go: CostToGo) -> bool:
+    """Whether there is a way from here, or from anywhere that a certified step leads to."""
+    here_m = float(cost_to_go.at(view.position[None, :])[0])
+    return here_m < np.inf or _best_step(view, walls, cost_to_go).cost_to_go_m is not None
+
+
+def _best_step(view: View, walls: Walls, cost_to_go: CostToGo) -> Step:
+    """The certified step that ends with the least cost-to-go, if any end has one."""
     way = cost_to_go.way_from(view.position, cells_max=WAY_CELLS)
     headings, lengths = _certified(view, walls, _bearings_rad(way, view.position))
     tried = lengths[:, None] * np.arange(1, LENGTHS + 1) / LENGTHS
     costs = cost_to_go.at(_ends(view.position, headings, tried).reshape(-1, 2)).reshape(tried.shape)
     best = np.unravel_index(np.argmin(costs), costs.shape)
-    here = float(cost_to_go.at(view.position[None, :])[0])
-    if not costs[best] < here - gain_m:
-        return None
-    return Step(wrap(float(headings[best[0]])), float(tried[best]), cost_to_go_m=float(costs[best]))
+    cost_m = float(costs[best]) if costs[best] < np.inf else None
+    return Step(wrap(float(headings[best[0]])), float(tried[best]), cost_to_go_m=cost_m)
 
 
 def certified_step_to(view: View, walls: Walls, goal: Floats) -> Step | None:
