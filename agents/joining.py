@@ -16,12 +16,15 @@ from agents.certificate import Walls, bounds_walls, promised_clearance_m, scan_w
 from agents.guidance import Map
 from agents.leg import certain_clearance_m, certain_clearance_m_min
 from agents.scan import View, on_discs
-from agents.step import NoStep, Step, certified_step_to, certified_step_to_goal
+from agents.step import NoStep, Step, certified_step_to, certified_step_to_goal, refused_at
 from protocol.arrays import Flags, Floats, distances_to_segments, segments_apart
 from protocol.frames import Point
 from protocol.mission import Law, Mission
 from protocol.timeline import StepPlanned
 
+EPOCH = 0  # of steps and orders before the strand has formed
+SPOTS_MAX = 4  # spots of a way closed in one plan, where the certificate refuses what the grid shows
+WAY_CELLS = 200  # of a way that is looked at: 10 m and more
 GAIN_M = 0.01  # as the leader's: a step that saves less of the way is not worth a stop
 BEARINGS = 72  # of places tried around the robot ahead: 9 cm apart at 1 m, as fine as the leg's berth
 LENGTHS = 8  # of legs tried
@@ -51,11 +54,8 @@ class Stands:
         if len(starts) > 0:
             apart.append(distances_to_segments(places[:, None], starts, ends))
             apart.append(distances_to_segments(self.strand[:1], places, ahead)[:, None])
-            apart.append(
-                segments_apart(
-                    places[:, None], ahead[:, None], starts[:-1], ends[:-1]
-                )  # the last is next to it
-            )
+            not_next = slice(0, -1)  # a leg may be as near as it likes to the one that it begins at
+            apart.append(segments_apart(places[:, None], ahead[:, None], starts[not_next], ends[not_next]))
         apart.append(distances_to_segments(self.waiting, places[:, None], ahead[:, None]))
         return np.asarray(np.concatenate(apart, axis=1).min(axis=1) >= keep_m)
 
@@ -63,11 +63,6 @@ class Stands:
 @dataclass(frozen=True)
 class InPlace:
     """The robot stands at a place."""
-
-
-def keep_m(mission: Mission) -> float:
-    """Least distance of two robots' centres while they line up: as on the path, docs/strand.md."""
-    return 2.0 * mission.robot_radius_m + mission.separation_m + mission.mu0_m
 
 
 def leg_m_max(mission: Mission) -> float:
@@ -100,7 +95,7 @@ class Joining:
     def plan(self, view: View, stands: Stands) -> StepPlanned | InPlace | NoStep:
         """What to do from here: rule 1, else rule 2."""
         here = view.position[None]
-        admitted = bool(stands.admit(here, keep_m(self._mission))[0])
+        admitted = bool(stands.admit(here, self._mission.robot_keep_m)[0])
         seen = without_hulls(view, stands.all, self._mission)
         if admitted and leg_is_clear(seen, stands.strand[-1], self._mission):
             return InPlace()
@@ -114,30 +109,33 @@ class Joining:
         self._hits = np.unique(known, axis=0)
 
     def _step(self, view: View, stands: Stands) -> Step | NoStep:
-        places = self._places(stands)
+        places, walls = self._places(stands), self._walls(view, stands)
         ground = deepcopy(self._map)
         ground.remember(self._outlines(stands.all))
-        off_here = ground.cost_to_go(view.position, tolerance_m=self._mission.berth_m)
-        way_m = off_here.at(places) if len(places) else np.empty(0)
-        if not np.isfinite(way_m).any():
-            return NoStep("no way to a place at the strand's end is left in what is known")
-        place = places[int(np.argmin(way_m))]
-        cost_to_go = ground.cost_to_go(place, tolerance_m=self._mission.berth_m)
-        walls = self._walls(view, stands)
-        step = certified_step_to(view, walls, place) or certified_step_to_goal(
-            view, walls, cost_to_go, gain_m=GAIN_M
-        )
-        return step or NoStep("no certified step comes nearer to a place at the strand's end")
+        berth_m = self._mission.berth_m
+        for _ in range(SPOTS_MAX):
+            way_m = ground.cost_to_go(view.position, tolerance_m=berth_m).at(places)
+            if not np.isfinite(way_m).any():
+                break
+            place = places[int(np.argmin(way_m))]
+            cost_to_go = ground.cost_to_go(place, tolerance_m=berth_m)
+            step = certified_step_to(view, walls, place)
+            step = step or certified_step_to_goal(view, walls, cost_to_go, gain_m=GAIN_M)
+            if step is not None:
+                return step
+            way = cost_to_go.way_from(view.position, cells_max=WAY_CELLS)
+            ground.close(way[min(refused_at(view, walls, way), len(way) - 1)] if len(way) else place)
+        return NoStep("no way to a place at the strand's end is left in what is known")
 
     def _places(self, stands: Stands) -> Floats:
         """Rule 1, as far as is known: places (n, 2) around the last robot in place."""
         mission, ahead = self._mission, stands.strand[-1]
-        least_m = max(keep_m(mission), mission.robot_radius_m + mission.berth_m) + SLACK_M
+        least_m = max(mission.robot_keep_m, mission.robot_radius_m + mission.berth_m) + SLACK_M
         lengths = np.linspace(least_m, max(least_m, leg_m_max(mission)), LENGTHS)
         bearings = 2.0 * np.pi * np.arange(BEARINGS) / BEARINGS
         around = np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
         places = (ahead + lengths[:, None, None] * around).reshape(-1, 2)
-        places = places[stands.admit(places, keep_m(mission) + SLACK_M)]
+        places = places[stands.admit(places, mission.robot_keep_m + SLACK_M)]
         near = self._hits[np.hypot(*(self._hits - ahead).T) < lengths[-1] + mission.berth_m + 1.0]
         off = distances_to_segments(near[:, None], places, ahead)
         off -= mission.blind_per_range * np.hypot(*np.moveaxis(near[:, None] - places, -1, 0))
@@ -149,12 +147,12 @@ class Joining:
         mission = self._mission
         turns = 2.0 * np.pi * np.arange(HULL_CORNERS) / HULL_CORNERS
         outline = np.stack([np.cos(turns), np.sin(turns)], axis=1)
-        radius_m = max(mission.robot_radius_m, keep_m(mission) - mission.berth_m)
+        radius_m = max(mission.robot_radius_m, mission.robot_keep_m - mission.berth_m)
         return np.asarray((robots[:, None] + radius_m * outline).reshape(-1, 2))
 
     def _walls(self, view: View, stands: Stands) -> Walls:
         robots = stands.all
-        discs = Walls(robots, robots, np.full(len(robots), keep_m(self._mission)))
+        discs = Walls(robots, robots, np.full(len(robots), self._mission.robot_keep_m))
         bounds = self._mission.bounds
         sides = [] if bounds is None else [bounds_walls(bounds, self._mission)]
         return Walls.joined(scan_walls(view, self._mission), discs, *sides)
@@ -168,7 +166,7 @@ class Joining:
             promised_m = promised_clearance_m(view, target, hulls, self._mission)
         return StepPlanned(
             step=self._steps,
-            epoch=0,
+            epoch=EPOCH,
             law=Law.CERTIFIED,
             x_m=float(view.position[0]),
             y_m=float(view.position[1]),

@@ -16,7 +16,7 @@ from msgspec.structs import replace
 
 from agents.commands import Announce, Command, Note
 from agents.driver import Driver
-from agents.joining import InPlace, Joining, Stands, leg_is_clear, without_hulls
+from agents.joining import EPOCH, InPlace, Joining, Stands, leg_is_clear, without_hulls
 from agents.muster import Roster
 from agents.scan import View
 from agents.step import NoStep
@@ -26,8 +26,6 @@ from protocol.messages import Muster, Turn
 from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
 from protocol.timeline import RobotBlocked, RobotPlaced, RouteLost, StepPlanned
-
-EPOCH = 0  # of orders before the strand has formed
 
 
 class Lining:
@@ -104,7 +102,7 @@ class Lining:
     def _say(self, **news: object) -> None:
         """Have the next announcement say so; a robot is the first to hear itself."""
         if any(getattr(self._said, name) != value for name, value in news.items()):
-            self._said = replace(self._said, number=self._said.number + 1, **news)
+            self._said = replace(self._said, **{"number": self._said.number + 1, **news})
             self._roster.hear(self._robot, self._said)
 
     def _announce(self, now_s: float) -> list[Command]:

@@ -84,7 +84,7 @@ class Robot:
                 )
             )
         ]
-        if strand.ahead is not None and lining.look is not None:
+        if strand.ahead is not None and lining.look is not None and self._mission.law.promises_clearance:
             # The scan that showed its leg clear was taken right here: it need not be taken again.
             checked = self._member.follower.check(
                 lining.look,

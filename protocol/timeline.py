@@ -42,7 +42,7 @@ class OrderAccepted(_Record, frozen=True, kw_only=True, tag="order.accepted"):
     number: Count
     epoch: Count
     step: Annotated[
-        Count, Meta(description="the leader's switching step; 0 for a robot that follows, or joins in epoch 0")
+        Count, Meta(description="the leader's switching step; 0 for one that follows, or joins in epoch 0")
     ]
     x_m: Metres
     y_m: Metres
@@ -165,12 +165,13 @@ class StrandReversed(_Record, frozen=True, kw_only=True, tag="strand.reversed"):
     cut_m: Annotated[Length, Meta(description="where the new path ends")]
     end_m: Annotated[Length, Meta(description="where the new path begins: where the robot stands that led")]
     back_by_m: Annotated[
-        Length, Meta(description="how far the new tail wants to come back; 0: the new leader plans on its own")
+        Length,
+        Meta(description="how far the new tail wants to come back; 0: the new leader plans on its own"),
     ]
 
 
 class RobotPlaced(_Record, frozen=True, kw_only=True, tag="robot.placed"):
-    """A robot that was not in place at the start has joined: it stands behind the robot ahead, clear of all."""
+    """A robot that was not in place at the start has joined: it stands at the strand's end."""
 
     rank: Annotated[Count, Meta(description="its place in the strand; the leader's is 0")]
     turn: Annotated[Count, Meta(description="in which it joined, alone")]
@@ -206,7 +207,7 @@ class SeenGap(Struct, frozen=True, kw_only=True):
 
 
 class StepPlanned(_Record, frozen=True, kw_only=True, tag="step.planned"):
-    """The leader has planned a switching step, from one scan; before the strand has formed, a robot that joins."""
+    """The leader has planned a switching step, from one scan; or in epoch 0 a robot that joins."""
 
     step: Count
     epoch: Annotated[Count, Meta(description="of the strand; 0: it has not formed")]

@@ -6,12 +6,14 @@ Rule 1: a robot that follows is ordered only to a place of the strand's path, an
 Rule 2: the leader is ordered only to the target of a switching step that it had planned.
 Rule 3: a body moves only with an order in hand, straight from where it took it towards its target, and no
         faster than it can.
-Rule 4: the strand's path is the polyline of the places where the robots started, tail first, and then of
+Rule 4: the strand's path is the polyline of the places where the robots lined up, tail first, and then of
         the targets of the leader's switching steps. When the strand has turned round, it is what there was
         the other way, and then the new leader's targets; along what there was its first robot may drive.
 Rule 5: where the robot ahead died, its last grants may have died with it: then rule 1 is not held against
         an order from after its last entry, which only those could have allowed.
 Rule 6: what a robot has granted it never takes back within the epoch: who was granted it may be there.
+Rule 7: before the strand has formed, in epoch 0, a robot is ordered only to the target of a step that it had
+        planned, and while its body drives there, no other moves.
 """
 
 import math
@@ -39,6 +41,9 @@ from protocol.timeline import (
 
 ROUNDING_M = 1e-6  # of sums of arc lengths, added up by one process and checked by another
 ROUNDING_S = 1e-9
+
+LINING_UP = 0
+"""The epoch of orders before the strand has formed."""
 
 Orders = Sequence[tuple[float, OrderAccepted]]
 
@@ -118,11 +123,16 @@ class Evidence:
     def laid(self, order: tuple[int, ...], epoch: int) -> Path | None:
         """What there was of the strand's path when the epoch began."""
         if epoch <= 1:
-            starts = [self.poses[robot][0][1] for robot in reversed(order)]
+            starts = [self._lined_up_at(robot) for robot in reversed(order)]
             return Path(Point(x_m=start.x_m, y_m=start.y_m) for start in starts)
         reversal = self.reversals.get(epoch - 1)
         before = self._path(tuple(reversed(order)), epoch - 1)
         return None if reversal is None or before is None else before.reversed(reversal.cut_m, reversal.end_m)
+
+    def _lined_up_at(self, robot: int) -> OrderAccepted | PoseSampled:
+        """Where a robot stood when the strand formed: where its first order in the strand found it."""
+        first = (order for _, order in self.orders[robot] if order.epoch > LINING_UP)
+        return next(first, self.poses[robot][-1][1])
 
 
 def judge_authority(evidence: Evidence, tolerance: Tolerance) -> list[tuple[float, PromiseBroken]]:
@@ -138,6 +148,7 @@ def judge_authority(evidence: Evidence, tolerance: Tolerance) -> list[tuple[floa
         breaches.extend(_judge_motion(evidence.poses[robot], evidence.orders[robot], tolerance))
     for robot, grants in evidence.grants.items():
         breaches.extend(_judge_grants(robot, grants))
+    breaches.extend(_judge_joining(evidence))
     return sorted(breaches, key=lambda breach: breach[0])
 
 
@@ -148,15 +159,15 @@ def _judge_order(
     t_s: float,
     order: OrderAccepted,
 ) -> PromiseBroken | None:
-    if order.target is None:
-        return None
+    if order.target is None or order.epoch == LINING_UP:
+        return _judge_planned(evidence.plans[order.robot], t_s, order)
     strand = evidence.strands.get((order.robot, order.epoch))
     path = paths[strand] if strand is not None else None
     if strand is None or path is None or order.robot not in strand.order:
         return _breach(order.robot, order.reach_m, 0.0, f"ordered in epoch {order.epoch} without a strand")
     place = strand.order.index(order.robot)
     if place == 0 and (order.step > 0 or order.epoch <= 1):
-        return _judge_leader(evidence.plans[order.robot], t_s, order, order.target)
+        return _judge_planned(evidence.plans[order.robot], t_s, order)
     if place == 0:
         laid = evidence.laid(strand.order, order.epoch)
         granted_m, excused, granter = 0.0 if laid is None else laid.end_m, False, "the strand's path"
@@ -196,15 +207,63 @@ def _judge_grants(
         granted_m[link] = max(granted_m[link], grant.authority_m)
 
 
-def _judge_leader(
-    plans: Sequence[tuple[float, StepPlanned]], t_s: float, order: OrderAccepted, target: Point
+def _judge_planned(
+    plans: Sequence[tuple[float, StepPlanned]], t_s: float, order: OrderAccepted
 ) -> PromiseBroken | None:
-    planned = [plan.target for at_s, plan in plans if plan.step == order.step and at_s <= t_s + ROUNDING_S]
-    miss_m = min((_apart_m(target, each) for each in planned), default=math.inf)
+    """Rules 2 and 7. To stand still is always lawful."""
+    if order.target is None:
+        return None
+    joins = order.epoch == LINING_UP
+    by_then = [plan for at_s, plan in plans if at_s <= t_s + ROUNDING_S]
+    planned = [plan for plan in by_then if (plan.epoch == LINING_UP if joins else plan.step == order.step)]
+    miss_m = min((_apart_m(order.target, plan.target) for plan in planned), default=math.inf)
     if miss_m <= ROUNDING_M:
         return None
-    why = f"ordered elsewhere than step {order.step} was planned" if planned else "led without a planned step"
+    step, does = ("any step", "joined") if joins else (f"step {order.step}", "led")
+    why = f"ordered elsewhere than {step} was planned" if planned else f"{does} without a planned step"
     return _breach(order.robot, miss_m if planned else order.reach_m, 0.0, why)
+
+
+def _judge_joining(evidence: Evidence) -> Iterator[tuple[float, PromiseBroken]]:
+    """Rule 7: who moved while another joined, once for each two robots."""
+    drives = [drive for robot in evidence.poses for drive in _drives(evidence, robot)]
+    longest = longest_joining = _Drive(-math.inf, -math.inf, 0, False, 0.0)
+    accused: set[tuple[int, int]] = set()
+    for drive in sorted(drives, key=lambda drive: drive.start_s):
+        other = longest if drive.joins else longest_joining
+        two = (drive.robot, other.robot)
+        if other.end_s > drive.start_s + ROUNDING_S and two not in accused:
+            accused.add(two)
+            why = f"moved while robot {other.robot} did, before the strand had formed"
+            yield drive.start_s, _breach(drive.robot, drive.moved_m, 0.0, why)
+        longest = max(longest, drive, key=lambda each: each.end_s)
+        if drive.joins:
+            longest_joining = max(longest_joining, drive, key=lambda each: each.end_s)
+
+
+@dataclass(frozen=True, slots=True)
+class _Drive:
+    """A motion between two samples."""
+
+    start_s: float
+    end_s: float
+    robot: int
+    joins: bool
+    moved_m: float
+
+
+def _drives(evidence: Evidence, robot: int) -> Iterator[_Drive]:
+    """All motions of a body, if anybody joined at all."""
+    orders = evidence.orders[robot]
+    if not any(order.epoch == LINING_UP for each in evidence.orders.values() for _, order in each):
+        return
+    taken_s = [t_s for t_s, _ in orders]
+    for (start_s, start), (end_s, end) in pairwise(evidence.poses[robot]):
+        moved_m = math.hypot(end.x_m - start.x_m, end.y_m - start.y_m)
+        if moved_m > ROUNDING_M:
+            in_hand = bisect_right(taken_s, start_s + ROUNDING_S) - 1
+            joins = in_hand >= 0 and orders[in_hand][1].epoch == LINING_UP
+            yield _Drive(start_s, end_s, robot, joins, moved_m)
 
 
 def _judge_motion(
