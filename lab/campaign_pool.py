@@ -2,12 +2,13 @@
 
 Rule 1: an episode whose process dies is an outcome as well. Those that were on when it died are played
         again, each alone, so that the right one is blamed.
-Rule 2: a worker never sees a Ctrl-C: the campaign ends it.
+Rule 2: a worker never sees a Ctrl-C: the campaign ends it. It ends by itself where the campaign is killed.
 """
 
 import multiprocessing
 import os
 import signal
+import threading
 from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -63,8 +64,16 @@ def _alone(episode: Episode) -> Outcome:
 
 def _pool(jobs: int) -> ProcessPoolExecutor:
     context = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(jobs, mp_context=context, initializer=_ignore_interrupts)
+    return ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin)
 
 
-def _ignore_interrupts() -> None:
+def _begin() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None, "only workers begin"
+    parent.join()
+    os._exit(1)  # the main thread waits for episodes that nobody will ever send

@@ -30,6 +30,8 @@ class _Verbs(click.Group):
             raise _Refusal(str(error)) from error
         except RecordingFailedError as error:  # whose exit code, 1, is click's own
             raise click.ClickException(str(error)) from error
+        except KeyboardInterrupt:
+            ctx.exit(ExitCode.INTERRUPTED)
 
 
 @click.group(cls=_Verbs)

@@ -39,15 +39,13 @@ def rehearse(scenario: Scenario, seed: int, folder: Path, say: Callable[[str], N
     with open_events(folder) as file, _asked_to_end() as asked:
         recorder = Recorder(file, _header(scenario, seed))
         rehearsal = Rehearsal(scenario, seed, NetworkFaults())
-        written = 0
-        for _ in rehearsal.ticks():
-            for source, entry in rehearsal.entries[written:]:
-                recorder.take(source, [entry])
-                if (sentence := progress(source, entry)) is not None:
-                    say(sentence)
-            written = len(rehearsal.entries)
-            if asked:
-                rehearsal.stop(asked.pop())
+        try:
+            for _ in rehearsal.ticks():
+                _record(rehearsal, recorder, say)
+                if asked:
+                    rehearsal.stop(asked.pop())
+        finally:  # where a core fails, the last entries are those that say why
+            _record(rehearsal, recorder, say)
     verdict = verdict_on(rehearsal, seed, started_at=started_at, wall_s=time.monotonic() - started_wall_s)
     save_verdict(verdict, folder)
     return verdict
@@ -68,6 +66,14 @@ def verdict_on(rehearsal: Rehearsal, seed: int, *, started_at: str, wall_s: floa
             cpu_s=time.process_time(),
         ),
     )
+
+
+def _record(rehearsal: Rehearsal, recorder: Recorder, say: Callable[[str], None]) -> None:
+    """Write the entries that have not been written."""
+    for source, entry in rehearsal.entries[recorder.recorded_count :]:
+        recorder.take(source, [entry])
+        if (sentence := progress(source, entry)) is not None:
+            say(sentence)
 
 
 def _header(scenario: Scenario, seed: int) -> Header:

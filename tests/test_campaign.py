@@ -1,11 +1,13 @@
 """Campaigns: every episode is an outcome, nothing is played twice, and surprises are said by name."""
 
+import contextlib
 import json
 import multiprocessing
 import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +22,7 @@ from lab.campaign_figures import by_family, figures_of
 from lab.campaign_pool import outcomes_of
 from lab.campaign_scenes import tight_radius_m
 from tests.campaigns import clew, closed, refused, scene
-from tests.fleets import END_S_MAX, ROOT, wait_until
+from tests.fleets import END_S_MAX, ROOT, START_S_MAX, wait_until
 from tests.logs import GOOD
 from world.scene import EPSILON_M_MAX, EPSILON_RADII
 
@@ -242,13 +244,15 @@ def test_a_worker_that_dies_or_hears_the_users_interrupt_costs_no_outcome(
     assert rest == [("1", Surprise.CRASHED)]
 
 
-def test_an_interrupted_campaign_exits_130_and_goes_on_where_it_was(scenes: Path) -> None:
+@pytest.fixture
+def going(scenes: Path) -> Iterator[subprocess.Popen[str]]:
+    """A campaign on two processes that has just written its first outcome, and has more to play."""
     for index in range(4):  # they come last, and take the longest
         scene(scenes / "z" / f"{index}.json", goal=[12.0, 0.0], bounds=[0.0, -1.0, 14.0, 1.0])
     out = scenes.parent / "out"
-    asked = ["campaign", "--scenes", str(scenes), "--robots", "1", "--out", str(out), "--jobs", "2"]
-    going = subprocess.Popen(
-        [sys.executable, "-m", "lab.cli", *asked],
+    asked = ["--scenes", str(scenes), "--robots", "1", "--out", str(out), "--jobs", "2"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "lab.cli", "campaign", *asked],
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -256,7 +260,16 @@ def test_an_interrupted_campaign_exits_130_and_goes_on_where_it_was(scenes: Path
         start_new_session=True,
     )
     path = out / "episodes.jsonl"
-    wait_until(lambda: True if path.exists() and path.read_bytes().count(b"\n") else None, 60.0)
+    wait_until(lambda: True if path.exists() and path.read_bytes().count(b"\n") else None, START_S_MAX)
+    yield process
+    with contextlib.suppress(ProcessLookupError):  # as it should be: nobody is left of its group
+        os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+
+
+def test_an_interrupted_campaign_exits_130_and_goes_on_where_it_was(
+    scenes: Path, going: subprocess.Popen[str]
+) -> None:
     os.killpg(going.pid, signal.SIGINT)  # as a terminal does: the workers hear it too
     said, complaints = going.communicate(timeout=END_S_MAX)
     assert going.returncode == 130
@@ -265,6 +278,12 @@ def test_an_interrupted_campaign_exits_130_and_goes_on_where_it_was(scenes: Path
     finished = played(scenes)
     assert (told(scenes)["interrupted"], told(scenes)["all"]["episodes"]) == (True, len(finished))
     assert 1 <= len(finished) < 6
-    clew(*asked[:-1], "1")
+    campaign(scenes)
     assert played(scenes)[: len(finished)] == finished
     assert told(scenes)["all"]["episodes"] == len(played(scenes)) == 6
+
+
+def test_a_campaign_that_is_killed_leaves_no_process(going: subprocess.Popen[str]) -> None:
+    going.kill()
+    # Its workers share its stderr: there is an end to read only when the last of them has gone.
+    going.communicate(timeout=END_S_MAX)

@@ -1,6 +1,7 @@
 import re
 from pathlib import Path
 
+from lab.campaign import Campaign
 from lab.campaign_episode import Outcome, Surprise
 from lab.campaign_figures import Figures
 
@@ -17,6 +18,10 @@ def named(section: str) -> set[str]:
 def test_every_field_of_an_outcome_and_every_surprise_is_explained_and_no_other() -> None:
     surprises = {surprise.value for surprise in Surprise} - {"none"}
     assert named("An outcome") == set(Outcome.__struct_fields__) | surprises
+
+
+def test_every_field_of_a_campaign_is_explained_and_no_other() -> None:
+    assert named("`campaign.json`") == set(Campaign.__struct_fields__)
 
 
 def test_every_figure_is_explained_and_no_other() -> None:
