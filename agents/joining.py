@@ -131,7 +131,7 @@ class Joining:
         """Rule 1, as far as is known: places (n, 2) around the last robot in place."""
         mission, ahead = self._mission, stands.strand[-1]
         least_m = max(mission.robot_keep_m, mission.robot_radius_m + mission.berth_m) + SLACK_M
-        lengths = np.linspace(least_m, max(least_m, leg_m_max(mission)), LENGTHS)
+        lengths = np.linspace(least_m, max(least_m, leg_m_max(mission) - SLACK_M), LENGTHS)
         bearings = 2.0 * np.pi * np.arange(BEARINGS) / BEARINGS
         around = np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
         places = (ahead + lengths[:, None, None] * around).reshape(-1, 2)
