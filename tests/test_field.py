@@ -1,9 +1,10 @@
 """A field is what it was asked to be: the same again, as wide, as dense, and a way through it or none."""
 
 import json
+from collections.abc import Iterable
 from functools import cache
 from hashlib import blake2b
-from itertools import combinations
+from itertools import chain, combinations, repeat
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +18,13 @@ from hypothesis import strategies as st
 
 from lab.cli import main
 from lab.field import Field, Kind, scene
+from lab.field_scatter import scatter
+from lab.field_shapes import extent, polygon
 from tests.full_map import Answer, Disc, solvable
 from world.budget import sure_range_m
 from world.scenario import Scenario, load
 from world.scene import as_scenario
+from world.shapes import Polygon
 
 SMALL_M = (4.0, 3.0)
 SCATTERED = [kind for kind in Kind if kind is not Kind.CORRIDORS]
@@ -38,7 +42,11 @@ def small(kind: Kind, seed: int) -> dict[str, Any]:
 def shapes(of: dict[str, Any]) -> list[shapely.Geometry]:
     """The obstacles on the ground; 512 chords to a quarter are off a disc by a millionth of its radius."""
     discs = [shapely.Point(x, y).buffer(radius_m, quad_segs=512) for x, y, radius_m in of["circles"]]
-    return discs + [shapely.Polygon(ring) for ring in of["polygons"]]
+    return discs + polygons(of["polygons"])
+
+
+def polygons(rings: Iterable[Any]) -> list[shapely.Geometry]:
+    return [shapely.Polygon(ring) for ring in rings]
 
 
 def as_told(asked: dict[str, Any]) -> dict[str, Any]:
@@ -78,16 +86,32 @@ def test_every_field_loads_as_a_scenario_with_room_for_five_and_the_goal(kind: K
     assert sure_range_m(scenario.obstacles, 360) >= 4.0, "one revolution of a common scanner shows it all"
 
 
-@given(st.sampled_from(SCATTERED), seeds)
+@given(st.sampled_from(SCATTERED), seeds, st.sampled_from([0.02, 0.6]))
 @few
-def test_obstacles_keep_the_least_width_from_each_other_and_from_the_walls(kind: Kind, seed: int) -> None:
-    drawn = small(kind, seed)
-    width_m = 4.0 * drawn["robot_radius"]
-    walls = shapely.union_all([shapely.Polygon(ring) for ring in drawn["walls"]])
-    obstacles = shapes(drawn)
-    assert len(obstacles) >= 2
-    assert all(one.distance(other) >= width_m - ROUNDING_M for one, other in combinations(obstacles, 2))
-    assert all(one.distance(walls) >= width_m - ROUNDING_M for one in obstacles)
+def test_obstacles_keep_the_least_width_from_each_other_and_from_the_walls(
+    kind: Kind, seed: int, width_m: float
+) -> None:
+    drawn = scene(Field(kind=kind, seed=seed, size_m=SMALL_M, least_width_m=width_m, density=0.12))
+    radii_m = np.array([radius_m for _, _, radius_m in drawn["circles"]] + [0.0] * len(drawn["polygons"]))
+    cores = [shapely.Point(x, y) for x, y, _ in drawn["circles"]] + polygons(drawn["polygons"])
+    apart_m = shapely.distance(np.array(cores)[:, None], cores) - radii_m[:, None] - radii_m
+    np.fill_diagonal(apart_m, np.inf)
+    off_walls_m = shapely.distance(np.array(polygons(drawn["walls"]))[:, None], cores) - radii_m
+    assert len(cores) >= 2
+    assert min(apart_m.min(), off_walls_m.min()) >= width_m - ROUNDING_M
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_no_obstacle_is_put_round_another(seed: int) -> None:
+    sides_m = chain([0.1], repeat(1.5))
+
+    def square(_chance: np.random.Generator, _unit_m: float) -> Polygon:
+        return polygon(next(sides_m) * np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]))
+
+    chance = np.random.default_rng(seed)
+    small, *large = scatter([square], chance, size_m=(2.0, 2.0), density=1.0, least_width_m=0.01, unit_m=1.0)
+    outlines = polygons(each.vertices_m for each in large if isinstance(each, Polygon))
+    assert not any(outline.intersects(shapely.Point(extent(small)[0])) for outline in outlines)
 
 
 @given(kinds, seeds)
@@ -173,7 +197,7 @@ def test_obstacles_may_overlap_where_no_width_is_kept() -> None:
     ("kind", "convex"), [(Kind.CONVEX, True), (Kind.ELLIPSES, True), (Kind.NONCONVEX, False)]
 )
 def test_polygons_are_convex_or_not_as_the_kind_says(kind: Kind, convex: bool) -> None:
-    rings = [shapely.Polygon(ring) for seed in range(4) for ring in small(kind, seed)["polygons"]]
+    rings = polygons(ring for seed in range(4) for ring in small(kind, seed)["polygons"])
     dents_m2 = [ring.convex_hull.area - ring.area for ring in rings]
     dented = [dent_m2 > 1e-2 * ring.area for dent_m2, ring in zip(dents_m2, rings, strict=True)]
     assert set(dented) == {not convex}

@@ -39,6 +39,15 @@ def test_a_disc_as_wide_as_the_gap_is_between() -> None:
     assert solvable(DOOR, Disc(GAP_M / 2.0)) is Answer.BETWEEN
 
 
+@pytest.mark.parametrize("turn_chords", [0.0, 0.25, 0.5])
+def test_the_chords_of_arcs_never_decide_however_they_fall(turn_chords: float) -> None:
+    turn_rad = turn_chords * math.pi / 2.0 / QUARTER_CHORDS
+    x, y = math.sin(turn_rad), math.cos(turn_rad)
+    posts = POSTS | {"circles": [[x, y, 0.5], [-x, -y, 0.5]]}
+    assert solvable(posts, Disc(GAP_M / 2.0 + 1e-5)) is not Answer.SOLVABLE
+    assert solvable(posts, Disc(GAP_M / 2.0 - 1e-5)) is not Answer.UNSOLVABLE
+
+
 def test_the_clearance_counts_like_a_larger_disc_but_not_towards_the_bounds() -> None:
     assert solvable(DOOR, Disc(0.3, 0.19)) is Answer.SOLVABLE
     assert solvable(DOOR, Disc(0.3, 0.21)) is Answer.UNSOLVABLE
