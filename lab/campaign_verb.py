@@ -123,7 +123,7 @@ def _watching() -> Iterator[Watch]:
     columns = (*Progress.get_default_columns()[:2], MofNCompleteColumn(), TimeElapsedColumn())
     remaining = (TimeRemainingColumn(), TextColumn("{task.fields[surprises]} surprises"))
     with Progress(*columns, *remaining, console=Console(stderr=True)) as progress:
-        task = progress.add_task("episodes", surprises=0)
+        task = progress.add_task("episodes", total=None, surprises=0)
         yield lambda done, asked, surprises: progress.update(
             task, completed=done, total=asked, surprises=surprises
         )
