@@ -39,6 +39,8 @@ def _values(info: inspect.Type) -> st.SearchStrategy[Any]:  # noqa: C901, PLR091
         case inspect.StrType():
             assert info.pattern is not None
             return st.from_regex(info.pattern, fullmatch=True)
+        case inspect.BytesType():
+            return st.binary(max_size=min(info.max_length or 20, 20))
         case inspect.BoolType():
             return st.booleans()
         case inspect.NoneType():

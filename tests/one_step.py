@@ -7,7 +7,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from agents.ground import Ground
-from agents.leader import Leader
+from agents.leader import DeadEnd, Leader, LookCloser, Plan, Wait
 from agents.scan import View, view
 from agents.step import Crossed, NoStep
 from protocol.arrays import scan_bearings_rad
@@ -53,12 +53,14 @@ def wall(*corners: tuple[float, float], thick_m: float = 0.02) -> Polygon:
     return Polygon(vertices_m=((x_0, y_0), (x_1, y_1), far_1, far_0))
 
 
-def look_around(shapes: Sequence[Shape], mission: Mission, at: Pose = ORIGIN) -> View:
+def look_around(
+    shapes: Sequence[Shape], mission: Mission, at: Pose = ORIGIN, *, revolutions: int = 1
+) -> View:
     """A scan without noise."""
     ranges = cast(
         ground_of(shapes),
         np.array([at.x_m, at.y_m]),
-        scan_bearings_rad(mission.directions),
+        scan_bearings_rad(revolutions * mission.directions),
         range_m_max=mission.range_m_max,
         discs=np.zeros((0, 3)),
     )
@@ -79,9 +81,27 @@ class Driven:
     clearance_m: float
 
 
+def plan(
+    leader: Leader,
+    shapes: Sequence[Shape],
+    mission: Mission,
+    ground: Ground,
+    *,
+    at: Pose = ORIGIN,
+    settled: bool = True,
+) -> Plan:
+    """What the leader makes of the shapes; it looks closer if it wants to."""
+    planned = leader.plan(look_around(shapes, mission, at), ground, epoch=1, settled=settled)
+    if isinstance(planned, LookCloser):
+        closer = look_around(shapes, mission, at, revolutions=leader.closer)
+        planned = leader.plan(closer, ground, epoch=1, settled=settled)
+    return planned
+
+
 def step_through(shapes: Sequence[Shape], mission: Mission, at: Pose = ORIGIN) -> Driven | NoStep | Crossed:
-    """Plan one step and measure what it keeps."""
-    planned = Leader(mission, at).plan(look_around(shapes, mission, at), alone(at))
+    """Plan one step of a robot alone, and measure what it keeps."""
+    planned = plan(Leader(mission, at), shapes, mission, alone(at), at=at)
+    assert not isinstance(planned, LookCloser | Wait | DeadEnd), f"{planned} of a robot alone"
     if not isinstance(planned, StepPlanned):
         return planned
     ends = np.array([[planned.target.x_m, planned.target.y_m]])

@@ -15,6 +15,7 @@ from protocol.timeline import (
     RobotDied,
     StepPlanned,
     StrandFormed,
+    StrandReversed,
 )
 from tests.world_stage import planned
 from world.authority import Evidence, Tolerance, judge_authority
@@ -49,8 +50,8 @@ def grant(authority_m: float, *, to: int = 2, epoch: int = 1) -> AuthorityGrante
     return AuthorityGranted(to=to, epoch=epoch, authority_m=authority_m)
 
 
-def plan(to_x_m: float, *, step: int = 1) -> StepPlanned:
-    return planned(Point(x_m=to_x_m, y_m=0.0), step=step, reach_m=to_x_m + 0.6)
+def plan(to_x_m: float, *, step: int = 1, epoch: int = 1) -> StepPlanned:
+    return planned(Point(x_m=to_x_m, y_m=0.0), step=step, epoch=epoch, reach_m=to_x_m + 0.6)
 
 
 START: list[Line] = [
@@ -100,7 +101,12 @@ RED = {
     "ordered beside the path": [FOLLOWED[0], ("world", 2.32, order(2, -0.6, 0.2, to_y_m=0.05))],
     "moved with no order": [FOLLOWED[0], *FOLLOWED[2:]],
     "moved with the order to stand": [("world", 2.32, order(2, -0.6, None)), *FOLLOWED[2:]],
-    "moved before its order": [*FOLLOWED[:1], *FOLLOWED[2:], ("world", 4.0, order(2, 0.2, 0.2))],
+    "moved before its order": [
+        ("world", 2.31, order(2, -0.6, -0.6)),
+        *FOLLOWED[:1],
+        *FOLLOWED[2:],
+        ("world", 4.0, order(2, 0.2, 0.2)),
+    ],
     "moved off its line": [*FOLLOWED[:3], ("world", 3.0, pose(2, -0.2, 0.01)), FOLLOWED[3]],
     "moved past its target": [*FOLLOWED, ("world", 4.0, pose(2, 0.3))],
     "moved faster than it can": [*FOLLOWED[:3], (FOLLOWED[3][0], 2.33, FOLLOWED[3][2])],
@@ -163,3 +169,108 @@ def test_a_grant_is_never_taken_back_within_its_epoch() -> None:
     assert [(each.invariant, each.robot) for each in judge([*START, *shrunk])] == [("S3", 1)]
     anew: list[Line] = [("r1", 3.0, grant(0.3)), ("r1", 3.1, grant(0.2, epoch=2))]
     assert judge([*START, *anew]) == []
+
+
+# --- turned round -----------------------------------------------------------------------------------
+#
+# Robot 1 stands at x = 1 m, robot 2 at x = 0.2 m. From there robot 2 leads back to x = -0.6 m, where it began:
+# in epoch 2, arc length is 1 m - x.
+
+BACK = StrandFormed(epoch=2, sensed=False, order=(2, 1), path_length_m=1.6)
+REVERSED = StrandReversed(epoch=1, cut_m=0.0, end_m=1.6, back_by_m=0.5)
+
+
+def back(robot: int, x_m: float, to_x_m: float, *, epoch: int = 2, beside_m: float = 0.0) -> OrderAccepted:
+    """An order the other way."""
+    return OrderAccepted(
+        robot=robot,
+        number=2,
+        epoch=epoch,
+        step=0,
+        x_m=x_m,
+        y_m=0.0,
+        target=Point(x_m=to_x_m, y_m=beside_m),
+        reach_m=1.0 - to_x_m,
+    )
+
+
+TURNED: list[Line] = [
+    ("r1", 4.0, REVERSED),
+    ("r2", 4.1, BACK),
+    ("r1", 4.2, BACK),
+]
+LED_BACK: list[Line] = [
+    ("world", 4.12, back(2, 0.2, -0.6)),
+    ("world", 4.12, pose(2, 0.2)),
+    ("world", 5.72, pose(2, -0.6)),
+]
+FOLLOWED_BACK: list[Line] = [
+    ("r2", 5.8, grant(1.2, to=1, epoch=2)),
+    ("world", 5.82, back(1, 1.0, -0.2)),
+    ("world", 5.82, pose(1, 1.0)),
+    ("world", 7.82, pose(1, -0.2)),
+]
+
+
+def test_a_strand_that_turned_round_may_drive_back_along_what_there_is_of_its_path() -> None:
+    assert judge(START + LED + FOLLOWED + TURNED + LED_BACK + FOLLOWED_BACK) == []
+
+
+def test_the_new_leader_goes_on_with_steps_of_its_own_from_where_the_path_was_cut() -> None:
+    cut = StrandReversed(epoch=1, cut_m=0.8, end_m=1.6, back_by_m=0.0)
+    step = planned(Point(x_m=0.2, y_m=0.5), step=1, epoch=2, reach_m=1.3)
+    led = OrderAccepted(
+        robot=2, number=2, epoch=2, step=1, x_m=0.2, y_m=0.0, target=Point(x_m=0.2, y_m=0.5), reach_m=1.3
+    )
+    steps: list[Line] = [("r2", 4.11, step), ("world", 4.12, led)]
+    ahead: list[Line] = [("r2", 5.0, grant(1.0, to=1, epoch=2)), ("world", 5.02, _round_the_corner())]
+    assert judge([*START, *LED, *FOLLOWED, ("r1", 4.0, cut), *TURNED[1:], *steps, *ahead]) == []
+    uncut: list[Line] = [*TURNED, *steps, *ahead]
+    assert [(each.invariant, each.robot) for each in judge(START + LED + FOLLOWED + uncut)] == [("S3", 1)]
+
+
+def _round_the_corner() -> OrderAccepted:
+    """Robot 1, to a place 0.2 m up from the corner at which robot 2 stood when it took the lead."""
+    corner = Point(x_m=0.2, y_m=0.2)
+    return OrderAccepted(robot=1, number=2, epoch=2, step=0, x_m=1.0, y_m=0.0, target=corner, reach_m=1.0)
+
+
+ASTRAY_BACK: dict[str, list[Line]] = {
+    "beyond what there is of the path": [("world", 4.12, back(2, 0.2, -0.7))],
+    "beside the path": [("world", 4.12, back(2, 0.2, -0.6, beside_m=0.05))],
+    "in an epoch that nobody reversed into": [("world", 4.12, back(2, 0.2, -0.6, epoch=3))],
+    "in the epoch before": [("world", 4.12, back(2, 0.2, -0.6, epoch=1))],
+    "a step that it did not plan": [("world", 4.12, order(2, 0.2, -0.6, step=1, epoch=2))],
+}
+
+
+@pytest.mark.parametrize("lines", ASTRAY_BACK.values(), ids=ASTRAY_BACK.keys())
+def test_who_leads_back_drives_only_along_what_there_is_of_the_path(lines: list[Line]) -> None:
+    broken = judge(START + LED + FOLLOWED + TURNED + lines)
+    assert [(each.invariant, each.robot) for each in broken] == [("S3", 2)]
+
+
+WRONG_WAY: dict[str, list[Line]] = {
+    "nobody reversed": TURNED[1:],
+    "another epoch was reversed": [("r1", 4.0, StrandReversed(epoch=2, cut_m=0.0, end_m=1.6, back_by_m=0.5))],
+    "reversed from elsewhere": [("r1", 4.0, StrandReversed(epoch=1, cut_m=0.0, end_m=1.4, back_by_m=0.5))],
+    "the path was cut": [("r1", 4.0, StrandReversed(epoch=1, cut_m=0.2, end_m=1.6, back_by_m=0.0))],
+}
+
+
+@pytest.mark.parametrize("lines", WRONG_WAY.values(), ids=WRONG_WAY.keys())
+def test_an_order_along_a_path_that_is_not_the_old_one_reversed_is_a_violation(lines: list[Line]) -> None:
+    broken = judge(START + LED + FOLLOWED + lines + TURNED[1:] + LED_BACK[:1])
+    assert [(each.invariant, each.robot) for each in broken] == [("S3", 2)]
+
+
+def test_a_grant_of_the_old_epoch_allows_nothing_in_the_new_one() -> None:
+    stale: list[Line] = [("r2", 5.8, grant(1.2, to=1, epoch=1)), *FOLLOWED_BACK[1:]]
+    broken = judge(START + LED + FOLLOWED + TURNED + LED_BACK + stale)
+    assert [(each.invariant, each.robot) for each in broken] == [("S3", 1)]
+
+
+def test_a_strand_formed_by_who_never_heard_of_it_binds_nobody_else() -> None:
+    others: list[Line] = [("r2", 4.1, BACK)]
+    broken = judge([*START, *LED, *FOLLOWED, TURNED[0], *others, *LED_BACK, *FOLLOWED_BACK])
+    assert [(each.invariant, each.robot) for each in broken] == [("S3", 1)]

@@ -7,14 +7,14 @@ import pytest
 from msgspec.structs import replace
 
 from agents.ground import Ground
-from agents.leader import Leader
+from agents.leader import DeadEnd, Leader, Wait
 from agents.step import Crossed, NoStep
 from protocol.frames import Point, Pose
 from protocol.mission import Bounds, Law, Mission
 from protocol.outbox import Outbox
 from protocol.path import Path
 from protocol.timeline import StepPlanned
-from tests.one_step import ORIGIN, Driven, alone, look_around, step_through, under, wall
+from tests.one_step import ORIGIN, Driven, alone, plan, step_through, under, wall
 from world.shapes import Circle, Shape
 
 ROBOT = under(Law.CERTIFIED, robot_radius_m=0.1)
@@ -58,11 +58,41 @@ def test_a_goal_behind_is_gone_back_to_where_nobody_is_behind() -> None:
     assert abs(step.heading_rad) == pytest.approx(math.pi)
 
 
-def test_a_robot_does_not_turn_back_into_ground_that_it_has_granted() -> None:
-    mission = to(-1.5, 0.0)
+def queue_behind() -> Ground:
+    """Robots behind take up the x axis from -1 m to -0.3 m."""
     path = Path([Point(x_m=-1.0, y_m=0.0), Point(x_m=0.0, y_m=0.0)])
-    ground = Ground(path, tail_m=0.0, granted_m=0.7, keep_m=0.3, behind_m=0.0, occupied_m=0.0)
-    assert isinstance(Leader(mission, ORIGIN).plan(look_around([], mission), ground), NoStep)
+    return Ground(path, tail_m=0.0, granted_m=0.7, keep_m=0.3, behind_m=0.0, occupied_m=0.0)
+
+
+def test_a_goal_behind_the_strand_is_gone_to_past_the_ground_that_has_been_granted() -> None:
+    mission = to(-1.5, 0.0)
+    step = plan(Leader(mission, ORIGIN), [], mission, queue_behind())
+    assert isinstance(step, StepPlanned)
+    assert abs(step.target.y_m) >= 0.3
+    assert abs(step.heading_rad) > math.pi / 2.0
+
+
+def test_where_only_the_strand_is_in_the_way_the_leader_waits_for_it_and_then_has_it_turn_round() -> None:
+    mission = to(-1.5, 0.0)
+    corridor: list[Shape] = [
+        wall((-2.0, 0.3), (1.0, 0.3)),
+        wall((1.0, -0.3), (-2.0, -0.3)),
+        wall((1.0, 0.3), (1.0, -0.3)),
+    ]
+    answers = [
+        plan(Leader(mission, ORIGIN), corridor, mission, queue_behind(), settled=settled)
+        for settled in (False, True)
+    ]
+    assert answers == [Wait(), DeadEnd(back_to_m=0.0)]
+
+
+def test_a_leader_that_nobody_is_behind_never_waits_and_never_turns_round() -> None:
+    ring: list[Shape] = [
+        Circle(centre_m=(math.cos(0.3 * k), math.sin(0.3 * k)), radius_m=0.2) for k in range(21)
+    ]
+    mission = to(3.0, 0.0)
+    for settled in (False, True):
+        assert isinstance(plan(Leader(mission, ORIGIN), ring, mission, alone(), settled=settled), NoStep)
 
 
 @pytest.mark.parametrize("goal", [(0.0, 2.0), (1.0, -1.0), (0.5, 1.5)])
@@ -70,7 +100,7 @@ def test_a_step_keeps_off_ground_that_has_been_granted(goal: tuple[float, float]
     mission = to(*goal)
     path = Path([Point(x_m=-1.0, y_m=0.5), Point(x_m=-0.3, y_m=0.5), Point(x_m=0.0, y_m=0.0)])
     ground = Ground(path, tail_m=0.0, granted_m=0.7, keep_m=0.55, behind_m=0.0, occupied_m=0.0)
-    step = Leader(mission, ORIGIN).plan(look_around([], mission), ground)
+    step = plan(Leader(mission, ORIGIN), [], mission, ground)
     assert isinstance(step, StepPlanned)
     granted = np.column_stack([np.linspace(-1.0, -0.3, 50), np.full(50, 0.5)])
     along = np.linspace(0.0, 1.0, 200)[:, None] * np.array([step.target.x_m, step.target.y_m])
@@ -168,21 +198,21 @@ def test_the_last_switching_position_is_the_one_asked_for() -> None:
     leader = Leader(replace(ROBOT, switching_positions_max=2), ORIGIN)
     posts: list[Shape] = [Circle(centre_m=(2.0, y_m), radius_m=0.1) for y_m in (-0.6, 0.6)]
     assert not leader.is_done(np.zeros(2))
-    assert isinstance(leader.plan(look_around(posts, ROBOT), alone()), StepPlanned)
+    assert isinstance(plan(leader, posts, ROBOT, alone()), StepPlanned)
     assert leader.is_done(np.zeros(2))
 
 
 def test_a_plan_from_a_place_where_the_path_does_not_end_is_our_own_fault() -> None:
     elsewhere = Pose(x_m=0.5, y_m=0.0, heading_rad=0.0)
     with pytest.raises(AssertionError, match="where the path ends"):
-        Leader(ROBOT, ORIGIN).plan(look_around([], ROBOT, elsewhere), alone())
+        plan(Leader(ROBOT, ORIGIN), [], ROBOT, alone(), at=elsewhere)
 
 
 def test_a_promise_speaks_of_obstacles_and_not_of_the_robot_behind() -> None:
     path = Path([Point(x_m=-0.27, y_m=0.0), Point(x_m=0.0, y_m=0.0)])
     ground = Ground(path, tail_m=0.0, granted_m=0.0, keep_m=0.26, behind_m=0.0, occupied_m=0.0)
     robot_behind: list[Shape] = [Circle(centre_m=(-0.27, 0.0), radius_m=0.1)]
-    step = Leader(to(3.0, 0.0), ORIGIN).plan(look_around(robot_behind, ROBOT), ground)
+    step = plan(Leader(to(3.0, 0.0), ORIGIN), robot_behind, ROBOT, ground)
     assert isinstance(step, StepPlanned)
     assert step.promised_clearance_m is not None
     assert step.promised_clearance_m >= ROBOT.epsilon_m

@@ -12,10 +12,11 @@ from world.events import EntryWritten, Event, OrderHeard, TokenCame
 from world.scenario import Scenario
 
 
-def planned(target: Point, *, step: int = 1, reach_m: float = 0.0) -> StepPlanned:
+def planned(target: Point, *, step: int = 1, epoch: int = 1, reach_m: float = 0.0) -> StepPlanned:
     """A switching step that a leader has planned, of which nothing matters but its target."""
     return StepPlanned(
         step=step,
+        epoch=epoch,
         law=Law.CERTIFIED,
         x_m=0.0,
         y_m=0.0,
