@@ -173,8 +173,8 @@ def test_a_grant_is_never_taken_back_within_its_epoch() -> None:
 
 # --- turned round -----------------------------------------------------------------------------------
 #
-# Robot 1 stands at x = 1 m, robot 2 at x = 0.2 m. From there robot 2 leads back to x = -0.6 m, where it began:
-# in epoch 2, arc length is 1 m - x.
+# Robot 1 stands at x = 1 m, robot 2 at x = 0.2 m. From there robot 2 leads back to x = -0.6 m, where it
+# began: in epoch 2, arc length is 1 m - x.
 
 BACK = StrandFormed(epoch=2, sensed=False, order=(2, 1), path_length_m=1.6)
 REVERSED = StrandReversed(epoch=1, cut_m=0.0, end_m=1.6, back_by_m=0.5)

@@ -33,6 +33,10 @@ def disc(x_m: float, y_m: float, radius_m: float = RADIUS_M) -> Shape:
     return Circle(centre_m=(x_m, y_m), radius_m=radius_m)
 
 
+def fresh() -> Follower:
+    return Follower(MISSION, start_m=0.0)
+
+
 def check(
     follower: Follower,
     *shapes: Shape,
@@ -56,7 +60,7 @@ def test_it_drives_neither_beyond_its_authority_nor_past_a_vertex(
 ) -> None:
     progress_m, ordered_m = sorted((progress * path.end_m, ordered * path.end_m))
     authority_m = authority * path.end_m
-    reach_m = Follower(MISSION, start_m=0.0).reach_m(
+    reach_m = fresh().reach_m(
         path, progress_m=progress_m, ordered_m=ordered_m, authority_m=authority_m, final=final
     )
     if reach_m is not None:
@@ -69,7 +73,7 @@ def test_it_drives_neither_beyond_its_authority_nor_past_a_vertex(
 def test_however_little_it_is_granted_at_a_time_it_comes_as_far_as_it_may(
     path: Path, grants_m: list[float]
 ) -> None:
-    follower, progress_m, authority_m = Follower(MISSION, start_m=0.0), 0.0, 0.0
+    follower, progress_m, authority_m = fresh(), 0.0, 0.0
     for grant_m, final in [(grant_m, False) for grant_m in grants_m] + [(0.0, True)]:
         authority_m = min(authority_m + grant_m, path.end_m)
         for _ in range(len(path)):
@@ -94,33 +98,29 @@ def test_however_little_it_is_granted_at_a_time_it_comes_as_far_as_it_may(
 def test_a_grant_too_small_to_be_worth_an_order_waits_unless_it_is_the_last(
     authority_m: float, final: bool, reach_m: float | None
 ) -> None:
-    found_m = Follower(MISSION, start_m=0.0).reach_m(
-        bend(), progress_m=1.0, ordered_m=1.0, authority_m=authority_m, final=final
-    )
+    found_m = fresh().reach_m(bend(), progress_m=1.0, ordered_m=1.0, authority_m=authority_m, final=final)
     assert found_m == reach_m
 
 
 def test_a_vertex_is_driven_to_however_near_it_is() -> None:
-    found_m = Follower(MISSION, start_m=0.0).reach_m(bend(), progress_m=2.99, ordered_m=2.99, authority_m=9.0, final=False)
+    found_m = fresh().reach_m(bend(), progress_m=2.99, ordered_m=2.99, authority_m=9.0, final=False)
     assert found_m == 3.0
 
 
 def test_who_is_on_the_way_to_its_authority_is_sent_no_further_until_it_grows() -> None:
     found_m = [
-        Follower(MISSION, start_m=0.0).reach_m(bend(), progress_m=1.0, ordered_m=2.0, authority_m=authority_m, final=False)
+        fresh().reach_m(bend(), progress_m=1.0, ordered_m=2.0, authority_m=authority_m, final=False)
         for authority_m in (1.5, 2.0, 2.5)
     ]
     assert found_m == [None, None, 2.5]
 
 
 def test_at_the_end_of_the_path_there_is_nowhere_to_drive() -> None:
-    assert (
-        Follower(MISSION, start_m=0.0).reach_m(bend(), progress_m=5.0, ordered_m=5.0, authority_m=9.0, final=True) is None
-    )
+    assert fresh().reach_m(bend(), progress_m=5.0, ordered_m=5.0, authority_m=9.0, final=True) is None
 
 
 def test_each_segment_is_checked_once_and_is_then_clear_up_to_its_vertex() -> None:
-    follower = Follower(MISSION, start_m=0.0)
+    follower = fresh()
     before = [follower.is_clear(reach_m) for reach_m in (0.5, 3.0)]
     assert check(follower).clear
     after = [follower.is_clear(reach_m) for reach_m in (0.5, 3.0, 3.1, 5.0)]
@@ -130,7 +130,7 @@ def test_each_segment_is_checked_once_and_is_then_clear_up_to_its_vertex() -> No
 
 
 def test_a_segment_that_is_blocked_is_checked_again_after_a_while_and_driven_once_it_is_clear() -> None:
-    follower = Follower(MISSION, start_m=0.0)
+    follower = fresh()
     assert follower.may_check(0.0)
     assert not check(follower, disc(1.0, 0.0), now_s=0.0).clear
     waited = [follower.may_check(now_s) for now_s in (0.1, 0.9 * RECHECK_S, RECHECK_S)]
@@ -140,26 +140,26 @@ def test_a_segment_that_is_blocked_is_checked_again_after_a_while_and_driven_onc
 
 
 def test_after_a_clear_segment_the_next_may_be_checked_at_once() -> None:
-    follower = Follower(MISSION, start_m=0.0)
+    follower = fresh()
     check(follower, now_s=5.0)
     assert follower.may_check(5.0)
 
 
 def test_robots_ahead_and_behind_on_the_path_are_no_obstacles() -> None:
-    checked = check(Follower(MISSION, start_m=0.0), disc(0.4, 0.0), disc(2.0, 0.0), progress_m=1.0)
+    checked = check(fresh(), disc(0.4, 0.0), disc(2.0, 0.0), progress_m=1.0)
     assert checked.clear
     assert checked.clearance_m == MISSION.range_m_max - RADIUS_M
 
 
 def test_what_stands_where_no_robot_may_be_is_an_obstacle_even_on_the_path() -> None:
-    checked = check(Follower(MISSION, start_m=0.0), disc(1.0, 0.0))
+    checked = check(fresh(), disc(1.0, 0.0))
     assert not checked.clear
     assert checked.clearance_m < 0.0
 
 
 def test_a_dead_robot_that_rolled_off_the_path_ahead_is_an_obstacle() -> None:
     off_m = RADIUS_M + 2.0 * MISSION.mu0_m
-    assert not check(Follower(MISSION, start_m=0.0), disc(2.0, off_m), authority_m=1.5).clear
+    assert not check(fresh(), disc(2.0, off_m), authority_m=1.5).clear
 
 
 @given(st.floats(-0.5, 2.5), st.floats(-1.0, 1.0), st.floats(0.05, 0.3))
@@ -169,7 +169,7 @@ def test_a_segment_is_clear_if_what_stands_beside_it_leaves_the_clearance(
     segment, post = shapely.LineString([(0.0, 0.0), (3.0, 0.0)]), shapely.Point(x_m, y_m)
     assume(post.distance(shapely.Point(0.0, 0.0)) > radius_m + RADIUS_M)
     clearance_m = segment.distance(post) - radius_m - RADIUS_M
-    checked = check(Follower(MISSION, start_m=0.0), disc(x_m, y_m, radius_m), authority_m=3.0)
+    checked = check(fresh(), disc(x_m, y_m, radius_m), authority_m=3.0)
     if clearance_m >= 0.0:
         # Only what faces the robot is seen: of a post that is far ahead, nearly the side that is nearest.
         assert checked.clearance_m >= clearance_m - 1e-9

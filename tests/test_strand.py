@@ -6,24 +6,24 @@ import shapely
 from agents.commands import Command, Note, Tell
 from agents.events import LinkHeard
 from agents.leader import Leader
-from agents.strand import GRANT_M_MIN, Own, Strand
+from agents.strand import GRANT_M_MIN, Own, Strand, lined_up
 from protocol.frames import Point, Pose, Vertex
-from protocol.messages import AheadState, BehindState
+from protocol.messages import AheadState, BehindState, Reversal
 from protocol.mission import Law
 from protocol.timeline import AuthorityGranted, LinkSilent, StepPlanned
 from protocol.timeline import LinkHeard as LinkHeardAgain
-from tests.one_step import look_around, under
+from tests.one_step import plan, under
 
 MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1, separation_m=0.1)
 KEEP_M = 0.31  # two radii, the separation and the tolerance
 ORDER = (3, 2, 1)
 PLACES = {robot: Pose(x_m=float(robot), y_m=0.0, heading_rad=0.0) for robot in ORDER}
-KNOWN = len(Strand(1, ORDER, PLACES, MISSION, now_s=0.0).path)  # vertices that all know from the start
+KNOWN = len(lined_up(1, ORDER, PLACES, MISSION, 0.0).path)  # vertices that all know from the start
 HEARTBEAT_S, SILENCE_S = MISSION.heartbeat_s, MISSION.silence_s
 
 
 def place(robot: int) -> Strand:
-    return Strand(robot, ORDER, PLACES, MISSION, now_s=0.0)
+    return lined_up(robot, ORDER, PLACES, MISSION, 0.0)
 
 
 def leading() -> Strand:
@@ -38,7 +38,12 @@ def own(progress_m: float, *, arrived: bool = False) -> Own:
 
 
 def ahead(
-    *, epoch: int = 1, path_from: int = KNOWN, path: tuple[Vertex, ...] = (), authority_m: float
+    *,
+    epoch: int = 1,
+    path_from: int = KNOWN,
+    path: tuple[Vertex, ...] = (),
+    authority_m: float = 0.0,
+    reversal: Reversal | None = None,
 ) -> AheadState:
     """What a robot hears from the one ahead."""
     return AheadState(
@@ -50,6 +55,9 @@ def ahead(
         pose=PLACES[3],
         arrived=False,
         lineage=(),
+        vertices=path_from + len(path),
+        backs_up=False,
+        reversal=reversal,
     )
 
 
@@ -101,7 +109,7 @@ def test_each_robot_knows_its_two_neighbours_and_who_stands_ahead() -> None:
 
 
 def test_a_robot_alone_is_never_silent_and_tells_nobody() -> None:
-    alone = Strand(1, (1,), PLACES, MISSION, now_s=0.0)
+    alone = lined_up(1, (1,), PLACES, MISSION, 0.0)
     assert not alone.silent
     assert alone.watch(99.0) == []
     assert alone.tell(own(0.0), 0.0) == []
@@ -145,17 +153,17 @@ def test_a_leader_keeps_off_the_place_of_a_robot_that_has_no_grant_yet() -> None
     # A robot of radius 0 is seen by no scan, and of 0.33 m behind nothing is worth granting.
     pair = under(Law.CERTIFIED, robots=2, separation_m=0.3, goal=Point(x_m=-2.0, y_m=0.0), directions=360)
     places = {robot: Pose(x_m=0.33 * robot, y_m=0.0, heading_rad=0.0) for robot in (1, 2)}
-    strand = Strand(2, (2, 1), places, pair, now_s=0.0)
+    strand = lined_up(2, (2, 1), places, pair, 0.0)
     strand.tell(own(strand.start_m), 0.0)
     ground = strand.ground
-    planned = Leader(pair, places[2]).plan(look_around([], pair, places[2]), ground)
+    planned = plan(Leader(pair, places[2]), [], pair, ground, at=places[2])
     assert isinstance(planned, StepPlanned)
     step = shapely.LineString([(planned.x_m, planned.y_m), (planned.target.x_m, planned.target.y_m)])
     assert step.distance(shapely.Point(places[1].x_m, 0.0)) >= strand.keep_m - 1e-9
 
 
 def test_who_has_nobody_behind_keeps_off_no_ground() -> None:
-    assert Strand(1, (1,), PLACES, MISSION, now_s=0.0).keep_m == 0.0
+    assert lined_up(1, (1,), PLACES, MISSION, 0.0).keep_m == 0.0
 
 
 def test_the_tail_grants_nothing() -> None:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from agents.certificate import certified_lengths_m
 from agents.commands import Tell
 from agents.events import LinkHeard
-from agents.strand import Own, Strand
+from agents.strand import Own, lined_up
 from protocol.frames import Point, Pose
 from protocol.mission import Law
 from tests.one_step import under
@@ -42,7 +42,7 @@ class Stage:
 
     def __init__(self, spacing_m: float) -> None:
         places = {robot: Pose(x_m=spacing_m * robot, y_m=0.0, heading_rad=0.0) for robot in ORDER}
-        self.strands = {robot: Strand(robot, ORDER, places, MISSION, now_s=0.0) for robot in ORDER}
+        self.strands = {robot: lined_up(robot, ORDER, places, MISSION, 0.0) for robot in ORDER}
         self.progress_m = {robot: self.strands[robot].start_m for robot in ORDER}
         self.on_their_way: list[tuple[int, LinkHeard]] = []
         self._numbers: Counter[tuple[int, int]] = Counter()
