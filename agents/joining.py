@@ -29,6 +29,7 @@ GAIN_M = 0.01  # as the leader's: a step that saves less of the way is not worth
 BEARINGS = 72  # of places tried around the robot ahead: 9 cm apart at 1 m, as fine as the leg's berth
 LENGTHS = 8  # of legs tried
 SLACK_M = 0.01  # on what a place has to keep, so that one that was aimed at is one when it is reached
+HIT_M = 0.002  # hits nearer to each other than this are remembered as one
 HULL_CORNERS = 16  # a hull's outline for the grid: off by 2 % of its radius
 
 
@@ -105,7 +106,7 @@ class Joining:
 
     def _remember(self, hit_points: Floats) -> None:
         self._map.remember(hit_points)
-        known = np.concatenate([self._hits, np.round(hit_points / SLACK_M) * SLACK_M])
+        known = np.concatenate([self._hits, np.round(hit_points / HIT_M) * HIT_M])
         self._hits = np.unique(known, axis=0)
 
     def _step(self, view: View, stands: Stands) -> Step | NoStep:
@@ -140,7 +141,8 @@ class Joining:
         off = distances_to_segments(near[:, None], places, ahead)
         off -= mission.blind_per_range * np.hypot(*np.moveaxis(near[:, None] - places, -1, 0))
         open_m = off.min(axis=0, initial=np.inf) - mission.range_error_m_max
-        return np.asarray(places[open_m >= mission.berth_m + SLACK_M])
+        least_open_m = mission.robot_radius_m + certain_clearance_m_min(mission) + 2.0 * HIT_M
+        return np.asarray(places[open_m >= least_open_m])
 
     def _outlines(self, robots: Floats) -> Floats:
         """Points that keep the way as far from robots (n, 2) as the certificate will."""

@@ -7,10 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agents.commands import Announce, Command
+from agents.driver import Driver
 from agents.lining import Lining
 from agents.scan import View
 from protocol.frames import Point, Pose
-from protocol.messages import Muster
+from protocol.messages import Muster, Odometry, Phase
 from protocol.mission import Law, Mission
 from tests.one_step import look_around, under
 from world.shapes import Circle, Shape
@@ -35,50 +36,94 @@ def scan_of(robot: int, fleet: Mission, places: Mapping[int, Pose] = PLACES) -> 
     return look_around(BOX + hulls, fleet, places[robot])
 
 
+def standing_at(pose: Pose) -> Driver:
+    driver = Driver(speed_mps=0.3)
+    driver.hear(Odometry(t_s=0.0, pose=pose, moving=False, finished=0, phase=Phase.RUNNING))
+    return driver
+
+
 def announced(commands: list[Command]) -> list[Muster]:
     return [command.muster for command in commands if isinstance(command, Announce)]
 
 
+def says(lining: Lining, pose: Pose, scan: View | None, now_s: float) -> list[Muster]:
+    return announced(lining.act(standing_at(pose), scan, now_s))
+
+
+def at(robot: int, number: int = 1) -> Muster:
+    return Muster(number=number, pose=PLACES[robot])
+
+
+def wants_scan(lining: Lining, pose: Pose) -> bool:
+    return lining.wants_scan(standing_at(pose))
+
+
 def test_a_robot_says_where_it_stands_at_once_and_again_on_every_heartbeat() -> None:
     lining = Lining(1, mission(robots=2, goal=GOAL))
-    said = [announced(lining.announce(PLACES[1], None, now_s)) for now_s in (0.0, 0.1, 0.2, 0.25, 0.3, 0.5)]
-    muster = Muster(pose=PLACES[1], obstacle_m=None, order=())
-    assert said == [[muster], [], [], [muster], [], [muster]]
+    said = [says(lining, PLACES[1], None, now_s) for now_s in (0.0, 0.1, 0.2, 0.25, 0.3, 0.5)]
+    assert said == [[at(1, 1)], [], [], [at(1, 2)], [], [at(1, 3)]]
 
 
-def test_what_it_has_learnt_it_says_at_once() -> None:
-    lining = Lining(1, mission(robots=2, goal=GOAL))
-    lining.announce(PLACES[1], None, 0.0)
-    lining.hear(2, Muster(pose=PLACES[2], obstacle_m=None, order=()))
-    assert announced(lining.announce(PLACES[1], None, 0.1)) == [
-        Muster(pose=PLACES[1], obstacle_m=None, order=(2, 1))
-    ]
-
-
-def test_with_a_goal_nobody_senses() -> None:
+def test_with_a_goal_the_leader_does_not_sense() -> None:
     lining = Lining(1, mission(robots=1, goal=GOAL))
-    lining.announce(PLACES[1], None, 0.0)
-    assert not lining.wants_scan
+    says(lining, PLACES[1], None, 0.0)
+    assert not wants_scan(lining, PLACES[1])
     assert lining.may_lead
+
+
+def test_with_a_goal_who_follows_looks_at_its_leg_once_and_says_at_once_what_it_saw() -> None:
+    fleet = mission(robots=2, goal=GOAL)
+    lining = Lining(1, fleet)
+    says(lining, PLACES[1], None, 0.0)
+    wanted = [wants_scan(lining, PLACES[1])]
+    lining.hear(2, at(2), 0.0)
+    wanted.append(wants_scan(lining, PLACES[1]))
+    (muster,) = says(lining, PLACES[1], scan_of(1, fleet), 0.1)
+    wanted.append(wants_scan(lining, PLACES[1]))
+    assert wanted == [False, True, False]
+    assert muster.leg_clear is True
+
+
+@pytest.mark.parametrize(("far_m", "clear"), [(0.9, True), (1.1, False)])
+def test_a_leg_is_not_clear_if_it_is_longer_than_a_link_may_be(far_m: float, clear: bool) -> None:
+    fleet = mission(robots=2, goal=GOAL)
+    places = {1: PLACES[1], 2: Pose(x_m=1.0 + far_m, y_m=0.0, heading_rad=0.0)}
+    lining = Lining(1, fleet)
+    lining.hear(2, Muster(number=1, pose=places[2]), 0.0)
+    says(lining, PLACES[1], None, 0.0)
+    (muster,) = says(lining, PLACES[1], scan_of(1, fleet, places), 0.1)
+    assert muster.leg_clear is clear
+
+
+def test_a_leg_through_an_obstacle_is_not_clear() -> None:
+    fleet = mission(robots=2, goal=GOAL)
+    lining = Lining(1, fleet)
+    lining.hear(2, at(2), 0.0)
+    says(lining, PLACES[1], None, 0.0)
+    post = Circle(centre_m=(1.5, 0.1), radius_m=0.05)
+    (muster,) = says(lining, PLACES[1], look_around([*BOX, post], fleet, PLACES[1]), 0.1)
+    assert muster.leg_clear is False
 
 
 def test_without_a_goal_it_senses_once_all_places_are_known_and_only_once() -> None:
     fleet = mission(robots=2, goal=None)
     lining = Lining(1, fleet)
-    lining.announce(PLACES[1], None, 0.0)
-    wanted = [lining.wants_scan]
-    lining.hear(2, Muster(pose=PLACES[2], obstacle_m=None, order=()))
-    wanted.append(lining.wants_scan)
-    (muster,) = announced(lining.announce(PLACES[1], scan_of(1, fleet), 0.1))
-    wanted.append(lining.wants_scan)
+    says(lining, PLACES[1], None, 0.0)
+    wanted = [wants_scan(lining, PLACES[1])]
+    lining.hear(2, at(2), 0.0)
+    wanted.append(wants_scan(lining, PLACES[1]))
+    (muster,) = says(lining, PLACES[1], scan_of(1, fleet), 0.1)
+    lining.hear(2, Muster(number=2, pose=PLACES[2], obstacle_m=0.1), 0.2)
+    (then,) = says(lining, PLACES[1], None, 0.2)
+    wanted.append(wants_scan(lining, PLACES[1]))
     assert wanted == [False, True, False]
-    assert muster.obstacle_m is not None
+    assert (muster.obstacle_m is not None, muster.leg_clear, then.leg_clear) == (True, None, True)
 
 
 def test_a_scan_that_comes_before_all_places_are_known_is_not_believed() -> None:
     fleet = mission(robots=2, goal=None)
     lining = Lining(1, fleet)
-    (muster,) = announced(lining.announce(PLACES[1], scan_of(1, fleet), 0.0))
+    (muster,) = says(lining, PLACES[1], scan_of(1, fleet), 0.0)
     assert muster.obstacle_m is None
 
 
@@ -86,16 +131,16 @@ def test_another_robot_is_no_obstacle() -> None:
     fleet = mission(robots=3, goal=None)
     lining = Lining(2, fleet)
     for other in (1, 3):
-        lining.hear(other, Muster(pose=PLACES[other], obstacle_m=None, order=()))
-    (muster,) = announced(lining.announce(PLACES[2], scan_of(2, fleet), 0.0))
+        lining.hear(other, at(other), 0.0)
+    (muster,) = says(lining, PLACES[2], scan_of(2, fleet), 0.0)
     assert muster.obstacle_m == pytest.approx((2.0**2 + 2.0**2) ** 0.5 - 0.5, abs=0.01)
 
 
 def test_an_obstacle_that_almost_touches_the_robot_is_an_obstacle() -> None:
     fleet = mission(robots=1, goal=None)
     lining, beside = Lining(1, fleet), Pose(x_m=0.0, y_m=1.5 - RADIUS_M - fleet.mu0_m, heading_rad=0.0)
-    lining.announce(beside, None, 0.0)
-    (muster,) = announced(lining.announce(beside, look_around(BOX, fleet, beside), 0.1))
+    says(lining, beside, None, 0.0)
+    (muster,) = says(lining, beside, look_around(BOX, fleet, beside), 0.1)
     assert muster.obstacle_m == pytest.approx(RADIUS_M + fleet.mu0_m, abs=0.001)
 
 
@@ -103,28 +148,26 @@ def test_where_nothing_but_robots_is_in_sight_the_obstacle_is_at_the_range_limit
     fleet = mission(robots=2, goal=None)
     far = {robot: Pose(x_m=20.0 + robot, y_m=0.0, heading_rad=0.0) for robot in (1, 2)}
     lining = Lining(1, fleet)
-    lining.hear(2, Muster(pose=far[2], obstacle_m=None, order=()))
-    (muster,) = announced(lining.announce(far[1], scan_of(1, fleet, far), 0.0))
+    lining.hear(2, Muster(number=1, pose=far[2]), 0.0)
+    (muster,) = says(lining, far[1], scan_of(1, fleet, far), 0.0)
     assert muster.obstacle_m == fleet.range_m_max
 
 
 def test_a_robot_is_not_told_by_others_where_it_stands() -> None:
-    lining = Lining(1, mission(robots=2, goal=GOAL))
-    at_the_goal = Pose(x_m=GOAL.x_m, y_m=GOAL.y_m, heading_rad=0.0)
-    lining.hear(1, Muster(pose=at_the_goal, obstacle_m=None, order=(1, 2)))
-    lining.hear(2, Muster(pose=PLACES[2], obstacle_m=None, order=()))
-    (muster,) = announced(lining.announce(PLACES[1], None, 0.0))
-    assert muster.order == (2, 1)
+    lining = Lining(1, mission(robots=1, goal=GOAL))
+    lining.hear(1, Muster(number=9, pose=Pose(x_m=GOAL.x_m, y_m=GOAL.y_m, heading_rad=0.0)), 0.0)
+    (muster,) = says(lining, PLACES[1], None, 0.0)
+    assert muster.pose == PLACES[1]
 
 
 def converse(linings: Mapping[int, Lining], fleet: Mission, now_s: float, lost: set[tuple[int, int]]) -> None:
     """One heartbeat: all announce, and all but the lost announcements are heard."""
     for sender, lining in linings.items():
-        scan = scan_of(sender, fleet) if lining.wants_scan else None
-        for muster in announced(lining.announce(PLACES[sender], scan, now_s)):
+        scan = scan_of(sender, fleet) if wants_scan(lining, PLACES[sender]) else None
+        for muster in says(lining, PLACES[sender], scan, now_s):
             for receiver in linings:
                 if receiver != sender and (sender, receiver) not in lost:
-                    linings[receiver].hear(sender, muster)
+                    linings[receiver].hear(sender, muster, now_s)
 
 
 @pytest.mark.parametrize(("goal", "order"), [(None, (1, 2, 3)), (GOAL, (3, 2, 1))])
@@ -134,7 +177,7 @@ def test_whatever_is_lost_at_first_all_agree_in_the_end_and_one_leads(
 ) -> None:
     fleet = mission(robots=3, goal=goal)
     linings = {robot: Lining(robot, fleet) for robot in PLACES}
-    for beat, lost in enumerate([*lossy, set(), set(), set(), set()]):
+    for beat, lost in enumerate([*lossy, *(set[tuple[int, int]]() for _ in range(7))]):
         converse(linings, fleet, beat * fleet.heartbeat_s, lost)
     assert {lining.order for lining in linings.values()} == {order}
     assert [robot for robot, lining in linings.items() if lining.may_lead] == [order[0]]

@@ -5,10 +5,18 @@ from itertools import pairwise
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
-from agents.muster import Roster, chain, order_with_goal, order_without_goal
+from agents.muster import (
+    Roster,
+    chain,
+    folds_back,
+    in_place_at_start,
+    order_with_goal,
+    order_without_goal,
+)
 from protocol.frames import Point, Pose
-from protocol.messages import Muster
+from protocol.messages import Muster, Turn
 
 GOAL = Point(x_m=5.0, y_m=0.0)
 
@@ -87,8 +95,15 @@ def test_a_queue_beside_its_goal_is_led_from_an_end_and_not_from_its_middle() ->
     assert order_with_goal(queue, Point(x_m=2.0, y_m=1.0)) == (1, 2, 3, 4, 5)
 
 
-def said(pose: Pose, obstacle_m: float | None, order: tuple[int, ...]) -> Muster:
-    return Muster(pose=pose, obstacle_m=obstacle_m, order=order)
+LEAST_M = 0.25
+
+
+def roster_of(robots: int, goal: Point | None) -> Roster:
+    return Roster(robots, goal, LEAST_M)
+
+
+def said(pose: Pose, number: int = 1, **news: object) -> Muster:
+    return replace(Muster(number=number, pose=pose), **news)
 
 
 @given(places_of_robots, st.one_of(st.none(), goals), st.data())
@@ -96,77 +111,146 @@ def test_all_compute_the_same_order_however_often_and_in_whatever_order_they_hea
     places: dict[int, Pose], goal: Point | None, data: st.DataObject
 ) -> None:
     obstacle_m = {robot: data.draw(distances_m) for robot in places}
-    early = [(robot, said(pose, None, ())) for robot, pose in places.items()]
-    full = [(robot, said(pose, obstacle_m[robot], ())) for robot, pose in places.items()]
-    rosters = [Roster(len(places), goal), Roster(len(places), goal)]
+    early = [(robot, said(pose)) for robot, pose in places.items()]
+    full = [(robot, said(pose, 2, obstacle_m=obstacle_m[robot])) for robot, pose in places.items()]
+    rosters = [roster_of(len(places), goal), roster_of(len(places), goal)]
     for roster in rosters:
         for robot, muster in data.draw(st.permutations(early + full + full)):
             roster.hear(robot, muster)
-    assert rosters[0].order() == rosters[1].order()
-    assert sorted(rosters[0].order()) == sorted(places)
+    assert rosters[0].start_order == rosters[1].start_order
+    assert sorted(rosters[0].start_order) == sorted(places)
 
 
 @given(places_of_robots, goals, st.data())
-def test_an_announcement_that_knows_less_is_late_and_changes_nothing(
+def test_an_announcement_with_an_older_number_is_late_and_changes_nothing(
     places: dict[int, Pose], goal: Point, data: st.DataObject
 ) -> None:
-    roster = Roster(len(places), goal)
-    order = order_with_goal(places, goal)
+    roster = roster_of(len(places), goal)
     for robot, pose in places.items():
-        roster.hear(robot, said(pose, 1.0, order))
+        assert roster.hear(robot, said(pose, 5))
     late = data.draw(st.sampled_from(sorted(places)))
-    for muster in (said(data.draw(poses), None, ()), said(data.draw(poses), 2.0, ())):
-        roster.hear(late, muster)
+    for number in (1, 5):
+        assert not roster.hear(late, said(data.draw(poses), number, rank=1))
     assert roster.places == places
-    assert roster.agreed()
+
+
+@given(places_of_robots, goals, st.data())
+def test_the_order_stays_as_it_was_when_robots_move(
+    places: dict[int, Pose], goal: Point, data: st.DataObject
+) -> None:
+    roster = roster_of(len(places), goal)
+    for robot, pose in places.items():
+        roster.hear(robot, said(pose))
+    order = roster.start_order
+    mover = data.draw(st.sampled_from(sorted(places)))
+    roster.hear(mover, said(data.draw(poses), 2))
+    assert roster.start_order == order
 
 
 @pytest.mark.parametrize("goal", [None, GOAL])
 def test_there_is_no_order_before_all_have_been_heard(goal: Point | None) -> None:
     places = standing((0.0, 0.0), (1.0, 0.0), (2.0, 0.0))
-    roster = Roster(3, goal)
+    roster = roster_of(3, goal)
     for robot in (1, 3):
-        roster.hear(robot, said(places[robot], 1.0, ()))
-        assert (roster.places, roster.order(), roster.agreed()) == (None, (), False)
-    roster.hear(2, said(places[2], 1.0, ()))
+        roster.hear(robot, said(places[robot], obstacle_m=1.0))
+        assert (roster.places, roster.start_order, roster.agreed()) == (None, (), False)
+    roster.hear(2, said(places[2], obstacle_m=1.0))
     assert roster.places == places
-    assert len(roster.order()) == 3
+    assert len(roster.start_order) == 3
 
 
 def test_without_a_goal_there_is_no_order_before_all_have_sensed() -> None:
     places = standing((0.0, 0.0), (1.0, 0.0))
-    roster = Roster(2, None)
-    roster.hear(1, said(places[1], 1.0, ()))
-    roster.hear(2, said(places[2], None, ()))
-    assert roster.order() == ()
-    roster.hear(2, said(places[2], 0.5, ()))
-    assert roster.order() == (2, 1)
+    roster = roster_of(2, None)
+    roster.hear(1, said(places[1], obstacle_m=1.0))
+    roster.hear(2, said(places[2]))
+    assert roster.start_order == ()
+    roster.hear(2, said(places[2], 2, obstacle_m=0.5))
+    assert roster.start_order == (2, 1)
 
 
-def test_the_order_is_agreed_only_when_all_have_announced_that_very_order() -> None:
-    places = standing((0.0, 0.0), (1.0, 0.0))
-    roster = Roster(2, GOAL)
-    roster.hear(1, said(places[1], None, (2, 1)))
-    roster.hear(2, said(places[2], None, ()))
-    assert not roster.agreed()
-    roster.hear(2, said(places[2], None, (1, 2)))
-    assert not roster.agreed()
-    roster.hear(2, said(places[2], None, (2, 1)))
+def looked(places: dict[int, Pose], *clear: bool) -> Roster:
+    """All robots know the order and have looked at their legs."""
+    roster = roster_of(len(places), GOAL)
+    for (robot, pose), leg_clear in zip(places.items(), clear, strict=True):
+        roster.hear(robot, said(pose, leg_clear=leg_clear))
+    return roster
+
+
+QUEUE = ((2.0, 0.0), (1.0, 0.0), (0.0, 0.0))
+
+
+def test_nobody_is_in_place_before_all_have_looked_at_their_legs() -> None:
+    roster = roster_of(3, GOAL)
+    places = standing(*QUEUE)
+    for robot, pose in places.items():
+        roster.hear(robot, said(pose, leg_clear=True if robot < 3 else None))
+    assert roster.strand == ()
+
+
+@pytest.mark.parametrize(
+    ("clear", "strand"),
+    [
+        ((True, True, True), (1, 2, 3)),
+        ((True, True, False), (1, 2)),
+        ((True, False, True), (1,)),
+    ],
+)
+def test_in_place_at_the_start_are_those_up_to_the_first_leg_that_is_not_clear(
+    clear: tuple[bool, ...], strand: tuple[int, ...]
+) -> None:
+    assert looked(standing(*QUEUE), *clear).strand == strand
+
+
+def test_in_place_at_the_start_are_those_up_to_the_first_that_folds_back() -> None:
+    places = standing((0.0, 0.0), (-0.26, 0.1), (-0.26, -0.15), (-1.0, -0.1))
+    assert looked(places, True, True, True, True).strand == (1, 2)
+
+
+@given(places_of_robots.filter(lambda places: len(places) > 1), goals)
+def test_as_many_are_in_place_at_the_start_as_do_not_fold_back_one_by_one(
+    places: dict[int, Pose], goal: Point
+) -> None:
+    order = order_with_goal(places, goal)
+    count = in_place_at_start(places, order, least_m=LEAST_M)
+    folds = [folds_back(places, order[:length], least_m=LEAST_M) for length in range(1, len(order) + 1)]
+    assert folds == [length > count for length in range(1, len(order) + 1)]
+
+
+def test_who_came_to_a_place_by_a_turn_is_in_place_behind_those() -> None:
+    places = standing(*QUEUE)
+    roster = looked(places, True, False, False)
+    roster.hear(3, said(places[3], 2, leg_clear=False, rank=1))
+    assert roster.strand == (1, 3)
+    roster.hear(2, said(places[2], 2, leg_clear=False, rank=2))
+    assert roster.strand == (1, 3, 2)
+
+
+def test_a_turn_may_be_used_when_all_others_have_said_that_they_know_of_it() -> None:
+    places, turn = standing(*QUEUE), Turn(number=4, robot=2)
+    roster = looked(places, True, False, False)
+    roster.hear(1, said(places[1], 2, turn=4, gives=turn))
+    assert roster.turn == turn
+    assert not roster.all_know_of(turn)
+    roster.hear(3, said(places[3], 2, turn=3))
+    assert not roster.all_know_of(turn)
+    roster.hear(3, said(places[3], 3, turn=4))
+    assert roster.all_know_of(turn)
+
+
+def test_the_strand_is_agreed_only_when_all_have_announced_that_very_strand() -> None:
+    places = standing((1.0, 0.0), (0.0, 0.0))
+    roster = looked(places, True, True)
+    for number, order in enumerate([(), (2, 1)], start=2):
+        for robot, mine in ((1, (1, 2)), (2, order)):
+            roster.hear(robot, said(places[robot], number, leg_clear=True, order=mine))
+        assert not roster.agreed()
+    roster.hear(2, said(places[2], 9, leg_clear=True, order=(1, 2)))
     assert roster.agreed()
 
 
-def test_the_order_follows_what_is_known_of_the_places() -> None:
-    places = standing((0.0, 0.0), (1.0, 0.0))
-    roster = Roster(2, GOAL)
-    for robot, pose in places.items():
-        roster.hear(robot, said(pose, None, ()))
-    assert roster.order() == (2, 1)
-    roster.hear(1, said(standing((4.0, 0.0))[1], None, ()))
-    assert roster.order() == (1, 2)
-
-
 def test_a_robot_that_is_not_of_the_fleet_is_not_heard() -> None:
-    roster = Roster(1, GOAL)
+    roster = roster_of(1, GOAL)
     for stranger in (0, 2):
-        roster.hear(stranger, said(standing((0.0, 0.0))[1], None, ()))
+        assert not roster.hear(stranger, said(standing((0.0, 0.0))[1]))
     assert roster.places is None
