@@ -42,7 +42,8 @@ def odometry(t_s: float, at: Pose, *, finished: int = 0, moving: bool = False) -
 
 
 def muster(at: Pose, order: tuple[int, ...] = ORDER) -> Muster:
-    return Muster(pose=at, obstacle_m=None, order=order)
+    """An announcement; by the one that knows the order its leg is known to be clear."""
+    return Muster(number=2 if order else 1, pose=at, leg_clear=True if order else None, order=order)
 
 
 def empty_scan(t_s: float, at: Pose) -> ScanHeard:
@@ -74,6 +75,9 @@ def ahead(number: int, *, authority_m: float, arrived: bool = False) -> LinkHear
         pose=Pose(x_m=2.0, y_m=0.0, heading_rad=0.0),
         arrived=arrived,
         lineage=(),
+        vertices=3,
+        backs_up=False,
+        reversal=None,
     )
     return LinkHeard(1, number, state)
 
@@ -100,11 +104,18 @@ def leader(mission: Mission = MISSION) -> Robot:
 
 def follower(authority_m: float = 2.0) -> Robot:
     """Robot 2, which follows, and has just heard robot 1 ahead of it."""
+    robot, formed = takes_its_place(authority_m)
+    assert only(StrandFormed, formed)
+    return robot
+
+
+def takes_its_place(authority_m: float = 2.0) -> tuple[Robot, list[Command]]:
+    """Robot 2, which has looked at its leg and then hears robot 1 ahead of it; what it does then."""
     robot = Robot(2, MISSION)
     robot.handle(odometry(0.0, BACK), 0.0)
-    robot.handle(MusterHeard(1, muster(FRONT)), 0.0)
-    assert only(StrandFormed, robot.handle(ahead(1, authority_m=authority_m), 0.0))
-    return robot
+    assert only(AskScan, robot.handle(MusterHeard(1, muster(FRONT)), 0.0))
+    robot.handle(empty_scan(0.0, BACK), 0.0)
+    return robot, robot.handle(ahead(1, authority_m=authority_m), 0.0)
 
 
 # --- lining up ------------------------------------------------------------------------------------
@@ -117,10 +128,12 @@ def test_before_the_first_odometry_a_robot_says_nothing() -> None:
 def test_it_announces_its_place_then_the_order_and_stands_meanwhile() -> None:
     robot = Robot(2, MISSION)
     first = robot.handle(odometry(0.0, BACK), 0.0)
-    assert only(Announce, first) == [Announce(muster(BACK, ()))]
+    assert [said.muster.pose for said in only(Announce, first)] == [BACK]
     assert order_of(first).target is None
-    second = robot.handle(MusterHeard(1, muster(FRONT, ())), 0.0)
-    assert only(Announce, second) == [Announce(muster(BACK))]
+    looks = robot.handle(MusterHeard(1, muster(FRONT)), 0.0)
+    assert only(AskScan, looks)
+    second = robot.handle(empty_scan(0.0, BACK), 0.0)
+    assert [said.muster.order for said in only(Announce, second)] == [ORDER]
 
 
 def test_an_announcement_is_repeated_on_every_heartbeat() -> None:
@@ -224,14 +237,28 @@ def test_a_leader_holds_while_its_follower_is_too_far_behind_what_it_was_granted
 # --- following ------------------------------------------------------------------------------------
 
 
-def test_a_follower_checks_the_segment_with_its_own_scan_before_it_enters_it() -> None:
+def at_the_front() -> Robot:
+    """The follower, which has driven its first segment, to where the leader stood."""
     robot = follower()
-    robot.handle(ahead(2, authority_m=2.0), 0.1)
-    commands = robot.handle(empty_scan(0.1, BACK), 0.1)
-    assert only(SegmentChecked, commands)[0].clear
-    drive = order_of(robot.handle(odometry(0.2, BACK), 0.2))
+    robot.handle(odometry(0.2, BACK), 0.2)
+    robot.handle(ahead(2, authority_m=2.0), 0.9)
+    assert only(AskScan, robot.handle(odometry(1.0, FRONT, finished=1), 1.0))
+    return robot
+
+
+def test_the_scan_that_showed_a_followers_leg_clear_checks_its_first_segment() -> None:
+    _, formed = takes_its_place()
+    assert only(SegmentChecked, formed)[0].clear
+    drive = order_of(formed)
     assert drive.target == Point(x_m=0.0, y_m=0.0), "to the next vertex first, where the leader stood"
     assert drive.reach_m == pytest.approx(0.5)
+
+
+def test_a_follower_checks_the_segment_with_its_own_scan_before_it_enters_it() -> None:
+    robot = at_the_front()
+    commands = robot.handle(empty_scan(1.1, FRONT), 1.1)
+    assert only(SegmentChecked, commands)[0].clear
+    assert order_of(robot.handle(odometry(1.2, FRONT, finished=1), 1.2)).reach_m == pytest.approx(2.0)
 
 
 def test_a_follower_drives_no_further_than_its_authority() -> None:
@@ -248,12 +275,15 @@ def test_an_authority_once_granted_is_not_taken_back_by_an_older_message() -> No
 
 
 def test_a_segment_that_is_not_clear_is_not_entered_and_looked_at_again() -> None:
-    robot = follower()
-    commands = robot.handle(scan_with_a_box_ahead(0.1, BACK), 0.1)
+    robot = at_the_front()
+    before = order_of(robot.handle(odometry(1.0, FRONT, finished=1), 1.0)).number
+    commands = robot.handle(scan_with_a_box_ahead(1.1, FRONT), 1.1)
     assert not only(SegmentChecked, commands)[0].clear
-    robot.handle(ahead(2, authority_m=2.0), 0.9)
-    assert order_of(robot.handle(odometry(0.9, BACK), 0.9)).target is None
-    assert only(AskScan, robot.handle(ahead(3, authority_m=2.0), 1.2))
+    robot.handle(ahead(3, authority_m=2.0), 1.9)
+    later = robot.handle(odometry(1.9, FRONT, finished=1), 1.9)
+    assert order_of(later).number == before
+    assert not only(AskScan, later)
+    assert only(AskScan, robot.handle(odometry(2.2, FRONT, finished=1), 2.2))
 
 
 def test_a_follower_arrives_when_the_robot_ahead_has_and_its_authority_is_used_up() -> None:
