@@ -11,11 +11,13 @@ from protocol.messages import Drive, Odometry
 class Driver:
     """The newest order, and how far along the strand's path the body is."""
 
-    def __init__(self, *, speed_mps: float) -> None:
+    def __init__(self, *, speed_mps: float, watched: bool = False) -> None:
         self._speed_mps = speed_mps
+        self._watched = watched  # then no order is good before it is permitted
         self.progress_m = 0.0
         """Arc length of the path that has been driven; never shrinks."""
         self._odometry: Odometry | None = None
+        self._ordered_s = 0.0
         self._drive = Drive(
             number=0, basis_s=0.0, target=None, speed_mps=speed_mps, epoch=0, step=0, reach_m=0.0
         )
@@ -37,6 +39,11 @@ class Driver:
         return self._odometry
 
     @property
+    def ordered_s(self) -> float:
+        """When the newest order was given: since then the body has not been beside the way to its target."""
+        return self._ordered_s
+
+    @property
     def drive(self) -> Drive:
         """The newest order, with the time that it was confirmed at."""
         return self._drive
@@ -53,8 +60,12 @@ class Driver:
         self.progress_m = max(self.progress_m, driven_m)
 
     def to(self, target: Point, *, reach_m: float, epoch: int, step: int = 0) -> None:
-        """Drive straight to a point that lies `reach_m` along the path."""
+        """Drive straight to a point that lies `reach_m` along the path; straight on, if under way."""
         self._renew(target, reach_m=reach_m, epoch=epoch, step=step)
+
+    def permit(self, until_s: float) -> None:
+        """The order in hand is good until then."""
+        self._drive = replace(self._drive, until_s=until_s)
 
     def begin(self, progress_m: float) -> None:
         """The strand has formed: what was driven until now was not on its path."""
@@ -67,7 +78,20 @@ class Driver:
         if not self.standing and self._drive.target is not None:
             self._renew(None, reach_m=self.progress_m, epoch=self._drive.epoch, step=0)
 
+    @property
+    def _at_target_s(self) -> float:
+        """When the body may be at the target in hand: what was permitted covers no more."""
+        pose, target = self.odometry.pose, self._drive.target
+        assert target is not None
+        left_m = math.hypot(target.x_m - pose.x_m, target.y_m - pose.y_m)
+        return self.odometry.t_s + left_m / self._speed_mps
+
     def _renew(self, target: Point | None, *, reach_m: float, epoch: int, step: int) -> None:
+        until_s = 0.0 if self._watched else None
+        if self._watched and not self.standing and self._drive.target is not None and target is not None:
+            until_s = min(self._drive.until_s or 0.0, self._at_target_s)
+        else:
+            self._ordered_s = self.odometry.t_s
         self._drive = Drive(
             number=self._drive.number + 1,
             basis_s=self.odometry.t_s,
@@ -76,4 +100,5 @@ class Driver:
             epoch=epoch,
             step=step,
             reach_m=reach_m,
+            until_s=until_s,
         )

@@ -15,6 +15,7 @@ import numpy as np
 
 from agents.leg import certain_clearance_m, certain_clearance_m_min, seen_clearance_m
 from agents.scan import View, on_ground
+from agents.strand import THERE_M
 from protocol.arrays import Floats
 from protocol.frames import Point, Vertex
 from protocol.mission import Mission
@@ -23,7 +24,6 @@ from protocol.timeline import SegmentChecked
 
 RECHECK_S = 1.0
 DRIVE_M_MIN = 0.05  # a grant of less, short of a vertex, waits for the next one
-THERE_M = 1e-6  # nearer than this to an arc length counts as there: rounding of sums of metres
 
 
 class Follower:

@@ -5,7 +5,8 @@ Rule 1: cells of a grid that are nearer to a hit than the robot with its clearan
         a cell is open, and dear: guidance only ranks, what may be driven is the certificate's to say.
 Rule 2: the cost-to-go of every cell comes from one Dijkstra run from the goal.
 Rule 3: a spot where the certificate refuses the way that the grid shows is closed for good.
-Rule 4: where the region has no bounds, the grid grows with what has been seen.
+Rule 4: where obstacles move, ground that is seen free is free, whatever was remembered there.
+Rule 5: where the region has no bounds, the grid grows with what has been seen.
 """
 
 import zlib
@@ -15,6 +16,7 @@ import numpy as np
 from scipy.sparse.csgraph import dijkstra
 
 from agents.grid import Grid
+from agents.scan import View
 from protocol.arrays import Flags, Floats, Indices
 from protocol.messages import SEEN_BYTES_MAX
 from protocol.mission import Mission
@@ -103,8 +105,20 @@ class Map:
         self._hits = np.concatenate([self._hits, new])
         self._keep_off(new, self._keep_m)
 
+    def forget_where_free(self, view: View) -> None:
+        """Rule 4: what is remembered where a scan shows free ground is there no more."""
+        off = self._hits - view.position
+        rays = len(view.ranges_m)
+        ray = (np.arctan2(off[:, 1], off[:, 0]) + np.pi) / (2.0 * np.pi) * rays
+        first = np.floor(ray).astype(np.intp) % rays
+        free_m = np.minimum(view.ranges_m[first], view.ranges_m[(first + 1) % rays])
+        gone = np.hypot(off[:, 0], off[:, 1]) < free_m - 2.0 * self._grid.cell_m
+        if gone.any():
+            self._hits = self._hits[~gone]
+            self._lay(self._grid.low, self._grid.high)
+
     def _reach_out_to(self, points: Floats) -> None:
-        """Rule 4: have the grid reach beyond these points by the sensor's range."""
+        """Rule 5: have the grid reach beyond these points by the sensor's range."""
         if len(points) == 0 or self._grid.has(points).all():
             return
         low = np.minimum(self._grid.low, points.min(axis=0) - self._margin_m)

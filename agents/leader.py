@@ -122,6 +122,8 @@ class Leader:
     def _step_to(
         self, goal: Floats, view: View, walls: Walls, ground: Ground, *, settled: bool
     ) -> Step | NoStep | LookCloser | Wait | DeadEnd:
+        if self._mission.obstacles_move:
+            self.map.forget_where_free(view)
         self.map.remember(view.hit_points)
         step = certified_step_to(view, walls, goal)
         for _ in range(SPOTS_MAX):

@@ -4,7 +4,8 @@ Rule 1: a robot stands while a link is silent, while it waits for the one behind
         passed on that the strand turns round until it has.
 Rule 2: the first robot of the strand leads. Where its tail wants to come back, the first backs up along the
         path that there is until the tail has, or until there is no more path: then it leads for good.
-Rule 3: ground that a robot has driven or checked itself stays clear for it, whichever way it goes.
+Rule 3: where obstacles move, a robot looks while it drives (`agents.watch`).
+Rule 4: ground that a robot has driven or checked itself stays clear for it, whichever way it goes.
 """
 
 import numpy as np
@@ -12,11 +13,13 @@ import numpy as np
 from agents.commands import Command, Note
 from agents.driver import Driver
 from agents.events import LinkHeard
-from agents.follower import THERE_M, Follower
+from agents.follower import Follower
 from agents.leader import DeadEnd, Leader, LookCloser, Plan, Wait
+from agents.scan import on_ground
 from agents.senses import Senses
 from agents.step import Crossed, NoStep
-from agents.strand import Own, Strand
+from agents.strand import THERE_M, Own, Strand
+from agents.watch import good_for_s
 from protocol.arrays import Floats
 from protocol.messages import AheadState, Reversal
 from protocol.mission import Mission
@@ -26,12 +29,15 @@ from protocol.timeline import (
     RobotHeld,
     RobotReleased,
     RouteLost,
+    StepAbandoned,
     StepPlanned,
     StrandFormed,
     StrandReversed,
 )
 
 RELEASE_SHARE = 0.9  # of the link's length: so that a robot at the limit does not stop and go
+GIVE_UP_S = 2.0  # somebody who walks by has gone by then
+GROWN_M_MIN = 0.1  # of the path, worth telling
 SETTLED_S = 2.0  # the tail is heard within a heartbeat a robot; a strand that still moves shows it by then
 
 
@@ -48,6 +54,8 @@ class Member:
         self._handed = b""
         self._step: StepPlanned | None = None
         self._revolutions = mission.revolutions
+        self._gives_up = False
+        self._sure_at_s = self._looked_at_s = 0.0
         self._waits = self._held = self._arrived = self._lost = False
 
     def hear(self, heard: LinkHeard, now_s: float) -> list[Command]:
@@ -71,6 +79,8 @@ class Member:
         if self.strand.reversal is not None and self.strand.behind is None:
             commands += self._turn_round(now_s, None)
         commands += self._move(now_s)
+        if self._mission.obstacles_move:
+            commands += self._watch(now_s)
         return commands + self.strand.tell(
             Own(self._driver.progress_m, self._driver.odometry.pose, self._arrived), now_s
         )
@@ -86,8 +96,37 @@ class Member:
             return self._follow(now_s)
         return self._back_up(now_s) if strand.back_by_m > 0.0 else self._lead(now_s)
 
+    def _watch(self, now_s: float) -> list[Command]:
+        """Rule 3: drive on as long as the newest scan is good; give up a step that stays without one."""
+        driver = self._driver
+        if driver.progress_m - self.strand.path.end_m >= GROWN_M_MIN:
+            self.strand.grow(driver.progress_m)
+        if driver.standing or driver.drive.target is None:
+            self._sure_at_s = now_s
+            return []
+        glimpse = self._senses.glimpse(driver.ordered_s)
+        if glimpse is not None:
+            seen, taken_at_s = glimpse
+            robots = np.zeros(len(seen.ranges_m), dtype=np.bool_)
+            for ground in self.strand.robots_beside:
+                robots |= on_ground(seen.points, ground, within_m=self._mission.hull_reach_m)
+            target = np.array([driver.drive.target.x_m, driver.drive.target.y_m])
+            good_s = good_for_s(seen, target, robots, self._mission)
+            driver.permit(taken_at_s + good_s)
+            self._sure_at_s = now_s if good_s > 0.0 else self._sure_at_s
+        if now_s - self._sure_at_s > GIVE_UP_S and self._step is not None:
+            self._gives_up = True
+            driver.stand()
+            return []
+        if driver.odometry.t_s <= self._looked_at_s:
+            return []
+        self._looked_at_s = driver.odometry.t_s
+        return self._senses.look(now_s)
+
     def _hold(self) -> list[Command]:
         """The stretch rule: wait for a follower that is too far behind what it has been granted."""
+        if self.strand.back_by_m > 0.0:
+            return []  # whoever makes way does not wait for those that will not come further
         limit_m = self._mission.link_length_m_max * (RELEASE_SHARE if self._held else 1.0)
         if (self.strand.stretch_m > limit_m) == self._held:
             return []
@@ -136,11 +175,26 @@ class Member:
         if self._arrived or self._lost or not self._driver.standing:
             return []
         step, strand = self._step, self.strand
-        if step is not None and step.epoch == strand.epoch and self._driver.progress_m < step.reach_m:
+        under_way = step is not None and step.epoch == strand.epoch and not self._gives_up
+        if step is not None and under_way and self._driver.progress_m < step.reach_m:
             self._driver.to(step.target, reach_m=step.reach_m, epoch=strand.epoch, step=step.step)
             return []
-        self._step = None
-        return self._plan(now_s)
+        return self._end_step() + self._plan(now_s)
+
+    def _end_step(self) -> list[Command]:
+        """The step in hand has been driven, or is given up where the robot stands."""
+        step, self._step = self._step, None
+        gives_up, self._gives_up = self._gives_up, False
+        if step is None or step.epoch != self.strand.epoch:
+            return []
+        path = self.strand.path
+        self.strand.grow(self._driver.progress_m)
+        self.strand.end_step()
+        if not gives_up:
+            return []
+        end = path.at(path.end_m)
+        self._driver.progress_m = path.end_m
+        return [Note(StepAbandoned(step=step.step, epoch=step.epoch, x_m=end.x_m, y_m=end.y_m))]
 
     def _plan(self, now_s: float) -> list[Command]:
         leader, strand = self._made_leader(), self.strand
@@ -186,7 +240,7 @@ class Member:
 
     def _begin(self, planned: StepPlanned) -> list[Command]:
         self._step = planned
-        self.strand.path.extend(planned.target)
+        self.strand.begin_step(planned.target)
         self._driver.to(planned.target, reach_m=planned.reach_m, epoch=self.strand.epoch, step=planned.step)
         return [Note(planned)]
 
@@ -222,7 +276,8 @@ class Member:
         reach_m = strand.claim_m(reach_m, progress_m=ordered_m)
         if reach_m <= ordered_m + THERE_M:
             return [], False  # a robot behind stands in the way, and may not go first
-        if not self.follower.is_clear(reach_m):
+        watched = self._mission.obstacles_move and driver.progress_m >= strand.own_leg_m - THERE_M
+        if not watched and not self.follower.is_clear(reach_m):
             return self._check(now_s), False
         driver.to(strand.path.at(reach_m), reach_m=reach_m, epoch=strand.epoch)
         return [], False

@@ -28,7 +28,7 @@ class Robot:
     def __init__(self, robot: int, mission: Mission) -> None:
         self._robot = robot
         self._mission = mission
-        self._driver = Driver(speed_mps=mission.speed_mps)
+        self._driver = Driver(speed_mps=mission.speed_mps, watched=mission.obstacles_move)
         self._senses = Senses(mission, self._driver)
         self._lining = Lining(robot, mission)
         self._member: Member | None = None
@@ -49,9 +49,9 @@ class Robot:
                 assert_never(event)
         if not self._driver.awake:
             return commands
-        before = self._driver.drive.number
+        before = self._driver.drive
         commands += self._line_up(now_s) if self._member is None else self._member.act(now_s)
-        if isinstance(event, OdometryHeard) or self._driver.drive.number != before:
+        if isinstance(event, OdometryHeard) or self._driver.drive != before:
             commands.append(Order(self._driver.drive))
         return commands
 

@@ -33,6 +33,18 @@ class Senses:
         self._asked_at_s = now_s
         return [AskScan(revolutions or self._mission.revolutions)]
 
+    def look(self, now_s: float) -> list[Command]:
+        """Ask again, whatever is still on its way: where obstacles move a robot looks while it drives."""
+        self._asked_at_s = now_s
+        return [AskScan(self._mission.revolutions)]
+
+    def glimpse(self, since_s: float) -> tuple[View, float] | None:
+        """A scan that has come and was taken since then, wherever the robot was; and when. Used once."""
+        scan, self._scan = self._scan, None
+        if scan is None or scan.t_s < since_s:
+            return None
+        return view(scan, range_m_max=self._mission.range_m_max), scan.t_s
+
     def take(self, *, revolutions: int = 1) -> View | None:
         """The scan that has come, if it was taken here and is as fine as that. It is used once."""
         scan, self._scan = self._scan, None

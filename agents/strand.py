@@ -11,12 +11,14 @@ Rule 4: the strand turns round as a whole (`Reversal`). The leader decides; each
         place when it first hears the robot that is now ahead of it.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from agents.commands import Command, Note, Tell
 from agents.events import LinkHeard
 from agents.ground import Ground
+from protocol.arrays import Floats
 from protocol.authority import authority_m, claim_m
 from protocol.frames import Point, Pose
 from protocol.link import Link
@@ -27,6 +29,7 @@ from protocol.timeline import AuthorityGranted, LinkSilent
 from protocol.timeline import LinkHeard as LinkHeardAgain
 
 TOLD_VERTICES_MAX = 256  # a message's share of a long path; the rest follows when this has been acknowledged
+THERE_M = 1e-6  # nearer than this to an arc length counts as there: rounding of sums of metres
 GRANT_M_MIN = 0.05  # a grant worth a message: a tenth of a second at 0.5 m/s
 
 
@@ -105,6 +108,9 @@ class Strand:
         self.behind_start_m = at.behind_m
         self.granted_m = at.behind_m
         self.authority_m = at.own_m if self.ahead is not None else self.laid_m
+        self.pending: Point | None = None
+        """Where the leader's step under way is to end, while it may still stop short of it."""
+        self._step_from = Point(x_m=0.0, y_m=0.0)
         self.reversal: Reversal | None = None
         """Set when this robot and all ahead of it stand until the strand has turned round."""
         self._told_at_s = -float("inf")
@@ -119,7 +125,9 @@ class Strand:
     def pass_on_reversal(self) -> None:
         """Rule 4, for a robot that stands."""
         state = None if self.ahead is None else self.ahead.state
-        if state is not None and len(self.path) >= state.vertices:
+        if state is None or state.reversal is None:
+            return
+        if len(self.path) >= state.vertices and self.path.end_m >= state.reversal.end_m - THERE_M:
             self.reversal = state.reversal
 
     def turned_round(self, own_m: float, now_s: float, first: AheadState | None) -> "Strand":
@@ -149,6 +157,42 @@ class Strand:
             turned.own_leg_m = end_m - self.leg_back_m
         turned.leg_back_m = end_m - self.own_leg_m
         return turned
+
+    def begin_step(self, target: Point) -> None:
+        """The leader begins a step. Where obstacles move it may have to stop short of its end.
+
+        So there the path only grows by what has been driven.
+        """
+        if self._mission.obstacles_move:
+            self.pending = target
+            self._step_from = self.path.at(self.path.end_m)
+        else:
+            self.path.extend(target)
+
+    def grow(self, progress_m: float) -> None:
+        """The leader has come so far on its step, straight towards its end."""
+        if self.pending is None or progress_m <= self.path.end_m:
+            return
+        begun = self.path.at(self.path.end_m) != self._step_from
+        way = Path([self._step_from, self.pending])
+        driven_m = progress_m - self.path.end_m
+        if begun:
+            done = self.path.at(self.path.end_m)
+            driven_m += math.hypot(done.x_m - self._step_from.x_m, done.y_m - self._step_from.y_m)
+        (self.path.stretch if begun else self.path.extend)(way.at(driven_m))
+
+    def end_step(self) -> None:
+        """The leader's step has ended where it has come to."""
+        self.pending = None
+
+    @property
+    def robots_beside(self) -> list[Floats]:
+        """Ground (n, 2) that the robots ahead and behind may be on, each as last heard."""
+        grounds = [self.ground.behind] if self.behind is not None else []
+        if self.ahead is not None and self.ahead.state is not None:
+            ahead_m = self.ahead.state.progress_m
+            grounds.append(self.path.between(ahead_m, ahead_m + self._way_m))
+        return grounds
 
     def quiet_s(self, now_s: float) -> float:
         """How long the robots behind have not come on, as far as is known [s]."""
@@ -271,13 +315,17 @@ class Strand:
     def _grant(self, own: Own) -> list[Command]:
         if self.behind is None:
             return []
-        taken = (self.granted_m, own.progress_m, len(self.path), own.arrived)
+        taken = (self.granted_m, own.progress_m, len(self.path), self.pending, own.arrived)
         if taken == self._taken:
             return []  # nothing has moved, so nothing has become free
         self._taken = taken
         free_m = authority_m(
-            self.path, from_m=max(self.tail_m, self.granted_m), progress_m=own.progress_m, keep_m=self.keep_m
+            self._planned_path,
+            from_m=max(self.tail_m, self.granted_m),
+            progress_m=own.progress_m,
+            keep_m=self.keep_m,
         )
+        free_m = min(free_m, self.path.end_m)  # what is planned beyond has not been told
         enough_m = 0.0 if own.arrived else GRANT_M_MIN
         if free_m <= self.granted_m + enough_m:
             return []
@@ -285,8 +333,16 @@ class Strand:
         grant = AuthorityGranted(to=self.behind.neighbour, epoch=self.epoch, authority_m=free_m)
         return [Note(grant)]
 
+    @property
+    def _planned_path(self) -> Path:
+        """The path, with what is planned of it."""
+        if self.pending is None:
+            return self.path
+        return Path([*(Point(x_m=each.x_m, y_m=each.y_m) for each in self.path), self.pending])
+
     def _ahead_state(self, behind: Link[BehindState], own: Own) -> AheadState:
-        path_from = behind.state.vertices if behind.state else self._known_by_all
+        # The last that is known is told again: it may have moved on.
+        path_from = max((behind.state.vertices if behind.state else self._known_by_all) - 1, 0)
         return AheadState(
             epoch=self.epoch,
             path_from=path_from,

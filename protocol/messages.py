@@ -126,6 +126,11 @@ class Drive(Struct, frozen=True, kw_only=True, tag="drive"):
     """The leader's switching step that this drives; 0 for a robot that follows, or joins (in epoch 0)."""
     reach_m: Length
     """Arc length of the target along the strand's path: what the authority has to cover."""
+    until_s: Seconds | None = None
+    """The body drives until then at most, unless it hears a later time with the same order; None: no limit.
+
+    Where obstacles move, this is how long the robot's newest scan is good for.
+    """
 
 
 class Odometry(Struct, frozen=True, kw_only=True, tag="odometry"):

@@ -7,6 +7,10 @@ from msgspec import Meta, Struct
 
 from protocol.frames import ROBOTS_MAX, Length, Metres, Point, Seconds, Speed
 
+WATCH_S = (
+    0.3  # a scan each odometry, its answer, and the order: a robot that is sure of so long never has to stop
+)
+
 
 class Law(StrEnum):
     """The rule that makes a switching step out of a scan."""
@@ -60,9 +64,18 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
     """No obstacle moves faster; 0: nothing moves."""
 
     @property
+    def obstacles_move(self) -> bool:
+        """Whether a robot has to look while it drives."""
+        return self.obstacle_speed_mps_max > 0.0 and self.law.promises_clearance
+
+    @property
     def berth_m(self) -> float:
-        """Least distance of a robot's centre from an obstacle: r + epsilon."""
-        return self.robot_radius_m + self.epsilon_m
+        """Least distance of a robot's centre from an obstacle that a step is planned with: r + epsilon.
+
+        Where obstacles move it is more: nearer to anything, no motion could be promised for long enough.
+        """
+        moved_m = WATCH_S * self.obstacle_speed_mps_max if self.obstacles_move else 0.0
+        return self.robot_radius_m + max(self.epsilon_m, moved_m + self.mu0_m + self.range_error_m_max)
 
     @property
     def robot_keep_m(self) -> float:

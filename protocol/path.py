@@ -69,13 +69,23 @@ class Path:
         corners: list[Point | Vertex] = [self.at(end_m), *reversed(inner), self.at(cut_m)]
         return Path(Point(x_m=corner.x_m, y_m=corner.y_m) for corner in corners)
 
+    def stretch(self, point: Point) -> None:
+        """Have the last segment reach further, straight on to a point."""
+        self._vertices.pop()
+        self.extend(point)
+
     def learn(self, first: int, vertices: Sequence[Vertex]) -> None:
         """Take over what another robot says of its path, from the vertex with index `first` on.
 
-        What is known stays as it is, and what does not join on to it waits until it is told again.
+        What is known stays as it is, but that the last segment may reach further; and what does not join on
+        to it waits until it is told again.
         """
-        if first <= len(self):
-            self._vertices.extend(vertices[len(self) - first :])
+        if first > len(self):
+            return
+        last = len(self) - 1
+        if first <= last < first + len(vertices) and vertices[last - first].s_m > self.end_m:
+            self._vertices[last] = vertices[last - first]
+        self._vertices.extend(vertices[len(self) - first :])
 
     def told_from(self, first: int, most: int) -> tuple[Vertex, ...]:
         """At most so many vertices, from the one with index `first` on."""

@@ -72,6 +72,15 @@ class OrderFinished(_Record, frozen=True, kw_only=True, tag="order.finished"):
     ]
 
 
+class StepAbandoned(_Record, frozen=True, kw_only=True, tag="step.abandoned"):
+    """The leader has stopped short of a step's end, because an obstacle came into its way."""
+
+    step: Count
+    epoch: Count
+    x_m: Metres
+    y_m: Metres
+
+
 class StepFinished(_Record, frozen=True, kw_only=True, tag="step.finished"):
     """The leader's body stands at the end of a switching step."""
 
@@ -311,6 +320,7 @@ Record = (
     | OrderRefused
     | OrderFinished
     | StepFinished
+    | StepAbandoned
     | BodyStopped
     | PoseSampled
     | ScanServed

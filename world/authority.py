@@ -34,6 +34,7 @@ from protocol.timeline import (
     PoseSampled,
     PromiseBroken,
     RobotDied,
+    StepAbandoned,
     StepPlanned,
     StrandFormed,
     StrandReversed,
@@ -79,6 +80,8 @@ class Evidence:
     """By robot and epoch."""
     reversals: dict[int, StrandReversed] = field(default_factory=dict)
     """By the epoch that each ended."""
+    abandoned: dict[tuple[int, int], dict[int, Point]] = field(default_factory=lambda: defaultdict(dict))
+    """Where the steps ended that were given up, by robot and epoch."""
     dead: set[int] = field(default_factory=set)
 
     def hear(self, source: str, entry: Entry) -> None:
@@ -99,6 +102,8 @@ class Evidence:
                 granted.append((entry.t_s, max(grant.authority_m, granted[-1][1] if granted else 0.0)))
             case StepPlanned() as plan if robot is not None:
                 self.plans[robot].append((entry.t_s, plan))
+            case StepAbandoned() as step if robot is not None:
+                self.abandoned[robot, step.epoch][step.step] = Point(x_m=step.x_m, y_m=step.y_m)
             case StrandFormed() as strand if robot is not None:
                 self.strands[robot, strand.epoch] = strand
             case StrandReversed() as reversal if robot is not None:
@@ -115,6 +120,7 @@ class Evidence:
     def _path(self, order: tuple[int, ...], epoch: int) -> Path | None:
         path = self.laid(order, epoch)
         targets = {plan.step: plan.target for _, plan in self.plans[order[0]] if plan.epoch == epoch}
+        targets |= self.abandoned[order[0], epoch]
         for step in sorted(targets) if path is not None else []:
             assert path is not None
             path.extend(targets[step])

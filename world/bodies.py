@@ -8,6 +8,7 @@ Rule 3: an order is taken once, by its number; older or same numbers change noth
 Rule 4: a body drives its course straight to the end and stands; drive error makes the course miss the
         target by at most `heading_error_rad` times the length, and the order is finished all the same.
 Rule 5: no order heard for `deadman_s` and the body stands; the same order goes on when its robot speaks.
+Rule 6: an order that is good until some time is driven until then, and on when a later time is heard.
 """
 
 import math
@@ -57,6 +58,7 @@ class Bodies:
         self._under_way: Flags = np.zeros(count, dtype=bool)
         self._held: Flags = np.zeros(count, dtype=bool)
         self._heard_s: Floats = np.zeros(count)
+        self._until_s: Floats = np.full(count, math.inf)
         self._course_rad = self.heading_rad.copy()
         self._origin_m = self.place_m.copy()
         self._landing_m = self.place_m.copy()
@@ -104,6 +106,7 @@ class Bodies:
                 f"order {drive.number}: speed must be in ({low_mps}, {high_mps}) m/s, got {drive.speed_mps}"
             )
         self._heard_s[body] = now_s
+        self._until_s[body] = math.inf if drive.until_s is None else drive.until_s
         self._held[body] = False
         if drive.number <= (last.number if last is not None else 0):
             return False
@@ -149,7 +152,7 @@ class Bodies:
         silent = ~self._held & (now_s - self._heard_s > DEADMAN_S + ROUNDING_S)
         stopped = np.flatnonzero(silent & self._under_way)
         self._held |= silent
-        moving = self.moving
+        moving = self.moving & (now_s + tick_s <= self._until_s + ROUNDING_S)
         off_rad = np.pi - np.mod(np.pi - (self._course_rad - self.heading_rad), 2 * np.pi)
         turning = moving & (off_rad != 0.0)
         reach_rad = self._limits.turn_rate_radps * tick_s
