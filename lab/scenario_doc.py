@@ -29,9 +29,9 @@ RELATIONS = """## What has to fit together
 - The sensor is sure to see the thinnest obstacle from `2 (robot_radius_m + epsilon_m)` on; scans reach no
   further than it is sure of.
 - Under `certified`, places are `robot_radius_m + epsilon_m` away from every obstacle (the goal at most its
-  tolerance less), and `mu0_m` covers the error budget: range noise + drive error, which a refusal names one
-  by one. What rays leave unseen the certificate keeps on top: up to the spacing of the rays at that range,
-  more past sharp corners. Under the other laws it is enough not to touch.
+  tolerance less), and `mu0_m` covers the error budget: ray quantisation + range noise + drive error, which a
+  refusal names one by one. Most of what rays leave unseen the certificate keeps on top: up to the spacing of
+  the rays at that range, more past sharp corners. Under the other laws it is enough not to touch.
 - The times of a track increase, and no leg of it is faster than `obstacle_speed_mps_max`, nor than 100 m/s.
   No two moving obstacles have the same `id`, and none touches a robot at t = 0.
 - `table_m` has a row for each of `switching_positions_max`, and a column for each obstacle.

@@ -72,11 +72,9 @@ def test_the_sure_range_is_where_the_thinnest_thing_fills_one_spacing() -> None:
     assert sure_range_m([], 360) == math.inf
 
 
-def test_the_tolerance_covers_noise_and_drive_and_the_certificate_the_rays() -> None:
-    errors = budget(
-        blind_per_range=0.01, closest_m=0.2, range_sigma_m=0.001, heading_error_rad=0.0001, range_m_max=4.0
-    )
-    assert errors.quantisation_m == pytest.approx(0.002)
+def test_the_budget_adds_its_three_shares() -> None:
+    errors = budget(rays=90, closest_m=0.2, range_sigma_m=0.001, heading_error_rad=0.0001, range_m_max=4.0)
+    assert errors.quantisation_m == pytest.approx(0.2 * (1.0 - math.cos(math.radians(4.0))))
     assert errors.range_noise_m == pytest.approx(0.003)
     assert errors.drive_m == pytest.approx(0.0012)
-    assert errors.total_m == pytest.approx(0.0042)
+    assert errors.total_m == pytest.approx(errors.quantisation_m + 0.0042)

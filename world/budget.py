@@ -1,8 +1,9 @@
 """What finite directions, noise and imperfect drives cost.
 
 The certificate pays for what finite directions leave unseen: it keeps that much further from every hit, the
-further away it was hit the more. So ray quantisation costs room, in narrow gaps, and nothing of the
-tolerance. Noise and drive errors differ from scan to scan and from drive to drive: mu0 has to cover them.
+further away it was hit the more. So ray quantisation costs room, in narrow gaps, and next to nothing of the
+tolerance: a robot that stands in such a wider keep may drive along it, and what two rays hide may then be a
+spacing ahead. Noise and drive errors differ from scan to scan and from drive to drive. mu0 has to cover all.
 """
 
 import math
@@ -24,14 +25,14 @@ class Budget:
     """The shares of the error budget [m]."""
 
     quantisation_m: float
-    """At the closest approach; the certificate's to keep, not the tolerance's."""
+    """At the closest approach, beyond what the certificate keeps."""
     range_noise_m: float
     drive_m: float
 
     @property
     def total_m(self) -> float:
         """What mu0 has to cover."""
-        return self.range_noise_m + self.drive_m
+        return self.quantisation_m + self.range_noise_m + self.drive_m
 
 
 def blind_per_range(shapes: Sequence[Shape], directions: int) -> float:
@@ -59,7 +60,7 @@ def revolutions(shapes: Sequence[Shape], directions: int, *, wanted_m: float, ra
 
 def budget(
     *,
-    blind_per_range: float,
+    rays: int,
     closest_m: float,
     range_sigma_m: float,
     heading_error_rad: float,
@@ -68,14 +69,14 @@ def budget(
     """Add up the errors.
 
     Args:
-        blind_per_range: from the function of that name.
+        rays: directions of a scan.
         closest_m: how near a centre may come to an obstacle; there the unseen part counts.
         range_sigma_m: of the sensor.
         heading_error_rad: of the drive.
         range_m_max: the longest that a step can be, since nothing is known beyond.
     """
     return Budget(
-        quantisation_m=blind_per_range * closest_m,
+        quantisation_m=closest_m * (1.0 - math.cos(math.tau / rays)),
         range_noise_m=NOISE_SIGMAS * range_sigma_m,
         drive_m=HEADING_ERRORS * range_m_max * heading_error_rad,
     )

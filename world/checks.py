@@ -97,9 +97,8 @@ def errors_covered(section: LawSection, errors: Budget) -> None:
     if section.mu0_m < errors.total_m:
         _refuse(
             "law.mu0_m",
-            f">= {errors.total_m:.6g} m, which is range noise {errors.range_noise_m:.6g} m"
-            f" + drive {errors.drive_m:.6g} m (ray quantisation, {errors.quantisation_m:.6g} m at the closest"
-            " approach, the certificate keeps on top of epsilon)",
+            f">= {errors.total_m:.6g} m, which is ray quantisation {errors.quantisation_m:.6g} m"
+            f" + range noise {errors.range_noise_m:.6g} m + drive {errors.drive_m:.6g} m",
             section.mu0_m,
         )
 

@@ -139,7 +139,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     def error_budget(self) -> Budget:
         """What mu0 has to cover under a law that promises clearance."""
         return budget(
-            blind_per_range=self.blind_per_range,
+            rays=self.rays,
             closest_m=self.closest_m,
             range_sigma_m=self.sensor.range_sigma_m,
             heading_error_rad=self.drive.heading_error_rad,

@@ -25,7 +25,7 @@ RANGE_RADII = 20.0  # a robot too large for that sees as far in its own measure
 SPACING_RADII = 3.0  # the scenes' own rule for the places of robots
 SEPARATION_RADII = 0.5  # half of the room that the spacing leaves between two hulls
 LINK_RADII = 10.0  # three places apart, and some
-ERROR_SHARE = 0.25  # of the tolerance, to noise and drive each; half stays in hand
+ERROR_SHARE = 0.25  # of the tolerance, to noise and drive each; about half stays in hand
 TIME_FACTOR = 20.0  # over the straight way at full speed: detours, turns, and five robots one by one
 
 OWN_PATHS = {
