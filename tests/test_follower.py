@@ -5,7 +5,8 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from agents.follower import DRIVE_M_MIN, RECHECK_S, THERE_M, Follower
+from agents.follower import DRIVE_M_MIN, RECHECK_S, Follower
+from agents.strand import THERE_M
 from protocol.frames import Point, Pose
 from protocol.mission import Law, Mission
 from protocol.path import Path
