@@ -4,7 +4,8 @@ Rule 1: it announces itself on every change and on every heartbeat, until it has
         announcement may be lost.
 Rule 2: it senses where the order depends on it (without a goal), where it looks at its leg, and in its turn.
 Rule 3: the last robot in place gives a turn to the nearest that is not, those apart that it gave one in vain;
-        it gives the next when that one has said that its turn has ended.
+        it gives the next when that one has said that its turn has ended. Where all have had theirs in vain
+        it gives its own place up, once, and the turn back to the robot ahead, which tries others first.
 Rule 4: a robot drives only in its turn, when all others have said that they know of it, and while it has
         heard the giver within `silence_s`. It ends its turn standing, in place or blocked.
 """
@@ -43,7 +44,7 @@ class Lining:
         self._joining: Joining | None = None
         self._step: StepPlanned | None = None
         self._blocked: set[int] = set()
-        self._lost = False
+        self._lost = self._gave_up = False
         self.look: View | None = None
         """A scan from where the robot stands, without the hulls of others; None where it has taken none."""
 
@@ -142,24 +143,33 @@ class Lining:
     # --- rule 3 -------------------------------------------------------------------------------------
 
     def _give_turn(self) -> list[Command]:
-        strand, given = self._roster.strand, self._said.gives
+        strand, given, newest = self._roster.strand, self._said.gives, self._roster.turn
         if strand[-1:] != (self._robot,) or len(strand) == self._mission.robots or self._lost:
             return []
-        if given is not None:
+        if newest is not None and newest.robot == self._robot and newest.number > self._said.ended:
+            self._blocked = {self._roster.giver(newest)}  # it gave up its place for the others
+        elif given is not None:
             if self._roster.heard[given.robot].ended < given.number:
                 return []
             self._blocked.add(given.robot)
+        number = 1 if newest is None else newest.number + 1
         waiting = [robot for robot in self._others if robot not in strand]
         free = [robot for robot in waiting if robot not in self._blocked]
         if not free:
-            self._lost = True
-            named = ", ".join(f"robot {robot}" for robot in waiting)
-            return [Note(RouteLost(reason=f"no way to a place behind robot {self._robot} for {named}"))]
+            return self._give_up(strand, waiting, number)
         off_m = np.hypot(*(self._xy(free) - self._xy([self._robot])).T)
-        newest = self._roster.turn
-        number = 1 if newest is None else newest.number + 1
         self._say(gives=Turn(number=number, robot=free[int(np.argmin(off_m))]))
         return []
+
+    def _give_up(self, strand: tuple[int, ...], waiting: list[int], number: int) -> list[Command]:
+        """Nobody can come to a place behind this robot: it makes way, or nobody ever will."""
+        if len(strand) > 1 and not self._gave_up:
+            self._gave_up, self._blocked = True, set()
+            self._say(gives=Turn(number=number, robot=strand[-2]), ended=number, rank=None)
+            return []
+        self._lost = True
+        named = ", ".join(f"robot {robot}" for robot in waiting)
+        return [Note(RouteLost(reason=f"no way to a place behind robot {self._robot} for {named}"))]
 
     # --- rule 4 -------------------------------------------------------------------------------------
 
@@ -167,8 +177,9 @@ class Lining:
     def _own_turn(self) -> Turn | None:
         """The turn that this robot has and has not ended."""
         turn = self._roster.turn
-        mine = turn is not None and turn.robot == self._robot and turn.number > self._said.ended
-        return turn if mine else None
+        if turn is None or turn.robot != self._robot or self._robot in self._roster.strand:
+            return None
+        return turn if turn.number > self._said.ended else None
 
     @property
     def _may_drive(self) -> bool:
@@ -200,7 +211,8 @@ class Lining:
         match planned:
             case InPlace():
                 self.look = without_hulls(scan, stands.all, self._mission)
-                self._say(pose=pose, ended=turn.number, rank=len(strand))
+                self._blocked = set()
+                self._say(pose=pose, ended=turn.number, rank=len(strand), gives=None)
                 placed = RobotPlaced(rank=len(strand), turn=turn.number, x_m=pose.x_m, y_m=pose.y_m)
                 return [Note(placed)]
             case NoStep(reason):

@@ -7,14 +7,15 @@ Rule 2: with a goal, (3) may elect a robot at the far end, which would have to l
 Rule 3: from the leader on, each next place goes to the nearest robot not yet placed (section III-C),
         ties by lowest number. This is the order of the start; it stays as it is once it can be known.
 Rule 4: in place are, from the front on, as many of that order as have a clear leg to the robot ahead that
-        does not fold back; then those that came to a place by a turn.
+        does not fold back; then those that came to a place by a turn. Who has ended a turn is no more
+        where it stood at the start.
 Rule 5: the leader starts when all have announced the same strand.
 """
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import pairwise, takewhile
 
 import numpy as np
 
@@ -134,7 +135,8 @@ class Roster:
     @property
     def strand(self) -> tuple[int, ...]:
         """Rule 4: who is in place, leader first; empty until all have looked at their legs."""
-        placed = list(self.start_order[: self._at_start])
+        at_start = self.start_order[: self._at_start]
+        placed = list(takewhile(lambda robot: self.heard[robot].ended == 0, at_start))
         by_rank = {muster.rank: robot for robot, muster in self.heard.items() if muster.rank is not None}
         while placed and len(placed) in by_rank:
             placed.append(by_rank[len(placed)])
@@ -145,6 +147,10 @@ class Roster:
         """The newest turn that has been given."""
         given = [muster.gives for muster in self.heard.values() if muster.gives is not None]
         return max(given, key=lambda turn: turn.number, default=None)
+
+    def giver(self, turn: Turn) -> int:
+        """Who gave a turn."""
+        return next(robot for robot, muster in self.heard.items() if muster.gives == turn)
 
     def all_know_of(self, turn: Turn) -> bool:
         """Whether every other robot has said that it stands in this turn."""

@@ -164,7 +164,7 @@ def test_without_a_goal_there_is_no_order_before_all_have_sensed() -> None:
     roster = roster_of(2, None)
     roster.hear(1, said(places[1], obstacle_m=1.0))
     roster.hear(2, said(places[2]))
-    assert roster.start_order == ()
+    assert not roster.start_order
     roster.hear(2, said(places[2], 2, obstacle_m=0.5))
     assert roster.start_order == (2, 1)
 
@@ -221,9 +221,15 @@ def test_who_came_to_a_place_by_a_turn_is_in_place_behind_those() -> None:
     places = standing(*QUEUE)
     roster = looked(places, True, False, False)
     roster.hear(3, said(places[3], 2, leg_clear=False, rank=1))
-    assert roster.strand == (1, 3)
     roster.hear(2, said(places[2], 2, leg_clear=False, rank=2))
     assert roster.strand == (1, 3, 2)
+
+
+def test_who_gave_up_its_place_and_all_behind_it_are_not_in_place_any_more() -> None:
+    places = standing(*QUEUE)
+    roster = looked(places, True, True, True)
+    roster.hear(2, said(places[2], 2, leg_clear=True, ended=1))
+    assert roster.strand == (1,)
 
 
 def test_a_turn_may_be_used_when_all_others_have_said_that_they_know_of_it() -> None:
