@@ -130,6 +130,12 @@ class Map:
         self._closed = np.concatenate([self._closed, spot[None]])
         self._keep_off(spot[None], SPOT_BERTHS * self._keep_m)
 
+    def reopen(self) -> None:
+        """Rule 4: what has been refused once may be free now."""
+        if len(self._closed):
+            self._closed = np.empty((0, 2))
+            self._lay(self._grid.low, self._grid.high)
+
     def _keep_off(self, points: Floats, keep_m: float) -> None:
         reach_m = keep_m + FELT_CELLS * self._grid.cell_m
         self._grid.lower_around(self._room, points, reach_m=reach_m, less_m=keep_m)

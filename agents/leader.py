@@ -124,6 +124,7 @@ class Leader:
     ) -> Step | NoStep | LookCloser | Wait | DeadEnd:
         if self._mission.obstacles_move:
             self.map.forget_where_free(view)
+            self.map.reopen()
         self.map.remember(view.hit_points)
         step = certified_step_to(view, walls, goal)
         for _ in range(SPOTS_MAX):

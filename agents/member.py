@@ -37,6 +37,7 @@ from protocol.timeline import (
 
 RELEASE_SHARE = 0.9  # of the link's length: so that a robot at the limit does not stop and go
 GIVE_UP_S = 2.0  # somebody who walks by has gone by then
+PATIENCE_S = 30.0  # with what stands in all ways on: who walks to and fro has come and gone by then
 GROWN_M_MIN = 0.1  # of the path, worth telling
 SETTLED_S = 2.0  # the tail is heard within a heartbeat a robot; a strand that still moves shows it by then
 
@@ -56,7 +57,9 @@ class Member:
         self._revolutions = mission.revolutions
         self._gives_up = False
         self._sure_at_s = self._looked_at_s = 0.0
-        self._waits = self._held = self._arrived = self._lost = False
+        self._plans_again_s = 0.0
+        self._stuck_at_s = np.inf
+        self._held = self._arrived = self._lost = False
 
     def hear(self, heard: LinkHeard, now_s: float) -> list[Command]:
         """Take in a neighbour's state; the first of the next epoch turns this robot round."""
@@ -201,33 +204,38 @@ class Member:
         settled = strand.quiet_s(now_s) >= SETTLED_S
         if leader.is_done(self._position()):
             return [Note(GoalReached(**self._here())), *self._arrive()]
-        if self._waits and not settled:
+        if now_s < self._plans_again_s:
             return []
         scan = self._senses.take(revolutions=self._revolutions)
         if scan is None:
             return self._senses.ask(now_s, revolutions=self._revolutions)
         planned = leader.plan(scan, strand.ground, epoch=strand.epoch, settled=settled)
-        self._waits = isinstance(planned, Wait)
         self._revolutions = leader.closer if isinstance(planned, LookCloser) else self._mission.revolutions
         return self._carry_out(planned, now_s)
 
     def _carry_out(self, planned: Plan, now_s: float) -> list[Command]:
         commands: list[Command] = []
         match planned:
-            case NoStep(reason):
+            case NoStep(reason) if self._is_lost(now_s):
                 self._lost = True
                 commands = [Note(RouteLost(reason=reason))]
+            case NoStep() | Wait():
+                self._plans_again_s = now_s + SETTLED_S
             case Crossed():
                 commands = [Note(GoalReached(**self._here())), *self._arrive()]
             case DeadEnd(back_to_m):
                 commands = self._reverse(cut_m=0.0, back_by_m=self.strand.path.end_m - back_to_m)
             case LookCloser():
                 commands = self._senses.ask(now_s, revolutions=self._revolutions)
-            case Wait():
-                pass  # until the strand has closed up
             case StepPlanned():
+                self._stuck_at_s = np.inf
                 commands = self._begin(planned)
         return commands
+
+    def _is_lost(self, now_s: float) -> bool:
+        """Whether a way that is not there will not be: what moves into the way may move on."""
+        self._stuck_at_s = min(self._stuck_at_s, now_s)
+        return not self._mission.obstacles_move or now_s - self._stuck_at_s >= PATIENCE_S
 
     def _made_leader(self) -> Leader:
         """The leader in this robot, with what was handed to it."""

@@ -5,7 +5,6 @@ import msgspec
 import pytest
 from msgspec.structs import replace as with_fields
 
-from protocol.frames import Point
 from protocol.timeline import (
     Entry,
     GoalReached,
@@ -16,9 +15,7 @@ from protocol.timeline import (
     RobotDied,
     RouteLost,
     ScanServed,
-    SegmentChecked,
     StepFinished,
-    StrandFormed,
 )
 from tests.world_scenarios import scenario
 from world.books import Messages
@@ -143,13 +140,11 @@ def test_a_death_carries_its_times() -> None:
     assert death == {"robot": 2, "silent_since_s": 4.2, "detected_s": 5.0, "recovered_s": None}
 
 
-def test_planning_events_are_scans_that_led_to_a_decision() -> None:
-    formed = StrandFormed(epoch=1, sensed=True, order=(1, 2), path_length_m=0.6)
-    checked = SegmentChecked(target=Point(x_m=0.0, y_m=0.0), clear=True, clearance_m=0.2)
+def test_every_scan_is_a_planning_event_however_many_revolutions_it_takes() -> None:
     scan = ScanServed(revolutions=1, robot=1, x_m=0.0, y_m=0.0, heading_rad=0.0, hits=3)
-    lines: list[tuple[str, float, Record]] = [("r1", 0.1, formed), ("r2", 0.1, formed), ("r2", 0.5, checked)]
-    passed = verdict([*lines, *[("world", 0.1, scan)] * 5])
-    assert (passed.planning_events, passed.scans) == (3, 5)
+    closer = ScanServed(revolutions=4, robot=1, x_m=0.0, y_m=0.0, heading_rad=0.0, hits=12)
+    passed = verdict([("world", 0.1, scan), ("world", 0.2, closer), ("world", 0.3, scan)])
+    assert (passed.planning_events, passed.scans) == (3, 6)
 
 
 def test_the_table_is_measured_where_the_leader_stood() -> None:

@@ -1,6 +1,5 @@
 """What the entries of a run add up to."""
 
-from collections import Counter
 from dataclasses import dataclass, field
 
 from protocol.frames import Point
@@ -14,10 +13,7 @@ from protocol.timeline import (
     RobotSettled,
     RouteLost,
     ScanServed,
-    SegmentChecked,
     StepFinished,
-    StepPlanned,
-    StrandFormed,
     TrafficCounted,
 )
 
@@ -35,19 +31,14 @@ class Tally:
     switching_steps: int = 0
     switching_positions: list[Point] = field(default_factory=list)
     """Where the leader stood before its first step and after each step [world frame]."""
-    plannings: Counter[str] = field(default_factory=Counter)
-    """By kind: scans that led to a decision."""
+    planning_events: int = 0
+    """Scans served to robots: each is asked for in order to decide on a motion."""
     scans: int = 0
 
     @property
     def unrecorded_count(self) -> int:
         """Entries that robots could not keep until they were recorded."""
         return sum(counted.unrecorded for counted in self.counted.values())
-
-    @property
-    def planning_events(self) -> int:
-        """Calls that sensed and may have changed motion, of all robots."""
-        return self.plannings.total()
 
     def hear(self, source: str, entry: Entry) -> None:
         """Take an entry in."""
@@ -62,6 +53,7 @@ class Tally:
             case RobotDied() as death:
                 self.deaths.append((entry.t_s, death))
             case ScanServed(revolutions=revolutions):
+                self.planning_events += 1
                 self.scans += revolutions
             case OrderAccepted(step=1) as order if not self.switching_positions:
                 self.switching_positions.append(Point(x_m=order.x_m, y_m=order.y_m))
@@ -73,18 +65,11 @@ class Tally:
 
     def _hear_robot(self, robot: int, entry: Entry) -> None:
         match entry.record:
-            case StrandFormed(sensed=sensed):
-                self.plannings["muster"] += sensed
-            case StepPlanned():
-                self.plannings["step"] += 1
-            case SegmentChecked():
-                self.plannings["segment"] += 1
             case GoalReached():
                 self.goal_reached = True
             case RobotArrived():
                 self.arrived.add(robot)
             case RouteLost() as lost:
-                self.plannings["step"] += 1
                 self.route_lost = self.route_lost or (entry.t_s, lost)
             case RobotSettled() as settled:
                 self.settled[robot] = settled
