@@ -7,12 +7,12 @@ import pytest
 
 from lab.network import NetworkFaults
 from lab.rehearsal import Rehearsal
-from protocol.timeline import OrderAccepted, RouteLost, SegmentChecked, StepPlanned
+from protocol.timeline import RobotPlaced, StepPlanned
 from world.ending import Ending
 from world.judgement import judge
 from world.scenario import load
 
-PATIENCE_S = 15.0
+PATIENCE_S = 60.0
 
 FLEET = """
 name = "start"
@@ -62,24 +62,18 @@ def rehearsed(
     return rehearsal
 
 
-def followers_orders(rehearsal: Rehearsal) -> list[OrderAccepted]:
-    records = [entry.record for _, entry in rehearsal.entries]
-    return [record for record in records if isinstance(record, OrderAccepted) and record.step == 0]
-
-
 def test_a_queue_on_open_ground_starts(tmp_path: Path) -> None:
     assert rehearsed(tmp_path, QUEUE_OF_TWO).world.ending is Ending.ARRIVED
 
 
 @pytest.mark.parametrize("post", [(1.2, 0.0), (0.6, 0.0), (0.8, 0.12), (0.8, -0.225)])
-def test_a_post_on_or_beside_the_line_of_the_queue_stops_the_robot_behind_it(
+def test_who_has_a_post_on_or_beside_the_line_of_the_queue_goes_round_it(
     tmp_path: Path, post: tuple[float, float]
 ) -> None:
     rehearsal = rehearsed(tmp_path, QUEUE_OF_TWO, post)
-    checks = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, SegmentChecked)]
-    assert checks
-    assert not any(check.clear for check in checks)
-    assert followers_orders(rehearsal) == []
+    joined = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, RobotPlaced)]
+    assert [placed.rank for placed in joined] == [1]
+    assert rehearsal.world.ending is Ending.ARRIVED
 
 
 def test_a_post_beside_the_line_of_the_queue_with_room_enough_stops_nobody(tmp_path: Path) -> None:
@@ -88,25 +82,24 @@ def test_a_post_beside_the_line_of_the_queue_with_room_enough_stops_nobody(tmp_p
 
 def test_a_post_behind_the_leader_is_in_its_promise(tmp_path: Path) -> None:
     rehearsal = rehearsed(tmp_path, QUEUE_OF_TWO, (1.29, 0.0))
-    steps = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, StepPlanned)]
+    planned = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, StepPlanned)]
+    steps = [step for step in planned if step.epoch > 0]
     assert steps[0].promised_clearance_m == pytest.approx(0.31 - 0.05 - 0.1, abs=0.01)
 
 
 @pytest.mark.parametrize(
     "places",
     [
-        ((0.0, 0.0), (-0.26, 0.15), (-0.26, -0.15)),  # the second passes the third, which stands behind it
-        ((0.0, 0.0), (-0.26, 0.15), (-0.26, -0.15), (-0.6, -0.15)),
+        ((0.0, 0.0), (-0.3, 0.17), (-0.3, -0.17)),  # the second passes the third, which stands behind it
+        ((0.0, 0.0), (-0.3, 0.17), (-0.3, -0.17), (-0.7, -0.17)),
     ],
 )
-def test_from_places_through_which_no_strand_can_be_drawn_nobody_moves(
+def test_from_places_through_which_no_straight_strand_can_be_drawn_robots_join_at_others(
     tmp_path: Path, places: tuple[tuple[float, float], ...]
 ) -> None:
     rehearsal = rehearsed(tmp_path, places)
-    lost = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, RouteLost)]
-    assert rehearsal.world.ending is Ending.ROUTE_LOST
-    assert "from these places" in lost[0].reason
-    assert rehearsal.world.tally.switching_steps == 0
+    assert any(isinstance(entry.record, RobotPlaced) for _, entry in rehearsal.entries)
+    assert rehearsal.world.ending is Ending.ARRIVED
 
 
 def test_a_bent_queue_starts(tmp_path: Path) -> None:
