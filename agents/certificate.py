@@ -47,13 +47,14 @@ def scan_walls(view: View, mission: Mission, *, leave_out: Flags | None = None) 
     Where a direction is left out, so are the edges on both sides of it, but not their other ends.
     """
     edge, starts, ends, far = _pieces(view)
-    unsure = mission.range_error_m_max + mission.blind_per_range * far
+    blind_per_range = mission.blind_per_range_in(len(view.ranges_m))
+    unsure = mission.range_error_m_max + blind_per_range * far
     walls = Walls(starts, ends, mission.berth_m + unsure)
     if leave_out is None:
         return walls
     kept = ~(leave_out | np.roll(leave_out, -1))[edge]
     lone = ~leave_out & (np.roll(leave_out, 1) | np.roll(leave_out, -1))
-    lone_keep_m = mission.berth_m + mission.range_error_m_max + mission.blind_per_range * view.ranges_m[lone]
+    lone_keep_m = mission.berth_m + mission.range_error_m_max + blind_per_range * view.ranges_m[lone]
     return Walls.joined(
         Walls(walls.starts[kept], walls.ends[kept], walls.keep_m[kept]),
         Walls(view.points[lone], view.points[lone], lone_keep_m),

@@ -77,6 +77,10 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
         moved_m = WATCH_S * self.obstacle_speed_mps_max if self.obstacles_move else 0.0
         return self.robot_radius_m + max(self.epsilon_m, moved_m + self.mu0_m + self.range_error_m_max)
 
+    def blind_per_range_in(self, rays: int) -> float:
+        """How far an obstacle may reach unseen, per metre of range, in a scan of so many rays."""
+        return self.blind_per_range * self.directions * self.revolutions / rays
+
     @property
     def robot_keep_m(self) -> float:
         """Least distance between the centres of two robots that ground is granted for.
