@@ -28,7 +28,7 @@ Table = Annotated[
 ]
 
 
-SURE_BERTHS = 4.0
+SURE_BERTHS = 12.0
 """Where one revolution may miss thin obstacles so near, in least distances of a centre, more are taken."""
 
 
