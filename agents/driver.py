@@ -17,6 +17,8 @@ class Driver:
         self.progress_m = 0.0
         """Arc length of the path that has been driven; never shrinks."""
         self._odometry: Odometry | None = None
+        self._sent_to: tuple[Point, float] | None = None
+        """Where along the path the body was last sent: a stop on the way ends between here and there."""
         self._ordered_s = 0.0
         self._drive = Drive(
             number=0, basis_s=0.0, target=None, speed_mps=speed_mps, epoch=0, step=0, reach_m=0.0
@@ -52,15 +54,16 @@ class Driver:
         """Take in where the body is; the order in hand is confirmed as of now."""
         self._odometry = odometry
         self._drive = replace(self._drive, basis_s=odometry.t_s)
-        target, reach_m = self._drive.target, self._drive.reach_m
-        if target is None:
+        if self._sent_to is None:
             return
+        target, reach_m = self._sent_to
         remaining_m = math.hypot(target.x_m - odometry.pose.x_m, target.y_m - odometry.pose.y_m)
-        driven_m = reach_m if self.standing else reach_m - remaining_m
-        self.progress_m = max(self.progress_m, driven_m)
+        there = self.standing and self._drive.target is not None
+        self.progress_m = max(self.progress_m, reach_m if there else reach_m - remaining_m)
 
     def to(self, target: Point, *, reach_m: float, epoch: int, step: int = 0) -> None:
         """Drive straight to a point that lies `reach_m` along the path; straight on, if under way."""
+        self._sent_to = (target, reach_m)
         self._renew(target, reach_m=reach_m, epoch=epoch, step=step)
 
     def permit(self, until_s: float) -> None:
@@ -71,6 +74,7 @@ class Driver:
         """The strand has formed: what was driven until now was not on its path."""
         if self._drive.target is not None:
             self._renew(None, reach_m=progress_m, epoch=self._drive.epoch, step=0)
+        self._sent_to = None
         self.progress_m = progress_m
 
     def stand(self) -> None:
