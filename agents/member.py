@@ -39,7 +39,7 @@ RELEASE_SHARE = 0.9  # of the link's length: so that a robot at the limit does n
 GIVE_UP_S = 2.0  # somebody who walks by has gone by then
 PATIENCE_S = 30.0  # with what stands in all ways on: who walks to and fro has come and gone by then
 GROWN_M_MIN = 0.1  # of the path, worth telling
-SETTLED_S = 2.0  # the tail is heard within a heartbeat a robot; a strand that still moves shows it by then
+SETTLED_S = 2.0  # who moves is heard of within a heartbeat a robot; between two of them another has begun
 
 
 class Member:
@@ -84,9 +84,9 @@ class Member:
         commands += self._move(now_s)
         if self._mission.obstacles_move:
             commands += self._watch(now_s)
-        return commands + self.strand.tell(
-            Own(self._driver.progress_m, self._driver.odometry.pose, self._arrived), now_s
-        )
+        driver = self._driver
+        own = Own(driver.progress_m, driver.odometry.pose, driver.standing, self._arrived)
+        return commands + self.strand.tell(own, now_s)
 
     def _move(self, now_s: float) -> list[Command]:
         strand = self.strand
@@ -168,6 +168,8 @@ class Member:
             driver.stand()
             return self._reverse(cut_m=strand.back_by_m, back_by_m=0.0) if driver.standing else []
         if driver.standing and driver.progress_m >= strand.laid_m - THERE_M:
+            if strand.quiet_s(now_s) < SETTLED_S:
+                return []  # those behind are still on their way back
             strand.back_by_m = 0.0
             return self._lead(now_s)
         return self._drive_on(strand.laid_m, now_s, final=True)[0]

@@ -39,6 +39,7 @@ class Own:
 
     progress_m: float
     pose: Pose
+    stands: bool
     arrived: bool
 
 
@@ -116,7 +117,7 @@ class Strand:
         self._told_at_s = -float("inf")
         self._told: tuple[object, ...] = ()
         self._taken: tuple[object, ...] = ()
-        self._tail_moved_s = now_s
+        self._moved_s = now_s
 
     def reverse(self, reversal: Reversal) -> None:
         """Rule 4, for the robot that leads: have the strand turn round. It stands, and stays."""
@@ -195,8 +196,8 @@ class Strand:
         return grounds
 
     def quiet_s(self, now_s: float) -> float:
-        """How long the robots behind have not come on, as far as is known [s]."""
-        return now_s - self._tail_moved_s
+        """How long all robots behind have stood, as far as is known [s]. The tail moves last of all."""
+        return now_s - self._moved_s
 
     @property
     def keep_m(self) -> float:
@@ -263,6 +264,10 @@ class Strand:
     def _links(self) -> tuple[Link[AheadState] | None, Link[BehindState] | None]:
         return self.ahead, self.behind
 
+    @property
+    def _all_stand_behind(self) -> bool:
+        return self.behind is None or (self.behind.state is not None and self.behind.state.stand)
+
     def watch(self, now_s: float) -> list[Command]:
         """Rule 2: note which links have fallen silent."""
         commands: list[Command] = []
@@ -290,8 +295,8 @@ class Strand:
             case BehindState() as state if link is self.behind:
                 tail_m = self.tail_m
                 newer = self.behind.hear(state, heard.number, now_s)
-                if self.tail_m != tail_m:
-                    self._tail_moved_s = now_s
+                if self.tail_m != tail_m or not state.stand:
+                    self._moved_s = now_s
             case _:
                 return []
         if not (newer and link.silent):
@@ -363,5 +368,6 @@ class Strand:
             vertices=len(self.path),
             progress_m=own.progress_m,
             tail_progress_m=min(self.tail_m if self.behind else own.progress_m, own.progress_m),
+            stand=own.stands and self._all_stand_behind,
             pose=own.pose,
         )

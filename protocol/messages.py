@@ -107,6 +107,8 @@ class BehindState(Struct, frozen=True, kw_only=True, tag="behind"):
     """How many vertices of the path ahead are known: the acknowledgement."""
     progress_m: Length
     tail_progress_m: Length
+    stand: bool
+    """Whether it and all robots behind it stand, as far as is known."""
     pose: Pose
 
 

@@ -11,7 +11,9 @@ HERE = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
 
 
 def state(epoch: int, progress_m: float) -> BehindState:
-    return BehindState(epoch=epoch, vertices=1, progress_m=progress_m, tail_progress_m=0.0, pose=HERE)
+    return BehindState(
+        epoch=epoch, vertices=1, progress_m=progress_m, tail_progress_m=0.0, stand=True, pose=HERE
+    )
 
 
 @st.composite

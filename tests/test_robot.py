@@ -59,7 +59,7 @@ def scan_with_a_box_ahead(t_s: float, at: Pose) -> ScanHeard:
 
 def behind(number: int, *, progress_m: float = 0.0, vertices: int = 2) -> LinkHeard:
     state = BehindState(
-        epoch=1, vertices=vertices, progress_m=progress_m, tail_progress_m=progress_m, pose=BACK
+        epoch=1, vertices=vertices, progress_m=progress_m, tail_progress_m=progress_m, stand=True, pose=BACK
     )
     return LinkHeard(2, number, state)
 

@@ -33,8 +33,8 @@ def leading() -> Strand:
     return strand
 
 
-def own(progress_m: float, *, arrived: bool = False) -> Own:
-    return Own(progress_m, Pose(x_m=1.0 + progress_m, y_m=0.0, heading_rad=0.0), arrived)
+def own(progress_m: float, *, stands: bool = True, arrived: bool = False) -> Own:
+    return Own(progress_m, Pose(x_m=1.0 + progress_m, y_m=0.0, heading_rad=0.0), stands, arrived)
 
 
 def ahead(
@@ -62,11 +62,21 @@ def ahead(
 
 
 def behind(
-    *, epoch: int = 1, vertices: int = KNOWN, progress_m: float = 0.0, tail_m: float = 0.0
+    *,
+    epoch: int = 1,
+    vertices: int = KNOWN,
+    progress_m: float = 0.0,
+    tail_m: float = 0.0,
+    stand: bool = True,
 ) -> BehindState:
     """What a robot hears from the one behind."""
     return BehindState(
-        epoch=epoch, vertices=vertices, progress_m=progress_m, tail_progress_m=tail_m, pose=PLACES[2]
+        epoch=epoch,
+        vertices=vertices,
+        progress_m=progress_m,
+        tail_progress_m=tail_m,
+        stand=stand,
+        pose=PLACES[2],
     )
 
 
@@ -191,6 +201,20 @@ def test_a_robot_tells_both_neighbours_at_once_and_then_on_every_heartbeat() -> 
         for now_s in (0.0, 0.1, HEARTBEAT_S, HEARTBEAT_S + 0.1, 2.0 * HEARTBEAT_S)
     ]
     assert told_to == [[1, 3], [], [1, 3], [], [1, 3]]
+
+
+def test_a_strand_is_quiet_from_when_all_robots_behind_stand_and_the_tail_stays_where_it_is() -> None:
+    strand, middle = place(3), place(2)
+    told = []
+    for number, (now_s, tail_stands) in enumerate([(1.0, False), (2.0, True), (3.0, True)], start=1):
+        middle.hear(LinkHeard(1, number, behind(stand=tail_stands)), now_s)
+        state = told_ahead(middle.tell(own(1.0), now_s), 3)
+        strand.hear(LinkHeard(2, number, state), now_s)
+        told.append((state.stand, strand.quiet_s(now_s)))
+    assert told == [(False, 0.0), (True, 1.0), (True, 2.0)]
+    moving = told_ahead(middle.tell(own(1.1, stands=False), 4.0), 3)
+    strand.hear(LinkHeard(2, 4, moving), 4.0)
+    assert strand.quiet_s(4.5) == 0.5
 
 
 @pytest.mark.parametrize("news", ["grant", "vertex", "arrival"])

@@ -51,7 +51,7 @@ class Stage:
     def tell(self, robot: int) -> None:
         self._now_s += MISSION.heartbeat_s
         at = self.strands[robot].path.at(self.progress_m[robot])
-        own = Own(self.progress_m[robot], Pose(x_m=at.x_m, y_m=at.y_m, heading_rad=0.0), arrived=False)
+        own = Own(self.progress_m[robot], Pose(x_m=at.x_m, y_m=at.y_m, heading_rad=0.0), True, arrived=False)
         for command in self.strands[robot].tell(own, self._now_s):
             if isinstance(command, Tell):
                 self._numbers[robot, command.robot] += 1
