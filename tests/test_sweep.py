@@ -143,6 +143,19 @@ def test_all_headings_at_once_are_as_each_alone(motion: Motion) -> None:
     assert travel_m(motion.origin, headings, *wall).tolist() == pytest.approx(each, abs=ROUNDING_M)
 
 
+@pytest.mark.parametrize("turn_rad", np.linspace(-math.pi, math.pi, 25))
+@pytest.mark.parametrize("aim_rad", [-0.6, -0.2, 0.0, 0.2, 0.6])
+def test_what_is_in_the_way_is_so_wherever_it_lies(turn_rad: float, aim_rad: float) -> None:
+    start, end = 2.0 * _heading(turn_rad - 0.5), 2.5 * _heading(turn_rad + 0.5)
+    unturned = 2.0 * _heading(-0.5), 2.5 * _heading(0.5)
+    free, there = (
+        travel_m(np.zeros(2), _heading(bearing)[None, :], one[None], other[None], np.array([0.4]))[0]
+        for bearing, one, other in ((turn_rad + aim_rad, start, end), (aim_rad, *unturned))
+    )
+    assert there < 3.0
+    assert free == pytest.approx(there, abs=ROUNDING_M)
+
+
 def test_where_nothing_stands_there_is_no_end() -> None:
     none = np.empty((0, 2))
     assert travel_m(np.zeros(2), np.array([[1.0, 0.0]]), none, none, np.empty(0)).tolist() == [math.inf]
