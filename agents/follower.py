@@ -55,10 +55,10 @@ class Follower:
         least_m = THERE_M if final or reach_m == vertex_m else DRIVE_M_MIN
         return reach_m if reach_m - ordered_m > least_m else None
 
-    def turn_round(self, end_m: float, progress_m: float) -> None:
-        """The strand turns round: arc lengths count from `end_m` back; the robot stands at `progress_m`."""
-        until_m = max(self._clear_until_m, progress_m)
-        self._clear_from_m, self._clear_until_m = end_m - until_m, end_m - self._clear_from_m
+    def turn_round(self, *, cut_m: float, end_m: float, progress_m: float) -> None:
+        """The strand turns round: arc lengths count from `end_m` back to `cut_m`."""
+        from_m, until_m = max(self._clear_from_m, cut_m), max(self._clear_until_m, progress_m)
+        self._clear_from_m, self._clear_until_m = end_m - until_m, end_m - from_m
         self._checked_at_s = -math.inf
 
     def is_clear(self, reach_m: float) -> bool:

@@ -52,6 +52,16 @@ class CostToGo:
             best = np.minimum(best, cost + self.grid.cell_m * np.hypot(*(where - cell).T))
         return best
 
+    def place_at(self, cost_m: float) -> Floats | None:
+        """A place (2,) from which it costs so much, or the most there is; None where there is no other."""
+        cost = np.where(np.isfinite(self.cells), self.cells, -1.0)
+        enough = np.where(cost >= cost_m, cost, np.inf)
+        best = np.argmin(enough) if np.isfinite(enough).any() else np.argmax(cost)
+        if cost.flat[best] <= 0.0:
+            return None
+        cell = np.array(np.unravel_index(int(best), cost.shape), dtype=np.intp)
+        return np.asarray(self.grid.centres_of(cell[None])[0])
+
     def way_from(self, point: Floats, *, cells_max: int) -> Floats:
         """The beginning of the way (n, 2) down to the goal, cell by cell; empty where there is none."""
         x, y = np.clip(self.grid.cells_of(point[None])[0], 0, np.array(self.cells.shape) - 1).tolist()
@@ -86,6 +96,11 @@ class Map:
             self._lay(np.array(low), np.array(high))
         else:
             self._lay(start - self._margin_m, start + self._margin_m)
+
+    @property
+    def cell_m(self) -> float:
+        """How fine it is."""
+        return self._grid.cell_m
 
     def _lay(self, low: Floats, high: Floats) -> None:
         """Lay the grid over a rectangle, and all that is known onto it."""

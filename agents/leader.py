@@ -10,7 +10,7 @@ Rule 3: where only the strand itself is in the way, the leader waits until it ha
 Rule 4: a way that is not there is said (`NoStep`), never searched for by wandering.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -114,6 +114,23 @@ class Leader:
         self.steps += 1
         behind = on_ground(view.points, ground.behind, within_m=hull_reach_m)
         return self._record(step, sight, ground, behind, epoch)
+
+    def make_room(self, view: View, ground: Ground, *, epoch: int, room_m: float) -> StepPlanned | NoStep:
+        """The next step away, so that the robots behind can come so much further; along the shortest way."""
+        sight = look(view, self._mission)
+        walls = Walls.joined(scan_walls(view, self._mission), ground.walls, *self._bounds())
+        keep_m, cell_m = self._mission.robot_keep_m, self.map.cell_m
+        off_here = self.map.cost_to_go(view.position, tolerance_m=cell_m, taken=ground.taken, keep_m=keep_m)
+        place = off_here.place_at(room_m)
+        step = None
+        if place is not None:
+            off_place = self.map.cost_to_go(place, tolerance_m=cell_m, taken=ground.taken, keep_m=keep_m)
+            step = certified_step_to_goal(view, walls, off_place, gain_m=GAIN_M)
+        if step is None:
+            return NoStep("both ends of the strand are in dead ends, and neither can make room for the other")
+        self.steps += 1
+        behind = on_ground(view.points, ground.behind, within_m=self._mission.hull_reach_m)
+        return self._record(replace(step, cost_to_go_m=None), sight, ground, behind, epoch)
 
     def _bounds(self) -> list[Walls]:
         bounds = self._mission.bounds

@@ -3,7 +3,8 @@
 Rule 1: a robot stands while a link is silent, while it waits for the one behind it, and from when it has
         passed on that the strand turns round until it has.
 Rule 2: the first robot of the strand leads. Where its tail wants to come back, the first backs up along the
-        path that there is until the tail has, or until there is no more path: then it leads for good.
+        path that there is until the tail has. Where there is no more path it leads for good, if it knows
+        a way; else it makes room.
 Rule 3: where obstacles move, a robot looks while it drives (`agents.watch`).
 Rule 4: ground that a robot has driven or checked itself stays clear for it, whichever way it goes.
 """
@@ -38,6 +39,7 @@ from protocol.timeline import (
 RELEASE_SHARE = 0.9  # of the link's length: so that a robot at the limit does not stop and go
 GIVE_UP_S = 2.0  # somebody who walks by has gone by then
 PATIENCE_S = 30.0  # with what stands in all ways on: who walks to and fro has come and gone by then
+TURNS_MAX = 8  # with no step towards the goal between them
 GROWN_M_MIN = 0.1  # of the path, worth telling
 SETTLED_S = 2.0  # who moves is heard of within a heartbeat a robot; between two of them another has begun
 
@@ -55,6 +57,7 @@ class Member:
         self._handed = b""
         self._step: StepPlanned | None = None
         self._revolutions = mission.revolutions
+        self._turns = 0
         self._gives_up = False
         self._sure_at_s = self._looked_at_s = 0.0
         self._plans_again_s = 0.0
@@ -142,7 +145,8 @@ class Member:
         """Have the strand turn round; this robot leads it, and stands."""
         strand, end_m = self.strand, self._driver.progress_m
         seen = self._leader.map.packed() if self._leader is not None else self._handed
-        strand.reverse(Reversal(cut_m=cut_m, end_m=end_m, back_by_m=back_by_m, seen=seen))
+        self._turns += 1
+        strand.reverse(Reversal(cut_m=cut_m, end_m=end_m, back_by_m=back_by_m, turns=self._turns, seen=seen))
         return [Note(StrandReversed(epoch=strand.epoch, cut_m=cut_m, end_m=end_m, back_by_m=back_by_m))]
 
     def _turn_round(self, now_s: float, first: AheadState | None) -> list[Command]:
@@ -150,8 +154,10 @@ class Member:
         old, driver = self.strand, self._driver
         assert old.reversal is not None, "a strand turns round when all have been told"
         self.strand = old.turned_round(driver.progress_m, now_s, first)
-        self.follower.turn_round(old.reversal.end_m, driver.progress_m)
-        self._handed, self._held = old.reversal.seen, False
+        self.follower.turn_round(
+            cut_m=old.reversal.cut_m, end_m=old.reversal.end_m, progress_m=driver.progress_m
+        )
+        self._handed, self._held, self._turns = old.reversal.seen, False, old.reversal.turns
         driver.begin(self.strand.start_m)
         formed = StrandFormed(
             epoch=self.strand.epoch,
@@ -167,12 +173,14 @@ class Member:
         if strand.tail_m >= strand.back_by_m - THERE_M:
             driver.stand()
             return self._reverse(cut_m=strand.back_by_m, back_by_m=0.0) if driver.standing else []
-        if driver.standing and driver.progress_m >= strand.laid_m - THERE_M:
-            if strand.quiet_s(now_s) < SETTLED_S:
-                return []  # those behind are still on their way back
-            strand.back_by_m = 0.0
-            return self._lead(now_s)
-        return self._drive_on(strand.laid_m, now_s, final=True)[0]
+        step = self._step
+        if step is not None and step.epoch == strand.epoch:  # it makes room
+            under_way = not driver.standing or driver.progress_m < step.reach_m
+            return self._lead(now_s) if under_way else self._end_step()
+        if driver.standing and driver.progress_m >= strand.path.end_m - THERE_M:
+            # Those behind may still be on their way back.
+            return [] if strand.quiet_s(now_s) < SETTLED_S else self._plan(now_s)
+        return self._drive_on(strand.path.end_m, now_s, final=True)[0]
 
     # --- leading ------------------------------------------------------------------------------------
 
@@ -205,6 +213,7 @@ class Member:
         leader, strand = self._made_leader(), self.strand
         settled = strand.quiet_s(now_s) >= SETTLED_S
         if leader.is_done(self._position()):
+            strand.back_by_m = 0.0
             return [Note(GoalReached(**self._here())), *self._arrive()]
         if now_s < self._plans_again_s:
             return []
@@ -212,6 +221,11 @@ class Member:
         if scan is None:
             return self._senses.ask(now_s, revolutions=self._revolutions)
         planned = leader.plan(scan, strand.ground, epoch=strand.epoch, settled=settled)
+        if strand.back_by_m > 0.0 and isinstance(planned, StepPlanned):
+            strand.back_by_m = 0.0  # rule 2: from here it leads for good
+        elif strand.back_by_m > 0.0:
+            room_m = strand.back_by_m - strand.tail_m
+            planned = leader.make_room(scan, strand.ground, epoch=strand.epoch, room_m=room_m)
         self._revolutions = leader.closer if isinstance(planned, LookCloser) else self._mission.revolutions
         return self._carry_out(planned, now_s)
 
@@ -225,12 +239,16 @@ class Member:
                 self._plans_again_s = now_s + SETTLED_S
             case Crossed():
                 commands = [Note(GoalReached(**self._here())), *self._arrive()]
+            case DeadEnd() if self._turns >= TURNS_MAX:
+                self._lost = True
+                commands = [Note(RouteLost(reason="the strand has turned round too often in vain"))]
             case DeadEnd(back_to_m):
                 commands = self._reverse(cut_m=0.0, back_by_m=self.strand.path.end_m - back_to_m)
             case LookCloser():
                 commands = self._senses.ask(now_s, revolutions=self._revolutions)
             case StepPlanned():
                 self._stuck_at_s = np.inf
+                self._turns = self._turns if self.strand.back_by_m > 0.0 else 0
                 commands = self._begin(planned)
         return commands
 

@@ -154,8 +154,8 @@ class Strand:
             epoch=self.epoch + 1,
             back_by_m=self.reversal.back_by_m,
         )
-        if self.epoch > 1:  # the leg that the robot had when it last went this way
-            turned.own_leg_m = end_m - self.leg_back_m
+        # Nobody has driven from here to the robot ahead, but what was driven when it last went this way.
+        turned.own_leg_m = min(at.ahead_m, end_m - self.leg_back_m)
         turned.leg_back_m = end_m - self.own_leg_m
         return turned
 
@@ -221,7 +221,8 @@ class Strand:
             to_m=to_m,
             tail_m=self.tail_m,
             granted_m=self.granted_m,
-            keep_m=self.keep_m,
+            # The path of a step that kept just so far from granted ground is as far off as the drive was.
+            keep_m=self.keep_m - self._mission.mu0_m,
         )
 
     @property

@@ -72,6 +72,8 @@ class Reversal(Struct, frozen=True, kw_only=True):
     """Where the robot stands that leads now."""
     back_by_m: Length
     """How far the new tail wants to come back along the new path; 0: the new leader plans on its own."""
+    turns: Count
+    """How many there have been by now with no step towards the goal between them."""
     seen: Annotated[bytes, Meta(max_length=SEEN_BYTES_MAX)]
     """What the old leader's guidance remembers."""
 
