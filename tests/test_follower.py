@@ -182,3 +182,51 @@ def test_a_segment_is_clear_if_what_stands_beside_it_leaves_the_clearance(
 @pytest.mark.parametrize("law", [Law.PRINTED, Law.RESULTANT])
 def test_under_a_law_that_promises_nothing_robots_that_follow_do_not_sense(law: Law) -> None:
     assert Follower(under(law), start_m=0.0).is_clear(1000.0)
+
+
+# --- turned round -----------------------------------------------------------------------------------
+
+
+def test_ground_that_was_driven_or_checked_stays_clear_when_the_strand_turns_round() -> None:
+    follower = fresh()
+    assert check(follower).clear  # up to 3 m
+    follower.turn_round(cut_m=0.0, end_m=5.0, progress_m=1.0)
+    assert [follower.is_clear(reach_m) for reach_m in (4.0, 5.0, 5.1)] == [True, True, False]
+    follower.turn_round(cut_m=0.0, end_m=5.0, progress_m=5.0)
+    assert [follower.is_clear(reach_m) for reach_m in (1.0, 3.0, 3.1)] == [True, True, False]
+
+
+def test_what_a_leader_has_driven_is_clear_for_it_though_it_checked_nothing() -> None:
+    follower = Follower(MISSION, start_m=1.0)
+    follower.turn_round(cut_m=0.0, end_m=5.0, progress_m=5.0)
+    assert [follower.is_clear(reach_m) for reach_m in (4.0, 4.1)] == [True, False]
+
+
+def test_beyond_the_place_where_the_path_was_cut_nothing_is_clear_that_was_driven_before() -> None:
+    follower = fresh()
+    follower.turn_round(cut_m=0.0, end_m=5.0, progress_m=4.0)  # it drove the first 4 m of 5 m
+    follower.turn_round(cut_m=2.0, end_m=3.0, progress_m=2.5)  # 2 m of them are not on the new path
+    assert [follower.is_clear(reach_m) for reach_m in (0.5, 1.0, 1.1)] == [True, True, False]
+
+
+@given(st.lists(st.tuples(shares, shares, shares), min_size=1, max_size=5))
+def test_however_often_the_strand_turns_nothing_is_clear_that_is_not_on_what_was_driven(
+    turns: list[tuple[float, float, float]],
+) -> None:
+    # On a straight line: the world's x is what arc lengths count along, one way or the other.
+    follower = fresh()
+    at_x, sign, zero_x, driven = 0.0, 1.0, 0.0, (0.0, 0.0)
+    for end, own, cut in turns:
+        reach_m = sign * (at_x - zero_x)
+        at_x += sign * own
+        driven = (min(driven[0], at_x), max(driven[1], at_x))
+        progress_m = reach_m + own
+        end_m = progress_m + end
+        cut_m = cut * progress_m
+        follower.turn_round(cut_m=cut_m, end_m=end_m, progress_m=progress_m)
+        cut_x, zero_x, sign = zero_x + sign * cut_m, zero_x + sign * end_m, -sign
+        driven = (max(driven[0], cut_x), driven[1]) if sign < 0 else (driven[0], min(driven[1], cut_x))
+        for clear_m in (0.01 * step for step in range(600)):
+            if clear_m > sign * (at_x - zero_x) + 1e-6 and follower.is_clear(clear_m):
+                place_x = zero_x + sign * clear_m
+                assert driven[0] - 1e-5 <= place_x <= driven[1] + 1e-5
