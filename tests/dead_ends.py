@@ -52,8 +52,9 @@ def scene(
     time_s_max: float = 240.0,
 ) -> Scenario:
     """Robots queued behind `start`, that see 2 m far: less than any dead end here is deep."""
-    low_x, low_y, high_x, high_y = shapely.union_all(walls).bounds
-    margin_m = 3.0
+    queue = shapely.Point(start[0] - SPACING_M * robots, start[1])
+    low_x, low_y, high_x, high_y = shapely.union_all([*walls, queue]).bounds
+    margin_m = 1.0  # room for a way round
     raw: dict[str, Any] = {
         "name": "dead ends",
         "fleet": {
