@@ -178,7 +178,10 @@ class Leader:
             return bool(np.isfinite(self._cost_to_go(goal, taken).at(place[None])[0]))
 
         alone = Walls.joined(scan_walls(view, self._mission), *self._bounds())
-        if not len(ground.taken) or not has_way(view, alone, self._cost_to_go(goal, np.empty((0, 2)))):
+        cost_to_go = self._cost_to_go(goal, np.empty((0, 2)))
+        # What the leader has come along it can go back along, though hulls may stand all around it now.
+        come_m = cost_to_go.at(ground.path.between(0.0, ground.path.end_m))
+        if not len(ground.taken) or not (has_way(view, alone, cost_to_go) or np.isfinite(come_m).any()):
             return NoStep("no way to the goal is left in what is known")
         if not settled:
             return Wait()
