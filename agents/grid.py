@@ -1,15 +1,17 @@
 """A grid of square cells over the ground, as guidance uses it: distances into cells, and a graph of cells."""
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from protocol.arrays import Flags, Floats, Indices, distances_to_segments
 
 FINE = 4  # two points in one of so many parts of a cell, each way, tell guidance the same
-NEIGHBOURS = ((0, 1), (1, 0), (1, 1), (1, -1))  # each pair of cells once; the graph is undirected
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,14 +54,19 @@ class Grid:
         return np.asarray(part[:, 0] * (self.shape[1] * FINE + 1) + part[:, 1])
 
     def lower_around(self, room: Floats, points: Floats, *, reach_m: float, less_m: float) -> None:
-        """Make `room` in cells no more than the distance to any of the points (n, 2), less so much."""
-        span = np.arange(-int(reach_m / self.cell_m) - 1, int(reach_m / self.cell_m) + 2)
-        offset = np.stack(np.meshgrid(span, span, indexing="ij"), axis=-1).reshape(-1, 2)
-        offset = offset[np.hypot(*offset.T) * self.cell_m <= reach_m + self.cell_m]
-        cells = self.cells_of(points)[:, None, :] + offset[None, :, :]
-        apart_m = np.hypot(*np.moveaxis(self.centres_of(cells) - points[:, None, :], -1, 0))
-        inside = ((cells >= 0) & (cells < self.shape)).all(axis=-1)
-        np.minimum.at(room, (cells[inside][:, 0], cells[inside][:, 1]), apart_m[inside] - less_m)
+        """Make `room` in cells no more than the distance to any of the points (n, 2) on it, less so much."""
+        reach = int(reach_m / self.cell_m + 0.5)  # in cells: of none further off is the middle within reach
+        around = np.arange(-reach, reach + 1)
+        cells = self.cells_of(points)
+        off_m = self.low + (cells + 0.5) * self.cell_m - points
+        across_m2, up_m2 = (off_m.T[:, :, None] + around * self.cell_m) ** 2
+        apart_m = np.sqrt(across_m2[:, :, None] + up_m2[:, None, :])
+        # With so many rows and columns around it nothing has to be cut off.
+        wide = np.pad(room, reach, constant_values=np.inf)
+        first = (cells + reach) @ (wide.shape[1], 1)
+        steps = around[:, None] * wide.shape[1] + around
+        np.minimum.at(wide.reshape(-1), (first[:, None, None] + steps).ravel(), (apart_m - less_m).ravel())
+        room[:] = wide[reach : reach + self.shape[0], reach : reach + self.shape[1]]
 
     def off_line(self, corners: Floats, *, reach_m: float) -> Floats:
         """Distance of each cell's middle from a polyline (n, 2); infinite beyond reach."""
@@ -81,23 +88,28 @@ class Grid:
         )
         return np.asarray(np.minimum.outer(*ends))
 
-    def graph(self, is_open: Flags, price: Floats) -> csr_array:
-        """The open cells as an undirected graph: each with its neighbours, at the mean price of both."""
-        index = np.arange(is_open.size, dtype=np.int32).reshape(self.shape)
-        rows, columns, costs = [], [], []
-        for dx, dy in NEIGHBOURS:
-            here, there = _shifted(self.shape, dx, dy)
-            both = is_open[here] & is_open[there]
-            rows.append(index[here][both])
-            columns.append(index[there][both])
-            costs.append((np.hypot(dx, dy) * self.cell_m / 2.0) * (price[here] + price[there])[both])
-        ends = (np.concatenate(rows), np.concatenate(columns))
-        return csr_array((np.concatenate(costs), ends), shape=(is_open.size, is_open.size))
 
+@dataclass(frozen=True, slots=True)
+class Lattice:
+    """The cells of a grid as a graph, whatever they cost: each is joined to the eight around it."""
 
-def _shifted(shape: tuple[int, int], dx: int, dy: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
-    """The cells that have a neighbour at (dx, dy), and those neighbours."""
-    width, height = shape
-    here_y = slice(max(-dy, 0), height - max(dy, 0))
-    there_y = slice(max(dy, 0), height - max(-dy, 0))
-    return (slice(0, width - dx), here_y), (slice(dx, width), there_y)
+    joined: NDArray[np.int32]
+    """The flat indices (cells, 8) of those; beyond the border a cell is joined to itself."""
+    half_m: Floats
+    """Half the way to each (8,)."""
+
+    @classmethod
+    def of(cls, grid: Grid) -> "Lattice":
+        """The lattice of a grid."""
+        cells = np.arange(math.prod(grid.shape), dtype=np.int32)
+        wide = np.pad(cells.reshape(grid.shape), 1, constant_values=-1)
+        around = np.delete(sliding_window_view(wide, (3, 3)).reshape(-1, 9), 4, axis=1)
+        off_m = np.delete(np.hypot(*(np.indices((3, 3)) - 1)).ravel(), 4) * grid.cell_m
+        return cls(np.where(around < 0, cells[:, None], around), off_m / 2.0)
+
+    def priced(self, price: Floats) -> csr_array:
+        """Each cell joined to its neighbours at the mean price of both; infinite is that of closed cells."""
+        flat = price.reshape(-1)
+        costs = (flat[:, None] + flat[self.joined]) * self.half_m
+        first = np.arange(0, costs.size + 1, len(self.half_m), dtype=np.int32)
+        return csr_array((costs.reshape(-1), self.joined.reshape(-1), first), shape=(flat.size, flat.size))

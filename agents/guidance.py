@@ -13,9 +13,10 @@ import zlib
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from agents.grid import Grid
+from agents.grid import Grid, Lattice
 from agents.scan import View
 from protocol.arrays import Flags, Floats, Indices
 from protocol.messages import SEEN_BYTES_MAX
@@ -29,6 +30,8 @@ DOUBT = 20.0  # where it may be closed: 5 m of a detour are better than to be tu
 SPOT_BERTHS = 0.5  # of a spot that is closed: more than the cells of a gap that were open in doubt
 PACKED_M = 0.005  # what a place that is handed on is rounded to: a tenth of a cell
 PLACES_MAX = 200_000  # that are unpacked
+COST_M_MAX = 1e9  # beyond any way; what is joined at an infinite cost is not even looked at
+DETOUR = 1.3  # times the straight line, at most, is what most ways cost: all of 26 on BARN
 FELT_CELLS = 4.0  # so near to closed ground: enough to be felt, too little to close a way
 
 
@@ -41,15 +44,15 @@ class CostToGo:
 
     def at(self, points: Floats) -> Floats:
         """Cost-to-go at points (n, 2): over the best of the four cells around; infinite among closed ones."""
-        where = (points - self.grid.low) / self.grid.cell_m - 0.5
-        first = np.floor(where).astype(np.intp)
+        wide = np.pad(self.cells, 2, constant_values=np.inf)  # so that off the grid all four cells are closed
+        where = (points - self.grid.low) / self.grid.cell_m + 1.5
+        first = np.clip(np.floor(where).astype(np.intp), 0, np.array(self.cells.shape) + 2)
+        x, y = (where - first).T
+        flat, index = wide.reshape(-1), first @ (wide.shape[1], 1)
         best = np.full(len(points), np.inf)
-        for corner in ((0, 0), (0, 1), (1, 0), (1, 1)):
-            cell = first + corner
-            inside = ((cell >= 0) & (cell < self.cells.shape)).all(axis=1)
-            cost = np.full(len(points), np.inf)
-            cost[inside] = self.cells[cell[inside, 0], cell[inside, 1]]
-            best = np.minimum(best, cost + self.grid.cell_m * np.hypot(*(where - cell).T))
+        for dx, dy in ((0, 0), (0, 1), (1, 0), (1, 1)):
+            off_m = self.grid.cell_m * np.sqrt((x - dx) ** 2 + (y - dy) ** 2)
+            best = np.minimum(best, flat[index + (dx * wide.shape[1] + dy)] + off_m)
         return best
 
     def place_at(self, cost_m: float) -> Floats | None:
@@ -105,6 +108,7 @@ class Map:
     def _lay(self, low: Floats, high: Floats) -> None:
         """Lay the grid over a rectangle, and all that is known onto it."""
         self._grid = Grid.over(low, high, self._cell_m, cells_max=CELLS_MAX)
+        self._lattice = Lattice.of(self._grid)
         self._room = np.full(self._grid.shape, np.inf)
         if self._bounded:
             self._room = self._grid.off_border() - self._keep_in_m
@@ -156,7 +160,13 @@ class Map:
         self._grid.lower_around(self._room, points, reach_m=reach_m, less_m=keep_m)
 
     def cost_to_go(
-        self, goal: Floats, *, tolerance_m: float, taken: Floats | None = None, keep_m: float = 0.0
+        self,
+        goal: Floats,
+        *,
+        tolerance_m: float,
+        taken: Floats | None = None,
+        keep_m: float = 0.0,
+        origin: Floats | None = None,
     ) -> CostToGo:
         """Cost from everywhere to the goal. Where that is closed, open ground within its tolerance will do.
 
@@ -165,6 +175,7 @@ class Map:
             tolerance_m: how near is near enough.
             taken: a polyline (n, 2) of ground that other robots take up.
             keep_m: least distance of the centre from that.
+            origin: where costs are compared with that of (2,); what costs more may be left out, as infinite.
         """
         if not self._bounded:
             self._reach_out_to(goal[None])
@@ -176,17 +187,26 @@ class Map:
         if len(sources) == 0:
             return CostToGo(self._grid, np.full(room.shape, np.inf))
         price = 1.0 + COMFORT * np.clip(1.0 - room / (FELT_CELLS * cell_m), 0.0, 1.0) + DOUBT * (room < 0.0)
-        cost = dijkstra(self._grid.graph(is_open, price), directed=False, indices=sources, min_only=True)
-        return CostToGo(self._grid, np.asarray(cost.reshape(room.shape)))
+        graph = self._lattice.priced(np.where(is_open, price, np.inf))
+        if origin is not None:
+            limit_m = DETOUR * float(np.hypot(*(goal - origin)))
+            cost = self._flooded(graph, sources, limit_m)
+            if cost.at(origin[None])[0] <= limit_m:
+                return cost
+        return self._flooded(graph, sources, COST_M_MAX)
+
+    def _flooded(self, graph: csr_array, sources: Indices, limit_m: float) -> CostToGo:
+        cost = dijkstra(graph, indices=sources, min_only=True, limit=limit_m)
+        return CostToGo(self._grid, np.asarray(cost.reshape(self._grid.shape)))
 
     def _sources(self, is_open: Flags, goal: Floats, tolerance_m: float) -> Indices:
         """The open cells at the goal; where it is closed, those within its tolerance."""
-        cells = np.argwhere(is_open)
-        off_goal = np.hypot(*(self._grid.centres_of(cells) - goal).T)
-        near = off_goal <= self._grid.cell_m
+        reach_m = max(tolerance_m, self._grid.cell_m)
+        off_goal_m = np.where(is_open, self._grid.off_line(np.stack([goal, goal]), reach_m=reach_m), np.inf)
+        near = off_goal_m <= self._grid.cell_m
         if not near.any():
-            near = off_goal <= tolerance_m
-        return np.asarray(np.ravel_multi_index(tuple(cells[near].T), self._grid.shape))
+            near = off_goal_m <= tolerance_m
+        return np.flatnonzero(near)
 
     def packed(self) -> bytes:
         """What has been seen, for another robot's map: as many places as a message holds."""

@@ -147,7 +147,7 @@ class Leader:
         for _ in range(SPOTS_MAX):
             if step is not None:
                 return step
-            cost_to_go = self._cost_to_go(goal, ground.taken)
+            cost_to_go = self._cost_to_go(goal, ground.taken, origin=view.position)
             step = certified_step_to_goal(view, walls, cost_to_go, gain_m=GAIN_M)
             if step is not None:
                 return step
@@ -158,9 +158,9 @@ class Leader:
             self._close(view, walls, cost_to_go)
         return NoStep("no certified step comes nearer to the goal")
 
-    def _cost_to_go(self, goal: Floats, taken: Floats) -> CostToGo:
+    def _cost_to_go(self, goal: Floats, taken: Floats, *, origin: Floats | None = None) -> CostToGo:
         tolerance_m, keep_m = self._mission.goal_tolerance_m, self._mission.robot_keep_m
-        return self.map.cost_to_go(goal, tolerance_m=tolerance_m, taken=taken, keep_m=keep_m)
+        return self.map.cost_to_go(goal, tolerance_m=tolerance_m, taken=taken, keep_m=keep_m, origin=origin)
 
     def _close(self, view: View, walls: Walls, cost_to_go: CostToGo) -> None:
         """Close the narrowest spot of the way where the certificate refuses it."""

@@ -1,13 +1,14 @@
 import math
+from itertools import permutations
 
 import numpy as np
 import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse.csgraph import connected_components, dijkstra
 
-from agents.grid import FINE, Grid
+from agents.grid import FINE, Grid, Lattice
 from protocol.arrays import Floats
 
 CELL_M = 0.1
@@ -59,9 +60,9 @@ def test_room_is_never_more_than_the_distance_to_any_point_and_exact_within_reac
     points: Floats, reach_m: float, less_m: float
 ) -> None:
     of = grid()
-    room = np.full(of.shape, np.inf)
+    points, room = points[of.has(points)], np.full(of.shape, np.inf)
     of.lower_around(room, points, reach_m=reach_m, less_m=less_m)
-    off_m = np.hypot(*np.moveaxis(middles(of)[:, :, None] - points, -1, 0)).min(axis=-1)
+    off_m = np.hypot(*np.moveaxis(middles(of)[:, :, None] - points, -1, 0)).min(axis=-1, initial=np.inf)
     near = off_m <= reach_m
     assert room[near] == pytest.approx(off_m[near] - less_m, abs=ROUNDING_M)
     assert (room >= off_m - less_m - ROUNDING_M).all()
@@ -72,6 +73,7 @@ def test_room_only_ever_shrinks_and_the_order_of_points_does_not_matter(
     one: Floats, other: Floats, reach_m: float
 ) -> None:
     of = grid()
+    one, other = one[of.has(one)], other[of.has(other)]
     there, back = np.full(of.shape, np.inf), np.full(of.shape, np.inf)
     of.lower_around(there, one, reach_m=reach_m, less_m=0.0)
     before = there.copy()
@@ -112,26 +114,24 @@ def test_the_distance_off_the_border_is_that_of_the_nearest_side() -> None:
 def test_open_cells_are_joined_to_their_open_neighbours_and_to_no_others(open_or_not: list[bool]) -> None:
     of = Grid(LOW, (6, 5), CELL_M)
     is_open = np.array(open_or_not).reshape(of.shape)
-    graph = of.graph(is_open, np.full(of.shape, 2.0)).toarray()
-    graph = graph + graph.T
-    for one in np.ndindex(of.shape):
-        for other in np.ndindex(of.shape):
-            apart = np.abs(np.subtract(one, other))
-            joined = apart.max() == 1 and is_open[one] and is_open[other]
-            cost = 2.0 * CELL_M * math.hypot(*apart) if joined else 0.0
-            found = graph[np.ravel_multi_index(one, of.shape), np.ravel_multi_index(other, of.shape)]
-            assert found == pytest.approx(cost)
+    graph = Lattice.of(of).priced(np.where(is_open, 2.0, np.inf)).toarray()
+    for one, other in permutations(np.ndindex(of.shape), 2):
+        apart = np.abs(np.subtract(one, other))
+        joined = apart.max() == 1 and is_open[one] and is_open[other]
+        found = graph[np.ravel_multi_index(one, of.shape), np.ravel_multi_index(other, of.shape)]
+        assert (0.0 < found < math.inf) == joined
+        assert not joined or found == pytest.approx(2.0 * CELL_M * math.hypot(*apart))
 
 
 def test_a_step_between_two_cells_costs_the_mean_of_their_prices() -> None:
     of = Grid(LOW, (2, 1), CELL_M)
-    graph = of.graph(np.ones((2, 1), dtype=np.bool_), np.array([[1.0], [4.0]])).toarray()
-    assert graph.sum() == pytest.approx(2.5 * CELL_M)
+    cost_m = dijkstra(Lattice.of(of).priced(np.array([[1.0], [4.0]])))
+    assert cost_m == pytest.approx(np.array([[0.0, 2.5 * CELL_M], [2.5 * CELL_M, 0.0]]))
 
 
 def test_a_grid_without_walls_is_one_piece() -> None:
     of = grid()
-    graph = of.graph(np.ones(of.shape, dtype=np.bool_), np.ones(of.shape))
+    graph = Lattice.of(of).priced(np.ones(of.shape))
     assert connected_components(graph, directed=False)[0] == 1
 
 

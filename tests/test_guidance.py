@@ -133,6 +133,26 @@ def test_cells_nearer_to_a_hit_than_the_robot_may_come_are_closed_and_dear_by_ha
     assert (cost.cells[doubtful] - around[doubtful] >= DOUBT * CELL_M / 2.0).all()
 
 
+@given(hits, inside.map(np.array))
+def test_from_an_origin_everything_that_costs_no_more_than_there_has_its_cost(
+    hit_points: Floats, origin: Floats
+) -> None:
+    region = map_of(hit_points)
+    everywhere, asked = cost_of(region), region.cost_to_go(GOAL, tolerance_m=0.0, origin=origin)
+    there_m = cost_at(everywhere, origin)
+    assert cost_at(asked, origin) == there_m
+    near = everywhere.cells <= there_m
+    assert (asked.cells[near] == everywhere.cells[near]).all()
+    assert (np.isinf(asked.cells) | (asked.cells == everywhere.cells)).all()
+
+
+def test_from_an_origin_a_way_round_is_found_however_much_longer_it_is() -> None:
+    region = map_of(wall(door_m=(0.3, 0.8)))
+    origin = np.array([0.6, -1.5])
+    cost_m = cost_at(region.cost_to_go(np.array([1.4, -1.5]), tolerance_m=0.0, origin=origin), origin)
+    assert 3.5 < cost_m < math.inf
+
+
 def test_ground_that_nobody_has_seen_is_free() -> None:
     cost = cost_of(map_of(np.empty((0, 2))))
     assert cost_at(cost, GOAL) == pytest.approx(0.0, abs=2.0 * CELL_M)
