@@ -8,6 +8,7 @@ import json
 
 import click
 
+from lab.bench_verb import bench
 from lab.campaign_verb import campaign
 from lab.field_verb import field
 from lab.log_verbs import log
@@ -45,7 +46,7 @@ def schema() -> None:
     click.echo(json.dumps(scenario_schema(), indent=2))
 
 
-for _verb in (rehearse, campaign, field, log):
+for _verb in (rehearse, campaign, field, bench, log):
     main.add_command(_verb)
 
 

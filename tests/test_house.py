@@ -29,7 +29,13 @@ ONLY_IN = {
         "protocol/zenoh_transport.py",
         "world/shell.py",
     },
-    "time": {"agents/shell.py", "lab/campaign_episode.py", "lab/rehearse.py", "world/shell.py"},
+    "time": {
+        "agents/shell.py",
+        "lab/bench_verb.py",
+        "lab/campaign_episode.py",
+        "lab/rehearse.py",
+        "world/shell.py",
+    },
     "datetime": {
         "lab/campaign_verb.py",
         "lab/prepare.py",

@@ -1,0 +1,88 @@
+"""`clew bench`: how long things take. A shell: it has the clocks."""
+
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import click
+import msgspec
+from rich.console import Console
+from rich.table import Table
+
+from lab.bench import PlanFigures, Sample, figures, samples
+from lab.campaign_scenes import find_scenes
+from lab.field import Field, Kind, scene
+from lab.options import AS_JSON
+from protocol.errors import UsageError
+from world.reading import understand
+from world.scenario import Scenario, load
+from world.scene import as_scenario
+
+FIELD_SEED = 1  # of the fields that are measured where no scenes are named
+
+
+@click.group()
+def bench() -> None:
+    """Measure how long things take, on this machine."""
+
+
+@bench.command()
+@click.option(
+    "--scenes",
+    "roots",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    help="Folder or file; may be repeated. Default: a field of each kind, as `clew field` makes it.",
+)
+@AS_JSON
+def plan(roots: tuple[Path, ...], *, as_json: bool) -> None:
+    """Rehearse scenes and time every plan that their leaders make, in all and by part.
+
+    Beside them stands what a textbook planner takes on the same scans: a distance transform, and Dijkstra's
+    algorithm over all open cells of a grid as fine as the leader's. It certifies nothing.
+    """
+    names: list[str] = []
+    measured: list[Sample] = []
+    for name, scenario in _asked(roots) if roots else _fields():
+        if scenario.mission().goal is None:
+            raise UsageError(f"{name}: has no goal, and the textbook planner needs one")
+        names.append(name)
+        measured += samples(scenario, cpu=time.process_time, wall=time.perf_counter)
+        click.echo(f"{name}: {len(measured)} plans so far", err=True)
+    if not measured:
+        raise UsageError(f"no leader made a plan in {', '.join(names)}")
+    found = figures(names, measured)
+    if as_json:
+        click.echo(msgspec.json.format(msgspec.json.encode(found)).decode())
+    else:
+        _print(found)
+
+
+def _asked(roots: Sequence[Path]) -> Iterator[tuple[str, Scenario]]:
+    for found in find_scenes(roots, None):
+        yield str(found.path), load(str(found.path))
+
+
+def _fields() -> Iterator[tuple[str, Scenario]]:
+    for kind in Kind:
+        name = f"field {kind} --seed {FIELD_SEED}"
+        field = scene(Field(kind=kind, seed=FIELD_SEED))
+        yield name, understand(as_scenario(field, name), Scenario, name)
+
+
+def _print(found: PlanFigures) -> None:
+    table = Table(title=f"{found.plans} plans of {len(found.scenes)} scenes [ms]")
+    table.add_column("")
+    for column in ("median", "90 %", "longest"):
+        table.add_column(column, justify="right")
+    parts = {f"  {part}": spread for part, spread in found.parts_cpu.items()}
+    rows = {
+        "plan, wall": found.plan_wall,
+        "plan, CPU": found.plan_cpu,
+        **parts,
+        "textbook, CPU": found.textbook_cpu,
+    }
+    for name, spread in rows.items():
+        table.add_row(name, f"{spread.median_ms:.2f}", f"{spread.p90_ms:.2f}", f"{spread.max_ms:.2f}")
+    Console().print(table)
+    click.echo(f"A plan takes {found.ratio:.2f} times as long as the textbook planner's, in the median.")
