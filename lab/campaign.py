@@ -34,6 +34,7 @@ class Request:
     robots: int | None
     seeds: tuple[int, ...]
     law: str | None
+    deployment: str | None
     tight: float | None
     jobs: int
     out: Path
@@ -49,6 +50,7 @@ class Campaign(Struct, frozen=True, kw_only=True):
     robots: int | None
     seeds: tuple[int, ...]
     law: str | None
+    deployment: str | None
     tight: float | None
     source_hash: str
     episodes_asked: int
@@ -110,23 +112,25 @@ def _episodes(request: Request, source_hash: str) -> Iterator[Episode]:
     for found in find_scenes(request.roots, request.robots):
         scene = found
         if request.tight is not None:
-            scene = tighten(found, request.tight, request.out / SCENES_FOLDER)
+            scene = tighten(found, request.tight, request.out / SCENES_FOLDER, request.deployment)
         for seed in request.seeds:
             yield Episode(
-                key=_key(scene, seed, request.law, source_hash),
+                key=_key(scene, seed, request, source_hash),
                 path=str(scene.path),
                 family=scene.family,
                 seed=seed,
                 robots=scene.robots,
                 robots_left_out=scene.robots_left_out,
                 law=request.law,
+                deployment=request.deployment,
                 widest_path_radius_m=scene.widest_path_radius_m,
                 wall_s_max=request.wall_s_max,
             )
 
 
-def _key(scene: Scene, seed: int, law: str | None, source_hash: str) -> str:
-    said = msgspec.json.encode([scene.family, scene.path.stem, seed, scene.robots, law, source_hash])
+def _key(scene: Scene, seed: int, request: Request, source_hash: str) -> str:
+    options = [seed, scene.robots, request.law, request.deployment]
+    said = msgspec.json.encode([scene.family, scene.path.stem, *options, source_hash])
     return blake2b(scene.path.read_bytes() + said, digest_size=16).hexdigest()
 
 
@@ -168,6 +172,7 @@ def _sum_up(
         robots=request.robots,
         seeds=request.seeds,
         law=request.law,
+        deployment=request.deployment,
         tight=request.tight,
         source_hash=source_hash,
         episodes_asked=len(episodes),

@@ -52,6 +52,7 @@ class Episode(Struct, frozen=True, kw_only=True):
     robots: int | None
     robots_left_out: int
     law: str | None
+    deployment: str | None
     widest_path_radius_m: float | None
     wall_s_max: float
 
@@ -60,7 +61,8 @@ class Episode(Struct, frozen=True, kw_only=True):
         """The command line that does the same alone."""
         robots = "" if self.robots is None else f" -n {self.robots}"
         law = "" if self.law is None else f" --law {self.law}"
-        return f"./launch/clew rehearse {self.path}{robots}{law} --seed {self.seed}"
+        deployment = "" if self.deployment is None else f" --deployment {self.deployment}"
+        return f"./launch/clew rehearse {self.path}{robots}{law}{deployment} --seed {self.seed}"
 
 
 class Outcome(Struct, frozen=True, kw_only=True):
@@ -114,7 +116,13 @@ def play(episode: Episode) -> Outcome:
     rehearsal: Rehearsal | None = None
     try:
         with _wall_clock_limit(episode.wall_s_max):
-            scenario = load(episode.path, robots=episode.robots, law=episode.law)
+            scenario = load(
+                episode.path,
+                robots=episode.robots,
+                law=episode.law,
+                deployment=episode.deployment,
+                seed=episode.seed,
+            )
             rehearsal = Rehearsal(scenario, episode.seed, NetworkFaults())
             rehearsal.run()
     except _OutOfTimeError:

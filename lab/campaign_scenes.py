@@ -46,7 +46,7 @@ def find_scenes(roots: Sequence[Path], robots: int | None) -> list[Scene]:
     return scenes
 
 
-def tighten(scene: Scene, share: float, folder: Path) -> Scene:
+def tighten(scene: Scene, share: float, folder: Path, deployment: str | None) -> Scene:
     """The scene with a robot for which `r + epsilon` is this share of the widest path, written to the folder.
 
     Where the queue of robots at the start does not fit any more, the scene has fewer of them.
@@ -62,7 +62,7 @@ def tighten(scene: Scene, share: float, folder: Path) -> Scene:
     radius_m = tight_radius_m(share * scene.widest_path_radius_m)
     path.write_bytes(msgspec.json.encode({**raw, "robot_radius": radius_m}))
     asked = scene.robots or ROBOTS
-    robots = next((robots for robots in range(asked, 0, -1) if _is_taken(path, robots)), asked)
+    robots = next((robots for robots in range(asked, 0, -1) if _is_taken(path, robots, deployment)), asked)
     return replace(scene, path=path, robots=robots, robots_left_out=asked - robots)
 
 
@@ -115,10 +115,10 @@ def _widest_m(raw: dict[str, Any]) -> float | None:
     return float(widest_m) if isinstance(widest_m, int | float) else None
 
 
-def _is_taken(path: Path, robots: int) -> bool:
+def _is_taken(path: Path, robots: int, deployment: str | None) -> bool:
     """Whether the loader takes it. If it takes no number of robots, the episode will say why."""
     try:
-        load(str(path), robots=robots)
+        load(str(path), robots=robots, deployment=deployment)
     except UsageError:
         return False
     return True

@@ -13,7 +13,7 @@ from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedC
 
 from lab.campaign import CAMPAIGN_FILE, Campaign, Request, cores, run
 from lab.campaign_figures import table
-from lab.options import AS_JSON, LAW, ROBOTS
+from lab.options import AS_JSON, DEPLOYMENT, LAW, ROBOTS
 from lab.run_folder import RUNS
 from protocol.exit_codes import ExitCode
 from world.options import SEED_MAX
@@ -48,6 +48,7 @@ def _seeds(_ctx: click.Context, _param: click.Parameter, said: str) -> tuple[int
 @click.option("--robots", type=ROBOTS, help="Robots, instead of each scenario's (of a scene: 5).")
 @click.option("--seeds", callback=_seeds, default="1", show_default=True, help="Like 1, 1-3 or 1,4-6.")
 @LAW
+@DEPLOYMENT
 @click.option(
     "--tight",
     type=click.FloatRange(0.0, 2.0, min_open=True),
@@ -72,6 +73,7 @@ def campaign(
     robots: int | None,
     seeds: tuple[int, ...],
     law: str | None,
+    deployment: str | None,
     tight: float | None,
     jobs: int | None,
     out: Path | None,
@@ -87,6 +89,7 @@ def campaign(
         robots=robots,
         seeds=seeds,
         law=law,
+        deployment=deployment,
         tight=tight,
         jobs=jobs or cores(),
         out=out or RUNS / f"campaign-{datetime.now(UTC):%Y%m%dT%H%M%SZ}",

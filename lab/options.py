@@ -4,11 +4,16 @@ import click
 
 from protocol.frames import ROBOTS_MAX
 from protocol.mission import Law
-from world.options import SEED_MAX
+from world.options import DEPLOYMENTS, SEED_MAX
 
 AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON, for programs.")
 LAW = click.option(
     "--law", type=click.Choice([law.value for law in Law]), help="The law, instead of the scenario's."
+)
+DEPLOYMENT = click.option(
+    "--deployment",
+    type=click.Choice(DEPLOYMENTS),
+    help="Free places drawn by the seed, instead of the scenario's.",
 )
 ROBOTS = click.IntRange(1, ROBOTS_MAX)
 SEED = click.IntRange(0, SEED_MAX)

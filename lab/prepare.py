@@ -55,7 +55,13 @@ def prepare(request: Request, private: Path) -> list[str]:
     Raises:
         UsageError: the run cannot go as it is asked for.
     """
-    scenario = load(request.scenario, robots=request.robots, law=request.law)
+    scenario = load(
+        request.scenario,
+        robots=request.robots,
+        law=request.law,
+        deployment=request.deployment,
+        seed=request.seed,
+    )
     now, token = datetime.now(UTC), secrets.token_hex(2)
     robots = scenario.mission().robots
     write_sessions(

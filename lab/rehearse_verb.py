@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from lab import timeline
-from lab.options import AS_JSON, LAW, ROBOTS, SEED
+from lab.options import AS_JSON, DEPLOYMENT, LAW, ROBOTS, SEED
 from lab.rehearse import rehearse as rehearse_into
 from lab.report import report
 from lab.run_folder import RUNS, folder_name, make_folder, make_latest
@@ -20,6 +20,7 @@ from world.verdict import VERDICT_FILE
 @click.option("-n", "robots", type=ROBOTS, help="Robots, instead of the scenario's.")
 @click.option("--seed", type=SEED, default=1, show_default=True, help="Decides every random draw.")
 @LAW
+@DEPLOYMENT
 @click.option("--out", type=click.Path(path_type=Path), help="The run's folder; default: a new one in runs/.")
 @AS_JSON
 @click.pass_context
@@ -30,6 +31,7 @@ def rehearse(
     robots: int | None,
     seed: int,
     law: str | None,
+    deployment: str | None,
     out: Path | None,
     as_json: bool,
 ) -> None:
@@ -37,7 +39,7 @@ def rehearse(
 
     SCENARIO is what launch/fleet.sh takes, and so are the run's folder, the report and the exit code.
     """
-    loaded = load(scenario, robots=robots, law=law)
+    loaded = load(scenario, robots=robots, law=law, deployment=deployment, seed=seed)
     folder = out or RUNS / folder_name(datetime.now(UTC), scenario, secrets.token_hex(2))
     make_folder(folder)
     if out is None:

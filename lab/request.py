@@ -10,7 +10,7 @@ from typing import NoReturn
 from protocol.errors import UsageError
 from protocol.frames import ROBOTS_MAX
 from protocol.mission import Law
-from world.options import seed_of, speed_of
+from world.options import DEPLOYMENTS, seed_of, speed_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,6 +21,7 @@ class Request:
     robots: int | None
     seed: int
     law: str | None
+    deployment: str | None
     speed: str
     out: Path | None
     as_json: bool
@@ -62,6 +63,9 @@ def parse(arguments: Sequence[str]) -> Request:
     )
     parser.add_argument("--law", choices=[law.value for law in Law], help="instead of the scenario's")
     parser.add_argument(
+        "--deployment", choices=DEPLOYMENTS, help="free places drawn by the seed, instead of the scenario's"
+    )
+    parser.add_argument(
         "--speed", type=_speed, default="1", help="times real time, or max; default: %(default)s"
     )
     parser.add_argument(
@@ -91,6 +95,8 @@ def world_options(request: Request) -> list[str]:
         options += ["-n", str(request.robots)]
     if request.law is not None:
         options += ["--law", request.law]
+    if request.deployment is not None:
+        options += ["--deployment", request.deployment]
     return options
 
 

@@ -165,6 +165,19 @@ def test_a_tight_robot_just_fits_and_those_without_room_behind_it_are_left_out(s
     assert "posts/one.json -n 1 --seed 1" in one["replay"]
 
 
+def test_robots_deployed_at_random_start_elsewhere_by_each_seed_and_the_command_line_says_so(
+    scenes: Path,
+) -> None:
+    said = campaign(scenes / "posts", "--deployment", "random", "--seeds", "1-2", "--json")
+    assert said.exit_code == 0
+    first, second = json.loads(said.stdout)["episodes"]
+    assert first["path_m"] != second["path_m"]
+    assert first["replay"].endswith("posts/one.json -n 1 --deployment random --seed 1")
+    before = played(scenes / "posts")
+    campaign(scenes / "posts", "--seeds", "1-2")
+    assert len(played(scenes / "posts")) == len(before) + 2, "from other places it is another episode"
+
+
 def test_tight_needs_to_know_the_widest_path(scenes: Path) -> None:
     scene(scenes / "posts" / "one.json", stats={})
     said = campaign(scenes, "--tight", "0.9")
@@ -229,6 +242,7 @@ def test_a_worker_that_dies_or_hears_the_users_interrupt_costs_no_outcome(
             robots=1,
             robots_left_out=0,
             law=None,
+            deployment=None,
             widest_path_radius_m=None,
             wall_s_max=0.5 if path == far else 100.0,
         )

@@ -76,7 +76,7 @@ def _load(tmp_path: Path, text: str, **overrides: object) -> Scenario:
             "robots = 3",
             "robots = 3\ncolour = 1",
             "$.fleet: must have no field but robots, robot_radius_m, separation_m, link_length_m_max, places,"
-            " start, spacing_m, got 'colour' = 1",
+            " start, spacing_m, deployment, got 'colour' = 1",
         ),
         ("epsilon_m = 0.1", "", "$.law: must have the field epsilon_m, got mu0_m"),
         ("range_m_max = 4.0", "range_m_max = -1.0", "$.sensor.range_m_max: must be > 0.0 m, got -1.0"),
@@ -139,7 +139,7 @@ def _load(tmp_path: Path, text: str, **overrides: object) -> Scenario:
         (
             "spacing_m = 0.3",
             "",
-            "$.fleet: must be placed either by places, or by start and spacing_m, got start",
+            "$.fleet: must be placed either by places, or by start and spacing_m, or at random, got start",
         ),
         (
             QUEUE,

@@ -9,7 +9,7 @@ from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.mission import Law
 from protocol.session import read_session
-from world.options import seed_of, speed_of
+from world.options import DEPLOYMENTS, seed_of, speed_of
 from world.recorder import RecordingFailedError
 from world.scenario import load
 from world.shell import Request, run
@@ -23,7 +23,13 @@ def main() -> int:
     logging.basicConfig(format="world: %(message)s", level=logging.INFO)
     try:
         request = Request(
-            scenario=load(arguments.scenario, robots=arguments.robots, law=arguments.law),
+            scenario=load(
+                arguments.scenario,
+                robots=arguments.robots,
+                law=arguments.law,
+                deployment=arguments.deployment,
+                seed=arguments.seed,
+            ),
             session=read_session(arguments.session),
             out=arguments.out,
             seed=arguments.seed,
@@ -54,8 +60,9 @@ def _parse() -> argparse.Namespace:
     )
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="the run's folder")
     parser.add_argument("-n", "--robots", type=int, metavar="N", help="how many robots, not the scenario's")
-    parser.add_argument("--seed", type=seed_of, default=1, metavar="S", help="decides all noise; default 1")
+    parser.add_argument("--seed", type=seed_of, default=1, metavar="S", help="decides all draws; default 1")
     parser.add_argument("--law", choices=[law.value for law in Law], help="the law, not the scenario's")
+    parser.add_argument("--deployment", choices=DEPLOYMENTS, help="random places, not the scenario's")
     parser.add_argument(
         "--speed", type=speed_of, default=1.0, metavar="X|max", help="simulated s per s; max: in lock-step"
     )

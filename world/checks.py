@@ -48,7 +48,7 @@ def fleet(section: Fleet) -> None:
     queued = (section.start is not None, section.spacing_m is not None)
     if (section.places is not None) == any(queued) or any(queued) != all(queued):
         said = [name for name in ("places", "start", "spacing_m") if getattr(section, name) is not None]
-        rule = "placed either by places, or by start and spacing_m"
+        rule = "placed either by places, or by start and spacing_m, or at random"
         _refuse("fleet", rule, " and ".join(said) or "neither")
     if section.places is not None and len(section.places) < section.robots:
         _refuse("fleet.robots", f"<= the number of places = {len(section.places)}", section.robots)
@@ -101,6 +101,13 @@ def errors_covered(section: LawSection, errors: Budget) -> None:
             f" + range noise {errors.range_noise_m:.6g} m + drive {errors.drive_m:.6g} m",
             section.mu0_m,
         )
+
+
+def said(bounds: Bounds | None) -> Bounds:
+    """A random deployment has to know where the ground ends."""
+    if bounds is None:
+        _refuse("bounds", "said for a random deployment", "none")
+    return bounds
 
 
 def places_apart(section: Fleet, poses: Sequence[Pose]) -> None:

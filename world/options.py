@@ -3,6 +3,7 @@
 import argparse
 import math
 
+DEPLOYMENTS = ("random",)  # what `--deployment` may say
 SEED_MAX = 2**53 - 1  # what JSON readers keep exact
 SPEED_MAX = 1000.0  # a tick of 0.02 s is then 20 us of wall time, which no world keeps
 

@@ -16,6 +16,7 @@ from protocol.messages import RAYS_MAX
 from protocol.mission import Bounds, Mission
 from world import checks, reading, scene
 from world.budget import NOISE_SIGMAS, Budget, blind_per_range, budget, revolutions, sure_range_m
+from world.deployment import deployed, is_undeployed
 from world.movers import Movers
 from world.moving import Moving
 from world.sections import DriveSection, Fleet, Goal, LawSection, SensorSection, Text, TimeSection
@@ -177,13 +178,22 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         return blake2b(msgspec.json.encode(self, order="deterministic"), digest_size=16).hexdigest()
 
 
-def load(name_or_path: str, *, robots: int | None = None, law: str | None = None) -> Scenario:
+def load(
+    name_or_path: str,
+    *,
+    robots: int | None = None,
+    law: str | None = None,
+    deployment: str | None = None,
+    seed: int = 1,
+) -> Scenario:
     """The scenario of that name in launch/scenarios, or in that .toml or clew-scene/1 .json file.
 
     Args:
         name_or_path: which one.
         robots: overrides the scenario's number of robots.
         law: overrides the scenario's law.
+        deployment: overrides where its robots start.
+        seed: the run's; it decides a random deployment.
 
     Raises:
         UsageError: whatever is wrong, in one line.
@@ -191,17 +201,30 @@ def load(name_or_path: str, *, robots: int | None = None, law: str | None = None
     path = reading.find(name_or_path)
     said = reading.read(path, name_or_path)
     raw = scene.as_scenario(said, name_or_path) if path.suffix == ".json" else said
-    changes = []
-    for option, section, key, value in (("-n", "fleet", "robots", robots), ("--law", "law", "law", law)):
-        if value is not None and isinstance(raw.get(section), dict):
-            instead = f" instead of its {key} = {raw[section][key]}" if key in raw[section] else ""
-            changes.append(f"{option} {value}{instead}")
-            raw[section][key] = value
+    changes = _override(
+        raw,
+        ("-n", "fleet", "robots", robots),
+        ("--law", "law", "law", law),
+        ("--deployment", "fleet", "deployment", deployment),
+    )
     try:
+        if deployment is not None or is_undeployed(raw):
+            raw = deployed(raw, seed=seed, source=name_or_path)
         return reading.understand(raw, Scenario, name_or_path)
     except UsageError as error:
         line = scene.in_own_words(str(error), said) if path.suffix == ".json" else str(error)
         raise UsageError(f"{line} ({', '.join(changes)})" if changes else line) from error
+
+
+def _override(raw: dict[str, Any], *options: tuple[str, str, str, str | int | None]) -> list[str]:
+    """Put in what the command line says: option, section, field, value; returns what that changed."""
+    changes = []
+    for option, section, key, value in options:
+        if value is not None and isinstance(raw.get(section), dict):
+            instead = f" instead of its {key} = {raw[section][key]}" if key in raw[section] else ""
+            changes.append(f"{option} {value}{instead}")
+            raw[section][key] = value
+    return changes
 
 
 def schema() -> dict[str, Any]:

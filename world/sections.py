@@ -1,7 +1,7 @@
 """The sections of a scenario file; what each number may be by itself. Relations are in `checks`."""
 
 import math
-from typing import Annotated
+from typing import Annotated, Literal
 
 from msgspec import Meta, Struct
 
@@ -22,7 +22,7 @@ class _Section(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class Fleet(_Section, frozen=True, kw_only=True):
-    """The robots and where they start: `places` one by one, or queued from `start` by `spacing_m`.
+    """The robots and where they start: `places` one by one, queued from `start` by `spacing_m`, or at random.
 
     A queue extends backwards: robot k stands (k - 1) `spacing_m` behind `start`, against its heading.
     """
@@ -43,6 +43,10 @@ class Fleet(_Section, frozen=True, kw_only=True):
     )
     spacing_m: Annotated[
         SomeMetres | None, Meta(description="m, from centre to centre along the queue, away from `start`")
+    ] = None
+    deployment: Annotated[
+        Literal["random"] | None,
+        Meta(description="`random`: the seed draws the places, unless they are said; `--deployment`"),
     ] = None
 
     def poses(self) -> tuple[Pose, ...]:
