@@ -47,13 +47,14 @@ by where they stand.
 
 ## How robots are deployed at random
 
-With `deployment = "random"`, or `--deployment random` for any scenario or scene, the seed draws the places when
-the file is read, and writes them into the scenario as `places`: a run's timeline and its checks know no
-others. They are free (`robot_radius_m + epsilon_m` from every obstacle, from those that move where they first
-are), `2 robot_radius_m + separation_m + mu0_m` apart, inside the bounds, which have to be said, and all on one
-piece of ground: that of the place that the file gives robot 1, `start` say, or else of the goal. Of as many
-robots or more, the first start at the same places. A file that says `deployment` and `places` is taken at its
-word, so the scenario of a timeline is the same again; `--deployment random` draws anew.
+With `deployment = "random"`, or `--deployment random` for any scenario or scene, the seed draws the
+places when the file is read, and writes them into the scenario as `places`: a run's timeline and its
+checks know no others. They are free (`robot_radius_m + epsilon_m` from every obstacle, from those that
+move where they first are), `2 robot_radius_m + separation_m + mu0_m` apart, inside the bounds, which
+have to be said, and all on one piece of ground: that of the place that the file gives robot 1, `start`
+say, or else of the goal. Of as many robots or more, the first start at the same places. A file that says
+`deployment` and `places` is taken at its word, so the scenario of a timeline is the same again;
+`--deployment random` draws anew.
 """
 
 TRACKS = """## How an obstacle moves
