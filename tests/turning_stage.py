@@ -25,8 +25,11 @@ from protocol.mission import Law
 from protocol.timeline import AuthorityGranted
 from tests.one_step import under
 
-# Nobody ever falls silent: what is claimed must not hang on a lease. Nobody senses under this law.
-MISSION = under(Law.PRINTED, robots=3, robot_radius_m=0.1, separation_m=0.1, silence_s=1e9)
+# Nobody ever falls silent: what is claimed must not hang on a lease. Nobody senses under this law. Links are
+# short, so that robots are often stopped on their way.
+MISSION = under(
+    Law.PRINTED, robots=3, robot_radius_m=0.1, separation_m=0.1, silence_s=1e9, link_length_m_max=0.3
+)
 KEEP_M = MISSION.robot_keep_m
 ORDER = (3, 2, 1)
 AFTER_S = MISSION.heartbeat_s  # between two events, so that each is told of
