@@ -55,23 +55,22 @@ def broken(rehearsal: Rehearsal) -> list[str]:
 def epochs_mixed(rehearsal: Rehearsal) -> list[str]:
     """Whoever drove in an epoch after somebody had been sent out in a later one.
 
-    In the world's time: what a robot does until it hears the order to stand belongs to the epoch before.
+    A body is sampled when it comes to stand, too; who is sent out at that very time goes after it.
     """
     mixed, epoch = [], defaultdict[int, int](int)
-    in_hand: dict[int, OrderAccepted] = {}
+    begun_s: dict[int, float] = {}
     last: dict[int, tuple[float, float]] = {}
     for source, entry in rehearsal.entries:
         if source != WORLD:
             continue
         match entry.record:
-            case OrderAccepted() as order:
-                in_hand[order.robot] = order
-                if order.target is not None:
-                    epoch[order.robot] = order.epoch
+            case OrderAccepted() as order if order.target is not None:
+                epoch[order.robot] = order.epoch
+                begun_s.setdefault(order.epoch, entry.t_s)
             case PoseSampled() as pose:
                 moved = last.get(pose.robot) not in (None, (pose.x_m, pose.y_m))
                 last[pose.robot] = (pose.x_m, pose.y_m)
-                if moved and epoch[pose.robot] < max(epoch.values()):
+                if moved and begun_s.get(epoch[pose.robot] + 1, entry.t_s) < entry.t_s:
                     mixed.append(f"{entry.t_s} s: robot {pose.robot} moves in epoch {epoch[pose.robot]}")
             case _:
                 pass
