@@ -23,7 +23,7 @@ from protocol.messages import SEEN_BYTES_MAX
 from protocol.mission import Mission
 
 CELL_M_MAX = 0.05
-CELLS_A_BERTH = 4.0  # so that the shape of a gap survives
+CELLS_A_BERTH = 3.0  # 4 found no more ways, in no fewer steps, on 117 scenes of which 75 are near-critical
 CELLS_MAX = 250_000  # 500 x 500: a plan stays within some 0.2 s
 COMFORT = 2.0  # next to closed ground a metre costs this much more than in the open
 DOUBT = 20.0  # where it may be closed: 5 m of a detour are better than to be turned back at a gap
