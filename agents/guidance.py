@@ -4,7 +4,8 @@ Rule 1: cells of a grid that are nearer to a hit than the robot with its clearan
         driving costs more, so that ways keep off obstacles where there is room. In doubt, by half a cell,
         a cell is open, and dear: guidance only ranks, what may be driven is the certificate's to say.
 Rule 2: the cost-to-go of every cell comes from one Dijkstra run from the goal.
-Rule 3: a spot where the certificate refuses the way that the grid shows is closed for good.
+Rule 3: a spot where the certificate refuses the way that the grid shows is closed: for good,
+        unless robots or moving obstacles may have had to do with it.
 Rule 4: where obstacles move, ground that is seen free is free, whatever was remembered there.
 Rule 5: where the region has no bounds, the grid grows with what has been seen.
 """
@@ -92,6 +93,7 @@ class Map:
         self._bounded = mission.bounds is not None
         self._hits = np.empty((0, 2))
         self._closed = np.empty((0, 2))
+        self._closed_for_now = np.empty((0, 2))
         self._cell_m = min(CELL_M_MAX, mission.berth_m / CELLS_A_BERTH)
         if mission.bounds is not None:
             bounds = mission.bounds
@@ -114,6 +116,7 @@ class Map:
             self._room = self._grid.off_border() - self._keep_in_m
         self._keep_off(self._hits, self._keep_m)
         self._keep_off(self._closed, SPOT_BERTHS * self._keep_m)
+        self._keep_off(self._closed_for_now, SPOT_BERTHS * self._keep_m)
 
     def remember(self, hit_points: Floats) -> None:
         """Add hits (n, 2) [m; world frame]; outside the bounds they are no concern of ours."""
@@ -144,15 +147,18 @@ class Map:
         high = np.maximum(self._grid.high, points.max(axis=0) + self._margin_m)
         self._lay(low, high)
 
-    def close(self, spot: Floats) -> None:
+    def close(self, spot: Floats, *, for_good: bool = True) -> None:
         """Rule 3."""
-        self._closed = np.concatenate([self._closed, spot[None]])
+        if for_good:
+            self._closed = np.concatenate([self._closed, spot[None]])
+        else:
+            self._closed_for_now = np.concatenate([self._closed_for_now, spot[None]])
         self._keep_off(spot[None], SPOT_BERTHS * self._keep_m)
 
     def reopen(self) -> None:
-        """Rule 4: what has been refused once may be free now."""
-        if len(self._closed):
-            self._closed = np.empty((0, 2))
+        """What was closed for now may be free."""
+        if len(self._closed_for_now):
+            self._closed_for_now = np.empty((0, 2))
             self._lay(self._grid.low, self._grid.high)
 
     def _keep_off(self, points: Floats, keep_m: float) -> None:

@@ -163,11 +163,16 @@ class Leader:
         return self.map.cost_to_go(goal, tolerance_m=tolerance_m, taken=taken, keep_m=keep_m, origin=origin)
 
     def _close(self, view: View, walls: Walls, cost_to_go: CostToGo) -> None:
-        """Close the narrowest spot of the way where the certificate refuses it."""
+        """Close the narrowest spot of the way where the certificate refuses it: for robots, for now."""
         way = cost_to_go.way_from(view.position, cells_max=WAY_CELLS)
-        first = min(refused_at(view, walls, way), len(way) - 1)
+        refused = refused_at(view, walls, way)
+        first = min(refused, len(way) - 1)
         off_first_m = np.hypot(*(way[first:] - way[first]).T)
-        self.map.close(self.map.narrowest(way[first:][off_first_m <= 2.0 * self._mission.berth_m]))
+        spot = self.map.narrowest(way[first:][off_first_m <= 2.0 * self._mission.berth_m])
+        robots = ~view.hits & (view.ranges_m < self._mission.range_m_max)
+        alone = Walls.joined(scan_walls(view, self._mission, leave_out=robots), *self._bounds())
+        still = not self._mission.obstacles_move
+        self.map.close(spot, for_good=still and refused_at(view, alone, way) <= refused)
 
     def _turn_back(
         self, goal: Floats, view: View, ground: Ground, *, settled: bool

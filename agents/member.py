@@ -157,6 +157,8 @@ class Member:
         self.follower.turn_round(
             cut_m=old.reversal.cut_m, end_m=old.reversal.end_m, progress_m=driver.progress_m
         )
+        if self._leader is not None:
+            self._leader.map.reopen()
         self._handed, self._held, self._turns = old.reversal.seen, False, old.reversal.turns
         driver.begin(self.strand.start_m)
         formed = StrandFormed(
