@@ -15,7 +15,9 @@ PLACES_APART_BERTHS = 1.0  # how fine the path is searched, in least distances o
 
 
 def way_back_m(ground: Ground, berth_m: float, reachable: Callable[[Floats, Floats], bool]) -> float | None:
-    """The farthest arc length from which the goal can be reached; None where there is none.
+    """An arc length from which the goal can be reached; None where there is none.
+
+    It is one place short of the farthest, from where the certificate may refuse what the map shows.
 
     Backing up only frees ground in front, so from every place before it the goal can be reached too.
 
@@ -34,4 +36,4 @@ def way_back_m(ground: Ground, berth_m: float, reachable: Callable[[Floats, Floa
     while bad - good > 1:
         middle = (good + bad) // 2
         good, bad = (middle, bad) if reaches(middle) else (good, middle)
-    return float(places_m[good]) if good >= 0 else None
+    return float(places_m[max(good - 1, 0)]) if good >= 0 else None

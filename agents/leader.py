@@ -141,7 +141,6 @@ class Leader:
     ) -> Step | NoStep | LookCloser | Wait | DeadEnd:
         if self._mission.obstacles_move:
             self.map.forget_where_free(view)
-            self.map.reopen()
         self.map.remember(view.hit_points)
         step = certified_step_to(view, walls, goal)
         for _ in range(SPOTS_MAX):
@@ -156,7 +155,7 @@ class Leader:
             if len(view.ranges_m) < self._mission.directions * self.closer:
                 return LookCloser()
             self._close(view, walls, cost_to_go)
-        return NoStep("no certified step comes nearer to the goal")
+        return self._no_way("no certified step comes nearer to the goal")
 
     def _cost_to_go(self, goal: Floats, taken: Floats, *, origin: Floats | None = None) -> CostToGo:
         tolerance_m, keep_m = self._mission.goal_tolerance_m, self._mission.robot_keep_m
@@ -187,11 +186,20 @@ class Leader:
         # What the leader has come along it can go back along, though hulls may stand all around it now.
         come_m = cost_to_go.at(ground.path.between(0.0, ground.path.end_m))
         if not len(ground.taken) or not (has_way(view, alone, cost_to_go) or np.isfinite(come_m).any()):
-            return NoStep("no way to the goal is left in what is known")
+            return self._no_way("no way to the goal is left in what is known")
         if not settled:
             return Wait()
         back_to_m = way_back_m(ground, self._mission.berth_m, reachable)
         return DeadEnd(0.0 if back_to_m is None else back_to_m)
+
+    def _no_way(self, reason: str) -> NoStep:
+        """There is none left. Where obstacles move, what has been refused may be free at the next look.
+
+        Not before: a spot that is open again with every scan is gone to, and refused, for ever.
+        """
+        if self._mission.obstacles_move:
+            self.map.reopen()
+        return NoStep(reason)
 
     def _record(self, step: Step, sight: Sight, ground: Ground, behind: Flags, epoch: int) -> StepPlanned:
         target = step.target(sight.view.position)

@@ -7,11 +7,14 @@ import pytest
 
 from lab import timeline
 from lab.check import check
+from lab.network import NetworkFaults
+from lab.rehearsal import Rehearsal
 from lab.rehearse import rehearse
 from protocol.exit_codes import ExitCode
 from protocol.frames import Point
-from protocol.timeline import PromiseBroken
+from protocol.timeline import PromiseBroken, StrandReversed
 from tests.world_stage import Stage
+from world.ending import Ending
 from world.events import ScanAsked, StopAsked
 from world.judgement import Judgement, judge
 from world.scenario import load
@@ -112,6 +115,17 @@ def test_the_other_opening_stays_open() -> None:
     for place in ((2.6, 3.5), (3.7, 3.5), (5.0, 2.0)):
         drive(stage, 1, *place)
     assert touched(judged(stage)) == []
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_strand_before_the_closed_door_turns_round_once_and_takes_the_other_opening(seed: int) -> None:
+    slow = NetworkFaults(
+        delay_s_max=0.1
+    )  # as live at five times real time, where the leader stops further in
+    rehearsal = Rehearsal(load("door"), seed, slow).run()
+    turns = [entry for _, entry in rehearsal.entries if isinstance(entry.record, StrandReversed)]
+    assert rehearsal.world.ending is Ending.ARRIVED
+    assert len(turns) == 2, "to back up, and to lead on"
 
 
 def test_the_follower_does_not_catch_up_with_a_robot_that_drives_on() -> None:
