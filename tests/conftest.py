@@ -1,6 +1,7 @@
-"""Settings of hypothesis for all tests."""
+"""What holds for all tests."""
 
 import os
+import signal
 
 from hypothesis import settings
 
@@ -8,3 +9,6 @@ from hypothesis import settings
 # What lands must not hang on luck, so under CI the examples are always the same; elsewhere they are new.
 settings.register_profile("clew", deadline=None, derandomize="CI" in os.environ)
 settings.load_profile("clew")
+
+# A shell's job in the background ignores the interrupt, and so would every process that a test starts.
+signal.signal(signal.SIGINT, signal.default_int_handler)

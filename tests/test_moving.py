@@ -78,4 +78,6 @@ def test_the_sensor_has_to_be_sure_of_moving_obstacles_too(tmp_path: Path) -> No
     still, sled = _load(tmp_path, GROVE), _load(tmp_path, GROVE + SLED)
     assert sled.blind_per_range > still.blind_per_range  # its corner is sharper than any of the grove
     thin = _load(tmp_path, GROVE + SLED.replace("[0.2, 0.05]", "[0.2, 0.01]"))
-    assert thin.range_m_used < still.range_m_used == 4.0
+    assert thin.revolutions > still.revolutions
+    thinner = _load(tmp_path, GROVE + SLED.replace("[0.2, 0.05]", "[0.2, 0.003]"))
+    assert thinner.range_m_used < still.range_m_used == 4.0

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from protocol.frames import Point
-from protocol.messages import Ask, Drive, Logged, Message, Odometry, Phase, Scan
+from protocol.messages import Ask, Drive, Logged, Message, Odometry, Phase, Scan, ScanQuery
 from protocol.mission import Mission
 from protocol.outbox import Outbox
 from protocol.timeline import GoalReached, Record, RobotArrived, RobotSettled, StrandFormed, TrafficCounted
@@ -194,7 +194,7 @@ async def test_mission_and_scans_are_answered_to_whoever_asks(folder: Path) -> N
             mission = await player.hear(lambda message: isinstance(message, Mission))
             assert isinstance(mission, Mission)
             assert (mission.robots, mission.robot_radius_m) == (1, 0.1)
-            transport.ask(KEYS.scan("r1"), Ask())
+            transport.ask(KEYS.scan("r1"), ScanQuery(revolutions=1))
             scan = await player.hear(lambda message: isinstance(message, Scan))
             assert isinstance(scan, Scan)
             assert min(scan.ranges_m) == pytest.approx(2**0.5 - 0.3, abs=1e-3)
