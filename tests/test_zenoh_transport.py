@@ -11,7 +11,8 @@ import pytest
 from protocol import zenoh_transport
 from protocol.errors import UsageError
 from protocol.messages import Ask, Scan
-from protocol.transport import Appeared, Asked, Heard, Vanished
+from protocol.transport import Appeared, Arrival, Asked, Heard, Vanished
+from protocol.zenoh_transport import ZenohTransport
 from tests.wire import (
     DEADLINE_S,
     KEYS,
@@ -31,6 +32,7 @@ from tests.wire import (
 pytestmark = pytest.mark.processes
 BURST = 300  # express messages, for which Zenoh's queue is short, would be lost here
 SCAN = Scan(t_s=0.0, pose=ORIGIN, ranges_m=(1.0,) * 8)
+RETOLD_S = 0.1  # a hundred times as long as a message takes
 TOKEN = KEYS.alive("r1", "1")
 
 
@@ -178,8 +180,18 @@ async def test_without_a_router_nothing_raises_or_waits_and_all_comes_back_with_
             assert time.monotonic() - began_s < 1.0
             with router(folder):
                 assert await next_arrivals(world) == [Appeared(TOKEN)]
-                robot.put(KEYS.drive("r1"), drive(0))
-                assert await next_arrivals(world) == [Heard(KEYS.drive("r1"), BURST + 1, drive(0))]
+                heard = await heard_again(world, robot)
+            assert isinstance(heard, Heard)
+            assert (heard.message, heard.number > BURST) == (drive(0), True)
+
+
+async def heard_again(world: ZenohTransport, robot: ZenohTransport) -> Arrival:
+    """What the world hears first: a new router learns in no certain order who hears what, so tell it again."""
+    async with asyncio.timeout(DEADLINE_S):
+        while True:
+            robot.put(KEYS.drive("r1"), drive(0))
+            if arrived := await world.arrivals(RETOLD_S):
+                return arrived[0]
 
 
 async def test_after_the_end_a_put_and_a_question_are_lost_and_raise_nothing(folder: Path) -> None:
