@@ -186,7 +186,7 @@ async def test_without_a_router_nothing_raises_or_waits_and_all_comes_back_with_
 
 
 async def heard_again(world: ZenohTransport, robot: ZenohTransport) -> Arrival:
-    """What the world hears first: a new router learns in no certain order who hears what, so tell it again."""
+    """What the world hears first: a new router learns in no order who hears what, so it is told again."""
     async with asyncio.timeout(DEADLINE_S):
         while True:
             robot.put(KEYS.drive("r1"), drive(0))
