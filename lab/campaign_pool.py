@@ -13,6 +13,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 
 from lab.campaign_episode import CRASHED, Episode, Outcome, failed, play
 
@@ -42,7 +43,8 @@ def _pooled(waiting: deque[Episode], running: list[Episode], jobs: int) -> Itera
             while waiting or futures:
                 while waiting and len(futures) < jobs:
                     running.append(waiting.popleft())
-                    futures[pool.submit(play, running[-1])] = running[-1]
+                    with _interrupt_kept_from_children():
+                        futures[pool.submit(play, running[-1])] = running[-1]
                 done, _ = wait(futures, return_when=FIRST_COMPLETED)
                 for future in done:
                     outcome = future.result()
@@ -57,7 +59,9 @@ def _pooled(waiting: deque[Episode], running: list[Episode], jobs: int) -> Itera
 def _alone(episode: Episode) -> Outcome:
     with _pool(1) as pool:
         try:
-            return pool.submit(play, episode).result()
+            with _interrupt_kept_from_children():
+                coming = pool.submit(play, episode)
+            return coming.result()
         except BrokenProcessPool:
             return failed(episode, CRASHED, "its process died", 0.0)
 
@@ -67,8 +71,17 @@ def _pool(jobs: int) -> ProcessPoolExecutor:
     return ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin)
 
 
+@contextmanager
+def _interrupt_kept_from_children() -> Iterator[None]:
+    """Who is started meanwhile never hears the user's interrupt, not even while it imports; we do, later."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _begin() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 

@@ -258,8 +258,8 @@ def test_a_worker_that_dies_or_hears_the_users_interrupt_costs_no_outcome(
 
 
 @pytest.fixture
-def going(scenes: Path) -> Iterator[subprocess.Popen[str]]:
-    """A campaign on two processes that has just written its first outcome, and has more to play."""
+def begun(scenes: Path) -> Iterator[subprocess.Popen[str]]:
+    """A campaign on two processes that has just been started."""
     for index in range(4):  # they come last, and take the longest
         scene(scenes / "z" / f"{index}.json", goal=[12.0, 0.0], bounds=[0.0, -1.0, 14.0, 1.0])
     out = scenes.parent / "out"
@@ -272,12 +272,35 @@ def going(scenes: Path) -> Iterator[subprocess.Popen[str]]:
         text=True,
         start_new_session=True,
     )
-    path = out / "episodes.jsonl"
-    wait_until(lambda: True if path.exists() and path.read_bytes().count(b"\n") else None, START_S_MAX)
     yield process
     with contextlib.suppress(ProcessLookupError):  # as it should be: nobody is left of its group
         os.killpg(process.pid, signal.SIGKILL)
     process.communicate()
+
+
+@pytest.fixture
+def going(scenes: Path, begun: subprocess.Popen[str]) -> subprocess.Popen[str]:
+    """The same when it has just written its first outcome, and has more to play."""
+    path = scenes.parent / "out" / "episodes.jsonl"
+    wait_until(lambda: True if path.exists() and path.read_bytes().count(b"\n") else None, START_S_MAX)
+    return begun
+
+
+def test_workers_are_born_deaf_to_the_users_interrupt(begun: subprocess.Popen[str]) -> None:
+    children = Path(f"/proc/{begun.pid}/task/{begun.pid}/children")
+
+    def blocked_by_a_worker() -> int | None:
+        for child in children.read_text().split():
+            if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes():
+                status = Path(f"/proc/{child}/status").read_text()
+                return int(status.partition("SigBlk:")[2].split()[0], base=16)
+        return None
+
+    assert wait_until(blocked_by_a_worker, START_S_MAX) >> (signal.SIGINT - 1) & 1
+    os.killpg(begun.pid, signal.SIGINT)
+    _, complaints = begun.communicate(timeout=END_S_MAX)
+    assert begun.returncode == 130
+    assert "Traceback" not in complaints
 
 
 def test_an_interrupted_campaign_exits_130_and_goes_on_where_it_was(
