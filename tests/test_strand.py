@@ -3,104 +3,33 @@
 import pytest
 import shapely
 
-from agents.commands import Command, Note, Tell
+from agents.commands import Note, Tell
 from agents.events import LinkHeard
 from agents.leader import Leader
-from agents.strand import GRANT_M_MIN, Own, Strand, lined_up
+from agents.strand import GRANT_M_MIN, lined_up
 from protocol.frames import Point, Pose, Vertex
-from protocol.messages import AheadState, BehindState, Reversal
+from protocol.messages import AheadState, BehindState
 from protocol.mission import Law
-from protocol.timeline import AuthorityGranted, LinkSilent, StepPlanned
 from protocol.timeline import LinkHeard as LinkHeardAgain
+from protocol.timeline import LinkSilent, StepPlanned
 from tests.one_step import plan, under
-
-MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1, separation_m=0.1)
-KEEP_M = 0.31  # two radii, the separation and the tolerance
-ORDER = (3, 2, 1)
-PLACES = {robot: Pose(x_m=float(robot), y_m=0.0, heading_rad=0.0) for robot in ORDER}
-KNOWN = len(lined_up(1, ORDER, PLACES, MISSION, 0.0).path)  # vertices that all know from the start
-HEARTBEAT_S, SILENCE_S = MISSION.heartbeat_s, MISSION.silence_s
-
-
-def place(robot: int) -> Strand:
-    return lined_up(robot, ORDER, PLACES, MISSION, 0.0)
-
-
-def leading() -> Strand:
-    """The leader's place, with a step of four metres before it."""
-    strand = place(3)
-    strand.path.extend(Point(x_m=7.0, y_m=0.0))
-    return strand
-
-
-def own(progress_m: float, *, stands: bool = True, arrived: bool = False) -> Own:
-    return Own(progress_m, Pose(x_m=1.0 + progress_m, y_m=0.0, heading_rad=0.0), stands, arrived)
-
-
-def ahead(
-    *,
-    epoch: int = 1,
-    path_from: int = KNOWN,
-    path: tuple[Vertex, ...] = (),
-    authority_m: float = 0.0,
-    progress_m: float = 2.0,
-    reversal: Reversal | None = None,
-) -> AheadState:
-    """What a robot hears from the one ahead."""
-    return AheadState(
-        epoch=epoch,
-        path_from=path_from,
-        path=path,
-        progress_m=progress_m,
-        authority_m=authority_m,
-        pose=PLACES[3],
-        arrived=False,
-        lineage=(),
-        vertices=path_from + len(path),
-        backs_up=False,
-        reversal=reversal,
-    )
-
-
-def behind(
-    *,
-    epoch: int = 1,
-    vertices: int = KNOWN,
-    progress_m: float = 0.0,
-    tail_m: float = 0.0,
-    stand: bool = True,
-) -> BehindState:
-    """What a robot hears from the one behind."""
-    return BehindState(
-        epoch=epoch,
-        vertices=vertices,
-        progress_m=progress_m,
-        tail_progress_m=tail_m,
-        stand=stand,
-        pose=PLACES[2],
-    )
-
-
-def told(commands: list[Command], robot: int) -> AheadState | BehindState:
-    (state,) = (command.state for command in commands if isinstance(command, Tell) and command.robot == robot)
-    return state
-
-
-def told_behind(commands: list[Command], robot: int) -> AheadState:
-    state = told(commands, robot)
-    assert isinstance(state, AheadState)
-    return state
-
-
-def told_ahead(commands: list[Command], robot: int) -> BehindState:
-    state = told(commands, robot)
-    assert isinstance(state, BehindState)
-    return state
-
-
-def granted(commands: list[Command]) -> list[float]:
-    records = [command.record for command in commands if isinstance(command, Note)]
-    return [record.authority_m for record in records if isinstance(record, AuthorityGranted)]
+from tests.strand_stage import (
+    HEARTBEAT_S,
+    KEEP_M,
+    KNOWN,
+    MISSION,
+    ORDER,
+    PLACES,
+    SILENCE_S,
+    ahead,
+    behind,
+    granted,
+    leading,
+    own,
+    place,
+    told_ahead,
+    told_behind,
+)
 
 
 def test_all_robots_measure_the_same_path_from_the_tail_to_the_leader() -> None:
@@ -360,87 +289,3 @@ def test_who_was_frozen_finds_the_silence_before_it_believes_anything() -> None:
         LinkSilent,
         LinkHeardAgain,
     ]
-
-
-# --- turning round ----------------------------------------------------------------------------------
-
-
-def reversal(end_m: float, *, cut_m: float = 0.0, back_by_m: float = 0.0) -> Reversal:
-    return Reversal(cut_m=cut_m, end_m=end_m, back_by_m=back_by_m, turns=1, seen=b"")
-
-
-def turned(strand: Strand, turn: Reversal, *, own_m: float, ahead_m: float, first_m: float) -> Strand:
-    """The middle robot in the next epoch, whose new robot ahead tells first that it is at `first_m`."""
-    assert strand.ahead is not None
-    assert strand.behind is not None
-    told = ahead(epoch=strand.epoch, progress_m=ahead_m, reversal=turn, path_from=0)
-    strand.hear(LinkHeard(strand.ahead.neighbour, 1, told), 0.0)
-    strand.pass_on_reversal()
-    first = ahead(epoch=strand.epoch + 1, progress_m=first_m, path_from=0)
-    return strand.turned_round(own_m, 0.0, first)
-
-
-def test_who_stands_passes_a_reversal_on_and_who_has_heard_of_none_does_not() -> None:
-    strand = place(2)
-    strand.hear(LinkHeard(3, 1, ahead()), 0.0)
-    strand.pass_on_reversal()
-    before = told_behind(strand.tell(own(1.0), 0.0), 1).reversal
-    strand.hear(LinkHeard(3, 2, ahead(reversal=reversal(2.0))), 0.1)
-    strand.pass_on_reversal()
-    assert (before, told_behind(strand.tell(own(1.0), 0.1), 1).reversal) == (None, reversal(2.0))
-
-
-def test_a_reversal_is_not_passed_on_before_all_of_the_path_is_known() -> None:
-    strand, corner = place(2), Vertex(x_m=4.0, y_m=0.0, s_m=3.0)
-    later = Vertex(x_m=5.0, y_m=0.0, s_m=4.0)
-    strand.hear(LinkHeard(3, 2, ahead(path_from=KNOWN + 1, path=(later,), reversal=reversal(4.0))), 0.0)
-    strand.pass_on_reversal()
-    waits = strand.reversal
-    strand.hear(LinkHeard(3, 1, ahead(path=(corner,))), 0.1)
-    strand.pass_on_reversal()
-    still_waits = strand.reversal
-    strand.hear(LinkHeard(3, 3, ahead(path=(corner, later), reversal=reversal(4.0))), 0.2)
-    strand.pass_on_reversal()
-    assert (waits, still_waits, strand.reversal) == (None, None, reversal(4.0))
-
-
-def test_in_the_next_epoch_all_is_the_other_way_round() -> None:
-    strand = turned(place(2), reversal(2.0), own_m=1.0, ahead_m=2.0, first_m=2.0)
-    assert (strand.epoch, strand.order, strand.laid_m) == (2, ORDER[::-1], 2.0)
-    assert [link.neighbour for link in (strand.ahead, strand.behind) if link] == [1, 3]
-    assert (strand.start_m, strand.authority_m, strand.granted_m, strand.behind_start_m) == (
-        1.0,
-        1.0,
-        0.0,
-        0.0,
-    )
-    assert strand.path.at(0.0) == place(2).path.at(2.0)
-    assert strand.silent, "its new links have not been heard"
-    assert strand.hear(LinkHeard(3, 9, ahead(authority_m=1.9)), 0.1) == []
-    assert strand.authority_m == 1.0, "what the old epoch granted is void"
-
-
-def test_a_cut_path_ends_where_the_robot_stands_that_is_to_lead() -> None:
-    tail = place(1)
-    tail.hear(LinkHeard(2, 1, ahead(progress_m=1.5, reversal=reversal(2.0, cut_m=0.4), path_from=0)), 0.0)
-    tail.pass_on_reversal()
-    leads = tail.turned_round(0.4, 0.0, None)
-    assert (leads.laid_m, leads.start_m, leads.authority_m) == pytest.approx((1.6, 1.6, 1.6))
-    assert leads.ahead is None
-    assert leads.granted_m == pytest.approx(0.5)
-    assert leads.path.at(leads.path.end_m) == tail.path.at(0.4)
-
-
-def test_a_robots_own_leg_ends_where_the_robot_stands_that_is_now_ahead_which_drives_all_beyond() -> None:
-    second = turned(place(2), reversal(2.0), own_m=1.0, ahead_m=2.0, first_m=2.0)
-    assert second.own_leg_m == 2.0
-    for x_m in (0.0, -3.0):
-        second.path.extend(Point(x_m=x_m, y_m=0.0))
-    third = turned(second, reversal(6.0), own_m=4.0, ahead_m=6.0, first_m=3.0)
-    assert third.own_leg_m == 3.0, "not where the robot ahead stood at first, which is far beyond it"
-
-
-def test_a_leg_that_nobody_has_driven_is_still_one_when_the_strand_has_turned_twice() -> None:
-    second = turned(place(2), reversal(2.0), own_m=1.0, ahead_m=2.0, first_m=2.0)
-    third = turned(second, reversal(2.0), own_m=1.0, ahead_m=2.0, first_m=2.0)
-    assert (third.start_m, third.own_leg_m) == (1.0, 2.0)
