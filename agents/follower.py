@@ -34,6 +34,8 @@ class Follower:
         self._clear_from_m = start_m
         self._clear_until_m = start_m
         self._checked_at_s = -math.inf
+        self.refused_at_s = math.inf
+        """Since when the segment in front has not been clear."""
 
     def reach_m(
         self, path: Path, *, progress_m: float, ordered_m: float, authority_m: float, final: bool
@@ -59,7 +61,7 @@ class Follower:
         """The strand turns round: arc lengths count from `end_m` back to `cut_m`."""
         from_m, until_m = max(self._clear_from_m, cut_m), max(self._clear_until_m, progress_m)
         self._clear_from_m, self._clear_until_m = end_m - until_m, end_m - from_m
-        self._checked_at_s = -math.inf
+        self._checked_at_s, self.refused_at_s = -math.inf, math.inf
 
     def is_clear(self, reach_m: float) -> bool:
         """Whether the segment up to there has been checked."""
@@ -98,10 +100,10 @@ class Follower:
             certain_m = certain_clearance_m(seen, end, self._mission)
             clear = clear and certain_m >= certain_clearance_m_min(self._mission)
             clearance_m = min(clearance_m, certain_m)
-        self._checked_at_s = now_s
+        self._checked_at_s, self.refused_at_s = now_s, min(self.refused_at_s, now_s)
         if clear:
             self._clear_until_m = vertex.s_m
-            self._checked_at_s = -math.inf
+            self._checked_at_s, self.refused_at_s = -math.inf, math.inf
         target = Point(x_m=vertex.x_m, y_m=vertex.y_m)
         return SegmentChecked(target=target, clear=clear, clearance_m=clearance_m)
 

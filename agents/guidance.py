@@ -83,6 +83,16 @@ class CostToGo:
         return self.grid.centres_of(np.array(way, dtype=np.intp).reshape(-1, 2))
 
 
+def shown_free(places: Floats, view: View, *, short_m: float) -> Flags:
+    """Which places (n, 2) a scan shows to be free: they lie short of what it hit, by so much at least."""
+    off = places - view.position
+    rays = len(view.ranges_m)
+    ray = (np.arctan2(off[:, 1], off[:, 0]) + np.pi) / (2.0 * np.pi) * rays
+    first = np.floor(ray).astype(np.intp) % rays
+    free_m = np.minimum(view.ranges_m[first], view.ranges_m[(first + 1) % rays])
+    return np.asarray(np.hypot(off[:, 0], off[:, 1]) < free_m - short_m)
+
+
 class Map:
     """What the leader has seen of the region so far, as its mission's goal needs it."""
 
@@ -129,12 +139,7 @@ class Map:
 
     def forget_where_free(self, view: View) -> None:
         """Rule 4: what is remembered where a scan shows free ground is there no more."""
-        off = self._hits - view.position
-        rays = len(view.ranges_m)
-        ray = (np.arctan2(off[:, 1], off[:, 0]) + np.pi) / (2.0 * np.pi) * rays
-        first = np.floor(ray).astype(np.intp) % rays
-        free_m = np.minimum(view.ranges_m[first], view.ranges_m[(first + 1) % rays])
-        gone = np.hypot(off[:, 0], off[:, 1]) < free_m - 2.0 * self._grid.cell_m
+        gone = shown_free(self._hits, view, short_m=2.0 * self._grid.cell_m)
         if gone.any():
             self._hits = self._hits[~gone]
             self._lay(self._grid.low, self._grid.high)

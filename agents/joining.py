@@ -4,7 +4,8 @@ Rule 1: it is in place where it stands at least `keep` from all robots, the leg 
         its own scan and by the law of a robot's own leg, and the strand through it does not fold back.
 Rule 2: until then it goes to the nearest such place, as far as it knows; unknown ground is free. Steps
         are certified as the leader's are, robots are obstacles, and none of them is remembered.
-Rule 3: legs of the strand may be crossed on the way: nobody drives on them before all are in place.
+Rule 3: where obstacles move, what is remembered where a scan shows free ground is there no more.
+Rule 4: legs of the strand may be crossed on the way: nobody drives on them before all are in place.
 """
 
 from copy import deepcopy
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agents.certificate import Walls, bounds_walls, promised_clearance_m, scan_walls
-from agents.guidance import Map
+from agents.guidance import Map, shown_free
 from agents.leg import certain_clearance_m, certain_clearance_m_min
 from agents.scan import View, on_discs
 from agents.step import NoStep, Step, certified_step_to, certified_step_to_goal, refused_at
@@ -22,7 +23,6 @@ from protocol.frames import Point
 from protocol.mission import Law, Mission
 from protocol.timeline import StepPlanned
 
-EPOCH = 0  # of steps and orders before the strand has formed
 SPOTS_MAX = 4  # spots of a way closed in one plan, where the certificate refuses what the grid shows
 WAY_CELLS = 200  # of a way that is looked at: 10 m and more
 GAIN_M = 0.01  # as the leader's: a step that saves less of the way is not worth a stop
@@ -86,8 +86,9 @@ def leg_is_clear(seen: View, ahead: Floats, mission: Mission) -> bool:
 class Joining:
     """What a robot remembers from step to step while it joins."""
 
-    def __init__(self, mission: Mission, start: Floats) -> None:
+    def __init__(self, mission: Mission, start: Floats, *, epoch: int = 0) -> None:
         self._mission = mission
+        self._epoch = epoch
         self._map = Map(mission, start)
         self._hits = np.empty((0, 2))
         self._way_m = 0.0
@@ -100,6 +101,9 @@ class Joining:
         seen = without_hulls(view, stands.all, self._mission)
         if admitted and leg_is_clear(seen, stands.strand[-1], self._mission):
             return InPlace()
+        if self._mission.obstacles_move:
+            self._map.forget_where_free(view)
+            self._hits = self._hits[~shown_free(self._hits, view, short_m=self._map.cell_m)]
         self._remember(seen.hit_points)
         step = self._step(view, stands)
         return self._record(step, view, view.hits & ~seen.hits) if isinstance(step, Step) else step
@@ -168,7 +172,7 @@ class Joining:
             promised_m = promised_clearance_m(view, target, hulls, self._mission)
         return StepPlanned(
             step=self._steps,
-            epoch=EPOCH,
+            epoch=self._epoch,
             law=Law.CERTIFIED,
             x_m=float(view.position[0]),
             y_m=float(view.position[1]),

@@ -8,6 +8,7 @@ Rule 3: the last robot in place gives a turn to the nearest that is not, those a
         it gives its own place up, once, and the turn back to the robot ahead, which tries others first.
 Rule 4: a robot drives only in its turn, when all others have said that they know of it, and while it has
         heard the giver within `silence_s`. It ends its turn standing, in place or blocked.
+Rule 5: where obstacles move, a robot that gets no further looks again for a while before it is blocked.
 """
 
 import math
@@ -17,7 +18,7 @@ from msgspec.structs import replace
 
 from agents.commands import Announce, Command, Note
 from agents.driver import Driver
-from agents.joining import EPOCH, InPlace, Joining, Stands, leg_is_clear, without_hulls
+from agents.joining import InPlace, Joining, Stands, leg_is_clear, without_hulls
 from agents.muster import Roster
 from agents.scan import View
 from agents.step import NoStep
@@ -28,23 +29,31 @@ from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
 from protocol.timeline import RobotBlocked, RobotPlaced, RouteLost, StepPlanned
 
+PATIENCE_S = 10.0  # where obstacles move: as long as with a way in the strand that is blocked
+LOOKS_AGAIN_S = 2.0  # who walks by has gone by then
+
 
 class Lining:
     """What one robot knows and says while the strand forms."""
 
-    def __init__(self, robot: int, mission: Mission) -> None:
+    def __init__(self, robot: int, mission: Mission, *, epoch: int = 0) -> None:
+        self.epoch = epoch
+        """Of all that is said and ordered while the strand forms, whose own epoch is the next."""
         self._robot = robot
         self._mission = mission
         least_m = 2.0 * mission.robot_radius_m + mission.separation_m - TOUCHING_M
         self._roster = Roster(mission.robots, mission.goal, least_m)
         self._heard_at_s: dict[int, float] = {}
-        self._said = Muster(number=0, pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0))
+        self._said = Muster(number=0, epoch=epoch, pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0))
         self._announced = 0
         self._announced_at_s = -math.inf
         self._joining: Joining | None = None
         self._step: StepPlanned | None = None
         self._blocked: set[int] = set()
-        self._lost = self._gave_up = False
+        self._lost = self._gave_up = self._step_is_given_up = False
+        self._stood_at: tuple[float, float, Turn] | None = None
+        self._stood_at_s = 0.0
+        self._looks_again_s = self._now_s = 0.0
         self.look: View | None = None
         """A scan from where the robot stands, without the hulls of others; None where it has taken none."""
 
@@ -71,15 +80,28 @@ class Lining:
         """Whether this robot leads and all have confirmed the strand."""
         return self.order[:1] == (self._robot,) and self._roster.agreed()
 
+    @property
+    def beside(self) -> list[Floats]:
+        """Ground (n, 2) that each of the others may be on: where it stands."""
+        if self._roster.places is None:
+            return []
+        return [np.repeat(place[None], 2, axis=0) for place in self._xy(self._others)]
+
+    def give_up_step(self, driver: Driver) -> None:
+        """Have the step in hand end where the robot comes to stand."""
+        self._step_is_given_up = True
+        driver.stand()
+
     def wants_scan(self, driver: Driver) -> bool:
         """Rule 2."""
         if self.look is None and (self._needs_obstacle or self._needs_leg):
             return True
-        return self._may_drive and self._step is None and driver.standing
+        rested = self._now_s >= self._looks_again_s
+        return self._may_drive and self._step is None and driver.standing and rested
 
     def hear(self, robot: int, muster: Muster, now_s: float) -> None:
-        """Take in what another robot announces."""
-        if robot != self._robot and self._roster.hear(robot, muster):
+        """Take in what another robot announces; in another lining up it is void."""
+        if robot != self._robot and muster.epoch == self.epoch and self._roster.hear(robot, muster):
             self._heard_at_s[robot] = now_s
 
     def act(self, driver: Driver, scan: View | None, now_s: float) -> list[Command]:
@@ -90,6 +112,7 @@ class Lining:
             scan: one that was taken where the robot stands, if there is a new one.
             now_s: the time.
         """
+        self._now_s = now_s
         if self._own_turn is None:
             self._say(pose=driver.odometry.pose)
         self._sense(scan)
@@ -195,10 +218,10 @@ class Lining:
         if not driver.standing:
             return []
         step = self._step
-        if step is not None and driver.progress_m < step.reach_m:
-            driver.to(step.target, reach_m=step.reach_m, epoch=EPOCH)
+        if step is not None and driver.progress_m < step.reach_m and not self._step_is_given_up:
+            driver.to(step.target, reach_m=step.reach_m, epoch=self.epoch)
             return []
-        self._step = None
+        self._step, self._step_is_given_up = None, False
         return [] if scan is None else self._join(driver, scan)
 
     def _join(self, driver: Driver, scan: View) -> list[Command]:
@@ -206,8 +229,11 @@ class Lining:
         assert turn is not None, "nobody joins out of turn"
         waiting = [robot for robot in self._others if robot not in strand]
         stands = Stands(self._xy(strand), self._xy(waiting))
-        self._joining = self._joining or Joining(self._mission, scan.position)
+        self._joining = self._joining or Joining(self._mission, scan.position, epoch=self.epoch)
         planned = self._joining.plan(scan, stands)
+        patient = self._mission.obstacles_move and not self._stays(pose, turn)
+        if isinstance(planned, StepPlanned) and self._mission.obstacles_move and not patient:
+            planned = NoStep("its way stays blocked")
         match planned:
             case InPlace():
                 self.look = without_hulls(scan, stands.all, self._mission)
@@ -215,13 +241,23 @@ class Lining:
                 self._say(pose=pose, ended=turn.number, rank=len(strand), gives=None)
                 placed = RobotPlaced(rank=len(strand), turn=turn.number, x_m=pose.x_m, y_m=pose.y_m)
                 return [Note(placed)]
+            case NoStep() if patient:
+                self._looks_again_s = self._now_s + LOOKS_AGAIN_S
+                return []
             case NoStep(reason):
                 self._say(pose=pose, ended=turn.number)
                 return [Note(RobotBlocked(turn=turn.number, reason=reason, x_m=pose.x_m, y_m=pose.y_m))]
             case _:
                 self._step = planned
-                driver.to(planned.target, reach_m=planned.reach_m, epoch=EPOCH)
+                driver.to(planned.target, reach_m=planned.reach_m, epoch=self.epoch)
                 return [Note(planned)]
+
+    def _stays(self, pose: Pose, turn: Turn) -> bool:
+        """Rule 5: whether it has not got away from here for so long, in this turn."""
+        stands_at = (pose.x_m, pose.y_m, turn)
+        if stands_at != self._stood_at:
+            self._stood_at, self._stood_at_s = stands_at, self._now_s
+        return self._now_s - self._stood_at_s >= PATIENCE_S
 
     # --- small things -------------------------------------------------------------------------------
 

@@ -7,7 +7,12 @@ Rule 2: the first robot of the strand leads. Where its tail wants to come back, 
         a way; else it makes room.
 Rule 3: where obstacles move, a robot looks while it drives (`agents.watch`).
 Rule 4: ground that a robot has driven or checked itself stays clear for it, whichever way it goes.
+Rule 5: a robot whose way has been blocked for too long says so, and so does each robot ahead of it. The
+        first then stops where it is and has the strand dissolve, so often at the most; the others stop when
+        they hear of it.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,13 +21,12 @@ from agents.driver import Driver
 from agents.events import LinkHeard
 from agents.follower import Follower
 from agents.leader import DeadEnd, Leader, LookCloser, Plan, Wait
-from agents.scan import on_ground
 from agents.senses import Senses
 from agents.step import Crossed, NoStep
 from agents.strand import THERE_M, Own, Strand
-from agents.watch import good_for_s
+from agents.watch import GIVE_UP_S, Watch
 from protocol.arrays import Floats
-from protocol.messages import AheadState, Reversal
+from protocol.messages import AheadState, Dissolution, Reversal
 from protocol.mission import Mission
 from protocol.timeline import (
     GoalReached,
@@ -32,34 +36,57 @@ from protocol.timeline import (
     RouteLost,
     StepAbandoned,
     StepPlanned,
+    StrandDissolved,
     StrandFormed,
     StrandReversed,
 )
 
 RELEASE_SHARE = 0.9  # of the link's length: so that a robot at the limit does not stop and go
-GIVE_UP_S = 2.0  # somebody who walks by has gone by then
 PATIENCE_S = 30.0  # with what stands in all ways on: who walks to and fro has come and gone by then
 TURNS_MAX = 8  # with no step towards the goal between them
+BLOCKED_S = 5.0  # five checks; on ground where nothing moves only a robot out of its place goes away
+BLOCKED_S_MOVING = 10.0  # who walks by has gone by then, and lining up again takes longer than that
+DISSOLVED_MAX = 8  # in all: every time may undo what the time before has done
 GROWN_M_MIN = 0.1  # of the path, worth telling
 SETTLED_S = 2.0  # who moves is heard of within a heartbeat a robot; between two of them another has begun
+
+
+@dataclass(slots=True)
+class Memory:
+    """What a robot takes along from one strand to the next."""
+
+    leader: Leader | None = None
+    """Set when it has led."""
+    handed: bytes = b""
+    """What another robot that led has seen, and this one has not made use of yet."""
+    dissolved: int = 0
+    """How often a strand has dissolved by now."""
 
 
 class Member:
     """The decisions of one robot in the strand."""
 
-    def __init__(self, mission: Mission, driver: Driver, senses: Senses, strand: Strand) -> None:
+    def __init__(
+        self,
+        mission: Mission,
+        driver: Driver,
+        senses: Senses,
+        watch: Watch,
+        *,
+        strand: Strand,
+        memory: Memory,
+    ) -> None:
         self._mission = mission
         self._driver = driver
         self._senses = senses
+        self._watch = watch
+        self._memory = memory
         self.strand = strand
         self.follower = Follower(mission, strand.start_m)
-        self._leader: Leader | None = None
-        self._handed = b""
         self._step: StepPlanned | None = None
         self._revolutions = mission.revolutions
         self._turns = 0
         self._gives_up = False
-        self._sure_at_s = self._looked_at_s = 0.0
         self._plans_again_s = 0.0
         self._stuck_at_s = np.inf
         self._held = self._arrived = self._lost = False
@@ -79,21 +106,22 @@ class Member:
 
     def act(self, now_s: float) -> list[Command]:
         """What is to be done now."""
-        commands = self._hold()
-        if self.strand.reversal is None and self._driver.standing:
+        commands = self._hold() + self._dissolve(now_s)
+        if not self.strand.halted and self._driver.standing:
             self.strand.pass_on_reversal()
         if self.strand.reversal is not None and self.strand.behind is None:
             commands += self._turn_round(now_s, None)
         commands += self._move(now_s)
-        if self._mission.obstacles_move:
-            commands += self._watch(now_s)
+        commands += self._look(now_s)
         driver = self._driver
-        own = Own(driver.progress_m, driver.odometry.pose, driver.standing, self._arrived)
+        own = Own(
+            driver.progress_m, driver.odometry.pose, driver.standing, self._arrived, self._blocked(now_s)
+        )
         return commands + self.strand.tell(own, now_s)
 
     def _move(self, now_s: float) -> list[Command]:
         strand = self.strand
-        if strand.reversal is not None:
+        if strand.halted:
             return []
         if strand.silent or self._held:
             self._driver.stand()
@@ -102,32 +130,17 @@ class Member:
             return self._follow(now_s)
         return self._back_up(now_s) if strand.back_by_m > 0.0 else self._lead(now_s)
 
-    def _watch(self, now_s: float) -> list[Command]:
+    def _look(self, now_s: float) -> list[Command]:
         """Rule 3: drive on as long as the newest scan is good; give up a step that stays without one."""
         driver = self._driver
         if driver.progress_m - self.strand.path.end_m >= GROWN_M_MIN:
             self.strand.grow(driver.progress_m)
-        if driver.standing or driver.drive.target is None:
-            self._sure_at_s = now_s
-            return []
-        glimpse = self._senses.glimpse(driver.ordered_s)
-        if glimpse is not None:
-            seen, taken_at_s = glimpse
-            robots = np.zeros(len(seen.ranges_m), dtype=np.bool_)
-            for ground in self.strand.robots_beside:
-                robots |= on_ground(seen.points, ground, within_m=self._mission.hull_reach_m)
-            target = np.array([driver.drive.target.x_m, driver.drive.target.y_m])
-            good_s = good_for_s(seen, target, robots, self._mission)
-            driver.permit(taken_at_s + good_s)
-            self._sure_at_s = now_s if good_s > 0.0 else self._sure_at_s
-        if now_s - self._sure_at_s > GIVE_UP_S and self._step is not None:
+        looks = self._watch.look(self.strand.robots_beside, now_s)
+        if now_s - self._watch.sure_at_s > GIVE_UP_S and self._step is not None:
             self._gives_up = True
             driver.stand()
             return []
-        if driver.odometry.t_s <= self._looked_at_s:
-            return []
-        self._looked_at_s = driver.odometry.t_s
-        return self._senses.look(now_s)
+        return looks
 
     def _hold(self) -> list[Command]:
         """The stretch rule: wait for a follower that is too far behind what it has been granted."""
@@ -139,14 +152,63 @@ class Member:
         self._held = not self._held
         return [Note(RobotHeld(behind_m=self.strand.stretch_m) if self._held else RobotReleased())]
 
+    # --- dissolving ---------------------------------------------------------------------------------
+
+    def _blocked(self, now_s: float) -> int | None:
+        """Rule 5: which robot's way is blocked, its own or that of one behind it."""
+        stopped_at_s = min(self.follower.refused_at_s, self._watch.sure_at_s)
+        patience_s = BLOCKED_S_MOVING if self._mission.obstacles_move else BLOCKED_S
+        if not self._held and now_s - stopped_at_s >= patience_s:
+            return self.strand.robot
+        return self.strand.blocked_behind
+
+    def _dissolve(self, now_s: float) -> list[Command]:
+        """Rule 5: stop, and when this robot stands, have the strand dissolve or pass on that it does."""
+        strand, blocked = self.strand, self._blocked(now_s)
+        leads = strand.ahead is None
+        if strand.halted or self._lost or (blocked is None if leads else strand.dissolves_ahead is None):
+            return []
+        self._driver.stand()
+        if not self._driver.standing:
+            return []
+        if not leads:
+            strand.dissolution = strand.dissolves_ahead
+            return []
+        assert blocked is not None, "asked above"
+        if self._memory.dissolved >= DISSOLVED_MAX:
+            self._lost = True
+            reason = f"the way of robot {blocked} is blocked, and the strand has dissolved too often in vain"
+            return [Note(RouteLost(reason=reason))]
+        strand.dissolution = Dissolution(times=self._memory.dissolved + 1, seen=self._seen)
+        return [Note(StrandDissolved(epoch=strand.epoch, blocked=blocked))]
+
+    @property
+    def dissolves(self) -> bool:
+        """Whether this robot only waits for the next lining up."""
+        return self.strand.dissolution is not None
+
+    def leave(self) -> Memory:
+        """The strand has dissolved; returns what to take along."""
+        assert self.strand.dissolution is not None, "nobody leaves a strand before all have been told"
+        self._memory.handed = self.strand.dissolution.seen
+        self._memory.dissolved = self.strand.dissolution.times
+        return self._memory
+
+    @property
+    def _seen(self) -> bytes:
+        """What guidance remembers, for another robot's."""
+        leader = self._memory.leader
+        return leader.map.packed() if leader is not None else self._memory.handed
+
     # --- turning round ------------------------------------------------------------------------------
 
     def _reverse(self, *, cut_m: float, back_by_m: float) -> list[Command]:
         """Have the strand turn round; this robot leads it, and stands."""
         strand, end_m = self.strand, self._driver.progress_m
-        seen = self._leader.map.packed() if self._leader is not None else self._handed
         self._turns += 1
-        strand.reverse(Reversal(cut_m=cut_m, end_m=end_m, back_by_m=back_by_m, turns=self._turns, seen=seen))
+        strand.reverse(
+            Reversal(cut_m=cut_m, end_m=end_m, back_by_m=back_by_m, turns=self._turns, seen=self._seen)
+        )
         return [Note(StrandReversed(epoch=strand.epoch, cut_m=cut_m, end_m=end_m, back_by_m=back_by_m))]
 
     def _turn_round(self, now_s: float, first: AheadState | None) -> list[Command]:
@@ -157,9 +219,9 @@ class Member:
         self.follower.turn_round(
             cut_m=old.reversal.cut_m, end_m=old.reversal.end_m, progress_m=driver.progress_m
         )
-        if self._leader is not None:
-            self._leader.map.reopen()
-        self._handed, self._held, self._turns = old.reversal.seen, False, old.reversal.turns
+        if self._memory.leader is not None:
+            self._memory.leader.map.reopen()
+        self._memory.handed, self._held, self._turns = old.reversal.seen, False, old.reversal.turns
         driver.begin(self.strand.start_m)
         formed = StrandFormed(
             epoch=self.strand.epoch,
@@ -261,12 +323,13 @@ class Member:
 
     def _made_leader(self) -> Leader:
         """The leader in this robot, with what was handed to it."""
-        if self._leader is None:
-            self._leader = Leader(self._mission, self._driver.odometry.pose)
-        if self._handed:
-            self._leader.map.unpack(self._handed)
-            self._handed = b""
-        return self._leader
+        memory = self._memory
+        if memory.leader is None:
+            memory.leader = Leader(self._mission, self._driver.odometry.pose)
+        if memory.handed:
+            memory.leader.map.unpack(memory.handed)
+            memory.handed = b""
+        return memory.leader
 
     def _begin(self, planned: StepPlanned) -> list[Command]:
         self._step = planned

@@ -26,6 +26,10 @@ class Senses:
         """Take in what the sensor answers."""
         self._scan = scan
 
+    def forget(self) -> None:
+        """What has been seen so far is not to be believed any more."""
+        self._scan = None
+
     def ask(self, now_s: float, *, revolutions: int | None = None) -> list[Command]:
         """Ask for a scan, if not just asked: as usual, or of so many revolutions."""
         if now_s - self._asked_at_s < RETRY_S:

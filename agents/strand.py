@@ -9,6 +9,8 @@ Rule 4: the strand turns round as a whole (`Reversal`). The leader decides; each
         behind only when the one ahead has, and it stands itself and knows all of the path. So when the tail
         has heard it, all stand. The tail opens the next epoch, as its first robot, and each takes its new
         place when it first hears the robot that is now ahead of it.
+Rule 5: the strand dissolves as a whole in the same way (`Dissolution`). When the tail has heard it, all
+        stand, and the tail opens the next lining up (`agents.robot`).
 """
 
 import math
@@ -22,7 +24,7 @@ from protocol.arrays import Floats
 from protocol.authority import authority_m, claim_m
 from protocol.frames import Point, Pose
 from protocol.link import Link
-from protocol.messages import AheadState, BehindState, Reversal
+from protocol.messages import AheadState, BehindState, Dissolution, Reversal
 from protocol.mission import Mission
 from protocol.path import Path, straightened
 from protocol.timeline import AuthorityGranted, LinkSilent
@@ -41,6 +43,8 @@ class Own:
     pose: Pose
     stands: bool
     arrived: bool
+    blocked: int | None = None
+    """Which robot's way is blocked: its own, or that of one behind it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,7 +59,13 @@ class Places:
 
 
 def lined_up(
-    robot: int, order: tuple[int, ...], places: Mapping[int, Pose], mission: Mission, now_s: float
+    robot: int,
+    order: tuple[int, ...],
+    places: Mapping[int, Pose],
+    mission: Mission,
+    now_s: float,
+    *,
+    epoch: int = 1,
 ) -> "Strand":
     """A robot's view of the strand when it has formed through the places of all robots."""
     rank = order.index(robot)
@@ -67,7 +77,7 @@ def lined_up(
         behind_m=start_m[order[rank + 1]] if rank + 1 < len(order) else 0.0,
     )
     # A straight queue is one segment: one check, no stops.
-    return Strand(robot, order, Path(straightened(starts)), at, mission=mission, now_s=now_s)
+    return Strand(robot, order, Path(straightened(starts)), at, mission=mission, now_s=now_s, epoch=epoch)
 
 
 class Strand:
@@ -86,7 +96,7 @@ class Strand:
         back_by_m: float = 0.0,
     ) -> None:
         self._mission = mission
-        self._robot = robot
+        self.robot = robot
         self.order = order
         self.epoch = epoch
         self.back_by_m = back_by_m
@@ -114,6 +124,8 @@ class Strand:
         self._step_from = Point(x_m=0.0, y_m=0.0)
         self.reversal: Reversal | None = None
         """Set when this robot and all ahead of it stand until the strand has turned round."""
+        self.dissolution: Dissolution | None = None
+        """Set when this robot and all ahead of it stand until the strand has dissolved."""
         self._told_at_s = -float("inf")
         self._told: tuple[object, ...] = ()
         self._taken: tuple[object, ...] = ()
@@ -131,6 +143,21 @@ class Strand:
         if len(self.path) >= state.vertices and self.path.end_m >= state.reversal.end_m - THERE_M:
             self.reversal = state.reversal
 
+    @property
+    def dissolves_ahead(self) -> Dissolution | None:
+        """Rule 5: what the robot ahead waits for, standing, with all that are ahead of it."""
+        return None if self.ahead is None or self.ahead.state is None else self.ahead.state.dissolution
+
+    @property
+    def halted(self) -> bool:
+        """Whether this robot stands until there is another strand: rules 4 and 5."""
+        return self.reversal is not None or self.dissolution is not None
+
+    @property
+    def blocked_behind(self) -> int | None:
+        """Which of the robots behind has said that its way is blocked."""
+        return None if self.behind is None or self.behind.state is None else self.behind.state.blocked
+
     def turned_round(self, own_m: float, now_s: float, first: AheadState | None) -> "Strand":
         """The strand of the next epoch, as this robot sees it that stands at `own_m`.
 
@@ -145,7 +172,7 @@ class Strand:
             behind_m=end_m - behind_m,
         )
         turned = Strand(
-            self._robot,
+            self.robot,
             tuple(reversed(self.order)),
             self.path.reversed(self.reversal.cut_m, end_m),
             at,
@@ -308,7 +335,7 @@ class Strand:
     def tell(self, own: Own, now_s: float) -> list[Command]:
         """Rule 3: grant what has become free; tell both neighbours if there is news or a heartbeat due."""
         commands = self._grant(own)
-        news = (self.granted_m, len(self.path), own.arrived, self.reversal)
+        news = (self.granted_m, len(self.path), own.arrived, own.blocked, self.reversal, self.dissolution)
         if news == self._told and now_s - self._told_at_s < self._mission.heartbeat_s:
             return commands
         self._told, self._told_at_s = news, now_s
@@ -361,6 +388,7 @@ class Strand:
             vertices=len(self.path),
             backs_up=self.back_by_m > 0.0,
             reversal=self.reversal,
+            dissolution=self.dissolution,
         )
 
     def _behind_state(self, own: Own) -> BehindState:
@@ -371,4 +399,5 @@ class Strand:
             tail_progress_m=min(self.tail_m if self.behind else own.progress_m, own.progress_m),
             stand=own.stands and self._all_stand_behind,
             pose=own.pose,
+            blocked=own.blocked,
         )

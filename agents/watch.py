@@ -4,16 +4,61 @@ Rule 1: no obstacle is faster than the mission says. So at any time after a scan
         whatever may hide where it showed nothing, is no nearer than that speed allows.
 Rule 2: a motion is good until some time when the hull, anywhere that it may be by then, keeps off all that.
         Beyond, the body stands, whether or not its robot is heard: no robot is in contact while it moves.
+Rule 3: whoever drives asks for a scan at every odometry, whether it follows, leads or joins.
 """
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from agents.certificate import scan_walls
-from agents.scan import View
+from agents.commands import Command
+from agents.driver import Driver
+from agents.scan import View, on_ground
+from agents.senses import Senses
 from protocol.arrays import Flags, Floats, segments_apart
 from protocol.mission import WATCH_S, Mission
 
 HORIZONS_S = (4.0 * WATCH_S, 2.0 * WATCH_S, WATCH_S, WATCH_S / 2.0)  # tried, longest first; one suffices
+GIVE_UP_S = 2.0  # a step that stays without a good scan: somebody who walks by has gone by then
+
+
+class Watch:
+    """What a robot that drives has seen last."""
+
+    def __init__(self, mission: Mission, driver: Driver, senses: Senses) -> None:
+        self._mission = mission
+        self._driver = driver
+        self._senses = senses
+        self.sure_at_s = 0.0
+        """When the robot stood last, or knew that it might drive on."""
+        self._looked_at_s = 0.0
+
+    def look(self, beside: Sequence[Floats], now_s: float) -> list[Command]:
+        """Have the body drive on for as long as the newest scan is good, and ask for the next.
+
+        Args:
+            beside: polylines (n, 2) of ground that other robots may be on.
+            now_s: the time.
+        """
+        driver = self._driver
+        if not self._mission.obstacles_move or driver.standing or driver.drive.target is None:
+            self.sure_at_s = now_s
+            return []
+        glimpse = self._senses.glimpse(driver.ordered_s)
+        if glimpse is not None:
+            seen, taken_at_s = glimpse
+            robots = np.zeros(len(seen.ranges_m), dtype=np.bool_)
+            for ground in beside:
+                robots |= on_ground(seen.points, ground, within_m=self._mission.hull_reach_m)
+            target = np.array([driver.drive.target.x_m, driver.drive.target.y_m])
+            good_s = good_for_s(seen, target, robots, self._mission)
+            driver.permit(taken_at_s + good_s)
+            self.sure_at_s = now_s if good_s > 0.0 else self.sure_at_s
+        if driver.odometry.t_s <= self._looked_at_s:
+            return []
+        self._looked_at_s = driver.odometry.t_s
+        return self._senses.look(now_s)
 
 
 def good_for_s(view: View, target: Floats, robots: Flags, mission: Mission) -> float:

@@ -39,6 +39,8 @@ class Muster(Struct, frozen=True, kw_only=True, tag="muster"):
 
     number: Count
     """Counts what this robot announces; the newest is valid."""
+    epoch: Count = 0
+    """Of this lining up: 0 at first, and one more than that of a strand that has dissolved."""
     pose: Pose
     """Where it stands; while it has the turn, where it stood when it was given."""
     obstacle_m: Length | None = None
@@ -78,6 +80,15 @@ class Reversal(Struct, frozen=True, kw_only=True):
     """What the old leader's guidance remembers."""
 
 
+class Dissolution(Struct, frozen=True, kw_only=True):
+    """The strand dissolves: when all stand, they line up again from where they are."""
+
+    times: Count
+    """How often that has happened by now, this time included."""
+    seen: Annotated[bytes, Meta(max_length=SEEN_BYTES_MAX)]
+    """What the old leader's guidance remembers."""
+
+
 class AheadState(Struct, frozen=True, kw_only=True, tag="ahead"):
     """What a robot tells the one behind it."""
 
@@ -99,6 +110,8 @@ class AheadState(Struct, frozen=True, kw_only=True, tag="ahead"):
     """Whether the first robot only makes way for the tail, which wants to come back along the path."""
     reversal: Reversal | None
     """All robots ahead stand, and wait for the strand to turn round."""
+    dissolution: Dissolution | None = None
+    """All robots ahead stand, and wait for the strand to dissolve."""
 
 
 class BehindState(Struct, frozen=True, kw_only=True, tag="behind"):
@@ -112,6 +125,8 @@ class BehindState(Struct, frozen=True, kw_only=True, tag="behind"):
     stand: bool
     """Whether it and all robots behind it stand, as far as is known."""
     pose: Pose
+    blocked: RobotId | None = None
+    """Which robot, it or one behind it, has found its way blocked for too long."""
 
 
 class Drive(Struct, frozen=True, kw_only=True, tag="drive"):
@@ -127,7 +142,7 @@ class Drive(Struct, frozen=True, kw_only=True, tag="drive"):
     speed_mps: Speed
     epoch: Count
     step: Count
-    """The leader's switching step that this drives; 0 for a robot that follows, or joins (in epoch 0)."""
+    """The leader's switching step that this drives; 0 for a robot that follows, or joins."""
     reach_m: Length
     """Arc length of the target along the strand's path: what the authority has to cover."""
     until_s: Seconds | None = None

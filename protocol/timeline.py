@@ -179,6 +179,16 @@ class StrandReversed(_Record, frozen=True, kw_only=True, tag="strand.reversed"):
     ]
 
 
+class StrandDissolved(_Record, frozen=True, kw_only=True, tag="strand.dissolved"):
+    """The robot that leads has the strand dissolve: a robot's way is blocked, and stays so.
+
+    In the next epoch all line up again, from where they stand; the strand that then forms has the one after.
+    """
+
+    epoch: Annotated[Count, Meta(description="that ends")]
+    blocked: Annotated[RobotId, Meta(description="the robot whose way is blocked")]
+
+
 class RobotPlaced(_Record, frozen=True, kw_only=True, tag="robot.placed"):
     """A robot that was not in place at the start has joined: it stands at the strand's end."""
 
@@ -216,10 +226,10 @@ class SeenGap(Struct, frozen=True, kw_only=True):
 
 
 class StepPlanned(_Record, frozen=True, kw_only=True, tag="step.planned"):
-    """The leader has planned a switching step, from one scan; or in epoch 0 a robot that joins."""
+    """The leader has planned a switching step, from one scan; or a robot that joins."""
 
     step: Count
-    epoch: Annotated[Count, Meta(description="of the strand; 0: it has not formed")]
+    epoch: Annotated[Count, Meta(description="of the strand, or of the lining up before it has formed")]
     law: Law
     x_m: Metres
     y_m: Metres
@@ -330,6 +340,7 @@ Record = (
     | RobotStarted
     | StrandFormed
     | StrandReversed
+    | StrandDissolved
     | RobotPlaced
     | RobotBlocked
     | StepPlanned

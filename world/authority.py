@@ -6,14 +6,14 @@ Rule 1: a robot that follows is ordered only to a place of the strand's path, an
 Rule 2: the leader is ordered only to the target of a switching step that it had planned.
 Rule 3: a body moves only with an order in hand, straight from where it took it towards its target, and no
         faster than it can.
-Rule 4: the strand's path is the polyline of the places where the robots lined up, tail first, and then of
-        the targets of the leader's switching steps. When the strand has turned round, it is what there was
-        the other way, and then the new leader's targets; along what there was its first robot may drive.
+Rule 4: the strand's path is the polyline of the places where the robots lined up just before, tail first, and
+        then of the targets of the leader's switching steps. When the strand has turned round, it is what
+        there was the other way, and then the new leader's targets; along what there was its first may drive.
 Rule 5: where the robot ahead died, its last grants may have died with it: then rule 1 is not held against
         an order from after its last entry, which only those could have allowed.
 Rule 6: what a robot has granted it never takes back within the epoch: who was granted it may be there.
-Rule 7: before the strand has formed, in epoch 0, a robot is ordered only to the target of a step that it had
-        planned, and while its body drives there, no other moves.
+Rule 7: while they line up, in epoch 0 and in the one after a strand has dissolved, a robot is ordered only to
+        the target of a step that it had planned, and while its body drives there, no other moves.
 """
 
 import math
@@ -36,15 +36,13 @@ from protocol.timeline import (
     RobotDied,
     StepAbandoned,
     StepPlanned,
+    StrandDissolved,
     StrandFormed,
     StrandReversed,
 )
 
 ROUNDING_M = 1e-6  # of sums of arc lengths, added up by one process and checked by another
 ROUNDING_S = 1e-9
-
-LINING_UP = 0
-"""The epoch of orders before the strand has formed."""
 
 Orders = Sequence[tuple[float, OrderAccepted]]
 
@@ -80,6 +78,8 @@ class Evidence:
     """By robot and epoch."""
     reversals: dict[int, StrandReversed] = field(default_factory=dict)
     """By the epoch that each ended."""
+    lining_up: set[int] = field(default_factory=lambda: {0})
+    """The epochs in which the robots lined up."""
     abandoned: dict[tuple[int, int], dict[int, Point]] = field(default_factory=lambda: defaultdict(dict))
     """Where the steps ended that were given up, by robot and epoch."""
     dead: set[int] = field(default_factory=set)
@@ -87,27 +87,39 @@ class Evidence:
     def hear(self, source: str, entry: Entry) -> None:
         """Take an entry in; those of one source come in their order, sources in any."""
         robot = robot_number(source)
-        if robot is not None:
+        if source == WORLD:
+            self._hear_world(entry)
+        elif robot is not None:
             self.heard_s[robot] = entry.t_s
+            self._hear_robot(robot, entry)
+
+    def _hear_world(self, entry: Entry) -> None:
         match entry.record:
-            case OrderAccepted() as order if source == WORLD:
+            case OrderAccepted() as order:
                 self.orders[order.robot].append((entry.t_s, order))
-            case PoseSampled() as pose if source == WORLD:
+            case PoseSampled() as pose:
                 self.poses[pose.robot].append((entry.t_s, pose))
-            case RobotDied() as death if source == WORLD:
+            case RobotDied() as death:
                 self.dead.add(death.robot)
-            case AuthorityGranted() as grant if robot is not None:
+            case _:
+                pass  # the rest says nothing about authority
+
+    def _hear_robot(self, robot: int, entry: Entry) -> None:
+        match entry.record:
+            case AuthorityGranted() as grant:
                 self.grants[robot].append((entry.t_s, grant))
                 granted = self.granted[robot, grant.to, grant.epoch]
                 granted.append((entry.t_s, max(grant.authority_m, granted[-1][1] if granted else 0.0)))
-            case StepPlanned() as plan if robot is not None:
+            case StepPlanned() as plan:
                 self.plans[robot].append((entry.t_s, plan))
-            case StepAbandoned() as step if robot is not None:
+            case StepAbandoned() as step:
                 self.abandoned[robot, step.epoch][step.step] = Point(x_m=step.x_m, y_m=step.y_m)
-            case StrandFormed() as strand if robot is not None:
+            case StrandFormed() as strand:
                 self.strands[robot, strand.epoch] = strand
-            case StrandReversed() as reversal if robot is not None:
+            case StrandReversed() as reversal:
                 self.reversals[reversal.epoch] = reversal
+            case StrandDissolved(epoch=epoch):
+                self.lining_up.add(epoch + 1)
             case _:
                 pass  # the rest says nothing about authority
 
@@ -128,16 +140,16 @@ class Evidence:
 
     def laid(self, order: tuple[int, ...], epoch: int) -> Path | None:
         """What there was of the strand's path when the epoch began."""
-        if epoch <= 1:
-            starts = [self._lined_up_at(robot) for robot in reversed(order)]
+        if epoch - 1 in self.lining_up:
+            starts = [self._lined_up_at(robot, epoch) for robot in reversed(order)]
             return Path(Point(x_m=start.x_m, y_m=start.y_m) for start in starts)
         reversal = self.reversals.get(epoch - 1)
         before = self._path(tuple(reversed(order)), epoch - 1)
         return None if reversal is None or before is None else before.reversed(reversal.cut_m, reversal.end_m)
 
-    def _lined_up_at(self, robot: int) -> OrderAccepted | PoseSampled:
-        """Where a robot stood when the strand formed: where its first order in the strand found it."""
-        first = (order for _, order in self.orders[robot] if order.epoch > LINING_UP)
+    def _lined_up_at(self, robot: int, epoch: int) -> OrderAccepted | PoseSampled:
+        """Where a robot stood when the strand formed: where its first order from then on found it."""
+        first = (order for _, order in self.orders[robot] if order.epoch >= epoch)
         return next(first, self.poses[robot][-1][1])
 
 
@@ -165,15 +177,16 @@ def _judge_order(
     t_s: float,
     order: OrderAccepted,
 ) -> PromiseBroken | None:
-    if order.target is None or order.epoch == LINING_UP:
-        return _judge_planned(evidence.plans[order.robot], t_s, order)
+    joins = order.epoch in evidence.lining_up
+    if order.target is None or joins:
+        return _judge_planned(evidence.plans[order.robot], t_s, order, joins=joins)
     strand = evidence.strands.get((order.robot, order.epoch))
     path = paths[strand] if strand is not None else None
     if strand is None or path is None or order.robot not in strand.order:
         return _breach(order.robot, order.reach_m, 0.0, f"ordered in epoch {order.epoch} without a strand")
     place = strand.order.index(order.robot)
-    if place == 0 and (order.step > 0 or order.epoch <= 1):
-        return _judge_planned(evidence.plans[order.robot], t_s, order)
+    if place == 0 and (order.step > 0 or order.epoch - 1 in evidence.lining_up):
+        return _judge_planned(evidence.plans[order.robot], t_s, order, joins=False)
     if place == 0:
         laid = evidence.laid(strand.order, order.epoch)
         granted_m, excused, granter = 0.0 if laid is None else laid.end_m, False, "the strand's path"
@@ -214,14 +227,13 @@ def _judge_grants(
 
 
 def _judge_planned(
-    plans: Sequence[tuple[float, StepPlanned]], t_s: float, order: OrderAccepted
+    plans: Sequence[tuple[float, StepPlanned]], t_s: float, order: OrderAccepted, *, joins: bool
 ) -> PromiseBroken | None:
     """Rules 2 and 7. To stand still is always lawful."""
     if order.target is None:
         return None
-    joins = order.epoch == LINING_UP
-    by_then = [plan for at_s, plan in plans if at_s <= t_s + ROUNDING_S]
-    planned = [plan for plan in by_then if (plan.epoch == LINING_UP if joins else plan.step == order.step)]
+    by_then = [plan for at_s, plan in plans if at_s <= t_s + ROUNDING_S and plan.epoch == order.epoch]
+    planned = [plan for plan in by_then if joins or plan.step == order.step]
     miss_m = min((_apart_m(order.target, plan.target) for plan in planned), default=math.inf)
     if miss_m <= ROUNDING_M:
         return None
@@ -261,14 +273,15 @@ class _Drive:
 def _drives(evidence: Evidence, robot: int) -> Iterator[_Drive]:
     """All motions of a body, if anybody joined at all."""
     orders = evidence.orders[robot]
-    if not any(order.epoch == LINING_UP for each in evidence.orders.values() for _, order in each):
+    lining_up = evidence.lining_up
+    if not any(order.epoch in lining_up for each in evidence.orders.values() for _, order in each):
         return
     taken_s = [t_s for t_s, _ in orders]
     for (start_s, start), (end_s, end) in pairwise(evidence.poses[robot]):
         moved_m = math.hypot(end.x_m - start.x_m, end.y_m - start.y_m)
         if moved_m > ROUNDING_M:
             in_hand = bisect_right(taken_s, start_s + ROUNDING_S) - 1
-            joins = in_hand >= 0 and orders[in_hand][1].epoch == LINING_UP
+            joins = in_hand >= 0 and orders[in_hand][1].epoch in lining_up
             yield _Drive(start_s, end_s, robot, joins, moved_m)
 
 

@@ -10,6 +10,7 @@ from protocol.timeline import (
     RouteLost,
     RunEnded,
     StepPlanned,
+    StrandDissolved,
     StrandFormed,
 )
 
@@ -19,10 +20,11 @@ def progress(source: str, entry: Entry) -> str | None:
     match entry.record:
         case StrandFormed(order=order) if source == robot_name(order[0]):
             said = f"strand formed: {' < '.join(map(robot_name, order))}"
-        case StepPlanned(step=step, length_m=length_m, promised_clearance_m=None):
-            said = f"{source} plans step {step}: {length_m:.3f} m"
+        case StrandDissolved(blocked=blocked):
+            said = f"the way of {robot_name(blocked)} is blocked: all line up again"
         case StepPlanned(step=step, length_m=length_m, promised_clearance_m=promised_m):
-            said = f"{source} plans step {step}: {length_m:.3f} m, promises {promised_m:.3f} m"
+            promises = "" if promised_m is None else f", promises {promised_m:.3f} m"
+            said = f"{source} plans step {step}: {length_m:.3f} m{promises}"
         case GoalReached():
             said = f"{source} has reached the goal"
         case RobotArrived(progress_m=progress_m):

@@ -14,6 +14,7 @@ from protocol.timeline import (
     RouteLost,
     ScanServed,
     StepFinished,
+    StrandFormed,
     TrafficCounted,
 )
 
@@ -69,6 +70,8 @@ class Tally:
                 self.goal_reached = True
             case RobotArrived():
                 self.arrived.add(robot)
+            case StrandFormed():
+                self.arrived.discard(robot)  # it is at no place of the new strand yet
             case RouteLost() as lost:
                 self.route_lost = self.route_lost or (entry.t_s, lost)
             case RobotSettled() as settled:
