@@ -7,6 +7,7 @@ Rule 2: a motion is good until some time when the hull, anywhere that it may be 
 Rule 3: whoever drives asks for a scan at every odometry, whether it follows, leads or joins.
 """
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -30,8 +31,8 @@ class Watch:
         self._mission = mission
         self._driver = driver
         self._senses = senses
-        self.sure_at_s = 0.0
-        """When the robot stood last, or knew that it might drive on."""
+        self.unsure_since_s = math.inf
+        """Since when the robot, under way, has not known that it may drive on."""
         self._looked_at_s = 0.0
 
     def look(self, beside: Sequence[Floats], now_s: float) -> list[Command]:
@@ -43,8 +44,9 @@ class Watch:
         """
         driver = self._driver
         if not self._mission.obstacles_move or driver.standing or driver.drive.target is None:
-            self.sure_at_s = now_s
+            self.unsure_since_s = math.inf
             return []
+        self.unsure_since_s = min(self.unsure_since_s, now_s)
         glimpse = self._senses.glimpse(driver.ordered_s)
         if glimpse is not None:
             seen, taken_at_s = glimpse
@@ -54,7 +56,7 @@ class Watch:
             target = np.array([driver.drive.target.x_m, driver.drive.target.y_m])
             good_s = good_for_s(seen, target, robots, self._mission)
             driver.permit(taken_at_s + good_s)
-            self.sure_at_s = now_s if good_s > 0.0 else self.sure_at_s
+            self.unsure_since_s = math.inf if good_s > 0.0 else self.unsure_since_s
         if driver.odometry.t_s <= self._looked_at_s:
             return []
         self._looked_at_s = driver.odometry.t_s
