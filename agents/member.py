@@ -136,7 +136,7 @@ class Member:
         if driver.progress_m - self.strand.path.end_m >= GROWN_M_MIN:
             self.strand.grow(driver.progress_m)
         looks = self._watch.look(self.strand.robots_beside, now_s)
-        if now_s - self._watch.unsure_since_s > GIVE_UP_S and self._step is not None:
+        if now_s - self._watch.still_since_s > GIVE_UP_S and self._step is not None:
             self._gives_up = True
             driver.stand()
             return []
@@ -156,7 +156,7 @@ class Member:
 
     def _blocked(self, now_s: float) -> int | None:
         """Rule 5: which robot's way is blocked, its own or that of one behind it."""
-        stopped_at_s = min(self.follower.refused_at_s, self._watch.unsure_since_s)
+        stopped_at_s = min(self.follower.refused_at_s, self._watch.still_since_s)
         patience_s = BLOCKED_S_MOVING if self._mission.obstacles_move else BLOCKED_S
         if not self._held and now_s - stopped_at_s >= patience_s:
             return self.strand.robot

@@ -92,7 +92,7 @@ class Robot:
         if self._lining.wants_scan(self._driver):
             commands += self._senses.ask(now_s)
         commands += self._watch.look(self._lining.beside, now_s)
-        if now_s - self._watch.unsure_since_s > GIVE_UP_S:
+        if now_s - self._watch.still_since_s > GIVE_UP_S:
             self._lining.give_up_step(self._driver)
         if self._lining.may_lead:
             commands += self._form(self._lining.order, now_s)[1]

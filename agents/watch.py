@@ -18,10 +18,12 @@ from agents.driver import Driver
 from agents.scan import View, on_ground
 from agents.senses import Senses
 from protocol.arrays import Flags, Floats, segments_apart
+from protocol.frames import Pose
 from protocol.mission import WATCH_S, Mission
 
-HORIZONS_S = (4.0 * WATCH_S, 2.0 * WATCH_S, WATCH_S, WATCH_S / 2.0)  # tried, longest first; one suffices
-GIVE_UP_S = 2.0  # a step that stays without a good scan: somebody who walks by has gone by then
+# Tried, longest first; one suffices. The shortest move a robot bit by bit that something has stopped beside.
+HORIZONS_S = tuple(WATCH_S * share for share in (4.0, 2.0, 1.0, 1 / 2, 1 / 4, 1 / 8))
+GIVE_UP_S = 2.0  # a step on which the body stays still: somebody who walks by has gone by then
 
 
 class Watch:
@@ -31,8 +33,9 @@ class Watch:
         self._mission = mission
         self._driver = driver
         self._senses = senses
-        self.unsure_since_s = math.inf
-        """Since when the robot, under way, has not known that it may drive on."""
+        self.still_since_s = math.inf
+        """Since when the body, under way, has not moved: what came too late permitted nothing either."""
+        self._pose: Pose | None = None
         self._looked_at_s = 0.0
 
     def look(self, beside: Sequence[Floats], now_s: float) -> list[Command]:
@@ -44,9 +47,10 @@ class Watch:
         """
         driver = self._driver
         if not self._mission.obstacles_move or driver.standing or driver.drive.target is None:
-            self.unsure_since_s = math.inf
+            self.still_since_s = math.inf
             return []
-        self.unsure_since_s = min(self.unsure_since_s, now_s)
+        moves, self._pose = driver.odometry.pose != self._pose, driver.odometry.pose
+        self.still_since_s = math.inf if moves else min(self.still_since_s, now_s)
         glimpse = self._senses.glimpse(driver.ordered_s)
         if glimpse is not None:
             seen, taken_at_s = glimpse
@@ -56,7 +60,6 @@ class Watch:
             target = np.array([driver.drive.target.x_m, driver.drive.target.y_m])
             good_s = good_for_s(seen, target, robots, self._mission)
             driver.permit(taken_at_s + good_s)
-            self.unsure_since_s = math.inf if good_s > 0.0 else self.unsure_since_s
         if driver.odometry.t_s <= self._looked_at_s:
             return []
         self._looked_at_s = driver.odometry.t_s
