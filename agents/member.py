@@ -12,15 +12,14 @@ Rule 5: a robot whose way has been blocked for too long says so, and so does eac
         they hear of it.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from agents.commands import Command, Note
 from agents.driver import Driver
 from agents.events import LinkHeard
 from agents.follower import Follower
-from agents.leader import DeadEnd, Leader, LookCloser, Plan, Wait
+from agents.leader import DeadEnd, LookCloser, Plan, Wait
+from agents.memory import Memory
 from agents.senses import Senses
 from agents.step import Crossed, NoStep
 from agents.strand import THERE_M, Own, Strand
@@ -51,35 +50,16 @@ GROWN_M_MIN = 0.1  # of the path, worth telling
 SETTLED_S = 2.0  # who moves is heard of within a heartbeat a robot; between two of them another has begun
 
 
-@dataclass(slots=True)
-class Memory:
-    """What a robot takes along from one strand to the next."""
-
-    leader: Leader | None = None
-    """Set when it has led."""
-    handed: bytes = b""
-    """What another robot that led has seen, and this one has not made use of yet."""
-    dissolved: int = 0
-    """How often a strand has dissolved by now."""
-
-
 class Member:
     """The decisions of one robot in the strand."""
 
     def __init__(
-        self,
-        mission: Mission,
-        driver: Driver,
-        senses: Senses,
-        watch: Watch,
-        *,
-        strand: Strand,
-        memory: Memory,
+        self, mission: Mission, driver: Driver, senses: Senses, strand: Strand, memory: Memory
     ) -> None:
         self._mission = mission
         self._driver = driver
         self._senses = senses
-        self._watch = watch
+        self._watch = Watch(mission, driver, senses)
         self._memory = memory
         self.strand = strand
         self.follower = Follower(mission, strand.start_m)
@@ -179,7 +159,7 @@ class Member:
             self._lost = True
             reason = f"the way of robot {blocked} is blocked, and the strand has dissolved too often in vain"
             return [Note(RouteLost(reason=reason))]
-        strand.dissolution = Dissolution(times=self._memory.dissolved + 1, seen=self._seen)
+        strand.dissolution = Dissolution(times=self._memory.dissolved + 1, seen=self._memory.seen)
         return [Note(StrandDissolved(epoch=strand.epoch, blocked=blocked))]
 
     @property
@@ -187,28 +167,14 @@ class Member:
         """Whether this robot only waits for the next lining up."""
         return self.strand.dissolution is not None
 
-    def leave(self) -> Memory:
-        """The strand has dissolved; returns what to take along."""
-        assert self.strand.dissolution is not None, "nobody leaves a strand before all have been told"
-        self._memory.handed = self.strand.dissolution.seen
-        self._memory.dissolved = self.strand.dissolution.times
-        return self._memory
-
-    @property
-    def _seen(self) -> bytes:
-        """What guidance remembers, for another robot's."""
-        leader = self._memory.leader
-        return leader.map.packed() if leader is not None else self._memory.handed
-
     # --- turning round ------------------------------------------------------------------------------
 
     def _reverse(self, *, cut_m: float, back_by_m: float) -> list[Command]:
         """Have the strand turn round; this robot leads it, and stands."""
         strand, end_m = self.strand, self._driver.progress_m
         self._turns += 1
-        strand.reverse(
-            Reversal(cut_m=cut_m, end_m=end_m, back_by_m=back_by_m, turns=self._turns, seen=self._seen)
-        )
+        seen = self._memory.seen
+        strand.reverse(Reversal(cut_m=cut_m, end_m=end_m, back_by_m=back_by_m, turns=self._turns, seen=seen))
         return [Note(StrandReversed(epoch=strand.epoch, cut_m=cut_m, end_m=end_m, back_by_m=back_by_m))]
 
     def _turn_round(self, now_s: float, first: AheadState | None) -> list[Command]:
@@ -219,9 +185,8 @@ class Member:
         self.follower.turn_round(
             cut_m=old.reversal.cut_m, end_m=old.reversal.end_m, progress_m=driver.progress_m
         )
-        if self._memory.leader is not None:
-            self._memory.leader.map.reopen()
-        self._memory.handed, self._held, self._turns = old.reversal.seen, False, old.reversal.turns
+        self._memory.take(old.reversal.seen)
+        self._held, self._turns = False, old.reversal.turns
         driver.begin(self.strand.start_m)
         formed = StrandFormed(
             epoch=self.strand.epoch,
@@ -274,7 +239,7 @@ class Member:
         return [Note(StepAbandoned(step=step.step, epoch=step.epoch, x_m=end.x_m, y_m=end.y_m))]
 
     def _plan(self, now_s: float) -> list[Command]:
-        leader, strand = self._made_leader(), self.strand
+        leader, strand = self._memory.leader(self._driver.odometry.pose), self.strand
         settled = strand.quiet_s(now_s) >= SETTLED_S
         if leader.is_done(self._position()):
             strand.back_by_m = 0.0
@@ -320,16 +285,6 @@ class Member:
         """Whether a way that is not there will not be: what moves into the way may move on."""
         self._stuck_at_s = min(self._stuck_at_s, now_s)
         return not self._mission.obstacles_move or now_s - self._stuck_at_s >= PATIENCE_S
-
-    def _made_leader(self) -> Leader:
-        """The leader in this robot, with what was handed to it."""
-        memory = self._memory
-        if memory.leader is None:
-            memory.leader = Leader(self._mission, self._driver.odometry.pose)
-        if memory.handed:
-            memory.leader.map.unpack(memory.handed)
-            memory.handed = b""
-        return memory.leader
 
     def _begin(self, planned: StepPlanned) -> list[Command]:
         self._step = planned

@@ -17,7 +17,8 @@ from agents.commands import Command, Note, Order
 from agents.driver import Driver
 from agents.events import Event, LinkHeard, MusterHeard, OdometryHeard, ScanHeard
 from agents.lining import Lining
-from agents.member import Member, Memory
+from agents.member import Member
+from agents.memory import Memory
 from agents.senses import Senses
 from agents.strand import lined_up
 from agents.watch import GIVE_UP_S, Watch
@@ -35,7 +36,7 @@ class Robot:
         self._driver = Driver(speed_mps=mission.speed_mps, watched=mission.obstacles_move)
         self._senses = Senses(mission, self._driver)
         self._watch = Watch(mission, self._driver, self._senses)
-        self._memory = Memory()
+        self._memory = Memory(mission)
         self._lining = Lining(robot, mission)
         self._member: Member | None = None
 
@@ -71,7 +72,9 @@ class Robot:
 
     def _line_up_again(self, member: Member) -> None:
         """Rule 4."""
-        self._memory, self._member = member.leave(), None
+        assert member.strand.dissolution is not None, "nobody leaves a strand before it has been told"
+        self._memory.part(member.strand.dissolution)
+        self._member = None
         self._lining = Lining(self._robot, self._mission, epoch=member.strand.epoch + 1)
         self._driver.begin(0.0)
         self._senses.forget()
@@ -101,9 +104,7 @@ class Robot:
     def _form(self, order: tuple[int, ...], now_s: float) -> tuple[Member, list[Command]]:
         lining = self._lining
         strand = lined_up(self._robot, order, lining.places, self._mission, now_s, epoch=lining.epoch + 1)
-        self._member = Member(
-            self._mission, self._driver, self._senses, self._watch, strand=strand, memory=self._memory
-        )
+        self._member = Member(self._mission, self._driver, self._senses, strand, self._memory)
         self._driver.begin(strand.start_m)
         commands: list[Command] = [
             Note(

@@ -9,8 +9,7 @@ Rule 4: the strand turns round as a whole (`Reversal`). The leader decides; each
         behind only when the one ahead has, and it stands itself and knows all of the path. So when the tail
         has heard it, all stand. The tail opens the next epoch, as its first robot, and each takes its new
         place when it first hears the robot that is now ahead of it.
-Rule 5: the strand dissolves as a whole in the same way (`Dissolution`). When the tail has heard it, all
-        stand, and the tail opens the next lining up (`agents.robot`).
+Rule 5: the strand dissolves as a whole in the same way (`Dissolution`); then all line up (`agents.robot`).
 """
 
 import math
@@ -109,8 +108,7 @@ class Strand:
         """What of the path there was when the epoch began."""
         self._known_by_all = len(path)
         self.ahead: Link[AheadState] | None = Link(order[rank - 1], now_s) if rank > 0 else None
-        last = rank == len(order) - 1
-        self.behind: Link[BehindState] | None = None if last else Link(order[rank + 1], now_s)
+        self.behind: Link[BehindState] | None = Link(order[rank + 1], now_s) if order[rank + 1 :] else None
         self.own_leg_m = at.ahead_m
         """Up to here, where the robot ahead stood at first, nobody has driven and no leader certified."""
         self.leg_back_m = at.behind_m
@@ -123,9 +121,8 @@ class Strand:
         """Where the leader's step under way is to end, while it may still stop short of it."""
         self._step_from = Point(x_m=0.0, y_m=0.0)
         self.reversal: Reversal | None = None
-        """Set when this robot and all ahead of it stand until the strand has turned round."""
         self.dissolution: Dissolution | None = None
-        """Set when this robot and all ahead of it stand until the strand has dissolved."""
+        """Either is set when this robot and all ahead of it stand until there is another strand."""
         self._told_at_s = -float("inf")
         self._told: tuple[object, ...] = ()
         self._taken: tuple[object, ...] = ()
@@ -150,7 +147,7 @@ class Strand:
 
     @property
     def halted(self) -> bool:
-        """Whether this robot stands until there is another strand: rules 4 and 5."""
+        """Rules 4 and 5: whether this robot stands until there is another strand."""
         return self.reversal is not None or self.dissolution is not None
 
     @property
@@ -218,8 +215,8 @@ class Strand:
         """Ground (n, 2) that the robots ahead and behind may be on, each as last heard."""
         grounds = [self.ground.behind] if self.behind is not None else []
         if self.ahead is not None and self.ahead.state is not None:
-            ahead_m = self.ahead.state.progress_m
-            grounds.append(self.path.between(ahead_m, ahead_m + self._way_m))
+            from_m = self.ahead.state.progress_m
+            grounds.append(self.path.between(from_m, from_m + self._way_m))
         return grounds
 
     def quiet_s(self, now_s: float) -> float:

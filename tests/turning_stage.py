@@ -17,6 +17,7 @@ from agents.commands import Command, Note, Tell
 from agents.driver import Driver
 from agents.events import LinkHeard
 from agents.member import Member
+from agents.memory import Memory
 from agents.senses import Senses
 from agents.strand import THERE_M, lined_up
 from protocol.frames import Point, Pose
@@ -77,7 +78,7 @@ class TurningStage:
         self.members: dict[int, Member] = {}
         for robot, driver in self.drivers.items():
             strand = lined_up(robot, ORDER, places, MISSION, 0.0)
-            self.members[robot] = Member(MISSION, driver, Senses(MISSION, driver), strand)
+            self.members[robot] = Member(MISSION, driver, Senses(MISSION, driver), strand, Memory(MISSION))
             driver.hear(self._odometry(robot))
             driver.begin(strand.start_m)
         self.on_their_way: list[tuple[int, LinkHeard]] = []

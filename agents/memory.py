@@ -1,0 +1,42 @@
+"""What a robot takes along from one strand to the next, whatever its place was in the one before."""
+
+from agents.leader import Leader
+from protocol.frames import Pose
+from protocol.messages import Dissolution
+from protocol.mission import Mission
+
+
+class Memory:
+    """What it has seen while it led, and what was handed to it."""
+
+    def __init__(self, mission: Mission) -> None:
+        self._mission = mission
+        self._leader: Leader | None = None
+        self._handed = b""  # what another robot has seen, unpacked only when it is needed
+        self.dissolved = 0
+        """How often a strand has dissolved by now."""
+
+    @property
+    def seen(self) -> bytes:
+        """What guidance remembers, for another robot's."""
+        return self._leader.map.packed() if self._leader is not None else self._handed
+
+    def take(self, seen: bytes) -> None:
+        """Another robot has led and hands on what it has seen."""
+        self._handed = seen
+        if self._leader is not None:
+            self._leader.map.reopen()
+
+    def part(self, dissolution: Dissolution) -> None:
+        """The strand has dissolved."""
+        self.take(dissolution.seen)
+        self.dissolved = dissolution.times
+
+    def leader(self, here: Pose) -> Leader:
+        """The leader in this robot, with what was handed to it."""
+        if self._leader is None:
+            self._leader = Leader(self._mission, here)
+        if self._handed:
+            self._leader.map.unpack(self._handed)
+            self._handed = b""
+        return self._leader
