@@ -23,7 +23,7 @@ from agents.memory import Memory
 from agents.senses import Senses
 from agents.step import Crossed, NoStep
 from agents.strand import THERE_M, Own, Strand
-from agents.watch import GIVE_UP_S, Watch
+from agents.watch import STILL_S_MAX, Watch
 from protocol.arrays import Floats
 from protocol.messages import AheadState, Dissolution, Reversal
 from protocol.mission import Mission
@@ -44,7 +44,6 @@ RELEASE_SHARE = 0.9  # of the link's length: so that a robot at the limit does n
 PATIENCE_S = 30.0  # with what stands in all ways on: who walks to and fro has come and gone by then
 TURNS_MAX = 8  # with no step towards the goal between them
 BLOCKED_S = 5.0  # five checks; on ground where nothing moves only a robot out of its place goes away
-BLOCKED_S_MOVING = 10.0  # who walks by has gone by then, and lining up again takes longer than that
 DISSOLVED_MAX = 8  # in all: every time may undo what the time before has done
 GROWN_M_MIN = 0.1  # of the path, worth telling
 SETTLED_S = 2.0  # who moves is heard of within a heartbeat a robot; between two of them another has begun
@@ -116,7 +115,7 @@ class Member:
         if driver.progress_m - self.strand.path.end_m >= GROWN_M_MIN:
             self.strand.grow(driver.progress_m)
         looks = self._watch.look(self.strand.robots_beside, now_s)
-        if now_s - self._watch.still_since_s > GIVE_UP_S and self._step is not None:
+        if self._watch.is_in_vain(now_s) and self._step is not None:
             self._gives_up = True
             driver.stand()
             return []
@@ -137,7 +136,7 @@ class Member:
     def _blocked(self, now_s: float) -> int | None:
         """Rule 5: which robot's way is blocked, its own or that of one behind it."""
         stopped_at_s = min(self.follower.refused_at_s, self._watch.still_since_s)
-        patience_s = BLOCKED_S_MOVING if self._mission.obstacles_move else BLOCKED_S
+        patience_s = STILL_S_MAX if self._mission.obstacles_move else BLOCKED_S
         if not self._held and now_s - stopped_at_s >= patience_s:
             return self.strand.robot
         return self.strand.blocked_behind

@@ -21,7 +21,7 @@ from agents.member import Member
 from agents.memory import Memory
 from agents.senses import Senses
 from agents.strand import lined_up
-from agents.watch import GIVE_UP_S, Watch
+from agents.watch import Watch
 from protocol.messages import AheadState, Muster
 from protocol.mission import Mission
 from protocol.timeline import StrandFormed
@@ -95,7 +95,7 @@ class Robot:
         if self._lining.wants_scan(self._driver):
             commands += self._senses.ask(now_s)
         commands += self._watch.look(self._lining.beside, now_s)
-        if now_s - self._watch.still_since_s > GIVE_UP_S:
+        if self._watch.is_in_vain(now_s):
             self._lining.give_up_step(self._driver)
         if self._lining.may_lead:
             commands += self._form(self._lining.order, now_s)[1]

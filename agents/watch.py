@@ -23,7 +23,10 @@ from protocol.mission import WATCH_S, Mission
 
 # Tried, longest first; one suffices. The shortest move a robot bit by bit that something has stopped beside.
 HORIZONS_S = tuple(WATCH_S * share for share in (4.0, 2.0, 1.0, 1 / 2, 1 / 4, 1 / 8))
-GIVE_UP_S = 2.0  # a step on which the body stays still: somebody who walks by has gone by then
+GIVE_UP_S = 2.0  # a step that the scans do not permit: somebody who walks by has gone by then
+STILL_S_MAX = (
+    10.0  # with 30 % of all messages lost and late by 0.5 s a body that may move is not still so long
+)
 
 
 class Watch:
@@ -34,7 +37,8 @@ class Watch:
         self._driver = driver
         self._senses = senses
         self.still_since_s = math.inf
-        """Since when the body, under way, has not moved: what came too late permitted nothing either."""
+        """Since when the body, under way, has not moved: what comes too late permits nothing either."""
+        self._unsure_since_s = math.inf  # the newest scans, however late, permitted nothing
         self._pose: Pose | None = None
         self._looked_at_s = 0.0
 
@@ -47,7 +51,7 @@ class Watch:
         """
         driver = self._driver
         if not self._mission.obstacles_move or driver.standing or driver.drive.target is None:
-            self.still_since_s = math.inf
+            self.still_since_s = self._unsure_since_s = math.inf
             return []
         moves, self._pose = driver.odometry.pose != self._pose, driver.odometry.pose
         self.still_since_s = math.inf if moves else min(self.still_since_s, now_s)
@@ -60,10 +64,15 @@ class Watch:
             target = np.array([driver.drive.target.x_m, driver.drive.target.y_m])
             good_s = good_for_s(seen, target, robots, self._mission)
             driver.permit(taken_at_s + good_s)
+            self._unsure_since_s = math.inf if good_s > 0.0 else min(self._unsure_since_s, now_s)
         if driver.odometry.t_s <= self._looked_at_s:
             return []
         self._looked_at_s = driver.odometry.t_s
         return self._senses.look(now_s)
+
+    def is_in_vain(self, now_s: float) -> bool:
+        """Whether the step in hand had better be given up."""
+        return now_s - self._unsure_since_s > GIVE_UP_S or now_s - self.still_since_s > STILL_S_MAX
 
 
 def good_for_s(view: View, target: Floats, robots: Flags, mission: Mission) -> float:
