@@ -4,7 +4,8 @@ Rule 1: no obstacle is faster than the mission says. So at any time after a scan
         whatever may hide where it showed nothing, is no nearer than that speed allows.
 Rule 2: a motion is good until some time when the hull, anywhere that it may be by then, keeps off all that.
         Beyond, the body stands, whether or not its robot is heard: no robot is in contact while it moves.
-Rule 3: whoever drives asks for a scan at every odometry, whether it follows, leads or joins.
+Rule 3: towards something a motion has to be good for a while, so that a robot stops with room to leave again.
+Rule 4: whoever drives asks for a scan at every odometry, whether it follows, leads or joins.
 """
 
 import math
@@ -20,9 +21,10 @@ from agents.senses import Senses
 from protocol.arrays import Flags, Floats, segments_apart
 from protocol.frames import Pose
 from protocol.mission import WATCH_S, Mission
+from protocol.sweep import TOUCHING_M
 
-# Tried, longest first; one suffices. The shortest move a robot bit by bit that something has stopped beside.
-HORIZONS_S = tuple(WATCH_S * share for share in (4.0, 2.0, 1.0, 1 / 2, 1 / 4, 1 / 8))
+HORIZONS_S = (4.0 * WATCH_S, 2.0 * WATCH_S, WATCH_S, WATCH_S / 2.0)  # tried, longest first; one suffices
+AWAY_S = (WATCH_S / 4.0, WATCH_S / 8.0)  # then these: away from what has come too near, bit by bit
 GIVE_UP_S = 2.0  # a step that the scans do not permit: somebody who walks by has gone by then
 STILL_S_MAX = (
     10.0  # with 30 % of all messages lost and late by 0.5 s a body that may move is not still so long
@@ -88,10 +90,15 @@ def good_for_s(view: View, target: Floats, robots: Flags, mission: Mission) -> f
     hull_m = walls.keep_m - mission.berth_m + mission.robot_radius_m + mission.mu0_m
     off = target - view.position
     length_m = float(np.hypot(*off))
-    for horizon_s in HORIZONS_S:
+    near_m = segments_apart(view.position, view.position, walls.starts, walls.ends)
+    for horizon_s in HORIZONS_S + AWAY_S:
         share = min(1.0, mission.speed_mps * horizon_s / length_m) if length_m > 0.0 else 0.0
         end = view.position + share * off
         apart_m = segments_apart(view.position, end, walls.starts, walls.ends)
-        if (apart_m >= hull_m + mission.obstacle_speed_mps_max * horizon_s).all():
+        free = apart_m >= hull_m + mission.obstacle_speed_mps_max * horizon_s
+        if horizon_s in AWAY_S:
+            room_m = hull_m + mission.obstacle_speed_mps_max * HORIZONS_S[-1]
+            free &= (apart_m >= room_m) | (apart_m >= near_m - TOUCHING_M)
+        if free.all():
             return horizon_s
     return 0.0
