@@ -90,15 +90,18 @@ def good_for_s(view: View, target: Floats, robots: Flags, mission: Mission) -> f
     hull_m = walls.keep_m - mission.berth_m + mission.robot_radius_m + mission.mu0_m
     off = target - view.position
     length_m = float(np.hypot(*off))
-    near_m = segments_apart(view.position, view.position, walls.starts, walls.ends)
-    for horizon_s in HORIZONS_S + AWAY_S:
+
+    def swept_m(horizon_s: float) -> Floats:
         share = min(1.0, mission.speed_mps * horizon_s / length_m) if length_m > 0.0 else 0.0
-        end = view.position + share * off
-        apart_m = segments_apart(view.position, end, walls.starts, walls.ends)
-        free = apart_m >= hull_m + mission.obstacle_speed_mps_max * horizon_s
-        if horizon_s in AWAY_S:
-            room_m = hull_m + mission.obstacle_speed_mps_max * HORIZONS_S[-1]
-            free &= (apart_m >= room_m) | (apart_m >= near_m - TOUCHING_M)
-        if free.all():
+        return segments_apart(view.position, view.position + share * off, walls.starts, walls.ends)
+
+    def in_the_way(horizon_s: float) -> Flags:
+        return swept_m(horizon_s) < hull_m + mission.obstacle_speed_mps_max * horizon_s
+
+    for horizon_s in HORIZONS_S:
+        if not in_the_way(horizon_s).any():
             return horizon_s
-    return 0.0
+    near = in_the_way(HORIZONS_S[-1])
+    if (swept_m(HORIZONS_S[-1])[near] < swept_m(0.0)[near] - TOUCHING_M).any():
+        return 0.0
+    return next((horizon_s for horizon_s in AWAY_S if not in_the_way(horizon_s).any()), 0.0)
