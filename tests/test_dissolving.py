@@ -10,14 +10,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from agents.driver import Driver
+from agents.lining import Lining
 from lab.network import NetworkFaults
 from lab.rehearsal import Rehearsal
-from protocol.messages import Dissolution
-from protocol.timeline import OrderAccepted, RobotArrived, StrandDissolved, StrandFormed
+from protocol.frames import Pose
+from protocol.messages import Dissolution, Muster, Odometry, Phase
+from protocol.mission import Law
+from protocol.timeline import Entry, OrderAccepted, RobotArrived, StrandDissolved, StrandFormed
+from tests.one_step import under
 from tests.turning_stage import ORDER, TurningStage
 from world.ending import Ending
 from world.judgement import judge
 from world.scenario import Scenario, load
+from world.tally import Tally
 
 DOOR = Path(__file__).parents[1] / "launch" / "scenarios" / "door.toml"
 PERFECT = NetworkFaults()
@@ -36,7 +42,7 @@ def scenario(tmp_path: Path, *changes: tuple[str, str]) -> Scenario:
         text = text.replace(old, new)
     changed = tmp_path / "door.toml"
     changed.write_text(text, encoding="utf-8")
-    return load(changed)
+    return load(str(changed))
 
 
 def queue(robots: int, spacing_m: float) -> list[tuple[str, str]]:
@@ -52,6 +58,10 @@ def queue(robots: int, spacing_m: float) -> list[tuple[str, str]]:
 def closing(from_s: float) -> tuple[str, str]:
     """The door closes in three seconds, and stays closed."""
     return TRACK, f"track = [[{from_s}, 3.25, 1.0], [{from_s + 3.0}, 3.25, 2.0]]"
+
+
+def entry(n: int, record: RobotArrived | StrandFormed) -> Entry:
+    return Entry(n=n, t_s=float(n), hlc="", record=record)
 
 
 def dissolutions(rehearsal: Rehearsal) -> list[StrandDissolved]:
@@ -113,6 +123,24 @@ def test_who_has_arrived_arrives_anew_in_the_strand_that_forms_again(tmp_path: P
     formed = [index for index, record in enumerate(of_leader) if isinstance(record, StrandFormed)]
     assert arrived[0] < of_leader.index(dissolved) < formed[1] < arrived[1]
     assert rehearsal.world.tally.arrived == {1, 2, 3}
+
+
+def test_who_takes_its_place_in_another_strand_has_not_arrived_in_it() -> None:
+    tally = Tally()
+    tally.hear("r1", entry(1, RobotArrived(progress_m=1.0)))
+    assert tally.arrived == {1}
+    tally.hear("r1", entry(2, StrandFormed(epoch=3, sensed=False, order=(1, 2), path_length_m=1.0)))
+    assert tally.arrived == set()
+
+
+@pytest.mark.parametrize(("epoch", "heard"), [(0, 0), (2, 1), (4, 0)])
+def test_an_announcement_of_another_lining_up_is_void(epoch: int, heard: int) -> None:
+    here, there = (Pose(x_m=x_m, y_m=0.0, heading_rad=0.0) for x_m in (0.0, 1.0))
+    lining, driver = Lining(1, under(Law.CERTIFIED, robots=2), epoch=2), Driver(speed_mps=0.3)
+    driver.hear(Odometry(t_s=0.0, pose=here, moving=False, finished=0, phase=Phase.RUNNING))
+    lining.act(driver, None, 0.0)
+    lining.hear(2, Muster(number=9, epoch=epoch, pose=there), 0.1)
+    assert len(lining.beside) == heard
 
 
 def test_orders_of_a_lining_up_that_nothing_announced_break_s3(tmp_path: Path) -> None:
