@@ -7,7 +7,7 @@ class Ending(StrEnum):
     """The end of `running`."""
 
     ARRIVED = "every robot has arrived"
-    ROUTE_LOST = "the leader knows no way on"
+    ROUTE_LOST = "no_route: the leader knows no way on"
     DEATH = "a robot died and nothing moves any more"
     TIMED_OUT = "the time is up"
     MISSING = "not all robots came"
