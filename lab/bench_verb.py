@@ -14,7 +14,7 @@ from lab.campaign_scenes import find_scenes
 from lab.field import Field, Kind, scene
 from lab.options import AS_JSON
 from protocol.errors import UsageError
-from world.reading import understand
+from protocol.reading import understand
 from world.scenario import Scenario, load
 from world.scene import as_scenario
 

@@ -6,7 +6,7 @@ import click
 
 from lab.field import DENSITY, ROBOT_RADIUS_M, SIZE_M, WIDTH_RADII, Field, Kind, scene
 from lab.options import SEED
-from world.reading import understand
+from protocol.reading import understand
 
 
 @click.command()

@@ -8,7 +8,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from protocol.frames import Count, Length, Metres, Point, Radians, RobotId, Seconds
+from protocol.frames import ROBOTS_MAX, Count, Length, Metres, Point, Radians, RobotId, Seconds
 from protocol.mission import Law
 
 Text = Annotated[str, Meta(max_length=2000)]
@@ -32,7 +32,19 @@ class RobotDied(_Record, frozen=True, kw_only=True, tag="robot.died"):
     """A robot's token has gone, and it has said nothing for the grace time, before the run was over."""
 
     robot: RobotId
-    silent_since_s: Annotated[Seconds, Meta(description="time of the last order heard from it")]
+    silent_since_s: Annotated[Seconds, Meta(description="basis of the last order that was heard from it")]
+
+
+class RobotRestarted(_Record, frozen=True, kw_only=True, tag="robot.restarted"):
+    """A robot's token has come that bears another incarnation: a new process has taken its place."""
+
+    robot: RobotId
+
+
+class RobotReturned(_Record, frozen=True, kw_only=True, tag="robot.returned"):
+    """A robot that was taken for dead is there again, in the same process: it was frozen, or cut off."""
+
+    robot: RobotId
 
 
 class OrderAccepted(_Record, frozen=True, kw_only=True, tag="order.accepted"):
@@ -138,6 +150,19 @@ class MessageRefused(_Record, frozen=True, kw_only=True, tag="message.refused"):
 
     key: Annotated[Text, Meta(description="without the run's root")]
     reason: Text
+
+
+class FaultInjected(_Record, frozen=True, kw_only=True, tag="fault.injected"):
+    """A fault plan has struck: a message, noted by its receiver, or a process."""
+
+    fault: Annotated[Text, Meta(description="`drop`, `delay`, ..., as in the plan; `start` ends a restart")]
+    rule: Annotated[Text, Meta(description="the rule's name")]
+    key: Annotated[Text | None, Meta(description="of the message, without the run's root")] = None
+    number: Annotated[
+        Count | None,
+        Meta(description="of the message on that key; an answer's, or a query's, is the receiver's count"),
+    ] = None
+    process: Annotated[Text | None, Meta(description="which was struck: `r3`, `world`, `router`")] = None
 
 
 class RunEnded(_Record, frozen=True, kw_only=True, tag="run.ended"):
@@ -277,6 +302,42 @@ class LinkHeard(_Record, frozen=True, kw_only=True, tag="link.heard"):
     neighbour: RobotId
 
 
+class LinkBroken(_Record, frozen=True, kw_only=True, tag="link.broken"):
+    """A robot has given a link up, and has left the strand: docs/strand.md, Healing."""
+
+    neighbour: RobotId
+    cause: Annotated[str, Meta(description="`token`: it shows none any more; `silence`: it does")]
+    silent_s: Seconds
+
+
+class MusterCalled(_Record, frozen=True, kw_only=True, tag="muster.called"):
+    """A robot has called all members to line up again."""
+
+    epoch: Count
+    members: Annotated[tuple[RobotId, ...], Meta(max_length=ROBOTS_MAX)]
+    why: Text
+
+
+class MusterJoined(_Record, frozen=True, kw_only=True, tag="muster.joined"):
+    """A robot has left whatever it was in for a muster that was called."""
+
+    epoch: Count
+
+
+class LeaderSucceeded(_Record, frozen=True, kw_only=True, tag="leader.succeeded"):
+    """A robot leads now that did not lead the strand before."""
+
+    epoch: Count
+    before: Annotated[RobotId | None, Meta(description="who led as far as it knows")]
+
+
+class StrandHealed(_Record, frozen=True, kw_only=True, tag="strand.healed"):
+    """The leader of a strand that was called has heard the robot behind it, and may go on."""
+
+    epoch: Count
+    members: Annotated[tuple[RobotId, ...], Meta(max_length=ROBOTS_MAX)]
+
+
 class RobotHeld(_Record, frozen=True, kw_only=True, tag="robot.held"):
     """A robot that might drive on waits for the one behind it: the stretch rule."""
 
@@ -326,6 +387,8 @@ class RobotSettled(_Record, frozen=True, kw_only=True, tag="robot.settled"):
 Record = (
     RobotAppeared
     | RobotDied
+    | RobotRestarted
+    | RobotReturned
     | OrderAccepted
     | OrderRefused
     | OrderFinished
@@ -336,6 +399,7 @@ Record = (
     | ScanServed
     | PromiseBroken
     | MessageRefused
+    | FaultInjected
     | RunEnded
     | RobotStarted
     | StrandFormed
@@ -348,6 +412,11 @@ Record = (
     | AuthorityGranted
     | LinkSilent
     | LinkHeard
+    | LinkBroken
+    | MusterCalled
+    | MusterJoined
+    | LeaderSucceeded
+    | StrandHealed
     | RobotHeld
     | RobotReleased
     | GoalReached

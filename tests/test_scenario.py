@@ -12,8 +12,9 @@ from scipy import ndimage
 
 from protocol.errors import UsageError
 from protocol.mission import Law
+from protocol.reading import understand
 from tests.shape_strategies import as_shapely
-from world.reading import SCENARIOS, understand
+from world.reading import SCENARIOS
 from world.scenario import Scenario, load, schema
 
 NAMES = sorted(path.stem for path in SCENARIOS.glob("*.toml"))

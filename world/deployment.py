@@ -13,13 +13,13 @@ from msgspec import Struct, field
 from protocol.errors import UsageError
 from protocol.frames import Pose
 from protocol.mission import Bounds
+from protocol.reading import understand
 from world import checks
 from world.chance import stream
 from world.clearance import distances
 from world.movers import Movers
 from world.moving import Moving
 from world.piece import Piece, piece_of
-from world.reading import understand
 from world.sections import Fleet, Goal, LawSection
 from world.shapes import Ground, Shape, ground_of
 

@@ -14,11 +14,13 @@ from protocol.errors import UsageError
 from protocol.frames import Length, Point, Speed
 from protocol.messages import RAYS_MAX
 from protocol.mission import Bounds, Mission
-from world import checks, reading, scene
+from protocol.reading import read, understand
+from world import checks, scene
 from world.budget import NOISE_SIGMAS, Budget, blind_per_range, budget, revolutions, sure_range_m
 from world.deployment import deployed, is_undeployed
 from world.movers import Movers
 from world.moving import Moving
+from world.reading import find
 from world.sections import DriveSection, Fleet, Goal, LawSection, SensorSection, Text, TimeSection
 from world.shapes import Ground, Shape, ground_of
 
@@ -198,8 +200,8 @@ def load(
     Raises:
         UsageError: whatever is wrong, in one line.
     """
-    path = reading.find(name_or_path)
-    said = reading.read(path, name_or_path)
+    path = find(name_or_path)
+    said = read(path, name_or_path)
     raw = scene.as_scenario(said, name_or_path) if path.suffix == ".json" else said
     changes = _override(
         raw,
@@ -210,7 +212,7 @@ def load(
     try:
         if deployment is not None or is_undeployed(raw):
             raw = deployed(raw, seed=seed, source=name_or_path)
-        return reading.understand(raw, Scenario, name_or_path)
+        return understand(raw, Scenario, name_or_path)
     except UsageError as error:
         line = scene.in_own_words(str(error), said) if path.suffix == ".json" else str(error)
         raise UsageError(f"{line} ({', '.join(changes)})" if changes else line) from error

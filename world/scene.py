@@ -8,9 +8,9 @@ from msgspec import Meta, Struct
 
 from protocol.errors import UsageError
 from protocol.frames import Metres, wrap
+from protocol.reading import understand
 from world.budget import HEADING_ERRORS, NOISE_SIGMAS
 from world.moving import Name, Track
-from world.reading import understand
 from world.sections import SomeMetres
 from world.shapes import Extent, Position, Shape
 
