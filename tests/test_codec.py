@@ -2,6 +2,7 @@
 
 import copy
 import math
+import zlib
 from collections.abc import Iterator
 from typing import Any
 
@@ -10,10 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.codec import SCHEMA_VERSION, SIZE_MAX_BYTES, decode, encode
+from protocol.codec import SCHEMA_VERSION, SEAL_BYTES, SIZE_MAX_BYTES, decode, encode, sealed
 from protocol.errors import MessageRefusedError
 from protocol.frames import Pose
-from protocol.messages import Ask, LogBatch, Logged, Message, Scan
+from protocol.messages import Ask, LogBatch, Message, Scan
 from protocol.timeline import Entry, RouteLost
 from tests.message_strategies import MESSAGE_TYPES, messages, values_of
 
@@ -46,6 +47,10 @@ def paths(value: Unpacked, path: Path = ()) -> Iterator[Path]:
             yield from paths(value[key], (*path, key))
 
 
+def unpacked(message: Message) -> Unpacked:
+    return msgpack.unpackb(encode(message, 1)[:-SEAL_BYTES])
+
+
 def at(value: Unpacked, path: Path) -> Unpacked:
     for key in path:
         value = value[key]
@@ -55,9 +60,9 @@ def at(value: Unpacked, path: Path) -> Unpacked:
 def with_part(value: Unpacked, path: Path, part: Unpacked) -> bytes:
     changed = copy.deepcopy(value)
     if not path:
-        return bytes(msgpack.packb(part))
+        return sealed(msgpack.packb(part))
     at(changed, path[:-1])[path[-1]] = part
-    return bytes(msgpack.packb(changed))
+    return sealed(msgpack.packb(changed))
 
 
 def refused_or_lawful(payload: bytes) -> bool:
@@ -80,32 +85,46 @@ def test_every_type_of_message_comes_back_as_it_was_sent(
 
 
 def test_any_reader_of_msgpack_can_read_the_wire() -> None:
-    assert msgpack.unpackb(encode(Logged(up_to=7), 3)) == {
-        "v": 1,
-        "n": 3,
-        "m": {"type": "logged", "up_to": 7},
-    }
+    reader = msgpack.Unpacker()
+    reader.feed(payload := encode(Ask(), 3))
+    content, checksum = reader
+    assert content == {"v": SCHEMA_VERSION, "n": 3, "m": {"type": "ask"}}
+    assert checksum == zlib.crc32(payload[:-SEAL_BYTES])
 
 
 @given(st.binary(max_size=400))
 def test_random_bytes_are_refused(payload: bytes) -> None:
-    with pytest.raises(MessageRefusedError):
-        decode(payload)
+    for each in (payload, sealed(payload)):
+        with pytest.raises(MessageRefusedError):
+            decode(each)
 
 
 @given(messages(), st.data())
-def test_a_message_with_bytes_changed_cut_or_inserted_is_refused_or_lawful(
+def test_a_message_with_bytes_changed_cut_or_inserted_before_it_was_sealed_is_refused_or_lawful(
     message: Message, data: st.DataObject
 ) -> None:
-    payload = encode(message, 1)
-    start = data.draw(st.integers(0, len(payload)))
-    end = data.draw(st.integers(start, min(len(payload), start + 8)))
-    refused_or_lawful(payload[:start] + data.draw(st.binary(max_size=8)) + payload[end:])
+    content = encode(message, 1)[:-SEAL_BYTES]
+    start = data.draw(st.integers(0, len(content)))
+    end = data.draw(st.integers(start, min(len(content), start + 8)))
+    refused_or_lawful(sealed(content[:start] + data.draw(st.binary(max_size=8)) + content[end:]))
+
+
+@given(messages(), st.data())
+def test_a_message_with_a_bit_flipped_on_its_way_or_cut_off_is_refused(
+    message: Message, data: st.DataObject
+) -> None:
+    payload = bytearray(encode(message, 1))
+    bit = data.draw(st.integers(0, 8 * len(payload) - 1))
+    payload[bit // 8] ^= 1 << bit % 8
+    with pytest.raises(MessageRefusedError, match="checksum"):
+        decode(bytes(payload))
+    with pytest.raises(MessageRefusedError):
+        decode(encode(message, 1)[: bit // 8])
 
 
 @given(messages(), st.data())
 def test_a_message_with_any_part_replaced_is_refused_or_lawful(message: Message, data: st.DataObject) -> None:
-    raw = msgpack.unpackb(encode(message, 1))
+    raw = unpacked(message)
     path = data.draw(st.sampled_from(list(paths(raw))))
     refused_or_lawful(with_part(raw, path, data.draw(st.sampled_from(WRONG))))
 
@@ -114,7 +133,7 @@ def test_a_message_with_any_part_replaced_is_refused_or_lawful(message: Message,
 def test_no_number_of_any_message_may_be_nan_infinite_out_of_bounds_or_no_number(
     message: Message, wrong: object
 ) -> None:
-    raw = msgpack.unpackb(encode(message, 1))
+    raw = unpacked(message)
     for path in paths(raw):
         if isinstance(at(raw, path), float):
             with pytest.raises(MessageRefusedError):
@@ -125,25 +144,25 @@ def test_no_number_of_any_message_may_be_nan_infinite_out_of_bounds_or_no_number
 def test_a_message_without_one_of_its_fields_is_refused_or_lawful(
     message: Message, data: st.DataObject
 ) -> None:
-    raw = msgpack.unpackb(encode(message, 1))
+    raw = unpacked(message)
     fields = [path for path in paths(raw) if path and isinstance(path[-1], str)]
     path = data.draw(st.sampled_from(fields))
     del at(raw, path[:-1])[path[-1]]
-    refused_or_lawful(bytes(msgpack.packb(raw)))
+    refused_or_lawful(sealed(msgpack.packb(raw)))
 
 
 @pytest.mark.parametrize("part", ["v", "n", "m"])
 def test_an_envelope_without_one_of_its_parts_is_refused(part: str) -> None:
-    raw = msgpack.unpackb(encode(Ask(), 1))
+    raw = unpacked(Ask())
     del raw[part]
     with pytest.raises(MessageRefusedError):
-        decode(msgpack.packb(raw))
+        decode(sealed(msgpack.packb(raw)))
 
 
 @pytest.mark.parametrize("version", [0, SCHEMA_VERSION + 1, -1, "1", None, [1] * 9000])
 def test_another_schema_version_is_refused_by_that_name(version: object) -> None:
     with pytest.raises(MessageRefusedError, match="schema version"):
-        decode(msgpack.packb({"v": version, "n": 1, "m": {"type": "ask"}}))
+        decode(sealed(msgpack.packb({"v": version, "n": 1, "m": {"type": "ask"}})))
 
 
 @pytest.mark.parametrize(
@@ -161,8 +180,8 @@ def test_another_schema_version_is_refused_by_that_name(version: object) -> None
         b"\xc9\xff\xff\xff\xff\x05",
         b"\x81\x81\xc0\xc0\xc0",
         b"\x81\xa1\xff\xc0",
-        msgpack.packb({"v": 1, "n": 1, "m": msgpack.ExtType(5, b"x")}),
-        msgpack.packb({"v": 1, "n": 1, "m": {"type": "x" * 60_000}}),
+        msgpack.packb({"v": SCHEMA_VERSION, "n": 1, "m": msgpack.ExtType(5, b"x")}),
+        msgpack.packb({"v": SCHEMA_VERSION, "n": 1, "m": {"type": "x" * 60_000}}),
     ],
     ids=[
         "empty",
@@ -184,6 +203,9 @@ def test_another_schema_version_is_refused_by_that_name(version: object) -> None
 def test_a_payload_made_to_hurt_is_refused_with_a_short_reason(payload: bytes) -> None:
     with pytest.raises(MessageRefusedError) as refusal:
         decode(payload)
+    assert 0 < len(str(refusal.value)) <= 200
+    with pytest.raises(MessageRefusedError) as refusal:
+        decode(sealed(payload))
     assert 0 < len(str(refusal.value)) <= 200
 
 
