@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from protocol.messages import AheadState, BehindState, Drive, Muster
+from protocol.messages import AheadState, Announcement, BehindState, Drive
 from protocol.timeline import Record
 
 
@@ -10,7 +10,7 @@ from protocol.timeline import Record
 class Announce:
     """Tell all robots."""
 
-    muster: Muster
+    muster: Announcement
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from protocol.messages import AheadState, BehindState, Muster, Odometry, Scan
+from protocol.messages import AheadState, Announcement, BehindState, Odometry, Scan
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,10 +21,10 @@ class ScanHeard:
 
 @dataclass(frozen=True, slots=True)
 class MusterHeard:
-    """Another robot announces itself."""
+    """Another robot says something to all."""
 
     robot: int
-    muster: Muster
+    muster: Announcement
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,4 +36,20 @@ class LinkHeard:
     state: AheadState | BehindState
 
 
-Event = OdometryHeard | ScanHeard | MusterHeard | LinkHeard
+@dataclass(frozen=True, slots=True)
+class TokenCame:
+    """A process shows that it lives; robot 0 is the world."""
+
+    robot: int
+    incarnation: str
+
+
+@dataclass(frozen=True, slots=True)
+class TokenWent:
+    """A process shows that no longer: it has died, is frozen, or cut off; or this robot is."""
+
+    robot: int
+    incarnation: str
+
+
+Event = OdometryHeard | ScanHeard | MusterHeard | LinkHeard | TokenCame | TokenWent

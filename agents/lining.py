@@ -6,12 +6,15 @@ Rule 2: it senses where the order depends on it (without a goal), where it looks
 Rule 3: the last robot in place gives a turn to the nearest that is not, those apart that it gave one in vain;
         it gives the next when that one has said that its turn has ended. Where all have had theirs in vain
         it gives its own place up, once, and the turn back to the robot ahead, which tries others first.
-Rule 4: a robot drives only in its turn, when all others have said that they know of it, and while it has
-        heard the giver within `silence_s`. It ends its turn standing, in place or blocked.
-Rule 5: where obstacles move, a robot that gets no further looks again for a while before it is blocked.
+Rule 4: a robot drives only in its turn, when all others have said that they know of it, and while each of
+        them has echoed something that it said within `silence_s`. It ends its turn standing.
+Rule 5: in an epoch that was called nobody drives before all members stand in it and whoever is left out must
+        stand, too (docs/strand.md, Healing).
+Rule 6: where obstacles move, a robot that gets no further looks again for a while before it is blocked.
 """
 
 import math
+from collections.abc import Set
 
 import numpy as np
 from msgspec.structs import replace
@@ -36,15 +39,31 @@ LOOKS_AGAIN_S = 2.0  # who walks by has gone by then
 class Lining:
     """What one robot knows and says while the strand forms."""
 
-    def __init__(self, robot: int, mission: Mission, *, epoch: int = 0) -> None:
+    def __init__(
+        self,
+        robot: int,
+        mission: Mission,
+        now_s: float = 0.0,
+        *,
+        epoch: int = 0,
+        members: tuple[int, ...] = (),
+        shunned: Set[int] = frozenset(),
+    ) -> None:
         self.epoch = epoch
         """Of all that is said and ordered while the strand forms, whose own epoch is the next."""
+        self.members = members or tuple(range(1, mission.robots + 1))
+        self.free_at_s = None if members else now_s
+        """Rule 5: when whoever has the turn, or leads, may drive; None until that is known."""
+        self.began_s = now_s
+        self._shunned = shunned
         self._robot = robot
         self._mission = mission
         least_m = 2.0 * mission.robot_radius_m + mission.separation_m - TOUCHING_M
-        self._roster = Roster(mission.robots, mission.goal, least_m)
+        self._roster = Roster(self.members, mission.goal, least_m)
         self._heard_at_s: dict[int, float] = {}
-        self._said = Muster(number=0, epoch=epoch, pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0))
+        self._said = Muster(
+            number=0, epoch=epoch, pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), members=members
+        )
         self._announced = 0
         self._announced_at_s = -math.inf
         self._joining: Joining | None = None
@@ -58,6 +77,16 @@ class Lining:
         """A scan from where the robot stands, without the hulls of others; None where it has taken none."""
 
     @property
+    def is_called(self) -> bool:
+        """Whether its members have been named: some robots may have been left out."""
+        return bool(self._said.members)
+
+    @property
+    def all_are_bound(self) -> bool:
+        """Whether all members stand in this epoch."""
+        return self._roster.places is not None
+
+    @property
     def places(self) -> dict[int, Pose]:
         """Where all robots stand."""
         places = self._roster.places
@@ -68,7 +97,7 @@ class Lining:
     def order(self) -> tuple[int, ...]:
         """The strand, leader first; empty until all are in place."""
         strand = self._roster.strand
-        return strand if len(strand) == self._mission.robots else ()
+        return strand if len(strand) == len(self.members) else ()
 
     @property
     def sensed(self) -> bool:
@@ -101,8 +130,24 @@ class Lining:
 
     def hear(self, robot: int, muster: Muster, now_s: float) -> None:
         """Take in what another robot announces; in another lining up it is void."""
+        if robot in self._shunned or muster.echo_s > now_s:
+            return
         if robot != self._robot and muster.epoch == self.epoch and self._roster.hear(robot, muster):
-            self._heard_at_s[robot] = now_s
+            self._heard_at_s[robot] = max(now_s, muster.t_s)
+
+    def heard_at_s(self, robot: int) -> float:
+        """When a member was heard last, or this lining up began."""
+        return self._heard_at_s.get(robot, self.began_s)
+
+    def unheard_pairs(self) -> set[tuple[int, int]]:
+        """Which members have not heard which, as they say; who has said nothing has heard nobody."""
+        heard = self._roster.heard
+        return {
+            (one, other)
+            for one in self.members
+            for other in self.members
+            if one != other and (one not in heard or other not in heard[one].hears)
+        }
 
     def act(self, driver: Driver, scan: View | None, now_s: float) -> list[Command]:
         """Sense, take a turn or give one, and announce what is new.
@@ -113,10 +158,14 @@ class Lining:
             now_s: the time.
         """
         self._now_s = now_s
+        if self._announced == 0 and not driver.standing:
+            return []
         if self._own_turn is None:
             self._say(pose=driver.odometry.pose)
+        if self._said.members:
+            self._say(hears=tuple(sorted(self._roster.heard)))
         self._sense(scan)
-        commands = self._take_turn(driver, scan, now_s) + self._give_turn()
+        commands = self._take_turn(driver, scan) + self._give_turn()
         turn = self._roster.turn
         self._say(turn=turn.number if turn is not None else 0, order=self.order)
         return commands + self._announce(now_s)
@@ -135,7 +184,9 @@ class Lining:
                 return []
             self._say(number=self._said.number + 1)
         self._announced, self._announced_at_s = self._said.number, now_s
-        return [Announce(self._said)]
+        turn = self._roster.turn
+        mover = self._roster.heard.get(turn.robot) if turn is not None else None
+        return [Announce(replace(self._said, t_s=now_s, echo_s=0.0 if mover is None else mover.t_s))]
 
     # --- rule 2 -------------------------------------------------------------------------------------
 
@@ -167,7 +218,7 @@ class Lining:
 
     def _give_turn(self) -> list[Command]:
         strand, given, newest = self._roster.strand, self._said.gives, self._roster.turn
-        if strand[-1:] != (self._robot,) or len(strand) == self._mission.robots or self._lost:
+        if strand[-1:] != (self._robot,) or len(strand) == len(self.members) or self._lost:
             return []
         if newest is not None and newest.robot == self._robot and newest.number > self._said.ended:
             self._blocked = {self._roster.giver(newest)}  # it gave up its place for the others
@@ -206,13 +257,15 @@ class Lining:
 
     @property
     def _may_drive(self) -> bool:
-        turn = self._own_turn
-        return turn is not None and self._roster.all_know_of(turn)
+        turn, free_at_s = self._own_turn, self.free_at_s
+        if turn is None or free_at_s is None or self._now_s < free_at_s:
+            return False
+        return self._roster.all_stand_in(turn, since_s=self._now_s - self._mission.silence_s)
 
-    def _take_turn(self, driver: Driver, scan: View | None, now_s: float) -> list[Command]:
-        if not self._may_drive:
+    def _take_turn(self, driver: Driver, scan: View | None) -> list[Command]:
+        if self._own_turn is None:
             return []
-        if now_s - self._heard_at_s[self._roster.strand[-1]] > self._mission.silence_s:
+        if not self._may_drive:
             driver.stand()
             return []
         if not driver.standing:
@@ -253,7 +306,7 @@ class Lining:
                 return [Note(planned)]
 
     def _stays(self, pose: Pose, turn: Turn) -> bool:
-        """Rule 5: whether it has not got away from here for so long, in this turn."""
+        """Rule 6: whether it has not got away from here for so long, in this turn."""
         stands_at = (pose.x_m, pose.y_m, turn)
         if stands_at != self._stood_at:
             self._stood_at, self._stood_at_s = stands_at, self._now_s

@@ -1,7 +1,7 @@
 """A robot's part in the strand: it leads, backs up or follows, by its rank, until it has arrived.
 
-Rule 1: a robot stands while a link is silent, while it waits for the one behind it, and from when it has
-        passed on that the strand turns round until it has.
+Rule 1: a robot stands while a link is silent, before whoever was left out must stand, while it waits for
+        the one behind it, and from when it has passed on that the strand turns round until it has.
 Rule 2: the first robot of the strand leads. Where its tail wants to come back, the first backs up along the
         path that there is until the tail has. Where there is no more path it leads for good, if it knows
         a way; else it makes room.
@@ -25,6 +25,7 @@ from agents.step import Crossed, NoStep
 from agents.strand import THERE_M, Own, Strand
 from agents.watch import STILL_S_MAX, Watch
 from protocol.arrays import Floats
+from protocol.epochs import is_called
 from protocol.messages import AheadState, Dissolution, Reversal
 from protocol.mission import Mission
 from protocol.timeline import (
@@ -37,6 +38,7 @@ from protocol.timeline import (
     StepPlanned,
     StrandDissolved,
     StrandFormed,
+    StrandHealed,
     StrandReversed,
 )
 
@@ -53,7 +55,14 @@ class Member:
     """The decisions of one robot in the strand."""
 
     def __init__(
-        self, mission: Mission, driver: Driver, senses: Senses, strand: Strand, memory: Memory
+        self,
+        mission: Mission,
+        driver: Driver,
+        senses: Senses,
+        strand: Strand,
+        memory: Memory,
+        *,
+        free_at_s: float = 0.0,
     ) -> None:
         self._mission = mission
         self._driver = driver
@@ -69,6 +78,8 @@ class Member:
         self._plans_again_s = 0.0
         self._stuck_at_s = np.inf
         self._held = self._arrived = self._lost = False
+        self._free_at_s = free_at_s
+        self._heals = is_called(strand.epoch)
 
     def hear(self, heard: LinkHeard, now_s: float) -> list[Command]:
         """Take in a neighbour's state; the first of the next epoch turns this robot round."""
@@ -81,7 +92,10 @@ class Member:
             and state.epoch == strand.epoch + 1
         ):
             return self._turn_round(now_s, state) + self.strand.hear(heard, now_s)
-        return strand.hear(heard, now_s)
+        commands = strand.hear(heard, now_s)
+        if strand.handed is not None:
+            self._memory.succeed(strand.handed)
+        return commands
 
     def act(self, now_s: float) -> list[Command]:
         """What is to be done now."""
@@ -94,7 +108,12 @@ class Member:
         commands += self._look(now_s)
         driver = self._driver
         own = Own(
-            driver.progress_m, driver.odometry.pose, driver.standing, self._arrived, self._blocked(now_s)
+            driver.progress_m,
+            driver.odometry.pose,
+            driver.standing,
+            self._arrived,
+            self._memory.handover,
+            self._blocked(now_s),
         )
         return commands + self.strand.tell(own, now_s)
 
@@ -102,9 +121,14 @@ class Member:
         strand = self.strand
         if strand.halted:
             return []
-        if strand.silent or self._held:
+        if strand.silent or self._held or now_s < self._free_at_s:
             self._driver.stand()
             return []
+        if self._heals:
+            self._heals = False
+            if strand.ahead is None:
+                healed = StrandHealed(epoch=strand.epoch, members=tuple(sorted(strand.order)))
+                return [Note(healed), *self._lead(now_s)]
         if strand.ahead is not None:
             return self._follow(now_s)
         return self._back_up(now_s) if strand.back_by_m > 0.0 else self._lead(now_s)
@@ -254,6 +278,8 @@ class Member:
         elif strand.back_by_m > 0.0:
             room_m = strand.back_by_m - strand.tail_m
             planned = leader.make_room(scan, strand.ground, epoch=strand.epoch, room_m=room_m)
+        if strand.behind is not None:
+            self._memory.hand_on()
         self._revolutions = leader.closer if isinstance(planned, LookCloser) else self._mission.revolutions
         return self._carry_out(planned, now_s)
 

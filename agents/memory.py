@@ -2,7 +2,7 @@
 
 from agents.leader import Leader
 from protocol.frames import Pose
-from protocol.messages import Dissolution
+from protocol.messages import Dissolution, Handover
 from protocol.mission import Mission
 
 
@@ -13,6 +13,8 @@ class Memory:
         self._mission = mission
         self._leader: Leader | None = None
         self._handed = b""  # what another robot has seen, unpacked only when it is needed
+        self.handover = Handover(number=0, steps=0, dissolved=0, seen=b"")
+        """The newest that a leader has handed on, this robot or another."""
         self.dissolved = 0
         """How often a strand has dissolved by now."""
 
@@ -27,6 +29,23 @@ class Memory:
         if self._leader is not None:
             self._leader.map.reopen()
 
+    def succeed(self, handover: Handover) -> None:
+        """The robot ahead has handed on what the leader knows."""
+        if handover.number > self.handover.number:
+            self.handover = handover
+            self._handed = handover.seen
+            self.dissolved = max(self.dissolved, handover.dissolved)
+
+    def hand_on(self) -> None:
+        """This robot leads, and has seen or planned more."""
+        assert self._leader is not None, "only who leads hands on"
+        self.handover = Handover(
+            number=self.handover.number + 1,
+            steps=self._leader.steps,
+            dissolved=self.dissolved,
+            seen=self.seen,
+        )
+
     def part(self, dissolution: Dissolution) -> None:
         """The strand has dissolved."""
         self.take(dissolution.seen)
@@ -36,6 +55,7 @@ class Memory:
         """The leader in this robot, with what was handed to it."""
         if self._leader is None:
             self._leader = Leader(self._mission, here)
+        self._leader.steps = max(self._leader.steps, self.handover.steps)
         if self._handed:
             self._leader.map.unpack(self._handed)
             self._handed = b""

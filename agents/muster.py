@@ -104,7 +104,8 @@ def _apart_m(a: Pose, b: Pose) -> float:
 class Roster:
     """What one robot knows of the lining up, its own announcements included."""
 
-    robots: int
+    members: tuple[int, ...]
+    """Who lines up, in ascending order."""
     goal: Point | None
     least_m: float
     """Least distance between the centres of two robots in the strand."""
@@ -117,7 +118,7 @@ class Roster:
     def hear(self, robot: int, muster: Muster) -> bool:
         """Take in an announcement; whether it is newer than what was known."""
         known = self.heard.get(robot)
-        if not 1 <= robot <= self.robots or (known is not None and muster.number <= known.number):
+        if robot not in self.members or (known is not None and muster.number <= known.number):
             return False
         self.heard[robot] = muster
         self.start_order = self.start_order or self._compute_order()
@@ -128,7 +129,7 @@ class Roster:
     @property
     def places(self) -> dict[int, Pose] | None:
         """Where all robots stand; None until all have been heard."""
-        if len(self.heard) < self.robots:
+        if len(self.heard) < len(self.members):
             return None
         return {robot: muster.pose for robot, muster in sorted(self.heard.items())}
 
@@ -152,15 +153,19 @@ class Roster:
         """Who gave a turn."""
         return next(robot for robot, muster in self.heard.items() if muster.gives == turn)
 
-    def all_know_of(self, turn: Turn) -> bool:
-        """Whether every other robot has said that it stands in this turn."""
+    def all_stand_in(self, turn: Turn, *, since_s: float) -> bool:
+        """Whether every other robot has said that it stands in this turn, in answer to what is so new."""
         others = [muster for robot, muster in self.heard.items() if robot != turn.robot]
-        return len(others) == self.robots - 1 and all(muster.turn >= turn.number for muster in others)
+        return len(others) == len(self.members) - 1 and all(
+            muster.turn >= turn.number and muster.echo_s >= since_s for muster in others
+        )
 
     def agreed(self) -> bool:
         """Rule 5: whether all have announced the strand that this roster gives."""
         strand = self.strand
-        return len(strand) == self.robots and all(muster.order == strand for muster in self.heard.values())
+        return len(strand) == len(self.members) and all(
+            muster.order == strand for muster in self.heard.values()
+        )
 
     def _compute_order(self) -> tuple[int, ...]:
         places = self.places
@@ -170,7 +175,7 @@ class Roster:
             return order_with_goal(places, self.goal)
         obstacle_m = {robot: muster.obstacle_m for robot, muster in self.heard.items()}
         known_m = {robot: metres for robot, metres in obstacle_m.items() if metres is not None}
-        return order_without_goal(places, known_m) if len(known_m) == self.robots else ()
+        return order_without_goal(places, known_m) if len(known_m) == len(self.members) else ()
 
     def _count_at_start(self) -> int:
         legs = [self.heard[robot].leg_clear for robot in self.start_order]

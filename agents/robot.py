@@ -4,27 +4,35 @@ Rule 1: whatever happens, silent links are looked for first, then the event is t
         does what its state asks for. So a lost message costs time and nothing else: the next event
         finds the same state and acts on it.
 Rule 2: every odometry is answered with the newest drive order.
-Rule 3: first it lines up (`agents.lining`); from when it has its place in the strand it does its part there
-        (`agents.member`).
+Rule 3: a robot lines up (`agents.lining`), or has its place in the strand and does its part there
+        (`agents.member`), or stands aside, in neither.
 Rule 4: when the strand has dissolved it lines up again, in the next epoch. The tail, which is told last,
         opens that; every other robot that has been told joins in when it hears of it. So nobody lines up
         before all stand for good, and the orders of one epoch end before the next one's begin.
+Rule 5: a robot whose link is broken leaves the strand and calls all to line up (`agents.calls`). Who hears
+        of a newer epoch leaves what it is in: for that one if it is a member, else it stands aside and asks.
 """
 
 from typing import assert_never
 
-from agents.commands import Command, Note, Order
+from agents.calls import ASIDE_S, Calls
+from agents.commands import Announce, Command, Note, Order
 from agents.driver import Driver
-from agents.events import Event, LinkHeard, MusterHeard, OdometryHeard, ScanHeard
+from agents.events import Event, LinkHeard, MusterHeard, OdometryHeard, ScanHeard, TokenCame, TokenWent
 from agents.lining import Lining
 from agents.member import Member
 from agents.memory import Memory
 from agents.senses import Senses
 from agents.strand import lined_up
 from agents.watch import Watch
-from protocol.messages import AheadState, Muster
+from protocol.epochs import of_one_call
+from protocol.link import Link
+from protocol.messages import AheadState, Announcement, Beacon, BehindState, Muster, Plea
 from protocol.mission import Mission
-from protocol.timeline import StrandFormed
+from protocol.timeline import LeaderSucceeded, LinkBroken, MusterCalled, MusterJoined, StrandFormed
+
+BEACON_S = 1.0  # how often a leader says that it leads, and a robot aside that it is there
+RANK_S = 0.3  # robots aside call one after the other, or all would at once
 
 
 class Robot:
@@ -37,82 +45,233 @@ class Robot:
         self._senses = Senses(mission, self._driver)
         self._watch = Watch(mission, self._driver, self._senses)
         self._memory = Memory(mission)
-        self._lining = Lining(robot, mission)
+        self._calls = Calls(robot, mission)
+        self._lining: Lining | None = Lining(robot, mission)
         self._member: Member | None = None
+        self._led_by: int | None = None
+        self._said_at_s = -BEACON_S
+
+    @property
+    def epoch(self) -> int:
+        """The newest that it has been in or heard of."""
+        if self._member is not None:
+            return self._member.strand.epoch
+        return self._lining.epoch if self._lining is not None else self._calls.newest
 
     def handle(self, event: Event, now_s: float) -> list[Command]:
         """Take in what happened; returns what is to be done, in order."""
+        self._calls.enter(now_s)
         commands = self._member.strand.watch(now_s) if self._member is not None else []
         match event:
             case OdometryHeard(odometry):
                 self._driver.hear(odometry)
             case ScanHeard(scan):
                 self._senses.hear(scan)
-            case MusterHeard(robot, muster):
-                self._hear_muster(robot, muster, now_s)
+            case MusterHeard(robot, said):
+                commands += self._hear_announcement(robot, said, now_s)
             case LinkHeard():
                 commands += self._hear_link(event, now_s)
+            case TokenCame(robot, incarnation):
+                self._calls.presence.come(robot, incarnation, now_s)
+            case TokenWent(robot, incarnation):
+                self._calls.presence.go(robot, incarnation, now_s)
             case _:
                 assert_never(event)
         if not self._driver.awake:
             return commands
         before = self._driver.drive
-        if self._member is not None and self._member.dissolves and self._member.strand.behind is None:
-            self._line_up_again(self._member)
-        commands += self._line_up(now_s) if self._member is None else self._member.act(now_s)
+        commands += self._heal(now_s) + self._act(now_s)
         if isinstance(event, OdometryHeard) or self._driver.drive != before:
             commands.append(Order(self._driver.drive))
         return commands
 
-    def _hear_muster(self, robot: int, muster: Muster, now_s: float) -> None:
+    def _act(self, now_s: float) -> list[Command]:
+        member = self._member
+        if member is not None and member.dissolves and member.strand.behind is None:
+            self._line_up_again(member, now_s)
+        if self._lining is not None:
+            return self._line_up(self._lining, now_s)
+        if self._member is None:
+            self._driver.stand()
+            return self._say_now_and_then(Plea(epoch=self._calls.newest, t_s=now_s), now_s)
+        strand = self._member.strand
+        beacon = Beacon(epoch=strand.epoch, t_s=now_s)
+        beacons = self._say_now_and_then(beacon, now_s) if strand.ahead is None else []
+        return beacons + self._member.act(now_s)
+
+    def _say_now_and_then(self, said: Beacon | Plea, now_s: float) -> list[Command]:
+        if now_s - self._said_at_s < BEACON_S:
+            return []
+        self._said_at_s = now_s
+        return [Announce(said)]
+
+    # --- hearing ------------------------------------------------------------------------------------
+
+    def _hear_announcement(self, robot: int, said: Announcement, now_s: float) -> list[Command]:
+        self._calls.hear(said.epoch, now_s)
+        match said:
+            case Muster():
+                return self._hear_muster(robot, said, now_s)
+            case Beacon():
+                return self._hear_beacon(said, now_s)
+            case Plea():
+                return self._hear_plea(robot, said, now_s)
+            case _:
+                assert_never(said)
+
+    def _hear_muster(self, robot: int, muster: Muster, now_s: float) -> list[Command]:
+        commands: list[Command] = []
         member = self._member
         if member is not None and member.dissolves and muster.epoch == member.strand.epoch + 1:
-            self._line_up_again(member)
-        self._lining.hear(robot, muster, now_s)
+            self._line_up_again(member, now_s)
+        elif muster.members and muster.epoch > self.epoch:
+            commands = self._leave_for(muster, now_s)
+        if self._lining is not None:
+            self._lining.hear(robot, muster, now_s)
+        return commands
 
-    def _line_up_again(self, member: Member) -> None:
-        """Rule 4."""
-        assert member.strand.dissolution is not None, "nobody leaves a strand before it has been told"
-        self._memory.part(member.strand.dissolution)
+    def _leave_for(self, muster: Muster, now_s: float) -> list[Command]:
+        """Rule 5: there is a newer epoch, and who is called says whether this robot is."""
+        if self._robot in muster.members:
+            return self._bind(muster.epoch, muster.members, now_s)
+        self._stand_aside(now_s)
+        return []
+
+    def _hear_beacon(self, beacon: Beacon, now_s: float) -> list[Command]:
+        if self._lining is None and self._member is None:
+            self._calls.beacon_at_s = now_s
+            return [Announce(Plea(epoch=beacon.epoch, t_s=now_s))]
+        if beacon.epoch > self.epoch and not of_one_call(beacon.epoch, self.epoch):
+            self._stand_aside(now_s)
+        return []
+
+    def _hear_plea(self, robot: int, plea: Plea, now_s: float) -> list[Command]:
+        strand = self._member.strand if self._member is not None else None
+        if strand is None or strand.ahead is not None or plea.epoch != strand.epoch or robot in strand.order:
+            return []
+        if not self._calls.invites(robot, now_s):
+            return []
+        return self._call(f"robot {robot} asks to join", now_s)
+
+    def _hear_link(self, heard: LinkHeard, now_s: float) -> list[Command]:
+        self._calls.hear(heard.state.epoch, now_s)
+        if self._member is not None:
+            return self._member.hear(heard, now_s)
+        lining, state = self._lining, heard.state
+        if lining is None or not isinstance(state, AheadState) or state.epoch != lining.epoch + 1:
+            return []
+        order = lining.order
+        if not order or order[0] == self._robot:
+            return []
+        member, commands = self._form(lining, now_s)
+        return commands + member.hear(heard, now_s)
+
+    # --- healing ------------------------------------------------------------------------------------
+
+    def _heal(self, now_s: float) -> list[Command]:
+        """Rule 5."""
+        calls = self._calls
+        if not calls.is_awake:
+            return []
+        if self._member is not None:
+            return self._leave_broken(self._member, now_s)
+        if self._lining is not None:
+            why = calls.wants_another(self._lining, now_s)
+            return [] if why is None else self._call(why, now_s)
+        if now_s - calls.beacon_at_s > ASIDE_S + RANK_S * self._robot and calls.is_heard(now_s):
+            return self._call("nobody leads", now_s)
+        return []
+
+    def _leave_broken(self, member: Member, now_s: float) -> list[Command]:
+        """Leave the strand where a neighbour is lost, or has been silent for too long."""
+        presence, mission = self._calls.presence, self._mission
+        if not presence.connected:
+            return []
+        for link in member.strand.links:
+            lost = presence.is_lost(link.neighbour, max(link.heard_at_s, link.made_at_s), now_s)
+            if not lost and link.silent_s(now_s) <= mission.silence_s + mission.patience_s:
+                continue
+            if not lost:
+                self._calls.broke(link.neighbour, now_s)
+            return [Note(_broken(link, lost, now_s)), *self._call(f"robot {link.neighbour} is lost", now_s)]
+        return []
+
+    def _call(self, why: str, now_s: float) -> list[Command]:
+        lining = self._lining
+        if not self._calls.is_heard(now_s):
+            self._stand_aside(now_s)
+            return []
+        epoch, members = self._calls.call(lining, now_s)
+        self._calls.newest = epoch
+        called = MusterCalled(epoch=epoch, members=members, why=why)
+        return [Note(called), *self._bind(epoch, members, now_s)]
+
+    def _bind(self, epoch: int, members: tuple[int, ...], now_s: float) -> list[Command]:
+        """Leave whatever this robot is in, for a muster that has been called."""
+        self._leave()
+        shunned = self._calls.shunned(now_s)
+        self._lining = Lining(
+            self._robot, self._mission, now_s, epoch=epoch, members=members, shunned=shunned
+        )
+        return [Note(MusterJoined(epoch=epoch))]
+
+    def _stand_aside(self, now_s: float) -> None:
+        self._leave()
+        self._lining = None
+        self._calls.beacon_at_s = now_s
+
+    def _leave(self) -> None:
         self._member = None
-        self._lining = Lining(self._robot, self._mission, epoch=member.strand.epoch + 1)
         self._driver.begin(0.0)
         self._senses.forget()
 
-    def _hear_link(self, heard: LinkHeard, now_s: float) -> list[Command]:
-        if self._member is not None:
-            return self._member.hear(heard, now_s)
-        order, state = self._lining.order, heard.state
-        forms = isinstance(state, AheadState) and state.epoch == self._lining.epoch + 1
-        if forms and order and order[0] != self._robot:
-            member, commands = self._form(order, now_s)
-            return commands + member.hear(heard, now_s)
-        return []
+    # --- lining up ----------------------------------------------------------------------------------
 
-    def _line_up(self, now_s: float) -> list[Command]:
+    def _line_up_again(self, member: Member, now_s: float) -> None:
+        """Rule 4."""
+        strand = member.strand
+        assert strand.dissolution is not None, "nobody leaves a strand before it has been told"
+        self._memory.part(strand.dissolution)
+        self._leave()
+        everybody = len(strand.order) == self._mission.robots
+        members = () if everybody else tuple(sorted(strand.order))
+        self._lining = Lining(self._robot, self._mission, now_s, epoch=strand.epoch + 1, members=members)
+
+    def _line_up(self, lining: Lining, now_s: float) -> list[Command]:
+        if lining.free_at_s is None and lining.all_are_bound:
+            lining.free_at_s = self._calls.free_at_s(lining.members, now_s)
         scan = self._senses.take() if self._driver.standing else None
-        commands = self._lining.act(self._driver, scan, now_s)
-        if self._lining.wants_scan(self._driver):
+        commands = lining.act(self._driver, scan, now_s)
+        if lining.wants_scan(self._driver):
             commands += self._senses.ask(now_s)
-        commands += self._watch.look(self._lining.beside, now_s)
-        if self._watch.is_in_vain(now_s):
-            self._lining.give_up_step(self._driver)
-        if self._lining.may_lead:
-            commands += self._form(self._lining.order, now_s)[1]
+        if lining.all_are_bound:
+            commands += self._watch.look(lining.beside, now_s)
+            if self._watch.is_in_vain(now_s):
+                lining.give_up_step(self._driver)
+        if lining.may_lead:
+            commands += self._form(lining, now_s)[1]
         return commands
 
-    def _form(self, order: tuple[int, ...], now_s: float) -> tuple[Member, list[Command]]:
-        lining = self._lining
+    def _form(self, lining: Lining, now_s: float) -> tuple[Member, list[Command]]:
+        order = lining.order
         strand = lined_up(self._robot, order, lining.places, self._mission, now_s, epoch=lining.epoch + 1)
-        self._member = Member(self._mission, self._driver, self._senses, strand, self._memory)
+        self._member = Member(
+            self._mission,
+            self._driver,
+            self._senses,
+            strand,
+            self._memory,
+            free_at_s=now_s if lining.free_at_s is None else lining.free_at_s,
+        )
+        self._lining = None
         self._driver.begin(strand.start_m)
-        commands: list[Command] = [
-            Note(
-                StrandFormed(
-                    epoch=strand.epoch, sensed=lining.sensed, order=order, path_length_m=strand.path.end_m
-                )
-            )
-        ]
+        formed = StrandFormed(
+            epoch=strand.epoch, sensed=lining.sensed, order=order, path_length_m=strand.path.end_m
+        )
+        commands: list[Command] = [Note(formed)]
+        if lining.is_called and order[0] == self._robot != self._led_by:
+            commands.append(Note(LeaderSucceeded(epoch=strand.epoch, before=self._led_by)))
+        self._led_by = order[0]
         if strand.ahead is not None and lining.look is not None and self._mission.law.promises_clearance:
             # The scan that showed its leg clear was taken right here: it need not be taken again.
             checked = self._member.follower.check(
@@ -125,3 +284,8 @@ class Robot:
             )
             commands.append(Note(checked))
         return self._member, commands
+
+
+def _broken(link: Link[AheadState] | Link[BehindState], lost: bool, now_s: float) -> LinkBroken:
+    cause = "token" if lost else "silence"
+    return LinkBroken(neighbour=link.neighbour, cause=cause, silent_s=link.silent_s(now_s))

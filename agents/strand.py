@@ -2,7 +2,7 @@
 
 Rule 1: the path begins where the tail stood when the strand formed, and leads over all places to the
         leader's; so all robots measure the same arc length.
-Rule 2: a robot drives only while it has heard each of its links within `silence_s`. This is checked before
+Rule 2: a robot drives only while each of its links is fresh (`protocol.link`). This is checked before
         anything else whenever the robot is entered, so that one that was frozen finds out first.
 Rule 3: what is granted only grows; it is sent when it has grown enough to matter, and on every heartbeat.
 Rule 4: the strand turns round as a whole (`Reversal`). The leader decides; each robot says so to the one
@@ -10,6 +10,7 @@ Rule 4: the strand turns round as a whole (`Reversal`). The leader decides; each
         has heard it, all stand. The tail opens the next epoch, as its first robot, and each takes its new
         place when it first hears the robot that is now ahead of it.
 Rule 5: the strand dissolves as a whole in the same way (`Dissolution`); then all line up (`agents.robot`).
+Rule 6: what the leader hands on goes from each robot to the one behind, until that has acknowledged it.
 """
 
 import math
@@ -23,7 +24,7 @@ from protocol.arrays import Floats
 from protocol.authority import authority_m, claim_m
 from protocol.frames import Point, Pose
 from protocol.link import Link
-from protocol.messages import AheadState, BehindState, Dissolution, Reversal
+from protocol.messages import AheadState, BehindState, Dissolution, Handover, Reversal
 from protocol.mission import Mission
 from protocol.path import Path, straightened
 from protocol.timeline import AuthorityGranted, LinkSilent
@@ -31,6 +32,7 @@ from protocol.timeline import LinkHeard as LinkHeardAgain
 
 TOLD_VERTICES_MAX = 256  # a message's share of a long path; the rest follows when this has been acknowledged
 THERE_M = 1e-6  # nearer than this to an arc length counts as there: rounding of sums of metres
+URGENT_S = 0.1  # an odometry: so often a robot speaks while a link is not fresh enough to last
 GRANT_M_MIN = 0.05  # a grant worth a message: a tenth of a second at 0.5 m/s
 
 
@@ -42,6 +44,8 @@ class Own:
     pose: Pose
     stands: bool
     arrived: bool
+    handed: Handover
+    """The newest handover that it has."""
     blocked: int | None = None
     """Which robot's way is blocked: its own, or that of one behind it."""
 
@@ -282,12 +286,18 @@ class Strand:
 
     @property
     def silent(self) -> bool:
-        """Whether a link has not been heard for too long, or not at all yet."""
-        return any(link is not None and (link.silent or link.state is None) for link in self._links)
+        """Whether a link is not fresh, or never has been."""
+        return any(link.silent or not link.established for link in self.links)
 
     @property
-    def _links(self) -> tuple[Link[AheadState] | None, Link[BehindState] | None]:
-        return self.ahead, self.behind
+    def links(self) -> list[Link[AheadState] | Link[BehindState]]:
+        """The links that there are."""
+        return [link for link in (self.ahead, self.behind) if link is not None]
+
+    @property
+    def handed(self) -> Handover | None:
+        """What the robot ahead has handed on, if it just has."""
+        return None if self.ahead is None or self.ahead.state is None else self.ahead.state.handed
 
     @property
     def _all_stand_behind(self) -> bool:
@@ -296,16 +306,16 @@ class Strand:
     def watch(self, now_s: float) -> list[Command]:
         """Rule 2: note which links have fallen silent."""
         commands: list[Command] = []
-        for link in self._links:
-            if link is not None and not link.silent and link.silent_s(now_s) > self._mission.silence_s:
+        for link in self.links:
+            if not link.silent and link.silent_s(now_s) > self._mission.silence_s:
                 link.silent = True
                 commands.append(Note(LinkSilent(neighbour=link.neighbour, silent_s=link.silent_s(now_s))))
         return commands
 
     def hear(self, heard: LinkHeard, now_s: float) -> list[Command]:
         """Take in a neighbour's state; one of another epoch, or of nobody beside us, is void."""
-        for link in self._links:
-            if link is not None and link.neighbour == heard.robot and heard.state.epoch == self.epoch:
+        for link in self.links:
+            if link.neighbour == heard.robot and heard.state.epoch == self.epoch:
                 return self._hear(link, heard, now_s)
         return []
 
@@ -324,7 +334,7 @@ class Strand:
                     self._moved_s = now_s
             case _:
                 return []
-        if not (newer and link.silent):
+        if not (newer and link.silent and link.silent_s(now_s) <= self._mission.silence_s):
             return []
         link.silent = False
         return [Note(LinkHeardAgain(neighbour=link.neighbour))]
@@ -332,15 +342,29 @@ class Strand:
     def tell(self, own: Own, now_s: float) -> list[Command]:
         """Rule 3: grant what has become free; tell both neighbours if there is news or a heartbeat due."""
         commands = self._grant(own)
-        news = (self.granted_m, len(self.path), own.arrived, own.blocked, self.reversal, self.dissolution)
-        if news == self._told and now_s - self._told_at_s < self._mission.heartbeat_s:
+        news = (
+            self.granted_m,
+            len(self.path),
+            own.arrived,
+            own.blocked,
+            own.handed.number,
+            self.reversal,
+            self.dissolution,
+        )
+        if news == self._told and now_s - self._told_at_s < self._tell_s(now_s):
             return commands
         self._told, self._told_at_s = news, now_s
         if self.behind is not None:
-            commands.append(Tell(self.behind.neighbour, self._ahead_state(self.behind, own)))
+            commands.append(Tell(self.behind.neighbour, self._ahead_state(self.behind, own, now_s)))
         if self.ahead is not None:
-            commands.append(Tell(self.ahead.neighbour, self._behind_state(own)))
+            commands.append(Tell(self.ahead.neighbour, self._behind_state(self.ahead, own, now_s)))
         return commands
+
+    def _tell_s(self, now_s: float) -> float:
+        """How often to speak: there and back again takes a fresh link two heartbeats and a little."""
+        oldest_s = max((link.silent_s(now_s) for link in self.links), default=0.0)
+        settled = all(link.established for link in self.links) and oldest_s <= 2.5 * self._mission.heartbeat_s
+        return self._mission.heartbeat_s if settled else URGENT_S
 
     def _grant(self, own: Own) -> list[Command]:
         if self.behind is None:
@@ -370,11 +394,14 @@ class Strand:
             return self.path
         return Path([*(Point(x_m=each.x_m, y_m=each.y_m) for each in self.path), self.pending])
 
-    def _ahead_state(self, behind: Link[BehindState], own: Own) -> AheadState:
+    def _ahead_state(self, behind: Link[BehindState], own: Own, now_s: float) -> AheadState:
         # The last that is known is told again: it may have moved on.
         path_from = max((behind.state.vertices if behind.state else self._known_by_all) - 1, 0)
+        has = behind.state.handed if behind.state is not None else own.handed.number
         return AheadState(
             epoch=self.epoch,
+            t_s=now_s,
+            echo_s=behind.said_s,
             path_from=path_from,
             path=self.path.told_from(path_from, TOLD_VERTICES_MAX),
             progress_m=own.progress_m,
@@ -386,11 +413,15 @@ class Strand:
             backs_up=self.back_by_m > 0.0,
             reversal=self.reversal,
             dissolution=self.dissolution,
+            handed=own.handed if has < own.handed.number else None,
         )
 
-    def _behind_state(self, own: Own) -> BehindState:
+    def _behind_state(self, ahead: Link[AheadState], own: Own, now_s: float) -> BehindState:
         return BehindState(
             epoch=self.epoch,
+            t_s=now_s,
+            echo_s=ahead.said_s,
+            handed=own.handed.number,
             vertices=len(self.path),
             progress_m=own.progress_m,
             tail_progress_m=min(self.tail_m if self.behind else own.progress_m, own.progress_m),

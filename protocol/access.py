@@ -3,7 +3,7 @@
 Rule 1: whatever no rule allows is refused.
 Rule 2: a robot says only what carries its own name as the sender, hears only what carries it as the
         receiver (and the muster, which is to all), asks for nothing but its own scan and the mission.
-Rule 3: robots see nobody's token; the world sees all, and shows none.
+Rule 3: everybody sees all tokens, and shows none but its own.
 Rule 4: rules have wildcards, so that they grow with the robots and not with their square.
 """
 
@@ -44,18 +44,18 @@ def _robot_rules(keys: Keys, robot: str) -> list[Json]:
             [keys.link(ANY, robot), keys.odometry(robot), keys.muster(ANY), keys.logged(robot)],
         ),
         *_asks(robot, [keys.scan(robot), keys.mission()]),
+        *_watches(robot, keys),
         _allow(robot, "lives", "ingress", ["liveliness_token"], [keys.alive(robot, ANY)]),
     ]
 
 
 def _world_rules(keys: Keys) -> list[Json]:
-    tokens = [keys.alive(ANY, ANY)]
     return [
         *_says(WORLD, [keys.odometry(ANY), keys.logged(ANY)]),
         *_hears(WORLD, [keys.drive(ANY), keys.log(ANY)]),
         *_answers(WORLD, [keys.scan(ANY), keys.mission()]),
-        _allow(WORLD, "watches", "ingress", ["declare_liveliness_subscriber", "liveliness_query"], tokens),
-        _allow(WORLD, "sees", "egress", ["liveliness_token"], tokens),
+        *_watches(WORLD, keys),
+        _allow(WORLD, "lives", "ingress", ["liveliness_token"], [keys.alive(WORLD, ANY)]),
     ]
 
 
@@ -84,6 +84,14 @@ def _answers(name: str, keys: Sequence[str]) -> list[Json]:
     return [
         _allow(name, "answers", "ingress", ["declare_queryable", "reply"], keys),
         _allow(name, "is-asked", "egress", ["query"], keys),
+    ]
+
+
+def _watches(name: str, keys: Keys) -> list[Json]:
+    tokens = [keys.alive(ANY, ANY)]
+    return [
+        _allow(name, "watches", "ingress", ["declare_liveliness_subscriber", "liveliness_query"], tokens),
+        _allow(name, "sees", "egress", ["liveliness_token"], tokens),
     ]
 
 

@@ -1,7 +1,8 @@
 """One link of the strand, seen from one end: the neighbour's newest state, and how long it has been silent.
 
 Rule 1: the newest state by (epoch, number) is kept; older ones and repeats change nothing.
-Rule 2: a state that repeats an old number does not end a silence: it may have been on its way for long.
+Rule 2: a link is fresh as long as the neighbour has echoed something that this robot said not long ago. So
+        one that works one way only is silent at both ends, and what was on its way for long renews nothing.
 """
 
 from dataclasses import dataclass
@@ -17,20 +18,34 @@ class Link(Generic[State]):
     """What is known of one neighbour."""
 
     neighbour: int
-    heard_at_s: float
-    """When the newest state came; at first, when the link was made."""
+    made_at_s: float
     state: State | None = None
     silent: bool = False
+    """Whether that has been said."""
+    said_s: float = 0.0
+    """When the neighbour said the newest that was heard, by its clock: what it is echoed."""
+    heard_at_s: float = 0.0
+    """When the newest was heard, or said where that is later: the neighbour has echoed nothing since."""
+    _echoed_s: float = -1.0
     _number: int = 0
 
     def hear(self, state: State, number: int, now_s: float) -> bool:
         """Take a state in; returns whether it is newer than what was known."""
         newest = (self.state.epoch if self.state else 0, self._number)
-        if (state.epoch, number) <= newest:
+        if (state.epoch, number) <= newest or state.echo_s > now_s:
             return False
-        self.state, self._number, self.heard_at_s = state, number, now_s
+        self.state, self._number = state, number
+        self.said_s = max(self.said_s, state.t_s)
+        self.heard_at_s = max(now_s, state.t_s)
+        if state.echo_s >= self.made_at_s:
+            self._echoed_s = max(self._echoed_s, state.echo_s)
         return True
 
+    @property
+    def established(self) -> bool:
+        """Whether the neighbour has ever echoed anything."""
+        return self._echoed_s >= 0.0
+
     def silent_s(self, now_s: float) -> float:
-        """How long nothing new has been heard [s]."""
-        return now_s - self.heard_at_s
+        """How old the newest is that the neighbour has echoed [s]."""
+        return now_s - max(self._echoed_s, self.made_at_s)

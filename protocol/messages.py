@@ -16,6 +16,7 @@ from protocol.timeline import Entry
 RAYS_MAX = 7200  # of one scan: 58 kB on the wire
 REVOLUTIONS_MAX = 900  # as many as there can be, of the fewest directions
 SEEN_BYTES_MAX = 32_768  # half of what a message may be long
+Incarnation = Annotated[str, Meta(max_length=64)]  # a chunk of the key of its token
 Lineage = Annotated[tuple[RobotId, ...], Meta(max_length=ROBOTS_MAX)]
 
 
@@ -60,6 +61,46 @@ class Muster(Struct, frozen=True, kw_only=True, tag="muster"):
     """Its place in the strand, if it came there by a turn; the leader's is 0."""
     order: Lineage = ()
     """The strand, leader first; empty until all are in place as far as it knows."""
+    members: Lineage = ()
+    """Who lines up; empty: all robots of the mission."""
+    hears: Lineage = ()
+    """Which members it has heard, where some have been left out; docs/strand.md, Healing."""
+    t_s: Seconds = 0.0
+    """When it was said, by the sender's clock."""
+    echo_s: Seconds = 0.0
+    """The newest such time that was heard from the robot that has the turn."""
+
+
+class Beacon(Struct, frozen=True, kw_only=True, tag="beacon"):
+    """The leader of a strand says, to all, which epoch it leads."""
+
+    epoch: Count
+    t_s: Seconds
+
+
+class Plea(Struct, frozen=True, kw_only=True, tag="plea"):
+    """A robot that is in no strand has heard a beacon, and asks to be called."""
+
+    epoch: Count
+    """The beacon's."""
+    t_s: Seconds
+
+
+Announcement = Muster | Beacon | Plea
+"""What goes to all robots."""
+
+
+class Handover(Struct, frozen=True, kw_only=True):
+    """What a leader knows that its successor needs."""
+
+    number: Count
+    """Counts what leaders hand on; the newest is valid."""
+    steps: Count
+    """Switching steps planned by now."""
+    dissolved: Count
+    """How often a strand has dissolved by now."""
+    seen: Annotated[bytes, Meta(max_length=SEEN_BYTES_MAX)]
+    """What guidance remembers."""
 
 
 class Reversal(Struct, frozen=True, kw_only=True):
@@ -93,6 +134,10 @@ class AheadState(Struct, frozen=True, kw_only=True, tag="ahead"):
     """What a robot tells the one behind it."""
 
     epoch: Count
+    t_s: Seconds = 0.0
+    """When it was said, by the sender's clock."""
+    echo_s: Seconds = 0.0
+    """The newest such time that was heard from the robot behind."""
     path_from: Count
     """Index of the first vertex told; those before it have been acknowledged."""
     path: Annotated[tuple[Vertex, ...], Meta(max_length=512)]
@@ -112,12 +157,20 @@ class AheadState(Struct, frozen=True, kw_only=True, tag="ahead"):
     """All robots ahead stand, and wait for the strand to turn round."""
     dissolution: Dissolution | None = None
     """All robots ahead stand, and wait for the strand to dissolve."""
+    handed: Handover | None = None
+    """What the robot behind has not acknowledged of what the leader hands on."""
 
 
 class BehindState(Struct, frozen=True, kw_only=True, tag="behind"):
     """What a robot tells the one ahead of it."""
 
     epoch: Count
+    t_s: Seconds = 0.0
+    """When it was said, by the sender's clock."""
+    echo_s: Seconds = 0.0
+    """The newest such time that was heard from the robot ahead."""
+    handed: Count = 0
+    """Number of the newest handover that it has: the acknowledgement."""
     vertices: Count
     """How many vertices of the path ahead are known: the acknowledgement."""
     progress_m: Length
@@ -160,6 +213,8 @@ class Odometry(Struct, frozen=True, kw_only=True, tag="odometry"):
     moving: bool
     finished: Count
     """Number of the newest drive order that has been driven to its end."""
+    ordered: Count = 0
+    """Number of the newest drive order that the body has taken: where one that is restarted goes on."""
     phase: Phase
 
 
@@ -178,12 +233,15 @@ class Scan(Struct, frozen=True, kw_only=True, tag="scan"):
 class LogBatch(Struct, frozen=True, kw_only=True, tag="log"):
     """Timeline entries of one source, consecutive in their numbers."""
 
+    incarnation: Incarnation = ""
+    """Of the source: one that is started again counts from 1 again."""
     entries: Annotated[tuple[Entry, ...], Meta(max_length=256)]
 
 
 class Logged(Struct, frozen=True, kw_only=True, tag="logged"):
-    """The recorder has written every entry of this source up to this number."""
+    """The recorder has written every entry of this source, in this incarnation, up to this number."""
 
+    incarnation: Incarnation = ""
     up_to: Count
 
 
@@ -203,6 +261,8 @@ class Ask(Struct, frozen=True, kw_only=True, tag="ask"):
 
 Message = (
     Muster
+    | Beacon
+    | Plea
     | AheadState
     | BehindState
     | Drive

@@ -99,3 +99,5 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
 
     heartbeat_s: Seconds = 0.25
     silence_s: Seconds = 1.0  # four lost heartbeats
+    deadman_s: Seconds = 1.0  # ten odometry periods
+    patience_s: Seconds = 3.0  # with who shows a token and is not heard: three times silence

@@ -1,0 +1,137 @@
+"""When a robot calls all who live to line up again, and whom; docs/strand.md, Healing. Pure.
+
+Rule 1: members are all robots that show a token. Who has not answered for long, or is not heard by others,
+        is left out where the rest are more than half of those.
+Rule 2: who hears nobody does not call: nobody could answer, and it would only disturb.
+Rule 3: a leader calls for the same robot again after twice the time.
+Rule 4: a robot with which a link has fallen silent twice, though it shows a token, is not heard for a while.
+"""
+
+from collections import Counter
+from itertools import chain
+
+from agents.lining import Lining
+from agents.presence import Presence
+from protocol.epochs import called_epoch
+from protocol.mission import Mission
+
+LISTENS_S = 1.5  # who has slept listens so long before it acts on a silence: a beacon comes every second
+SLEPT_S = 0.8  # without an odometry: eight of them
+ASIDE_S = 3.0  # three beacons
+ANSWERS = 2.0  # times `patience_s` for a member to answer: where a link has three tries, a muster has six
+RANK_S = 0.3  # so much later than the robot before it a robot calls where several may: a round trip and more
+INVITES_S = 2.0  # before the same robot is called in for the second time
+SHUNNED_S = 60.0
+BREAKS_MAX = 2
+
+
+class Calls:
+    """What one robot knows that decides on calls."""
+
+    def __init__(self, robot: int, mission: Mission) -> None:
+        self._robot = robot
+        self._mission = mission
+        self.presence = Presence()
+        self.newest = 0
+        """The newest epoch that it has heard of."""
+        self.beacon_at_s = 0.0
+        """When it last heard of a strand, or of a muster, that it is not in."""
+        self._heard_at_s = -float("inf")
+        self._entered_s = self._awake_since_s = 0.0
+        self._invited: Counter[int] = Counter()
+        self._invites_at_s: dict[int, float] = {}
+        self._broke: dict[int, list[float]] = {}
+
+    def enter(self, now_s: float) -> None:
+        """The robot is entered: it may have slept."""
+        if now_s - self._entered_s > SLEPT_S:
+            self._awake_since_s = now_s
+        self._entered_s = now_s
+
+    def hear(self, epoch: int, now_s: float) -> None:
+        """Something of an epoch has been heard from another robot."""
+        self.newest, self._heard_at_s = max(self.newest, epoch), now_s
+
+    def broke(self, neighbour: int, now_s: float) -> None:
+        """Rule 4: a link has been given up, though the neighbour shows a token."""
+        self._broke.setdefault(neighbour, []).append(now_s)
+
+    def shunned(self, now_s: float) -> frozenset[int]:
+        """Rule 4."""
+        return frozenset(
+            robot
+            for robot, times in self._broke.items()
+            if sum(now_s - at_s < SHUNNED_S for at_s in times) >= BREAKS_MAX
+        )
+
+    @property
+    def is_awake(self) -> bool:
+        """Whether it has listened for long enough to believe a silence."""
+        return self._entered_s - self._awake_since_s >= LISTENS_S or self._awake_since_s == 0.0
+
+    def is_heard(self, now_s: float) -> bool:
+        """Rule 2."""
+        alone = not self.presence.robots - {self._robot}
+        return self.presence.connected and (
+            alone or now_s - self._heard_at_s <= 2.0 * self._mission.silence_s
+        )
+
+    def call(self, lining: Lining | None, now_s: float) -> tuple[int, tuple[int, ...]]:
+        """Rule 1: the epoch and the members of a call, made now; `lining` is one that has come to nothing."""
+        shown = self.presence.robots | {self._robot}
+        answering = shown if lining is None else shown - self._left_out(lining, now_s)
+        members = answering if 2 * len(answering) > len(shown) else shown
+        return called_epoch(self.newest, self._robot), tuple(sorted(members))
+
+    def wants_another(self, lining: Lining, now_s: float) -> str | None:
+        """Why a lining up will come to nothing; None where it may."""
+        rank = sum(robot < self._robot for robot in lining.members)
+        late_s = RANK_S * rank
+        for robot in lining.members:
+            heard_at_s = lining.heard_at_s(robot)
+            if robot == self._robot:
+                continue
+            if self.presence.is_lost(robot, heard_at_s, now_s - late_s):
+                return f"robot {robot} is lost"
+            if now_s - heard_at_s > ANSWERS * self._mission.patience_s + late_s:
+                return f"robot {robot} does not answer"
+        deaf_s = ANSWERS * self._mission.patience_s + late_s
+        if lining.is_called and now_s - lining.began_s > deaf_s and lining.unheard_pairs():
+            return "some members do not hear each other"
+        return None
+
+    def invites(self, robot: int, now_s: float) -> bool:
+        """Rule 3: whether to call a robot in that asks for it; asked means done."""
+        if not self.presence.shows(robot) or now_s < self._invites_at_s.get(robot, 0.0):
+            return False
+        self._invites_at_s[robot] = now_s + INVITES_S * 2.0 ** self._invited[robot]
+        self._invited[robot] += 1
+        return True
+
+    def free_at_s(self, members: tuple[int, ...], now_s: float) -> float:
+        """When whoever is left out stands for good, now that all members are bound."""
+        mission = self._mission
+        stands_s = mission.silence_s + mission.deadman_s
+        left_out = set(range(1, mission.robots + 1)) - set(members)
+        shown = left_out & self.presence.robots
+        went_s = (self.presence.went_s(robot) for robot in left_out - shown)
+        free_at_s = max(chain([now_s], (at_s + stands_s for at_s in went_s if at_s is not None)))
+        if shown:
+            free_at_s = max(
+                free_at_s, now_s + stands_s + len(shown) * (mission.silence_s + mission.patience_s)
+            )
+        return free_at_s
+
+    def _left_out(self, lining: Lining, now_s: float) -> set[int]:
+        """Rule 1: who has not answered; then whoever is part of most pairs that do not hear each other."""
+        silent_s = ANSWERS * self._mission.patience_s
+        out = {
+            robot
+            for robot in lining.members
+            if robot != self._robot and now_s - lining.heard_at_s(robot) > silent_s
+        }
+        pairs = lining.unheard_pairs() if now_s - lining.began_s > silent_s else set()
+        while pairs := {pair for pair in pairs if not out.intersection(pair)}:
+            worst = Counter(chain.from_iterable(pairs))
+            out.add(max(worst, key=lambda robot: (worst[robot], robot != self._robot, robot)))
+        return out

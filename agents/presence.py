@@ -1,0 +1,63 @@
+"""Who shows a liveliness token, as one robot sees it. Pure.
+
+Rule 1: a token that has gone, or has come back as another process's, ends nothing by itself: whoever is
+        heard of after that lives on.
+Rule 2: a robot that does not see the world's token is cut off itself, and knows nothing of the others.
+"""
+
+from collections.abc import Set
+
+WORLD = 0
+GRACE_S = 0.4  # a router that fails over shows a token again after 12 ms; a heartbeat takes 0.25 s
+
+
+class Presence:
+    """The tokens of a run."""
+
+    def __init__(self) -> None:
+        self._tokens: dict[int, set[str]] = {}
+        self._newest: dict[int, str] = {}
+        self._went_s: dict[int, float] = {}
+        """When a robot's last process stopped showing its token."""
+
+    def come(self, robot: int, incarnation: str, now_s: float) -> None:
+        """A token has come."""
+        if self._newest.get(robot, incarnation) == incarnation:
+            self._went_s.pop(robot, None)
+        else:
+            self._went_s.setdefault(robot, now_s)  # another process: the one before is no more
+        self._newest[robot] = incarnation
+        self._tokens.setdefault(robot, set()).add(incarnation)
+
+    def go(self, robot: int, incarnation: str, now_s: float) -> None:
+        """A token has gone."""
+        self._tokens.get(robot, set()).discard(incarnation)
+        if not self._tokens.get(robot):
+            self._went_s[robot] = now_s
+
+    @property
+    def connected(self) -> bool:
+        """Rule 2."""
+        return self.shows(WORLD)
+
+    @property
+    def robots(self) -> Set[int]:
+        """The robots that show a token."""
+        return {robot for robot, tokens in self._tokens.items() if tokens and robot != WORLD}
+
+    def shows(self, robot: int) -> bool:
+        """Whether a robot shows one."""
+        return bool(self._tokens.get(robot))
+
+    def is_lost(self, robot: int, heard_at_s: float, now_s: float) -> bool:
+        """Rule 1: whether the process is no more that was last heard then."""
+        went_s = self._went_s.get(robot)
+        if went_s is None or not self.connected:
+            return False
+        if self.shows(robot):
+            return heard_at_s < went_s and now_s >= went_s + GRACE_S
+        return now_s >= max(went_s, heard_at_s) + GRACE_S
+
+    def went_s(self, robot: int) -> float | None:
+        """When the token went of a robot that shows none; None where it never showed one, or does."""
+        return None if self.shows(robot) else self._went_s.get(robot)

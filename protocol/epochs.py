@@ -1,0 +1,25 @@
+"""Epochs: how often the strand has re-formed, and who called it; only their order has a meaning.
+
+Rule 1: an epoch is generation, caller and count, in this order of weight. The run begins in generation 0.
+Rule 2: a called epoch is of a higher generation than any that its caller has heard of, and names the caller:
+        two robots never call the same. The epochs that follow it without a call count on.
+"""
+
+COUNTS = 10_000  # re-formations without a call: each takes seconds, so this is a day of nothing else
+CALLERS = 10_000  # five times `ROBOTS_MAX`, so that the figures can be read
+
+
+def called_epoch(newest: int, caller: int) -> int:
+    """The epoch that a robot calls which has heard of none newer than this."""
+    generation = newest // (COUNTS * CALLERS) + 1
+    return (generation * CALLERS + caller) * COUNTS
+
+
+def is_called(epoch: int) -> bool:
+    """Whether somebody called it, or one that it follows."""
+    return epoch >= COUNTS
+
+
+def of_one_call(one: int, other: int) -> bool:
+    """Whether one of two epochs follows the other without a call between them."""
+    return one // COUNTS == other // COUNTS
