@@ -11,18 +11,28 @@ import time
 from collections.abc import Sequence
 
 from agents.commands import Announce, AskScan, Command, Note, Order, Tell
-from agents.events import Event, LinkHeard, MusterHeard, OdometryHeard, ScanHeard
+from agents.events import (
+    Event,
+    LinkHeard,
+    MusterHeard,
+    OdometryHeard,
+    ScanHeard,
+    TokenCame,
+    TokenWent,
+)
 from agents.robot import Robot
 from protocol.exit_codes import ExitCode
-from protocol.keys import Keys, robot_name, robot_number
+from protocol.keys import WORLD, Keys, robot_name, robot_number
 from protocol.messages import (
     AheadState,
     Ask,
+    Beacon,
     BehindState,
     Logged,
     Muster,
     Odometry,
     Phase,
+    Plea,
     Scan,
     ScanQuery,
 )
@@ -30,7 +40,7 @@ from protocol.mission import Mission
 from protocol.outbox import Outbox
 from protocol.session import Session
 from protocol.timeline import MessageRefused, Record, RobotSettled, RobotStarted, TrafficCounted
-from protocol.transport import Arrival, Heard, Refused, Transport
+from protocol.transport import Appeared, Arrival, Heard, Refused, Transport, Vanished
 from protocol.zenoh_transport import open_transport
 
 TURN_S = 0.1  # wall: how often the outbox is looked at when nothing arrives
@@ -50,9 +60,10 @@ async def run(robot: int, session: Session) -> ExitCode:
     """
     keys, name = session.keys, robot_name(robot)
     hear = [keys.link("*", name), keys.odometry(name), keys.muster("*"), keys.logged(name)]
-    alive = keys.alive(name, secrets.token_hex(4))
-    with open_transport(session, hear=hear, answer=[], alive=alive, watch=None) as transport:
-        life = _Life(robot, session, transport)
+    incarnation = secrets.token_hex(4)
+    alive = keys.alive(name, incarnation)
+    with open_transport(session, hear=hear, answer=[], alive=alive, watch=keys.alive("*", "*")) as transport:
+        life = _Life(robot, session, transport, incarnation)
         mission = await life.mission()
         return ExitCode.FAILED if mission is None else await life.run(Robot(robot, mission))
 
@@ -60,15 +71,16 @@ async def run(robot: int, session: Session) -> ExitCode:
 class _Life:
     """What the shell of one robot remembers."""
 
-    def __init__(self, robot: int, session: Session, transport: Transport) -> None:
+    def __init__(self, robot: int, session: Session, transport: Transport, incarnation: str) -> None:
         self._name = robot_name(robot)
         self._keys = session.keys
         self._transport = transport
-        self._outbox = Outbox()
+        self._outbox = Outbox(incarnation)
         self._now_s = 0.0
         self._phase = Phase.RUNNING
         self._heard_world_at_s = time.monotonic()
         self._patience_s = START_PATIENCE_S
+        self._tokens: list[Arrival] = []  # that have come before the mission
 
     async def mission(self) -> Mission | None:
         """Ask the world until it answers; None when it does not."""
@@ -79,6 +91,8 @@ class _Life:
                     case Heard(key, message=Mission() as mission) if key == self._keys.mission():
                         self._note(RobotStarted(pid=os.getpid()))
                         return mission
+                    case Appeared() | Vanished():
+                        self._tokens.append(arrival)
                     case _:
                         pass  # nobody else speaks before all robots are there
         return None
@@ -87,7 +101,8 @@ class _Life:
         """Hand events to the robot and do what it wants, until the world closes the run."""
         while self._phase is Phase.RUNNING:
             self._flush()
-            arrivals = await self._transport.arrivals(TURN_S)
+            arrivals = [*self._tokens, *await self._transport.arrivals(TURN_S)]
+            self._tokens = []
             self._hear_world(arrivals)
             if self._phase is Phase.RUNNING:
                 for event in _events(self._keys, self._name, arrivals, self._now_s):
@@ -131,8 +146,8 @@ class _Life:
                     self._now_s = max(self._now_s, odometry.t_s)
                     self._phase = max(self._phase, odometry.phase, key=PHASES.index)
                     self._heard_world_at_s, self._patience_s = time.monotonic(), WORLD_SILENCE_S
-                case Heard(key, message=Logged(up_to=up_to)) if key == self._keys.logged(self._name):
-                    self._outbox.acknowledged(up_to)
+                case Heard(key, message=Logged() as logged) if key == self._keys.logged(self._name):
+                    self._outbox.acknowledged(logged)
                 case Refused(key, reason):
                     self._note(MessageRefused(key=self._keys.behind_root(key), reason=reason))
                 case _:
@@ -169,8 +184,20 @@ class _Life:
 
 def _events(keys: Keys, name: str, arrivals: Sequence[Arrival], now_s: float) -> list[Event]:
     """What has arrived for the robot, in order; of the odometry only the newest (rule 1)."""
-    heard = [arrival for arrival in arrivals if isinstance(arrival, Heard)]
-    events = (_event(keys.behind_root(each.key).split("/"), name, each, now_s) for each in heard)
+    events: list[Event | None] = []
+    for arrival in arrivals:
+        match arrival:
+            case Heard(key):
+                events.append(_event(keys.behind_root(key).split("/"), name, arrival, now_s))
+            case Appeared(key) | Vanished(key):
+                source = keys.part(key, 1)
+                robot = 0 if source == WORLD else robot_number(source)
+                event = TokenCame if isinstance(arrival, Appeared) else TokenWent
+                events.append(
+                    event(robot, keys.part(key, 2)) if robot is not None and source != name else None
+                )
+            case _:
+                pass  # a robot is not asked; what was refused has been noted
     return [event for event in events if event is not None]
 
 
@@ -181,8 +208,8 @@ def _event(key: Sequence[str], name: str, heard: Heard, now_s: float) -> Event |
             return OdometryHeard(odometry)
         case Scan() as scan, ["body", body, "scan"] if body == name:
             return ScanHeard(scan)
-        case Muster() as muster, ["muster", sender] if robot := robot_number(sender):
-            return MusterHeard(robot, muster)
+        case (Muster() | Beacon() | Plea()) as said, ["muster", sender] if robot := robot_number(sender):
+            return MusterHeard(robot, said)
         case (AheadState() | BehindState()) as state, ["link", sender, _] if robot := robot_number(sender):
             return LinkHeard(robot, heard.number, state)
         case _:
