@@ -10,10 +10,11 @@ Rule 4: the strand's path is the polyline of the places where the robots lined u
         then of the targets of the leader's switching steps. When the strand has turned round, it is what
         there was the other way, and then the new leader's targets; along what there was its first may drive.
 Rule 5: where the robot ahead died, its last grants may have died with it: then rule 1 is not held against
-        an order from after its last entry, which only those could have allowed.
+        an order from between its last entry and its death, which only those could have allowed.
 Rule 6: what a robot has granted it never takes back within the epoch: who was granted it may be there.
-Rule 7: while they line up, in epoch 0 and in the one after a strand has dissolved, a robot is ordered only to
-        the target of a step that it had planned, and while its body drives there, no other moves.
+Rule 7: while they line up, in epoch 0, in the one after a strand has dissolved, and in one that was called, a
+        robot is ordered only to the target of a step that it had planned, and while its body drives there, no
+        other moves.
 """
 
 import math
@@ -30,6 +31,7 @@ from protocol.path import Path
 from protocol.timeline import (
     AuthorityGranted,
     Entry,
+    MusterCalled,
     OrderAccepted,
     PoseSampled,
     PromiseBroken,
@@ -71,18 +73,18 @@ class Evidence:
         default_factory=lambda: defaultdict(list)
     )
     """The largest authority by then, by granter, grantee and epoch."""
-    heard_s: dict[int, float] = field(default_factory=lambda: defaultdict(float))
-    """When each robot recorded its last entry."""
+    heard_s: dict[int, list[float]] = field(default_factory=lambda: defaultdict(list))
+    """When each robot recorded its entries."""
     plans: dict[int, list[tuple[float, StepPlanned]]] = field(default_factory=lambda: defaultdict(list))
     strands: dict[tuple[int, int], StrandFormed] = field(default_factory=dict)
     """By robot and epoch."""
     reversals: dict[int, StrandReversed] = field(default_factory=dict)
     """By the epoch that each ended."""
     lining_up: set[int] = field(default_factory=lambda: {0})
-    """The epochs in which the robots lined up."""
+    """The epochs in which robots lined up."""
     abandoned: dict[tuple[int, int], dict[int, Point]] = field(default_factory=lambda: defaultdict(dict))
     """Where the steps ended that were given up, by robot and epoch."""
-    dead: set[int] = field(default_factory=set)
+    deaths_s: dict[int, list[float]] = field(default_factory=lambda: defaultdict(list))
 
     def hear(self, source: str, entry: Entry) -> None:
         """Take an entry in; those of one source come in their order, sources in any."""
@@ -90,7 +92,7 @@ class Evidence:
         if source == WORLD:
             self._hear_world(entry)
         elif robot is not None:
-            self.heard_s[robot] = entry.t_s
+            self.heard_s[robot].append(entry.t_s)
             self._hear_robot(robot, entry)
 
     def _hear_world(self, entry: Entry) -> None:
@@ -100,7 +102,7 @@ class Evidence:
             case PoseSampled() as pose:
                 self.poses[pose.robot].append((entry.t_s, pose))
             case RobotDied() as death:
-                self.dead.add(death.robot)
+                self.deaths_s[death.robot].append(entry.t_s)
             case _:
                 pass  # the rest says nothing about authority
 
@@ -120,6 +122,8 @@ class Evidence:
                 self.reversals[reversal.epoch] = reversal
             case StrandDissolved(epoch=epoch):
                 self.lining_up.add(epoch + 1)
+            case MusterCalled(epoch=epoch):
+                self.lining_up.add(epoch)
             case _:
                 pass  # the rest says nothing about authority
 
@@ -144,8 +148,15 @@ class Evidence:
             starts = [self._lined_up_at(robot, epoch) for robot in reversed(order)]
             return Path(Point(x_m=start.x_m, y_m=start.y_m) for start in starts)
         reversal = self.reversals.get(epoch - 1)
-        before = self._path(tuple(reversed(order)), epoch - 1)
+        before = None if reversal is None else self._path(tuple(reversed(order)), epoch - 1)
         return None if reversal is None or before is None else before.reversed(reversal.cut_m, reversal.end_m)
+
+    def may_have_said_more(self, robot: int, t_s: float) -> bool:
+        """Rule 5: whether a robot died soon after, and had recorded nothing since."""
+        died = next((died_s for died_s in self.deaths_s[robot] if died_s >= t_s), None)
+        if died is None:
+            return False
+        return not any(t_s < at_s <= died for at_s in self.heard_s[robot])
 
     def _lined_up_at(self, robot: int, epoch: int) -> OrderAccepted | PoseSampled:
         """Where a robot stood when the strand formed: where its first order from then on found it."""
@@ -208,9 +219,7 @@ def _granted(evidence: Evidence, ahead: int, t_s: float, order: OrderAccepted) -
     """What the robot ahead had granted by then, and whether rule 5 excuses an order beyond."""
     grants = evidence.granted[ahead, order.robot, order.epoch]
     by_then = bisect_right(grants, t_s + ROUNDING_S, key=itemgetter(0))
-    return grants[by_then - 1][1] if by_then else 0.0, ahead in evidence.dead and t_s >= evidence.heard_s[
-        ahead
-    ]
+    return grants[by_then - 1][1] if by_then else 0.0, evidence.may_have_said_more(ahead, t_s)
 
 
 def _judge_grants(
