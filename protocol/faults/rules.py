@@ -93,7 +93,7 @@ class _Rule(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_f
         )
 
 
-class MessageRule(_Rule, frozen=True, kw_only=True):
+class _MessageRule(_Rule, frozen=True, kw_only=True):
     """What the rules for messages share."""
 
     sender: Annotated[
@@ -115,11 +115,11 @@ class MessageRule(_Rule, frozen=True, kw_only=True):
             raise ValueError(f"a rule with a burst must have no probability, got {self.probability}")
 
 
-class Drop(MessageRule, frozen=True, kw_only=True, tag="drop"):
+class Drop(_MessageRule, frozen=True, kw_only=True, tag="drop"):
     """Messages are lost."""
 
 
-class Delay(MessageRule, frozen=True, kw_only=True, tag="delay"):
+class Delay(_MessageRule, frozen=True, kw_only=True, tag="delay"):
     """Messages arrive later, each after a time of its own, so they may overtake each other."""
 
     delay_s_min: Annotated[Seconds, Meta(description="at least")] = 0.0
@@ -133,20 +133,20 @@ class Delay(MessageRule, frozen=True, kw_only=True, tag="delay"):
             )
 
 
-class Duplicate(MessageRule, frozen=True, kw_only=True, tag="duplicate"):
+class Duplicate(_MessageRule, frozen=True, kw_only=True, tag="duplicate"):
     """Messages arrive once more, after a while."""
 
     copies: Annotated[int, Meta(ge=1, le=100, description="how many more")] = 1
     delay_s_max: Annotated[Seconds, Meta(description="each at most so much later; all times are alike")] = 0.0
 
 
-class Reorder(MessageRule, frozen=True, kw_only=True, tag="reorder"):
+class Reorder(_MessageRule, frozen=True, kw_only=True, tag="reorder"):
     """Messages are held back for a fixed time, so that those sent after them overtake them."""
 
     hold_s: SomeSeconds
 
 
-class Corrupt(MessageRule, frozen=True, kw_only=True, tag="corrupt"):
+class Corrupt(_MessageRule, frozen=True, kw_only=True, tag="corrupt"):
     """Messages arrive with bits flipped, or cut off."""
 
     bits: Annotated[int, Meta(ge=0, le=1000, description="how many bits are flipped, anywhere")] = 1
@@ -158,7 +158,7 @@ class Corrupt(MessageRule, frozen=True, kw_only=True, tag="corrupt"):
             raise ValueError("bits must be >= 1 where nothing is cut off, got 0")
 
 
-class Partition(MessageRule, frozen=True, kw_only=True, tag="partition"):
+class Partition(_MessageRule, frozen=True, kw_only=True, tag="partition"):
     """Two groups of processes do not hear each other; whoever is cut from the `router` hears nobody."""
 
     group: Annotated[tuple[End, ...], Meta(min_length=1, max_length=ROBOTS_MAX, description="one side")]
@@ -179,8 +179,25 @@ class Partition(MessageRule, frozen=True, kw_only=True, tag="partition"):
         if self.period_s is not None and self.cut_s is not None and self.cut_s > self.period_s:
             raise ValueError(f"cut_s must be <= period_s = {self.period_s:g} s, got {self.cut_s:g}")
 
+    def holds(self, now_s: float, step: int) -> bool:
+        """Whether the rule is in force, and the partition does not just let go for a while."""
+        if not super().holds(now_s, step):
+            return False
+        return self.period_s is None or (now_s - self.from_s) % self.period_s < (self.cut_s or 0.0)
 
-class ProcessRule(_Rule, frozen=True, kw_only=True):
+    def cuts(self, sender: str, receiver: str) -> bool:
+        """Whether it lies between these two, on the way from the one to the other."""
+        there = sender in self.group and self._is_other(receiver)
+        back = receiver in self.group and self._is_other(sender)
+        return there or (back and not self.one_way)
+
+    def _is_other(self, process: str) -> bool:
+        if self.others:
+            return process in self.others
+        return process not in self.group and process != ROUTER
+
+
+class _ProcessRule(_Rule, frozen=True, kw_only=True):
     """What the rules for processes share. Each strikes once, as soon as all that it names holds."""
 
     target: Annotated[
@@ -203,11 +220,11 @@ class ProcessRule(_Rule, frozen=True, kw_only=True):
             raise ValueError(f"robots must be 1 where there is a point, got {self.robots}")
 
 
-class Kill(ProcessRule, frozen=True, kw_only=True, tag="kill"):
+class Kill(_ProcessRule, frozen=True, kw_only=True, tag="kill"):
     """SIGKILL: the process is no more, and its body stays."""
 
 
-class Freeze(ProcessRule, frozen=True, kw_only=True, tag="freeze"):
+class Freeze(_ProcessRule, frozen=True, kw_only=True, tag="freeze"):
     """SIGSTOP: the process does nothing, and what is sent to it waits."""
 
     for_s: Annotated[SomeSeconds | None, Meta(description="then it is thawed; none: unless a rule does")] = (
@@ -215,21 +232,23 @@ class Freeze(ProcessRule, frozen=True, kw_only=True, tag="freeze"):
     )
 
 
-class Thaw(ProcessRule, frozen=True, kw_only=True, tag="thaw"):
+class Thaw(_ProcessRule, frozen=True, kw_only=True, tag="thaw"):
     """SIGCONT: a frozen process goes on as if nothing had been."""
 
 
-class Restart(ProcessRule, frozen=True, kw_only=True, tag="restart"):
+class Restart(_ProcessRule, frozen=True, kw_only=True, tag="restart"):
     """SIGKILL, and later a new process in the same place, which remembers nothing."""
 
     after_s: Annotated[Seconds, Meta(description="how long there is none")] = 0.0
 
 
-class Slow(ProcessRule, frozen=True, kw_only=True, tag="slow"):
+class Slow(_ProcessRule, frozen=True, kw_only=True, tag="slow"):
     """The process takes time over whatever it does."""
 
     delay_s: Annotated[SomeSeconds, Meta(description="for all that has arrived, each time that it looks")]
     for_s: Annotated[SomeSeconds | None, Meta(description="then it is as before; none: to the end")] = None
 
 
-Rule = Drop | Delay | Duplicate | Reorder | Corrupt | Partition | Kill | Freeze | Thaw | Restart | Slow
+MessageRule = Drop | Delay | Duplicate | Reorder | Corrupt | Partition
+ProcessRule = Kill | Freeze | Thaw | Restart | Slow
+Rule = MessageRule | ProcessRule
