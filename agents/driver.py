@@ -1,4 +1,8 @@
-"""The robot's drive orders: numbered, repeated until done, and what they say of its progress."""
+"""The robot's drive orders: numbered, repeated until done, and what they say of its progress.
+
+Rule 1: a robot that is started again goes on behind the newest order that its body has taken, and first has
+        the body stand: what its forerunner ordered, it knows nothing of.
+"""
 
 import math
 
@@ -53,6 +57,10 @@ class Driver:
     def hear(self, odometry: Odometry) -> None:
         """Take in where the body is; the order in hand is confirmed as of now."""
         self._odometry = odometry
+        if odometry.ordered > self._drive.number:  # rule 1
+            self._drive = replace(self._drive, number=odometry.ordered)
+            self._renew(None, reach_m=0.0, epoch=self._drive.epoch, step=0)
+            self._sent_to = None
         self._drive = replace(self._drive, basis_s=odometry.t_s)
         if self._sent_to is None:
             return

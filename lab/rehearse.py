@@ -61,7 +61,7 @@ def verdict_on(rehearsal: Rehearsal, seed: int, *, started_at: str, wall_s: floa
             started_at=started_at,
             traffic=rehearsal.account,
             recorded=len(rehearsal.entries),
-            missing=0,
+            missing={},
             wall_s=wall_s,
             cpu_s=time.process_time(),
         ),

@@ -1,7 +1,8 @@
 """Reads the timeline of a run: `events.jsonl`, a header and then one entry a line.
 
 Rule 1: whatever can be read is read; what cannot is a flaw, with its line, and never an exception.
-Rule 2: a log is complete when no source's numbers have a hole and the world has ended the run itself.
+Rule 2: a log is complete when no source's numbers have a hole and the world has ended the run itself. A robot
+        that was started again begins with `robot.started`, counts from 1, and does not know the time yet.
 """
 
 from collections import Counter, defaultdict
@@ -16,7 +17,7 @@ from msgspec import Struct
 from protocol.errors import UsageError
 from protocol.frames import Count, Seconds
 from protocol.keys import robot_name
-from protocol.timeline import Entry, Record, RunEnded
+from protocol.timeline import Entry, Record, RobotStarted, RunEnded
 from world.recorder import EVENTS_FILE, SCHEMA, Header
 
 
@@ -116,17 +117,22 @@ def parse(rest: list[bytes]) -> tuple[list[Line], list[str]]:
 
 def incompleteness(lines: Iterable[Line]) -> Iterator[str]:
     """What the numbers say is missing or too much, source by source."""
-    numbers: defaultdict[str, Counter[int]] = defaultdict(Counter)
+    numbers: defaultdict[tuple[str, int], Counter[int]] = defaultdict(Counter)
+    lives: Counter[str] = Counter()
+    began: dict[str, Entry] = {}
     last: dict[str, Entry] = {}
     ended = False
     for source, entry in lines:
-        numbers[source][entry.n] += 1
+        if entry.n == 1 and isinstance(entry.record, RobotStarted) and began.get(source) != entry:
+            lives[source] += 1
+            began[source] = last[source] = entry
+        numbers[source, lives[source]][entry.n] += 1
         before = last.setdefault(source, entry)
         if entry.n < before.n or entry.t_s < before.t_s:
             yield f"{source}: entry {entry.n} of t={entry.t_s} s stands behind {before.n} of t={before.t_s} s"
         last[source] = entry
         ended = ended or isinstance(entry.record, RunEnded)
-    for source, seen in sorted(numbers.items()):
+    for (source, _), seen in sorted(numbers.items()):
         if holes := [n for n in range(1, max(seen) + 1) if n not in seen]:
             yield f"{source}: {len(holes)} of {max(seen)} entries are missing, the first is number {holes[0]}"
         if twice := [n for n, times in seen.items() if times > 1]:

@@ -2,7 +2,8 @@
 
 Rule 1: entries are numbered from 1 and kept until the recorder has acknowledged them.
 Rule 2: what has not been acknowledged `resend_s` after it was sent is sent again.
-Rule 3: a full outbox takes no new entry, and counts it. To drop an old one instead would leave a hole
+Rule 3: an acknowledgement of another incarnation's entries says nothing of these.
+Rule 4: a full outbox takes no new entry, and counts it. To drop an old one instead would leave a hole
         that the recorder asks for until the end.
 """
 
@@ -10,7 +11,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from protocol.codec import SIZE_MAX_BYTES, packed
-from protocol.messages import LogBatch
+from protocol.messages import LogBatch, Logged
 from protocol.timeline import Entry, Record
 
 BATCH_ENTRIES_MAX = 256  # what a `LogBatch` may hold
@@ -29,9 +30,10 @@ class _Kept:
 class Outbox:
     """Numbers entries, and says which to send next."""
 
-    def __init__(self, *, resend_s: float = 0.3, capacity: int = 10_000) -> None:
+    def __init__(self, incarnation: str = "", *, resend_s: float = 0.3, capacity: int = 10_000) -> None:
         """By default re-send after a hundred times what an acknowledgement takes on one machine."""
         self.lost_count = 0
+        self._incarnation = incarnation
         self._resend_s = resend_s
         self._capacity = capacity
         self._kept: deque[_Kept] = deque()
@@ -66,9 +68,12 @@ class Outbox:
                 break
             kept.sent_s = now_s
             entries.append(kept.entry)
-        return LogBatch(entries=tuple(entries)) if entries else None
+        return LogBatch(incarnation=self._incarnation, entries=tuple(entries)) if entries else None
 
-    def acknowledged(self, up_to: int) -> None:
-        """The recorder has written every entry up to this number; what was never sent it cannot have."""
+    def acknowledged(self, logged: Logged) -> None:
+        """The recorder has written every entry up to some number; what was never sent it cannot have."""
+        if logged.incarnation != self._incarnation:
+            return
+        up_to = logged.up_to
         while self._kept and self._kept[0].entry.n <= up_to and self._kept[0].sent_s is not None:
             self._kept.popleft()

@@ -1,4 +1,4 @@
-from world.attendance import SILENCE_S, Attendance
+from world.attendance import SILENCE_S, Attendance, Coming
 
 
 def both_there() -> Attendance:
@@ -10,7 +10,7 @@ def both_there() -> Attendance:
 
 def test_those_who_never_came_are_named() -> None:
     attendance = Attendance(frozenset({1, 2, 3}))
-    assert attendance.appear(2, "a", wall_s=0.0)
+    assert attendance.appear(2, "a", wall_s=0.0) is Coming.NEW
     assert attendance.missing == [1, 3]
 
 
@@ -38,5 +38,38 @@ def test_a_robot_that_is_heard_without_its_token_lives() -> None:
 def test_a_token_that_comes_back_in_time_killed_nobody() -> None:
     attendance = both_there()
     attendance.vanish(1, "a")
-    assert not attendance.appear(1, "c", wall_s=0.5)
+    assert attendance.appear(1, "a", wall_s=0.5) is Coming.KNOWN
     assert attendance.bury(wall_s=9.0) == []
+
+
+def test_a_dead_robot_whose_token_comes_back_was_frozen_and_lives() -> None:
+    attendance = both_there()
+    attendance.vanish(1, "a")
+    assert attendance.bury(wall_s=2.0) == [1]
+    assert attendance.appear(1, "a", wall_s=3.0) is Coming.RETURNED
+    assert attendance.living == {1, 2}
+    assert attendance.bury(wall_s=9.0) == []
+
+
+def test_a_robot_with_another_token_was_started_again_whether_its_death_was_known_or_not() -> None:
+    attendance = both_there()
+    attendance.vanish(1, "a")
+    assert attendance.appear(1, "b", wall_s=0.1) is Coming.RESTARTED
+    attendance.vanish(1, "b")
+    assert attendance.bury(wall_s=2.0) == [1]
+    assert attendance.appear(1, "c", wall_s=3.0) is Coming.RESTARTED
+    assert attendance.living == {1, 2}
+
+
+def test_the_token_of_a_forerunner_that_goes_late_takes_nobody_along() -> None:
+    attendance = both_there()
+    attendance.appear(1, "c", wall_s=0.1)
+    attendance.vanish(1, "a")
+    assert attendance.bury(wall_s=9.0) == []
+
+
+def test_what_cannot_be_heard_counts_against_nobody() -> None:
+    attendance = both_there()
+    attendance.vanish(1, "a")
+    attendance.excuse(wall_s=5.0)
+    assert attendance.bury(wall_s=5.0 + SILENCE_S - 0.01) == []

@@ -197,7 +197,36 @@ def test_void_orders_change_nothing_and_do_not_keep_the_body_awake(drive: Drive,
         fleet.hear(0, drive, now_s=5.0)
     assert fleet.orders[0] is not None
     assert fleet.orders[0].number == 1
-    assert fleet.heard_s(0) == 4.5
+    assert fleet.basis_s(0) == 4.5
+
+
+def test_the_dead_man_counts_from_when_the_robot_knew_and_not_from_when_its_order_came() -> None:
+    fleet = bodies(HOME)
+    fleet.hear(0, order(Point(x_m=4.0, y_m=0.0), basis_s=0.0), now_s=0.9)
+    stopped_s = [
+        tick * TICK_S for tick in range(45, 100) if fleet.tick(now_s=tick * TICK_S, tick_s=TICK_S).stopped
+    ]
+    assert stopped_s == [pytest.approx(DEADMAN_S + TICK_S)]
+
+
+def test_an_older_order_that_comes_late_does_not_keep_the_body_going() -> None:
+    fleet = bodies(HOME)
+    far = Point(x_m=4.0, y_m=0.0)
+    fleet.hear(0, order(far, number=2, basis_s=0.0), now_s=0.0)
+    assert not fleet.hear(0, order(far, number=1, basis_s=0.8), now_s=0.8)
+    assert not fleet.hear(0, order(far, number=0, basis_s=1.0), now_s=1.0)
+    assert fleet.basis_s(0) == 0.0
+
+
+def test_to_stand_is_never_void_and_takes_no_epoch_back() -> None:
+    fleet = bodies(HOME)
+    far = Point(x_m=4.0, y_m=0.0)
+    fleet.hear(0, order(far, number=1, epoch=5), now_s=0.0)
+    assert fleet.hear(0, order(None, number=2, epoch=0), now_s=0.0)
+    assert not fleet.moving[0]
+    assert (fleet.ordered(0), fleet.finished_number[0]) == (2, 2)
+    with pytest.raises(MessageRefusedError, match="epoch 4 is over, now 5"):
+        fleet.hear(0, order(far, number=3, epoch=4), now_s=0.0)
 
 
 def test_each_body_obeys_its_own_robot_alone() -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from agents.driver import Driver
 from protocol.frames import Point, Pose
@@ -15,6 +16,9 @@ SPEED_MPS = 0.5
 PERIOD_S = 0.1
 STRIDE_M = SPEED_MPS * PERIOD_S
 ROUNDING_M = 1e-9
+ODOMETRY_AT_START = Odometry(
+    t_s=0.0, pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), moving=False, finished=0, phase=Phase.RUNNING
+)
 
 
 @dataclass
@@ -191,3 +195,22 @@ def test_a_driver_that_takes_its_place_in_the_middle_of_the_path_has_that_much_b
     driver.progress_m = 2.0
     driver.hear(body.live())
     assert driver.progress_m == 2.0
+
+
+def test_a_robot_that_is_started_again_first_has_its_body_stand_and_counts_on() -> None:
+    driver = Driver(speed_mps=0.5)
+    driver.hear(replace(ODOMETRY_AT_START, ordered=57, finished=56, moving=True))
+    assert (driver.drive.number, driver.drive.target) == (58, None)
+    assert not driver.standing
+    driver.hear(replace(ODOMETRY_AT_START, t_s=0.1, ordered=58, finished=58))
+    assert driver.standing
+    driver.to(Point(x_m=1.0, y_m=0.0), reach_m=1.0, epoch=3)
+    assert driver.drive.number == 59
+
+
+def test_what_the_body_has_not_taken_yet_is_not_counted_again() -> None:
+    driver = Driver(speed_mps=0.5)
+    driver.hear(ODOMETRY_AT_START)
+    driver.to(Point(x_m=1.0, y_m=0.0), reach_m=1.0, epoch=1)
+    driver.hear(replace(ODOMETRY_AT_START, t_s=0.1, ordered=0))
+    assert driver.drive.number == 1

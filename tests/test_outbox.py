@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocol.codec import SIZE_MAX_BYTES, encode
-from protocol.messages import LogBatch
+from protocol.messages import LogBatch, Logged
 from protocol.outbox import BATCH_ENTRIES_MAX, Outbox
 from protocol.timeline import Entry, Record, RouteLost
 
@@ -81,7 +81,7 @@ def test_every_entry_arrives_once_in_order_over_a_channel_that_loses_repeats_and
         sent = all_batches(outbox, now_s=round_number * RESEND_S / 2)
         acknowledgements = [recorder.hear(batch) for batch in forth.carry(sent, faulty=faulty)]
         for up_to in back.carry(acknowledgements, faulty=faulty):
-            outbox.acknowledged(up_to)
+            outbox.acknowledged(Logged(up_to=up_to))
     assert len(outbox) == 0
     assert [entry.record for entry in recorder.written] == said
     assert [entry.n for entry in recorder.written] == list(range(1, len(said) + 1))
@@ -113,9 +113,9 @@ def test_a_batch_is_consecutive() -> None:
 def test_what_is_acknowledged_is_not_sent_again() -> None:
     outbox = filled(3)
     outbox.batch(0.0)
-    outbox.acknowledged(2)
+    outbox.acknowledged(Logged(up_to=2))
     assert numbers(outbox.batch(1.0)) == [3]
-    outbox.acknowledged(3)
+    outbox.acknowledged(Logged(up_to=3))
     assert outbox.batch(2.0) is None
     assert len(outbox) == 0
 
@@ -123,14 +123,26 @@ def test_what_is_acknowledged_is_not_sent_again() -> None:
 def test_an_old_acknowledgement_changes_nothing() -> None:
     outbox = filled(3)
     outbox.batch(0.0)
-    outbox.acknowledged(2)
-    outbox.acknowledged(1)
+    outbox.acknowledged(Logged(up_to=2))
+    outbox.acknowledged(Logged(up_to=1))
     assert numbers(outbox.batch(1.0)) == [3]
+
+
+def test_an_acknowledgement_of_a_forerunner_changes_nothing() -> None:
+    outbox = Outbox("second")
+    outbox.add(RouteLost(reason=""), t_s=0.0, hlc="")
+    batch = outbox.batch(0.0)
+    assert batch is not None
+    assert batch.incarnation == "second"
+    outbox.acknowledged(Logged(incarnation="first", up_to=1))
+    assert len(outbox) == 1
+    outbox.acknowledged(Logged(incarnation="second", up_to=1))
+    assert len(outbox) == 0
 
 
 def test_what_was_never_sent_cannot_be_acknowledged() -> None:
     outbox = filled(2)
-    outbox.acknowledged(10)
+    outbox.acknowledged(Logged(up_to=10))
     assert numbers(outbox.batch(0.0)) == [1, 2]
 
 
@@ -146,6 +158,6 @@ def test_a_full_outbox_counts_what_it_cannot_take_and_leaves_no_hole() -> None:
     outbox = filled(5, capacity=3)
     assert outbox.lost_count == 2
     assert numbers(outbox.batch(0.0)) == [1, 2, 3]
-    outbox.acknowledged(3)
+    outbox.acknowledged(Logged(up_to=3))
     outbox.add(RouteLost(reason=""), t_s=0.0, hlc="")
     assert numbers(outbox.batch(0.0)) == [4]

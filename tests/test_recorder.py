@@ -92,7 +92,7 @@ def test_whatever_is_lost_repeated_or_reordered_a_source_is_written_once_and_in_
             assert recorder.up_to("r1") == written
     assert numbers(folder) == [("r1", n) for n in range(1, written + 1)]
     newest = max((n for batch in batches for n in batch), default=0)
-    assert recorder.missing_count == newest - written
+    assert sum(recorder.missing.values()) == newest - written
 
 
 def test_sources_are_counted_each_for_itself(tmp_path: Path) -> None:
@@ -101,9 +101,25 @@ def test_sources_are_counted_each_for_itself(tmp_path: Path) -> None:
         recorder.take("r1", entries(3))
         recorder.take("r2", [entry(2), entry(3)])
         assert (recorder.up_to("r1"), recorder.up_to("r2")) == (3, 0)
-        assert (recorder.recorded_count, recorder.missing_count) == (3, 3)
+        assert (recorder.recorded_count, recorder.missing) == (3, {"r2": 3})
         assert [each.n for each in recorder.take("r2", entries(3))] == [1, 2, 3]
-        assert (recorder.recorded_count, recorder.missing_count) == (6, 0)
+        assert (recorder.recorded_count, recorder.missing) == (6, {})
+
+
+def test_a_source_that_is_started_again_counts_from_one_and_its_forerunner_is_heard_no_more(
+    tmp_path: Path,
+) -> None:
+    with open_events(tmp_path) as file:
+        recorder = Recorder(file, HEADER)
+        recorder.take("r1", [entry(1), entry(2), entry(4)], "first")
+        assert recorder.missing == {"r1": 2}
+        assert recorder.take("r1", [entry(2)], "second") == []  # its first entry is still on its way
+        assert len(recorder.take("r1", [entry(3)], "first")) == 1
+        assert len(recorder.take("r1", entries(2), "second")) == 2
+        assert recorder.take("r1", [entry(4)], "first") == []
+        assert (recorder.up_to("r1", "first"), recorder.up_to("r1", "second")) == (3, 2)
+        assert recorder.missing == {}
+    assert numbers(tmp_path) == [("r1", n) for n in (1, 2, 3, 1, 2)]
 
 
 def test_a_folder_that_cannot_be_written_is_one_clear_line(tmp_path: Path) -> None:

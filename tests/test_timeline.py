@@ -12,9 +12,11 @@ from protocol.errors import UsageError
 from protocol.frames import Point
 from protocol.timeline import (
     AuthorityGranted,
+    Entry,
     OrderAccepted,
     PoseSampled,
     Record,
+    RobotReleased,
     RobotStarted,
     RunEnded,
 )
@@ -91,6 +93,21 @@ def test_entry_twice_is_a_flaw(tmp_path: Path) -> None:
     texts = [line(source, entry) for source, entry in lines_of()]
     read = timeline.read(rewritten(tmp_path / "run", [texts[0], *texts]))
     assert read.flaws == ("r1: entry number 1 stands in the log more than once",)
+
+
+def test_a_robot_that_was_started_again_counts_from_one_and_a_hole_in_either_life_is_a_flaw(
+    tmp_path: Path,
+) -> None:
+    second = [
+        ("r1", Entry(n=1, t_s=0.0, hlc="later", record=RobotStarted(pid=2))),
+        ("r1", Entry(n=2, t_s=9.0, hlc="later", record=RobotReleased())),
+    ]
+    lines = [*lines_of()[:-1], *second, lines_of()[-1]]
+    whole = timeline.read(rewritten(tmp_path / "run", [line(*each) for each in lines]))
+    assert whole.flaws == ()
+    lines[-2] = ("r1", Entry(n=3, t_s=9.0, hlc="later", record=RobotReleased()))
+    short = timeline.read(rewritten(tmp_path / "short", [line(*each) for each in lines]))
+    assert short.flaws == ("r1: 1 of 3 entries are missing, the first is number 2",)
 
 
 def test_unknown_kind_is_a_flaw_and_the_rest_is_read(tmp_path: Path) -> None:

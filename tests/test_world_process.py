@@ -76,8 +76,8 @@ class Player:
                         self.now_s = odometry.t_s
                         if odometry.phase is Phase.RUNNING:
                             self.drive()
-                    case Heard(message=Logged(up_to=up_to)):
-                        self.outbox.acknowledged(up_to)
+                    case Heard(message=Logged() as logged):
+                        self.outbox.acknowledged(logged)
                     case _:
                         pass
                 self.flush()

@@ -41,6 +41,8 @@ class Stage:
         self.lines: list[tuple[str, Entry]] = []
         self.odometry: dict[int, list[Odometry]] = {robot: [] for robot in self.world.attendance.robots}
         self.scans: list[Scan] = []
+        self.records: list[Record] = []
+        """All that the world has recorded."""
 
     def at(self) -> tuple[bool, Phase, Ending | None]:
         """Whether the clock runs, the phase, and why the run is over. A method, which mypy never narrows."""
@@ -81,6 +83,7 @@ class Stage:
         step: int = 0,
         basis_s: float | None = None,
         reach_m: float = 0.0,
+        epoch: int = 1,
     ) -> list[Record]:
         """A robot gives its body an order; what the world recorded of it."""
         drive = Drive(
@@ -88,7 +91,7 @@ class Stage:
             basis_s=self.world.now_s if basis_s is None else basis_s,
             target=target,
             speed_mps=self.world.scenario.drive.speed_mps,
-            epoch=1,
+            epoch=epoch,
             step=step,
             reach_m=reach_m,
         )
@@ -115,6 +118,7 @@ class Stage:
                     self.scans.append(scan)
                 case Note(t_s, record):
                     records.append(record)
+                    self.records.append(record)
                     self._write(WORLD, t_s, record)
         return records
 

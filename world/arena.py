@@ -116,6 +116,7 @@ class Arena:
             pose=self.bodies.pose(body),
             moving=bool(self.bodies.moving[body]),
             finished=self.bodies.finished_number[body],
+            ordered=self.bodies.ordered(body),
             phase=phase,
         )
 

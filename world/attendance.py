@@ -1,13 +1,25 @@
 """Which robots are there, by their liveliness tokens and by what is heard of them [wall-clock seconds].
 
-Rule 1: a robot is there from its first token on; a restarted one shows another incarnation.
+Rule 1: a robot is there from its first token on.
 Rule 2: a robot has died when it shows no token and has not been heard for `SILENCE_S`: a router that
         loses a token for a moment has killed nobody.
+Rule 3: a dead robot that shows a token lives again. If the token bears another incarnation it was started
+        again; else it was frozen, or cut off. One that was started again has died before, known or not.
 """
 
 from dataclasses import dataclass, field
+from enum import Enum, auto
 
 SILENCE_S = 1.0  # docs/run.md
+
+
+class Coming(Enum):
+    """What a token that has come says."""
+
+    NEW = auto()
+    RESTARTED = auto()
+    RETURNED = auto()
+    KNOWN = auto()  # it was never missed
 
 
 @dataclass(slots=True)
@@ -19,6 +31,7 @@ class Attendance:
     dead: set[int] = field(default_factory=set)
     _tokens: dict[int, set[str]] = field(default_factory=dict)
     _heard_s: dict[int, float] = field(default_factory=dict)
+    _incarnations: dict[int, str] = field(default_factory=dict)
 
     @property
     def missing(self) -> list[int]:
@@ -35,13 +48,19 @@ class Attendance:
         """Robots that show a token."""
         return {robot for robot, tokens in self._tokens.items() if tokens}
 
-    def appear(self, robot: int, incarnation: str, *, wall_s: float) -> bool:
-        """A token has come; whether it is the robot's first."""
-        new = robot not in self.come
+    def appear(self, robot: int, incarnation: str, *, wall_s: float) -> Coming:
+        """A token has come."""
+        before, dead = self._incarnations.get(robot), robot in self.dead
+        self._incarnations[robot] = incarnation
         self.come.add(robot)
+        self.dead.discard(robot)
         self._tokens.setdefault(robot, set()).add(incarnation)
         self.hear(robot, wall_s=wall_s)
-        return new
+        if before is None:
+            return Coming.NEW
+        if before != incarnation:
+            return Coming.RESTARTED
+        return Coming.RETURNED if dead else Coming.KNOWN
 
     def vanish(self, robot: int, incarnation: str) -> None:
         """A token has gone."""
@@ -50,6 +69,11 @@ class Attendance:
     def hear(self, robot: int, *, wall_s: float) -> None:
         """Something has been heard of the robot."""
         self._heard_s[robot] = wall_s
+
+    def excuse(self, *, wall_s: float) -> None:
+        """Nobody can be heard at the moment: that counts against nobody."""
+        for robot in self._heard_s:
+            self.hear(robot, wall_s=wall_s)
 
     def bury(self, *, wall_s: float) -> list[int]:
         """The robots that have died since the last time."""

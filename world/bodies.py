@@ -4,10 +4,12 @@ Rule 1: within one tick a body turns on the spot, or drives straight, or stands.
         segment, and how far a body turned or drove is exact.
 Rule 2: a body drives at the ordered speed, v_min < v < v_max, equation (1); only the tick that ends a run
         is shorter.
-Rule 3: an order is taken once, by its number; older or same numbers change nothing, an older epoch is void.
+Rule 3: an order is taken once, by its number; older or same numbers change nothing. An order to drive is void
+        in an older epoch than the newest; to stand is never void.
 Rule 4: a body drives its course straight to the end and stands; drive error makes the course miss the
         target by at most `heading_error_rad` times the length, and the order is finished all the same.
-Rule 5: no order heard for `deadman_s` and the body stands; the same order goes on when its robot speaks.
+Rule 5: an order is good for `deadman_s` from its basis on, however late it came; then the body stands. The same
+        order goes on when its robot confirms it, by a newer basis; another number confirms nothing.
 Rule 6: an order that is good until some time is driven until then, and on when a later time is heard.
 """
 
@@ -57,7 +59,8 @@ class Bodies:
         self._errors = errors  # one stream a body: the order in which orders arrive must not matter
         self._under_way: Flags = np.zeros(count, dtype=bool)
         self._held: Flags = np.zeros(count, dtype=bool)
-        self._heard_s: Floats = np.zeros(count)
+        self._basis_s: Floats = np.zeros(count)
+        self._epoch = [0] * count
         self._until_s: Floats = np.full(count, math.inf)
         self._course_rad = self.heading_rad.copy()
         self._origin_m = self.place_m.copy()
@@ -77,9 +80,14 @@ class Bodies:
         x_m, y_m = self.place_m[body].tolist()
         return Pose(x_m=x_m, y_m=y_m, heading_rad=float(self.heading_rad[body]))
 
-    def heard_s(self, body: int) -> float:
-        """When the body last heard its robot."""
-        return float(self._heard_s[body])
+    def basis_s(self, body: int) -> float:
+        """When the body's robot was last known to be awake: the basis of the newest order heard."""
+        return float(self._basis_s[body])
+
+    def ordered(self, body: int) -> int:
+        """The number of the newest order that the body has taken."""
+        order = self.orders[body]
+        return 0 if order is None else order.number
 
     def stand(self) -> None:
         """All bodies drop their orders and stand: the run is over."""
@@ -91,26 +99,27 @@ class Bodies:
         Raises:
             MessageRefusedError: the order is void, or the drive cannot do it.
         """
-        last = self.orders[body]
+        last, epoch = self.orders[body], self._epoch[body]
         if not now_s - DEADMAN_S - ROUNDING_S <= drive.basis_s <= now_s + ROUNDING_S:
             raise MessageRefusedError(
                 f"order {drive.number} is void: its basis is {now_s - drive.basis_s:.3f} s old"
             )
-        if last is not None and drive.epoch < last.epoch:
-            raise MessageRefusedError(
-                f"order {drive.number} is void: epoch {drive.epoch} is over, now {last.epoch}"
-            )
+        if drive.target is not None and drive.epoch < epoch:
+            raise MessageRefusedError(f"order {drive.number} is void: epoch {drive.epoch} is over, now {epoch}")
         low_mps, high_mps = self._limits.speed_mps_min, self._limits.speed_mps_max
         if drive.target is not None and not low_mps < drive.speed_mps < high_mps:
             raise MessageRefusedError(
                 f"order {drive.number}: speed must be in ({low_mps}, {high_mps}) m/s, got {drive.speed_mps}"
             )
-        self._heard_s[body] = now_s
+        if drive.number < self.ordered(body) or drive.basis_s < self._basis_s[body]:
+            return False
+        self._basis_s[body] = drive.basis_s
         self._until_s[body] = math.inf if drive.until_s is None else drive.until_s
         self._held[body] = False
-        if drive.number <= (last.number if last is not None else 0):
+        if drive.number == self.ordered(body):
             return False
         self.orders[body] = drive
+        self._epoch[body] = max(epoch, drive.epoch)
         self._begin(body, drive, last)
         return True
 
@@ -149,7 +158,7 @@ class Bodies:
 
     def tick(self, *, now_s: float, tick_s: float) -> Moves:
         """Move all bodies from `now_s` on for one tick."""
-        silent = ~self._held & (now_s - self._heard_s > DEADMAN_S + ROUNDING_S)
+        silent = ~self._held & (now_s - self._basis_s > DEADMAN_S + ROUNDING_S)
         stopped = np.flatnonzero(silent & self._under_way)
         self._held |= silent
         moving = self.moving & (now_s + tick_s <= self._until_s + ROUNDING_S)

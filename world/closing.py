@@ -1,5 +1,6 @@
 """How the books of a run are closed: its verdict, from what the world of it knows. Live or rehearsed."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from protocol.keys import WORLD, robot_name
@@ -19,8 +20,8 @@ class Circumstances:
     traffic: Account
     """The world's own."""
     recorded: int
-    missing: int
-    """Entries that a source is known to have made and that are not recorded."""
+    missing: Mapping[str, int]
+    """Entries that each source is known to have made and that are not recorded."""
     wall_s: float
     cpu_s: float
 
@@ -30,8 +31,9 @@ def verdict_of(world: World, circumstances: Circumstances) -> Verdict:
     assert world.judgement is not None, "a verdict needs a judgement"
     assert world.ending is not None, "a verdict needs an ending"
     tally, attendance = world.tally, world.attendance
-    dead = {death.robot for _, death in tally.deaths}
-    untold = attendance.come - dead - tally.counted.keys()  # their last entry never came
+    # What a dead robot had not told, it took with it; of the living, the last entry says that it is the last.
+    untold = attendance.living - tally.counted.keys()
+    missing = sum(circumstances.missing.get(robot_name(robot), 0) for robot in attendance.living)
     accounts = {WORLD: circumstances.traffic, **_accounts(tally)}
     return pass_verdict(
         Facts(
@@ -46,7 +48,7 @@ def verdict_of(world: World, circumstances: Circumstances) -> Verdict:
             messages=balance(accounts, robots=sorted(attendance.robots)),
             events=Events(
                 recorded=circumstances.recorded,
-                missing=circumstances.missing + len(untold) + tally.unrecorded_count,
+                missing=missing + len(untold) + tally.unrecorded_count,
             ),
             sim_s=world.over_s,
             wall_s=circumstances.wall_s,
@@ -56,11 +58,11 @@ def verdict_of(world: World, circumstances: Circumstances) -> Verdict:
 
 
 def _accounts(tally: Tally) -> dict[str, Account]:
-    """Of each robot that told both its counts."""
+    """Of each robot that told both its counts, and of all its life: not of one that was started again."""
     return {
         robot_name(robot): Account(
             sent=tally.settled[robot].sent, received=counted.received, newest=counted.newest
         )
         for robot, counted in tally.counted.items()
-        if robot in tally.settled
+        if robot in tally.settled and robot not in tally.restarted
     }

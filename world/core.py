@@ -2,9 +2,11 @@
 
 Rule 1: simulated time goes on by ticks alone. Wall-clock time is an argument and decides only what
         concerns processes: who is missing, who has died, how long last words may take.
-Rule 2: `running` ends when every robot has arrived, a route is lost, a robot died and nothing moves any
-        more, the time is up, or somebody interrupts. Then comes `over`, then `closing`, then it is done.
-Rule 3: in lock-step the world waits for every living robot's answer to the last odometry told to it.
+Rule 2: `running` ends when every living robot has arrived, a route is lost, all robots have died, nothing has
+        come of a death or a broken link for `HEAL_S_MAX`, the time is up, the router stays away, or somebody
+        interrupts. Then comes `over`, then `closing`, then it is done.
+Rule 3: without a router nobody is heard, and nobody is said to have died of that.
+Rule 4: in lock-step the world waits for every living robot's answer to the last odometry told to it.
 """
 
 from collections.abc import Iterable
@@ -14,9 +16,17 @@ from protocol.errors import MessageRefusedError
 from protocol.exit_codes import ExitCode
 from protocol.keys import robot_name, robot_number
 from protocol.messages import Drive, Phase
-from protocol.timeline import MessageRefused, OrderRefused, RobotAppeared, RobotDied, RunEnded
+from protocol.timeline import (
+    MessageRefused,
+    OrderRefused,
+    RobotAppeared,
+    RobotDied,
+    RobotRestarted,
+    RobotReturned,
+    RunEnded,
+)
 from world.arena import Arena
-from world.attendance import Attendance
+from world.attendance import Attendance, Coming
 from world.authority import Evidence
 from world.bodies import Bodies
 from world.commands import Command, Note, ServeScan, TellOdometry
@@ -38,8 +48,8 @@ from world.tally import Tally
 # All of these are in docs/run.md.
 MUSTER_WALL_S = 10.0
 LAST_WORDS_WALL_S = 2.0
-STILL_S = 0.5
-STILL_WALL_S_MAX = 1.5
+HEAL_S_MAX = 30.0
+ROUTER_PATIENCE_WALL_S = 4.0
 
 
 class World:
@@ -59,10 +69,11 @@ class World:
         """What came of it; None until it is done."""
         self._evidence = Evidence()
         self._started = False
-        self._died_wall_s: float | None = None
+        self._router_wall_s = wall_s
         self._phase_began_wall_s = wall_s
         self._told_s = dict.fromkeys(robots, -1.0)
         self._answered_s = dict.fromkeys(robots, -1.0)
+        self._refused = dict.fromkeys(robots, -1)
 
     @property
     def now_s(self) -> float:
@@ -102,8 +113,7 @@ class World:
                 served, scan = self.arena.scan(event.robot, event.revolutions)
                 return [served, ServeScan(event.robot, scan)]
             case TokenCame():
-                new = self.attendance.appear(event.robot, event.incarnation, wall_s=wall_s)
-                return [self.arena.note(RobotAppeared(robot=event.robot))] if new else []
+                return self._greet(event.robot, event.incarnation, wall_s)
             case TokenWent():
                 self.attendance.vanish(event.robot, event.incarnation)
             case EntryWritten():
@@ -148,14 +158,29 @@ class World:
                     return self._judge()
         return []
 
+    def _greet(self, robot: int, incarnation: str, wall_s: float) -> list[Command]:
+        """A token has come."""
+        died = robot in self.attendance.dead
+        match self.attendance.appear(robot, incarnation, wall_s=wall_s):
+            case Coming.NEW:
+                return [self.arena.note(RobotAppeared(robot=robot))]
+            case Coming.RESTARTED:
+                deaths = [] if died else [self._die(robot)]
+                told = self._tell([robot]) if self.started else []
+                return [*deaths, self.arena.note(RobotRestarted(robot=robot)), *told]
+            case Coming.RETURNED:
+                return [self.arena.note(RobotReturned(robot=robot))]
+            case Coming.KNOWN:
+                return []
+
     def _look_after_robots(self, wall_s: float, connected: bool) -> list[Command]:
-        lost = self.attendance.bury(wall_s=wall_s)
-        if lost and not connected:
-            return self._end(Ending.CUT_OFF, wall_s)
-        deaths = [self._die(robot) for robot in lost]
-        if deaths and self._died_wall_s is None:
-            self._died_wall_s = wall_s
-        ending = self._find_ending(wall_s)
+        if not connected:
+            self.attendance.excuse(wall_s=wall_s)
+            patient = wall_s - self._router_wall_s < ROUTER_PATIENCE_WALL_S
+            return [] if patient else self._end(Ending.CUT_OFF, wall_s)
+        self._router_wall_s = wall_s
+        deaths = [self._die(robot) for robot in self.attendance.bury(wall_s=wall_s)]
+        ending = self._find_ending()
         return [*deaths, *(self._end(ending, wall_s) if ending is not None else [])]
 
     def tick(self) -> list[Command]:
@@ -180,26 +205,31 @@ class World:
     def _hear_order(self, robot: int, drive: Drive) -> list[Command]:
         if not self._started or self.phase is not Phase.RUNNING:
             return []  # the run is over: bodies stand, whatever was still on its way
+        if drive.basis_s <= self.now_s:  # a void order is an answer, too
+            self._answered_s[robot] = max(self._answered_s[robot], drive.basis_s)
         try:
-            notes = self.arena.order(robot, drive)
+            return [*self.arena.order(robot, drive)]
         except MessageRefusedError as error:
-            refused = OrderRefused(robot=robot, number=drive.number, reason=str(error))
-            return [self.arena.note(refused)]
-        self._answered_s[robot] = max(self._answered_s[robot], drive.basis_s)
-        return [*notes]
+            if drive.number == self._refused[robot]:
+                return []  # it is repeated with every odometry, and said once
+            self._refused[robot] = drive.number
+            return [self.arena.note(OrderRefused(robot=robot, number=drive.number, reason=str(error)))]
 
     def _die(self, robot: int) -> Note:
-        return self.arena.note(RobotDied(robot=robot, silent_since_s=self.bodies.heard_s(robot - 1)))
+        return self.arena.note(RobotDied(robot=robot, silent_since_s=self.bodies.basis_s(robot - 1)))
 
-    def _find_ending(self, wall_s: float) -> Ending | None:
-        if self.tally.arrived >= self.attendance.robots:
+    def _find_ending(self) -> Ending | None:
+        living, tally = self.attendance.living, self.tally
+        if not living:
+            return Ending.EXTINCT
+        if tally.arrived >= living:
             return Ending.ARRIVED
-        if self.tally.route_lost is not None:
+        if tally.route_lost is not None:
             return Ending.ROUTE_LOST
-        if self._died_wall_s is not None and self.tally.deaths:
-            still_s = self.now_s - max(self.tally.deaths[-1][0], self.arena.moved_s)
-            if still_s >= STILL_S or wall_s - self._died_wall_s >= STILL_WALL_S_MAX:
-                return Ending.DEATH
+        if tally.upset_s is not None:
+            last_s = max(tally.upset_s, tally.arrived_s, self.arena.moved_s)
+            if self.now_s - last_s >= HEAL_S_MAX:
+                return Ending.STUCK
         return Ending.TIMED_OUT if self.now_s >= self.scenario.time.time_s_max else None
 
     def _start(self) -> list[Command]:

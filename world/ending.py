@@ -6,9 +6,10 @@ from enum import StrEnum
 class Ending(StrEnum):
     """The end of `running`."""
 
-    ARRIVED = "every robot has arrived"
+    ARRIVED = "every living robot has arrived"
     ROUTE_LOST = "no_route: the leader knows no way on"
-    DEATH = "a robot died and nothing moves any more"
+    STUCK = "nothing moves any more"
+    EXTINCT = "every robot has died"
     TIMED_OUT = "the time is up"
     MISSING = "not all robots came"
     CUT_OFF = "the router was lost"

@@ -3,9 +3,11 @@
 Rule 1: the file is unbuffered and an entry is one write, so a SIGKILL loses nothing that was written.
 Rule 2: a source is written up to its first missing number; what lies beyond waits to be sent again.
 Rule 3: an entry is acknowledged only after it has been written.
+Rule 4: a source that is started again is a new incarnation and counts from 1. Once its first entry is
+        written, nothing of its forerunners is any more: what they had not told, they take with them.
 """
 
-from collections import defaultdict
+from collections import Counter
 from collections.abc import Sequence
 from io import FileIO
 from pathlib import Path
@@ -50,38 +52,52 @@ class Recorder:
 
     def __init__(self, file: FileIO, header: Header) -> None:
         self._file = file
-        self._written: defaultdict[str, int] = defaultdict(int)
-        self._newest: defaultdict[str, int] = defaultdict(int)
+        self.recorded_count = 0
+        """Entries written, of all sources."""
+        self._written: Counter[tuple[str, str]] = Counter()
+        self._newest: Counter[tuple[str, str]] = Counter()
+        self._speaks: dict[str, str] = {}
+        """The incarnation of each source whose entries are written."""
+        self._gone: set[tuple[str, str]] = set()
         self._write(msgspec.json.encode(header) + b"\n")
 
     @property
-    def recorded_count(self) -> int:
-        """Entries written, of all sources."""
-        return sum(self._written.values())
+    def missing(self) -> dict[str, int]:
+        """How many entries each source is known to have made that are not written; none: it is not named."""
+        short: Counter[str] = Counter()
+        for (source, incarnation), newest in self._newest.items():
+            if (source, incarnation) not in self._gone:
+                short[source] += newest - self._written[source, incarnation]
+        return dict(+short)
 
-    @property
-    def missing_count(self) -> int:
-        """Entries that a source is known to have made and that are not written."""
-        return sum(newest - self._written[source] for source, newest in self._newest.items())
-
-    def up_to(self, source: str) -> int:
+    def up_to(self, source: str, incarnation: str = "") -> int:
         """The number up to which all entries of a source are written: the acknowledgement."""
-        return self._written[source]
+        return self._written[source, incarnation]
 
-    def take(self, source: str, entries: Sequence[Entry]) -> list[Entry]:
+    def take(self, source: str, entries: Sequence[Entry], incarnation: str = "") -> list[Entry]:
         """Write what continues a source's entries; returns what was written.
 
         Raises:
             RecordingFailedError: the file cannot be written.
         """
+        who = source, incarnation
         taken: list[Entry] = []
-        for entry in entries:
-            self._newest[source] = max(self._newest[source], entry.n)
-            if entry.n == self._written[source] + 1:
+        for entry in entries if who not in self._gone else ():
+            self._newest[who] = max(self._newest[who], entry.n)
+            if entry.n == self._written[who] + 1:
+                self._hand_over(source, incarnation)
                 self._write(line(source, entry))
-                self._written[source] = entry.n
+                self._written[who] = entry.n
+                self.recorded_count += 1
                 taken.append(entry)
         return taken
+
+    def _hand_over(self, source: str, incarnation: str) -> None:
+        """Rule 4."""
+        before = self._speaks.setdefault(source, incarnation)
+        if before != incarnation:
+            self._gone.add((source, before))
+            self._speaks[source] = incarnation
 
     def _write(self, text: bytes) -> None:
         try:

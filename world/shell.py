@@ -140,9 +140,7 @@ class _Life:
             case Heard(message=Drive() as drive) if arrival.key == self._keys.drive(robot_name(robot)):
                 self._handle(OrderHeard(robot, drive))
             case Heard(message=LogBatch() as batch) if arrival.key == self._keys.log(robot_name(robot)):
-                self._write(robot_name(robot), batch.entries)
-                up_to = self._recorder.up_to(robot_name(robot))
-                self._transport.put(self._keys.logged(robot_name(robot)), Logged(up_to=up_to))
+                self._hear_log(robot_name(robot), batch)
             case Asked(message=ScanQuery(revolutions=revolutions), answer=answer):
                 self._handle(ScanAsked(robot, revolutions), answer)
             case Appeared(key):
@@ -151,6 +149,12 @@ class _Life:
                 self._handle(TokenWent(robot, self._keys.part(key, 2)))
             case _:
                 self._complain(arrival)
+
+    def _hear_log(self, source: str, batch: LogBatch) -> None:
+        self._write(source, batch.entries, batch.incarnation)
+        up_to = self._recorder.up_to(source, batch.incarnation)
+        logged = Logged(incarnation=batch.incarnation, up_to=up_to)
+        self._transport.put(self._keys.logged(source), logged)
 
     def _complain(self, arrival: Arrival) -> None:
         """Put what nobody should have sent into the timeline; the world's own token is no such thing."""
@@ -188,8 +192,8 @@ class _Life:
         n = self._recorder.up_to(WORLD) + 1
         self._write(WORLD, [Entry(n=n, t_s=t_s, hlc=self._transport.timestamp(), record=record)])
 
-    def _write(self, source: str, entries: Sequence[Entry]) -> None:
-        for entry in self._recorder.take(source, entries):
+    def _write(self, source: str, entries: Sequence[Entry], incarnation: str = "") -> None:
+        for entry in self._recorder.take(source, entries, incarnation):
             if (sentence := progress(source, entry)) is not None:
                 log.info(sentence)
             self._handle(EntryWritten(source, entry))
@@ -208,7 +212,7 @@ class _Life:
                     newest=self._counted(ours.newest),
                 ),
                 recorded=self._recorder.recorded_count,
-                missing=self._recorder.missing_count,
+                missing=self._recorder.missing,
                 wall_s=self._over_wall_s - self._started_wall_s,
                 cpu_s=time.process_time(),
             ),

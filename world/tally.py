@@ -7,9 +7,13 @@ from protocol.keys import WORLD, robot_number
 from protocol.timeline import (
     Entry,
     GoalReached,
+    LinkBroken,
+    MusterJoined,
     OrderAccepted,
     RobotArrived,
     RobotDied,
+    RobotRestarted,
+    RobotReturned,
     RobotSettled,
     RouteLost,
     ScanServed,
@@ -27,6 +31,11 @@ class Tally:
     settled: dict[int, RobotSettled] = field(default_factory=dict)
     counted: dict[int, TrafficCounted] = field(default_factory=dict)
     deaths: list[tuple[float, RobotDied]] = field(default_factory=list)
+    restarted: set[int] = field(default_factory=set)
+    upset_s: float | None = None
+    """When a robot last died, came again, or gave a link up."""
+    arrived_s: float = 0.0
+    """When a robot last arrived."""
     route_lost: tuple[float, RouteLost] | None = None
     goal_reached: bool = False
     switching_steps: int = 0
@@ -53,6 +62,13 @@ class Tally:
         match entry.record:
             case RobotDied() as death:
                 self.deaths.append((entry.t_s, death))
+                self._upset(entry.t_s)
+            case RobotRestarted(robot=robot):
+                self.restarted.add(robot)
+                self.arrived.discard(robot)  # it knows of no place any more
+                self._upset(entry.t_s)
+            case RobotReturned():
+                self._upset(entry.t_s)
             case ScanServed(revolutions=revolutions):
                 self.planning_events += 1
                 self.scans += revolutions
@@ -70,8 +86,11 @@ class Tally:
                 self.goal_reached = True
             case RobotArrived():
                 self.arrived.add(robot)
-            case StrandFormed():
+                self.arrived_s = max(self.arrived_s, entry.t_s)
+            case StrandFormed() | MusterJoined():
                 self.arrived.discard(robot)  # it is at no place of the new strand yet
+            case LinkBroken():
+                self._upset(entry.t_s)
             case RouteLost() as lost:
                 self.route_lost = self.route_lost or (entry.t_s, lost)
             case RobotSettled() as settled:
@@ -80,3 +99,6 @@ class Tally:
                 self.counted[robot] = counted
             case _:
                 pass  # nothing that is counted
+
+    def _upset(self, t_s: float) -> None:
+        self.upset_s = max(self.upset_s or 0.0, t_s)
