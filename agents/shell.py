@@ -125,7 +125,8 @@ class _Life:
                 sent=self._counted(traffic.sent),
                 received=self._counted(traffic.received),
                 newest=self._counted(traffic.newest),
-                refused=traffic.refused_count,
+                injected={fault: self._counted(by_key) for fault, by_key in traffic.injected_by_fault().items()},
+                refused=self._counted(traffic.refused),
                 overflowed=traffic.overflowed_count,
                 unrecorded=self._outbox.lost_count,
             )

@@ -1,105 +1,83 @@
 """The rehearsal: a whole fleet and its world in one process, in virtual time, decided by one seed.
 
-Rule 1: the cores are the ones that run live. Only the network is of its own kind (`lab.network`), and the
+Rule 1: the cores are the ones that run live. Only the network is of its own kind (`lab.exchange`), and the
         timeline needs no outbox: no entry is ever lost.
 Rule 2: whatever a robot does on a live run beside its core (the newest odometry, the phases, the books), it
         does here as well: docs/run.md.
 Rule 3: nothing depends on the wall clock, on process ids, or on the order of a set.
+Rule 4: bodies move on while the world's process is down: it hears and says nothing, and time goes on.
 """
 
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass, field
-from functools import cache
-from random import Random
+from collections.abc import Iterator, Sequence
 
 from agents.commands import Announce, AskScan, Order, Tell
 from agents.commands import Command as RobotCommand
 from agents.commands import Note as RobotNote
 from agents.events import Event as RobotEvent
-from agents.events import LinkHeard, MusterHeard, OdometryHeard, ScanHeard
+from agents.events import OdometryHeard
+from agents.events import TokenCame as TokenSeen
+from agents.events import TokenWent as TokenMissed
+from agents.points import is_plan
 from agents.robot import Robot
-from lab.network import Network, NetworkFaults
+from lab import addresses
+from lab.actor import Actor, Arrival, Desk
+from lab.exchange import Exchange
+from lab.mail import WORLD_NUMBER, Mail
+from lab.tokens import Change, Tokens
+from protocol.errors import MessageRefusedError, UsageError
 from protocol.exit_codes import ExitCode
-from protocol.keys import WORLD, Keys, robot_name
-from protocol.messages import Odometry, Phase
-from protocol.timeline import Entry, Record, RobotSettled, RobotStarted, TrafficCounted
-from protocol.traffic import Traffic
+from protocol.faults.fates import Fates
+from protocol.faults.plan import NO_FAULTS, Plan, check_fits
+from protocol.faults.rules import ROUTER, Slow
+from protocol.faults.strokes import Blow, Stroke, Strokes
+from protocol.keys import WORLD, robot_name, robot_number
+from protocol.messages import Message, Phase, ScanQuery
+from protocol.timeline import Entry, MessageRefused, Record, RobotSettled, RobotStarted, TrafficCounted
 from world.books import Account
 from world.commands import Command as WorldCommand
 from world.commands import Note, ServeScan, TellOdometry
 from world.core import World
-from world.events import EntryWritten, OrderHeard, ScanAsked, StopAsked, TokenCame, TokenWent
+from world.events import EntryWritten, MessageDropped, StopAsked, TokenCame, TokenWent
 from world.events import Event as WorldEvent
 from world.scenario import Scenario
 
 NO_PROCESS = 0  # the process id of a robot that has none of its own
-UNCOUNTED = ""  # the key of what is not in the books: queries and their answers
 NTP64_PER_S = 2**32  # what Zenoh's time stamps count in
-
-_PHASES = list(Phase)
-_KEYS = Keys("clew", "rehearsed")  # the books leave out what all keys of a run start with
-
-
-@dataclass(frozen=True, slots=True)
-class ToWorld:
-    """A message on its way to the world, its key and its number on that."""
-
-    event: WorldEvent
-    key: str
-    number: int
-
-
-@dataclass(frozen=True, slots=True)
-class ToRobot:
-    """A message on its way to a robot."""
-
-    robot: int
-    event: RobotEvent
-    key: str
-    number: int
-
-
-@dataclass(slots=True)
-class _Actor:
-    """A robot and what the shell of a live one remembers."""
-
-    core: Robot
-    now_s: float = 0.0
-    phase: Phase = Phase.RUNNING
-    traffic: Traffic = field(default_factory=Traffic)
-
-    def hear_world(self, odometry: Odometry) -> bool:
-        """Believe the newest odometry only; whether this is it."""
-        newest = odometry.t_s >= self.now_s
-        self.now_s = max(self.now_s, odometry.t_s)
-        self.phase = max(self.phase, odometry.phase, key=_PHASES.index)
-        return newest
 
 
 class Rehearsal:
-    """One rehearsed run, tick by tick."""
+    """One rehearsed run, tick by tick.
 
-    def __init__(self, scenario: Scenario, seed: int, faults: NetworkFaults) -> None:
-        robots = range(1, scenario.fleet.robots + 1)
-        mission = scenario.mission()
+    Raises:
+        UsageError: the fault plan does not fit the fleet, or asks for what only a live run can do.
+    """
+
+    def __init__(self, scenario: Scenario, seed: int, plan: Plan = NO_FAULTS) -> None:
+        check_fits(plan, robots=scenario.fleet.robots)
+        _check_possible(plan)
         self.entries: list[tuple[str, Entry]] = []
         """The timeline: sources and their entries."""
         self.world = World(scenario, seed=seed, wall_s=0.0)
-        chance = Random(f"{seed}/network")  # noqa: S311 - it has to be replayable, not secret
-        self.network: Network[ToWorld | ToRobot] = Network(faults, chance)
-        self._actors = {robot: _Actor(Robot(robot, mission)) for robot in robots}
-        self._traffic = Traffic()
+        self._seed = seed
+        self._mission = scenario.mission()
+        self._exchange = Exchange(plan, seed)
+        self._strokes = Strokes(plan, seed)
+        self._tokens = Tokens()
+        self._desk = Desk(WORLD)
+        self._actors: dict[int, Actor] = {}
+        self._router_is_up = True
+        self._lives: Counter[int] = Counter()
         self._counts: Counter[str] = Counter()
         self._stamps: Counter[str] = Counter()
-        for robot in robots:
-            self._write(robot_name(robot), 0.0, RobotStarted(pid=NO_PROCESS))
-            self._tell_world(TokenCame(robot, "rehearsed"))
+        self._show(WORLD_NUMBER)
+        for robot in range(1, scenario.fleet.robots + 1):
+            self._start(robot)
 
     @property
     def account(self) -> Account:
         """What the world itself sent and received."""
-        ours = self._traffic
+        ours = self._desk.traffic
         return Account(sent=ours.sent, received=ours.received, newest=ours.newest)
 
     def run(self) -> "Rehearsal":
@@ -110,93 +88,298 @@ class Rehearsal:
 
     def ticks(self) -> Iterator[float]:
         """Go on tick by tick until the run has been judged; yields the time after each."""
+        network = self._exchange.network
         while self.world.judgement is None:
-            self._obey_all(self.world.look(wall_s=self.world.now_s))
-            while (message := self.network.next_due(self.world.now_s)) is not None:
-                self._deliver(message)
+            now_s = self.world.now_s
+            connected = self._suffer(now_s)
+            self._obey_all(self.world.look(wall_s=now_s, connected=connected))
+            while (due := network.next_due(now_s)) is not None:
+                self._deliver(*due)
             self._obey_all(self.world.tick())
             yield self.world.now_s
 
+    def inject(self, plan: Plan) -> None:
+        """From now on this plan decides on messages; what is on its way stays so."""
+        self._exchange.fates = Fates(plan, self._seed)
+
     def kill(self, robot: int) -> None:
         """The robot's process is no more; its body stays."""
-        del self._actors[robot]
-        self._tell_world(TokenWent(robot, "rehearsed"))
+        self._actors.pop(robot).ended = True
+        self._tokens.end(robot)
 
     def stop(self, exit_code: ExitCode) -> None:
         """The user wants the run to end."""
         self._tell_world(StopAsked(exit_code))
 
-    def _deliver(self, message: ToWorld | ToRobot) -> None:
-        if isinstance(message, ToWorld):
-            _receive(self._traffic, message)
-            self._tell_world(message.event)
-        elif (actor := self._actors.get(message.robot)) is not None:
-            _receive(actor.traffic, message)
-            self._tell_robot(message.robot, actor, message.event)
+    # --- what processes suffer ----------------------------------------------------------------------
 
-    def _tell_robot(self, robot: int, actor: _Actor, event: RobotEvent) -> None:
-        before = actor.phase
-        if isinstance(event, OdometryHeard) and not actor.hear_world(event.odometry):
+    def _suffer(self, now_s: float) -> bool:
+        """Do what is due at processes and tokens; returns whether the world is connected to the router."""
+        for stroke in self._strokes.due(now_s):
+            self._strike(stroke)
+        cut = self._find_cut(now_s)
+        self._tokens.cut(cut, now_s)
+        for change in self._tokens.changes(now_s):
+            self._show_change(change)
+        for actor in list(self._actors.values()):
+            if (actor.inbox or actor.unfinished) and actor.attends(now_s):
+                self._wake(actor)
+        return WORLD_NUMBER not in cut
+
+    def _find_cut(self, now_s: float) -> set[int]:
+        """Who is cut off from the router."""
+        if not self._router_is_up:
+            return {WORLD_NUMBER, *self._actors}
+        fates, step = self._exchange.fates, self._strokes.step
+        if not fates.may_cut:
+            return set()
+        names = {WORLD: WORLD_NUMBER} | {actor.name: actor.robot for actor in self._actors.values()}
+        return {number for name, number in names.items() if fates.is_cut(name, now_s=now_s, step=step)}
+
+    def _strike(self, stroke: Stroke) -> None:
+        self._write(WORLD, self.world.now_s, stroke.as_record())
+        if stroke.process == ROUTER:
+            self._router_is_up = stroke.blow in {Blow.START, Blow.THAW}
+        elif stroke.process == WORLD:
+            self._strike_world(stroke.blow)
+        elif (robot := robot_number(stroke.process)) is not None:
+            self._strike_robot(robot, stroke)
+
+    def _strike_world(self, blow: Blow) -> None:
+        """A new process takes over the state of the old one, as a live one does from the timeline."""
+        match blow:
+            case Blow.KILL:
+                self._desk.ended = True
+                self._tokens.end(WORLD_NUMBER)
+            case Blow.FREEZE:
+                self._desk.ended = True
+                self._tokens.freeze(WORLD_NUMBER, self.world.now_s)
+            case Blow.START:
+                self._desk = Desk(WORLD, self._desk.traffic)
+                self._show(WORLD_NUMBER)
+            case Blow.THAW:
+                self._desk = Desk(WORLD, self._desk.traffic)
+                self._tokens.thaw(WORLD_NUMBER)
+            case Blow.SLOW:
+                pass  # `_check_possible` refuses it
+
+    def _strike_robot(self, robot: int, stroke: Stroke) -> None:
+        actor = self._actors.get(robot)
+        match stroke.blow:
+            case Blow.START if actor is None and self.world.judgement is None:
+                self._start(robot)
+            case Blow.KILL if actor is not None:
+                self.kill(robot)
+            case Blow.FREEZE if actor is not None:
+                actor.frozen = True
+                self._tokens.freeze(robot, self.world.now_s)
+            case Blow.THAW if actor is not None:
+                actor.frozen = False
+                self._tokens.thaw(robot)
+            case Blow.SLOW if actor is not None:
+                actor.delay_s = stroke.delay_s
+            case _:
+                pass  # it has gone already, or come again
+
+    def _start(self, robot: int) -> None:
+        """A process begins: it remembers nothing, and does not know the time."""
+        name = robot_name(robot)
+        self._actors[robot] = Actor(robot, name, Robot(robot, self._mission))
+        self._counts[name] = 0
+        self._show(robot)
+        self._write(name, 0.0, RobotStarted(pid=NO_PROCESS))
+
+    def _show(self, process: int) -> None:
+        self._lives[process] += 1
+        self._tokens.show(process, str(self._lives[process]))
+
+    def _show_change(self, change: Change) -> None:
+        if change.observer == WORLD_NUMBER:
+            event = TokenCame if change.came else TokenWent
+            if not self._desk.ended:
+                self._tell_world(event(change.process, change.incarnation))
             return
-        if actor.phase is Phase.RUNNING:
-            for command in actor.core.handle(event, actor.now_s):
-                self._obey_robot(robot, actor, command)
-        elif actor.phase is not before:
-            self._close(robot, actor, before)
+        seen = TokenSeen if change.came else TokenMissed
+        actor, event_seen = self._actors[change.observer], seen(change.process, change.incarnation)
+        if actor.attends(self.world.now_s):
+            self._hand_over(actor, [event_seen])
+        else:
+            actor.wait(event_seen)
 
-    def _close(self, robot: int, actor: _Actor, before: Phase) -> None:
+    # --- mail ---------------------------------------------------------------------------------------
+
+    def _send(self, sender: int, receiver: int, key: str, number: int, message: Message) -> None:
+        to = self._desk if receiver == WORLD_NUMBER else self._actors.get(receiver)
+        if to is None or to.ended:
+            return
+        mail = Mail(sender, receiver, key, number, message)
+        if not self._router_is_up:
+            to.traffic.take_away(key, number, ROUTER)
+        elif isinstance(to, Actor) and not to.attends(self.world.now_s):
+            to.wait(mail)
+        else:
+            for delay_s, arrival in self._open(mail, to):
+                self._exchange.network.send((to, arrival), self.world.now_s + delay_s)
+
+    def _open(self, mail: Mail, to: Actor | Desk) -> tuple[tuple[float, Arrival], ...]:
+        opened = self._exchange.open(mail, to, now_s=self.world.now_s, step=self._strokes.step)
+        for record in opened.records:
+            self._write_for(to, record)
+        return opened.arrivals
+
+    def _deliver(self, to: Actor | Desk, arrival: Arrival) -> None:
+        if to.ended:
+            return
+        if isinstance(to, Desk):
+            mail = self._undamaged(to, arrival)
+            if mail is not None and (event := mail.to_world()) is not None:
+                self._tell_world(event)
+        elif to.attends(self.world.now_s):
+            self._hand_over(to, [arrival])
+        else:
+            to.wait(arrival)
+
+    def _undamaged(self, to: Actor | Desk, arrival: Arrival) -> Mail | None:
+        """The mail as it comes out of the codec; None where that refuses it."""
+        if arrival.damage is None:
+            return arrival.mail
+        try:
+            return arrival.mail.damaged(arrival.damage)
+        except MessageRefusedError as error:
+            to.traffic.refused_count += 1
+            key, reason = arrival.mail.key, str(error)
+            if isinstance(to, Desk):
+                self._tell_world(MessageDropped(key, reason))
+            else:
+                self._write(to.name, to.now_s, MessageRefused(key=key, reason=reason))
+            return None
+
+    # --- robots -------------------------------------------------------------------------------------
+
+    def _wake(self, actor: Actor) -> None:
+        """It goes on: with what it was about to do, and then with all that has waited, at once."""
+        unfinished, actor.unfinished = actor.unfinished, ()
+        for command in unfinished:
+            self._obey_robot(actor, command)
+        items: list[Arrival | RobotEvent] = []
+        for item in actor.take_waiting():
+            if not isinstance(item, Mail):
+                items.append(item)
+                continue
+            for delay_s, arrival in self._open(item, actor):
+                if delay_s == 0.0:
+                    items.append(arrival)
+                else:
+                    self._exchange.network.send((actor, arrival), self.world.now_s + delay_s)
+        self._hand_over(actor, items)
+
+    def _hand_over(self, actor: Actor, items: Sequence[Arrival | RobotEvent]) -> None:
+        """What has arrived together, in order; of the odometry only the newest, which tells the time first."""
+        if actor.delay_s > 0.0:
+            actor.busy_until_s = self.world.now_s + actor.delay_s
+        before, events = actor.phase, [event for item in items if (event := self._read(actor, item))]
+        for event in events:
+            if isinstance(event, OdometryHeard):
+                actor.hear_world(event.odometry)
+        if actor.phase is not Phase.RUNNING:
+            if actor.phase is not before:
+                self._close(actor, before)
+            return
+        for place, event in enumerate(events, start=1):
+            if isinstance(event, OdometryHeard) and event.odometry.t_s != actor.now_s:
+                continue
+            self._react(actor, event)
+            if actor.ended:
+                return
+            if actor.frozen:
+                for rest in events[place:]:
+                    actor.wait(rest)
+                return
+
+    def _read(self, actor: Actor, item: Arrival | RobotEvent) -> RobotEvent | None:
+        if not isinstance(item, Arrival):
+            return item
+        mail = self._undamaged(actor, item)
+        return None if mail is None else mail.to_robot()
+
+    def _react(self, actor: Actor, event: RobotEvent) -> None:
+        """Have the robot decide, and obey; unless it is struck at a point of its step."""
+        commands = actor.core.handle(event, actor.now_s)
+        if self._strokes.has_points:
+            points = actor.points.passed(event, commands)
+            for command in filter(is_plan, commands):
+                self._obey_robot(actor, command)
+            commands = [command for command in commands if not is_plan(command)]
+            for stroke in self._strokes.at_points(actor.name, points, self.world.now_s):
+                self._strike(stroke)
+            if actor.ended:
+                return
+            if actor.frozen:
+                actor.unfinished = commands
+                return
+        for command in commands:
+            self._obey_robot(actor, command)
+
+    def _close(self, actor: Actor, before: Phase) -> None:
         """Say what was sent; when all have, say what was received, and go."""
         traffic = actor.traffic
         if before is Phase.RUNNING:
-            self._write(robot_name(robot), actor.now_s, RobotSettled(sent=dict(traffic.sent)))
+            self._write(actor.name, actor.now_s, RobotSettled(sent=dict(traffic.sent)))
         if actor.phase is Phase.CLOSING:
             counted = TrafficCounted(
                 sent=dict(traffic.sent),
                 received=dict(traffic.received),
                 newest=traffic.newest,
-                refused=0,
-                overflowed=0,
+                refused=traffic.refused_count,
+                overflowed=traffic.overflowed_count,
                 unrecorded=0,
             )
-            self._write(robot_name(robot), actor.now_s, counted)
-            self.kill(robot)
+            self._write(actor.name, actor.now_s, counted)
+            self.kill(actor.robot)
 
-    def _obey_robot(self, robot: int, actor: _Actor, command: RobotCommand) -> None:
-        now_s = self.world.now_s
+    def _obey_robot(self, actor: Actor, command: RobotCommand) -> None:
+        robot = actor.robot
         match command:
-            case Announce(muster):
-                key = _muster_key(robot)
+            case Announce(announcement):
+                key = addresses.muster(robot)
                 number = actor.traffic.send(key)
-                for other in self._actors:
+                for other in list(self._actors):
                     if other != robot:
-                        self.network.send(ToRobot(other, MusterHeard(robot, muster), key, number), now_s)
+                        self._send(robot, other, key, number, announcement)
             case Tell(other, state):
-                key = _link_key(robot, other)
-                number = actor.traffic.send(key)
-                self.network.send(ToRobot(other, LinkHeard(robot, number, state), key, number), now_s)
+                key = addresses.link(robot, other)
+                self._send(robot, other, key, actor.traffic.send(key), state)
             case Order(drive):
-                key = _drive_key(robot)
-                self.network.send(ToWorld(OrderHeard(robot, drive), key, actor.traffic.send(key)), now_s)
+                key = addresses.drive(robot)
+                self._send(robot, WORLD_NUMBER, key, actor.traffic.send(key), drive)
             case AskScan(revolutions):
-                self.network.send(ToWorld(ScanAsked(robot, revolutions), UNCOUNTED, 0), now_s)
+                query = ScanQuery(revolutions=revolutions)
+                self._send(robot, WORLD_NUMBER, addresses.scan(robot), 0, query)
             case RobotNote(record):
-                self._write(robot_name(robot), actor.now_s, record)
+                self._write(actor.name, actor.now_s, record)
+
+    # --- the world ----------------------------------------------------------------------------------
 
     def _tell_world(self, event: WorldEvent) -> None:
         self._obey_all(self.world.handle(event, wall_s=self.world.now_s))
 
     def _obey_all(self, commands: list[WorldCommand]) -> None:
-        now_s = self.world.now_s
         for command in commands:
             match command:
-                case TellOdometry(robot, odometry):
-                    key = _odometry_key(robot)
-                    number = self._traffic.send(key)
-                    self.network.send(ToRobot(robot, OdometryHeard(odometry), key, number), now_s)
-                case ServeScan(robot, scan):
-                    self.network.send(ToRobot(robot, ScanHeard(scan), UNCOUNTED, 0), now_s)
                 case Note(t_s, record):
                     self._write(WORLD, t_s, record)
+                case _ if self._desk.ended:
+                    pass  # rule 4
+                case TellOdometry(robot, odometry):
+                    key = addresses.odometry(robot)
+                    self._send(WORLD_NUMBER, robot, key, self._desk.traffic.send(key), odometry)
+                case ServeScan(robot, scan):
+                    self._send(WORLD_NUMBER, robot, addresses.scan(robot), 0, scan)
+
+    # --- the timeline -------------------------------------------------------------------------------
+
+    def _write_for(self, party: Actor | Desk, record: Record) -> None:
+        self._write(party.name, self.world.now_s if isinstance(party, Desk) else party.now_s, record)
 
     def _write(self, source: str, t_s: float, record: Record) -> None:
         self._counts[source] += 1
@@ -205,29 +388,13 @@ class Rehearsal:
         hlc = f"{self._stamps[source]}/{source}"
         entry = Entry(n=self._counts[source], t_s=t_s, hlc=hlc, record=record)
         self.entries.append((source, entry))
+        self._strokes.hear(source, entry)
         self.world.handle(EntryWritten(source, entry), wall_s=self.world.now_s)
 
 
-def _receive(traffic: Traffic, message: ToWorld | ToRobot) -> None:
-    if message.key != UNCOUNTED:
-        traffic.receive(message.key, message.number)
-
-
-@cache
-def _muster_key(robot: int) -> str:
-    return _KEYS.behind_root(_KEYS.muster(robot_name(robot)))
-
-
-@cache
-def _link_key(robot: int, other: int) -> str:
-    return _KEYS.behind_root(_KEYS.link(robot_name(robot), robot_name(other)))
-
-
-@cache
-def _drive_key(robot: int) -> str:
-    return _KEYS.behind_root(_KEYS.drive(robot_name(robot)))
-
-
-@cache
-def _odometry_key(robot: int) -> str:
-    return _KEYS.behind_root(_KEYS.odometry(robot_name(robot)))
+def _check_possible(plan: Plan) -> None:
+    for rule in plan.rules:
+        if isinstance(rule, Slow) and rule.target in {WORLD, ROUTER}:
+            raise UsageError(
+                f"fault plan {plan.name}: {rule.name} slows the {rule.target}, which only a live run can do"
+            )

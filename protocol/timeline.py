@@ -368,12 +368,16 @@ class RouteLost(_Record, frozen=True, kw_only=True, tag="route.lost"):
 
 
 class TrafficCounted(_Record, frozen=True, kw_only=True, tag="traffic.counted"):
-    """A source's messages by key (without the run's root): sent, received, the newest number received."""
+    """A source's messages by key (without the run's root): sent, received, the newest number that came."""
 
     sent: Counts
     received: Counts
     newest: Counts
-    refused: Count
+    injected: Annotated[
+        dict[Annotated[str, Meta(max_length=40)], Counts],
+        Meta(max_length=40, description="by fault, what a fault plan took away, by key: it was not received"),
+    ] = {}  # noqa: RUF012 - msgspec gives every record its own
+    refused: Annotated[Counts, Meta(description="by key, what broke the protocol and was dropped")]
     overflowed: Annotated[Count, Meta(description="arrivals that its full inbox dropped")]
     unrecorded: Annotated[Count, Meta(description="entries of its own that its full outbox did not take")]
 

@@ -3,6 +3,9 @@
 from collections import Counter
 from dataclasses import dataclass, field
 
+REFUSED_KEYS_MAX = 100  # whoever may say anything on any key must not fill our memory, nor our last entry
+OTHERS = "others"
+
 
 @dataclass(slots=True)
 class Traffic:
@@ -14,7 +17,8 @@ class Traffic:
     """The highest message number that came, by key: what is missing below it was lost."""
     injected: Counter[tuple[str, str]] = field(default_factory=Counter)
     """Messages that a fault plan took away here, by key and fault; such a one does not count as received."""
-    refused_count: int = 0
+    refused: Counter[str] = field(default_factory=Counter)
+    """Messages that broke the protocol, by key."""
     overflowed_count: int = 0
 
     def send(self, key: str) -> int:
@@ -27,10 +31,22 @@ class Traffic:
         self.received[key] += 1
         self._note_number(key, number)
 
+    def refuse(self, key: str) -> None:
+        """Count one message in that broke the protocol: its number cannot be read."""
+        known = key in self.refused or len(self.refused) < REFUSED_KEYS_MAX
+        self.refused[key if known else OTHERS] += 1
+
     def take_away(self, key: str, number: int, fault: str) -> None:
         """Count one message that came, and that a fault plan took away."""
         self.injected[key, fault] += 1
         self._note_number(key, number)
+
+    def injected_by_fault(self) -> dict[str, dict[str, int]]:
+        """What a fault plan took away here: by fault, then by key."""
+        by_fault: dict[str, dict[str, int]] = {}
+        for (key, fault), count in sorted(self.injected.items()):
+            by_fault.setdefault(fault, {})[key] = count
+        return by_fault
 
     def _note_number(self, key: str, number: int) -> None:
         self.newest[key] = max(number, self.newest.get(key, 0))

@@ -57,7 +57,7 @@ GOOD = Verdict(
     sim_s=31.0,
     wall_s=2.0,
     cpu_s=1.0,
-    messages=Messages(sent=100, received=100, injected={}, unaccounted=0, left_out=()),
+    messages=Messages(sent=100, received=100, injected={}, refused=0, unaccounted=0, left_out=()),
     events=Events(recorded=500, missing=0),
     deaths=(),
 )

@@ -7,8 +7,11 @@ def account(
     sent: dict[str, int] | None = None,
     received: dict[str, int] | None = None,
     newest: dict[str, int] | None = None,
+    injected: dict[str, dict[str, int]] | None = None,
 ) -> Account:
-    return Account(sent=sent or {}, received=received or {}, newest=newest or received or {})
+    return Account(
+        sent=sent or {}, received=received or {}, newest=newest or received or {}, injected=injected or {}
+    )
 
 
 def books(**accounts: Account) -> Messages:
@@ -31,6 +34,38 @@ def test_a_lost_message_is_unaccounted_even_when_it_was_the_last() -> None:
     link = "link/r1/r2"
     messages = books(r1=account(sent={link: 5}), r2=account(received={link: 4}, newest={link: 4}))
     assert messages.unaccounted == 1
+
+
+def test_what_a_fault_plan_took_away_is_accounted_for_by_its_fault() -> None:
+    link, muster = "link/r1/r2", "muster/r1"
+    messages = books(
+        r1=account(sent={link: 9, muster: 2}),
+        r2=account(
+            received={link: 5, muster: 2},
+            newest={link: 9, muster: 2},
+            injected={"drop": {link: 2}, "corrupt": {link: 1}},
+        ),
+        r3=account(newest={muster: 2}, injected={"drop": {muster: 2}}),
+    )
+    assert (messages.sent, messages.received, messages.unaccounted) == (13, 7, 1)
+    assert messages.injected == {"corrupt": 1, "drop": 4}
+
+
+def test_what_was_refused_is_one_of_the_wanting_or_a_strangers() -> None:
+    link, drive = "link/r1/r2", "body/r1/drive"
+    damaged = Account(sent={}, received={link: 3}, newest={link: 5}, refused={link: 1})
+    forged = Account(sent={}, received={drive: 2}, newest={drive: 2}, refused={drive: 40})
+    messages = books(r1=account(sent={link: 5, drive: 2}), r2=damaged, world=forged)
+    assert (messages.sent, messages.received, messages.refused, messages.unaccounted) == (7, 5, 1, 1)
+
+
+def test_what_was_taken_away_altogether_is_in_the_books_too() -> None:
+    drive = "body/r1/drive"
+    messages = books(
+        r1=account(sent={drive: 3}),
+        world=account(newest={drive: 3}, injected={"partition": {drive: 3}}),
+    )
+    assert (messages.sent, messages.received, messages.unaccounted) == (3, 0, 0)
 
 
 def test_a_muster_is_received_by_every_other_robot() -> None:

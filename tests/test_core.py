@@ -199,7 +199,7 @@ def settle(stage: Stage, robot: int) -> None:
 
 
 def leave(stage: Stage, robot: int) -> None:
-    stage.write(robot, TrafficCounted(sent={}, received={}, newest={}, refused=0, overflowed=0, unrecorded=0))
+    stage.write(robot, TrafficCounted(sent={}, received={}, newest={}, refused={}, overflowed=0, unrecorded=0))
     stage.handle(TokenWent(robot, "a"))
 
 
@@ -324,7 +324,7 @@ def test_without_a_router_nobody_is_said_to_have_died_and_the_run_waits_for_it_f
     stage.wall_s += ROUTER_PATIENCE_WALL_S
     stage.world.look(wall_s=stage.wall_s, connected=False)
     assert stage.at()[2] is Ending.CUT_OFF
-    assert stage.world.tally.deaths == []
+    assert stage.world.tally.died == set()
 
 
 def test_an_order_that_is_void_answers_in_lock_step_and_is_refused_once() -> None:

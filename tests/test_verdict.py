@@ -7,6 +7,7 @@ from msgspec.structs import replace as with_fields
 
 from protocol.timeline import (
     Entry,
+    FaultInjected,
     GoalReached,
     OrderAccepted,
     PromiseBroken,
@@ -55,6 +56,7 @@ def verdict(
     ending: Ending = Ending.ARRIVED,
     judgement: Judgement = JUDGED,
     missing: int = 0,
+    living: frozenset[int] = frozenset({1, 2}),
 ) -> Verdict:
     facts = Facts(
         scenario=scenario(),
@@ -63,9 +65,10 @@ def verdict(
         started_at="2026-11-20T00:00:00+00:00",
         ending=ending,
         absent="r2",
+        living=living,
         tally=tally_of(lines),
         judgement=judgement,
-        messages=Messages(sent=10, received=10, injected={}, unaccounted=0, left_out=()),
+        messages=Messages(sent=10, received=10, injected={}, refused=0, unaccounted=0, left_out=()),
         events=Events(recorded=100, missing=missing),
         sim_s=9.5,
         wall_s=1.0,
@@ -76,7 +79,7 @@ def verdict(
 
 def test_a_run_that_kept_every_promise_is_ok() -> None:
     passed = verdict(ALL_WELL)
-    assert (passed.ok, passed.exit_code, passed.reason) == (True, 0, "every robot has arrived")
+    assert (passed.ok, passed.exit_code, passed.reason) == (True, 0, "every living robot has arrived")
     assert [passed.clearance_m_min, passed.clearance_m_required] == pytest.approx([0.12, 0.08])
     assert [passed.separation_m_min, passed.separation_m_required] == pytest.approx([0.3, 0.08])
     assert (passed.violations, passed.table_rms_m) == (0, None)
@@ -91,17 +94,22 @@ PROMISES = {
         "S1 broken by robot 2 at t=4.0 s: too near (0.0500 m, required 0.0800 m)",
     ),
     "nobody dies": (
-        verdict([*ALL_WELL, DIED], ending=Ending.DEATH),
-        "robot 2 died at t=4.2 s (known at t=5.0 s)",
+        verdict([*ALL_WELL, DIED], ending=Ending.STUCK),
+        "robot 2 died at t=4.2 s (known at t=5.0 s), and no fault plan said so",
     ),
     "a way is found": (
         verdict([LOST], ending=Ending.ROUTE_LOST),
         "no_route: the leader lost its route at t=6.0 s: every gap is too narrow",
     ),
-    "in time": (verdict(ALL_WELL[:2], ending=Ending.TIMED_OUT), "the time was up with 1 of 2 robots arrived"),
+    "the strand heals": (
+        verdict(ALL_WELL, ending=Ending.STUCK),
+        "the strand did not heal: by t=9.5 s nothing had moved for long",
+    ),
+    "somebody lives": (verdict([], ending=Ending.EXTINCT, living=frozenset()), "every robot has died"),
+    "in time": (verdict(ALL_WELL[:2], ending=Ending.TIMED_OUT), "the time was up with 1 of 2 living robots arrived"),
     "all come": (verdict([], ending=Ending.MISSING), "robots never came: r2"),
     "the goal": (verdict(ALL_WELL[1:]), "the goal was not reached"),
-    "all arrive": (verdict(ALL_WELL[:2]), "1 of 2 robots arrived"),
+    "all arrive": (verdict(ALL_WELL[:2]), "1 of 2 living robots arrived"),
     "a whole timeline": (verdict(ALL_WELL, missing=3), "3 entries of the timeline never came"),
 }
 
@@ -135,9 +143,14 @@ def test_a_run_that_had_failed_before_it_was_interrupted_has_failed() -> None:
     assert (passed.exit_code, passed.reason[:12]) == (1, "robot 2 died")
 
 
-def test_a_death_carries_its_times() -> None:
-    (death,) = msgspec.to_builtins(verdict([*ALL_WELL, DIED]))["deaths"]
-    assert death == {"robot": 2, "silent_since_s": 4.2, "detected_s": 5.0, "recovered_s": None}
+KILLED = FaultInjected(fault="kill", rule="kill-1", process="r2")
+
+
+def test_a_death_that_was_ordered_breaks_no_promise() -> None:
+    passed = verdict(
+        [*ALL_WELL[:2], ("world", 4.0, KILLED), ("world", 5.0, DIED[2])], living=frozenset({1})
+    )
+    assert (passed.ok, passed.reason, passed.robots_arrived) == (True, "every living robot has arrived", 1)
 
 
 def test_every_scan_is_a_planning_event_however_many_revolutions_it_takes() -> None:

@@ -3,12 +3,16 @@
 Rule 1: a key has one sender; each of its receivers is a book of its own: `muster` has all other robots.
 Rule 2: odometry flows on while robots count, so its book is closed at the newest that the robot received.
 Rule 3: where one side never told its counts (it died), the book is left out and named.
-Rule 4: the recorder's keys are not in the books: entries have numbers, re-sending and completeness of
+Rule 4: what a fault plan took away was injected at its receiver, and is neither received nor unaccounted.
+        What arrived damaged is among it. What else was refused is a message of that key that was damaged on
+        its way, if one is wanting, and else none of the fleet's.
+Rule 5: the recorder's keys are not in the books: entries have numbers, re-sending and completeness of
         their own; nor are queries.
 """
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from msgspec import Struct
 
@@ -21,8 +25,11 @@ class Messages(Struct, frozen=True, kw_only=True):
     sent: int
     received: int
     injected: dict[str, int]
-    """Messages that a fault plan took away, by kind."""
+    """Messages that a fault plan took away, by fault."""
+    refused: int
+    """Messages that arrived, and could not be read."""
     unaccounted: int
+    """Sent, but neither received, taken away nor refused: truly lost."""
     left_out: tuple[str, ...]
     """Books that have only one side, as `key > receiver`."""
 
@@ -34,23 +41,37 @@ class Account:
     sent: Mapping[str, int]
     received: Mapping[str, int]
     newest: Mapping[str, int]
+    injected: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
+    """Of what came, what a fault plan took away: by fault, then by key."""
+    refused: Mapping[str, int] = field(default_factory=dict)
 
 
 def balance(accounts: Mapping[str, Account], *, robots: Sequence[int]) -> Messages:
     """Balance the books of all sources that told their counts; the world is one of them."""
-    sent = received = 0
+    sent = received = refused = 0
+    injected: Counter[str] = Counter()
     left_out: list[str] = []
-    told = {key for account in accounts.values() for key in (*account.sent, *account.received)}
+    told = {key for account in accounts.values() for key in (*account.sent, *account.newest)}
     for key in sorted(told):
         for sender, receiver in _ends(key, robots):
             if sender not in accounts or receiver not in accounts:
                 left_out.append(f"{key} > {receiver}")
                 continue
             heard = accounts[receiver]
-            received += heard.received.get(key, 0)
-            sent += (heard.newest if sender == WORLD else accounts[sender].sent).get(key, 0)
+            taken = Counter({fault: counts.get(key, 0) for fault, counts in heard.injected.items()})
+            sent_here = (heard.newest if sender == WORLD else accounts[sender].sent).get(key, 0)
+            received_here = heard.received.get(key, 0)
+            wanting = max(0, sent_here - received_here - taken.total())
+            sent, received = sent + sent_here, received + received_here
+            refused += min(wanting, heard.refused.get(key, 0))
+            injected.update(taken)
     return Messages(
-        sent=sent, received=received, injected={}, unaccounted=sent - received, left_out=tuple(left_out)
+        sent=sent,
+        received=received,
+        injected=dict(sorted((+injected).items())),
+        refused=refused,
+        unaccounted=sent - received - injected.total() - refused,
+        left_out=tuple(left_out),
     )
 
 

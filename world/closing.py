@@ -43,6 +43,7 @@ def verdict_of(world: World, circumstances: Circumstances) -> Verdict:
             started_at=circumstances.started_at,
             ending=world.ending,
             absent=", ".join(map(robot_name, attendance.missing)),
+            living=world.survivors,
             tally=tally,
             judgement=world.judgement,
             messages=balance(accounts, robots=sorted(attendance.robots)),
@@ -61,7 +62,11 @@ def _accounts(tally: Tally) -> dict[str, Account]:
     """Of each robot that told both its counts, and of all its life: not of one that was started again."""
     return {
         robot_name(robot): Account(
-            sent=tally.settled[robot].sent, received=counted.received, newest=counted.newest
+            sent=tally.settled[robot].sent,
+            received=counted.received,
+            newest=counted.newest,
+            injected=counted.injected,
+            refused=counted.refused,
         )
         for robot, counted in tally.counted.items()
         if robot in tally.settled and robot not in tally.restarted

@@ -65,6 +65,8 @@ class World:
         self.ending: Ending | None = None
         self.over_s = 0.0
         """When the run was over."""
+        self.survivors: frozenset[int] = frozenset()
+        """Who lived then."""
         self.judgement: Judgement | None = None
         """What came of it; None until it is done."""
         self._evidence = Evidence()
@@ -239,6 +241,7 @@ class World:
 
     def _end(self, ending: Ending, wall_s: float) -> list[Command]:
         self.ending, self.over_s = ending, self.now_s
+        self.survivors = frozenset(self.attendance.living)
         samples = self.arena.sample() if self._started else []
         self.bodies.stand()
         return [*samples, *self._go_on_to(Phase.OVER, wall_s)]

@@ -210,6 +210,10 @@ class _Life:
                     sent=self._counted(ours.sent),
                     received=self._counted(ours.received),
                     newest=self._counted(ours.newest),
+                    injected={
+                        fault: self._counted(by_key) for fault, by_key in ours.injected_by_fault().items()
+                    },
+                    refused=self._counted(ours.refused),
                 ),
                 recorded=self._recorder.recorded_count,
                 missing=self._recorder.missing,

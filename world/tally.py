@@ -21,6 +21,7 @@ from protocol.timeline import (
     StrandFormed,
     TrafficCounted,
 )
+from world.recovery import Dated, tells
 
 
 @dataclass(slots=True)
@@ -30,7 +31,9 @@ class Tally:
     arrived: set[int] = field(default_factory=set)
     settled: dict[int, RobotSettled] = field(default_factory=dict)
     counted: dict[int, TrafficCounted] = field(default_factory=dict)
-    deaths: list[tuple[float, RobotDied]] = field(default_factory=list)
+    recovery: list[Dated] = field(default_factory=list)
+    """What `world.recovery` makes deaths, successions and heals of."""
+    died: set[int] = field(default_factory=set)
     restarted: set[int] = field(default_factory=set)
     upset_s: float | None = None
     """When a robot last died, came again, or gave a link up."""
@@ -53,6 +56,8 @@ class Tally:
     def hear(self, source: str, entry: Entry) -> None:
         """Take an entry in."""
         robot = robot_number(source)
+        if tells(source, entry.record):
+            self.recovery.append((entry.t_s, source, entry.record))
         if source == WORLD:
             self._hear_world(entry)
         elif robot is not None:
@@ -60,8 +65,8 @@ class Tally:
 
     def _hear_world(self, entry: Entry) -> None:
         match entry.record:
-            case RobotDied() as death:
-                self.deaths.append((entry.t_s, death))
+            case RobotDied(robot=robot):
+                self.died.add(robot)
                 self._upset(entry.t_s)
             case RobotRestarted(robot=robot):
                 self.restarted.add(robot)

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from msgspec import Struct
 
 from protocol.exit_codes import ExitCode
-from protocol.timeline import PromiseBroken, RobotDied
+from protocol.timeline import PromiseBroken
 from world.books import Messages
 from world.ending import Ending
 from world.judgement import Judgement
 from world.monitor import Promises
+from world.recovery import Death, Heal, Recovery, Succession
 from world.scenario import Scenario
 from world.table import measure, rms_m
 from world.tally import Tally
@@ -25,15 +26,6 @@ class Events(Struct, frozen=True, kw_only=True):
 
     recorded: int
     missing: int
-
-
-class Death(Struct, frozen=True, kw_only=True):
-    """A robot that died: when it was last heard, when that was known, when the strand had healed."""
-
-    robot: int
-    silent_since_s: float
-    detected_s: float
-    recovered_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +47,8 @@ class Facts:
     ending: Ending
     absent: str
     """The robots that never came."""
+    living: frozenset[int]
+    """The robots that had come and not died when the run was over."""
     tally: Tally
     judgement: Judgement
     messages: Messages
@@ -103,15 +97,16 @@ class Verdict(Struct, frozen=True, kw_only=True):
     messages: Messages
     events: Events
     deaths: tuple[Death, ...]
-    successions: tuple[()] = ()
-    heals: tuple[()] = ()
+    successions: tuple[Succession, ...] = ()
+    heals: tuple[Heal, ...] = ()
 
 
 def pass_verdict(facts: Facts) -> Verdict:
     """The verdict on a run that has been judged."""
     scenario, tally, judgement = facts.scenario, facts.tally, facts.judgement
     promises = Promises.of(scenario)
-    flaws = list(_flaws(facts))
+    recovery = Recovery(tally.recovery)
+    flaws = list(_flaws(facts, recovery))
     return Verdict(
         ok=not flaws,
         exit_code=flaws[0].exit_code if flaws else ExitCode.OK,
@@ -124,7 +119,7 @@ def pass_verdict(facts: Facts) -> Verdict:
         started_at=facts.started_at,
         no_route=facts.ending is Ending.ROUTE_LOST,
         goal_reached=tally.goal_reached,
-        robots_arrived=len(tally.arrived),
+        robots_arrived=len(tally.arrived & facts.living),
         clearance_m_min=finite(judgement.least_clearance.distance_m),
         clearance_m_required=promises.clearance_m_required,
         moving_clearance_m_min=finite(judgement.least_moving_clearance.distance_m),
@@ -142,18 +137,17 @@ def pass_verdict(facts: Facts) -> Verdict:
         cpu_s=facts.cpu_s,
         messages=facts.messages,
         events=facts.events,
-        deaths=tuple(
-            Death(robot=death.robot, silent_since_s=death.silent_since_s, detected_s=t_s)
-            for t_s, death in tally.deaths
-        ),
+        deaths=recovery.deaths,
+        successions=recovery.successions,
+        heals=recovery.heals,
     )
 
 
-def _flaws(facts: Facts) -> Iterator[Flaw]:
+def _flaws(facts: Facts, recovery: Recovery) -> Iterator[Flaw]:
     """What went wrong, the first broken promise first."""
-    tally, robots = facts.tally, facts.scenario.fleet.robots
+    tally, arrived, living = facts.tally, len(facts.tally.arrived & facts.living), len(facts.living)
     dated = [(breach.t_s, _breach_sentence(breach.t_s, breach.broken)) for breach in facts.judgement.breaches]
-    dated += [(death.silent_since_s, _death_sentence(t_s, death)) for t_s, death in tally.deaths]
+    dated += [(death.cause_s, _death_sentence(death)) for death in recovery.unordered]
     if tally.route_lost is not None:
         t_s, lost = tally.route_lost
         dated.append((t_s, f"{NO_ROUTE}the leader lost its route at t={t_s:.1f} s: {lost.reason}"))
@@ -161,8 +155,8 @@ def _flaws(facts: Facts) -> Iterator[Flaw]:
     yield from _flaws_of_ending(facts)
     if not tally.goal_reached:
         yield Flaw("the goal was not reached")
-    if len(tally.arrived) < robots:
-        yield Flaw(f"{len(tally.arrived)} of {robots} robots arrived")
+    if arrived < living:
+        yield Flaw(f"{arrived} of {living} living robots arrived")
     if facts.events.missing > 0:
         yield Flaw(f"{facts.events.missing} entries of the timeline never came")
 
@@ -179,9 +173,13 @@ def _flaws_of_ending(facts: Facts) -> Iterator[Flaw]:
         case Ending.MISSING:
             yield Flaw(f"robots never came: {facts.absent}")
         case Ending.TIMED_OUT:
-            arrived, robots = len(facts.tally.arrived), facts.scenario.fleet.robots
-            yield Flaw(f"the time was up with {arrived} of {robots} robots arrived")
-        case Ending.ARRIVED | Ending.ROUTE_LOST | Ending.DEATH:
+            arrived, living = len(facts.tally.arrived & facts.living), len(facts.living)
+            yield Flaw(f"the time was up with {arrived} of {living} living robots arrived")
+        case Ending.STUCK:
+            yield Flaw(f"the strand did not heal: by t={facts.sim_s:.1f} s nothing had moved for long")
+        case Ending.EXTINCT:
+            yield Flaw("every robot has died")
+        case Ending.ARRIVED | Ending.ROUTE_LOST:
             pass
 
 
@@ -191,8 +189,9 @@ def _breach_sentence(t_s: float, broken: PromiseBroken) -> str:
     return f"{who}: {broken.why} ({broken.measured_m:.4f} m, required {broken.required_m:.4f} m)"
 
 
-def _death_sentence(t_s: float, death: RobotDied) -> str:
-    return f"robot {death.robot} died at t={death.silent_since_s:.1f} s (known at t={t_s:.1f} s)"
+def _death_sentence(death: Death) -> str:
+    when = f"at t={death.cause_s:.1f} s (known at t={death.known_s:.1f} s)"
+    return f"robot {death.robot} died {when}, and no fault plan said so"
 
 
 def finite(distance_m: float) -> float | None:

@@ -1,0 +1,173 @@
+"""Deaths, successions and heals of a run, each with the times of its cause, detection and recovery.
+
+Rule 1: from the timeline alone. Its sources do not agree on an order, so entries are sorted by time first.
+Rule 2: a cause is what a fault plan did to the robot, or else when the robot was last known to be awake.
+Rule 3: detection is when a robot first gave a link to the dead one up, or else when one first called a muster.
+"""
+
+from collections.abc import Iterator, Sequence
+
+from msgspec import Struct
+
+from protocol.keys import WORLD, robot_name, robot_number
+from protocol.timeline import (
+    FaultInjected,
+    LeaderSucceeded,
+    LinkBroken,
+    MusterCalled,
+    Record,
+    RobotDied,
+    StrandHealed,
+)
+
+ORDERED = ("kill", "freeze")  # faults that make a death one that somebody asked for
+THAWED = "thaw"
+
+Dated = tuple[float, str, Record]
+"""When, by whom, what."""
+
+
+class Death(Struct, frozen=True, kw_only=True):
+    """A robot that died, or was taken for dead because it was frozen or cut off."""
+
+    robot: int
+    ordered: bool
+    """Whether a fault plan, or `clew fault`, did it."""
+    cause_s: float
+    detected_s: float | None
+    """When a robot gave it up."""
+    known_s: float
+    """When the world was sure."""
+    recovered_s: float | None
+    """When a strand had healed after that."""
+
+
+class Succession(Struct, frozen=True, kw_only=True):
+    """A robot that leads in the place of another."""
+
+    robot: int
+    before: int | None
+    """Who led until then."""
+    epoch: int
+    cause_s: float | None
+    """Null: nothing is known to have happened to who led before."""
+    detected_s: float | None
+    recovered_s: float
+
+
+class Heal(Struct, frozen=True, kw_only=True):
+    """A strand that formed again of those who live."""
+
+    epoch: int
+    members: tuple[int, ...]
+    cause_s: float | None
+    detected_s: float | None
+    recovered_s: float
+
+
+class Recovery:
+    """What healed and what did not, in the order of time."""
+
+    def __init__(self, dated: Sequence[Dated]) -> None:
+        self._dated = sorted(dated, key=lambda each: each[0])
+        self.deaths = tuple(self._deaths())
+        self.successions = tuple(self._successions())
+        self.heals = tuple(self._heals())
+
+    @property
+    def unordered(self) -> Iterator[Death]:
+        """Deaths that nobody asked for."""
+        return (death for death in self.deaths if not death.ordered)
+
+    def _deaths(self) -> Iterator[Death]:
+        told: dict[int, float] = {}  # up to when the faults of each robot belong to an earlier death
+        for known_s, _, record in self._dated:
+            if not isinstance(record, RobotDied):
+                continue
+            robot = record.robot
+            struck_s = self._struck_s(robot, told.get(robot, -1.0), known_s)
+            cause_s = record.silent_since_s if struck_s is None else struck_s
+            told[robot] = known_s
+            yield Death(
+                robot=robot,
+                ordered=struck_s is not None,
+                cause_s=cause_s,
+                detected_s=self._detected_s(robot, cause_s),
+                known_s=known_s,
+                recovered_s=self._first_s(StrandHealed, cause_s),
+            )
+
+    def _struck_s(self, robot: int, after_s: float, until_s: float) -> float | None:
+        """When a fault last struck the robot's process in that time, if it was not taken back."""
+        struck = [
+            (t_s, record.fault)
+            for t_s, _, record in self._dated
+            if isinstance(record, FaultInjected)
+            and record.process == robot_name(robot)
+            and record.fault in (*ORDERED, THAWED)
+            and after_s < t_s <= until_s
+        ]
+        return struck[-1][0] if struck and struck[-1][1] != THAWED else None
+
+    def _detected_s(self, robot: int, cause_s: float) -> float | None:
+        broken = (
+            t_s
+            for t_s, _, record in self._dated
+            if isinstance(record, LinkBroken) and record.neighbour == robot and t_s >= cause_s
+        )
+        return next(broken, self._first_s(MusterCalled, cause_s))
+
+    def _first_s(self, kind: type[Record], from_s: float) -> float | None:
+        """When an entry of a kind first came from then on."""
+        return next((t_s for t_s, _, record in self._dated if isinstance(record, kind) and t_s >= from_s), None)
+
+    def _successions(self) -> Iterator[Succession]:
+        for t_s, source, record in self._dated:
+            robot = robot_number(source)
+            if not isinstance(record, LeaderSucceeded) or robot is None:
+                continue
+            causes = [death for death in self.deaths if death.robot == record.before and death.cause_s <= t_s]
+            yield Succession(
+                robot=robot,
+                before=record.before,
+                epoch=record.epoch,
+                cause_s=causes[-1].cause_s if causes else None,
+                detected_s=causes[-1].detected_s if causes else None,
+                recovered_s=t_s,
+            )
+
+    def _heals(self) -> Iterator[Heal]:
+        healed_s = -1.0
+        for t_s, _, record in self._dated:
+            if not isinstance(record, StrandHealed):
+                continue
+            broken = [
+                (at_s, each)
+                for at_s, _, each in self._dated
+                if isinstance(each, LinkBroken) and healed_s < at_s <= t_s
+            ]
+            causes = [death.cause_s for death in self.deaths if healed_s < death.cause_s <= t_s]
+            causes += [at_s - each.silent_s for at_s, each in broken]
+            called_s = self._first_s(MusterCalled, max(healed_s, 0.0))
+            detected = [at_s for at_s, _ in broken] or ([] if called_s is None else [called_s])
+            yield Heal(
+                epoch=record.epoch,
+                members=record.members,
+                cause_s=min(causes, default=None),
+                detected_s=min(detected, default=None),
+                recovered_s=t_s,
+            )
+            healed_s = t_s
+
+
+def tells(source: str, record: Record) -> bool:
+    """Whether an entry has to do with recovery."""
+    match record:
+        case RobotDied():
+            return source == WORLD
+        case FaultInjected(process=process):
+            return process is not None  # not what was done to messages: those are many
+        case LinkBroken() | MusterCalled() | LeaderSucceeded() | StrandHealed():
+            return True
+        case _:
+            return False
