@@ -135,7 +135,7 @@ class ZenohTransport:
                     self._traffic.receive(key, number)
                     return Heard(key, number, message)
         except MessageRefusedError as error:
-            self._traffic.refused_count += 1
+            self._traffic.refuse(key[:KEY_LENGTH_MAX])
             return Refused(key[:KEY_LENGTH_MAX], str(error))
 
 
@@ -171,7 +171,7 @@ def _connected(session: Session) -> zenoh.Session:
         return zenoh.open(config)
     except zenoh.ZError as error:
         raise UsageError(
-            f"no router answers at {session.endpoint}, or it refuses {session.name}'s password"
+            f"no router answers at {' or '.join(session.endpoints)}, or it refuses {session.name}'s password"
         ) from error
 
 
