@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agents.scan import View
-from protocol.arrays import Flags, Floats, Indices, distances_to_segments
+from protocol.arrays import Flags, Floats, Indices, distances_to_segments, nearest_on_segments
 from protocol.mission import Bounds, Mission
 from protocol.sweep import travel_m
 
@@ -30,6 +30,12 @@ class Walls:
     starts: Floats
     ends: Floats
     keep_m: Floats
+
+    def eased(self, origin: Floats, least_m: Floats) -> "Walls":
+        """The same for one who stands nearer to some edges already: he may pass these at `least_m` (n,)."""
+        off = nearest_on_segments(origin, self.starts, self.ends) - origin
+        near = np.hypot(off[:, 0], off[:, 1]) < self.keep_m
+        return Walls(self.starts, self.ends, np.where(near, np.minimum(self.keep_m, least_m), self.keep_m))
 
     @staticmethod
     def joined(*parts: "Walls") -> "Walls":

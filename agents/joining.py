@@ -4,6 +4,8 @@ Rule 1: it is in place where it stands at least `keep` from all robots, the leg 
         its own scan and by the law of a robot's own leg, and the strand through it does not fold back.
 Rule 2: until then it goes to the nearest such place, as far as it knows; unknown ground is free. Steps
         are certified as the leader's are, robots are obstacles, and none of them is remembered.
+        A robot that stands nearer to something than a step may lead, as beside one that died in a queue, may
+        pass that at what a leg has to keep.
 Rule 3: where obstacles move, what is remembered where a scan shows free ground is there no more.
 Rule 4: legs of the strand may be crossed on the way: nobody drives on them before all are in place.
 """
@@ -13,13 +15,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agents.certificate import Walls, bounds_walls, promised_clearance_m, scan_walls
+from agents.certificate import Walls, bounds_walls, certified_lengths_m, promised_clearance_m, scan_walls
 from agents.guidance import Map, shown_free
 from agents.leg import certain_clearance_m, certain_clearance_m_min
 from agents.scan import View, on_discs
 from agents.step import NoStep, Step, certified_step_to, certified_step_to_goal, refused_at
 from protocol.arrays import Flags, Floats, distances_to_segments, segments_apart
-from protocol.frames import Point
+from protocol.frames import Point, wrap
 from protocol.mission import Law, Mission
 from protocol.timeline import StepPlanned
 
@@ -28,6 +30,7 @@ WAY_CELLS = 200  # of a way that is looked at: 10 m and more
 GAIN_M = 0.01  # as the leader's: a step that saves less of the way is not worth a stop
 BEARINGS = 72  # of places tried around the robot ahead: 9 cm apart at 1 m, as fine as the leg's berth
 LENGTHS = 8  # of legs tried
+CLEAR_M = 0.05  # beyond what a step keeps: what a leg's far end may be unsure of at the range limit
 SLACK_M = 0.01  # on what a place has to keep, so that one that was aimed at is one when it is reached
 HIT_M = 0.002  # hits nearer to each other than this are remembered as one
 HULL_CORNERS = 16  # a hull's outline for the grid: off by 2 % of its radius
@@ -108,6 +111,23 @@ class Joining:
         step = self._step(view, stands)
         return self._record(step, view, view.hits & ~seen.hits) if isinstance(step, Step) else step
 
+    def clear(self, view: View, robots: Floats) -> StepPlanned | NoStep:
+        """The shortest step to where a robot that follows could come; for the leader."""
+        walls = self._walls(view, Stands(robots, robots[:0]))
+        headings = 2.0 * np.pi * np.arange(BEARINGS) / BEARINGS
+        free_m = np.minimum(certified_lengths_m(view.position, headings, walls), leg_m_max(self._mission))
+        lengths = free_m[:, None] * np.arange(1, LENGTHS + 1) / LENGTHS
+        directions = np.stack([np.cos(headings), np.sin(headings)], axis=1)
+        ends = view.position + lengths[:, :, None] * directions[:, None, :]
+        hits = view.without(on_discs(view.points, robots, within_m=self._mission.hull_reach_m)).hit_points
+        off_m = np.hypot(*np.moveaxis(ends[:, :, None] - hits, -1, 0)).min(axis=2, initial=np.inf)
+        enough = (off_m >= self._mission.berth_m + CLEAR_M) & (lengths > GAIN_M)
+        if not enough.any():
+            return NoStep("no step leads to where a robot behind could come")
+        best = np.unravel_index(np.argmin(np.where(enough, lengths, np.inf)), lengths.shape)
+        step = Step(wrap(float(headings[best[0]])), float(lengths[best]))
+        return self._record(step, view, on_discs(view.points, robots, within_m=self._mission.hull_reach_m))
+
     def _remember(self, hit_points: Floats) -> None:
         self._map.remember(hit_points)
         known = np.concatenate([self._hits, np.round(hit_points / HIT_M) * HIT_M])
@@ -161,7 +181,9 @@ class Joining:
         discs = Walls(robots, robots, np.full(len(robots), self._mission.robot_keep_m))
         bounds = self._mission.bounds
         sides = [] if bounds is None else [bounds_walls(bounds, self._mission)]
-        return Walls.joined(scan_walls(view, self._mission), discs, *sides)
+        scan = scan_walls(view, self._mission)
+        least_m = scan.keep_m - self._mission.epsilon_m + certain_clearance_m_min(self._mission)
+        return Walls.joined(scan.eased(view.position, least_m), discs, *sides)
 
     def _record(self, step: Step, view: View, hulls: Flags) -> StepPlanned:
         target = step.target(view.position)

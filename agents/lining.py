@@ -5,7 +5,8 @@ Rule 1: it announces itself on every change and on every heartbeat, until it has
 Rule 2: it senses where the order depends on it (without a goal), where it looks at its leg, and in its turn.
 Rule 3: the last robot in place gives a turn to the nearest that is not, those apart that it gave one in vain;
         it gives the next when that one has said that its turn has ended. Where all have had theirs in vain
-        it gives its own place up, once, and the turn back to the robot ahead, which tries others first.
+        it gives its own place up, once, and the turn back to the robot ahead, which tries others first; the
+        leader gives itself a turn, once, to go where others can come.
 Rule 4: a robot drives only in its turn, when all others have said that they know of it, and while each of
         them has echoed something that it said within `silence_s`. It ends its turn standing.
 Rule 5: in an epoch that was called nobody drives before all members stand in it and whoever is left out must
@@ -25,6 +26,7 @@ from agents.joining import InPlace, Joining, Stands, leg_is_clear, without_hulls
 from agents.muster import Roster
 from agents.scan import View
 from agents.step import NoStep
+from agents.strand import URGENT_S
 from protocol.arrays import Floats
 from protocol.frames import Pose
 from protocol.messages import Muster, Turn
@@ -69,7 +71,7 @@ class Lining:
         self._joining: Joining | None = None
         self._step: StepPlanned | None = None
         self._blocked: set[int] = set()
-        self._lost = self._gave_up = self._step_is_given_up = False
+        self._lost = self._gave_up = self._got_clear = self._step_is_given_up = False
         self._stood_at: tuple[float, float, Turn] | None = None
         self._stood_at_s = 0.0
         self._looks_again_s = self._now_s = 0.0
@@ -178,9 +180,16 @@ class Lining:
             self._said = replace(self._said, **{"number": self._said.number + 1, **news})
             self._roster.hear(self._robot, self._said)
 
+    @property
+    def _heartbeat_s(self) -> float:
+        """While somebody has a turn, all that he waits for is said more often."""
+        turn = self._roster.turn
+        waits = turn is not None and self._roster.heard[turn.robot].ended < turn.number
+        return URGENT_S if waits else self._mission.heartbeat_s
+
     def _announce(self, now_s: float) -> list[Command]:
         if self._said.number == self._announced:
-            if now_s - self._announced_at_s < self._mission.heartbeat_s:
+            if now_s - self._announced_at_s < self._heartbeat_s:
                 return []
             self._say(number=self._said.number + 1)
         self._announced, self._announced_at_s = self._said.number, now_s
@@ -217,6 +226,8 @@ class Lining:
     # --- rule 3 -------------------------------------------------------------------------------------
 
     def _give_turn(self) -> list[Command]:
+        if self._own_turn is not None:
+            return []
         strand, given, newest = self._roster.strand, self._said.gives, self._roster.turn
         if strand[-1:] != (self._robot,) or len(strand) == len(self.members) or self._lost:
             return []
@@ -237,9 +248,12 @@ class Lining:
 
     def _give_up(self, strand: tuple[int, ...], waiting: list[int], number: int) -> list[Command]:
         """Nobody can come to a place behind this robot: it makes way, or nobody ever will."""
-        if len(strand) > 1 and not self._gave_up:
+        if not self._gave_up:
             self._gave_up, self._blocked = True, set()
-            self._say(gives=Turn(number=number, robot=strand[-2]), ended=number, rank=None)
+            if len(strand) > 1:
+                self._say(gives=Turn(number=number, robot=strand[-2]), ended=number, rank=None)
+            else:
+                self._say(gives=Turn(number=number, robot=self._robot))
             return []
         self._lost = True
         named = ", ".join(f"robot {robot}" for robot in waiting)
@@ -251,7 +265,9 @@ class Lining:
     def _own_turn(self) -> Turn | None:
         """The turn that this robot has and has not ended."""
         turn = self._roster.turn
-        if turn is None or turn.robot != self._robot or self._robot in self._roster.strand:
+        if turn is None or turn.robot != self._robot:
+            return None
+        if self._robot in self._roster.strand and turn != self._said.gives:
             return None
         return turn if turn.number > self._said.ended else None
 
@@ -283,6 +299,8 @@ class Lining:
         waiting = [robot for robot in self._others if robot not in strand]
         stands = Stands(self._xy(strand), self._xy(waiting))
         self._joining = self._joining or Joining(self._mission, scan.position, epoch=self.epoch)
+        if turn == self._said.gives:
+            return self._get_clear(self._joining, driver, scan)
         planned = self._joining.plan(scan, stands)
         patient = self._mission.obstacles_move and not self._stays(pose, turn)
         if isinstance(planned, StepPlanned) and self._mission.obstacles_move and not patient:
@@ -304,6 +322,20 @@ class Lining:
                 self._step = planned
                 driver.to(planned.target, reach_m=planned.reach_m, epoch=self.epoch)
                 return [Note(planned)]
+
+    def _get_clear(self, joining: Joining, driver: Driver, scan: View) -> list[Command]:
+        """The leader goes one step, if there is one, and is in place at its end."""
+        turn, pose = self._own_turn, driver.odometry.pose
+        assert turn is not None, "nobody joins out of turn"
+        planned = (
+            NoStep("one step is enough") if self._got_clear else joining.clear(scan, self._xy(self._others))
+        )
+        if isinstance(planned, StepPlanned):
+            self._got_clear, self._step = True, planned
+            driver.to(planned.target, reach_m=planned.reach_m, epoch=self.epoch)
+            return [Note(planned)]
+        self._say(pose=pose, ended=turn.number, rank=0)
+        return [Note(RobotPlaced(rank=0, turn=turn.number, x_m=pose.x_m, y_m=pose.y_m))]
 
     def _stays(self, pose: Pose, turn: Turn) -> bool:
         """Rule 6: whether it has not got away from here for so long, in this turn."""

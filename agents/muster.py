@@ -139,7 +139,7 @@ class Roster:
         at_start = self.start_order[: self._at_start]
         placed = list(takewhile(lambda robot: self.heard[robot].ended == 0, at_start))
         by_rank = {muster.rank: robot for robot, muster in self.heard.items() if muster.rank is not None}
-        while placed and len(placed) in by_rank:
+        while len(placed) in by_rank:
             placed.append(by_rank[len(placed)])
         return tuple(placed)
 
