@@ -18,7 +18,6 @@ from msgspec import Struct
 from agents import guidance, leader, step
 from agents.ground import Ground
 from agents.scan import View
-from lab.network import NetworkFaults
 from lab.rehearsal import Rehearsal
 from lab.textbook import Textbook
 from world.scenario import Scenario
@@ -119,7 +118,7 @@ def samples(scenario: Scenario, *, cpu: Clock, wall: Clock) -> list[Sample]:
             for owner, name in functions:
                 timed = stopwatch.timed(part, getattr(owner, name))
                 wrapped.enter_context(_instead(owner, name, timed))
-        Rehearsal(scenario, SEED, NetworkFaults()).run()
+        Rehearsal(scenario, SEED).run()
     return found
 
 

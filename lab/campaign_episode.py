@@ -16,7 +16,6 @@ from types import FrameType
 from msgspec import Struct
 
 from lab.campaign_scenes import solvable
-from lab.network import NetworkFaults
 from lab.rehearsal import Rehearsal
 from lab.rehearse import EPOCH, verdict_on
 from world.core import World
@@ -123,7 +122,7 @@ def play(episode: Episode) -> Outcome:
                 deployment=episode.deployment,
                 seed=episode.seed,
             )
-            rehearsal = Rehearsal(scenario, episode.seed, NetworkFaults())
+            rehearsal = Rehearsal(scenario, episode.seed)
             rehearsal.run()
     except _OutOfTimeError:
         at = "while loading" if rehearsal is None else f"at t={rehearsal.world.now_s:.1f} s"

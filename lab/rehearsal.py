@@ -78,7 +78,13 @@ class Rehearsal:
     def account(self) -> Account:
         """What the world itself sent and received."""
         ours = self._desk.traffic
-        return Account(sent=ours.sent, received=ours.received, newest=ours.newest)
+        return Account(
+            sent=ours.sent,
+            received=ours.received,
+            newest=ours.newest,
+            injected=ours.injected_by_fault(),
+            refused=ours.refused,
+        )
 
     def run(self) -> "Rehearsal":
         """Go on until the run has been judged."""
@@ -246,8 +252,8 @@ class Rehearsal:
         try:
             return arrival.mail.damaged(arrival.damage)
         except MessageRefusedError as error:
-            to.traffic.refused_count += 1
             key, reason = arrival.mail.key, str(error)
+            to.traffic.refuse(key)
             if isinstance(to, Desk):
                 self._tell_world(MessageDropped(key, reason))
             else:
@@ -330,7 +336,8 @@ class Rehearsal:
                 sent=dict(traffic.sent),
                 received=dict(traffic.received),
                 newest=traffic.newest,
-                refused=traffic.refused_count,
+                injected=traffic.injected_by_fault(),
+                refused=dict(traffic.refused),
                 overflowed=traffic.overflowed_count,
                 unrecorded=0,
             )

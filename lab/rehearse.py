@@ -7,15 +7,16 @@ Rule 2: SIGINT and SIGTERM end the rehearsed run as they end a live one: it is j
 
 import signal
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 from types import FrameType
 
-from lab.network import NetworkFaults
 from lab.rehearsal import Rehearsal
 from protocol.exit_codes import ExitCode
+from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.keys import WORLD
 from world.closing import Circumstances, verdict_of
 from world.progress import progress
@@ -28,24 +29,27 @@ EPOCH = "1970-01-01T00:00:00+00:00"  # when every rehearsal starts, by its own c
 FINGERPRINT_LENGTH = 12  # 48 bits: enough to tell scenarios apart in the name of a run
 
 
-def rehearse(scenario: Scenario, seed: int, folder: Path, say: Callable[[str], None]) -> Verdict:
+def rehearse(
+    scenario: Scenario, seed: int, folder: Path, say: Callable[[str], None], plan: Plan = NO_FAULTS
+) -> Verdict:
     """Rehearse a run into its folder, which is there; `say` is told what people wait for.
 
     Raises:
-        UsageError: a run stands in the folder already.
+        UsageError: a run stands in the folder already, or the fault plan does not fit the fleet.
         RecordingFailedError: timeline or verdict cannot be written.
     """
     started_at, started_wall_s = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
+    rehearsal = Rehearsal(scenario, seed, plan)
     with open_events(folder) as file, _asked_to_end() as asked:
         recorder = Recorder(file, _header(scenario, seed))
-        rehearsal = Rehearsal(scenario, seed, NetworkFaults())
+        lives: Counter[str] = Counter()
         try:
             for _ in rehearsal.ticks():
-                _record(rehearsal, recorder, say)
+                _record(rehearsal, recorder, lives, say)
                 if asked:
                     rehearsal.stop(asked.pop())
         finally:  # where a core fails, the last entries are those that say why
-            _record(rehearsal, recorder, say)
+            _record(rehearsal, recorder, lives, say)
     verdict = verdict_on(rehearsal, seed, started_at=started_at, wall_s=time.monotonic() - started_wall_s)
     save_verdict(verdict, folder)
     return verdict
@@ -68,10 +72,13 @@ def verdict_on(rehearsal: Rehearsal, seed: int, *, started_at: str, wall_s: floa
     )
 
 
-def _record(rehearsal: Rehearsal, recorder: Recorder, say: Callable[[str], None]) -> None:
-    """Write the entries that have not been written."""
+def _record(
+    rehearsal: Rehearsal, recorder: Recorder, lives: Counter[str], say: Callable[[str], None]
+) -> None:
+    """Write the entries that have not been written; a source that counts from 1 again was started again."""
     for source, entry in rehearsal.entries[recorder.recorded_count :]:
-        recorder.take(source, [entry])
+        lives[source] += entry.n == 1
+        recorder.take(source, [entry], str(lives[source]))
         if (sentence := progress(source, entry)) is not None:
             say(sentence)
 

@@ -99,6 +99,11 @@ class Fates:
         self._cases: dict[tuple[str, str, str], tuple[_Case, ...]] = {}
         self._unnumbered: Counter[tuple[str, str, str]] = Counter()
 
+    @property
+    def may_cut(self) -> bool:
+        """Whether a rule may ever cut a process off from the router."""
+        return len(self._cuts) > 0
+
     def of(self, key: str, kind: str, number: int, receiver: str, *, now_s: float, step: int) -> Fate:
         """What becomes of a message.
 

@@ -1,8 +1,8 @@
 """What a fault plan does to processes, and when. Pure: told the time and the timeline, it says what is due.
 
-Rule 1: each rule strikes once: as soon as its window is open, its target is there, and its point is reached.
-Rule 2: points of a robot's step are known to its own process first, so they are asked for apart (`at_points`):
-        live, by that process. What follows (a thaw, a new process) is `due` for whoever hears what was recorded.
+Rule 1: each rule strikes once: when its window is open, its target is there, and its point is reached.
+Rule 2: points of a robot's step are known to its own process first, so they are asked for apart: live, by it
+        (`at_points`). What follows, as a thaw, is `due` for whoever hears what it has recorded.
 Rule 3: a process that a rule has killed, and not started again, is nobody's leader, middle or tail.
 """
 
@@ -49,8 +49,9 @@ class Strokes:
 
     def __init__(self, plan: Plan, seed: int) -> None:
         rules = [rule for rule in plan.rules if isinstance(rule, ProcessRule)]
-        self._rules = {str(rule.name): rule for rule in rules if _comes_true(rule, seed)}
-        self._pending = dict(self._rules)
+        self._pending = {str(rule.name): rule for rule in rules if _comes_true(rule, seed)}
+        self.has_points = any(rule.point is not None for rule in self._pending.values())
+        """Whether any rule strikes at a point of a robot's step."""
         self._roles = Roles()
         self._down: set[str] = set()
         self._later: list[tuple[float, int, Stroke]] = []

@@ -1,0 +1,83 @@
+"""A process of a rehearsal: a core, what the shell of a live one remembers, and what it suffers."""
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from agents.commands import Command
+from agents.events import Event
+from agents.points import Points
+from agents.robot import Robot
+from lab.mail import Mail
+from protocol.faults.damage import Damage
+from protocol.messages import Odometry, Phase
+from protocol.traffic import Traffic
+
+INBOX_CAPACITY = 16_384  # of a live process: `protocol.zenoh_transport`
+PHASES = list(Phase)
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """Mail that has arrived; a fault plan may have damaged it."""
+
+    mail: Mail
+    damage: Damage | None = None
+
+
+Waiting = Mail | Arrival | Event
+"""Mail that the fault plan has not seen, an arrival, or a token."""
+
+
+@dataclass(slots=True)
+class Desk:
+    """Where the world's process hears and speaks; what its bodies do goes on without it."""
+
+    name: str
+    traffic: Traffic = field(default_factory=Traffic)
+    ended: bool = False
+
+
+@dataclass(slots=True)
+class Actor:
+    """A robot's process."""
+
+    robot: int
+    name: str
+    core: Robot
+    now_s: float = 0.0
+    phase: Phase = Phase.RUNNING
+    traffic: Traffic = field(default_factory=Traffic)
+    points: Points = field(default_factory=Points)
+    ended: bool = False
+    frozen: bool = False
+    delay_s: float = 0.0
+    """How long it takes over all that has arrived, each time that it looks."""
+    busy_until_s: float = 0.0
+    unfinished: Sequence[Command] = ()
+    """What it was about to do when it was frozen at a point of its step."""
+    inbox: deque[Waiting] = field(default_factory=deque)
+
+    def hear_world(self, odometry: Odometry) -> bool:
+        """Believe the newest odometry only; whether this is it."""
+        newest = odometry.t_s >= self.now_s
+        self.now_s = max(self.now_s, odometry.t_s)
+        self.phase = max(self.phase, odometry.phase, key=PHASES.index)
+        return newest
+
+    def attends(self, now_s: float) -> bool:
+        """Whether it handles what arrives now."""
+        return not self.frozen and now_s >= self.busy_until_s
+
+    def wait(self, item: Waiting) -> None:
+        """Keep for when it attends; what is full drops the oldest, and counts it."""
+        if len(self.inbox) == INBOX_CAPACITY:
+            self.inbox.popleft()
+            self.traffic.overflowed_count += 1
+        self.inbox.append(item)
+
+    def take_waiting(self) -> list[Waiting]:
+        """All that has waited, in order."""
+        items = list(self.inbox)
+        self.inbox.clear()
+        return items
