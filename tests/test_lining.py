@@ -50,8 +50,8 @@ def says(lining: Lining, pose: Pose, scan: View | None, now_s: float) -> list[Mu
     return announced(lining.act(standing_at(pose), scan, now_s))
 
 
-def at(robot: int, number: int = 1) -> Muster:
-    return Muster(number=number, pose=PLACES[robot])
+def at(robot: int, number: int = 1, *, t_s: float = 0.0) -> Muster:
+    return Muster(number=number, pose=PLACES[robot], t_s=t_s)
 
 
 def wants_scan(lining: Lining, pose: Pose) -> bool:
@@ -61,7 +61,7 @@ def wants_scan(lining: Lining, pose: Pose) -> bool:
 def test_a_robot_says_where_it_stands_at_once_and_again_on_every_heartbeat() -> None:
     lining = Lining(1, mission(robots=2, goal=GOAL))
     said = [says(lining, PLACES[1], None, now_s) for now_s in (0.0, 0.1, 0.2, 0.25, 0.3, 0.5)]
-    assert said == [[at(1, 1)], [], [], [at(1, 2)], [], [at(1, 3)]]
+    assert said == [[at(1, 1)], [], [], [at(1, 2, t_s=0.25)], [], [at(1, 3, t_s=0.5)]]
 
 
 def test_with_a_goal_the_leader_does_not_sense() -> None:

@@ -99,7 +99,7 @@ LEAST_M = 0.25
 
 
 def roster_of(robots: int, goal: Point | None) -> Roster:
-    return Roster(robots, goal, LEAST_M)
+    return Roster(tuple(range(1, robots + 1)), goal, LEAST_M)
 
 
 def said(pose: Pose, number: int = 1, **news: object) -> Muster:
@@ -237,11 +237,19 @@ def test_a_turn_may_be_used_when_all_others_have_said_that_they_know_of_it() -> 
     roster = looked(places, True, False, False)
     roster.hear(1, said(places[1], 2, turn=4, gives=turn))
     assert roster.turn == turn
-    assert not roster.all_know_of(turn)
+    assert not roster.all_stand_in(turn, since_s=0.0)
     roster.hear(3, said(places[3], 2, turn=3))
-    assert not roster.all_know_of(turn)
+    assert not roster.all_stand_in(turn, since_s=0.0)
     roster.hear(3, said(places[3], 3, turn=4))
-    assert roster.all_know_of(turn)
+    assert roster.all_stand_in(turn, since_s=0.0)
+
+
+def test_a_turn_may_be_used_only_while_all_others_answer_to_what_was_said_of_late() -> None:
+    places, turn = standing(*QUEUE), Turn(number=1, robot=2)
+    roster = looked(places, True, False, False)
+    roster.hear(1, said(places[1], 2, turn=1, gives=turn, echo_s=5.0))
+    roster.hear(3, said(places[3], 2, turn=1, echo_s=4.0))
+    assert [roster.all_stand_in(turn, since_s=since_s) for since_s in (3.9, 4.0, 4.1)] == [True, True, False]
 
 
 def test_the_strand_is_agreed_only_when_all_have_announced_that_very_strand() -> None:
@@ -253,6 +261,15 @@ def test_the_strand_is_agreed_only_when_all_have_announced_that_very_strand() ->
         assert not roster.agreed()
     roster.hear(2, said(places[2], 9, leg_clear=True, order=(1, 2)))
     assert roster.agreed()
+
+
+def test_a_robot_that_has_been_left_out_is_not_waited_for_and_not_heard() -> None:
+    places = standing((2.0, 0.0), (1.0, 0.0), (0.0, 0.0))
+    roster = Roster((1, 3), GOAL, LEAST_M)
+    for robot in (1, 3):
+        assert roster.hear(robot, said(places[robot]))
+    assert not roster.hear(2, said(places[2]))
+    assert (roster.places, roster.start_order) == ({1: places[1], 3: places[3]}, (1, 3))
 
 
 def test_a_robot_that_is_not_of_the_fleet_is_not_heard() -> None:
