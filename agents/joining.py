@@ -5,7 +5,7 @@ Rule 1: it is in place where it stands at least `keep` from all robots, the leg 
 Rule 2: until then it goes to the nearest such place, as far as it knows; unknown ground is free. Steps
         are certified as the leader's are, robots are obstacles, and none of them is remembered.
         A robot that stands nearer to something than a step may lead, as beside one that died in a queue, may
-        pass that at what a leg has to keep.
+        pass that at what it has promised to keep and a little.
 Rule 3: where obstacles move, what is remembered where a scan shows free ground is there no more.
 Rule 4: legs of the strand may be crossed on the way: nobody drives on them before all are in place.
 """
@@ -30,6 +30,7 @@ WAY_CELLS = 200  # of a way that is looked at: 10 m and more
 GAIN_M = 0.01  # as the leader's: a step that saves less of the way is not worth a stop
 BEARINGS = 72  # of places tried around the robot ahead: 9 cm apart at 1 m, as fine as the leg's berth
 LENGTHS = 8  # of legs tried
+PASSED_SHARE = 0.75  # of the tolerance: the rest is the drive's, on a way of a few decimetres
 CLEAR_M = 0.05  # beyond what a step keeps: what a leg's far end may be unsure of at the range limit
 SLACK_M = 0.01  # on what a place has to keep, so that one that was aimed at is one when it is reached
 HIT_M = 0.002  # hits nearer to each other than this are remembered as one
@@ -182,7 +183,7 @@ class Joining:
         bounds = self._mission.bounds
         sides = [] if bounds is None else [bounds_walls(bounds, self._mission)]
         scan = scan_walls(view, self._mission)
-        least_m = scan.keep_m - self._mission.epsilon_m + certain_clearance_m_min(self._mission)
+        least_m = scan.keep_m - PASSED_SHARE * self._mission.mu0_m
         return Walls.joined(scan.eased(view.position, least_m), discs, *sides)
 
     def _record(self, step: Step, view: View, hulls: Flags) -> StepPlanned:
