@@ -48,7 +48,7 @@ from world.tally import Tally
 # All of these are in docs/run.md.
 MUSTER_WALL_S = 10.0
 LAST_WORDS_WALL_S = 2.0
-HEAL_S_MAX = 30.0
+HEAL_S_MAX = 60.0
 ROUTER_PATIENCE_WALL_S = 4.0
 
 
