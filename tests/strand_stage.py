@@ -3,7 +3,7 @@
 from agents.commands import Command, Note, Tell
 from agents.strand import Own, Strand, lined_up
 from protocol.frames import Point, Pose, Vertex
-from protocol.messages import AheadState, BehindState, Reversal
+from protocol.messages import AheadState, BehindState, Handover, Reversal
 from protocol.mission import Law
 from protocol.timeline import AuthorityGranted
 from tests.one_step import under
@@ -13,6 +13,7 @@ KEEP_M = 0.31  # two radii, the separation and the tolerance
 ORDER = (3, 2, 1)
 PLACES = {robot: Pose(x_m=float(robot), y_m=0.0, heading_rad=0.0) for robot in ORDER}
 KNOWN = len(lined_up(1, ORDER, PLACES, MISSION, 0.0).path)  # vertices that all know from the start
+NOTHING_HANDED = Handover(number=0, steps=0, dissolved=0, seen=b"")
 HEARTBEAT_S, SILENCE_S = MISSION.heartbeat_s, MISSION.silence_s
 
 
@@ -27,13 +28,16 @@ def leading() -> Strand:
     return strand
 
 
-def own(progress_m: float, *, stands: bool = True, arrived: bool = False) -> Own:
-    return Own(progress_m, Pose(x_m=1.0 + progress_m, y_m=0.0, heading_rad=0.0), stands, arrived)
+def own(
+    progress_m: float, *, stands: bool = True, arrived: bool = False, handed: Handover = NOTHING_HANDED
+) -> Own:
+    return Own(progress_m, Pose(x_m=1.0 + progress_m, y_m=0.0, heading_rad=0.0), stands, arrived, handed)
 
 
 def ahead(
     *,
     epoch: int = 1,
+    echo_s: float = 0.0,
     path_from: int = KNOWN,
     path: tuple[Vertex, ...] = (),
     authority_m: float = 0.0,
@@ -43,6 +47,7 @@ def ahead(
     """What a robot hears from the one ahead."""
     return AheadState(
         epoch=epoch,
+        echo_s=echo_s,
         path_from=path_from,
         path=path,
         progress_m=progress_m,
@@ -59,6 +64,7 @@ def ahead(
 def behind(
     *,
     epoch: int = 1,
+    echo_s: float = 0.0,
     vertices: int = KNOWN,
     progress_m: float = 0.0,
     tail_m: float = 0.0,
@@ -67,6 +73,7 @@ def behind(
     """What a robot hears from the one behind."""
     return BehindState(
         epoch=epoch,
+        echo_s=echo_s,
         vertices=vertices,
         progress_m=progress_m,
         tail_progress_m=tail_m,

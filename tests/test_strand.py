@@ -2,11 +2,12 @@
 
 import pytest
 import shapely
+from msgspec.structs import replace
 
 from agents.commands import Note, Tell
 from agents.events import LinkHeard
 from agents.leader import Leader
-from agents.strand import GRANT_M_MIN, lined_up
+from agents.strand import GRANT_M_MIN, URGENT_S, Strand, lined_up
 from protocol.frames import Point, Pose, Vertex
 from protocol.messages import AheadState, BehindState
 from protocol.mission import Law
@@ -124,13 +125,27 @@ def test_the_stretch_is_what_the_robot_behind_has_not_driven_of_its_grant() -> N
 # --- telling ----------------------------------------------------------------------------------------
 
 
+def told_to(strand: Strand, now_s: float) -> list[int]:
+    return sorted(command.robot for command in strand.tell(own(1.0), now_s) if isinstance(command, Tell))
+
+
 def test_a_robot_tells_both_neighbours_at_once_and_then_on_every_heartbeat() -> None:
     strand = place(2)
-    told_to = [
-        sorted(command.robot for command in strand.tell(own(1.0), now_s) if isinstance(command, Tell))
-        for now_s in (0.0, 0.1, HEARTBEAT_S, HEARTBEAT_S + 0.1, 2.0 * HEARTBEAT_S)
-    ]
-    assert told_to == [[1, 3], [], [1, 3], [], [1, 3]]
+    told = [told_to(strand, 0.0)]
+    strand.hear(LinkHeard(3, 1, ahead(echo_s=0.01)), 0.02)
+    strand.hear(LinkHeard(1, 1, behind(echo_s=0.01)), 0.02)
+    told += [told_to(strand, beat * HEARTBEAT_S) for beat in (0.4, 1.0, 1.4, 2.0)]
+    assert told == [[1, 3], [], [1, 3], [], [1, 3]]
+
+
+def test_a_robot_tells_more_often_until_both_have_answered_and_when_an_answer_stays_away() -> None:
+    strand = place(2)
+    told = [told_to(strand, 0.0)]
+    strand.hear(LinkHeard(3, 1, ahead(echo_s=0.01)), 0.02)
+    told += [told_to(strand, now_s) for now_s in (0.05, URGENT_S)]
+    strand.hear(LinkHeard(1, 1, behind(echo_s=0.02)), URGENT_S)
+    told += [told_to(strand, now_s) for now_s in (2.0 * URGENT_S, 2.5 * HEARTBEAT_S, 2.5 * HEARTBEAT_S + 0.11)]
+    assert told == [[1, 3], [], [1, 3], [], [1, 3], [1, 3]]
 
 
 def test_a_strand_is_quiet_from_when_all_robots_behind_stand_and_the_tail_stays_where_it_is() -> None:
@@ -240,14 +255,47 @@ def test_another_epochs_state_a_strangers_and_one_from_the_wrong_side_are_void(
 # --- silence ----------------------------------------------------------------------------------------
 
 
-def test_a_link_is_silent_until_it_has_been_heard() -> None:
-    strand = place(2)
+def test_a_link_is_silent_until_the_neighbour_has_echoed_something() -> None:
+    strand = lined_up(2, ORDER, PLACES, MISSION, 1.0)
     silent = [strand.silent]
-    strand.hear(LinkHeard(3, 1, ahead(authority_m=1.0)), 0.1)
+    strand.hear(LinkHeard(3, 1, ahead(authority_m=1.0, echo_s=1.05)), 1.1)
     silent.append(strand.silent)
-    strand.hear(LinkHeard(1, 1, behind()), 0.1)
+    strand.hear(LinkHeard(1, 1, behind()), 1.1)
     silent.append(strand.silent)
-    assert silent == [True, True, False]
+    strand.hear(LinkHeard(1, 2, behind(echo_s=1.05)), 1.2)
+    silent.append(strand.silent)
+    assert silent == [True, True, True, False]
+
+
+def test_each_neighbour_is_echoed_the_newest_that_it_said() -> None:
+    strand = place(2)
+    strand.hear(LinkHeard(3, 1, replace(ahead(), t_s=7.0)), 1.0)
+    strand.hear(LinkHeard(1, 1, replace(behind(), t_s=5.0)), 1.0)
+    strand.hear(LinkHeard(1, 2, replace(behind(), t_s=4.0)), 1.0)
+    commands = strand.tell(own(1.0), 1.1)
+    assert [(said.t_s, said.echo_s) for said in (told_ahead(commands, 3), told_behind(commands, 1))] == [
+        (1.1, 7.0),
+        (1.1, 5.0),
+    ]
+
+
+def test_a_link_that_works_one_way_only_is_silent_at_both_ends() -> None:
+    leader, follower = place(3), lined_up(2, (3, 2), PLACES, MISSION, 0.0)
+    silences: dict[int, list[bool]] = {3: [], 2: []}
+    for beat in range(1, 12):
+        now_s = beat * HEARTBEAT_S
+        leader.watch(now_s)
+        follower.watch(now_s)
+        for command in leader.tell(own(2.0), now_s):
+            if isinstance(command, Tell):
+                follower.hear(LinkHeard(3, beat, command.state), now_s)
+        answer = told_ahead(follower.tell(own(1.0), now_s), 3)
+        if beat <= 2:  # from then on nothing gets through this way
+            leader.hear(LinkHeard(2, beat, answer), now_s)
+        silences[3].append(leader.silent)
+        silences[2].append(follower.silent)
+    assert [robot_silent[2] for robot_silent in silences.values()] == [False, False]
+    assert [robot_silent[-1] for robot_silent in silences.values()] == [True, True]
 
 
 def test_a_silence_is_noted_once_when_it_is_too_long_and_its_end_once() -> None:
@@ -258,16 +306,17 @@ def test_a_silence_is_noted_once_when_it_is_too_long_and_its_end_once() -> None:
     assert noted == Note(LinkSilent(neighbour=2, silent_s=SILENCE_S + 0.5))
     assert strand.watch(9.0) == []
     assert strand.silent
-    assert strand.hear(LinkHeard(2, 2, behind()), 10.0) == [Note(LinkHeardAgain(neighbour=2))]
-    assert strand.hear(LinkHeard(2, 3, behind()), 10.1) == []
-    assert strand.watch(10.1 + SILENCE_S) == []
-    assert len(strand.watch(10.2 + SILENCE_S)) == 1
+    assert strand.hear(LinkHeard(2, 2, behind(echo_s=9.8)), 10.0) == [Note(LinkHeardAgain(neighbour=2))]
+    assert not strand.silent
+    assert strand.hear(LinkHeard(2, 3, behind(echo_s=9.9)), 10.1) == []
+    assert strand.watch(9.9 + SILENCE_S) == []
+    assert len(strand.watch(10.0 + SILENCE_S)) == 1
 
 
 def test_each_link_falls_silent_for_itself() -> None:
     strand = place(2)
     strand.hear(LinkHeard(3, 1, ahead(authority_m=1.0)), 0.0)
-    strand.hear(LinkHeard(1, 1, behind()), 0.75)
+    strand.hear(LinkHeard(1, 1, behind(echo_s=0.75)), 0.75)
     assert strand.watch(1.5) == [Note(LinkSilent(neighbour=3, silent_s=1.5))]
     assert strand.watch(2.0) == [Note(LinkSilent(neighbour=1, silent_s=1.25))]
 
@@ -277,14 +326,22 @@ def test_an_old_state_does_not_end_a_silence(number: int) -> None:
     strand = place(3)
     strand.hear(LinkHeard(2, 2, behind()), 0.0)
     strand.watch(5.0)
-    assert strand.hear(LinkHeard(2, number, behind()), 5.0) == []
+    assert strand.hear(LinkHeard(2, number, behind(echo_s=4.9)), 5.0) == []
+    assert strand.silent
+
+
+def test_a_new_state_that_was_long_on_its_way_does_not_end_a_silence() -> None:
+    strand = place(3)
+    strand.hear(LinkHeard(2, 1, behind()), 0.0)
+    strand.watch(5.0)
+    assert strand.hear(LinkHeard(2, 2, behind(echo_s=5.0 - SILENCE_S - 0.1)), 5.0) == []
     assert strand.silent
 
 
 def test_who_was_frozen_finds_the_silence_before_it_believes_anything() -> None:
     strand = place(3)
     strand.hear(LinkHeard(2, 1, behind()), 0.0)
-    noted = strand.watch(60.0) + strand.hear(LinkHeard(2, 2, behind()), 60.0)
+    noted = strand.watch(60.0) + strand.hear(LinkHeard(2, 2, behind(echo_s=59.5)), 60.0)
     assert [type(command.record) for command in noted if isinstance(command, Note)] == [
         LinkSilent,
         LinkHeardAgain,

@@ -15,6 +15,7 @@ from agents.strand import Own, lined_up
 from protocol.frames import Point, Pose
 from protocol.mission import Law
 from tests.one_step import under
+from tests.strand_stage import NOTHING_HANDED
 
 MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1, separation_m=0.1)
 KEEP_M = 0.31  # two radii, the separation and the tolerance
@@ -51,7 +52,8 @@ class Stage:
     def tell(self, robot: int) -> None:
         self._now_s += MISSION.heartbeat_s
         at = self.strands[robot].path.at(self.progress_m[robot])
-        own = Own(self.progress_m[robot], Pose(x_m=at.x_m, y_m=at.y_m, heading_rad=0.0), True, arrived=False)
+        pose = Pose(x_m=at.x_m, y_m=at.y_m, heading_rad=0.0)
+        own = Own(self.progress_m[robot], pose, True, arrived=False, handed=NOTHING_HANDED)
         for command in self.strands[robot].tell(own, self._now_s):
             if isinstance(command, Tell):
                 self._numbers[robot, command.robot] += 1
