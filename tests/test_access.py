@@ -49,18 +49,18 @@ def test_a_robot_asks_for_its_own_scan_and_the_mission_and_answers_nothing() -> 
     assert allowed("r2", "ingress", "reply") == allowed("r2", "ingress", "declare_queryable") == set()
 
 
-def test_a_robot_shows_its_own_token_and_sees_none() -> None:
-    assert allowed("r2", "ingress", "liveliness_token") == {KEYS.alive("r2", "*")}
-    assert allowed("r2", "egress", "liveliness_token") == set()
-    assert allowed("r2", "ingress", "declare_liveliness_subscriber") == set()
-    assert allowed("r2", "ingress", "liveliness_query") == set()
+@pytest.mark.parametrize("name", ["r2", "world"])
+def test_everybody_sees_all_tokens_and_shows_none_but_its_own(name: str) -> None:
+    every = {KEYS.alive("*", "*")}
+    assert allowed(name, "ingress", "liveliness_token") == {KEYS.alive(name, "*")}
+    assert allowed(name, "egress", "liveliness_token") == every
+    assert allowed(name, "ingress", "declare_liveliness_subscriber") == every
+    assert allowed(name, "ingress", "liveliness_query") == every
 
 
-def test_the_world_says_odometry_and_acknowledgements_hears_orders_and_logs_and_sees_tokens() -> None:
+def test_the_world_says_odometry_and_acknowledgements_and_hears_orders_and_logs() -> None:
     assert allowed("world", "ingress", "put") == {KEYS.odometry("*"), KEYS.logged("*")}
     assert allowed("world", "egress", "put") == {KEYS.drive("*"), KEYS.log("*")}
-    assert allowed("world", "egress", "liveliness_token") == {KEYS.alive("*", "*")}
-    assert allowed("world", "ingress", "liveliness_token") == set()
 
 
 def test_the_world_answers_scans_and_the_mission_and_asks_nothing() -> None:

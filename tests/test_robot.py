@@ -57,17 +57,18 @@ def scan_with_a_box_ahead(t_s: float, at: Pose) -> ScanHeard:
     return ScanHeard(Scan(t_s=t_s, pose=at, ranges_m=tuple(ranges)))
 
 
-def behind(number: int, *, progress_m: float = 0.0, vertices: int = 2) -> LinkHeard:
+def behind(number: int, *, progress_m: float = 0.0, vertices: int = 2, echo_s: float = 0.0) -> LinkHeard:
     state = BehindState(
-        epoch=1, vertices=vertices, progress_m=progress_m, tail_progress_m=progress_m, stand=True, pose=BACK
+        epoch=1, echo_s=echo_s, vertices=vertices, progress_m=progress_m, tail_progress_m=progress_m, stand=True, pose=BACK
     )
     return LinkHeard(2, number, state)
 
 
-def ahead(number: int, *, authority_m: float, arrived: bool = False) -> LinkHeard:
+def ahead(number: int, *, authority_m: float, arrived: bool = False, echo_s: float = 0.0) -> LinkHeard:
     """The leader, two metres on."""
     state = AheadState(
         epoch=1,
+        echo_s=echo_s,
         path_from=2,
         path=(Vertex(x_m=2.0, y_m=0.0, s_m=2.5),),
         progress_m=2.5,
@@ -185,7 +186,7 @@ def test_at_the_end_of_a_step_the_leader_senses_again_and_at_the_goal_it_stops()
     robot = leader()
     step = only(StepPlanned, robot.handle(empty_scan(0.1, FRONT), 0.1))[0]
     there = Pose(x_m=step.target.x_m, y_m=step.target.y_m, heading_rad=0.0)
-    robot.handle(behind(2, progress_m=3.9, vertices=3), 9.0)
+    robot.handle(behind(2, progress_m=3.9, vertices=3, echo_s=8.5), 9.0)
     commands = robot.handle(odometry(9.0, there, finished=1), 9.0)
     assert only(AskScan, commands)
     last = only(StepPlanned, robot.handle(empty_scan(9.1, there), 9.1))[0]
@@ -211,7 +212,8 @@ def test_a_leader_stops_for_a_silent_follower_and_then_goes_on_to_the_same_targe
     assert only(LinkSilent, commands)[0].neighbour == 2
     assert order_of(commands).target is None
     assert order_of(robot.handle(odometry(1.3, under_way, finished=2), 1.3)).target is None
-    assert order_of(robot.handle(behind(2), 1.3)).target == step.target
+    assert only(Order, robot.handle(behind(2, echo_s=0.2), 1.3)) == [], "it does not hear this robot"
+    assert order_of(robot.handle(behind(3, echo_s=1.2), 1.3)).target == step.target
 
 
 def test_a_repeated_old_state_does_not_end_a_silence() -> None:
@@ -219,7 +221,7 @@ def test_a_repeated_old_state_does_not_end_a_silence() -> None:
     robot.handle(empty_scan(0.1, FRONT), 0.1)
     under_way = Pose(x_m=0.5, y_m=0.0, heading_rad=0.0)
     robot.handle(odometry(1.2, under_way, moving=True), 1.2)
-    robot.handle(behind(1), 1.25)
+    robot.handle(behind(1, echo_s=1.2), 1.25)
     assert order_of(robot.handle(odometry(1.3, under_way, finished=2), 1.3)).target is None
 
 
@@ -227,7 +229,7 @@ def test_a_leader_holds_while_its_follower_is_too_far_behind_what_it_was_granted
     robot = leader()
     robot.handle(empty_scan(0.1, FRONT), 0.1)
     far = Pose(x_m=2.0, y_m=0.0, heading_rad=0.0)
-    robot.handle(behind(2), 0.9)
+    robot.handle(behind(2, echo_s=0.8), 0.9)
     robot.handle(odometry(1.0, far, moving=True), 1.0)
     commands = robot.handle(odometry(1.1, far, moving=True), 1.1)
     assert only(RobotHeld, commands)[0].behind_m > MISSION.link_length_m_max
@@ -241,7 +243,7 @@ def at_the_front() -> Robot:
     """The follower, which has driven its first segment, to where the leader stood."""
     robot = follower()
     robot.handle(odometry(0.2, BACK), 0.2)
-    robot.handle(ahead(2, authority_m=2.0), 0.9)
+    robot.handle(ahead(2, authority_m=2.0, echo_s=0.8), 0.9)
     assert only(AskScan, robot.handle(odometry(1.0, FRONT, finished=1), 1.0))
     return robot
 
@@ -279,7 +281,7 @@ def test_a_segment_that_is_not_clear_is_not_entered_and_looked_at_again() -> Non
     before = order_of(robot.handle(odometry(1.0, FRONT, finished=1), 1.0)).number
     commands = robot.handle(scan_with_a_box_ahead(1.1, FRONT), 1.1)
     assert not only(SegmentChecked, commands)[0].clear
-    robot.handle(ahead(3, authority_m=2.0), 1.9)
+    robot.handle(ahead(3, authority_m=2.0, echo_s=1.8), 1.9)
     later = robot.handle(odometry(1.9, FRONT, finished=1), 1.9)
     assert order_of(later).number == before
     assert not only(AskScan, later)
