@@ -13,13 +13,11 @@ Rule 5: a robot itself drives no nearer than `keep_m` to ground that robots behi
         places, their way to the front may lead past one that stands and cannot go first.
 """
 
+import math
 from itertools import pairwise
 
-import numpy as np
-
-from protocol.arrays import nearest_on_segments
 from protocol.path import Path
-from protocol.sweep import TOUCHING_M, travel_m
+from protocol.sweep import TOUCHING_M, distance_m, free_way_m
 
 
 def claim_m(
@@ -35,18 +33,13 @@ def claim_m(
         granted_m: arc length up to which robots behind may drive.
         keep_m: least distance between the centres of two robots.
     """
-    taken = path.between(min(tail_m, granted_m), granted_m)
-    keep = np.full(len(taken) - 1, keep_m)
+    taken = path.corners(min(tail_m, granted_m), granted_m)
     s_m = progress_m
-    for corner, following in pairwise(path.between(progress_m, to_m)):
-        length = float(np.hypot(*(following - corner)))
-        if length == 0.0:
-            continue
-        heading = ((following - corner) / length)[None, :]
-        free = float(travel_m(corner, heading, taken[:-1], taken[1:], keep)[0])
-        if free < length:
-            return s_m + free
-        s_m += length
+    for corner, following in pairwise(path.corners(progress_m, to_m)):
+        free_m = free_way_m(corner, following, taken, keep_m)
+        s_m += free_m
+        if free_m < math.dist(corner, following):
+            break
     return s_m
 
 
@@ -59,20 +52,13 @@ def authority_m(path: Path, *, from_m: float, progress_m: float, keep_m: float) 
         progress_m: the granter's own arc length.
         keep_m: least distance between the centres of two robots.
     """
-    ground = path.between(progress_m, path.end_m)
-    starts, ends = ground[:-1], ground[1:]
-    keep = np.full(len(starts), keep_m)
-    corners = path.between(min(from_m, progress_m), progress_m)
+    ground = path.corners(progress_m, path.end_m)
     s_m = min(from_m, progress_m)
-    for corner, following in pairwise(corners):
-        offset = nearest_on_segments(corner, starts, ends) - corner
-        if np.hypot(offset[:, 0], offset[:, 1]).min() < keep_m - TOUCHING_M:
-            return s_m
-        length = float(np.hypot(*(following - corner)))
-        if length == 0.0:
-            continue
-        free = float(travel_m(corner, ((following - corner) / length)[None, :], starts, ends, keep)[0])
-        if free < length:
-            return s_m + free
-        s_m += length
+    for corner, following in pairwise(path.corners(s_m, progress_m)):
+        if distance_m(corner, ground) < keep_m - TOUCHING_M:
+            break
+        free_m = free_way_m(corner, following, ground, keep_m)
+        s_m += free_m
+        if free_m < math.dist(corner, following):
+            break
     return s_m

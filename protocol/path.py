@@ -1,13 +1,15 @@
 """A path: the polyline that a robot drives, with arc length along it. It only ever grows at its end."""
 
 import math
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
 from protocol.arrays import Floats
 from protocol.frames import Point, Vertex
+
+Place = tuple[float, float]  # x, y [m; world frame]
 
 ON_LINE_M = 1e-9  # nearer than this to a straight line counts as on it: rounding of sums of metres
 
@@ -37,6 +39,7 @@ class Path:
 
     def __init__(self, points: Iterable[Point]) -> None:
         self._vertices: list[Vertex] = []
+        self._arcs_m: list[float] = []  # of the vertices, to look them up by
         for point in points:
             self.extend(point)
 
@@ -60,8 +63,15 @@ class Path:
         if self._vertices:
             last = self._vertices[-1]
             s_m = last.s_m + math.hypot(point.x_m - last.x_m, point.y_m - last.y_m)
-        self._vertices.append(Vertex(x_m=point.x_m, y_m=point.y_m, s_m=s_m))
+        self._add(Vertex(x_m=point.x_m, y_m=point.y_m, s_m=s_m))
         return self._vertices[-1]
+
+    def _add(self, *vertices: Vertex) -> None:
+        self._vertices.extend(vertices)
+        self._arcs_m.extend(vertex.s_m for vertex in vertices)
+
+    def _drop_last(self) -> None:
+        del self._vertices[-1], self._arcs_m[-1]
 
     def reversed(self, cut_m: float, end_m: float) -> "Path":
         """The part between two arc lengths the other way: its arc length 0 is at `end_m` of this one."""
@@ -71,7 +81,7 @@ class Path:
 
     def stretch(self, point: Point) -> None:
         """Have the last segment reach further, straight on to a point."""
-        self._vertices.pop()
+        self._drop_last()
         self.extend(point)
 
     def learn(self, first: int, vertices: Sequence[Vertex]) -> None:
@@ -84,8 +94,8 @@ class Path:
             return
         last = len(self) - 1
         if first <= last < first + len(vertices) and vertices[last - first].s_m > self.end_m:
-            self._vertices[last] = vertices[last - first]
-        self._vertices.extend(vertices[len(self) - first :])
+            self._drop_last()
+        self._add(*vertices[len(self) - first :])
 
     def told_from(self, first: int, most: int) -> tuple[Vertex, ...]:
         """At most so many vertices, from the one with index `first` on."""
@@ -93,23 +103,29 @@ class Path:
 
     def next_vertex(self, s_m: float) -> int:
         """Index of the first vertex beyond an arc length; the number of vertices where there is none."""
-        return bisect_right(self._vertices, s_m, key=lambda vertex: vertex.s_m)
+        return bisect_right(self._arcs_m, s_m)
 
     def at(self, s_m: float) -> Point:
         """The place at an arc length, held to the path's ends."""
-        index = min(max(self.next_vertex(s_m), 1), len(self) - 1)
+        x_m, y_m = self._place_at(s_m)
+        return Point(x_m=x_m, y_m=y_m)
+
+    def _place_at(self, s_m: float) -> Place:
+        index = min(max(self.next_vertex(s_m), 1), len(self._vertices) - 1)
+        end = self._vertices[index]
         if index == 0:
-            return Point(x_m=self._vertices[0].x_m, y_m=self._vertices[0].y_m)
-        start, end = self._vertices[index - 1], self._vertices[index]
+            return end.x_m, end.y_m
+        start = self._vertices[index - 1]
         length = end.s_m - start.s_m
         share = min(max((s_m - start.s_m) / length, 0.0), 1.0) if length > 0.0 else 1.0
-        return Point(
-            x_m=start.x_m + share * (end.x_m - start.x_m), y_m=start.y_m + share * (end.y_m - start.y_m)
-        )
+        return start.x_m + share * (end.x_m - start.x_m), start.y_m + share * (end.y_m - start.y_m)
+
+    def corners(self, from_m: float, to_m: float) -> list[Place]:
+        """The corners of the part between two arc lengths, both ends included: two or more."""
+        inner = self._vertices[self.next_vertex(from_m) : bisect_left(self._arcs_m, to_m)]
+        between = [(vertex.x_m, vertex.y_m) for vertex in inner]
+        return [self._place_at(from_m), *between, self._place_at(max(from_m, to_m))]
 
     def between(self, from_m: float, to_m: float) -> Floats:
-        """The corners (n, 2) of the part between two arc lengths, both ends included; n >= 2."""
-        after = self.next_vertex(from_m)
-        inner = [vertex for vertex in self._vertices[after : self.next_vertex(to_m)] if vertex.s_m < to_m]
-        corners: list[Point | Vertex] = [self.at(from_m), *inner, self.at(max(from_m, to_m))]
-        return np.array([(corner.x_m, corner.y_m) for corner in corners])
+        """The same corners as an array (n, 2)."""
+        return np.array(self.corners(from_m, to_m))

@@ -93,6 +93,31 @@ def test_no_pair_that_comes_near_is_overlooked_though_not_all_are_compared_each_
         places_m = ends_m
 
 
+@quietly
+@given(places, places, st.lists(st.floats(0, 1), max_size=4))
+def test_moves_that_are_safe_break_nothing_in_whatever_parts_they_are_made(
+    starts: list[tuple[float, float]], ends: list[tuple[float, float]], cuts: list[float]
+) -> None:
+    begin, end = np.array(starts), np.array(ends)
+    watcher = monitor(bounds=Bounds(x_m_min=-2.5, y_m_min=-2.0, x_m_max=4.5, y_m_max=2.0))
+    broken_before = watcher.watch(begin, begin, t_s=0.0)
+    safe = watcher.is_safe(begin, end)
+    assert not (safe and broken_before)
+    parts = [begin + cut * (end - begin) for cut in sorted([0.0, *cuts, 1.0])]
+    broken = play(watcher, *([(x, y) for x, y in part.tolist()] for part in parts))
+    assert not (safe and broken)
+
+
+def test_what_is_safe_in_the_open_is_not_through_an_obstacle_or_a_robot_nor_out_of_bounds() -> None:
+    watcher = monitor(bounds=Bounds(x_m_min=-2.5, y_m_min=-2.0, x_m_max=4.5, y_m_max=2.0))
+    begin = np.array([(0.0, 0.0), (0.0, 1.0)])
+    assert watcher.is_safe(begin, begin)
+    for x_m, y_m, safe in ((0.9, -0.3, True), (2.0, 0.8, False), (-2.45, 0.0, False), (0.0, 0.75, False)):
+        assert watcher.is_safe(begin, np.array([(x_m, y_m), (0.0, 1.0)])) is safe
+    play(watcher, begin.tolist(), [(1.5, 0.6), (0.0, 1.0)])
+    assert not watcher.is_safe(begin, begin)  # a promise is broken: it must be seen when it is kept again
+
+
 def test_clearance_is_judged_between_the_ends_of_a_move() -> None:
     broken = play(monitor(), [(0.5, 0.6), (-3.0, 0.0)], [(2.5, 0.6), (-3.0, 0.0)])
     assert [(each.invariant, each.robot) for each in broken] == [("S1", 1)]

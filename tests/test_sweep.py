@@ -11,7 +11,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from protocol.arrays import Floats, nearest_on_segments
-from protocol.sweep import TOUCHING_M, travel_m
+from protocol.sweep import TOUCHING_M, distance_m, free_way_m, travel_m
 
 HORIZON_M = 20.0  # nothing here is further apart
 ROUNDING_M = 1e-12  # of sums of metres
@@ -133,6 +133,27 @@ def test_a_heading_along_a_wall_but_for_rounding_is_along_it(closing: float) -> 
     for off_m in (0.3, 0.4):
         free = travel_m(np.array([0.0, -off_m]), np.array([[1.0, closing]]), *wall, np.array([0.3]))
         assert free[0] == math.inf
+
+
+@given(motions(), st.floats(0.001, 5.0))
+def test_one_way_past_a_polyline_is_as_free_as_its_heading(motion: Motion, length_m: float) -> None:
+    target, keep_m = motion.origin + length_m * motion.heading, float(motion.keep_m[0])
+    x, y = target - motion.origin
+    line = np.stack([motion.starts, motion.ends], axis=1).reshape(-1, 2)
+    free = travel_m(
+        motion.origin,
+        np.array([(x, y)]) / math.hypot(x, y),
+        line[:-1],
+        line[1:],
+        np.full(len(line) - 1, keep_m),
+    )
+    places = [(corner[0], corner[1]) for corner in line.tolist()]
+    along = free_way_m(tuple(motion.origin.tolist()), tuple(target.tolist()), places, keep_m)
+    assert along == pytest.approx(min(float(free[0]), length_m), abs=ROUNDING_M)
+    off = nearest_on_segments(motion.origin, line[:-1], line[1:]) - motion.origin
+    assert distance_m(tuple(motion.origin.tolist()), places) == pytest.approx(
+        np.hypot(*off.T).min(), abs=ROUNDING_M
+    )
 
 
 @given(motions())

@@ -20,6 +20,7 @@ from protocol.timeline import (
 )
 from world.bodies import Bodies, Moves
 from world.chance import stream
+from world.clearance import clearance
 from world.commands import Note
 from world.monitor import Monitor
 from world.scenario import Scenario
@@ -27,6 +28,7 @@ from world.sensor import Sensor
 
 TICK_S = 0.02  # docs/run.md
 ODOMETRY_TICKS = 5  # 0.1 s: docs/run.md
+OUTLOOK_TICKS_MAX = 50  # a second: looking twice as far ahead saves nothing worth having
 
 
 class Arena:
@@ -41,7 +43,11 @@ class Arena:
         """When a body last moved."""
         self._sensor = Sensor(scenario, [stream(seed, f"scan/{robot}") for robot in robots])
         self._monitor = Monitor.of(scenario)
-        self._order_clearance_m = np.full(len(robots), np.inf)
+        self._ground = scenario.ground
+        self._radius_m = scenario.fleet.robot_radius_m
+        self._corners_m: list[list[Floats]] = [[] for _ in robots]
+        """Where each body has veered since it took its order, and where it was then."""
+        self._outlook_until, self._is_safe = 0, False
         self._steps = [0] * len(robots)
         self._ticks = 0
 
@@ -77,7 +83,7 @@ class Arena:
             return []
         if drive.target is not None:  # to stand still interrupts a step, which is measured as a whole
             if drive.step == 0 or drive.step != self._steps[body]:
-                self._order_clearance_m[body] = np.inf
+                self._corners_m[body] = [self.bodies.place_m[body]]
             self._steps[body] = drive.step
         pose = self.bodies.pose(body)
         accepted = OrderAccepted(
@@ -123,12 +129,12 @@ class Arena:
     def tick(self) -> tuple[list[Note], list[int]]:
         """Go on by one tick: what is recorded of it, and the robots whose bodies have finished an order."""
         began_s, headings_rad, moving = self.now_s, self.bodies.heading_rad, self.bodies.moving
-        told = moving if self.is_odometry_instant else np.zeros_like(moving)
         moves = self.bodies.tick(now_s=began_s, tick_s=TICK_S)
-        notes = [
-            Note(began_s, _sample(body, moves.starts_m, headings_rad))
-            for body in np.flatnonzero(told | moves.veered).tolist()
-        ]
+        veered = np.flatnonzero(moves.veered).tolist()
+        for body in veered:
+            self._corners_m[body].append(moves.starts_m[body])
+        sampled = np.flatnonzero(moving | moves.veered).tolist() if self.is_odometry_instant else veered
+        notes = [Note(began_s, _sample(body, moves.starts_m, headings_rad)) for body in sampled]
         self._ticks += 1
         notes += [self.note(BodyStopped(robot=body + 1)) for body in moves.stopped]
         notes += self._watch(moves)
@@ -138,16 +144,27 @@ class Arena:
         return notes, [body + 1 for body in moves.finished]
 
     def _watch(self, moves: Moves) -> list[Note]:
-        broken = self._monitor.watch(moves.starts_m, moves.ends_m, t_s=self.now_s)
-        np.minimum(self._order_clearance_m, self._monitor.clearance_m, out=self._order_clearance_m)
-        return [self.note(each) for each in broken]
+        """Rule 3."""
+        if moves.veered.any() or self._ticks >= self._outlook_until:
+            moves_m = moves.ends_m - moves.starts_m
+            ticks = min(self.bodies.straight_ticks(np.hypot(*moves_m.T)), OUTLOOK_TICKS_MAX)
+            self._outlook_until = self._ticks + ticks
+            self._is_safe = self._monitor.is_safe(moves.starts_m, moves.starts_m + (1 + ticks) * moves_m)
+        if self._is_safe:
+            return []
+        return [self.note(each) for each in self._monitor.watch(moves.starts_m, moves.ends_m, t_s=self.now_s)]
+
+    def _order_clearance_m(self, body: int) -> float | None:
+        """The least clearance of a hull since its body took its order; None where there is no obstacle."""
+        way_m = np.array([*self._corners_m[body], self.bodies.place_m[body]])
+        least_m = float(clearance(self._ground, way_m[:-1], way_m[1:]).min()) - self._radius_m
+        return least_m if least_m < np.inf else None
 
     def _finish(self, body: int) -> list[Record]:
         order = self.bodies.orders[body]
         assert order is not None, f"body {body} finished without an order"
         pose = self.bodies.pose(body)
-        least_m = float(self._order_clearance_m[body])
-        clearance_m = least_m if least_m < np.inf else None
+        clearance_m = self._order_clearance_m(body)
         x_m, y_m = pose.x_m, pose.y_m
         done = OrderFinished(
             robot=body + 1,

@@ -27,6 +27,7 @@ from world.sections import DriveSection
 
 DEADMAN_S = 1.0  # docs/run.md: ten odometry periods
 ROUNDING_M = 1e-9  # what places may be off by: a robot sent straight on must not stop for that
+TICKS_MAX = 1e9  # more than a run has
 ROUNDING_S = 1e-9  # what adding up ticks may be off by
 
 
@@ -80,6 +81,16 @@ class Bodies:
         x_m, y_m = self.place_m[body].tolist()
         return Pose(x_m=x_m, y_m=y_m, heading_rad=float(self.heading_rad[body]))
 
+    def straight_ticks(self, steps_m: Floats) -> int:
+        """How many more ticks like the last one no body will have landed, as far as orders say now.
+
+        Args:
+            steps_m: how far each body drove in the last tick (N,).
+        """
+        driving = steps_m > 0.0
+        left_m = (self._length_m - self._driven_m)[driving]
+        return int((left_m / steps_m[driving]).min(initial=TICKS_MAX))
+
     def basis_s(self, body: int) -> float:
         """When the body's robot was last known to be awake: the basis of the newest order heard."""
         return float(self._basis_s[body])
@@ -105,7 +116,9 @@ class Bodies:
                 f"order {drive.number} is void: its basis is {now_s - drive.basis_s:.3f} s old"
             )
         if drive.target is not None and drive.epoch < epoch:
-            raise MessageRefusedError(f"order {drive.number} is void: epoch {drive.epoch} is over, now {epoch}")
+            raise MessageRefusedError(
+                f"order {drive.number} is void: epoch {drive.epoch} is over, now {epoch}"
+            )
         low_mps, high_mps = self._limits.speed_mps_min, self._limits.speed_mps_max
         if drive.target is not None and not low_mps < drive.speed_mps < high_mps:
             raise MessageRefusedError(

@@ -36,19 +36,25 @@ def point_distances(ellipses: Floats, points: Floats) -> Floats:
     a, b = ellipses[..., 2], ellipses[..., 3]
     x, y = np.abs(x), np.abs(y)
     inside = (x / a) ** 2 + (y / b) ** 2 <= 1.0
+    x = np.where(inside, a, x)  # inside there is no root, and the result is known: anything outside will do
+    ax, by, aa, bb = a * x, b * y, a * a, b * b
     # Where one of the two terms of F is 1, F is in [0, 1]: left of the root, and near it.
-    t = np.maximum(np.maximum(a * x - a * a, b * y - b * b), 0.0)
+    t = np.maximum(np.maximum(ax - aa, by - bb), 0.0)
     for _ in range(NEWTON_STEPS):
-        p, q = a * x / (t + a * a), b * y / (t + b * b)
-        slope = -2.0 * (p * p / (t + a * a) + q * q / (t + b * b))
-        t = t - np.where(inside, 0.0, (p * p + q * q - 1.0) / np.where(inside, 1.0, slope))
-    distances = t * np.hypot(x / (t + a * a), y / (t + b * b))
+        u, v = t + aa, t + bb
+        p, q = ax / u, by / v
+        pp, qq = p * p, q * q
+        before, t = t, t + (pp + qq - 1.0) / (2.0 * (pp / u + qq / v))
+        if (t <= before).all():
+            break  # it grows until rounding is all that is left
+    distances = t * np.hypot(x / (t + aa), y / (t + bb))
     return np.where(inside, 0.0, distances)
 
 
 def move_distances(ellipses: Floats, starts: Floats, ends: Floats) -> Floats:
     """The least distance of each straight move to the ellipse of the same row; 0 where they meet."""
-    least = np.minimum(point_distances(ellipses, starts), point_distances(ellipses, ends))
+    of_ends = point_distances(np.concatenate((ellipses, ellipses)), np.concatenate((starts, ends)))
+    least = np.minimum(*np.split(of_ends, 2))
     moves = ends - starts
     lengths = np.hypot(moves[:, 0], moves[:, 1])
     along = moves / np.where(lengths > 0.0, lengths, 1.0)[:, None]

@@ -127,6 +127,25 @@ class Monitor:
             *self._judge_pairs(starts_m, ends_m, t_s),
         ]
 
+    def is_safe(self, starts_m: Floats, ends_m: Floats) -> bool:
+        """Whether moves on from what was watched last, or parts of them, break no promise; in doubt, not.
+
+        Nothing is taken down of them: they may yet be otherwise.
+        """
+        if self._broken or self.movers.names:
+            return False
+        promises = self.promises
+        moved = np.flatnonzero((starts_m != ends_m).any(axis=1))
+        if len(moved) == 0:
+            return True
+        clear_m = clearance(self.ground, starts_m[moved], ends_m[moved]) - promises.radius_m
+        if not (clear_m > promises.clearance_m_required).all():
+            return False
+        if not (self._inside_m(starts_m) > 0.0).all() or not (self._inside_m(ends_m) > 0.0).all():
+            return False
+        _, _, apart_m = self._pairs_apart(starts_m, ends_m)
+        return bool((apart_m > promises.separation_m_required).all())
+
     def _judge_clearance(self) -> list[PromiseBroken]:
         required_m = self.promises.clearance_m_required
         measured: dict[Topic, float] = {
@@ -172,28 +191,26 @@ class Monitor:
         return apart_m
 
     def _judge_bounds(self, ends_m: Floats) -> list[PromiseBroken]:
-        if self.promises.bounds is None:
-            return []
-        bounds, radius_m = self.promises.bounds, self.promises.radius_m
-        low_m = ends_m - (bounds.x_m_min, bounds.y_m_min)
-        high_m = np.array((bounds.x_m_max, bounds.y_m_max)) - ends_m
-        inside_m = np.minimum(low_m, high_m).min(axis=1) - radius_m
+        inside_m = self._inside_m(ends_m)
         measured: dict[Topic, float] = {
             ("bounds", row + 1, None): float(inside_m[row])
             for row in np.flatnonzero(inside_m < -ROUNDING_M).tolist()
         }
         return self._newly("S1", "bounds", measured, 0.0, "out of bounds")
 
+    def _inside_m(self, places_m: Floats) -> Floats:
+        """How far each hull is inside the bounds (N,)."""
+        bounds = self.promises.bounds
+        if bounds is None:
+            return np.full(len(places_m), math.inf)
+        low_m = places_m - (bounds.x_m_min, bounds.y_m_min)
+        high_m = np.array((bounds.x_m_max, bounds.y_m_max)) - places_m
+        inside_m: Floats = np.minimum(low_m, high_m).min(axis=1) - self.promises.radius_m
+        return inside_m
+
     def _judge_pairs(self, starts_m: Floats, ends_m: Floats, t_s: float) -> list[PromiseBroken]:
-        if len(starts_m) < 2:
-            return []
         required_m = self.promises.separation_m_required
-        one, other = self._near_pairs(starts_m, ends_m)
-        # Seen from one of them the other moves straight: how near does that move come?
-        nearest_m = distances_to_segments(
-            np.zeros(2), starts_m[other] - starts_m[one], ends_m[other] - ends_m[one]
-        )
-        apart_m = nearest_m - 2 * self.promises.radius_m
+        one, other, apart_m = self._pairs_apart(starts_m, ends_m)
         least = int(np.argmin(apart_m)) if len(apart_m) else None
         if least is not None and apart_m[least] < self.least_separation.distance_m:
             self.least_separation = Least(
@@ -207,6 +224,15 @@ class Monitor:
             for pair in np.flatnonzero(_is_broken(apart_m, required_m)).tolist()
         }
         return self._newly("S2", "separation", measured, required_m, "two robots nearer than promised")
+
+    def _pairs_apart(self, starts_m: Floats, ends_m: Floats) -> tuple[Rows, Rows, Floats]:
+        """Pairs of hulls, and how near each comes while both move; those left out are far apart."""
+        one, other = self._near_pairs(starts_m, ends_m)
+        # Seen from one of them the other moves straight: how near does that move come?
+        nearest_m = distances_to_segments(
+            np.zeros(2), starts_m[other] - starts_m[one], ends_m[other] - ends_m[one]
+        )
+        return one, other, nearest_m - 2 * self.promises.radius_m
 
     def _near_pairs(self, starts_m: Floats, ends_m: Floats) -> tuple[Rows, Rows]:
         """The pairs that may be nearer than is required or than any was before.
