@@ -1,7 +1,7 @@
 """The robot's drive orders: numbered, repeated until done, and what they say of its progress.
 
-Rule 1: a robot that is started again goes on behind the newest order that its body has taken, and first has
-        the body stand: what its forerunner ordered, it knows nothing of.
+Rule 1: a robot that is started again goes on behind all orders that its forerunner may have given, and first
+        has the body stand: it knows nothing of them, and some may still be on their way.
 """
 
 import math
@@ -10,6 +10,8 @@ from msgspec.structs import replace
 
 from protocol.frames import Point
 from protocol.messages import Drive, Odometry
+
+LATE_ORDERS = 1000  # more than a robot gives in what an order may be late by
 
 
 class Driver:
@@ -58,7 +60,7 @@ class Driver:
         """Take in where the body is; the order in hand is confirmed as of now."""
         self._odometry = odometry
         if odometry.ordered > self._drive.number:  # rule 1
-            self._drive = replace(self._drive, number=odometry.ordered)
+            self._drive = replace(self._drive, number=odometry.ordered + LATE_ORDERS)
             self._renew(None, reach_m=0.0, epoch=self._drive.epoch, step=0)
             self._sent_to = None
         self._drive = replace(self._drive, basis_s=odometry.t_s)

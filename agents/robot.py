@@ -128,6 +128,8 @@ class Robot:
             commands = self._leave_for(muster, now_s)
         if self._lining is not None:
             self._lining.hear(robot, muster, now_s)
+        elif self._member is None:
+            self._calls.beacon_at_s = now_s  # others are about to have a strand
         return commands
 
     def _leave_for(self, muster: Muster, now_s: float) -> list[Command]:

@@ -10,7 +10,7 @@ from agents.scan import View, view
 from protocol.messages import Scan
 from protocol.mission import Mission
 
-RETRY_S = 0.5  # the sensor itself answers within a tick
+RETRY_S = 0.2  # the sensor itself answers within a tick, and the way there and back takes milliseconds
 
 
 class Senses:
