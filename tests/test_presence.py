@@ -1,0 +1,95 @@
+"""Tokens as a conversation: what one robot sees of the others, and what it takes from that."""
+
+import pytest
+
+from agents.presence import GRACE_S, WORLD, Presence
+
+
+def connected(*robots: int) -> Presence:
+    """The world's token and those of some robots have come."""
+    presence = Presence()
+    for robot in (WORLD, *robots):
+        presence.come(robot, "a", 0.0)
+    return presence
+
+
+def test_who_does_not_see_the_worlds_token_is_not_connected() -> None:
+    presence = Presence()
+    presence.come(1, "a", 0.0)
+    seen = [presence.connected]
+    presence.come(WORLD, "a", 0.1)
+    seen.append(presence.connected)
+    presence.go(WORLD, "a", 0.2)
+    seen.append(presence.connected)
+    presence.come(WORLD, "b", 0.3)
+    seen.append(presence.connected)
+    assert seen == [False, True, False, True]
+
+
+def test_the_world_is_no_robot() -> None:
+    assert connected(1, 2).robots == {1, 2}
+
+
+def test_a_token_that_went_is_shown_no_more_and_one_that_never_came_may_go() -> None:
+    presence = connected(1, 2)
+    presence.go(1, "a", 5.0)
+    presence.go(3, "a", 5.0)
+    assert (presence.robots, presence.shows(1), presence.shows(2)) == ({2}, False, True)
+    assert (presence.went_s(1), presence.went_s(2), presence.went_s(4)) == (5.0, None, None)
+
+
+def test_a_robot_is_lost_when_its_token_has_gone_and_it_is_heard_no_more() -> None:
+    presence = connected(1)
+    presence.go(1, "a", 5.0)
+    late_s = 5.0 + GRACE_S
+    assert [presence.is_lost(1, 4.0, now_s) for now_s in (5.0, late_s - 0.01, late_s)] == [False, False, True]
+
+
+def test_a_robot_that_is_heard_without_a_token_is_lost_only_when_that_ends() -> None:
+    presence = connected(1)
+    presence.go(1, "a", 5.0)
+    lost = [presence.is_lost(1, heard_at_s, 6.0) for heard_at_s in (6.0, 6.1 - GRACE_S, 6.0 - GRACE_S)]
+    assert lost == [False, False, True]
+
+
+def test_a_token_that_comes_back_ends_nothing() -> None:
+    presence = connected(1)
+    presence.go(1, "a", 5.0)
+    presence.come(1, "a", 5.2)
+    assert not presence.is_lost(1, 4.0, 99.0)
+    assert presence.went_s(1) is None
+
+
+@pytest.mark.parametrize("old_goes_first", [True, False])
+def test_a_robot_that_was_started_again_is_lost_to_who_has_not_heard_it_since(old_goes_first: bool) -> None:
+    presence = connected(1)
+    if old_goes_first:
+        presence.go(1, "a", 4.9)
+    presence.come(1, "b", 5.0)
+    if not old_goes_first:
+        presence.go(1, "a", 5.1)
+    assert presence.shows(1), "the process that is gone must not take the other's token along"
+    assert presence.is_lost(1, 4.5, 5.1 + GRACE_S)
+    assert not presence.is_lost(1, 5.2, 99.0), "who is heard of after that lives on"
+
+
+def test_a_robot_that_was_started_again_is_no_more_lost_than_any_other_when_its_token_is_shown_anew() -> None:
+    presence = connected(1)
+    presence.come(1, "b", 5.0)
+    presence.go(1, "a", 5.0)
+    presence.go(1, "b", 8.0)
+    presence.come(1, "b", 8.01)
+    assert not presence.is_lost(1, 7.9, 99.0)
+
+
+def test_who_is_cut_off_calls_nobody_lost() -> None:
+    presence = connected(1)
+    presence.go(1, "a", 5.0)
+    presence.go(WORLD, "a", 5.0)
+    assert not presence.is_lost(1, 4.0, 99.0)
+    presence.come(WORLD, "a", 100.0)
+    assert presence.is_lost(1, 4.0, 100.0)
+
+
+def test_a_robot_whose_token_never_came_is_not_lost() -> None:
+    assert not connected(1).is_lost(2, 0.0, 99.0)
