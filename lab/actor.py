@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from agents.commands import Command
-from agents.events import Event
+from agents.events import Event, OdometryHeard
 from agents.points import Points
 from agents.robot import Robot
 from lab.mail import Mail
@@ -58,12 +58,14 @@ class Actor:
     """What it was about to do when it was frozen at a point of its step."""
     inbox: deque[Waiting] = field(default_factory=deque)
 
-    def hear_world(self, odometry: Odometry) -> bool:
-        """Believe the newest odometry only; whether this is it."""
-        newest = odometry.t_s >= self.now_s
+    def hear_world(self, odometry: Odometry) -> None:
+        """Take in the time and the phase; neither ever goes back."""
         self.now_s = max(self.now_s, odometry.t_s)
         self.phase = max(self.phase, odometry.phase, key=PHASES.index)
-        return newest
+
+    def is_outdated(self, event: Event) -> bool:
+        """Whether this is odometry, and newer is known."""
+        return isinstance(event, OdometryHeard) and event.odometry.t_s < self.now_s
 
     def attends(self, now_s: float) -> bool:
         """Whether it handles what arrives now."""

@@ -46,3 +46,8 @@ class Exchange:
                 for each in fate.injected
             ),
         )
+
+    def lose(self, mail: Mail, receiver: Actor | Desk, down: str) -> None:
+        """Count mail that finds a process down on its way, by that process's name; nobody can record it."""
+        if mail.number > 0:
+            receiver.traffic.take_away(mail.key, mail.number, down)

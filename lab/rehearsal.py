@@ -5,10 +5,9 @@ Rule 1: the cores are the ones that run live. Only the network is of its own kin
 Rule 2: whatever a robot does on a live run beside its core (the newest odometry, the phases, the books), it
         does here as well: docs/run.md.
 Rule 3: nothing depends on the wall clock, on process ids, or on the order of a set.
-Rule 4: bodies move on while the world's process is down: it hears and says nothing, and time goes on.
+Rule 4: who is struck, suffers before anything else of the tick happens; but at a point of its step, at that.
 """
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from agents.commands import Announce, AskScan, Order, Tell
@@ -19,19 +18,20 @@ from agents.events import OdometryHeard
 from agents.events import TokenCame as TokenSeen
 from agents.events import TokenWent as TokenMissed
 from agents.points import is_plan
-from agents.robot import Robot
 from lab import addresses
 from lab.actor import Actor, Arrival, Desk
 from lab.exchange import Exchange
+from lab.logbook import Logbook
 from lab.mail import WORLD_NUMBER, Mail
-from lab.tokens import Change, Tokens
-from protocol.errors import MessageRefusedError, UsageError
+from lab.processes import Processes, check_rehearsable
+from lab.tokens import Change
+from protocol.errors import MessageRefusedError
 from protocol.exit_codes import ExitCode
 from protocol.faults.fates import Fates
-from protocol.faults.plan import NO_FAULTS, Plan, check_fits
-from protocol.faults.rules import ROUTER, Slow
-from protocol.faults.strokes import Blow, Stroke, Strokes
-from protocol.keys import WORLD, robot_name, robot_number
+from protocol.faults.plan import NO_FAULTS, Plan
+from protocol.faults.rules import ROUTER
+from protocol.faults.strokes import Stroke, Strokes
+from protocol.keys import WORLD
 from protocol.messages import Message, Phase, ScanQuery
 from protocol.timeline import Entry, MessageRefused, Record, RobotSettled, RobotStarted, TrafficCounted
 from world.books import Account
@@ -43,7 +43,6 @@ from world.events import Event as WorldEvent
 from world.scenario import Scenario
 
 NO_PROCESS = 0  # the process id of a robot that has none of its own
-NTP64_PER_S = 2**32  # what Zenoh's time stamps count in
 
 
 class Rehearsal:
@@ -54,30 +53,25 @@ class Rehearsal:
     """
 
     def __init__(self, scenario: Scenario, seed: int, plan: Plan = NO_FAULTS) -> None:
-        check_fits(plan, robots=scenario.fleet.robots)
-        _check_possible(plan)
-        self.entries: list[tuple[str, Entry]] = []
-        """The timeline: sources and their entries."""
+        check_rehearsable(plan, robots=scenario.fleet.robots)
         self.world = World(scenario, seed=seed, wall_s=0.0)
         self._seed = seed
-        self._mission = scenario.mission()
         self._exchange = Exchange(plan, seed)
         self._strokes = Strokes(plan, seed)
-        self._tokens = Tokens()
-        self._desk = Desk(WORLD)
-        self._actors: dict[int, Actor] = {}
-        self._router_is_up = True
-        self._lives: Counter[int] = Counter()
-        self._counts: Counter[str] = Counter()
-        self._stamps: Counter[str] = Counter()
-        self._show(WORLD_NUMBER)
+        self._processes = Processes(scenario.mission())
+        self._logbook = Logbook()
         for robot in range(1, scenario.fleet.robots + 1):
-            self._start(robot)
+            self._begin(self._processes.start(robot))
+
+    @property
+    def entries(self) -> list[tuple[str, Entry]]:
+        """The timeline: sources and their entries."""
+        return self._logbook.entries
 
     @property
     def account(self) -> Account:
         """What the world itself sent and received."""
-        ours = self._desk.traffic
+        ours = self._processes.desk.traffic
         return Account(
             sent=ours.sent,
             received=ours.received,
@@ -110,8 +104,7 @@ class Rehearsal:
 
     def kill(self, robot: int) -> None:
         """The robot's process is no more; its body stays."""
-        self._actors.pop(robot).ended = True
-        self._tokens.end(robot)
+        self._processes.end(robot)
 
     def stop(self, exit_code: ExitCode) -> None:
         """The user wants the run to end."""
@@ -123,109 +116,58 @@ class Rehearsal:
         """Do what is due at processes and tokens; returns whether the world is connected to the router."""
         for stroke in self._strokes.due(now_s):
             self._strike(stroke)
-        cut = self._find_cut(now_s)
-        self._tokens.cut(cut, now_s)
-        for change in self._tokens.changes(now_s):
+        processes = self._processes
+        cut = processes.cut_off(self._exchange.fates, now_s=now_s, step=self._strokes.step)
+        processes.tokens.cut(cut, now_s)
+        for change in processes.tokens.changes(now_s):
             self._show_change(change)
-        for actor in list(self._actors.values()):
+        for actor in list(processes.actors.values()):
             if (actor.inbox or actor.unfinished) and actor.attends(now_s):
                 self._wake(actor)
         return WORLD_NUMBER not in cut
 
-    def _find_cut(self, now_s: float) -> set[int]:
-        """Who is cut off from the router."""
-        if not self._router_is_up:
-            return {WORLD_NUMBER, *self._actors}
-        fates, step = self._exchange.fates, self._strokes.step
-        if not fates.may_cut:
-            return set()
-        names = {WORLD: WORLD_NUMBER} | {actor.name: actor.robot for actor in self._actors.values()}
-        return {number for name, number in names.items() if fates.is_cut(name, now_s=now_s, step=step)}
-
     def _strike(self, stroke: Stroke) -> None:
         self._write(WORLD, self.world.now_s, stroke.as_record())
-        if stroke.process == ROUTER:
-            self._router_is_up = stroke.blow in {Blow.START, Blow.THAW}
-        elif stroke.process == WORLD:
-            self._strike_world(stroke.blow)
-        elif (robot := robot_number(stroke.process)) is not None:
-            self._strike_robot(robot, stroke)
+        started = self._processes.strike(stroke, self.world.now_s)
+        if started is not None:
+            self._begin(started)
 
-    def _strike_world(self, blow: Blow) -> None:
-        """A new process takes over the state of the old one, as a live one does from the timeline."""
-        match blow:
-            case Blow.KILL:
-                self._desk.ended = True
-                self._tokens.end(WORLD_NUMBER)
-            case Blow.FREEZE:
-                self._desk.ended = True
-                self._tokens.freeze(WORLD_NUMBER, self.world.now_s)
-            case Blow.START:
-                self._desk = Desk(WORLD, self._desk.traffic)
-                self._show(WORLD_NUMBER)
-            case Blow.THAW:
-                self._desk = Desk(WORLD, self._desk.traffic)
-                self._tokens.thaw(WORLD_NUMBER)
-            case Blow.SLOW:
-                pass  # `_check_possible` refuses it
-
-    def _strike_robot(self, robot: int, stroke: Stroke) -> None:
-        actor = self._actors.get(robot)
-        match stroke.blow:
-            case Blow.START if actor is None and self.world.judgement is None:
-                self._start(robot)
-            case Blow.KILL if actor is not None:
-                self.kill(robot)
-            case Blow.FREEZE if actor is not None:
-                actor.frozen = True
-                self._tokens.freeze(robot, self.world.now_s)
-            case Blow.THAW if actor is not None:
-                actor.frozen = False
-                self._tokens.thaw(robot)
-            case Blow.SLOW if actor is not None:
-                actor.delay_s = stroke.delay_s
-            case _:
-                pass  # it has gone already, or come again
-
-    def _start(self, robot: int) -> None:
-        """A process begins: it remembers nothing, and does not know the time."""
-        name = robot_name(robot)
-        self._actors[robot] = Actor(robot, name, Robot(robot, self._mission))
-        self._counts[name] = 0
-        self._show(robot)
-        self._write(name, 0.0, RobotStarted(pid=NO_PROCESS))
-
-    def _show(self, process: int) -> None:
-        self._lives[process] += 1
-        self._tokens.show(process, str(self._lives[process]))
+    def _begin(self, actor: Actor) -> None:
+        self._logbook.begin(actor.name)
+        self._write(actor.name, actor.now_s, RobotStarted(pid=NO_PROCESS))
 
     def _show_change(self, change: Change) -> None:
-        if change.observer == WORLD_NUMBER:
-            event = TokenCame if change.came else TokenWent
-            if not self._desk.ended:
-                self._tell_world(event(change.process, change.incarnation))
-            return
-        seen = TokenSeen if change.came else TokenMissed
-        actor, event_seen = self._actors[change.observer], seen(change.process, change.incarnation)
+        observer = self._processes.find(change.observer)
+        if isinstance(observer, Desk) and not observer.ended:
+            come_or_gone = TokenCame if change.came else TokenWent
+            self._tell_world(come_or_gone(change.process, change.incarnation))
+        elif isinstance(observer, Actor):
+            seen_or_missed = TokenSeen if change.came else TokenMissed
+            self._give(observer, seen_or_missed(change.process, change.incarnation))
+
+    def _give(self, actor: Actor, item: Arrival | RobotEvent) -> None:
         if actor.attends(self.world.now_s):
-            self._hand_over(actor, [event_seen])
+            self._hand_over(actor, [item])
         else:
-            actor.wait(event_seen)
+            actor.wait(item)
 
     # --- mail ---------------------------------------------------------------------------------------
 
     def _send(self, sender: int, receiver: int, key: str, number: int, message: Message) -> None:
-        to = self._desk if receiver == WORLD_NUMBER else self._actors.get(receiver)
-        if to is None or to.ended:
+        processes, now_s = self._processes, self.world.now_s
+        to = processes.find(receiver)
+        if to is None:
             return
         mail = Mail(sender, receiver, key, number, message)
-        if not self._router_is_up:
-            to.traffic.take_away(key, number, ROUTER)
-        elif isinstance(to, Actor) and not to.attends(self.world.now_s):
+        if not processes.router_is_up:
+            self._exchange.lose(mail, to, ROUTER)
+        elif to.ended:
+            self._exchange.lose(mail, to, to.name)
+        elif isinstance(to, Actor) and not to.attends(now_s):
             to.wait(mail)
         else:
             for delay_s, arrival in self._open(mail, to):
-                self._exchange.network.send((to, arrival), self.world.now_s + delay_s)
+                self._exchange.network.send((to, arrival), now_s + delay_s)
 
     def _open(self, mail: Mail, to: Actor | Desk) -> tuple[tuple[float, Arrival], ...]:
         opened = self._exchange.open(mail, to, now_s=self.world.now_s, step=self._strokes.step)
@@ -236,14 +178,10 @@ class Rehearsal:
     def _deliver(self, to: Actor | Desk, arrival: Arrival) -> None:
         if to.ended:
             return
-        if isinstance(to, Desk):
-            mail = self._undamaged(to, arrival)
-            if mail is not None and (event := mail.to_world()) is not None:
-                self._tell_world(event)
-        elif to.attends(self.world.now_s):
-            self._hand_over(to, [arrival])
-        else:
-            to.wait(arrival)
+        if isinstance(to, Actor):
+            self._give(to, arrival)
+        elif (mail := self._undamaged(to, arrival)) is not None and (event := mail.to_world()) is not None:
+            self._tell_world(event)
 
     def _undamaged(self, to: Actor | Desk, arrival: Arrival) -> Mail | None:
         """The mail as it comes out of the codec; None where that refuses it."""
@@ -280,20 +218,21 @@ class Rehearsal:
         self._hand_over(actor, items)
 
     def _hand_over(self, actor: Actor, items: Sequence[Arrival | RobotEvent]) -> None:
-        """What has arrived together, in order; of the odometry only the newest, which tells the time first."""
+        """What has arrived together, in order; of the odometry only the newest, and that tells the time."""
         if actor.delay_s > 0.0:
             actor.busy_until_s = self.world.now_s + actor.delay_s
         before, events = actor.phase, [event for item in items if (event := self._read(actor, item))]
         for event in events:
             if isinstance(event, OdometryHeard):
                 actor.hear_world(event.odometry)
-        if actor.phase is not Phase.RUNNING:
-            if actor.phase is not before:
-                self._close(actor, before)
-            return
+        if actor.phase is Phase.RUNNING:
+            self._live_through(actor, [event for event in events if not actor.is_outdated(event)])
+        elif actor.phase is not before:
+            self._close(actor, before)
+
+    def _live_through(self, actor: Actor, events: Sequence[RobotEvent]) -> None:
+        """Have it react to each; who is frozen by one finds the rest when it is thawed."""
         for place, event in enumerate(events, start=1):
-            if isinstance(event, OdometryHeard) and event.odometry.t_s != actor.now_s:
-                continue
             self._react(actor, event)
             if actor.ended:
                 return
@@ -342,7 +281,7 @@ class Rehearsal:
                 unrecorded=0,
             )
             self._write(actor.name, actor.now_s, counted)
-            self.kill(actor.robot)
+            self._processes.end(actor.robot)
 
     def _obey_robot(self, actor: Actor, command: RobotCommand) -> None:
         robot = actor.robot
@@ -350,7 +289,7 @@ class Rehearsal:
             case Announce(announcement):
                 key = addresses.muster(robot)
                 number = actor.traffic.send(key)
-                for other in list(self._actors):
+                for other in list(self._processes.actors):
                     if other != robot:
                         self._send(robot, other, key, number, announcement)
             case Tell(other, state):
@@ -375,11 +314,11 @@ class Rehearsal:
             match command:
                 case Note(t_s, record):
                     self._write(WORLD, t_s, record)
-                case _ if self._desk.ended:
-                    pass  # rule 4
+                case _ if self._processes.desk.ended:
+                    pass  # bodies move on, and nobody hears of it
                 case TellOdometry(robot, odometry):
                     key = addresses.odometry(robot)
-                    self._send(WORLD_NUMBER, robot, key, self._desk.traffic.send(key), odometry)
+                    self._send(WORLD_NUMBER, robot, key, self._processes.desk.traffic.send(key), odometry)
                 case ServeScan(robot, scan):
                     self._send(WORLD_NUMBER, robot, addresses.scan(robot), 0, scan)
 
@@ -389,19 +328,6 @@ class Rehearsal:
         self._write(party.name, self.world.now_s if isinstance(party, Desk) else party.now_s, record)
 
     def _write(self, source: str, t_s: float, record: Record) -> None:
-        self._counts[source] += 1
-        # As Zenoh's clock: no two time stamps of one source are the same.
-        self._stamps[source] = max(self._stamps[source] + 1, int(t_s * NTP64_PER_S))
-        hlc = f"{self._stamps[source]}/{source}"
-        entry = Entry(n=self._counts[source], t_s=t_s, hlc=hlc, record=record)
-        self.entries.append((source, entry))
+        entry = self._logbook.write(source, t_s, record)
         self._strokes.hear(source, entry)
         self.world.handle(EntryWritten(source, entry), wall_s=self.world.now_s)
-
-
-def _check_possible(plan: Plan) -> None:
-    for rule in plan.rules:
-        if isinstance(rule, Slow) and rule.target in {WORLD, ROUTER}:
-            raise UsageError(
-                f"fault plan {plan.name}: {rule.name} slows the {rule.target}, which only a live run can do"
-            )

@@ -11,7 +11,6 @@ from agents.guidance import CELLS_A_BERTH
 from agents.leader import Leader
 from agents.scan import View
 from lab.bench import PARTS, SEED, Sample, Stopwatch, figures, samples
-from lab.network import NetworkFaults
 from lab.rehearsal import Rehearsal
 from lab.textbook import Textbook
 from protocol.arrays import Floats, scan_bearings_rad
@@ -50,7 +49,7 @@ def test_every_plan_of_a_rehearsal_is_a_sample_and_its_parts_are_no_more_than_th
 ) -> None:
     scenario = load(str(scene(tmp_path / "beside.json", polygons=[WALL], bounds=[0.0, -1.0, 6.0, 3.0])))
     found = samples(scenario, cpu=ticking(), wall=ticking())
-    entries = Rehearsal(scenario, SEED, NetworkFaults()).run().entries
+    entries = Rehearsal(scenario, SEED).run().entries
     assert len(found) == sum(isinstance(entry.record, StepPlanned) for _, entry in entries) > 1
     for sample in found:
         assert sample.parts_s.keys() == PARTS.keys()

@@ -12,12 +12,13 @@ from hypothesis import strategies as st
 
 from agents.driver import Driver
 from agents.lining import Lining
-from lab.network import NetworkFaults
 from lab.rehearsal import Rehearsal
+from protocol.faults.plan import NO_FAULTS, uniform
 from protocol.frames import Pose
 from protocol.messages import Dissolution, Muster, Odometry, Phase
 from protocol.mission import Law
 from protocol.timeline import Entry, OrderAccepted, RobotArrived, StrandDissolved, StrandFormed
+from tests.faults import injected
 from tests.one_step import under
 from tests.turning_stage import ORDER, TurningStage
 from world.ending import Ending
@@ -26,8 +27,8 @@ from world.scenario import Scenario, load
 from world.tally import Tally
 
 DOOR = Path(__file__).parents[1] / "launch" / "scenarios" / "door.toml"
-PERFECT = NetworkFaults()
-LOSSY = NetworkFaults(delay_s_max=0.1, loss_probability=0.15, repeat_probability=0.1)
+PERFECT = NO_FAULTS
+LOSSY = uniform(delay_s_max=0.1, loss=0.15, repeat=0.1)
 OTHER_OPENING = "[3.2, 3.1], [3.0, 3.1]"
 WALLED_UP = "[3.2, 3.9], [3.0, 3.9]"  # as far as the wall above it begins
 TRACK = "track = [[0.5, 3.25, 1.0], [3.5, 3.25, 2.0]]"
@@ -84,7 +85,7 @@ def test_a_door_that_closes_in_the_strand_makes_it_line_up_again_round_the_other
 @pytest.mark.parametrize("seed", [3, 4])
 def test_loss_and_delay_cost_time_and_nothing_else(tmp_path: Path, seed: int) -> None:
     rehearsal = Rehearsal(scenario(tmp_path, *queue(3, 0.8), closing(4.0)), seed, LOSSY).run()
-    assert rehearsal.network.fates["lost"] > 100
+    assert injected(rehearsal)["drop"] > 100
     assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
     assert rehearsal.world.ending is Ending.ARRIVED
 

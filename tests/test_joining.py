@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from agents.joining import InPlace, Joining, Stands
 from agents.step import NoStep
-from lab.network import NetworkFaults
 from lab.rehearsal import Rehearsal
+from protocol.faults.plan import NO_FAULTS, uniform
 from protocol.mission import Law
 from protocol.timeline import OrderAccepted, RobotBlocked, RobotPlaced, StepPlanned, StrandFormed
 from tests.one_step import look_around, under
@@ -23,8 +23,8 @@ from world.judgement import judge
 from world.scenario import Scenario, load
 from world.shapes import Circle, Polygon, Shape, ground_of
 
-LOSSY = NetworkFaults(delay_s_max=0.3, loss_probability=0.3, repeat_probability=0.1)
-PERFECT = NetworkFaults()
+LOSSY = uniform(delay_s_max=0.3, loss=0.3, repeat=0.1)
+PERFECT = NO_FAULTS
 SIZE_M = (8.0, 6.0)
 CLOSEST_M = 0.22  # r + epsilon, and the scan's doubt
 APART_M = 0.32  # 2 r + separation, and a bit
@@ -150,7 +150,7 @@ def records(rehearsal: Rehearsal, kind: type) -> list[object]:
 def test_no_two_robots_move_at_once_before_the_strand_has_formed(
     tmp_path_factory: pytest.TempPathFactory, seed: int, loss: float, delay_s: float
 ) -> None:
-    faults = NetworkFaults(delay_s_max=delay_s, loss_probability=loss, repeat_probability=0.1)
+    faults = uniform(delay_s_max=delay_s, loss=loss, repeat=0.1)
     rehearsal = Rehearsal(anywhere(tmp_path_factory.mktemp("anywhere"), seed), seed, faults)
     for _ in itertools.takewhile(lambda now_s: now_s < 30.0, rehearsal.ticks()):
         if any(isinstance(entry.record, StrandFormed) for _, entry in rehearsal.entries):

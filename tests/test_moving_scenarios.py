@@ -7,10 +7,10 @@ import pytest
 
 from lab import timeline
 from lab.check import check
-from lab.network import NetworkFaults
 from lab.rehearsal import Rehearsal
 from lab.rehearse import rehearse
 from protocol.exit_codes import ExitCode
+from protocol.faults.plan import uniform
 from protocol.frames import Point
 from protocol.timeline import PromiseBroken, StrandReversed
 from tests.world_stage import Stage
@@ -119,9 +119,7 @@ def test_the_other_opening_stays_open() -> None:
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_strand_before_the_closed_door_turns_round_once_and_takes_the_other_opening(seed: int) -> None:
-    slow = NetworkFaults(
-        delay_s_max=0.1
-    )  # as live at five times real time, where the leader stops further in
+    slow = uniform(delay_s_max=0.1)  # as live at five times real time, where the leader stops further in
     rehearsal = Rehearsal(load("door"), seed, slow).run()
     turns = [entry for _, entry in rehearsal.entries if isinstance(entry.record, StrandReversed)]
     assert rehearsal.world.ending is Ending.ARRIVED

@@ -5,21 +5,21 @@ Every failure says the line that replays it.
 
 import itertools
 from collections.abc import Callable
-from random import Random
 
 import pytest
 from msgspec.structs import replace
 
-from lab.network import Network, NetworkFaults
 from lab.rehearsal import Rehearsal
-from protocol.timeline import LinkSilent, RobotHeld, StrandFormed
+from protocol.faults.plan import NO_FAULTS, uniform
+from protocol.timeline import LinkSilent, RobotDied, RobotHeld, StrandFormed
+from tests.faults import injected
 from world.ending import Ending
 from world.judgement import Judgement, judge
 from world.scenario import Scenario, load
 from world.table import measure, rms_m
 
-PERFECT = NetworkFaults()
-LOSSY = NetworkFaults(delay_s_max=0.3, loss_probability=0.3, repeat_probability=0.1)
+PERFECT = NO_FAULTS
+LOSSY = uniform(delay_s_max=0.3, loss=0.3, repeat=0.1)
 
 
 def judged(rehearsal: Rehearsal) -> Judgement:
@@ -55,37 +55,36 @@ def test_the_certified_law_brings_the_fleet_through_and_keeps_every_promise(name
 def test_loss_delay_and_repetition_cost_time_and_nothing_else(seed: int) -> None:
     rehearsal = Rehearsal(load("grove"), seed, LOSSY).run()
     again = replay(test_loss_delay_and_repetition_cost_time_and_nothing_else, seed)
-    assert rehearsal.network.fates["lost"] > 500, again
-    assert rehearsal.network.fates["repeated"] > 100, again
+    assert injected(rehearsal)["drop"] > 500, again
+    assert injected(rehearsal)["duplicate"] > 100, again
     assert judged(rehearsal).breaches == (), again
     assert rehearsal.world.ending is Ending.ARRIVED, again
 
 
 def test_nine_messages_in_ten_lost_still_break_no_promise() -> None:
-    deaf = NetworkFaults(delay_s_max=1.5, loss_probability=0.9)
+    deaf = uniform(delay_s_max=1.5, loss=0.9)
     rehearsal = Rehearsal(load("grove"), 1, PERFECT)
-    hears = rehearsal.network
+    hears = True
     for _ in itertools.takewhile(lambda now_s: now_s < 60.0, rehearsal.ticks()):
         # From when the strand has formed; with so many lost from the start that alone takes its time.
-        if rehearsal.network is hears and any(
-            isinstance(entry.record, StrandFormed) for _, entry in rehearsal.entries
-        ):
-            rehearsal.network = Network(deaf, Random(1))
+        if hears and any(isinstance(entry.record, StrandFormed) for _, entry in rehearsal.entries):
+            rehearsal.inject(deaf)
+            hears = False
     assert any(isinstance(entry.record, LinkSilent) for _, entry in rehearsal.entries)
     assert judged(rehearsal).breaches == ()
 
 
 @pytest.mark.parametrize("robot", range(1, 6))
 @pytest.mark.parametrize("dies_at_s", [2.0, 6.5])
-def test_when_a_robot_dies_the_others_stop_short_of_it(robot: int, dies_at_s: float) -> None:
+def test_when_a_robot_dies_the_others_arrive_without_it(robot: int, dies_at_s: float) -> None:
     rehearsal = Rehearsal(load("grove"), 1, PERFECT)
     for now_s in rehearsal.ticks():
         if now_s == pytest.approx(dies_at_s):
             rehearsal.kill(robot)
-    again = replay(test_when_a_robot_dies_the_others_stop_short_of_it, dies_at_s, robot)
-    assert rehearsal.world.ending is Ending.DEATH, again
-    assert [death.robot for _, death in rehearsal.world.tally.deaths] == [robot], again
-    assert not rehearsal.world.bodies.moving.any(), again
+    again = replay(test_when_a_robot_dies_the_others_arrive_without_it, dies_at_s, robot)
+    assert rehearsal.world.ending is Ending.ARRIVED, again
+    died = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, RobotDied)]
+    assert [death.robot for death in died] == [robot], again
     assert judged(rehearsal).breaches == (), again
 
 
@@ -110,7 +109,7 @@ def test_robots_that_stand_anywhere_agree_on_one_order() -> None:
 
 
 def test_a_leader_whose_follower_lags_waits_for_it() -> None:
-    rehearsal = Rehearsal(load("grove"), 1, NetworkFaults(delay_s_max=0.6, loss_probability=0.5)).run()
+    rehearsal = Rehearsal(load("grove"), 1, uniform(delay_s_max=0.6, loss=0.5)).run()
     assert any(isinstance(entry.record, RobotHeld) for _, entry in rehearsal.entries)
     assert judged(rehearsal).breaches == ()
 

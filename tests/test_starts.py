@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from lab.network import NetworkFaults
 from lab.rehearsal import Rehearsal
 from protocol.timeline import RobotPlaced, StepPlanned
 from world.ending import Ending
@@ -55,7 +54,7 @@ def rehearsed(
     path = folder / "start.toml"
     rows = [[x_m, y_m, 0.0] for x_m, y_m in places]
     path.write_text(FLEET.format(robots=len(rows), places=rows, post=list(post)))
-    rehearsal = Rehearsal(load(str(path)), 1, NetworkFaults())
+    rehearsal = Rehearsal(load(str(path)), 1)
     for _ in itertools.takewhile(lambda now_s: now_s < PATIENCE_S, rehearsal.ticks()):
         pass
     assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()

@@ -13,10 +13,10 @@ from protocol.frames import ROBOTS_MAX, Count, Seconds
 
 ROUTER = "router"
 ROBOT = r"r[1-9][0-9]{0,3}"  # robots have numbers to 2000
-Name = Annotated[str, Meta(pattern=r"\A[A-Za-z0-9_.-]{1,64}\Z")]
-Process = Annotated[str, Meta(pattern=rf"\A({ROBOT}|world)\Z")]
-End = Annotated[str, Meta(pattern=rf"\A({ROBOT}|world|router)\Z")]
-Target = Annotated[str, Meta(pattern=rf"\A({ROBOT}|leader|middle|tail|world|router)\Z")]
+Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.-]{1,64}$")]
+Process = Annotated[str, Meta(pattern=rf"^({ROBOT}|world)$")]
+End = Annotated[str, Meta(pattern=rf"^({ROBOT}|world|router)$")]
+Target = Annotated[str, Meta(pattern=rf"^({ROBOT}|leader|middle|tail|world|router)$")]
 Probability = Annotated[float, Meta(ge=0.0, le=1.0)]
 SomeSeconds = Annotated[float, Meta(gt=0.0, le=1e4)]
 MessageKind = Literal[
