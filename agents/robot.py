@@ -48,15 +48,16 @@ class Robot:
         self._calls = Calls(robot, mission)
         self._lining: Lining | None = Lining(robot, mission)
         self._member: Member | None = None
+        self._left = -1
         self._led_by: int | None = None
         self._said_at_s = -BEACON_S
 
     @property
     def epoch(self) -> int:
-        """The newest that it has been in or heard of."""
+        """What it is in, or was in before it stood aside."""
         if self._member is not None:
             return self._member.strand.epoch
-        return self._lining.epoch if self._lining is not None else self._calls.newest
+        return self._lining.epoch if self._lining is not None else self._left
 
     def handle(self, event: Event, now_s: float) -> list[Command]:
         """Take in what happened; returns what is to be done, in order."""
@@ -124,7 +125,7 @@ class Robot:
         member = self._member
         if member is not None and member.dissolves and muster.epoch == member.strand.epoch + 1:
             self._line_up_again(member, now_s)
-        elif muster.members and muster.epoch > self.epoch:
+        elif muster.members and muster.epoch > self.epoch and muster.epoch == self._calls.newest:
             commands = self._leave_for(muster, now_s)
         if self._lining is not None:
             self._lining.hear(robot, muster, now_s)
@@ -223,6 +224,7 @@ class Robot:
         self._calls.beacon_at_s = now_s
 
     def _leave(self) -> None:
+        self._left = self.epoch
         self._member = None
         self._driver.begin(0.0)
         self._senses.forget()
