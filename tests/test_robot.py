@@ -9,6 +9,7 @@ from msgspec.structs import replace
 from agents.commands import Announce, AskScan, Command, Note, Order, Tell
 from agents.events import LinkHeard, MusterHeard, OdometryHeard, ScanHeard
 from agents.robot import Robot
+from agents.senses import RETRY_S
 from protocol.frames import Point, Pose, Vertex
 from protocol.messages import AheadState, BehindState, Drive, Muster, Odometry, Phase, Scan
 from protocol.mission import Law, Mission
@@ -178,8 +179,8 @@ def test_a_scan_from_elsewhere_is_not_used() -> None:
 
 def test_a_question_without_an_answer_is_asked_again() -> None:
     robot = leader()
-    assert only(AskScan, robot.handle(odometry(0.3, FRONT), 0.3)) == []
-    assert len(only(AskScan, robot.handle(odometry(0.6, FRONT), 0.6))) == 1
+    assert only(AskScan, robot.handle(odometry(0.1, FRONT), 0.1)) == []
+    assert len(only(AskScan, robot.handle(odometry(0.1 + RETRY_S, FRONT), 0.1 + RETRY_S))) == 1
 
 
 def test_at_the_end_of_a_step_the_leader_senses_again_and_at_the_goal_it_stops() -> None:

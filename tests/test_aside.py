@@ -1,0 +1,98 @@
+"""A robot that is in no strand, event by event: it stands, asks, and comes when it is called."""
+
+from agents.commands import Announce, Command, Note, Order
+from agents.events import MusterHeard, OdometryHeard, TokenCame
+from agents.robot import ASIDE_S, RANK_S, Robot
+from protocol.epochs import called_epoch
+from protocol.frames import Pose
+from protocol.messages import Announcement, Beacon, Muster, Odometry, Phase, Plea
+from protocol.mission import Law
+from protocol.timeline import MusterCalled, MusterJoined
+from tests.one_step import under
+
+MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1)
+HERE, THERE = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), Pose(x_m=1.0, y_m=0.0, heading_rad=0.0)
+WITHOUT = called_epoch(0, 1)
+WITH = called_epoch(WITHOUT, 1)
+
+
+def odometry(t_s: float) -> OdometryHeard:
+    return OdometryHeard(Odometry(t_s=t_s, pose=HERE, moving=False, finished=0, phase=Phase.RUNNING))
+
+
+def hears(robot: Robot, said: Announcement, now_s: float) -> list[Command]:
+    return robot.handle(MusterHeard(1, said), now_s)
+
+
+def called(epoch: int, *members: int) -> Muster:
+    return Muster(number=1, epoch=epoch, pose=THERE, members=members)
+
+
+def aside() -> Robot:
+    """Robot 3, which has just heard that the others line up without it."""
+    robot = Robot(3, MISSION)
+    for source in (0, 1, 2):
+        robot.handle(TokenCame(source, "a"), 0.0)
+    robot.handle(odometry(0.0), 0.0)
+    assert not joined(hears(robot, called(WITHOUT, 1, 2), 0.1))
+    return robot
+
+
+def joined(commands: list[Command]) -> list[int]:
+    records = [command.record for command in commands if isinstance(command, Note)]
+    return [record.epoch for record in records if isinstance(record, MusterJoined)]
+
+
+def calls(commands: list[Command]) -> list[MusterCalled]:
+    records = [command.record for command in commands if isinstance(command, Note)]
+    return [record for record in records if isinstance(record, MusterCalled)]
+
+
+def said(commands: list[Command]) -> list[Announcement]:
+    return [command.muster for command in commands if isinstance(command, Announce)]
+
+
+def test_it_stands_and_asks_from_time_to_time() -> None:
+    robot = aside()
+    commands = [command for beat in range(2, 12) for command in robot.handle(odometry(beat / 10.0), beat / 10.0)]
+    assert {type(each) for each in said(commands)} == {Plea}
+    assert [command.drive.target for command in commands if isinstance(command, Order)] == [None] * 10
+
+
+def test_it_answers_a_beacon_with_its_epoch_and_joins_the_muster_that_it_is_then_called_to() -> None:
+    robot = aside()
+    assert Plea(epoch=WITHOUT + 1, t_s=1.0) in said(hears(robot, Beacon(epoch=WITHOUT + 1, t_s=1.0), 1.0))
+    commands = hears(robot, called(WITH, 1, 2, 3), 1.2)
+    assert joined(commands) == [WITH]
+
+
+def test_a_call_that_came_before_the_one_without_it_is_void() -> None:
+    robot = Robot(3, MISSION)
+    robot.handle(odometry(0.0), 0.0)
+    assert not joined(hears(robot, called(WITH, 1, 2), 0.1))
+    assert not joined(hears(robot, called(WITHOUT, 1, 2, 3), 0.2))
+
+
+def test_as_long_as_the_others_line_up_without_it_it_does_not_call() -> None:
+    robot, made = aside(), []
+    for beat in range(2, 100):
+        made += calls(hears(robot, called(WITHOUT, 1, 2), beat / 10.0))
+        made += calls(robot.handle(odometry(beat / 10.0), beat / 10.0))
+    assert made == []
+
+
+def test_where_nobody_lines_up_and_nobody_leads_it_calls_all_itself() -> None:
+    robot, made = aside(), []
+    waits_s = ASIDE_S + 3 * RANK_S
+    for beat in range(2, round(10.0 * waits_s) + 5):
+        made += calls(robot.handle(MusterHeard(2, Plea(epoch=0, t_s=beat / 10.0)), beat / 10.0))
+        made += calls(robot.handle(odometry(beat / 10.0), beat / 10.0))
+    (call,) = made
+    assert call.members == (1, 2, 3)
+    assert call.epoch == called_epoch(WITHOUT, 3)
+
+
+def test_who_hears_nobody_does_not_call() -> None:
+    robot = aside()
+    made = [calls(robot.handle(odometry(beat / 10.0), beat / 10.0)) for beat in range(2, 150)]
+    assert not any(made)
