@@ -10,15 +10,18 @@ Rule 2: every value goes to bash through `shlex.quote`.
 import asyncio
 import secrets
 import shlex
+import socket
 import sys
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
-from lab.request import Request, parse, world_options
+from lab.request import Request, parse, robot_options, world_options
 from lab.run_folder import LATEST, RUNS, folder_name, make_folder
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
+from protocol.faults.plan import load as load_plan
+from protocol.interlink import PROTOCOL
 from protocol.keys import WORLD
 from protocol.session import Session, read_session, unix_socket_endpoint, write_sessions
 from protocol.zenoh_transport import open_transport
@@ -49,6 +52,20 @@ async def probe(session: Session) -> None:
         pass
 
 
+def free_endpoint() -> str:
+    """A port on loopback that is free at this moment, for what two routers have to say to each other."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        return f"{PROTOCOL}/127.0.0.1:{server.getsockname()[1]}"
+
+
+def _endpoints(request: Request, private: Path) -> list[str]:
+    """Where the routers listen."""
+    asked = request.connect or request.listen
+    if asked is not None:
+        return [asked]
+    return [unix_socket_endpoint(private, number) for number in range(1, request.routers + 1)]
+
+
 def prepare(request: Request, private: Path) -> list[str]:
     """Write the sessions and make the run's folder; returns the assignments for bash.
 
@@ -62,6 +79,8 @@ def prepare(request: Request, private: Path) -> list[str]:
         deployment=request.deployment,
         seed=request.seed,
     )
+    if request.faults is not None:
+        load_plan(request.faults)
     now, token = datetime.now(UTC), secrets.token_hex(2)
     robots = scenario.mission().robots
     write_sessions(
@@ -69,7 +88,8 @@ def prepare(request: Request, private: Path) -> list[str]:
         fleet=FLEET,
         run=run_name(now, token),
         robots=robots,
-        endpoint=request.connect or request.listen or unix_socket_endpoint(private),
+        endpoints=_endpoints(request, private),
+        interlink=free_endpoint() if request.routers > 1 else None,
         passwords=request.connect is None,
     )
     if request.connect is not None:
@@ -78,12 +98,13 @@ def prepare(request: Request, private: Path) -> list[str]:
     made = make_folder(folder.absolute())
     return [
         assignment("robots", str(robots)),
-        assignment("own_router", str(int(request.connect is None))),
+        assignment("own_routers", str(request.routers if request.connect is None else 0)),
         assignment("as_json", str(int(request.as_json))),
         assignment("run_folder", str(folder)),
         assignment("made_folders", [str(path) for path in made]),
         assignment("latest", "" if request.out else str(LATEST)),
         assignment("world_options", world_options(request)),
+        assignment("robot_options", robot_options(request)),
     ]
 
 

@@ -10,6 +10,7 @@ from typing import NoReturn
 from protocol.errors import UsageError
 from protocol.frames import ROBOTS_MAX
 from protocol.mission import Law
+from protocol.session import ROUTERS_MAX
 from world.options import DEPLOYMENTS, seed_of, speed_of
 
 
@@ -23,8 +24,10 @@ class Request:
     law: str | None
     deployment: str | None
     speed: str
+    faults: str | None
     out: Path | None
     as_json: bool
+    routers: int
     connect: str | None
     listen: str | None
 
@@ -69,6 +72,11 @@ def parse(arguments: Sequence[str]) -> Request:
         "--speed", type=_speed, default="1", help="times real time, or max; default: %(default)s"
     )
     parser.add_argument(
+        "--faults",
+        metavar="PLAN",
+        help="a name in launch/faults/, or a TOML file: what goes wrong on purpose",
+    )
+    parser.add_argument(
         "--out", type=Path, metavar="DIR", help="the run's folder; default: a new one in runs/"
     )
     parser.add_argument(
@@ -85,7 +93,17 @@ def parse(arguments: Sequence[str]) -> Request:
         metavar="ENDPOINT",
         help="where our router listens; default: a private socket",
     )
-    return Request(**vars(parser.parse_args(arguments)))
+    parser.add_argument(
+        "--routers",
+        type=int,
+        choices=range(1, ROUTERS_MAX + 1),
+        default=1,
+        help="with 2, each can carry the fleet when the other dies; default: %(default)s",
+    )
+    request = Request(**vars(parser.parse_args(arguments)))
+    if request.routers > 1 and (request.connect or request.listen):
+        parser.error("argument --routers: two have private sockets, not allowed with --connect or --listen")
+    return request
 
 
 def world_options(request: Request) -> list[str]:
@@ -97,7 +115,17 @@ def world_options(request: Request) -> list[str]:
         options += ["--law", request.law]
     if request.deployment is not None:
         options += ["--deployment", request.deployment]
-    return options
+    return options + _faults(request)
+
+
+def robot_options(request: Request) -> list[str]:
+    """What of the request the robots are told on their host's command line."""
+    pace = [] if request.speed == "max" else ["--speed", request.speed]
+    return ["--host", "--seed", str(request.seed), *pace, *_faults(request)]
+
+
+def _faults(request: Request) -> list[str]:
+    return [] if request.faults is None else ["--faults", request.faults]
 
 
 def _count(text: str) -> int:

@@ -145,7 +145,7 @@ watch_parts() {
         if [[ $name == world ]]; then
             [[ -s $run_folder/verdict.json ]] || clew_say "the world $(how "$code")"
             # What the user asked for was found good before: with our own router, now it is the run that failed.
-            ((code == 2 && own_router)) && code=1
+            ((code == 2 && own_routers)) && code=1
             end "$code"
         elif [[ $name == router ]] || ((code != 0)); then
             clew_say "the $name $(how "$code") before the world"
@@ -176,7 +176,7 @@ base=${TMPDIR:-/tmp}
 private=$(mktemp -d "$base/clew.XXXXXX") || clew_refuse "no folder for the run's sockets can be made in $base"
 # A Ctrl-C reaches this child too; it has nothing to say to it.
 settings=$(trap "" INT && "$python" -m lab.prepare "$private" "$@") || exit "${asked:-$?}"
-eval "$settings" # robots, own_router, world_options, run_folder, made_folders, latest, as_json
+eval "$settings" # robots, own_routers, world_options, robot_options, run_folder, made_folders, latest, as_json
 trap 'end 130 INT' INT
 trap 'end 143' TERM
 trap 'end 129' HUP
@@ -190,7 +190,7 @@ set -m
 heir=$!
 set +m
 disown "$heir"
-if ((own_router)); then
+if ((own_routers)); then
     start router "$python" -m protocol --sessions "$private" --lifeline >&8
     groups+=("$started")
     await_router "$started"
@@ -198,7 +198,7 @@ fi
 start world "$python" -m world "${world_options[@]}" --session "$private/world.json" --out "$run_folder" --lifeline >&2
 world=$started
 groups+=("$started")
-start "robots' host" "$python" -m agents --robots "1-$robots" --sessions "$private" --lifeline >&2
+start "robots' host" "$python" -m agents --robots "1-$robots" "${robot_options[@]}" --sessions "$private" --lifeline >&2
 groups+=("$started")
 if [[ -n $latest ]]; then
     ln -s "$(basename "$run_folder")" "$latest.$$" 2>/dev/null && mv -Tf "$latest.$$" "$latest"

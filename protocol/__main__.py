@@ -11,7 +11,7 @@ from protocol.ending import until_ended
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.router import open_router
-from protocol.session import RouterSession, read_router_session
+from protocol.session import ROUTERS_MAX, RouterSession, read_router_session
 
 STDIN = 0
 
@@ -21,9 +21,13 @@ def main() -> int:
     arguments = _parse()
     try:
         session = read_router_session(arguments.sessions)
+        if arguments.number > len(session.endpoints):
+            raise UsageError(
+                f"the sessions are of {len(session.endpoints)} router, not of {arguments.number}"
+            )
         if arguments.listen is not None:
-            session = msgspec.structs.replace(session, endpoint=arguments.listen)
-        listening = _listen(session, arguments.sessions)
+            session = _elsewhere(session, arguments.number, arguments.listen)
+        listening = _listen(session, arguments.sessions, arguments.number)
         return asyncio.run(until_ended(listening, STDIN if arguments.lifeline else None))
     except UsageError as error:
         print(f"router: {error}", file=sys.stderr)  # noqa: T201 - the user reads it
@@ -40,6 +44,13 @@ def _parse() -> argparse.Namespace:
         "--sessions", type=Path, required=True, metavar="DIR", help="folder of the run's session files"
     )
     parser.add_argument(
+        "--number",
+        type=int,
+        choices=range(1, ROUTERS_MAX + 1),
+        default=1,
+        help="which of the fleet's routers; default: %(default)s",
+    )
+    parser.add_argument(
         "-l", "--listen", metavar="ENDPOINT", help="listen here, e.g. tcp/127.0.0.1:7447, not where they say"
     )
     parser.add_argument(
@@ -48,9 +59,14 @@ def _parse() -> argparse.Namespace:
     return parser.parse_args()
 
 
-async def _listen(session: RouterSession, folder: Path) -> int:
-    with open_router(session, folder):
-        print(f"ready {session.endpoint}", flush=True)  # noqa: T201 - what the launcher waits for
+def _elsewhere(session: RouterSession, number: int, endpoint: str) -> RouterSession:
+    endpoints = [endpoint if at == number else said for at, said in enumerate(session.endpoints, start=1)]
+    return msgspec.structs.replace(session, endpoints=tuple(endpoints))
+
+
+async def _listen(session: RouterSession, folder: Path, number: int) -> int:
+    with open_router(session, folder, number):
+        print(f"ready {session.endpoints[number - 1]}", flush=True)  # noqa: T201 - what the launcher waits for
         return await asyncio.Event().wait()  # nobody sets it: the router goes on until it is asked to end
 
 

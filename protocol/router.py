@@ -16,20 +16,21 @@ ZENOH_SOURCE = re.compile(r" at /\S+\.rs:\d+\.?")  # Zenoh's errors end in a lin
 
 
 @contextlib.contextmanager
-def open_router(session: RouterSession, folder: Path) -> Iterator[None]:
-    """Listen at the session's endpoint for as long as the context lasts.
+def open_router(session: RouterSession, folder: Path, number: int = 1) -> Iterator[None]:
+    """Be the fleet's router of this number for as long as the context lasts.
 
     Zenoh locks a Unix socket's path, so a second router cannot steal it from one that lives.
 
     Raises:
         UsageError: the endpoint is taken or will not do.
     """
-    check_endpoint(session.endpoint)
-    config = zenoh.Config.from_json5(json.dumps(router_settings(session, folder)))
+    endpoint = session.endpoints[number - 1]
+    check_endpoint(endpoint)
+    config = zenoh.Config.from_json5(json.dumps(router_settings(session, folder, number)))
     try:
         router = zenoh.open(config)
     except zenoh.ZError as error:
         reason = ZENOH_SOURCE.sub("", str(error))
-        raise UsageError(f"cannot listen at {session.endpoint}, is it taken? {reason}") from error
+        raise UsageError(f"cannot listen at {endpoint}, is it taken? {reason}") from error
     with router:
         yield

@@ -7,6 +7,7 @@ Rule 2: a session without a password is for a router that the user runs (`--conn
 import os
 import re
 import secrets
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, TypeVar
 
@@ -15,6 +16,7 @@ from msgspec import Meta, Struct
 
 from protocol.errors import UsageError
 from protocol.frames import ROBOTS_MAX
+from protocol.interlink import ROUTER
 from protocol.keys import WORLD, Keys, robot_name
 
 Chunk = Annotated[str, Meta(pattern=r"\A[A-Za-z0-9_.-]{1,64}\Z")]  # one chunk of a key, no wildcard
@@ -23,6 +25,7 @@ Endpoint = Annotated[str, Meta(pattern=ENDPOINT, max_length=300)]
 
 T = TypeVar("T")
 
+ROUTERS_MAX = 2  # one that carries the fleet, and one that can when it dies
 UNIX_SOCKET = "unixsock-stream/"
 UNIX_SOCKET_PATH_BYTES_MAX = 107  # sockaddr_un of Linux: 108 with the closing NUL
 ROUTER_FILE = "router.json"
@@ -35,7 +38,8 @@ class Session(Struct, frozen=True, kw_only=True):
     fleet: Chunk
     run: Chunk
     name: Chunk
-    endpoint: Endpoint
+    endpoints: Annotated[tuple[Endpoint, ...], Meta(min_length=1)]
+    """Of all routers; any of them will do."""
     user: str | None = None
     password: str | None = None
 
@@ -46,12 +50,17 @@ class Session(Struct, frozen=True, kw_only=True):
 
 
 class RouterSession(Struct, frozen=True, kw_only=True):
-    """What the fleet's router needs: whom to admit, and where."""
+    """What each of the fleet's routers needs: whom to admit, and where."""
 
     fleet: Chunk
     run: Chunk
     robots: Annotated[int, Meta(ge=1, le=ROBOTS_MAX)]
-    endpoint: Endpoint
+    endpoints: Annotated[tuple[Endpoint, ...], Meta(min_length=1, max_length=ROUTERS_MAX)]
+    """Where each of them listens, the first one first."""
+    interlink: Endpoint | None = None
+    """Where the first listens for the second; None where there is one."""
+    password: str | None = None
+    """Of the second, for the first."""
 
     @property
     def keys(self) -> Keys:
@@ -59,38 +68,61 @@ class RouterSession(Struct, frozen=True, kw_only=True):
         return Keys(self.fleet, self.run)
 
 
-def unix_socket_endpoint(folder: Path) -> str:
-    """Where the router of a run listens by default: a socket in the run's own folder, no port."""
-    return f"{UNIX_SOCKET}{folder.resolve() / 'router.sock'}"
+def unix_socket_endpoint(folder: Path, number: int = 1) -> str:
+    """Where a run's router listens by default: a socket in the run's own folder, no port."""
+    name = "router.sock" if number == 1 else f"router-{number}.sock"
+    return f"{UNIX_SOCKET}{folder.resolve() / name}"
 
 
 def write_sessions(
-    folder: Path, *, fleet: str, run: str, robots: int, endpoint: str, passwords: bool = True
+    folder: Path,
+    *,
+    fleet: str,
+    run: str,
+    robots: int,
+    endpoints: Sequence[str],
+    interlink: str | None = None,
+    passwords: bool = True,
 ) -> None:
-    """Write `world.json`, `r1.json`, ... and, with passwords, what our own router needs.
+    """Write `world.json`, `r1.json`, ... and, with passwords, what our own routers need.
 
     Raises:
-        UsageError: a name, the endpoint or the folder will not do.
+        UsageError: a name, an endpoint or the folder will not do.
     """
-    check_endpoint(endpoint)
+    for endpoint in endpoints:
+        check_endpoint(endpoint)
     names = [WORLD, *(robot_name(robot) for robot in range(1, robots + 1))]
-    secret_of = {name: secrets.token_urlsafe(24) for name in names} if passwords else {}
+    users = names if interlink is None else [*names, ROUTER]
+    secret_of = {name: secrets.token_urlsafe(24) for name in users} if passwords else {}
     try:
         router = msgspec.convert(
-            {"fleet": fleet, "run": run, "robots": robots, "endpoint": endpoint}, RouterSession
+            {
+                "fleet": fleet,
+                "run": run,
+                "robots": robots,
+                "endpoints": endpoints,
+                "interlink": interlink,
+                "password": secret_of.get(ROUTER),
+            },
+            RouterSession,
         )
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         folder.chmod(0o700)
         for name in names:
             user = name if passwords else None
             session = Session(
-                fleet=fleet, run=run, name=name, endpoint=endpoint, user=user, password=secret_of.get(name)
+                fleet=fleet,
+                run=run,
+                name=name,
+                endpoints=tuple(endpoints),
+                user=user,
+                password=secret_of.get(name),
             )
             _write_private(folder / f"{name}.json", msgspec.json.encode(session))
         if passwords:
             _write_private(folder / ROUTER_FILE, msgspec.json.encode(router))
-            users = "".join(f"{name}:{secret}\n" for name, secret in secret_of.items())
-            _write_private(folder / USERS_FILE, users.encode())
+            lines = "".join(f"{name}:{secret}\n" for name, secret in secret_of.items())
+            _write_private(folder / USERS_FILE, lines.encode())
     except (OSError, msgspec.ValidationError) as error:
         raise UsageError(f"cannot write sessions into {folder}: {error}") from error
 

@@ -16,7 +16,7 @@ import pytest
 import zenoh
 from zenoh.handlers import Callback
 
-from protocol.codec import SIZE_MAX_BYTES, encode, packed
+from protocol.codec import SCHEMA_VERSION, SIZE_MAX_BYTES, encode, packed, sealed
 from protocol.keys import Keys
 from protocol.messages import Ask
 from protocol.session import read_session, unix_socket_endpoint, write_sessions
@@ -92,7 +92,7 @@ def unguarded() -> Iterator[Path]:
     """Sessions of a run whose router has none, as a stock one that the user runs."""
     with session_folder() as folder:
         endpoint = unix_socket_endpoint(folder)
-        write_sessions(folder, fleet=KEYS.fleet, run=KEYS.run, robots=3, endpoint=endpoint, passwords=False)
+        write_sessions(folder, fleet=KEYS.fleet, run=KEYS.run, robots=3, endpoints=[endpoint], passwords=False)
         settings = {
             "mode": "router",
             "listen": {"endpoints": [endpoint]},
@@ -104,7 +104,7 @@ def unguarded() -> Iterator[Path]:
 
 @contextlib.contextmanager
 def intruder(
-    folder: Path, name: str = "r2", changes: Mapping[str, str | None] | None = None
+    folder: Path, name: str = "r2", changes: Mapping[str, str | tuple[str, ...] | None] | None = None
 ) -> Iterator[zenoh.Session]:
     """A bare Zenoh session with a robot's credentials, or with others: it need not keep to our code."""
     settings = client_settings(
@@ -209,12 +209,12 @@ async def test_the_same_token_is_seen_through_a_router_without_rules(unguarded: 
     assert await tokens_seen(unguarded) != []
 
 
-async def tokens_watched(folder: Path) -> set[str]:
-    """The tokens that r2 sees when it watches for all."""
+async def tokens_watched(folder: Path, key: str) -> set[str]:
+    """The tokens that r2 sees when it watches for this."""
     seen: set[str] = set()
     async with fleet(folder, "r1") as (world, _):
         with intruder(folder) as attacker:
-            attacker.liveliness().declare_subscriber("**", adds_key_to(seen), history=True)
+            attacker.liveliness().declare_subscriber(key, adds_key_to(seen), history=True)
             with robot_transport(folder, "r3") as robot:
                 await next_arrivals(world)
                 control = Event()
@@ -226,12 +226,17 @@ async def tokens_watched(folder: Path) -> set[str]:
     return seen
 
 
-async def test_robots_do_not_see_tokens(guarded: Path) -> None:
-    assert await tokens_watched(guarded) == set()
+async def test_robots_see_who_lives(guarded: Path) -> None:
+    tokens = {KEYS.alive("r1", "1"), KEYS.alive("r3", "1")}
+    assert await tokens_watched(guarded, KEYS.alive("*", "*")) == tokens
+
+
+async def test_who_watches_for_more_than_tokens_sees_nothing(guarded: Path) -> None:
+    assert await tokens_watched(guarded, "**") == set()
 
 
 async def test_the_same_watch_sees_tokens_through_a_router_without_rules(unguarded: Path) -> None:
-    assert await tokens_watched(unguarded) != set()
+    assert await tokens_watched(unguarded, "**") != set()
 
 
 @pytest.mark.parametrize("key", [KEYS.scan("r1"), KEYS.scan("*"), "**", f"{KEYS.root}/**"])
@@ -273,10 +278,10 @@ async def test_a_robot_answers_in_the_worlds_stead_only_without_rules(
 
 @pytest.mark.parametrize("padding_bytes", [0, SIZE_MAX_BYTES, 3 * SIZE_MAX_BYTES // 2, 10_000_000])
 async def test_a_message_over_the_limit_is_heard_by_nobody(guarded: Path, padding_bytes: int) -> None:
-    lawful_but_for_its_size = {"v": 1, "n": 1, "m": {"type": "ask", "padding": "x" * padding_bytes}}
+    lawful_but_for_its_size = {"v": SCHEMA_VERSION, "n": 1, "m": {"type": "ask", "padding": "x" * padding_bytes}}
     async with fleet(guarded, "r1", "r3") as (world, *robots):
         with intruder(guarded) as attacker:
-            payload = packed(lawful_but_for_its_size)
+            payload = sealed(packed(lawful_but_for_its_size))
             attacker.put(KEYS.muster("r2"), payload, congestion_control=zenoh.CongestionControl.BLOCK)
             heard = await heard_after_control(attacker, world, *robots)
     understood = [each for each in heard if not isinstance(each, Refused)]
@@ -291,7 +296,7 @@ async def test_a_message_that_breaks_the_protocol_is_refused_with_its_key_and_co
             heard = await heard_after_control(attacker, world, *robots)
     refused = [each.key for each in heard if isinstance(each, Refused)]
     assert refused == [KEYS.muster("r2")] * 2
-    assert [each.traffic.refused_count for each in (world, *robots)] == [0, 1, 1]
+    assert [each.traffic.refused.total() for each in (world, *robots)] == [0, 1, 1]
 
 
 async def test_a_key_that_is_a_pattern_or_endless_names_no_sender_and_is_refused(unguarded: Path) -> None:
@@ -316,7 +321,7 @@ WRONG = {
 
 @pytest.mark.parametrize("changes", WRONG.values(), ids=WRONG.keys())
 def test_who_does_not_know_the_password_is_not_admitted(
-    guarded: Path, changes: dict[str, str | None]
+    guarded: Path, changes: dict[str, str | tuple[str, ...] | None]
 ) -> None:
     with pytest.raises(zenoh.ZError, match="Unable to connect"), intruder(guarded, changes=changes):
         pass
@@ -325,11 +330,11 @@ def test_who_does_not_know_the_password_is_not_admitted(
 
 
 def test_a_robot_of_another_run_is_not_admitted(guarded: Path) -> None:
-    endpoint = read_session(guarded / "r2.json").endpoint
+    endpoints = read_session(guarded / "r2.json").endpoints
     with session_folder(run="other") as other, router(other):
         with (
             pytest.raises(zenoh.ZError, match="Unable to connect"),
-            intruder(other, changes={"endpoint": endpoint}),
+            intruder(other, changes={"endpoints": endpoints}),
         ):
             pass
         with intruder(other) as admitted:

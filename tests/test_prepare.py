@@ -56,6 +56,8 @@ def test_what_is_asked_reaches_the_world() -> None:
         (["--speed", "nan"], "got nan"),
         (["--law", "murphy"], "argument --law: invalid choice: 'murphy'"),
         (["-e", "tcp/a:1", "-l", "tcp/b:1"], "not allowed with argument"),
+        (["--routers", "2", "-l", "tcp/b:1"], "argument --routers: .*not allowed with"),
+        (["--routers", "3"], "argument --routers: invalid choice"),
         (["--sped", "2"], "unrecognized arguments: --sped"),
         (["paper", "grove"], "unrecognized arguments: grove"),
     ],
@@ -127,7 +129,7 @@ def test_good_request_makes_the_folder_and_says_all_that_bash_needs(
     assert said.err == ""
     value = dict(line.split("=", 1) for line in said.out.splitlines())
     assert value["robots"] == "5"
-    assert value["own_router"] == "1"
+    assert value["own_routers"] == "1"
     assert value["as_json"] == "1"
     assert value["latest"] == "''"
     assert shlex.split(value["run_folder"]) == ["it's/here"]
@@ -141,7 +143,7 @@ def test_good_request_makes_the_folder_and_says_all_that_bash_needs(
 def test_our_own_router_asks_for_passwords(private: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([str(private)]) == 0
     assert read_session(private / "r1.json").password
-    assert "own_router=1\n" in capsys.readouterr().out
+    assert "own_routers=1\n" in capsys.readouterr().out
 
 
 def test_run_without_out_gets_a_folder_of_its_own_in_runs(

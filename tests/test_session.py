@@ -24,7 +24,7 @@ ENDPOINT = "unixsock-stream//tmp/x/router.sock"
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     folder = tmp_path / "run" / "net"
-    write_sessions(folder, fleet="f", run="t1", robots=3, endpoint=ENDPOINT)
+    write_sessions(folder, fleet="f", run="t1", robots=3, endpoints=[ENDPOINT])
     return folder
 
 
@@ -37,19 +37,19 @@ def test_every_process_of_the_run_gets_its_own_session(folder: Path) -> None:
     assert sorted(known) == ["r1", "r2", "r3", "world"]
     for name, password in known.items():
         assert read_session(folder / f"{name}.json") == Session(
-            fleet="f", run="t1", name=name, endpoint=ENDPOINT, user=name, password=password
+            fleet="f", run="t1", name=name, endpoints=(ENDPOINT,), user=name, password=password
         )
 
 
 def test_the_router_is_told_whom_to_admit_and_where_to_listen(folder: Path) -> None:
     session = read_router_session(folder)
-    assert (session.robots, session.endpoint, session.keys) == (3, ENDPOINT, Keys("f", "t1"))
+    assert (session.robots, session.endpoints, session.keys) == (3, (ENDPOINT,), Keys("f", "t1"))
     settings = router_settings(session, folder)
     assert settings["transport"]["auth"]["usrpwd"] == {"dictionary_file": str(folder / "users")}
 
 
 def test_no_two_processes_and_no_two_runs_share_a_password(folder: Path, tmp_path: Path) -> None:
-    write_sessions(tmp_path / "other", fleet="f", run="t1", robots=3, endpoint=ENDPOINT)
+    write_sessions(tmp_path / "other", fleet="f", run="t1", robots=3, endpoints=[ENDPOINT])
     all_passwords = [*passwords(folder).values(), *passwords(tmp_path / "other").values()]
     assert len(set(all_passwords)) == 8
     assert min(len(password) for password in all_passwords) >= 32
@@ -63,14 +63,14 @@ def test_nobody_else_can_read_the_folder_or_its_files(folder: Path) -> None:
 def test_what_stood_open_before_is_closed(tmp_path: Path) -> None:
     (tmp_path / "r1.json").touch(mode=0o666)
     tmp_path.chmod(0o777)
-    write_sessions(tmp_path, fleet="f", run="t1", robots=1, endpoint=ENDPOINT)
+    write_sessions(tmp_path, fleet="f", run="t1", robots=1, endpoints=[ENDPOINT])
     assert stat.S_IMODE(tmp_path.stat().st_mode) == 0o700
     assert stat.S_IMODE((tmp_path / "r1.json").stat().st_mode) == 0o600
 
 
 def test_for_a_router_of_the_users_own_there_are_no_passwords(tmp_path: Path) -> None:
     folder = tmp_path / "net"
-    write_sessions(folder, fleet="f", run="t1", robots=1, endpoint="tcp/127.0.0.1:7447", passwords=False)
+    write_sessions(folder, fleet="f", run="t1", robots=1, endpoints=["tcp/127.0.0.1:7447"], passwords=False)
     assert sorted(file.name for file in folder.iterdir()) == ["r1.json", "world.json"]
     session = read_session(folder / "r1.json")
     assert session.password is None
@@ -86,12 +86,14 @@ def test_for_a_router_of_the_users_own_there_are_no_passwords(tmp_path: Path) ->
         {"run": "$*"},
         {"run": "x\n"},
         {"robots": 0},
-        {"endpoint": "nowhere"},
-        {"endpoint": "unixsock-stream/" + "/x" * 100},
+        {"endpoints": ["nowhere"]},
+        {"endpoints": ["unixsock-stream/" + "/x" * 100]},
+        {"endpoints": []},
+        {"endpoints": [ENDPOINT] * 3},
     ],
 )
 def test_what_would_not_do_is_refused_and_nothing_is_made(tmp_path: Path, wrong: dict[str, Any]) -> None:
-    right: dict[str, Any] = {"fleet": "f", "run": "t1", "robots": 1, "endpoint": ENDPOINT}
+    right: dict[str, Any] = {"fleet": "f", "run": "t1", "robots": 1, "endpoints": [ENDPOINT]}
     with pytest.raises(UsageError):
         write_sessions(tmp_path / "net", **(right | wrong))
     assert not (tmp_path / "net").exists()
@@ -100,7 +102,7 @@ def test_what_would_not_do_is_refused_and_nothing_is_made(tmp_path: Path, wrong:
 def test_a_folder_that_cannot_be_made_is_a_usage_error(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(UsageError, match="cannot write sessions"):
-        write_sessions(tmp_path / "file" / "net", fleet="f", run="t1", robots=1, endpoint=ENDPOINT)
+        write_sessions(tmp_path / "file" / "net", fleet="f", run="t1", robots=1, endpoints=[ENDPOINT])
 
 
 @pytest.mark.parametrize("content", [None, b"", b"{}", b"\xff", b'{"fleet": "*"}', b"[" * 5000])

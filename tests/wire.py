@@ -28,7 +28,7 @@ def session_folder(*, run: str = KEYS.run) -> Iterator[Path]:
     folder = Path(tempfile.mkdtemp(prefix="clew"))
     try:
         endpoint = unix_socket_endpoint(folder)
-        write_sessions(folder, fleet=KEYS.fleet, run=run, robots=3, endpoint=endpoint)
+        write_sessions(folder, fleet=KEYS.fleet, run=run, robots=3, endpoints=[endpoint])
         yield folder
     finally:
         shutil.rmtree(folder)
