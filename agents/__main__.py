@@ -5,7 +5,11 @@ import sys
 from pathlib import Path
 
 import agents.guidance  # noqa: F401 - loaded before the fork, scipy with it, so that all robots share it
-from agents.host import run_host, run_robot
+from agents.host import Orders, run_host, run_robot
+from protocol.errors import UsageError
+from protocol.exit_codes import ExitCode
+from protocol.faults.plan import NO_FAULTS, load
+from protocol.faulty_transport import Conditions
 from protocol.frames import ROBOTS_MAX
 
 STDIN = 0
@@ -15,9 +19,15 @@ def main() -> int:
     """Run the robots; returns the exit code."""
     arguments = _parse()
     lifeline = STDIN if arguments.lifeline else None
-    if len(arguments.robots) == 1:
-        return run_robot(arguments.robots[0], arguments.sessions, lifeline)
-    return run_host(arguments.robots, arguments.sessions, lifeline)
+    try:
+        plan = NO_FAULTS if arguments.faults is None else load(arguments.faults)
+    except UsageError as error:
+        print(f"robots: {error}", file=sys.stderr)  # noqa: T201 - the user reads it
+        return ExitCode.USAGE
+    told = Orders(arguments.sessions, Conditions(plan, arguments.seed, arguments.speed))
+    if len(arguments.robots) == 1 and not arguments.host:
+        return run_robot(arguments.robots[0], told, lifeline)
+    return run_host(arguments.robots, told, lifeline)
 
 
 def robots_of(text: str) -> list[int]:
@@ -52,6 +62,18 @@ def _parse() -> argparse.Namespace:
     parser.add_argument("--robots", type=robots_of, required=True, metavar="LIST", help="3, 1-5 or 1-3,7")
     parser.add_argument(
         "--sessions", type=Path, required=True, metavar="DIR", help="folder of the run's session files"
+    )
+    parser.add_argument(
+        "--host", action="store_true", help="fork even a single robot, so that faults can be done to it"
+    )
+    parser.add_argument(
+        "--faults", metavar="PLAN", help="a name in launch/faults or a .toml file: what goes wrong on purpose"
+    )
+    parser.add_argument(
+        "--seed", type=int, default=1, metavar="S", help="decides the plan's draws; default 1"
+    )
+    parser.add_argument(
+        "--speed", type=float, default=1.0, metavar="X", help="simulated s per s, for delays; default 1"
     )
     parser.add_argument(
         "--lifeline", action="store_true", help="end when stdin does, so that no launcher leaves us behind"

@@ -2,13 +2,18 @@
 
 Rule 1: of what arrived together, the newest odometry tells the time, so that a robot that was frozen knows
         how late it is before it believes anything else.
-Rule 2: timeline entries are re-sent until the recorder has them; the robot does not go before that.
+Rule 2: timeline entries are re-sent until the recorder has them; the robot does not go before that. They are
+        sent before what the core wants told: who acts upon that acts upon what is on record.
+Rule 3: time in which the process did not run is not held against the world.
+Rule 4: where a fault plan strikes the robot at a point of its step, it does so to itself: after the core has
+        decided, before anything of that is done but what was recorded; and when the recorder has that.
 """
 
 import os
 import secrets
 import time
 from collections.abc import Sequence
+from pathlib import Path
 
 from agents.commands import Announce, AskScan, Command, Note, Order, Tell
 from agents.events import (
@@ -20,8 +25,12 @@ from agents.events import (
     TokenCame,
     TokenWent,
 )
+from agents.points import is_plan
 from agents.robot import Robot
+from agents.victim import Victim
 from protocol.exit_codes import ExitCode
+from protocol.faults.strokes import Stroke
+from protocol.faulty_transport import Conditions, FaultyTransport
 from protocol.keys import WORLD, Keys, robot_name, robot_number
 from protocol.messages import (
     AheadState,
@@ -46,24 +55,36 @@ from protocol.zenoh_transport import open_transport
 TURN_S = 0.1  # wall: how often the outbox is looked at when nothing arrives
 MISSION_RETRY_S = 0.3  # wall
 MISSION_PATIENCE_S = 10.0  # wall: what docs/run.md gives a fleet to come together
-WORLD_SILENCE_S = 5.0  # wall: docs/run.md
+WORLD_SILENCE_S = 60.0  # wall: docs/run.md; longer than any cut that a fleet is to survive
+LOOK_S_MAX = 1.0  # wall: whatever took longer than ten turns was not the world's silence
+STRUCK_PATIENCE_S = 5.0  # wall: a robot that cannot tell of its stroke is struck all the same
 START_PATIENCE_S = 20.0  # wall: the others have 10 s to come, and a slow machine as much again
 CLOSING_PATIENCE_S = 2.0  # wall: docs/run.md
 PHASES = list(Phase)  # in the order in which a run goes through them
 
 
-async def run(robot: int, session: Session) -> ExitCode:
+async def run(
+    robot: int, session: Session, *, conditions: Conditions, sessions: Path, again: bool
+) -> ExitCode:
     """Live one robot's life, from opening the session to the end of the run.
+
+    Args:
+        robot: its number.
+        session: who it is on the network.
+        conditions: the faults that it is to suffer.
+        sessions: the run's private folder, where its host hears.
+        again: whether it takes the place of a process that has died.
 
     Raises:
         UsageError: no router admits us.
     """
     keys, name = session.keys, robot_name(robot)
-    hear = [keys.link("*", name), keys.odometry(name), keys.muster("*"), keys.logged(name)]
+    hear = [keys.link("*", name), keys.odometry(name), keys.muster("*"), keys.logged(name), keys.fault(name)]
     incarnation = secrets.token_hex(4)
     alive = keys.alive(name, incarnation)
+    victim = Victim(robot, sessions, conditions, again=again)
     with open_transport(session, hear=hear, answer=[], alive=alive, watch=keys.alive("*", "*")) as transport:
-        life = _Life(robot, session, transport, incarnation)
+        life = _Life(robot, session, transport, incarnation, conditions, victim)
         mission = await life.mission()
         return ExitCode.FAILED if mission is None else await life.run(Robot(robot, mission))
 
@@ -71,16 +92,26 @@ async def run(robot: int, session: Session) -> ExitCode:
 class _Life:
     """What the shell of one robot remembers."""
 
-    def __init__(self, robot: int, session: Session, transport: Transport, incarnation: str) -> None:
+    def __init__(
+        self,
+        robot: int,
+        session: Session,
+        transport: Transport,
+        incarnation: str,
+        conditions: Conditions,
+        victim: Victim,
+    ) -> None:
         self._name = robot_name(robot)
         self._keys = session.keys
-        self._transport = transport
+        self._transport = FaultyTransport(transport, conditions, self._keys, self._name, self._note)
+        self._victim = victim
         self._outbox = Outbox(incarnation)
         self._now_s = 0.0
         self._phase = Phase.RUNNING
-        self._heard_world_at_s = time.monotonic()
+        self._looked_s = time.monotonic()
+        self._world_silent_s = 0.0
         self._patience_s = START_PATIENCE_S
-        self._tokens: list[Arrival] = []  # that have come before the mission
+        self._kept: list[Arrival] = []  # that have come, and that the robot has not heard of
 
     async def mission(self) -> Mission | None:
         """Ask the world until it answers; None when it does not."""
@@ -92,7 +123,7 @@ class _Life:
                         self._note(RobotStarted(pid=os.getpid()))
                         return mission
                     case Appeared() | Vanished():
-                        self._tokens.append(arrival)
+                        self._kept.append(arrival)
                     case _:
                         pass  # nobody else speaks before all robots are there
         return None
@@ -101,16 +132,40 @@ class _Life:
         """Hand events to the robot and do what it wants, until the world closes the run."""
         while self._phase is Phase.RUNNING:
             self._flush()
-            arrivals = [*self._tokens, *await self._transport.arrivals(TURN_S)]
-            self._tokens = []
+            arrivals = [*self._kept, *await self._transport.arrivals(TURN_S)]
+            self._kept = []
             self._hear_world(arrivals)
             if self._phase is Phase.RUNNING:
                 for event in _events(self._keys, self._name, arrivals, self._now_s):
-                    for command in robot.handle(event, self._now_s):
-                        self._do(command)
+                    await self._obey(event, robot.handle(event, self._now_s))
             if self._world_is_silent():
                 return ExitCode.FAILED
         return await self._close()
+
+    async def _obey(self, event: Event, commands: Sequence[Command]) -> None:
+        notes = [command for command in commands if isinstance(command, Note)]
+        stroke = self._victim.struck(event, commands, self._now_s, self._transport.faults)
+        if stroke is not None:
+            await self._be_struck(stroke, [note for note in notes if is_plan(note)])
+            notes = [note for note in notes if not is_plan(note)]
+        for note in notes:
+            self._note(note.record)
+        self._flush()
+        for command in commands:
+            self._do(command)
+
+    async def _be_struck(self, stroke: Stroke, plans: Sequence[Note]) -> None:
+        """Rule 4."""
+        for plan in plans:
+            self._note(plan.record)
+        self._note(stroke.as_record())
+        until_s = time.monotonic() + STRUCK_PATIENCE_S
+        while len(self._outbox) and time.monotonic() < until_s:
+            self._flush()
+            arrivals = await self._transport.arrivals(TURN_S)
+            self._hear_world(arrivals)
+            self._kept += arrivals
+        self._victim.strike(stroke)
 
     async def _close(self) -> ExitCode:
         """Say what was sent; when all have, say what was received; go when the recorder has it."""
@@ -125,7 +180,9 @@ class _Life:
                 sent=self._counted(traffic.sent),
                 received=self._counted(traffic.received),
                 newest=self._counted(traffic.newest),
-                injected={fault: self._counted(by_key) for fault, by_key in traffic.injected_by_fault().items()},
+                injected={
+                    fault: self._counted(by_key) for fault, by_key in traffic.injected_by_fault().items()
+                },
                 refused=self._counted(traffic.refused),
                 overflowed=traffic.overflowed_count,
                 unrecorded=self._outbox.lost_count,
@@ -146,7 +203,7 @@ class _Life:
                 case Heard(key, message=Odometry() as odometry) if key == self._keys.odometry(self._name):
                     self._now_s = max(self._now_s, odometry.t_s)
                     self._phase = max(self._phase, odometry.phase, key=PHASES.index)
-                    self._heard_world_at_s, self._patience_s = time.monotonic(), WORLD_SILENCE_S
+                    self._world_silent_s, self._patience_s = 0.0, WORLD_SILENCE_S
                 case Heard(key, message=Logged() as logged) if key == self._keys.logged(self._name):
                     self._outbox.acknowledged(logged)
                 case Refused(key, reason):
@@ -155,7 +212,11 @@ class _Life:
                     pass  # the robot's, or nobody's: a robot is not asked and sees no tokens
 
     def _world_is_silent(self) -> bool:
-        return time.monotonic() - self._heard_world_at_s > self._patience_s
+        """Rule 3."""
+        now_s = time.monotonic()
+        self._world_silent_s += min(now_s - self._looked_s, LOOK_S_MAX)
+        self._looked_s = now_s
+        return self._world_silent_s > self._patience_s
 
     def _do(self, command: Command) -> None:
         match command:
@@ -167,10 +228,11 @@ class _Life:
                 self._transport.put(self._keys.drive(self._name), drive)
             case AskScan(revolutions):
                 self._transport.ask(self._keys.scan(self._name), ScanQuery(revolutions=revolutions))
-            case Note(record):
-                self._note(record)
+            case Note():
+                pass  # has been recorded, rule 2
 
     def _note(self, record: Record) -> None:
+        self._victim.note(record, self._now_s)
         self._outbox.add(record, t_s=self._now_s, hlc=self._transport.timestamp())
 
     def _flush(self) -> None:

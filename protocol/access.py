@@ -41,7 +41,7 @@ def _robot_rules(keys: Keys, robot: str) -> list[Json]:
         ),
         *_hears(
             robot,
-            [keys.link(ANY, robot), keys.odometry(robot), keys.muster(ANY), keys.logged(robot)],
+            [keys.link(ANY, robot), keys.odometry(robot), keys.muster(ANY), keys.logged(robot), keys.fault(robot)],
         ),
         *_asks(robot, [keys.scan(robot), keys.mission()]),
         *_watches(robot, keys),
@@ -51,7 +51,7 @@ def _robot_rules(keys: Keys, robot: str) -> list[Json]:
 
 def _world_rules(keys: Keys) -> list[Json]:
     return [
-        *_says(WORLD, [keys.odometry(ANY), keys.logged(ANY)]),
+        *_says(WORLD, [keys.odometry(ANY), keys.logged(ANY), keys.fault(ANY)]),
         *_hears(WORLD, [keys.drive(ANY), keys.log(ANY)]),
         *_answers(WORLD, [keys.scan(ANY), keys.mission()]),
         *_watches(WORLD, keys),

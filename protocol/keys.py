@@ -64,6 +64,10 @@ class Keys:
         """The recorder's acknowledgement to one source."""
         return f"{self.root}/logged/{source}"
 
+    def fault(self, robot: str) -> str:
+        """What is to go wrong at one robot, from the world: rules for messages, and how slow it is to be."""
+        return f"{self.root}/fault/{robot}"
+
     def alive(self, source: str, incarnation: str) -> str:
         """Liveliness token; the incarnation tells a restarted source from its forerunner."""
         return f"{self.root}/alive/{source}/{incarnation}"

@@ -9,6 +9,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
+from protocol.faults.rules import Name, Rule
 from protocol.frames import ROBOTS_MAX, Count, Length, Point, Pose, RobotId, Seconds, Speed, Vertex
 from protocol.mission import Mission
 from protocol.timeline import Entry
@@ -245,6 +246,20 @@ class Logged(Struct, frozen=True, kw_only=True, tag="logged"):
     up_to: Count
 
 
+class Faults(Struct, frozen=True, kw_only=True, tag="faults"):
+    """What is to go wrong at a robot beside the fault plan that it has read; the newest is valid."""
+
+    number: Count
+    step: Count
+    """The newest switching step that has been planned: rules of a plan may hold from one on."""
+    struck: Annotated[tuple[Name, ...], Meta(max_length=1000)]
+    """The rules for processes that have struck: each does so once, whatever is started again."""
+    rules: Annotated[tuple[Rule, ...], Meta(max_length=100)]
+    """Rules for messages that were given while the run went on."""
+    slow_s: Seconds
+    """How long the robot is to take each time that it looks at what has arrived; 0: as ever."""
+
+
 class ScanQuery(Struct, frozen=True, kw_only=True, tag="scan_query"):
     """A query for a scan of one revolution or more.
 
@@ -269,6 +284,7 @@ Message = (
     | Odometry
     | Scan
     | Mission
+    | Faults
     | LogBatch
     | Logged
     | Ask

@@ -41,6 +41,11 @@ class Traffic:
         self.injected[key, fault] += 1
         self._note_number(key, number)
 
+    def take_back(self, key: str, number: int, fault: str) -> None:
+        """What was counted in has been taken away by a fault plan."""
+        self.received[key] -= 1
+        self.take_away(key, number, fault)
+
     def injected_by_fault(self) -> dict[str, dict[str, int]]:
         """What a fault plan took away here: by fault, then by key."""
         by_fault: dict[str, dict[str, int]] = {}

@@ -7,6 +7,8 @@ from pathlib import Path
 
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
+from protocol.faults.plan import NO_FAULTS
+from protocol.faults.plan import load as load_plan
 from protocol.mission import Law
 from protocol.session import read_session
 from world.options import DEPLOYMENTS, seed_of, speed_of
@@ -35,6 +37,8 @@ def main() -> int:
             seed=arguments.seed,
             speed=arguments.speed,
             lifeline=STDIN if arguments.lifeline else None,
+            plan=NO_FAULTS if arguments.faults is None else load_plan(arguments.faults),
+            private=arguments.session.parent,
         )
         verdict = run(request)
     except UsageError as error:
@@ -65,6 +69,9 @@ def _parse() -> argparse.Namespace:
     parser.add_argument("--deployment", choices=DEPLOYMENTS, help="random places, not the scenario's")
     parser.add_argument(
         "--speed", type=speed_of, default=1.0, metavar="X|max", help="simulated s per s; max: in lock-step"
+    )
+    parser.add_argument(
+        "--faults", metavar="PLAN", help="a name in launch/faults or a .toml file: what goes wrong on purpose"
     )
     parser.add_argument(
         "--lifeline", action="store_true", help="end when stdin does, so that no launcher leaves us behind"

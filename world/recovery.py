@@ -119,7 +119,9 @@ class Recovery:
 
     def _first_s(self, kind: type[Record], from_s: float) -> float | None:
         """When an entry of a kind first came from then on."""
-        return next((t_s for t_s, _, record in self._dated if isinstance(record, kind) and t_s >= from_s), None)
+        return next(
+            (t_s for t_s, _, record in self._dated if isinstance(record, kind) and t_s >= from_s), None
+        )
 
     def _successions(self) -> Iterator[Succession]:
         for t_s, source, record in self._dated:

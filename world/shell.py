@@ -13,10 +13,14 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
+from protocol.blows import strike
 from protocol.ending import asked_to_end
 from protocol.exit_codes import ExitCode
+from protocol.faults.plan import NO_FAULTS, Plan
+from protocol.faults.strokes import Blow
+from protocol.faulty_transport import Conditions, FaultyTransport
 from protocol.keys import WORLD, robot_name, robot_number
-from protocol.messages import Drive, LogBatch, Logged, Message, ScanQuery
+from protocol.messages import Drive, LogBatch, Logged, Message, Phase, ScanQuery
 from protocol.session import Session
 from protocol.timeline import Entry, Record
 from protocol.transport import Appeared, Arrival, Asked, Heard, Refused, Transport, Vanished
@@ -36,6 +40,7 @@ from world.events import (
     TokenCame,
     TokenWent,
 )
+from world.faults import Mischief
 from world.pace import Pace
 from world.progress import progress
 from world.recorder import Recorder, open_events
@@ -56,6 +61,9 @@ class Request:
     seed: int
     speed: float | None
     lifeline: int | None
+    plan: Plan = NO_FAULTS
+    private: Path
+    """The run's private folder, where hosts and launcher hear what they are to do."""
 
 
 def run(request: Request) -> Verdict:
@@ -98,7 +106,11 @@ class _Life:
     def __init__(self, request: Request, transport: Transport, recorder: Recorder) -> None:
         self._request = request
         self._keys = request.session.keys
-        self._transport = transport
+        conditions = Conditions(request.plan, request.seed, request.speed or 1.0)
+        self._transport = FaultyTransport(
+            transport, conditions, self._keys, WORLD, lambda fault: self._note(self._world.now_s, fault)
+        )
+        self._mischief = Mischief(request.plan, request.seed)
         self._recorder = recorder
         self._mission = request.scenario.mission()
         self._started_wall_s = self._over_wall_s = time.monotonic()
@@ -122,6 +134,7 @@ class _Life:
             if pace.should_remind(world, wall_s=time.monotonic()):
                 self._obey(world.remind())
             self._clock()
+            self._strike()
         return self._verdict(started_at)
 
     def _clock(self) -> None:
@@ -129,6 +142,20 @@ class _Life:
             self._over_wall_s = time.monotonic()
             if not self._world.started:
                 self._started_wall_s = self._over_wall_s
+
+    def _strike(self) -> None:
+        """Do what is due of the run's faults, while it goes on; what is done is on record first."""
+        now_s = self._world.now_s
+        self._transport.tell_time(now_s)
+        if not self._world.started or self._world.phase is not Phase.RUNNING:
+            return
+        for stroke in self._mischief.due(now_s):
+            self._note(now_s, stroke.as_record())
+            if stroke.blow is not Blow.SLOW:
+                strike(self._request.private, stroke.process, stroke.blow)
+        self._transport.have(self._mischief.of(WORLD))
+        for name, faults in self._mischief.news(sorted(self._world.attendance.robots), now_s).items():
+            self._transport.put(self._keys.fault(name), faults)
 
     def _take(self, arrival: Arrival) -> None:
         robot = self._robot(arrival.key)
@@ -196,6 +223,7 @@ class _Life:
         for entry in self._recorder.take(source, entries, incarnation):
             if (sentence := progress(source, entry)) is not None:
                 log.info(sentence)
+            self._mischief.hear(source, entry)
             self._handle(EntryWritten(source, entry))
 
     def _verdict(self, started_at: str) -> Verdict:

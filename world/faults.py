@@ -1,0 +1,113 @@
+"""What goes wrong in a run, as the world has it done: a plan's strokes, and what is asked for while it runs. Pure.
+
+Rule 1: a rule that is given while the run goes on has the window and the name that it gets here.
+Rule 2: robots are told the whole state, again and again: one message that arrives is enough.
+"""
+
+from collections.abc import Sequence
+
+from msgspec.structs import replace
+
+from protocol.errors import UsageError
+from protocol.faults.plan import Plan
+from protocol.faults.roles import Roles
+from protocol.faults.rules import MessageRule, ProcessRule, Rule
+from protocol.faults.strokes import Blow, Stroke, Strokes
+from protocol.keys import robot_name
+from protocol.messages import Faults
+from protocol.timeline import Entry, FaultInjected
+
+TELL_S = 0.5  # simulated: how often robots are told anyway
+GIVEN_MAX = 100  # what a `Faults` may hold
+
+
+class Mischief:
+    """The faults of one run."""
+
+    def __init__(self, plan: Plan, seed: int) -> None:
+        self._strokes = Strokes(plan, seed)
+        self._seed = seed
+        self._roles = Roles()
+        self._by_hand: list[Strokes] = []
+        self._rules: tuple[Rule, ...] = ()
+        self._struck: dict[str, None] = {}
+        self._slow_s: dict[str, float] = {}
+        self._given = 0
+        self._news = 0
+        self._told_news, self._told_s = 0, 0.0
+        self._is_planned = bool(plan.rules)
+
+    def hear(self, source: str, entry: Entry) -> None:
+        """Take a timeline entry in."""
+        step = self._strokes.step
+        self._roles.hear(source, entry)
+        for strokes in (self._strokes, *self._by_hand):
+            strokes.hear(source, entry)
+        match entry.record:
+            case FaultInjected(rule=rule, process=str()) if rule not in self._struck:
+                self._struck[rule] = None
+                self._news += 1
+            case _ if self._strokes.step != step:
+                self._news += 1
+            case _:
+                pass
+
+    def due(self, now_s: float) -> list[Stroke]:
+        """What is to be done to processes by now."""
+        strokes = [stroke for each in (self._strokes, *self._by_hand) for stroke in each.due(now_s)]
+        for stroke in strokes:
+            if stroke.blow is Blow.SLOW:
+                self._slow_s[stroke.process] = stroke.delay_s
+                self._news += 1
+        return strokes
+
+    def give(self, rule: Rule, *, now_s: float, for_s: float | None) -> str:
+        """A rule that holds from now on; returns its name.
+
+        Raises:
+            UsageError: it cannot be given while a run goes on.
+        """
+        self._given += 1
+        name = f"given-{self._given}"
+        if isinstance(rule, ProcessRule):
+            self._by_hand.append(self._strokes_of(rule, name))
+        elif isinstance(rule, MessageRule):
+            until_s = None if for_s is None else now_s + for_s
+            rule = replace(rule, name=name, from_s=now_s, until_s=until_s)
+            kept = [each for each in self._rules if each.until_s is None or each.until_s > now_s]
+            if len(kept) == GIVEN_MAX:
+                raise UsageError(f"no more than {GIVEN_MAX} rules may be given at once")
+            self._rules = (*kept, rule)
+            self._news += 1
+        return name
+
+    def _strokes_of(self, rule: ProcessRule, name: str) -> Strokes:
+        """A rule for whoever has that role now."""
+        if rule.point is not None:
+            raise UsageError(
+                "only a plan that a robot has from its start can strike it at a point of its step"
+            )
+        found = self._roles.find(rule.target, rule.robots)
+        if not found:
+            raise UsageError(f"nobody is {rule.target} yet, or fewer than {rule.robots} stand from there on")
+        rules = tuple(replace(rule, name=f"{name}.{each}", target=each, robots=1) for each in found)
+        return Strokes(Plan(name=name, rules=rules), self._seed)
+
+    def of(self, process: str) -> Faults:
+        """What a process is to know of faults."""
+        return Faults(
+            number=self._news + 1,
+            step=self._strokes.step,
+            struck=tuple(self._struck),
+            rules=self._rules,
+            slow_s=self._slow_s.get(process, 0.0),
+        )
+
+    def news(self, robots: Sequence[int], now_s: float) -> dict[str, Faults]:
+        """What each robot is to be told now; nothing where it has been told, or nothing ever goes wrong."""
+        if not (self._is_planned or self._given):
+            return {}
+        if self._news == self._told_news and now_s - self._told_s < TELL_S:
+            return {}
+        self._told_news, self._told_s = self._news, now_s
+        return {name: self.of(name) for name in map(robot_name, robots)}
