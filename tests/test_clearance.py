@@ -30,6 +30,18 @@ def test_clearance_of_a_move_is_shapelys_distance(
 
 
 @patiently
+@given(grounds, moves, st.floats(0.0, 2.0))
+def test_what_is_near_is_measured_all_the_same_where_only_that_matters(
+    shapes: list[Shape], driven: list[tuple[Place, Place]], near_m: float
+) -> None:
+    starts, ends = (np.array(side) for side in zip(*driven, strict=True))
+    exact_m = clearance(ground_of(shapes), starts, ends)
+    told_m = clearance(ground_of(shapes), starts, ends, near_m=near_m)
+    assert (told_m[exact_m <= near_m] == exact_m[exact_m <= near_m]).all()
+    assert (told_m[exact_m > near_m] > near_m).all()
+
+
+@patiently
 @given(grounds, points)
 def test_distances_of_a_point_come_in_the_scenarios_order(shapes: list[Shape], point: Place) -> None:
     expected = [shapely.Point(point).distance(as_shapely(shape)) for shape in shapes]

@@ -50,11 +50,8 @@ class Arena:
         self._outlook_until, self._is_safe = 0, False
         self._steps = [0] * len(robots)
         self._ticks = 0
-
-    @property
-    def now_s(self) -> float:
+        self.now_s = 0.0
         """Simulated time."""
-        return round(self._ticks * TICK_S, 9)  # 4.02 and not 4.0200000000000005
 
     @property
     def is_odometry_instant(self) -> bool:
@@ -136,6 +133,7 @@ class Arena:
         sampled = np.flatnonzero(moving | moves.veered).tolist() if self.is_odometry_instant else veered
         notes = [Note(began_s, _sample(body, moves.starts_m, headings_rad)) for body in sampled]
         self._ticks += 1
+        self.now_s = round(self._ticks * TICK_S, 9)  # 4.02 and not 4.0200000000000005
         notes += [self.note(BodyStopped(robot=body + 1)) for body in moves.stopped]
         notes += self._watch(moves)
         notes += [self.note(record) for body in moves.finished for record in self._finish(body)]

@@ -8,8 +8,8 @@ Rule 3: an order is taken once, by its number; older or same numbers change noth
         in an older epoch than the newest; to stand is never void.
 Rule 4: a body drives its course straight to the end and stands; drive error makes the course miss the
         target by at most `heading_error_rad` times the length, and the order is finished all the same.
-Rule 5: an order is good for `deadman_s` from its basis on, however late it came; then the body stands. The same
-        order goes on when its robot confirms it, by a newer basis; another number confirms nothing.
+Rule 5: an order is good for `deadman_s` from its basis on, however late it came; then the body stands. The
+        same order goes on when its robot confirms it, by a newer basis; another number confirms nothing.
 Rule 6: an order that is good until some time is driven until then, and on when a later time is heard.
 """
 
@@ -31,7 +31,7 @@ TICKS_MAX = 1e9  # more than a run has
 ROUNDING_S = 1e-9  # what adding up ticks may be off by
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Moves:
     """What one tick did to all bodies; bodies are named by their index."""
 
@@ -70,6 +70,9 @@ class Bodies:
         self._run = np.zeros(count, dtype=np.int64)
         self._last_run = self._run.copy()
         self._last_step_m = np.zeros(count)
+        self._none: Flags = np.zeros(count, dtype=bool)
+        self._at_rest = True
+        """No body drove in the last tick."""
 
     @property
     def moving(self) -> Flags:
@@ -171,19 +174,24 @@ class Bodies:
 
     def tick(self, *, now_s: float, tick_s: float) -> Moves:
         """Move all bodies from `now_s` on for one tick."""
+        if self._at_rest and not self._under_way.any():
+            return Moves(self.place_m, self.place_m, self._none, (), ())
         silent = ~self._held & (now_s - self._basis_s > DEADMAN_S + ROUNDING_S)
         stopped = np.flatnonzero(silent & self._under_way)
         self._held |= silent
         moving = self.moving & (now_s + tick_s <= self._until_s + ROUNDING_S)
+        turning = moving & (self._course_rad != self.heading_rad)
+        if turning.any():
+            self._turn(turning, self._limits.turn_rate_radps * tick_s)
+        return self._drive(moving & ~turning, tick_s, stopped.tolist())
+
+    def _turn(self, turning: Flags, reach_rad: float) -> None:
         off_rad = np.pi - np.mod(np.pi - (self._course_rad - self.heading_rad), 2 * np.pi)
-        turning = moving & (off_rad != 0.0)
-        reach_rad = self._limits.turn_rate_radps * tick_s
         turned_rad = self.heading_rad + np.clip(off_rad, -reach_rad, reach_rad)
         turned_rad = np.where(
             np.abs(off_rad) <= reach_rad, self._course_rad, np.pi - np.mod(np.pi - turned_rad, 2 * np.pi)
         )
         self.heading_rad = np.where(turning, turned_rad, self.heading_rad)
-        return self._drive(moving & ~turning, tick_s, stopped.tolist())
 
     def _drive(self, driving: Flags, tick_s: float, stopped: Sequence[int]) -> Moves:
         starts_m = self.place_m
@@ -198,6 +206,7 @@ class Bodies:
         ends_m = np.where(driving[:, None], np.where(lands[:, None], self._landing_m, on_way_m), starts_m)
         veered = (step_m != self._last_step_m) | ((step_m > 0.0) & (self._run != self._last_run))
         self._last_step_m, self._last_run = step_m, self._run.copy()
+        self._at_rest = not step_m.any()
         self.place_m = ends_m
         self._under_way &= ~lands
         finished = np.flatnonzero(lands).tolist()
@@ -205,6 +214,4 @@ class Bodies:
             order = self.orders[body]
             assert order is not None, f"body {body} finished without an order"
             self.finished_number[body] = order.number
-        return Moves(
-            starts_m=starts_m, ends_m=ends_m, veered=veered, finished=finished, stopped=tuple(stopped)
-        )
+        return Moves(starts_m, ends_m, veered, finished, stopped)

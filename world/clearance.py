@@ -14,12 +14,19 @@ from world.rings import winding
 from world.shapes import Ground
 
 
-def clearance(ground: Ground, starts: Floats, ends: Floats) -> Floats:
-    """The least distance of each straight move, `(n, 2)` to `(n, 2)`, to any obstacle; inf without any."""
+def clearance(ground: Ground, starts: Floats, ends: Floats, *, near_m: float = math.inf) -> Floats:
+    """The least distance of each straight move, `(n, 2)` to `(n, 2)`, to any obstacle; inf without any.
+
+    Args:
+        ground: the obstacles.
+        starts: [m; world frame].
+        ends: likewise.
+        near_m: what is further away may come out further than it is.
+    """
     moves_m = np.hypot(*(ends - starts).T)
-    least_m = _to_circles(ground.circles, starts, ends, moves_m)
-    least_m = np.minimum(least_m, _to_ellipses(ground.ellipses, starts, ends, moves_m))
-    return np.minimum(least_m, _to_edges(ground.edges, starts, ends, moves_m))
+    least_m = _to_circles(ground.circles, starts, ends, moves_m, near_m)
+    least_m = np.minimum(least_m, _to_ellipses(ground.ellipses, starts, ends, moves_m, near_m))
+    return np.minimum(least_m, _to_edges(ground.edges, starts, ends, moves_m, near_m))
 
 
 def distances(ground: Ground, point_in_world: Floats) -> Floats:
@@ -48,27 +55,31 @@ def separations(starts: Floats, ends: Floats) -> Floats:
     return apart_m
 
 
-def _to_circles(circles: Floats, starts: Floats, ends: Floats, moves_m: Floats) -> Floats:
+def _to_circles(circles: Floats, starts: Floats, ends: Floats, moves_m: Floats, near_m: float) -> Floats:
     to_rims_m = _to_points(starts, circles[:, :2]) - circles[:, 2]
-    body, row = _may_be_nearest(to_rims_m, to_rims_m, moves_m)
+    body, row = _may_be_nearest(to_rims_m, to_rims_m, moves_m, near_m)
+    if len(body) == 0:
+        return np.full(len(starts), math.inf)
     to_centres_m = distances_to_segments(circles[row, :2], starts[body], ends[body])
     return _least(len(starts), body, np.maximum(to_centres_m - circles[row, 2], 0.0))
 
 
-def _to_ellipses(rows: Floats, starts: Floats, ends: Floats, moves_m: Floats) -> Floats:
-    if len(rows) == 0:
-        return np.full(len(starts), math.inf)  # Newton's steps would take as long for none as for a few
+def _to_ellipses(rows: Floats, starts: Floats, ends: Floats, moves_m: Floats, near_m: float) -> Floats:
     to_centres_m = _to_points(starts, rows[:, :2])
-    nearest_m = to_centres_m - rows[:, 2:4].max(axis=1)
-    farthest_m = to_centres_m - rows[:, 2:4].min(axis=1)
-    body, row = _may_be_nearest(nearest_m, farthest_m, moves_m)
+    nearest_m = to_centres_m - rows[:, 2:4].max(axis=1, initial=0.0)
+    farthest_m = to_centres_m - rows[:, 2:4].min(axis=1, initial=math.inf)
+    body, row = _may_be_nearest(nearest_m, farthest_m, moves_m, near_m)
+    if len(body) == 0:
+        return np.full(len(starts), math.inf)  # Newton's steps would take as long for none as for a few
     return _least(len(starts), body, ellipses.move_distances(rows[row], starts[body], ends[body]))
 
 
-def _to_edges(edges: Floats, starts: Floats, ends: Floats, moves_m: Floats) -> Floats:
+def _to_edges(edges: Floats, starts: Floats, ends: Floats, moves_m: Floats, near_m: float) -> Floats:
+    if len(edges) == 0:
+        return np.full(len(starts), math.inf)
     to_middles_m = _to_points(starts, (edges[:, :2] + edges[:, 2:]) / 2.0)
     half_lengths_m = np.hypot(*(edges[:, 2:] - edges[:, :2]).T) / 2.0
-    body, edge = _may_be_nearest(to_middles_m - half_lengths_m, to_middles_m, moves_m)
+    body, edge = _may_be_nearest(to_middles_m - half_lengths_m, to_middles_m, moves_m, near_m)
     apart_m = segments_apart(starts[body], ends[body], edges[edge, :2], edges[edge, 2:])
     least_m = _least(len(starts), body, apart_m)
     point, _, turn = winding(edges, starts)
@@ -83,12 +94,14 @@ def _to_points(starts: Floats, points: Floats) -> Floats:
     return apart
 
 
-def _may_be_nearest(nearest_m: Floats, farthest_m: Floats, moves_m: Floats) -> tuple[Indices, Indices]:
+def _may_be_nearest(
+    nearest_m: Floats, farthest_m: Floats, moves_m: Floats, near_m: float
+) -> tuple[Indices, Indices]:
     """Pairs of body and obstacle that one of the exact and slower functions has to look at.
 
     An obstacle that starts further away than another by more than the move cannot become the nearest.
     """
-    bound_m = farthest_m.min(axis=1, initial=math.inf) + moves_m
+    bound_m = farthest_m.min(axis=1, initial=near_m) + moves_m
     body, obstacle = np.nonzero(nearest_m <= bound_m[:, None])
     return body, obstacle
 

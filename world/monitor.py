@@ -138,8 +138,9 @@ class Monitor:
         moved = np.flatnonzero((starts_m != ends_m).any(axis=1))
         if len(moved) == 0:
             return True
-        clear_m = clearance(self.ground, starts_m[moved], ends_m[moved]) - promises.radius_m
-        if not (clear_m > promises.clearance_m_required).all():
+        kept_m = promises.radius_m + promises.clearance_m_required
+        clear_m = clearance(self.ground, starts_m[moved], ends_m[moved], near_m=kept_m)
+        if not (clear_m > kept_m).all():
             return False
         if not (self._inside_m(starts_m) > 0.0).all() or not (self._inside_m(ends_m) > 0.0).all():
             return False
