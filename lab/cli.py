@@ -15,6 +15,7 @@ from lab.log_verbs import log
 from lab.rehearse_verb import rehearse
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
+from protocol.faults.plan import schema as faults_schema
 from world.recorder import RecordingFailedError
 from world.scenario import schema as scenario_schema
 
@@ -41,9 +42,11 @@ def main() -> None:
 
 
 @main.command()
-def schema() -> None:
-    """Print the JSON Schema of a scenario file, for editors."""
-    click.echo(json.dumps(scenario_schema(), indent=2))
+@click.argument("what", type=click.Choice(["scenario", "faults"]), default="scenario")
+def schema(what: str) -> None:
+    """Print the JSON Schema of a scenario file, or of a fault plan, for editors."""
+    said = faults_schema() if what == "faults" else scenario_schema()
+    click.echo(json.dumps(said, indent=2))
 
 
 for _verb in (rehearse, campaign, field, bench, log):

@@ -15,5 +15,8 @@ DEPLOYMENT = click.option(
     type=click.Choice(DEPLOYMENTS),
     help="Free places drawn by the seed, instead of the scenario's.",
 )
+FAULTS = click.option(
+    "--faults", metavar="PLAN", help="What goes wrong on purpose: a name in launch/faults, or a .toml file."
+)
 ROBOTS = click.IntRange(1, ROBOTS_MAX)
 SEED = click.IntRange(0, SEED_MAX)

@@ -7,10 +7,13 @@ from pathlib import Path
 import click
 
 from lab import timeline
-from lab.options import AS_JSON, DEPLOYMENT, LAW, ROBOTS, SEED
+from lab.options import AS_JSON, DEPLOYMENT, FAULTS, LAW, ROBOTS, SEED
+from lab.processes import check_rehearsable
 from lab.rehearse import rehearse as rehearse_into
 from lab.report import report
 from lab.run_folder import RUNS, folder_name, make_folder, make_latest
+from protocol.faults.plan import NO_FAULTS
+from protocol.faults.plan import load as load_plan
 from world.scenario import load
 from world.verdict import VERDICT_FILE
 
@@ -21,6 +24,7 @@ from world.verdict import VERDICT_FILE
 @click.option("--seed", type=SEED, default=1, show_default=True, help="Decides every random draw.")
 @LAW
 @DEPLOYMENT
+@FAULTS
 @click.option("--out", type=click.Path(path_type=Path), help="The run's folder; default: a new one in runs/.")
 @AS_JSON
 @click.pass_context
@@ -32,6 +36,7 @@ def rehearse(
     seed: int,
     law: str | None,
     deployment: str | None,
+    faults: str | None,
     out: Path | None,
     as_json: bool,
 ) -> None:
@@ -40,11 +45,15 @@ def rehearse(
     SCENARIO is what launch/fleet.sh takes, and so are the run's folder, the report and the exit code.
     """
     loaded = load(scenario, robots=robots, law=law, deployment=deployment, seed=seed)
+    plan = NO_FAULTS if faults is None else load_plan(faults)
+    check_rehearsable(plan, robots=loaded.fleet.robots)
     folder = out or RUNS / folder_name(datetime.now(UTC), scenario, secrets.token_hex(2))
     make_folder(folder)
     if out is None:
         make_latest(folder)
-    verdict = rehearse_into(loaded, seed, folder, lambda said: click.echo(f"rehearsal: {said}", err=True))
+    verdict = rehearse_into(
+        loaded, seed, folder, lambda said: click.echo(f"rehearsal: {said}", err=True), plan
+    )
     if as_json:
         click.echo((folder / VERDICT_FILE).read_text(encoding="utf-8"), nl=False)
     else:
