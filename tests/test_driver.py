@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from agents.driver import Driver
+from agents.driver import LATE_ORDERS, Driver
 from protocol.frames import Point, Pose
 from protocol.messages import Drive, Odometry, Phase
 
@@ -197,15 +197,16 @@ def test_a_driver_that_takes_its_place_in_the_middle_of_the_path_has_that_much_b
     assert driver.progress_m == 2.0
 
 
-def test_a_robot_that_is_started_again_first_has_its_body_stand_and_counts_on() -> None:
+def test_a_robot_that_is_started_again_first_has_its_body_stand_with_an_order_behind_all_late_ones() -> None:
     driver = Driver(speed_mps=0.5)
     driver.hear(replace(ODOMETRY_AT_START, ordered=57, finished=56, moving=True))
-    assert (driver.drive.number, driver.drive.target) == (58, None)
+    stands = 57 + LATE_ORDERS + 1
+    assert (driver.drive.number, driver.drive.target) == (stands, None)
     assert not driver.standing
-    driver.hear(replace(ODOMETRY_AT_START, t_s=0.1, ordered=58, finished=58))
+    driver.hear(replace(ODOMETRY_AT_START, t_s=0.1, ordered=stands, finished=stands))
     assert driver.standing
     driver.to(Point(x_m=1.0, y_m=0.0), reach_m=1.0, epoch=3)
-    assert driver.drive.number == 59
+    assert driver.drive.number == stands + 1
 
 
 def test_what_the_body_has_not_taken_yet_is_not_counted_again() -> None:
