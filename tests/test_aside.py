@@ -1,8 +1,9 @@
 """A robot that is in no strand, event by event: it stands, asks, and comes when it is called."""
 
+from agents.calls import ASIDE_S
 from agents.commands import Announce, Command, Note, Order
 from agents.events import MusterHeard, OdometryHeard, TokenCame
-from agents.robot import ASIDE_S, RANK_S, Robot
+from agents.robot import RANK_S, Robot
 from protocol.epochs import called_epoch
 from protocol.frames import Pose
 from protocol.messages import Announcement, Beacon, Muster, Odometry, Phase, Plea
@@ -54,7 +55,9 @@ def said(commands: list[Command]) -> list[Announcement]:
 
 def test_it_stands_and_asks_from_time_to_time() -> None:
     robot = aside()
-    commands = [command for beat in range(2, 12) for command in robot.handle(odometry(beat / 10.0), beat / 10.0)]
+    commands = [
+        command for beat in range(2, 12) for command in robot.handle(odometry(beat / 10.0), beat / 10.0)
+    ]
     assert {type(each) for each in said(commands)} == {Plea}
     assert [command.drive.target for command in commands if isinstance(command, Order)] == [None] * 10
 

@@ -60,7 +60,13 @@ def scan_with_a_box_ahead(t_s: float, at: Pose) -> ScanHeard:
 
 def behind(number: int, *, progress_m: float = 0.0, vertices: int = 2, echo_s: float = 0.0) -> LinkHeard:
     state = BehindState(
-        epoch=1, echo_s=echo_s, vertices=vertices, progress_m=progress_m, tail_progress_m=progress_m, stand=True, pose=BACK
+        epoch=1,
+        echo_s=echo_s,
+        vertices=vertices,
+        progress_m=progress_m,
+        tail_progress_m=progress_m,
+        stand=True,
+        pose=BACK,
     )
     return LinkHeard(2, number, state)
 
@@ -88,6 +94,10 @@ def only(kind: type[T], commands: Iterable[Command]) -> list[T]:
     """What of a kind is among commands, or among what they note."""
     things = [command.record if isinstance(command, Note) else command for command in commands]
     return [thing for thing in things if isinstance(thing, kind)]
+
+
+def musters(commands: Iterable[Command]) -> list[Muster]:
+    return [each.muster for each in only(Announce, commands) if isinstance(each.muster, Muster)]
 
 
 def order_of(commands: Iterable[Command]) -> Drive:
@@ -130,12 +140,12 @@ def test_before_the_first_odometry_a_robot_says_nothing() -> None:
 def test_it_announces_its_place_then_the_order_and_stands_meanwhile() -> None:
     robot = Robot(2, MISSION)
     first = robot.handle(odometry(0.0, BACK), 0.0)
-    assert [said.muster.pose for said in only(Announce, first)] == [BACK]
+    assert [said.pose for said in musters(first)] == [BACK]
     assert order_of(first).target is None
     looks = robot.handle(MusterHeard(1, muster(FRONT)), 0.0)
     assert only(AskScan, looks)
     second = robot.handle(empty_scan(0.0, BACK), 0.0)
-    assert [said.muster.order for said in only(Announce, second)] == [ORDER]
+    assert [said.order for said in musters(second)] == [ORDER]
 
 
 def test_an_announcement_is_repeated_on_every_heartbeat() -> None:

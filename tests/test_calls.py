@@ -1,0 +1,251 @@
+"""When a robot calls all to line up again, and whom: what it has seen and heard, and what it makes of it."""
+
+from collections.abc import Iterable
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from agents.calls import ANSWERS, BREAKS_MAX, INVITES_S, LISTENS_S, RANK_S, SHUNNED_S, SLEPT_S, Calls
+from agents.driver import Driver
+from agents.lining import Lining
+from agents.presence import GRACE_S, WORLD
+from protocol.epochs import called_epoch
+from protocol.frames import Pose
+from protocol.messages import Muster, Odometry, Phase
+from protocol.mission import Law
+from tests.one_step import under
+
+MISSION = under(Law.CERTIFIED, robots=5, robot_radius_m=0.1)
+PATIENCE_S = ANSWERS * MISSION.patience_s
+STANDS_S = MISSION.silence_s + MISSION.deadman_s
+EPOCH = called_epoch(0, 1)
+HERE = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
+ALL = (1, 2, 3, 4, 5)
+
+
+def calls(*shown: int, robot: int = 1, now_s: float = 0.0) -> Calls:
+    """A robot's, which is connected and sees the tokens of some others."""
+    made = Calls(robot, MISSION)
+    for source in (WORLD, *shown):
+        made.presence.come(source, "a", now_s)
+    return made
+
+
+def lining(answers: Iterable[int], *, robot: int = 1, members: tuple[int, ...] = ALL) -> Lining:
+    """One that began at 0, in which robots have answered just before the others' patience is over.
+
+    All who answer have heard each other and the robot itself.
+    """
+    made, heard = Lining(robot, MISSION, epoch=EPOCH, members=members), {robot, *answers}
+    for other in heard - {robot}:
+        hear(made, other, heard, PATIENCE_S)
+    stands(made)
+    return made
+
+
+def hear(into: Lining, robot: int, hears: Iterable[int], now_s: float) -> None:
+    """Another robot announces itself, and whom it has heard."""
+    said = Muster(number=1, epoch=EPOCH, pose=HERE, members=ALL, hears=tuple(sorted(hears)), t_s=now_s)
+    into.hear(robot, said, now_s)
+
+
+def stands(into: Lining) -> None:
+    """The robot itself says where it stands, and whom it has heard."""
+    driver = Driver(speed_mps=MISSION.speed_mps)
+    driver.hear(Odometry(t_s=0.0, pose=HERE, moving=False, finished=0, phase=Phase.RUNNING))
+    into.act(driver, None, 0.0)
+
+
+# --- whom it calls ----------------------------------------------------------------------------------
+
+
+def test_members_are_all_robots_that_show_a_token_and_the_caller() -> None:
+    epoch, members = calls(2, 4).call(None, 1.0)
+    assert members == (1, 2, 4)
+    assert epoch == called_epoch(0, 1)
+
+
+def test_a_call_is_newer_than_whatever_has_been_heard() -> None:
+    made = calls(2)
+    made.hear(called_epoch(0, 7) + 3, 1.0)
+    made.hear(5, 1.1)
+    assert made.call(None, 2.0)[0] > called_epoch(0, 7) + 3
+
+
+def test_who_has_not_answered_is_left_out_of_the_next_call() -> None:
+    after_s = PATIENCE_S + 0.1
+    assert calls(2, 3, 4, 5).call(lining([2, 3, 4]), after_s)[1] == (1, 2, 3, 4)
+
+
+def test_before_its_patience_is_over_a_silent_member_is_not_left_out() -> None:
+    assert calls(2, 3, 4, 5).call(lining([2, 3, 4]), PATIENCE_S)[1] == ALL
+
+
+def test_where_the_rest_are_not_more_than_half_all_are_called() -> None:
+    after_s = PATIENCE_S + 0.1
+    assert calls(2, 3, 4, 5).call(lining([2, 3]), after_s)[1] == (1, 2, 3)
+    assert calls(2, 3, 4, 5).call(lining([2]), after_s)[1] == ALL
+    assert calls(2).call(lining([], members=(1, 2)), after_s)[1] == (1, 2)
+
+
+def test_who_shows_no_token_counts_for_nothing() -> None:
+    assert calls(2).call(lining([2]), PATIENCE_S + 0.1)[1] == (1, 2)
+    assert calls().call(lining([]), PATIENCE_S + 0.1)[1] == (1,)
+
+
+@pytest.mark.parametrize(("deaf", "hearers"), [(3, (1, 2, 4, 5)), (5, (1, 2, 3, 4))])
+def test_a_member_that_others_do_not_hear_is_left_out(deaf: int, hearers: tuple[int, ...]) -> None:
+    made = Lining(1, MISSION, epoch=EPOCH, members=ALL)
+    for robot in ALL[1:]:
+        hear(made, robot, ALL if robot == deaf else hearers, PATIENCE_S)
+    stands(made)
+    assert calls(2, 3, 4, 5).call(made, PATIENCE_S + 0.1)[1] == hearers
+
+
+def test_of_two_that_do_not_hear_each_other_the_caller_is_not_the_one_that_is_left_out() -> None:
+    made = Lining(1, MISSION, epoch=EPOCH, members=(1, 2, 3))
+    hear(made, 3, (1, 2, 3), PATIENCE_S)
+    stands(made)
+    hear(made, 2, (2, 3), PATIENCE_S)
+    assert calls(2, 3).call(made, PATIENCE_S + 0.1)[1] == (1, 3)
+
+
+tokens = st.sets(st.sampled_from(ALL[1:]))
+
+
+@given(tokens, tokens, tokens, tokens)
+def test_no_two_calls_that_see_the_same_tokens_have_no_member_in_common(
+    shown: set[int], one_hears: set[int], others: set[int], other_hears: set[int]
+) -> None:
+    after_s = PATIENCE_S + 0.1
+    one = set(calls(*shown).call(lining(one_hears), after_s)[1])
+    for other in shown:
+        there = calls(*(shown - {other} | {1}), robot=other)
+        heard = (others | other_hears) - {other}
+        assert one & set(there.call(lining(heard, robot=other), after_s)[1])
+
+
+# --- when it calls ----------------------------------------------------------------------------------
+
+
+def test_a_lining_up_may_come_to_something_as_long_as_all_answer() -> None:
+    made = calls(2, 3, 4, 5)
+    assert made.wants_another(lining([2, 3, 4, 5]), 2.0 * PATIENCE_S) is None
+
+
+def test_a_member_that_is_lost_is_not_waited_for() -> None:
+    made, waits = calls(2, 3, 4, 5), Lining(1, MISSION, epoch=EPOCH, members=ALL)
+    made.presence.go(3, "a", 1.0)
+    assert made.wants_another(waits, 1.0 + GRACE_S / 2.0) is None
+    assert made.wants_another(waits, 1.0 + GRACE_S) == "robot 3 is lost"
+
+
+@pytest.mark.parametrize("rank", [0, 1, 3])
+def test_of_those_that_may_call_each_waits_for_those_before_it(rank: int) -> None:
+    robot = ALL[rank]
+    made = calls(*(other for other in ALL if other != robot), robot=robot)
+    waits = Lining(robot, MISSION, epoch=EPOCH, members=ALL)
+    for other in ALL[:4]:
+        hear(waits, other, ALL, 10.0)
+    patience_s = PATIENCE_S + rank * RANK_S
+    assert made.wants_another(waits, patience_s) is None
+    assert made.wants_another(waits, patience_s + 0.01) == "robot 5 does not answer"
+
+
+def test_members_that_do_not_hear_each_other_are_a_reason_when_they_had_time_to() -> None:
+    made, waits = calls(2, 3), Lining(1, MISSION, epoch=EPOCH, members=(1, 2, 3))
+    for robot in (2, 3):
+        hear(waits, robot, (1, robot), PATIENCE_S)
+    stands(waits)
+    assert made.wants_another(waits, PATIENCE_S) is None
+    assert made.wants_another(waits, PATIENCE_S + 0.1) == "some members do not hear each other"
+
+
+def test_who_hears_nobody_does_not_call() -> None:
+    made = calls(2)
+    made.hear(0, 5.0)
+    limit_s = 5.0 + 2.0 * MISSION.silence_s
+    assert [made.is_heard(now_s) for now_s in (5.0, limit_s, limit_s + 0.1)] == [True, True, False]
+
+
+def test_who_is_alone_calls_though_it_hears_nobody_but_not_when_it_is_cut_off() -> None:
+    made = calls()
+    alone = [made.is_heard(99.0)]
+    made.presence.go(WORLD, "a", 99.0)
+    alone.append(made.is_heard(99.0))
+    assert alone == [True, False]
+
+
+def test_who_has_slept_listens_before_it_believes_a_silence() -> None:
+    made = calls(2)
+    awake = []
+    for now_s in (
+        0.0,
+        0.1,
+        0.1 + SLEPT_S,
+        20.0,
+        20.0 + 0.4 * LISTENS_S,
+        20.0 + 0.9 * LISTENS_S,
+        20.0 + LISTENS_S,
+    ):
+        made.enter(now_s)
+        awake.append(made.is_awake)
+    assert awake == [True, True, True, False, False, False, True]
+
+
+# --- coming back ------------------------------------------------------------------------------------
+
+
+def test_who_asks_again_and_again_is_called_in_after_twice_the_time_each_time() -> None:
+    made = calls(2)
+    tenths = range(round(10.0 * INVITES_S * 16.0))
+    called_s = [tenth / 10.0 for tenth in tenths if made.invites(2, tenth / 10.0)]
+    assert called_s == [0.0, INVITES_S, 3.0 * INVITES_S, 7.0 * INVITES_S, 15.0 * INVITES_S]
+
+
+def test_one_that_keeps_failing_does_not_keep_another_from_being_called_in() -> None:
+    made = calls(2, 3)
+    assert [made.invites(robot, 0.0) for robot in (2, 2, 3)] == [True, False, True]
+
+
+def test_who_shows_no_token_is_not_called_in() -> None:
+    assert not calls(2).invites(3, 0.0)
+
+
+def test_a_robot_with_which_links_keep_falling_silent_is_shunned_for_a_while() -> None:
+    made = calls(2, 3)
+    shunned = [made.shunned(0.0)]
+    for at_s in range(BREAKS_MAX):
+        made.broke(2, float(at_s))
+        shunned.append(made.shunned(float(at_s)))
+    shunned.append(made.shunned(SHUNNED_S))
+    assert shunned == [frozenset()] * BREAKS_MAX + [{2}, frozenset()]
+
+
+# --- who is left out must stand ---------------------------------------------------------------------
+
+
+def test_where_nobody_is_left_out_all_may_drive_as_soon_as_all_are_bound() -> None:
+    assert calls(2, 3, 4, 5).free_at_s(ALL, 7.0) == 7.0
+
+
+def test_who_has_gone_stands_when_its_lease_and_then_its_body_must_have_run_out() -> None:
+    made = calls(2, 3, 4, 5)
+    made.presence.go(5, "a", 6.0)
+    assert made.free_at_s((1, 2, 3, 4), 6.5) == 6.0 + STANDS_S
+    assert made.free_at_s((1, 2, 3, 4), 20.0) == 20.0
+
+
+def test_of_those_that_have_gone_the_last_decides() -> None:
+    made = calls(2, 3, 4, 5)
+    made.presence.go(4, "a", 5.0)
+    made.presence.go(5, "a", 6.0)
+    assert made.free_at_s((1, 2, 3), 6.5) >= 6.0 + STANDS_S
+
+
+@pytest.mark.parametrize("left_out", [1, 2])
+def test_those_that_show_a_token_may_come_to_stand_one_after_the_other(left_out: int) -> None:
+    members = ALL[: 5 - left_out]
+    row_s = left_out * (MISSION.silence_s + MISSION.patience_s)
+    assert calls(2, 3, 4, 5).free_at_s(members, 7.0) == 7.0 + STANDS_S + row_s
