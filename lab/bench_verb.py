@@ -10,14 +10,18 @@ from rich.console import Console
 from rich.table import Table
 
 from lab.bench import PlanFigures, Sample, figures, samples
+from lab.bench_rehearsal import speed
 from lab.campaign_scenes import find_scenes
 from lab.field import Field, Kind, scene
 from lab.options import AS_JSON
 from protocol.errors import UsageError
+from protocol.faults.plan import NO_FAULTS, uniform
+from protocol.faults.plan import load as load_plan
 from protocol.reading import understand
 from world.scenario import Scenario, load
 from world.scene import as_scenario
 
+LOSS = 0.3
 FIELD_SEED = 1  # of the fields that are measured where no scenes are named
 
 
@@ -56,6 +60,42 @@ def plan(roots: tuple[Path, ...], *, as_json: bool) -> None:
         click.echo(msgspec.json.format(msgspec.json.encode(found)).decode())
     else:
         _print(found)
+
+
+@bench.command()
+@click.argument("scenario", default="grove")
+@click.option("--runs", type=click.IntRange(1, 1000), default=5, help="Timed, of each plan; default 5.")
+@click.option(
+    "--faults",
+    "plans",
+    multiple=True,
+    help="A fault plan's name or file; may be repeated. Default: none, 30 % loss, and the leader killed.",
+)
+@AS_JSON
+def rehearsal(scenario: str, runs: int, plans: tuple[str, ...], *, as_json: bool) -> None:
+    """Time whole rehearsals: how many simulated seconds they go through in a second.
+
+    Beside them stands what ticks and messages alone would take, with cores that do nothing.
+    """
+    known = load(scenario)
+    asked = [load_plan(each) for each in plans] or [NO_FAULTS, uniform(loss=LOSS), load_plan("leader-killed")]
+    rows = [speed(known, plan, runs=runs, wall=time.perf_counter) for plan in asked]
+    if as_json:
+        click.echo(msgspec.json.format(msgspec.json.encode(rows)).decode())
+        return
+    table = Table(title=f"Rehearsals of {known.name} with {known.fleet.robots} robots, median of {runs}")
+    for column in ("faults", "simulated [s]", "messages", "wall [s]", "times real time", "bare"):
+        table.add_column(column, justify="left" if column == "faults" else "right")
+    for row in rows:
+        table.add_row(
+            row.faults,
+            f"{row.sim_s:.1f}",
+            f"{row.messages}",
+            f"{row.wall_s:.3f}",
+            f"{row.real_times:.0f}",
+            f"{row.bare_real_times:.0f}",
+        )
+    Console().print(table)
 
 
 def _asked(roots: Sequence[Path]) -> Iterator[tuple[str, Scenario]]:

@@ -11,9 +11,11 @@ from agents.guidance import CELLS_A_BERTH
 from agents.leader import Leader
 from agents.scan import View
 from lab.bench import PARTS, SEED, Sample, Stopwatch, figures, samples
+from lab.bench_rehearsal import speed
 from lab.rehearsal import Rehearsal
 from lab.textbook import Textbook
 from protocol.arrays import Floats, scan_bearings_rad
+from protocol.faults.plan import uniform
 from protocol.timeline import StepPlanned
 from tests.campaigns import WALL, clew, scene
 from world.scenario import load
@@ -114,3 +116,18 @@ def test_bench_plan_refuses_a_scenario_without_a_goal() -> None:
     refusal = clew("bench", "plan", "--scenes", Path(__file__).parents[1] / "launch/scenarios/paper.toml")
     assert refusal.exit_code == 2
     assert "has no goal" in refusal.stderr
+
+
+def test_a_rehearsal_is_timed_so_often_beside_as_many_bare_messages() -> None:
+    timed = speed(load("grove"), uniform(loss=0.1), runs=3, wall=ticking())
+    assert (timed.faults, timed.wall_s) == ("uniform", 1.0)
+    assert timed.real_times == timed.bare_real_times == timed.sim_s  # by that clock both take a second
+    assert timed.messages > 10 * 5 * timed.sim_s  # odometry alone
+
+
+def test_the_verb_tells_how_fast_rehearsals_are() -> None:
+    told = clew("bench", "rehearsal", "follower", "--runs", "1", "--faults", "loss-50", "--json")
+    assert told.exit_code == 0, told.output
+    (row,) = json.loads(told.stdout)
+    assert row["faults"] == "loss-50"
+    assert row["bare_real_times"] > row["real_times"] > 0.0
