@@ -202,9 +202,10 @@ def test_a_robot_that_is_started_again_first_has_its_body_stand_with_an_order_be
     driver.hear(replace(ODOMETRY_AT_START, ordered=57, finished=56, moving=True))
     stands = 57 + LATE_ORDERS + 1
     assert (driver.drive.number, driver.drive.target) == (stands, None)
-    assert not driver.standing
+    standing = [driver.standing]
     driver.hear(replace(ODOMETRY_AT_START, t_s=0.1, ordered=stands, finished=stands))
-    assert driver.standing
+    standing.append(driver.standing)
+    assert standing == [False, True]
     driver.to(Point(x_m=1.0, y_m=0.0), reach_m=1.0, epoch=3)
     assert driver.drive.number == stands + 1
 

@@ -43,7 +43,8 @@ def standing_at(pose: Pose) -> Driver:
 
 
 def announced(commands: list[Command]) -> list[Muster]:
-    return [command.muster for command in commands if isinstance(command, Announce)]
+    said = [command.muster for command in commands if isinstance(command, Announce)]
+    return [each for each in said if isinstance(each, Muster)]
 
 
 def says(lining: Lining, pose: Pose, scan: View | None, now_s: float) -> list[Muster]:
