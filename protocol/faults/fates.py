@@ -3,7 +3,7 @@
 Rule 1: every draw is a hash of seed, rule, key, receiver and number. So a live run and a rehearsal decide
         alike, and a message more or less elsewhere, or in another order, changes nothing.
 Rule 2: rules decide in the order of the plan; what one has taken away no other sees.
-Rule 3: the recorder's messages are left alone unless a rule names their kind.
+Rule 3: the recorder's messages are left alone unless a rule names their kind; what tells of faults always is.
 """
 
 from collections import Counter
@@ -27,7 +27,7 @@ from protocol.faults.rules import (
 )
 from protocol.keys import WORLD
 
-RECORDERS_KINDS = ("log", "logged")
+LEFT_ALONE = ("log", "logged", "faults")
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,7 +165,7 @@ def _concerns(rule: MessageRule, kind: str, sender: str, receiver: str) -> bool:
         if not any(rule.cuts(*way) for way in ways):
             return False
     return (
-        (kind in rule.kinds if rule.kinds else kind not in RECORDERS_KINDS)
+        (kind in rule.kinds if rule.kinds else kind not in LEFT_ALONE)
         and (not rule.sender or sender in rule.sender)
         and (not rule.receiver or receiver in rule.receiver)
     )
