@@ -94,7 +94,7 @@ class Follower:
         vertex = path[path.next_vertex(progress_m + THERE_M)]
         seen = self._without_robots(view, path, progress_m, max(authority_m, own_leg_m))
         clearance_m = seen_clearance_m(seen, _xy(vertex), self._mission)
-        clear = clearance_m >= self._mission.epsilon_m - 2.0 * self._mission.mu0_m
+        clear = clearance_m >= self._mission.clear_m - 2.0 * self._mission.mu0_m
         if progress_m < own_leg_m - THERE_M:
             end = _xy(path.at(min(vertex.s_m, own_leg_m)))
             certain_m = certain_clearance_m(seen, end, self._mission)

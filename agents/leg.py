@@ -24,7 +24,7 @@ def certain_clearance_m(seen: View, end: Floats, mission: Mission) -> float:
 
 def certain_clearance_m_min(mission: Mission) -> float:
     """What a way has to have that nobody else has certified: half of the tolerance is left for the drive."""
-    return mission.epsilon_m - mission.mu0_m / 2.0
+    return mission.clear_m - mission.mu0_m / 2.0
 
 
 def _clearance_m(seen: View, end: Floats, mission: Mission, unsure_m: Floats) -> float:

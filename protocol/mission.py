@@ -69,13 +69,18 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
         return self.obstacle_speed_mps_max > 0.0 and self.law.promises_clearance
 
     @property
+    def clear_m(self) -> float:
+        """What a way keeps from whatever stands there: epsilon, or the separation, since it may be a robot."""
+        return max(self.epsilon_m, self.separation_m)
+
+    @property
     def berth_m(self) -> float:
-        """Least distance of a robot's centre from an obstacle that a step is planned with: r + epsilon.
+        """Least distance of a robot's centre from an obstacle that a step is planned with.
 
         Where obstacles move it is more: nearer to anything, no motion could be promised for long enough.
         """
         moved_m = WATCH_S * self.obstacle_speed_mps_max if self.obstacles_move else 0.0
-        return self.robot_radius_m + max(self.epsilon_m, moved_m + self.mu0_m + self.range_error_m_max)
+        return self.robot_radius_m + max(self.clear_m, moved_m + self.mu0_m + self.range_error_m_max)
 
     def blind_per_range_in(self, rays: int) -> float:
         """How far an obstacle may reach unseen, per metre of range, in a scan of so many rays."""

@@ -23,7 +23,6 @@ TURN_RATE_RADPS = 1.5708  # a quarter turn a second
 RANGE_M_MAX = 4.0  # as in the trial of the certified law on the BARN worlds
 RANGE_RADII = 20.0  # a robot too large for that sees as far in its own measure
 SPACING_RADII = 3.0  # the scenes' own rule for the places of robots
-SEPARATION_RADII = 0.5  # half of the room that the spacing leaves between two hulls
 LINK_RADII = 10.0  # three places apart, and some
 ERROR_SHARE = 0.25  # of the tolerance, to noise and drive each; about half stays in hand
 TIME_FACTOR = 20.0  # over the straight way at full speed: detours, turns, and five robots one by one
@@ -93,7 +92,7 @@ def as_scenario(raw: dict[str, Any], source: str) -> dict[str, Any]:
         "fleet": {
             "robots": ROBOTS,
             "robot_radius_m": radius_m,
-            "separation_m": SEPARATION_RADII * radius_m,
+            "separation_m": epsilon_m,  # a robot that has died is an obstacle like any other
             "link_length_m_max": LINK_RADII * radius_m,
             "start": (*scene.start[:2], wrap(scene.start[2])),
             "spacing_m": SPACING_RADII * radius_m,
