@@ -2,10 +2,12 @@
 # Runs a fleet as real processes: a router, a world and the robots. `launch/fleet.sh --help` lists the options.
 #
 # Rule 1: the world's end is the end of the run, and its exit code is ours.
-# Rule 2: a part that dies before the world ends the run with exit code 1, and stderr says who it was.
+# Rule 2: a router that dies is started again, and so is a world that a signal has killed: it goes on from its own
+#         timeline. A host that dies before the world ends the run with exit code 1. stderr says who it was.
 # Rule 3: INT, TERM and HUP end the run with 130, 143 and 129; every part is asked first and then killed.
 # Rule 4: nothing stays behind but the run's folder. If this script is killed itself, its end of the
 #         lifeline closes, which every part takes for a request to go.
+# Rule 5: what a fault plan does to the world or to a router comes by a pipe, a line each: `kill world`.
 set -uo pipefail
 # Parts are started with redirections, which fail where a caller has closed these.
 for descriptor in 0 1 2; do
@@ -20,7 +22,11 @@ others_us=400000  # for router and robots, which have nothing left to do by then
 ready_us=10000000 # for the router to listen: it takes 0.3 s; more only on a machine that is overloaded
 
 declare -A part=() # name of each part that has not ended, by process id
-private= heir= world= run_folder= latest= as_json=0
+private= heir= striker= world= run_folder= latest= as_json=0
+router_restarts_max=10 # in one run: enough for any plan, and an end to a router that cannot live
+world_restarts_max=5
+router_deaths=0 world_deaths=0
+active=1 # the router that carries the fleet: all clients are with the other one when it has died
 made_folders=()
 
 now_us() { printf -v "$1" '%s' "${EPOCHREALTIME/[.,]/}"; }
@@ -38,6 +44,30 @@ start() {
     set +m
     started=$!
     part[$started]=$name
+    groups+=("$started")
+    echo "$started" >"$private/$name.pid"
+}
+
+start_router() {
+    start "router-$1" "$python" -m protocol --sessions "$private" --number "$1" --lifeline >&8
+    cp "$private/router-$active.pid" "$private/router.pid"
+}
+
+start_world() {
+    local files=(--session "$private/world.json" --out "$run_folder")
+    start world "$python" -m world "${world_options[@]}" "${files[@]}" --lifeline "$@" >&2
+    world=$started
+}
+
+# forget PID: it has ended, so that what is called so next is another's.
+forget() {
+    local group left=()
+    unset "part[$1]"
+    for group in "${groups[@]}"; do
+        # Of a dead host's group, robots may be left.
+        [[ $group == "$1" ]] && ! kill -0 -- "-$group" 2>/dev/null || left+=("$group")
+    done
+    groups=("${left[@]}")
 }
 
 # await_groups US PID...: true when no process of these groups is left.
@@ -108,7 +138,7 @@ end() {
 }
 
 clean_up() {
-    [[ -z $heir ]] || kill -KILL -- "-$heir" 2>/dev/null
+    signal_groups KILL ${heir:+"$heir"} ${striker:+"$striker"}
     signal_groups KILL "${!part[@]}"
     [[ -z $private ]] || rm -rf -- "$private"
 }
@@ -134,24 +164,61 @@ await_router() {
     done
 }
 
-# Returns when the world has ended; anybody else who ends in bad order ends the run.
+# Never returns: the world's end is the run's.
 watch_parts() {
     local who code name
     while :; do
         wait -n -p who "${!part[@]}" 2>/dev/null # where bash, too, says who was killed
         code=$?
         name=${part[$who]}
-        unset "part[$who]"
-        if [[ $name == world ]]; then
-            [[ -s $run_folder/verdict.json ]] || clew_say "the world $(how "$code")"
-            # What the user asked for was found good before: with our own router, now it is the run that failed.
-            ((code == 2 && own_routers)) && code=1
-            end "$code"
-        elif [[ $name == router ]] || ((code != 0)); then
-            clew_say "the $name $(how "$code") before the world"
-            await_groups "$grace_us" "$world"
-            end 1
-        fi
+        forget "$who"
+        case $name in
+        world) mourn_world "$code" ;;
+        router-*) mourn_router "${name#router-}" "$code" ;;
+        *) ((code == 0)) || give_up "the $name $(how "$code") before the world" ;;
+        esac
+    done
+}
+
+give_up() {
+    clew_say "$1"
+    await_groups "$grace_us" "$world"
+    end 1
+}
+
+# A world that ended by itself has written its verdict, or said why it could not.
+mourn_world() {
+    local code=$1
+    if ((code > 128 && ++world_deaths <= world_restarts_max)) && [[ ! -s $run_folder/verdict.json ]]; then
+        clew_say "the world $(how "$code"); it is started again"
+        start_world --resume
+        return
+    fi
+    [[ -s $run_folder/verdict.json ]] || clew_say "the world $(how "$code")"
+    # What the user asked for was found good before: with our own router, now it is the run that failed.
+    ((code == 2 && own_routers)) && code=1
+    end "$code"
+}
+
+mourn_router() {
+    local number=$1 code=$2
+    ((++router_deaths <= router_restarts_max)) || give_up "router $number $(how "$code") once too often"
+    clew_say "router $number $(how "$code"); it is started again"
+    ((number != active)) || active=$((own_routers + 1 - number))
+    start_router "$number"
+}
+
+# Rule 5: a child that does what the pipe says.
+strike() {
+    local blow process pid
+    while read -r blow process; do
+        case $blow in
+        kill) blow=KILL ;;
+        freeze) blow=STOP ;;
+        thaw) blow=CONT ;;
+        *) continue ;; # who has been killed is started again anyway
+        esac
+        { read -r pid <"$private/$process.pid" && kill "-$blow" "$pid"; } 2>/dev/null
     done
 }
 
@@ -182,24 +249,22 @@ trap 'end 143' TERM
 trap 'end 129' HUP
 [[ -z $asked ]] || end "$asked"
 
-mkfifo "$private/lifeline" "$private/ready"
+mkfifo "$private/lifeline" "$private/ready" "$private/strokes"
 exec 9<>"$private/lifeline" 8<>"$private/ready"
-# If this script is killed, its traps do not run: then this one, at the end of the lifeline, removes what is private.
 set -m
-{ while read -r _; do :; done; rm -rf -- "$private"; } <"$private/lifeline" 9>&- 8>&- &
+strike <>"$private/strokes" 9>&- 8>&- &
+striker=$!
+# If this script is killed, its traps do not run: then this one, at the end of the lifeline, removes what is private.
+{ while read -r _; do :; done; kill -KILL -- "-$striker"; rm -rf -- "$private"; } <"$private/lifeline" 9>&- 8>&- &
 heir=$!
 set +m
-disown "$heir"
-if ((own_routers)); then
-    start router "$python" -m protocol --sessions "$private" --lifeline >&8
-    groups+=("$started")
+disown "$striker" "$heir"
+for ((number = 1; number <= own_routers; ++number)); do
+    start_router "$number"
     await_router "$started"
-fi
-start world "$python" -m world "${world_options[@]}" --session "$private/world.json" --out "$run_folder" --lifeline >&2
-world=$started
-groups+=("$started")
-start "robots' host" "$python" -m agents --robots "1-$robots" "${robot_options[@]}" --sessions "$private" --lifeline >&2
-groups+=("$started")
+done
+start_world
+start host "$python" -m agents --robots "1-$robots" "${robot_options[@]}" --sessions "$private" --lifeline >&2
 if [[ -n $latest ]]; then
     ln -s "$(basename "$run_folder")" "$latest.$$" 2>/dev/null && mv -Tf "$latest.$$" "$latest"
 fi

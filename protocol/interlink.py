@@ -29,7 +29,7 @@ EVERYTHING = (
 
 
 def with_other_router(access: Json, keys: Keys, *, asks: bool) -> Json:
-    """A fleet's access rules, and what the other router may do; `asks` says whether this one is the second."""
+    """A fleet's access rules, and what the other router may do; the second is the one that `asks`."""
     rule = {
         "id": ROUTER,
         "permission": "allow",
