@@ -413,7 +413,7 @@ class Strand:
             backs_up=self.back_by_m > 0.0,
             reversal=self.reversal,
             dissolution=self.dissolution,
-            handed=own.handed if has < own.handed.number else None,
+            handed=own.handed if has < own.handed.number and not self.halted else None,  # one map has room
         )
 
     def _behind_state(self, ahead: Link[AheadState], own: Own, now_s: float) -> BehindState:
