@@ -69,11 +69,13 @@ def behind(
     progress_m: float = 0.0,
     tail_m: float = 0.0,
     stand: bool = True,
+    handed: int = 0,
 ) -> BehindState:
     """What a robot hears from the one behind."""
     return BehindState(
         epoch=epoch,
         echo_s=echo_s,
+        handed=handed,
         vertices=vertices,
         progress_m=progress_m,
         tail_progress_m=tail_m,
