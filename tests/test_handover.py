@@ -14,7 +14,6 @@ from agents.member import Member
 from agents.memory import Memory
 from agents.senses import Senses
 from protocol.codec import encode
-from protocol.frames import Pose
 from protocol.messages import (
     SEEN_BYTES_MAX,
     AheadState,
@@ -24,7 +23,7 @@ from protocol.messages import (
     Phase,
     Reversal,
 )
-from tests.strand_stage import HEARTBEAT_S, MISSION, ORDER, PLACES, ahead, behind, own, place, told_behind
+from tests.strand_stage import HEARTBEAT_S, MISSION, ORDER, PLACES, behind, own, place, told_behind
 
 LEADER, TAIL = ORDER[0], ORDER[-1]
 
