@@ -1,0 +1,218 @@
+"""A TCP proxy for tests: damages, delays and cuts what it passes on, as its seed decides.
+
+Rule 1: each way of each connection has a random stream of its own, and each piece takes as many draws
+        from it whatever is asked for: the same pieces suffer the same.
+Rule 2: pieces keep their order, as in TCP, so whatever holds one up holds up all behind it. A way that is
+        closed loses nothing either: when it opens, all of it comes late.
+Rule 3: a connection ends as a whole, when either side ends it or the proxy resets it.
+"""
+
+import asyncio
+import contextlib
+import socket
+import struct
+from collections import Counter
+from collections.abc import AsyncIterator
+from dataclasses import dataclass, field
+from enum import StrEnum
+from random import Random
+
+PIECE_BYTES_MAX = 4096  # of one read: some messages of a fleet
+PIECES_MAX = 256  # on their way: then the sender has to wait, as it would for a full window
+LINGER_NOT = struct.pack("ii", 1, 0)  # closing sends a reset
+
+
+class Way(StrEnum):
+    """Which way bytes go."""
+
+    UP = "up"
+    """To the server."""
+    DOWN = "down"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Faults:
+    """What one way suffers. A probability is of one piece, which is what one read brings."""
+
+    flip_probability: float = 0.0
+    """One of its bits is flipped."""
+    truncate_probability: float = 0.0
+    """It loses its end, and the next follows all the same."""
+    reset_probability: float = 0.0
+    """It is lost, and the connection with it."""
+    delay_s: float = 0.0
+    jitter_s: float = 0.0
+    """At most this much is added to the delay."""
+    rate_bytes_per_s: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("flip_probability", "truncate_probability", "reset_probability"):
+            if not 0.0 <= getattr(self, name) <= 1.0:
+                raise ValueError(f"{name} must be within 0 and 1, got {getattr(self, name)}")
+
+
+@dataclass(frozen=True, slots=True)
+class Fate:
+    """What becomes of one piece."""
+
+    piece: bytes
+    delay_s: float
+    struck: tuple[str, ...]
+    """`flipped`, `truncated`, `reset`."""
+
+
+def fate(piece: bytes, faults: Faults, random: Random) -> Fate:
+    """What becomes of a piece that is not empty."""
+    flips = random.random() < faults.flip_probability
+    bit = random.randrange(8 * len(piece))
+    cuts = random.random() < faults.truncate_probability
+    kept_bytes = random.randrange(len(piece))
+    resets = random.random() < faults.reset_probability
+    delay_s = faults.delay_s + random.uniform(0.0, faults.jitter_s)
+    if flips:
+        damaged = bytearray(piece)
+        damaged[bit // 8] ^= 1 << bit % 8
+        piece = bytes(damaged)
+    if cuts:
+        piece = piece[:kept_bytes]
+    strokes = {"flipped": flips, "truncated": cuts, "reset": resets}
+    return Fate(piece, delay_s, tuple(name for name, strikes in strokes.items() if strikes))
+
+
+class Proxy:
+    """Made by `proxy`. Faults may be changed at any time, and hold for what is read from then on."""
+
+    def __init__(self, port: int, seed: int) -> None:
+        self.faults = {way: Faults() for way in Way}
+        self.counts: Counter[str] = Counter()
+        """Strokes by name, and `connected`."""
+        self.held = {way: asyncio.Event() for way in Way}
+        """Set when something waits for a closed way."""
+        self._port = port
+        self._seed = seed
+        self._open = {way: asyncio.Event() for way in Way}
+        for way in Way:
+            self.open(way)
+        self._connections: set[_Connection] = set()
+
+    def close(self, way: Way) -> None:
+        """Let nothing pass any more; what comes is kept."""
+        self._open[way].clear()
+
+    def open(self, way: Way) -> None:
+        """Let pass what has been kept, and all else."""
+        self.held[way].clear()
+        self._open[way].set()
+
+    def reset(self) -> None:
+        """Reset all connections."""
+        for connection in self._connections:
+            self.counts["reset"] += 1
+            connection.reset()
+
+    async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Pass on what one client and the server say, for as long as both are there."""
+        number = self.counts["connected"]
+        self.counts["connected"] += 1
+        try:
+            server_reader, server_writer = await asyncio.open_connection("127.0.0.1", self._port)
+        except OSError:
+            writer.close()
+            return
+        connection = _Connection((writer, server_writer))
+        self._connections.add(connection)
+        pumps = [
+            asyncio.ensure_future(self._pump(connection, number, way, *streams))
+            for way, streams in ((Way.UP, (reader, server_writer)), (Way.DOWN, (server_reader, writer)))
+        ]
+        try:
+            await asyncio.wait(pumps, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            self._connections.discard(connection)
+            connection.end()
+            for pump in pumps:
+                pump.cancel()
+            await asyncio.gather(*pumps, return_exceptions=True)
+
+    async def _pump(
+        self,
+        connection: "_Connection",
+        number: int,
+        way: Way,
+        reader: asyncio.StreamReader,
+        writer: asyncio.StreamWriter,
+    ) -> None:
+        """One way of one connection, until it ends."""
+        pieces: asyncio.Queue[tuple[float, bytes] | None] = asyncio.Queue(PIECES_MAX)
+        writing = asyncio.ensure_future(self._write(way, pieces, writer))
+        random = Random(f"{self._seed}/{number}/{way}")
+        try:
+            with contextlib.suppress(ConnectionError):
+                while piece := await reader.read(PIECE_BYTES_MAX):
+                    suffered = fate(piece, self.faults[way], random)
+                    self.counts.update(suffered.struck)
+                    if "reset" in suffered.struck:
+                        connection.reset()
+                        return
+                    due_s = asyncio.get_running_loop().time() + suffered.delay_s
+                    await pieces.put((due_s, suffered.piece))
+            await pieces.put(None)
+            await writing
+        finally:
+            writing.cancel()
+            await asyncio.gather(writing, return_exceptions=True)
+
+    async def _write(
+        self, way: Way, pieces: asyncio.Queue[tuple[float, bytes] | None], writer: asyncio.StreamWriter
+    ) -> None:
+        loop = asyncio.get_running_loop()
+        with contextlib.suppress(ConnectionError):
+            while (due := await pieces.get()) is not None:
+                due_s, piece = due
+                await asyncio.sleep(due_s - loop.time())
+                if not self._open[way].is_set():
+                    self.held[way].set()
+                    await self._open[way].wait()
+                writer.write(piece)
+                await writer.drain()
+                if (rate := self.faults[way].rate_bytes_per_s) is not None:
+                    await asyncio.sleep(len(piece) / rate)
+
+
+@dataclass(eq=False, slots=True)
+class _Connection:
+    writers: tuple[asyncio.StreamWriter, asyncio.StreamWriter]
+    _is_reset: bool = field(default=False)
+
+    def reset(self) -> None:
+        self._is_reset = True
+        for writer in self.writers:
+            writer.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, LINGER_NOT)
+            writer.transport.abort()
+
+    def end(self) -> None:
+        if not self._is_reset:
+            for writer in self.writers:
+                writer.close()
+
+
+@contextlib.asynccontextmanager
+async def proxy(port: int, *, listen: int = 0, seed: int = 1) -> AsyncIterator[tuple[Proxy, int]]:
+    """A proxy on loopback for the server at this port there, and its own port; all ends with the context."""
+    serving: set[asyncio.Task[None]] = set()
+    between = Proxy(port, seed)
+
+    def accept(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        task = asyncio.ensure_future(between.serve(reader, writer))
+        serving.add(task)
+        task.add_done_callback(serving.discard)
+
+    server = await asyncio.start_server(accept, "127.0.0.1", listen)
+    try:
+        yield between, server.sockets[0].getsockname()[1]
+    finally:
+        server.close()
+        for task in list(serving):
+            task.cancel()
+        await asyncio.gather(*serving, return_exceptions=True)
+        await server.wait_closed()
