@@ -1,0 +1,48 @@
+"""Writes plain data as TOML: what a drawn field or plan is read back from. Pure.
+
+Rule 1: what is read back is equal, floats to the last bit.
+Rule 2: what is None is not there.
+"""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+Table = Mapping[str, Any]
+
+
+def toml_text(table: Table, schema: str | None = None) -> str:
+    """The table as TOML; sections and lists of tables at its top have headings, what is deeper is inline.
+
+    Args:
+        table: what to write.
+        schema: the file that tells editors what may stand here.
+    """
+    lines = [] if schema is None else [f"#:schema {schema}"]
+    said = {key: value for key, value in table.items() if value is not None}
+    sections = {key: value for key, value in said.items() if isinstance(value, Mapping) or _is_tables(value)}
+    lines += _pairs({key: value for key, value in said.items() if key not in sections})
+    for key, value in sections.items():
+        if isinstance(value, Mapping):
+            lines += ["", f"[{key}]", *_pairs(value)]
+            continue
+        for each in value:
+            lines += ["", f"[[{key}]]", *_pairs(each)]
+    return "\n".join(lines) + "\n"
+
+
+def _is_tables(value: object) -> bool:
+    is_list = isinstance(value, Sequence) and not isinstance(value, str)
+    return is_list and len(value) > 0 and all(isinstance(each, Mapping) for each in value)
+
+
+def _pairs(table: Table) -> Iterator[str]:
+    return (f"{key} = {_value(value)}" for key, value in table.items() if value is not None)
+
+
+def _value(value: object) -> str:
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(_pairs(value))} }}"
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return f"[{', '.join(map(_value, value))}]"
+    return json.dumps(value)  # TOML's strings, numbers, true and false are JSON's
