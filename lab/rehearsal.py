@@ -29,7 +29,7 @@ from protocol.errors import MessageRefusedError
 from protocol.exit_codes import ExitCode
 from protocol.faults.fates import Fates
 from protocol.faults.plan import NO_FAULTS, Plan
-from protocol.faults.rules import ROUTER
+from protocol.faults.rules import ROUTER, StepPoint
 from protocol.faults.strokes import Stroke, Strokes
 from protocol.keys import WORLD
 from protocol.messages import Message, Phase, ScanQuery
@@ -91,8 +91,8 @@ class Rehearsal:
         network = self._exchange.network
         while self.world.judgement is None:
             now_s = self.world.now_s
-            connected = self._suffer(now_s)
-            self._obey_all(self.world.look(wall_s=now_s, connected=connected))
+            router = ROUTER if self._suffer(now_s) else None
+            self._obey_all(self.world.look(wall_s=now_s, router=router))
             while (due := network.next_due(now_s)) is not None:
                 self._deliver(*due)
             self._obey_all(self.world.tick())
@@ -251,19 +251,30 @@ class Rehearsal:
         """Have the robot decide, and obey; unless it is struck at a point of its step."""
         commands = actor.core.handle(event, actor.now_s)
         if self._strokes.has_points:
-            points = actor.points.passed(event, commands)
-            for command in filter(is_plan, commands):
-                self._obey_robot(actor, command)
-            commands = [command for command in commands if not is_plan(command)]
-            for stroke in self._strokes.at_points(actor.name, points, self.world.now_s):
-                self._strike(stroke)
-            if actor.ended:
-                return
-            if actor.frozen:
-                actor.unfinished = commands
-                return
+            commands = self._pass_points(actor, event, commands)
         for command in commands:
             self._obey_robot(actor, command)
+
+    def _pass_points(
+        self, actor: Actor, event: RobotEvent, commands: list[RobotCommand]
+    ) -> list[RobotCommand]:
+        """Have the robot come to its points in turn; returns what it still does now of what it decided."""
+        points = actor.points.passed(event, commands)
+        scans = [point for point in points if point is StepPoint.AFTER_SCAN]
+        if self._is_struck(actor, scans, commands):
+            return []
+        for command in filter(is_plan, commands):
+            self._obey_robot(actor, command)
+        others = [point for point in points if point is not StepPoint.AFTER_SCAN]
+        rest = [command for command in commands if not is_plan(command)]
+        return [] if self._is_struck(actor, others, rest) else rest
+
+    def _is_struck(self, actor: Actor, points: Sequence[StepPoint], rest: Sequence[RobotCommand]) -> bool:
+        """Whether that ends it, or stops it; then it does the rest when it goes on."""
+        for stroke in self._strokes.at_points(actor.name, points, self.world.now_s):
+            self._strike(stroke)
+        actor.unfinished = rest if actor.frozen else ()
+        return actor.ended or actor.frozen
 
     def _close(self, actor: Actor, before: Phase) -> None:
         """Say what was sent; when all have, say what was received, and go."""
