@@ -105,6 +105,7 @@ class _Life:
         self._keys = session.keys
         self._transport = FaultyTransport(transport, conditions, self._keys, self._name, self._note)
         self._victim = victim
+        self._incarnation = incarnation
         self._outbox = Outbox(incarnation)
         self._now_s = 0.0
         self._phase = Phase.RUNNING
@@ -120,7 +121,7 @@ class _Life:
             for arrival in await self._transport.arrivals(MISSION_RETRY_S):
                 match arrival:
                     case Heard(key, message=Mission() as mission) if key == self._keys.mission():
-                        self._note(RobotStarted(pid=os.getpid()))
+                        self._note(RobotStarted(pid=os.getpid(), incarnation=self._incarnation))
                         return mission
                     case Appeared() | Vanished():
                         self._kept.append(arrival)

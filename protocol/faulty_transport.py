@@ -67,9 +67,9 @@ class FaultyTransport:
         return self._inner.traffic
 
     @property
-    def connected(self) -> bool:
-        """Whether there is a router at the other end."""
-        return self._inner.connected
+    def router(self) -> str | None:
+        """The router at the other end, by a name that no other router has; None while there is none."""
+        return self._inner.router
 
     def put(self, key: str, message: Message) -> None:
         """Send to whoever subscribes to the key; may be lost, never blocks."""

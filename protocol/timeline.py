@@ -165,6 +165,29 @@ class FaultInjected(_Record, frozen=True, kw_only=True, tag="fault.injected"):
     process: Annotated[Text | None, Meta(description="which was struck: `r3`, `world`, `router`")] = None
 
 
+class RouterLost(_Record, frozen=True, kw_only=True, tag="router.lost"):
+    """The router that carried the world is no more there: nobody can be heard."""
+
+
+class RouterFound(_Record, frozen=True, kw_only=True, tag="router.found"):
+    """A router carries the world again, the same one or another."""
+
+    away_s: Annotated[
+        Seconds, Meta(description="wall clock; for how long there was none, as the world saw it")
+    ]
+
+
+class WorldResumed(_Record, frozen=True, kw_only=True, tag="world.resumed"):
+    """A world whose process was killed goes on from its own timeline: bodies stand where that saw them last.
+
+    What chance does to drives and scans comes from new streams, which bear the number of the life.
+    """
+
+    life: Annotated[Count, Meta(description="1: the first time")]
+    entries: Annotated[Count, Meta(description="that it found, of all sources")]
+    torn_bytes: Annotated[Count, Meta(description="of a last line that was not whole; it is cut off")]
+
+
 class RunEnded(_Record, frozen=True, kw_only=True, tag="run.ended"):
     """The world has ended the run."""
 
@@ -178,6 +201,7 @@ class RobotStarted(_Record, frozen=True, kw_only=True, tag="robot.started"):
     """A robot's process has its mission and begins."""
 
     pid: Count
+    incarnation: Annotated[Text, Meta(description="as in its liveliness token")] = ""
 
 
 class StrandFormed(_Record, frozen=True, kw_only=True, tag="strand.formed"):
@@ -404,6 +428,9 @@ Record = (
     | PromiseBroken
     | MessageRefused
     | FaultInjected
+    | RouterLost
+    | RouterFound
+    | WorldResumed
     | RunEnded
     | RobotStarted
     | StrandFormed

@@ -65,8 +65,8 @@ class Transport(Protocol):
         """Messages sent and received so far, by key."""
 
     @property
-    def connected(self) -> bool:
-        """Whether there is a router at the other end."""
+    def router(self) -> str | None:
+        """The router at the other end, by a name that no other router has; None while there is none."""
 
     def put(self, key: str, message: Message) -> None:
         """Send to whoever subscribes to the key; may be lost, never blocks."""

@@ -65,9 +65,9 @@ class ZenohTransport:
         return self._traffic
 
     @property
-    def connected(self) -> bool:
-        """Whether there is a router at the other end."""
-        return len(self._session.info.routers_zid()) > 0
+    def router(self) -> str | None:
+        """The router at the other end, by a name that no other router has; None while there is none."""
+        return next(map(str, self._session.info.routers_zid()), None)
 
     def put(self, key: str, message: Message) -> None:
         """Send to whoever subscribes to the key; may be lost, never blocks."""

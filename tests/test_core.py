@@ -199,7 +199,9 @@ def settle(stage: Stage, robot: int) -> None:
 
 
 def leave(stage: Stage, robot: int) -> None:
-    stage.write(robot, TrafficCounted(sent={}, received={}, newest={}, refused={}, overflowed=0, unrecorded=0))
+    stage.write(
+        robot, TrafficCounted(sent={}, received={}, newest={}, refused={}, overflowed=0, unrecorded=0)
+    )
     stage.handle(TokenWent(robot, "a"))
 
 
@@ -318,11 +320,11 @@ def test_without_a_router_nobody_is_said_to_have_died_and_the_run_waits_for_it_f
     for robot, incarnation in ((1, "a"), (2, "a")):
         stage.handle(TokenWent(robot, incarnation))
     stage.wall_s += ROUTER_PATIENCE_WALL_S - 0.1
-    stage.world.look(wall_s=stage.wall_s, connected=False)
+    stage.world.look(wall_s=stage.wall_s, router=None)
     stage.look(after_wall_s=0.1)
     assert stage.at()[2] is None
     stage.wall_s += ROUTER_PATIENCE_WALL_S
-    stage.world.look(wall_s=stage.wall_s, connected=False)
+    stage.world.look(wall_s=stage.wall_s, router=None)
     assert stage.at()[2] is Ending.CUT_OFF
     assert stage.world.tally.died == set()
 

@@ -9,6 +9,7 @@ Rule 3: without a router nobody is heard, and nobody is said to have died of tha
 Rule 4: in lock-step the world waits for every living robot's answer to the last odometry told to it.
 """
 
+import math
 from collections.abc import Iterable
 from typing import assert_never
 
@@ -42,6 +43,7 @@ from world.events import (
     TokenWent,
 )
 from world.judgement import Judgement, judge_evidence
+from world.routing import Routing
 from world.scenario import Scenario
 from world.tally import Tally
 
@@ -49,7 +51,8 @@ from world.tally import Tally
 MUSTER_WALL_S = 10.0
 LAST_WORDS_WALL_S = 2.0
 HEAL_S_MAX = 60.0
-ROUTER_PATIENCE_WALL_S = 4.0
+ROUTER_PATIENCE_WALL_S = 10.0
+RETURN_WALL_S = 1.0
 
 
 class World:
@@ -71,7 +74,9 @@ class World:
         """What came of it; None until it is done."""
         self._evidence = Evidence()
         self._started = False
-        self._router_wall_s = wall_s
+        self._routing = Routing()
+        self._returned_wall_s = -math.inf
+        """When robots that are there could not be heard the last time."""
         self._phase_began_wall_s = wall_s
         self._told_s = dict.fromkeys(robots, -1.0)
         self._answered_s = dict.fromkeys(robots, -1.0)
@@ -134,21 +139,32 @@ class World:
                 assert_never(event)
         return []
 
-    def look(self, *, wall_s: float, connected: bool = True) -> list[Command]:
+    def look(self, *, wall_s: float, router: str | None = "") -> list[Command]:
         """See whether it is time for the next phase.
 
         Args:
             wall_s: the wall clock.
-            connected: whether there is a router; without one, robots that are not heard need not have died.
+            router: which carries the world; None: there is none, and who is not heard need not have died.
         """
-        waited_s = wall_s - self._phase_began_wall_s
+        news = [self.arena.note(each) for each in self._routing.look(router, wall_s=wall_s)]
+        if router is None or news:
+            self.attendance.excuse(wall_s=wall_s)
+            self._returned_wall_s = wall_s
+        return [*news, *self._look(wall_s)]
+
+    def _look(self, wall_s: float) -> list[Command]:
+        if self._is_cut_off(wall_s):
+            if self.phase is Phase.RUNNING and self._routing.away_s(wall_s) >= ROUTER_PATIENCE_WALL_S:
+                return self._end(Ending.CUT_OFF, wall_s)
+            return []
+        waited_s = wall_s - max(self._phase_began_wall_s, self._returned_wall_s)
         match self.phase:
             case Phase.RUNNING if not self._started:
                 if not self.attendance.missing:
                     return self._start()
                 return self._end(Ending.MISSING, wall_s) if waited_s >= MUSTER_WALL_S else []
             case Phase.RUNNING:
-                return self._look_after_robots(wall_s, connected)
+                return self._look_after_robots(wall_s)
             case Phase.OVER:
                 settled = self.attendance.living & self.attendance.present <= self.tally.settled.keys()
                 if settled or waited_s >= LAST_WORDS_WALL_S:
@@ -175,12 +191,19 @@ class World:
             case Coming.KNOWN:
                 return []
 
-    def _look_after_robots(self, wall_s: float, connected: bool) -> list[Command]:
-        if not connected:
-            self.attendance.excuse(wall_s=wall_s)
-            patient = wall_s - self._router_wall_s < ROUTER_PATIENCE_WALL_S
-            return [] if patient else self._end(Ending.CUT_OFF, wall_s)
-        self._router_wall_s = wall_s
+    def _is_cut_off(self, wall_s: float) -> bool:
+        """Whether nobody can be heard; and while robots that have come back are not all seen yet.
+
+        Who asks for the end is not kept waiting for that.
+        """
+        if self.ending in {Ending.INTERRUPTED, Ending.TERMINATED, Ending.CUT_OFF}:
+            return False
+        if self._routing.away_s(wall_s) > 0.0:
+            return self.phase is Phase.RUNNING or self._routing.away_s(wall_s) < ROUTER_PATIENCE_WALL_S
+        returning = wall_s - self._returned_wall_s < RETURN_WALL_S
+        return self._started and returning and not self.attendance.living <= self.attendance.present
+
+    def _look_after_robots(self, wall_s: float) -> list[Command]:
         deaths = [self._die(robot) for robot in self.attendance.bury(wall_s=wall_s)]
         ending = self._find_ending()
         return [*deaths, *(self._end(ending, wall_s) if ending is not None else [])]

@@ -125,7 +125,7 @@ class _Life:
                 self._take(arrival)
             if ending.done():
                 self._handle(StopAsked(ending.result()))
-            self._obey(world.look(wall_s=time.monotonic(), connected=self._transport.connected))
+            self._obey(world.look(wall_s=time.monotonic(), router=self._transport.router))
             for _ in range(ODOMETRY_TICKS):  # then whatever arrived meanwhile has its turn
                 if not world.started or pace.wait_s(world, wall_s=time.monotonic()) > 0.0:
                     break
