@@ -25,6 +25,8 @@ from agents.events import (
     TokenCame,
     TokenWent,
 )
+from agents.failure import failed
+from agents.journal import Given, Head, Journal, decided, open_journal
 from agents.points import is_plan
 from agents.robot import Robot
 from agents.victim import Victim
@@ -86,7 +88,11 @@ async def run(
     with open_transport(session, hear=hear, answer=[], alive=alive, watch=keys.alive("*", "*")) as transport:
         life = _Life(robot, session, transport, incarnation, conditions, victim)
         mission = await life.mission()
-        return ExitCode.FAILED if mission is None else await life.run(Robot(robot, mission))
+        if mission is None:
+            return ExitCode.FAILED
+        inputs = None if session.inputs is None else Path(session.inputs)
+        head = Head(robot=robot, incarnation=incarnation, mission=mission)
+        return await life.run(Robot(robot, mission), open_journal(inputs, head))
 
 
 class _Life:
@@ -129,7 +135,7 @@ class _Life:
                         pass  # nobody else speaks before all robots are there
         return None
 
-    async def run(self, robot: Robot) -> ExitCode:
+    async def run(self, robot: Robot, journal: Journal) -> ExitCode:
         """Hand events to the robot and do what it wants, until the world closes the run."""
         while self._phase is Phase.RUNNING:
             self._flush()
@@ -137,11 +143,21 @@ class _Life:
             self._kept = []
             self._hear_world(arrivals)
             if self._phase is Phase.RUNNING:
-                for event in _events(self._keys, self._name, arrivals, self._now_s):
-                    await self._obey(event, robot.handle(event, self._now_s))
+                for given in _events(self._keys, self._name, arrivals, self._now_s):
+                    await self._obey(given.event, await self._decided(robot, given, journal))
             if self._world_is_silent():
                 return ExitCode.FAILED
+        journal.end("the run is over")
         return await self._close()
+
+    async def _decided(self, robot: Robot, given: Given, journal: Journal) -> list[Command]:
+        """What the robot does about an event; where it fails, that is told before the process ends of it."""
+        try:
+            return decided(robot, given, self._now_s, journal)
+        except Exception as error:
+            self._note(failed(error))
+            await self._tell_last()
+            raise
 
     async def _obey(self, event: Event, commands: Sequence[Command]) -> None:
         notes = [command for command in commands if isinstance(command, Note)]
@@ -189,10 +205,14 @@ class _Life:
                 unrecorded=self._outbox.lost_count,
             )
         )
+        await self._tell_last()
+        return ExitCode.FAILED if len(self._outbox) else ExitCode.OK
+
+    async def _tell_last(self) -> None:
+        """Have what was noted recorded, as far as that can be waited for."""
         until_s = time.monotonic() + CLOSING_PATIENCE_S
         while len(self._outbox) and time.monotonic() < until_s:
             await self._turn()
-        return ExitCode.FAILED if len(self._outbox) else ExitCode.OK
 
     async def _turn(self) -> None:
         self._flush()
@@ -246,23 +266,26 @@ class _Life:
         return {self._keys.behind_root(key): count for key, count in counts.items() if key not in apart}
 
 
-def _events(keys: Keys, name: str, arrivals: Sequence[Arrival], now_s: float) -> list[Event]:
+def _events(keys: Keys, name: str, arrivals: Sequence[Arrival], now_s: float) -> list[Given]:
     """What has arrived for the robot, in order; of the odometry only the newest (rule 1)."""
-    events: list[Event | None] = []
+    events: list[tuple[Event | None, Heard | Appeared | Vanished]] = []
     for arrival in arrivals:
         match arrival:
             case Heard(key):
-                events.append(_event(keys.behind_root(key).split("/"), name, arrival, now_s))
+                events.append((_event(keys.behind_root(key).split("/"), name, arrival, now_s), arrival))
             case Appeared(key) | Vanished(key):
                 source = keys.part(key, 1)
                 robot = 0 if source == WORLD else robot_number(source)
                 event = TokenCame if isinstance(arrival, Appeared) else TokenWent
-                events.append(
-                    event(robot, keys.part(key, 2)) if robot is not None and source != name else None
-                )
+                if robot is not None and source != name:
+                    events.append((event(robot, keys.part(key, 2)), arrival))
             case _:
                 pass  # a robot is not asked; what was refused has been noted
-    return [event for event in events if event is not None]
+    return [
+        Given(event, keys.behind_root(arrival.key), arrival.number if isinstance(arrival, Heard) else 0)
+        for event, arrival in events
+        if event is not None
+    ]
 
 
 def _event(key: Sequence[str], name: str, heard: Heard, now_s: float) -> Event | None:

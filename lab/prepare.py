@@ -23,7 +23,7 @@ from protocol.exit_codes import ExitCode
 from protocol.faults.plan import load as load_plan
 from protocol.interlink import PROTOCOL
 from protocol.keys import WORLD
-from protocol.session import Session, read_session, unix_socket_endpoint, write_sessions
+from protocol.session import INPUTS, Session, read_session, unix_socket_endpoint, write_sessions
 from protocol.zenoh_transport import open_transport
 from world.scenario import load
 
@@ -83,6 +83,7 @@ def prepare(request: Request, private: Path) -> list[str]:
         load_plan(request.faults)
     now, token = datetime.now(UTC), secrets.token_hex(2)
     robots = scenario.mission().robots
+    folder = request.out or RUNS / folder_name(now, request.scenario, token)
     write_sessions(
         private,
         fleet=FLEET,
@@ -91,10 +92,10 @@ def prepare(request: Request, private: Path) -> list[str]:
         endpoints=_endpoints(request, private),
         interlink=free_endpoint() if request.routers > 1 else None,
         passwords=request.connect is None,
+        inputs=folder.absolute() / INPUTS,
     )
     if request.connect is not None:
         asyncio.run(probe(read_session(private / f"{WORLD}.json")))
-    folder = request.out or RUNS / folder_name(now, request.scenario, token)
     made = make_folder(folder.absolute())
     return [
         assignment("robots", str(robots)),

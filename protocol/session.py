@@ -30,6 +30,7 @@ UNIX_SOCKET = "unixsock-stream/"
 UNIX_SOCKET_PATH_BYTES_MAX = 107  # sockaddr_un of Linux: 108 with the closing NUL
 ROUTER_FILE = "router.json"
 USERS_FILE = "users"
+INPUTS = "inputs"  # the folder in that of the run where robots keep what they hear and decide
 
 
 class Session(Struct, frozen=True, kw_only=True):
@@ -42,6 +43,8 @@ class Session(Struct, frozen=True, kw_only=True):
     """Of all routers; any of them will do."""
     user: str | None = None
     password: str | None = None
+    inputs: str | None = None
+    """The folder where robots keep what they hear and decide; None, or where that is not: nowhere."""
 
     @property
     def keys(self) -> Keys:
@@ -83,6 +86,7 @@ def write_sessions(
     endpoints: Sequence[str],
     interlink: str | None = None,
     passwords: bool = True,
+    inputs: Path | None = None,
 ) -> None:
     """Write `world.json`, `r1.json`, ... and, with passwords, what our own routers need.
 
@@ -117,6 +121,7 @@ def write_sessions(
                 endpoints=tuple(endpoints),
                 user=user,
                 password=secret_of.get(name),
+                inputs=None if inputs is None else str(inputs),
             )
             _write_private(folder / f"{name}.json", msgspec.json.encode(session))
         if passwords:

@@ -135,13 +135,13 @@ class ScanServed(_Record, frozen=True, kw_only=True, tag="scan.served"):
 
 
 class PromiseBroken(_Record, frozen=True, kw_only=True, tag="promise.broken"):
-    """An invariant does not hold, judged from true poses: S1 clearance, S2 separation, S3 authority."""
+    """An invariant does not hold, judged from true poses or from what was said; docs/verdict.md names them."""
 
-    invariant: Annotated[str, Meta(pattern="^S[123]$")]
+    invariant: Annotated[str, Meta(pattern="^(S[1-3]|P[1-6])$")]
     robot: RobotId
-    other: Annotated[RobotId | None, Meta(description="the other robot of S2")] = None
-    measured_m: Metres
-    required_m: Metres
+    other: Annotated[RobotId | None, Meta(description="the other robot of S2, P1 and P3")] = None
+    measured_m: Annotated[Metres | None, Meta(description="null: what broke has no length")] = None
+    required_m: Metres | None = None
     why: Text
 
 
@@ -202,6 +202,12 @@ class RobotStarted(_Record, frozen=True, kw_only=True, tag="robot.started"):
 
     pid: Count
     incarnation: Annotated[Text, Meta(description="as in its liveliness token")] = ""
+
+
+class RobotFailed(_Record, frozen=True, kw_only=True, tag="robot.failed"):
+    """A robot's core has raised an exception, which it never should: the process ends."""
+
+    reason: Text
 
 
 class StrandFormed(_Record, frozen=True, kw_only=True, tag="strand.formed"):
@@ -433,6 +439,7 @@ Record = (
     | WorldResumed
     | RunEnded
     | RobotStarted
+    | RobotFailed
     | StrandFormed
     | StrandReversed
     | StrandDissolved
