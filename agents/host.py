@@ -1,8 +1,8 @@
-"""A host of robots: forks one process for each, and reaps them. It opens no session of its own, so it may fork.
+"""A host of robots: forks one process for each, and reaps them. It may, since it opens no session of its own.
 
 Rule 1: a robot that dies is reaped and said; the others live on.
-Rule 2: asked to end, the host asks all its robots, waits, and kills what is left. A frozen one is thawed, or it
-        could not hear.
+Rule 2: asked to end, the host asks all its robots, waits, and kills what is left. A frozen one is thawed, or
+        it could not hear.
 Rule 3: a robot outlives its host by no more than a moment: it holds the reading end of a pipe whose
         writing end is the host's alone.
 Rule 4: what the world has it do to a robot (`protocol.blows`) is no failure of that robot, nor of the host.
@@ -41,7 +41,7 @@ class Orders:
 
     sessions: Path
     """Folder of the run's session files."""
-    conditions: Conditions = Conditions()
+    conditions: Conditions
 
 
 def run_robot(robot: int, told: Orders, lifeline: int | None, *, again: bool = False) -> int:

@@ -86,7 +86,7 @@ async def run(
     alive = keys.alive(name, incarnation)
     victim = Victim(robot, sessions, conditions, again=again)
     with open_transport(session, hear=hear, answer=[], alive=alive, watch=keys.alive("*", "*")) as transport:
-        life = _Life(robot, session, transport, incarnation, conditions, victim)
+        life = _Life(robot, session, transport, incarnation, conditions=conditions, victim=victim)
         mission = await life.mission()
         if mission is None:
             return ExitCode.FAILED
@@ -104,6 +104,7 @@ class _Life:
         session: Session,
         transport: Transport,
         incarnation: str,
+        *,
         conditions: Conditions,
         victim: Victim,
     ) -> None:

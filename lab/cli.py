@@ -10,6 +10,7 @@ import click
 
 from lab.bench_verb import bench
 from lab.campaign_verb import campaign
+from lab.fault_verb import fault
 from lab.field_verb import field
 from lab.log_verbs import log
 from lab.rehearse_verb import rehearse
@@ -49,7 +50,7 @@ def schema(what: str) -> None:
     click.echo(json.dumps(said, indent=2))
 
 
-for _verb in (rehearse, campaign, field, bench, log):
+for _verb in (rehearse, campaign, field, bench, log, fault):
     main.add_command(_verb)
 
 

@@ -41,7 +41,13 @@ def _robot_rules(keys: Keys, robot: str) -> list[Json]:
         ),
         *_hears(
             robot,
-            [keys.link(ANY, robot), keys.odometry(robot), keys.muster(ANY), keys.logged(robot), keys.fault(robot)],
+            [
+                keys.link(ANY, robot),
+                keys.odometry(robot),
+                keys.muster(ANY),
+                keys.logged(robot),
+                keys.fault(robot),
+            ],
         ),
         *_asks(robot, [keys.scan(robot), keys.mission()]),
         *_watches(robot, keys),

@@ -1,8 +1,8 @@
 """What is to be done to processes, told to whoever started them: through the run's private folder. A shell.
 
 Rule 1: only who may write into that folder (0700: the user) can strike anybody.
-Rule 2: a host of robots has a socket there, and hears one order a datagram; the launcher, which is bash, has a
-        pipe, and hears one a line. Nobody waits for either.
+Rule 2: a host of robots has a socket there, and hears one order a datagram; the launcher, which is bash, has
+        a pipe, and hears one a line. Nobody waits for either.
 """
 
 import contextlib

@@ -1,6 +1,6 @@
-"""A transport on which a fault plan is at work: what has arrived suffers its fate before anybody hears of it.
+"""A transport on which a fault plan is at work: what arrives suffers its fate before anybody hears of it.
 
-Rule 1: faults happen at the receiver: whatever is told to one process, or on one link, goes wrong there alone.
+Rule 1: faults happen at the receiver: what is told to one process, or on one link, goes wrong there alone.
 Rule 2: each one is noted, by the message's key and number, and counted: the books balance all the same.
 Rule 3: a delay is of simulated time; in lock-step, where time waits for messages, of wall-clock time.
 Rule 4: whoever is cut off from the router shows no token, and sees none, as when the router lost it.

@@ -39,7 +39,7 @@ def test_a_robot_says_only_what_carries_its_name_as_the_sender() -> None:
 
 @pytest.mark.parametrize(("flow", "message"), [("ingress", "declare_subscriber"), ("egress", "put")])
 def test_a_robot_hears_only_what_is_for_it_and_the_muster(flow: str, message: str) -> None:
-    hears = {KEYS.link("*", "r2"), KEYS.odometry("r2"), KEYS.muster("*"), KEYS.logged("r2")}
+    hears = {KEYS.link("*", "r2"), KEYS.odometry("r2"), KEYS.muster("*"), KEYS.logged("r2"), KEYS.fault("r2")}
     assert allowed("r2", flow, message) == hears
 
 
@@ -59,7 +59,7 @@ def test_everybody_sees_all_tokens_and_shows_none_but_its_own(name: str) -> None
 
 
 def test_the_world_says_odometry_and_acknowledgements_and_hears_orders_and_logs() -> None:
-    assert allowed("world", "ingress", "put") == {KEYS.odometry("*"), KEYS.logged("*")}
+    assert allowed("world", "ingress", "put") == {KEYS.odometry("*"), KEYS.logged("*"), KEYS.fault("*")}
     assert allowed("world", "egress", "put") == {KEYS.drive("*"), KEYS.log("*")}
 
 

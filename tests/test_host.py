@@ -49,10 +49,10 @@ class PlayedWorld:
         match arrival:
             case Asked(key, answer=answer) if key == KEYS.mission():
                 answer(replace(MISSION, robots=3))
-            case Heard(key, message=LogBatch(entries=entries)):
+            case Heard(key, message=LogBatch(incarnation=incarnation, entries=entries)):
                 name = KEYS.part(key, 1)
                 self.records[name] += [entry.record for entry in entries]
-                self._transport.put(KEYS.logged(name), Logged(up_to=entries[-1].n))
+                self._transport.put(KEYS.logged(name), Logged(incarnation=incarnation, up_to=entries[-1].n))
             case Vanished(key):
                 self.gone.add(KEYS.part(key, 1))
             case _:

@@ -27,6 +27,7 @@ ONLY_IN = {
         "protocol/__main__.py",
         "protocol/ending.py",
         "protocol/zenoh_transport.py",
+        "world/control.py",
         "world/shell.py",
     },
     "time": {

@@ -5,6 +5,7 @@ from protocol.timeline import (
     MusterCalled,
     Record,
     RobotDied,
+    RobotReturned,
     StrandHealed,
 )
 from world.recovery import Death, Heal, Recovery, Succession, tells
@@ -40,9 +41,7 @@ def test_a_killed_leader_has_cause_detection_succession_and_heal() -> None:
     assert recovery.successions == (
         Succession(robot=2, before=1, epoch=8, cause_s=5.0, detected_s=5.4, recovered_s=8.0),
     )
-    assert recovery.heals == (
-        Heal(epoch=8, members=(2, 3), cause_s=5.0, detected_s=5.4, recovered_s=9.0),
-    )
+    assert recovery.heals == (Heal(epoch=8, members=(2, 3), cause_s=5.0, detected_s=5.4, recovered_s=9.0),)
     assert list(recovery.unordered) == []
 
 
@@ -78,15 +77,25 @@ def test_a_freeze_that_was_taken_back_excuses_no_later_death() -> None:
 
 
 def test_an_order_for_another_robot_excuses_nobody() -> None:
-    assert [d.ordered for d in Recovery([(5.0, "world", struck("kill", 2)), (6.0, "world", died())]).deaths] == [
-        False
-    ]
+    assert [
+        d.ordered for d in Recovery([(5.0, "world", struck("kill", 2)), (6.0, "world", died())]).deaths
+    ] == [False]
 
 
 def test_a_heal_without_a_death_dates_from_when_the_broken_link_was_last_heard() -> None:
     silent = LinkBroken(neighbour=1, cause="silence", silent_s=3.0)
     (heal,) = Recovery([(8.0, "r2", silent), (8.1, "r2", CALLED), (12.0, "r2", HEALED)]).heals
     assert (heal.cause_s, heal.detected_s, heal.recovered_s) == (5.0, 8.0, 12.0)
+
+
+def test_a_heal_that_takes_a_robot_back_in_dates_from_its_return() -> None:
+    back: list[tuple[float, str, Record]] = [
+        (11.0, "world", RobotReturned(robot=1)),
+        (11.2, "r2", CALLED),
+        (13.0, "r2", StrandHealed(epoch=9, members=(1, 2, 3))),
+    ]
+    heal = Recovery([*LEADER_KILLED, *back]).heals[-1]
+    assert (heal.cause_s, heal.detected_s, heal.recovered_s) == (11.0, 11.2, 13.0)
 
 
 def test_each_heal_has_the_causes_since_the_one_before() -> None:

@@ -55,7 +55,7 @@ def test_the_folder_is_that_of_a_live_run(tmp_path: Path) -> None:
     assert said.exit_code == 0, said.stderr
     latest = tmp_path / "runs" / "latest"
     last = said.stdout.splitlines()[-1]
-    assert last.startswith("OK: every robot has arrived; 5 of 5 robots arrived")
+    assert last.startswith("OK: every living robot has arrived; 5 of 5 robots arrived")
     assert last.endswith(f"Run: runs/{latest.resolve().name}")
     read = timeline.read(latest)
     assert read.flaws == ()

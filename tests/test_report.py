@@ -24,7 +24,7 @@ def test_rms_is_said_or_why_there_is_none() -> None:
 
 def test_law_that_promises_nothing_is_held_beside_the_one_that_does() -> None:
     sentence = verdict_sentence(GOOD, PAPER)
-    assert sentence.startswith("OK: every robot has arrived; 5 of 5 robots arrived")
+    assert sentence.startswith("OK: every living robot has arrived; 5 of 5 robots arrived")
     assert "0.0260 m short of the epsilon - mu0 = 0.0900 m that --law certified has to keep" in sentence
 
 

@@ -1,7 +1,6 @@
 import re
 from pathlib import Path
 
-import msgspec
 import pytest
 from msgspec.structs import replace as with_fields
 
@@ -106,7 +105,10 @@ PROMISES = {
         "the strand did not heal: by t=9.5 s nothing had moved for long",
     ),
     "somebody lives": (verdict([], ending=Ending.EXTINCT, living=frozenset()), "every robot has died"),
-    "in time": (verdict(ALL_WELL[:2], ending=Ending.TIMED_OUT), "the time was up with 1 of 2 living robots arrived"),
+    "in time": (
+        verdict(ALL_WELL[:2], ending=Ending.TIMED_OUT),
+        "the time was up with 1 of 2 living robots arrived",
+    ),
     "all come": (verdict([], ending=Ending.MISSING), "robots never came: r2"),
     "the goal": (verdict(ALL_WELL[1:]), "the goal was not reached"),
     "all arrive": (verdict(ALL_WELL[:2]), "1 of 2 living robots arrived"),
@@ -147,9 +149,7 @@ KILLED = FaultInjected(fault="kill", rule="kill-1", process="r2")
 
 
 def test_a_death_that_was_ordered_breaks_no_promise() -> None:
-    passed = verdict(
-        [*ALL_WELL[:2], ("world", 4.0, KILLED), ("world", 5.0, DIED[2])], living=frozenset({1})
-    )
+    passed = verdict([*ALL_WELL[:2], ("world", 4.0, KILLED), ("world", 5.0, DIED[2])], living=frozenset({1}))
     assert (passed.ok, passed.reason, passed.robots_arrived) == (True, "every living robot has arrived", 1)
 
 

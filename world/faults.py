@@ -1,4 +1,4 @@
-"""What goes wrong in a run, as the world has it done: a plan's strokes, and what is asked for while it runs. Pure.
+"""What goes wrong in a run, as the world has it done: by a plan, and as is asked for while it runs. Pure.
 
 Rule 1: a rule that is given while the run goes on has the window and the name that it gets here.
 Rule 2: robots are told the whole state, again and again: one message that arrives is enough.

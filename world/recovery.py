@@ -2,7 +2,8 @@
 
 Rule 1: from the timeline alone. Its sources do not agree on an order, so entries are sorted by time first.
 Rule 2: a cause is what a fault plan did to the robot, or else when the robot was last known to be awake.
-Rule 3: detection is when a robot first gave a link to the dead one up, or else when one first called a muster.
+Rule 3: detection is when a robot first gave a link to the dead up, or else when one first called a muster.
+Rule 4: a heal without a death has as its cause that a process came back, or else the silence of a link.
 """
 
 from collections.abc import Iterator, Sequence
@@ -17,6 +18,8 @@ from protocol.timeline import (
     MusterCalled,
     Record,
     RobotDied,
+    RobotRestarted,
+    RobotReturned,
     StrandHealed,
 )
 
@@ -138,6 +141,13 @@ class Recovery:
                 recovered_s=t_s,
             )
 
+    def _returns_s(self, after_s: float, until_s: float) -> list[float]:
+        """When processes came back in that time."""
+        kinds = (RobotRestarted, RobotReturned)
+        return [
+            t_s for t_s, _, record in self._dated if isinstance(record, kinds) and after_s < t_s <= until_s
+        ]
+
     def _heals(self) -> Iterator[Heal]:
         healed_s = -1.0
         for t_s, _, record in self._dated:
@@ -148,8 +158,11 @@ class Recovery:
                 for at_s, _, each in self._dated
                 if isinstance(each, LinkBroken) and healed_s < at_s <= t_s
             ]
-            causes = [death.cause_s for death in self.deaths if healed_s < death.cause_s <= t_s]
-            causes += [at_s - each.silent_s for at_s, each in broken]
+            causes = (
+                [death.cause_s for death in self.deaths if healed_s < death.cause_s <= t_s]
+                or self._returns_s(healed_s, t_s)
+                or [at_s - each.silent_s for at_s, each in broken]
+            )
             called_s = self._first_s(MusterCalled, max(healed_s, 0.0))
             detected = [at_s for at_s, _ in broken] or ([] if called_s is None else [called_s])
             yield Heal(
@@ -165,10 +178,10 @@ class Recovery:
 def tells(source: str, record: Record) -> bool:
     """Whether an entry has to do with recovery."""
     match record:
-        case RobotDied():
-            return source == WORLD
         case FaultInjected(process=process):
             return process is not None  # not what was done to messages: those are many
+        case RobotDied() | RobotRestarted() | RobotReturned():
+            return source == WORLD
         case LinkBroken() | MusterCalled() | LeaderSucceeded() | StrandHealed():
             return True
         case _:

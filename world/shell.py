@@ -15,8 +15,10 @@ from pathlib import Path
 
 from protocol.blows import strike
 from protocol.ending import asked_to_end
+from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import NO_FAULTS, Plan
+from protocol.faults.rules import Rule
 from protocol.faults.strokes import Blow
 from protocol.faulty_transport import Conditions, FaultyTransport
 from protocol.keys import WORLD, robot_name, robot_number
@@ -29,6 +31,7 @@ from world.arena import ODOMETRY_TICKS
 from world.books import Account
 from world.closing import Circumstances, verdict_of
 from world.commands import Command, Note, ServeScan, TellOdometry
+from world.control import heard
 from world.core import World
 from world.events import (
     EntryWritten,
@@ -95,7 +98,9 @@ async def _run(request: Request) -> Verdict:
             hlc=transport.timestamp(),
         )
         recorder = Recorder(file, header)
-        verdict = await _Life(request, transport, recorder).run(ending, started_at)
+        life = _Life(request, transport, recorder)
+        async with heard(request.private, request.out, life.give):
+            verdict = await life.run(ending, started_at)
     save_verdict(verdict, request.out)
     return verdict
 
@@ -142,6 +147,16 @@ class _Life:
             self._over_wall_s = time.monotonic()
             if not self._world.started:
                 self._started_wall_s = self._over_wall_s
+
+    def give(self, rule: Rule, for_s: float | None) -> str:
+        """Have something go wrong from now on; returns the rule's name.
+
+        Raises:
+            UsageError: it cannot.
+        """
+        if not self._world.started or self._world.phase is not Phase.RUNNING:
+            raise UsageError("the run has not begun, or is over")
+        return self._mischief.give(rule, now_s=self._world.now_s, for_s=for_s)
 
     def _strike(self) -> None:
         """Do what is due of the run's faults, while it goes on; what is done is on record first."""

@@ -1,0 +1,50 @@
+"""Hears what is to go wrong while a run goes on, at a socket in its private folder. A shell."""
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator, Callable
+from pathlib import Path
+
+import msgspec
+
+from protocol.errors import UsageError
+from protocol.faults.rules import Rule
+from protocol.mischief import ANSWER_S_MAX, LINE_BYTES_MAX, SOCKET, WHERE_FILE, Answer, Wish
+
+Give = Callable[[Rule, float | None], str]
+"""Takes a rule, and for how long it is to hold; returns its name, or raises `UsageError`."""
+
+
+@contextlib.asynccontextmanager
+async def heard(private: Path, folder: Path, give: Give) -> AsyncIterator[None]:
+    """Hear wishes for as long as the context lasts; the run's folder says where."""
+    where, path = folder / WHERE_FILE, private / SOCKET
+    path.unlink(missing_ok=True)
+    try:
+        server = await asyncio.start_unix_server(
+            lambda reader, writer: _serve(reader, writer, give), path, limit=LINE_BYTES_MAX
+        )
+    except OSError:  # a path that is too long: the run goes on without
+        yield
+        return
+    try:
+        async with server:
+            where.write_text(str(path.resolve()), encoding="utf-8")
+            yield
+    finally:
+        where.unlink(missing_ok=True)
+        path.unlink(missing_ok=True)
+
+
+async def _serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, give: Give) -> None:
+    with contextlib.suppress(OSError):  # whoever asked may have gone
+        try:
+            async with asyncio.timeout(ANSWER_S_MAX):
+                said = msgspec.json.decode(await reader.readline(), type=Wish)
+            answer = Answer(name=give(said.rule, said.for_s))
+        except (UsageError, TimeoutError, ValueError) as error:  # msgspec's are ValueErrors
+            answer = Answer(error=str(error))
+        writer.write(msgspec.json.encode(answer) + b"\n")
+        await writer.drain()
+        writer.close()
+        await writer.wait_closed()
