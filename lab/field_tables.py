@@ -85,7 +85,8 @@ def bound(field: Schema) -> str:
         for end, word in (("min", "at least"), ("max", "at most"))
         if f"{end}{what}" in field
     ]
-    patterns = [f"`{field['pattern']}`"] if "pattern" in field else []
+    # A bar would end the table's cell.
+    patterns = ["`" + field["pattern"].replace("|", "\\|") + "`"] if "pattern" in field else []
     return ", ".join(sizes + patterns)
 
 

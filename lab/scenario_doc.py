@@ -125,7 +125,7 @@ vertices_m = [[2.3, 0.2], [2.7, 0.2], [2.7, 0.6], [2.3, 0.6]]
 def document() -> str:
     """The whole page."""
     components = schema()["$defs"]
-    fields = {name: _said(field) for name, field in components["Scenario"]["properties"].items()}
+    fields = {name: without_null(field) for name, field in components["Scenario"]["properties"].items()}
     top = f"## The file\n\n{_table(fields, components)}"
     sections = [
         _section(f"`[{name}]`", components[name_of(field)], components)
@@ -142,16 +142,16 @@ def document() -> str:
 
 
 def _section(title: str, described: Schema, components: Schema) -> str:
-    fields = {name: _said(field) for name, field in described["properties"].items() if name != "shape"}
+    fields = {name: without_null(field) for name, field in described["properties"].items() if name != "shape"}
     return f"## {title}\n\n{_paragraphs(described['description'])}\n\n{_table(fields, components)}"
 
 
 def _table(fields: Mapping[str, Schema], components: Schema) -> str:
-    defaults = {name: _default(field) for name, field in fields.items()}
+    defaults = {name: default(field) for name, field in fields.items()}
     return table(fields, components, {"default": defaults})
 
 
-def _said(field: Schema) -> dict[str, Any]:
+def without_null(field: Schema) -> dict[str, Any]:
     """A field without its null, which TOML cannot say: such a field may be left out."""
     if "anyOf" not in field:
         return dict(field)
@@ -159,11 +159,14 @@ def _said(field: Schema) -> dict[str, Any]:
     return {**kind, **{key: value for key, value in field.items() if key != "anyOf"}}
 
 
-def _default(field: Schema) -> str:
+def default(field: Schema) -> str:
+    """What holds where the file does not say a field."""
     if "default" not in field:
         return "required"
-    default = field["default"]
-    return "none" if default in (None, "", ()) else f"`{default}`"
+    value = field["default"]
+    if isinstance(value, bool):
+        return f"`{str(value).lower()}`"  # as TOML spells it
+    return "none" if value in (None, "", ()) else f"`{value}`"
 
 
 def _paragraphs(docstring: str) -> str:

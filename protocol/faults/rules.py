@@ -48,9 +48,11 @@ class StepPoint(StrEnum):
 class Burst(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Faults in bursts (Gilbert-Elliott): each message of a key may begin or end one."""
 
-    enter: Annotated[Probability, Meta(description="that a burst begins with a message")]
-    leave: Annotated[Probability, Meta(description="that it is over with a message")]
-    loss: Annotated[Probability, Meta(description="that the fault strikes a message within a burst")]
+    enter: Annotated[Probability, Meta(description="probability that a burst begins with a message")]
+    leave: Annotated[Probability, Meta(description="probability that it is over with a message")]
+    loss: Annotated[
+        Probability, Meta(description="probability that the fault strikes a message within a burst")
+    ]
 
     def __post_init__(self) -> None:
         if self.enter + self.leave > 1.0:  # such faults come one by one, not in bursts
@@ -143,7 +145,7 @@ class Duplicate(_MessageRule, frozen=True, kw_only=True, tag="duplicate"):
 class Reorder(_MessageRule, frozen=True, kw_only=True, tag="reorder"):
     """Messages are held back for a fixed time, so that those sent after them overtake them."""
 
-    hold_s: SomeSeconds
+    hold_s: Annotated[SomeSeconds, Meta(description="how long")]
 
 
 class Corrupt(_MessageRule, frozen=True, kw_only=True, tag="corrupt"):
