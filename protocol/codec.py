@@ -4,6 +4,8 @@ Rule 1: whatever a peer sends, `decode` returns a message or raises `MessageRefu
 Rule 2: what we send fits; a message that does not is our own fault.
 Rule 3: the checksum, CRC-32 as one more msgpack integer of 5 bytes, refuses what was damaged on its way:
         a flipped bit often makes another lawful number. It is no signature, for that there are passwords.
+        It covers the key as well, by which the message goes: one bit makes `r2` of `r3`, so that a robot
+        would take another's odometry for its own.
 """
 
 import zlib
@@ -36,20 +38,20 @@ def packed(value: Any) -> bytes:  # noqa: ANN401 - msgspec's own signature; any 
     return bytes(msgpack.packb(msgspec.to_builtins(value)))
 
 
-def sealed(content: bytes) -> bytes:
-    """The content with its checksum behind it."""
-    return content + _seal(content)
+def sealed(content: bytes, key: str = "") -> bytes:
+    """The content with its checksum, and the key's, behind it."""
+    return content + _seal(content, key)
 
 
-def encode(message: Message, number: int) -> bytes:
-    """The bytes of a message and its number on its key."""
-    payload = sealed(packed(_Envelope(SCHEMA_VERSION, number, message)))
+def encode(message: Message, number: int, key: str = "") -> bytes:
+    """The bytes of a message and its number on its key; without a key it goes by none."""
+    payload = sealed(packed(_Envelope(SCHEMA_VERSION, number, message)), key)
     assert len(payload) <= SIZE_MAX_BYTES, f"{type(message).__name__} takes {len(payload)} bytes"
     return payload
 
 
-def decode(payload: bytes) -> tuple[int, Message]:
-    """The number and the message in a payload.
+def decode(payload: bytes, key: str = "") -> tuple[int, Message]:
+    """The number and the message in a payload that came by this key.
 
     Raises:
         MessageRefusedError: it is no message of this schema version, or a field is out of bounds.
@@ -57,7 +59,7 @@ def decode(payload: bytes) -> tuple[int, Message]:
     if len(payload) > SIZE_MAX_BYTES:
         raise MessageRefusedError(f"{len(payload)} bytes, more than {SIZE_MAX_BYTES}")
     content = memoryview(payload)[:-SEAL_BYTES]
-    if _seal(content) != payload[-SEAL_BYTES:]:
+    if _seal(content, key) != payload[-SEAL_BYTES:]:
         raise MessageRefusedError("its checksum is not that of its content")
     try:
         # Its array and map lengths are held to the payload's, so a short lie cannot claim memory.
@@ -72,5 +74,5 @@ def decode(payload: bytes) -> tuple[int, Message]:
     return envelope.n, envelope.m
 
 
-def _seal(content: bytes | memoryview) -> bytes:
-    return b"%c%b" % (UINT32, zlib.crc32(content).to_bytes(4))
+def _seal(content: bytes | memoryview, key: str) -> bytes:
+    return b"%c%b" % (UINT32, zlib.crc32(key.encode(), zlib.crc32(content)).to_bytes(4))

@@ -71,7 +71,7 @@ class ZenohTransport:
 
     def put(self, key: str, message: Message) -> None:
         """Send to whoever subscribes to the key; may be lost, never blocks."""
-        payload = encode(message, self._traffic.send(key))
+        payload = encode(message, self._traffic.send(key), key)
         with contextlib.suppress(zenoh.ZError):  # the session has been closed: lost, like any other
             self._session.put(
                 key,
@@ -86,7 +86,7 @@ class ZenohTransport:
             self._session.get(
                 key,
                 Callback(self._take_reply, indirect=False),
-                payload=encode(message, 0),
+                payload=encode(message, 0, key),
                 timeout=ASK_TIMEOUT_MS / 1000,
                 congestion_control=zenoh.CongestionControl.DROP,
                 allowed_destination=zenoh.Locality.REMOTE,
@@ -125,13 +125,13 @@ class ZenohTransport:
                     come = raw.sample.kind == zenoh.SampleKind.PUT
                     return Appeared(key) if come else Vanished(key)
                 case zenoh.Query():
-                    _, message = decode(raw.payload.to_bytes() if raw.payload else b"")
+                    _, message = decode(raw.payload.to_bytes() if raw.payload else b"", key)
                     return Asked(key, message, lambda answer: _reply(raw, key, answer))
                 case _Answer():
-                    _, message = decode(raw.sample.payload.to_bytes())
+                    _, message = decode(raw.sample.payload.to_bytes(), key)
                     return Heard(key, 0, message)
                 case _:
-                    number, message = decode(raw.payload.to_bytes())
+                    number, message = decode(raw.payload.to_bytes(), key)
                     self._traffic.receive(key, number)
                     return Heard(key, number, message)
         except MessageRefusedError as error:
@@ -188,4 +188,4 @@ def _check_key(key: str) -> None:
 
 def _reply(query: zenoh.Query, key: str, message: Message) -> None:
     with query, contextlib.suppress(zenoh.ZError):  # the asker may have given up, or the router gone
-        query.reply(key, encode(message, 0))  # sent with the congestion control of the question
+        query.reply(key, encode(message, 0, key))  # sent with the congestion control of the question

@@ -77,7 +77,11 @@ FOREIGN_KEYS = [
     KEYS.logged("r1"),
 ]
 FORGED_TO_SOMEBODY = [key for key in FORGED_KEYS if key not in UNHEARD_KEYS]
-FORGED = encode(drive(666), 1)
+
+
+def forged(key: str) -> bytes:
+    """What a robot or the world would take for an order, on any key that it hears."""
+    return encode(drive(666), 1, key)
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +96,9 @@ def unguarded() -> Iterator[Path]:
     """Sessions of a run whose router has none, as a stock one that the user runs."""
     with session_folder() as folder:
         endpoint = unix_socket_endpoint(folder)
-        write_sessions(folder, fleet=KEYS.fleet, run=KEYS.run, robots=3, endpoints=[endpoint], passwords=False)
+        write_sessions(
+            folder, fleet=KEYS.fleet, run=KEYS.run, robots=3, endpoints=[endpoint], passwords=False
+        )
         settings = {
             "mode": "router",
             "listen": {"endpoints": [endpoint]},
@@ -135,7 +141,7 @@ async def heard_after_control(
     heard: list[Arrival] = []
     controls = [KEYS.drive("r2"), KEYS.link("r2", "r1"), KEYS.link("r2", "r3")]
     for key, receiver in zip(controls, (world, *robots), strict=True):
-        attacker.put(key, encode(drive(0), 0))
+        attacker.put(key, encode(drive(0), 0, key))
         heard += await arrivals_besides(receiver, key)
     return heard
 
@@ -144,9 +150,9 @@ async def heard_after_control(
 async def test_what_is_forged_reaches_nobody(guarded: Path, key: str) -> None:
     async with fleet(guarded, "r1", "r3") as (world, *robots):
         with intruder(guarded) as attacker:
-            attacker.put(key, FORGED)
+            attacker.put(key, forged(key))
             attacker.delete(key)
-            attacker.declare_publisher(key).put(FORGED)
+            attacker.declare_publisher(key).put(forged(key))
             assert await heard_after_control(attacker, world, *robots) == []
 
 
@@ -154,7 +160,7 @@ async def test_what_is_forged_reaches_nobody(guarded: Path, key: str) -> None:
 async def test_the_same_forgery_gets_through_a_router_without_rules(unguarded: Path, key: str) -> None:
     async with fleet(unguarded, "r1", "r3") as (world, *robots):
         with intruder(unguarded) as attacker:
-            attacker.put(key, FORGED)
+            attacker.put(key, forged(key))
             assert await heard_after_control(attacker, world, *robots) != []
 
 
@@ -167,7 +173,7 @@ async def overheard(folder: Path, key: str) -> set[str]:
             control = Event()
             lawful = KEYS.link("r1", "r2")
             attacker.declare_subscriber(lawful, sets(control))
-            attacker.put(KEYS.drive("r2"), encode(drive(0), 1))
+            attacker.put(KEYS.drive("r2"), encode(drive(0), 1, KEYS.drive("r2")))
             await next_arrivals(world)  # so the router knows what the attacker wants to hear
             for said in (KEYS.link("r1", "r3"), KEYS.drive("r1"), KEYS.log("r1")):
                 robot.put(said, drive(1))
@@ -219,7 +225,7 @@ async def tokens_watched(folder: Path, key: str) -> set[str]:
                 await next_arrivals(world)
                 control = Event()
                 attacker.declare_subscriber(KEYS.link("*", "r2"), sets(control))
-                attacker.put(KEYS.drive("r2"), encode(drive(0), 1))
+                attacker.put(KEYS.drive("r2"), encode(drive(0), 1, KEYS.drive("r2")))
                 await next_arrivals(world)
                 robot.put(KEYS.link("r3", "r2"), drive(1))
                 assert control.wait(DEADLINE_S)
@@ -248,7 +254,7 @@ async def test_a_foreign_question_reaches_the_world_only_without_rules(
     async with fleet(folder, "r1") as (world, _):
         with intruder(folder) as attacker:
             for asked in (key, KEYS.scan("r2")):
-                attacker.get(asked, sets(Event()), payload=encode(Ask(), 0))
+                attacker.get(asked, sets(Event()), payload=encode(Ask(), 0, asked))
             foreign = await arrivals_besides(world, KEYS.scan("r2"))
     assert (foreign != []) == (rules == "unguarded")
 
@@ -263,7 +269,7 @@ async def test_a_robot_answers_in_the_worlds_stead_only_without_rules(
         with intruder(folder) as attacker:
             for key in (KEYS.scan("r1"), KEYS.mission(), "**"):
                 attacker.declare_queryable(key, sets(asked), complete=True)
-            attacker.put(KEYS.drive("r2"), encode(drive(0), 1))
+            attacker.put(KEYS.drive("r2"), encode(drive(0), 1, KEYS.drive("r2")))
             await next_arrivals(world)
             robot.ask(KEYS.mission(), Ask())
             if rules == "unguarded":
@@ -278,11 +284,16 @@ async def test_a_robot_answers_in_the_worlds_stead_only_without_rules(
 
 @pytest.mark.parametrize("padding_bytes", [0, SIZE_MAX_BYTES, 3 * SIZE_MAX_BYTES // 2, 10_000_000])
 async def test_a_message_over_the_limit_is_heard_by_nobody(guarded: Path, padding_bytes: int) -> None:
-    lawful_but_for_its_size = {"v": SCHEMA_VERSION, "n": 1, "m": {"type": "ask", "padding": "x" * padding_bytes}}
+    lawful_but_for_its_size = {
+        "v": SCHEMA_VERSION,
+        "n": 1,
+        "m": {"type": "ask", "padding": "x" * padding_bytes},
+    }
     async with fleet(guarded, "r1", "r3") as (world, *robots):
         with intruder(guarded) as attacker:
-            payload = sealed(packed(lawful_but_for_its_size))
-            attacker.put(KEYS.muster("r2"), payload, congestion_control=zenoh.CongestionControl.BLOCK)
+            key = KEYS.muster("r2")
+            payload = sealed(packed(lawful_but_for_its_size), key)
+            attacker.put(key, payload, congestion_control=zenoh.CongestionControl.BLOCK)
             heard = await heard_after_control(attacker, world, *robots)
     understood = [each for each in heard if not isinstance(each, Refused)]
     assert (understood == []) == (padding_bytes > 0)
@@ -302,9 +313,9 @@ async def test_a_message_that_breaks_the_protocol_is_refused_with_its_key_and_co
 async def test_a_key_that_is_a_pattern_or_endless_names_no_sender_and_is_refused(unguarded: Path) -> None:
     async with fleet(unguarded, "r1", "r3") as (world, *robots):
         with intruder(unguarded) as attacker:
-            attacker.put(KEYS.link("*", "r1"), FORGED)
-            attacker.put(KEYS.link("x" * 300, "r1"), FORGED)
-            attacker.put(KEYS.link("r2", "*"), FORGED)
+            attacker.put(KEYS.link("*", "r1"), forged(KEYS.link("*", "r1")))
+            attacker.put(KEYS.link("x" * 300, "r1"), forged(KEYS.link("x" * 300, "r1")))
+            attacker.put(KEYS.link("r2", "*"), forged(KEYS.link("r2", "*")))
             heard = await heard_after_control(attacker, world, *robots)
     assert [type(each) for each in heard] == [Refused] * 4
     assert max(len(each.key) for each in heard) == KEY_LENGTH_MAX
@@ -347,12 +358,12 @@ async def test_what_is_said_under_another_runs_keys_is_heard_by_nobody(guarded: 
         with intruder(guarded, "world") as spy, intruder(guarded) as attacker:
             spied = Event()
             spy.declare_subscriber(f"{other_run.root}/**", sets(spied))
-            spy.put(KEYS.odometry("r1"), encode(odometry(0.0), 1))
+            spy.put(KEYS.odometry("r1"), encode(odometry(0.0), 1, KEYS.odometry("r1")))
             await next_arrivals(robots[0])  # so the router knows what the spy wants to hear
             control = Event()
             spy.declare_subscriber(KEYS.drive("r2"), sets(control))
-            attacker.put(other_run.link("r2", "r1"), FORGED)
+            attacker.put(other_run.link("r2", "r1"), forged(other_run.link("r2", "r1")))
             assert await heard_after_control(attacker, world, *robots) == []
-            attacker.put(KEYS.drive("r2"), encode(drive(0), 2))
+            attacker.put(KEYS.drive("r2"), encode(drive(0), 2, KEYS.drive("r2")))
             assert control.wait(DEADLINE_S)
             assert not spied.is_set()

@@ -122,6 +122,14 @@ def test_a_message_with_a_bit_flipped_on_its_way_or_cut_off_is_refused(
         decode(encode(message, 1)[: bit // 8])
 
 
+@given(messages())
+def test_a_message_that_comes_by_another_key_than_it_was_sent_by_is_refused(message: Message) -> None:
+    payload = encode(message, 1, "body/r3/odometry")
+    assert decode(payload, "body/r3/odometry") == (1, message)
+    with pytest.raises(MessageRefusedError, match="checksum"):
+        decode(payload, "body/r2/odometry")  # one bit of the key is another
+
+
 @given(messages(), st.data())
 def test_a_message_with_any_part_replaced_is_refused_or_lawful(message: Message, data: st.DataObject) -> None:
     raw = unpacked(message)
