@@ -34,7 +34,7 @@ class Walls:
     def eased(self, origin: Floats, least_m: Floats) -> "Walls":
         """The same for one who stands nearer to some edges already: he may pass these at `least_m` (n,)."""
         off = nearest_on_segments(origin, self.starts, self.ends) - origin
-        # As far beyond as that is less: of one hull some edges are nearer than they must be, the next just not.
+        # As far beyond as that is less: of one hull some edges are nearer than that, and the next just not.
         near = np.hypot(off[:, 0], off[:, 1]) < 2.0 * self.keep_m - least_m
         return Walls(self.starts, self.ends, np.where(near, np.minimum(self.keep_m, least_m), self.keep_m))
 

@@ -13,9 +13,9 @@ import math
 
 import numpy as np
 
+from agents.berth import THERE_M
 from agents.leg import certain_clearance_m, certain_clearance_m_min, seen_clearance_m
 from agents.scan import View, on_ground
-from agents.strand import THERE_M
 from protocol.arrays import Floats
 from protocol.frames import Point, Vertex
 from protocol.mission import Mission

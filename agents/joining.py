@@ -45,6 +45,10 @@ class Stands:
     """Those in place (k, 2), leader first; k >= 1."""
     waiting: Floats
     """Those that are not (m, 2)."""
+    line: Floats
+    """The way from the leader to the last of them (n, 2)."""
+    last_leg: int
+    """How many segments of that are the last robot's own leg."""
 
     @property
     def all(self) -> Floats:
@@ -54,12 +58,12 @@ class Stands:
     def admit(self, places: Floats, keep_m: float) -> Flags:
         """Which places (n, 2) would do for the next robot: apart from all, and the strand not folded back."""
         ahead = np.broadcast_to(self.strand[-1], places.shape)
-        starts, ends = self.strand[:-1], self.strand[1:]
+        starts, ends = self.line[:-1], self.line[1:]
         apart = [np.hypot(*(places - ahead).T)[:, None]]
         if len(starts) > 0:
             apart.append(distances_to_segments(places[:, None], starts, ends))
             apart.append(distances_to_segments(self.strand[:1], places, ahead)[:, None])
-            not_next = slice(0, -1)  # a leg may be as near as it likes to the one that it begins at
+            not_next = slice(0, len(starts) - self.last_leg)  # near to the leg that it begins at, it may be
             apart.append(segments_apart(places[:, None], ahead[:, None], starts[not_next], ends[not_next]))
         apart.append(distances_to_segments(self.waiting, places[:, None], ahead[:, None]))
         return np.asarray(np.concatenate(apart, axis=1).min(axis=1) >= keep_m)
@@ -114,7 +118,7 @@ class Joining:
 
     def clear(self, view: View, robots: Floats) -> StepPlanned | NoStep:
         """The shortest step to where a robot that follows could come; for the leader."""
-        walls = self._walls(view, Stands(robots, robots[:0]))
+        walls = self._walls(view, Stands(robots, robots[:0], robots[:1], 0))
         headings = 2.0 * np.pi * np.arange(BEARINGS) / BEARINGS
         free_m = np.minimum(certified_lengths_m(view.position, headings, walls), leg_m_max(self._mission))
         lengths = free_m[:, None] * np.arange(1, LENGTHS + 1) / LENGTHS

@@ -20,15 +20,16 @@ from collections.abc import Set
 import numpy as np
 from msgspec.structs import replace
 
+from agents.berth import Berth
 from agents.commands import Announce, Command, Note
 from agents.driver import Driver
 from agents.joining import InPlace, Joining, Stands, leg_is_clear, without_hulls
-from agents.muster import Roster
+from agents.muster import Legs, Roster, line_of
 from agents.scan import View
 from agents.step import NoStep
 from agents.strand import URGENT_S
 from protocol.arrays import Floats
-from protocol.frames import Pose
+from protocol.frames import Point, Pose
 from protocol.messages import Muster, Turn
 from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
@@ -50,6 +51,7 @@ class Lining:
         epoch: int = 0,
         members: tuple[int, ...] = (),
         shunned: Set[int] = frozenset(),
+        berth: Berth | None = None,
     ) -> None:
         self.epoch = epoch
         """Of all that is said and ordered while the strand forms, whose own epoch is the next."""
@@ -64,8 +66,13 @@ class Lining:
         self._roster = Roster(self.members, mission.goal, least_m)
         self._heard_at_s: dict[int, float] = {}
         self._said = Muster(
-            number=0, epoch=epoch, pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), members=members
+            number=0,
+            epoch=epoch,
+            pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0),
+            members=members,
         )
+        self._berth = berth
+        self._leg_is_driven = False
         self._announced = 0
         self._announced_at_s = -math.inf
         self._joining: Joining | None = None
@@ -94,6 +101,23 @@ class Lining:
         places = self._roster.places
         assert places is not None, "nobody takes a place before all are known"
         return places
+
+    @property
+    def legs(self) -> Legs:
+        """Corners of the ways to the robots ahead, by robot."""
+        return self._roster.legs
+
+    @property
+    def berth(self) -> Berth | None:
+        """Its place in the strand that it was in last, if it has not left it."""
+        return None if self._joining is not None else self._berth
+
+    @property
+    def leg_is_driven(self) -> bool:
+        """Whether its leg is one that the robot ahead has driven, and both still stand at its ends."""
+        rank = self.order.index(self._robot)
+        both = [self._robot, self.order[rank - 1]]
+        return self._leg_is_driven and not any(self._roster.heard[robot].ended for robot in both)
 
     @property
     def order(self) -> tuple[int, ...]:
@@ -162,6 +186,8 @@ class Lining:
         self._now_s = now_s
         if self._announced == 0 and not driver.standing:
             return []
+        if self._announced == 0 and self._berth is not None:
+            self._say(former=self._berth.former(driver.odometry.pose))
         if self._own_turn is None:
             self._say(pose=driver.odometry.pose)
         if self._said.members:
@@ -217,11 +243,25 @@ class Lining:
             nearest_m = self.look.nearest_m
             self._say(obstacle_m=self._mission.range_m_max if nearest_m is None else nearest_m)
         order = self._roster.start_order
-        if self._needs_leg and self.look is not None:
+        leg = self._former_leg(order) if self._needs_leg else None
+        if leg is not None:
+            self._leg_is_driven = True
+            self._say(leg_clear=True, leg=leg)
+        elif self._needs_leg and self.look is not None:
             ahead = self._xy([order[order.index(self._robot) - 1]])[0]
             self._say(leg_clear=leg_is_clear(self.look, ahead, self._mission))
         elif order and self._said.leg_clear is None and not self._needs_leg:
             self._say(leg_clear=True)
+
+    def _former_leg(self, order: tuple[int, ...]) -> tuple[Point, ...] | None:
+        """Corners of the way that the robot ahead has driven, where both still stand on it."""
+        ahead = order[order.index(self._robot) - 1]
+        own, theirs = self._said.former, self._roster.heard[ahead].former
+        if self._berth is None or not self._roster.stays_behind(self._robot, ahead):
+            return None
+        assert own is not None, "asked just now"
+        assert theirs is not None, "asked just now"
+        return self._berth.leg(own.progress_m, theirs.progress_m)
 
     # --- rule 3 -------------------------------------------------------------------------------------
 
@@ -297,7 +337,7 @@ class Lining:
         strand, turn, pose = self._roster.strand, self._own_turn, driver.odometry.pose
         assert turn is not None, "nobody joins out of turn"
         waiting = [robot for robot in self._others if robot not in strand]
-        stands = Stands(self._xy(strand), self._xy(waiting))
+        stands = self._stands(strand, waiting)
         self._joining = self._joining or Joining(self._mission, scan.position, epoch=self.epoch)
         if turn == self._said.gives:
             return self._get_clear(self._joining, driver, scan)
@@ -336,6 +376,11 @@ class Lining:
             return [Note(planned)]
         self._say(pose=pose, ended=turn.number, rank=0)
         return [Note(RobotPlaced(rank=0, turn=turn.number, x_m=pose.x_m, y_m=pose.y_m))]
+
+    def _stands(self, strand: tuple[int, ...], waiting: list[int]) -> Stands:
+        line, leg = line_of(self.places, strand or (self._robot,), self._roster.legs)
+        last_leg = int((leg == leg[-1]).sum()) if len(leg) else 0
+        return Stands(self._xy(strand), self._xy(waiting), line, last_leg)
 
     def _stays(self, pose: Pose, turn: Turn) -> bool:
         """Rule 6: whether it has not got away from here for so long, in this turn."""

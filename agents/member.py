@@ -14,6 +14,7 @@ Rule 5: a robot whose way has been blocked for too long says so, and so does eac
 
 import numpy as np
 
+from agents.berth import THERE_M
 from agents.commands import Command, Note
 from agents.driver import Driver
 from agents.events import LinkHeard
@@ -22,7 +23,7 @@ from agents.leader import DeadEnd, LookCloser, Plan, Wait
 from agents.memory import Memory
 from agents.senses import Senses
 from agents.step import Crossed, NoStep
-from agents.strand import THERE_M, Own, Strand
+from agents.strand import Own, Strand
 from agents.watch import STILL_S_MAX, Watch
 from protocol.arrays import Floats
 from protocol.epochs import is_called

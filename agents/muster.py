@@ -6,9 +6,11 @@ Rule 2: with a goal, (3) may elect a robot at the far end, which would have to l
         one whose strand has the least way to drive until its tail is at the goal.
 Rule 3: from the leader on, each next place goes to the nearest robot not yet placed (section III-C),
         ties by lowest number. This is the order of the start; it stays as it is once it can be known.
+        In a muster that was called, those who still stand at their places in the newest strand go first, in
+        its order.
 Rule 4: in place are, from the front on, as many of that order as have a clear leg to the robot ahead that
-        does not fold back; then those that came to a place by a turn. Who has ended a turn is no more
-        where it stood at the start.
+        does not fold back, or still stand behind it in the strand that they were in; then those that came
+        to a place by a turn. Who has ended a turn is no more where it stood at the start.
 Rule 5: the leader starts when all have announced the same strand.
 """
 
@@ -19,11 +21,14 @@ from itertools import pairwise, takewhile
 
 import numpy as np
 
-from protocol.arrays import distances_to_segments, segments_apart
+from protocol.arrays import Floats, Indices, distances_to_segments, segments_apart
 from protocol.frames import Point, Pose
 from protocol.messages import Muster, Turn
 
 Places = Mapping[int, Pose]
+Legs = Mapping[int, Sequence[Point]]
+"""Corners of a robot's way to the one ahead, by robot; who is not named goes straight."""
+NO_LEGS: Legs = {}
 
 
 def chain(places: Places, leader: int) -> tuple[int, ...]:
@@ -59,37 +64,48 @@ def order_with_goal(places: Places, goal: Point) -> tuple[int, ...]:
     return min(candidates, key=lambda order: (way_m(order), order[0]))
 
 
-def folds_back(places: Places, order: Sequence[int], *, least_m: float) -> bool:
+def folds_back(places: Places, order: Sequence[int], *, least_m: float, legs: Legs = NO_LEGS) -> bool:
     """Whether the way of one robot to the front leads nearer than this past another that stands.
 
     Then ground that robots behind may be on is not apart, from the start, from ground that the ones ahead
     have still to drive: no two legs of the way that are not neighbours may be so near, nor its two ends.
     """
-    line = np.array([(places[robot].x_m, places[robot].y_m) for robot in order])
-    starts, ends = line[:-1], line[1:]
-    if len(starts) == 0:
+    if len(order) < 2:
         return False
-    legs_m = segments_apart(starts[:, None], ends[:, None], starts[None], ends[None])
+    stands = np.array([(places[robot].x_m, places[robot].y_m) for robot in order])
+    line, leg = line_of(places, order, legs)
+    starts, ends = line[:-1], line[1:]
+    near_m = segments_apart(starts[:, None], ends[:, None], starts[None], ends[None])
     apart = [
-        np.hypot(*(ends - starts).T),
-        legs_m[np.triu_indices(len(starts), k=2)],
-        distances_to_segments(line[0], starts[1:], ends[1:]),
-        distances_to_segments(line[-1], starts[:-1], ends[:-1]),
+        np.hypot(*np.diff(stands, axis=0).T),
+        near_m[leg[None] - leg[:, None] >= 2],
+        distances_to_segments(line[0], starts[leg >= 1], ends[leg >= 1]),
+        distances_to_segments(line[-1], starts[leg < leg[-1]], ends[leg < leg[-1]]),
     ]
     return bool(np.concatenate(apart).min() < least_m)
 
 
-def in_place_at_start(places: Places, order: Sequence[int], *, least_m: float) -> int:
+def line_of(places: Places, order: Sequence[int], legs: Legs) -> tuple[Floats, Indices]:
+    """The way from the first of an order to its last (n, 2), and which leg each segment is of (n - 1,)."""
+    corners: list[Point | Pose] = [places[order[0]]]
+    leg: list[int] = []
+    for index, robot in enumerate(order[1:]):
+        corners += [*reversed(legs.get(robot, ())), places[robot]]
+        leg += [index] * (len(corners) - 1 - len(leg))
+    return np.array([(corner.x_m, corner.y_m) for corner in corners]), np.array(leg, dtype=np.intp)
+
+
+def in_place_at_start(places: Places, order: Sequence[int], *, least_m: float, legs: Legs = NO_LEGS) -> int:
     """How many robots of an order, from the front on, stand so that it does not fold back.
 
     A strand that folds back does so however many join it, so this is found by halves.
     """
-    if not folds_back(places, order, least_m=least_m):
+    if not folds_back(places, order, least_m=least_m, legs=legs):
         return len(order)
     low, high = 1, len(order)
     while high - low > 1:
         middle = (low + high) // 2
-        if folds_back(places, order[:middle], least_m=least_m):
+        if folds_back(places, order[:middle], least_m=least_m, legs=legs):
             high = middle
         else:
             low = middle
@@ -167,10 +183,35 @@ class Roster:
             muster.order == strand for muster in self.heard.values()
         )
 
+    @property
+    def legs(self) -> Legs:
+        """The legs that are not straight, of robots that have stayed where they were."""
+        return {robot: muster.leg for robot, muster in self.heard.items() if muster.leg and not muster.ended}
+
+    def stays_behind(self, robot: int, ahead: int) -> bool:
+        """Whether two stand where they stood one behind the other in a strand."""
+        own, theirs = self.heard[robot].former, self.heard[ahead].former
+        if own is None or theirs is None or own.epoch != theirs.epoch:
+            return False
+        return own.rank == theirs.rank + 1 and own.progress_m <= theirs.progress_m
+
+    def _former_order(self, places: Places) -> tuple[int, ...]:
+        """Rule 3, in a muster that was called."""
+        formers = {robot: muster.former for robot, muster in self.heard.items() if muster.former is not None}
+        newest = max((former.epoch for former in formers.values()), default=0)
+        ranked = {former.rank: robot for robot, former in formers.items() if former.epoch == newest}
+        if not ranked:
+            return ()
+        stayed = tuple(ranked[rank] for rank in sorted(ranked))
+        rest = {robot: pose for robot, pose in places.items() if robot not in stayed}
+        return stayed[:-1] + chain({**rest, stayed[-1]: places[stayed[-1]]}, stayed[-1])
+
     def _compute_order(self) -> tuple[int, ...]:
         places = self.places
         if places is None:
             return ()
+        if former := self._former_order(places):
+            return former
         if self.goal is not None:
             return order_with_goal(places, self.goal)
         obstacle_m = {robot: muster.obstacle_m for robot, muster in self.heard.items()}
@@ -183,4 +224,6 @@ class Roster:
             return 0
         clear = legs.index(False) if False in legs else len(legs)
         places = {robot: muster.pose for robot, muster in self.heard.items()}
-        return in_place_at_start(places, self.start_order[:clear], least_m=self.least_m)
+        apart = in_place_at_start(places, self.start_order[:clear], least_m=self.least_m, legs=self.legs)
+        stay = takewhile(lambda pair: self.stays_behind(pair[1], pair[0]), pairwise(self.start_order[:clear]))
+        return max(apart, 1 + sum(1 for _ in stay))

@@ -15,6 +15,7 @@ Rule 5: a robot whose link is broken leaves the strand and calls all to line up 
 
 from typing import assert_never
 
+from agents.berth import Berth
 from agents.calls import ASIDE_S, Calls
 from agents.commands import Announce, Command, Note, Order
 from agents.driver import Driver
@@ -26,6 +27,7 @@ from agents.senses import Senses
 from agents.strand import lined_up
 from agents.watch import Watch
 from protocol.epochs import of_one_call
+from protocol.frames import Point
 from protocol.link import Link
 from protocol.messages import AheadState, Announcement, Beacon, BehindState, Muster, Plea
 from protocol.mission import Mission
@@ -50,6 +52,7 @@ class Robot:
         self._member: Member | None = None
         self._left = -1
         self._led_by: int | None = None
+        self._berth: Berth | None = None
         self._said_at_s = -BEACON_S
 
     @property
@@ -214,7 +217,13 @@ class Robot:
         self._leave()
         shunned = self._calls.shunned(now_s)
         self._lining = Lining(
-            self._robot, self._mission, now_s, epoch=epoch, members=members, shunned=shunned
+            self._robot,
+            self._mission,
+            now_s,
+            epoch=epoch,
+            members=members,
+            shunned=shunned,
+            berth=self._berth,
         )
         return [Note(MusterJoined(epoch=epoch))]
 
@@ -258,7 +267,16 @@ class Robot:
 
     def _form(self, lining: Lining, now_s: float) -> tuple[Member, list[Command]]:
         order = lining.order
-        strand = lined_up(self._robot, order, lining.places, self._mission, now_s, epoch=lining.epoch + 1)
+        strand = lined_up(
+            self._robot,
+            order,
+            lining.places,
+            self._mission,
+            now_s,
+            epoch=lining.epoch + 1,
+            legs=lining.legs,
+            driven=lining.leg_is_driven,
+        )
         self._member = Member(
             self._mission,
             self._driver,
@@ -269,8 +287,13 @@ class Robot:
         )
         self._lining = None
         self._driver.begin(strand.start_m)
+        bent = bool(lining.legs) and order[0] == self._robot
         formed = StrandFormed(
-            epoch=strand.epoch, sensed=lining.sensed, order=order, path_length_m=strand.path.end_m
+            epoch=strand.epoch,
+            sensed=lining.sensed,
+            order=order,
+            path_length_m=strand.path.end_m,
+            laid=tuple(Point(x_m=each.x_m, y_m=each.y_m) for each in strand.path) if bent else (),
         )
         commands: list[Command] = [Note(formed)]
         if lining.is_called and order[0] == self._robot != self._led_by:

@@ -14,9 +14,11 @@ Rule 6: what the leader hands on goes from each robot to the one behind, until t
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
+from agents.berth import THERE_M
 from agents.commands import Command, Note, Tell
 from agents.events import LinkHeard
 from agents.ground import Ground
@@ -31,7 +33,6 @@ from protocol.timeline import AuthorityGranted, LinkSilent
 from protocol.timeline import LinkHeard as LinkHeardAgain
 
 TOLD_VERTICES_MAX = 256  # a message's share of a long path; the rest follows when this has been acknowledged
-THERE_M = 1e-6  # nearer than this to an arc length counts as there: rounding of sums of metres
 URGENT_S = 0.1  # an odometry: so often a robot speaks while a link is not fresh enough to last
 GRANT_M_MIN = 0.05  # a grant worth a message: a tenth of a second at 0.5 m/s
 
@@ -69,18 +70,39 @@ def lined_up(
     now_s: float,
     *,
     epoch: int = 1,
+    legs: Mapping[int, Sequence[Point]] = MappingProxyType({}),
+    driven: bool = False,
 ) -> "Strand":
-    """A robot's view of the strand when it has formed through the places of all robots."""
+    """A robot's view of the strand when it has formed through the places of all robots.
+
+    Args:
+        robot: this one.
+        order: the strand, leader first.
+        places: where all stand.
+        mission: the robot's.
+        now_s: the time.
+        epoch: the strand's.
+        legs: corners of the ways to the robots ahead that are not straight, by robot.
+        driven: whether the robot ahead has driven this one's leg.
+    """
     rank = order.index(robot)
-    starts = [Point(x_m=places[k].x_m, y_m=places[k].y_m) for k in reversed(order)]
-    start_m = {robot: vertex.s_m for robot, vertex in zip(reversed(order), Path(starts), strict=True)}
+    points: list[Point] = []
+    start_m: dict[int, float] = {}
+    for each in reversed(order):
+        points.append(Point(x_m=places[each].x_m, y_m=places[each].y_m))
+        start_m[each] = Path(points).end_m
+        points += legs.get(each, ()) if each != order[0] else ()
     at = Places(
         own_m=start_m[robot],
         ahead_m=start_m[order[max(rank - 1, 0)]],
         behind_m=start_m[order[rank + 1]] if rank + 1 < len(order) else 0.0,
     )
     # A straight queue is one segment: one check, no stops.
-    return Strand(robot, order, Path(straightened(starts)), at, mission=mission, now_s=now_s, epoch=epoch)
+    path = Path(straightened(points))
+    strand = Strand(robot, order, path, at, mission=mission, now_s=now_s, epoch=epoch)
+    if driven:
+        strand.own_leg_m = at.own_m
+    return strand
 
 
 class Strand:

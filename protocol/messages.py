@@ -16,6 +16,7 @@ from protocol.timeline import Entry
 
 RAYS_MAX = 7200  # of one scan: 58 kB on the wire
 REVOLUTIONS_MAX = 900  # as many as there can be, of the fewest directions
+LEG_CORNERS_MAX = 64  # a leg with more is looked at anew
 SEEN_BYTES_MAX = 32_768  # half of what a message may be long
 Incarnation = Annotated[str, Meta(max_length=64)]  # a chunk of the key of its token
 Lineage = Annotated[tuple[RobotId, ...], Meta(max_length=ROBOTS_MAX)]
@@ -34,6 +35,15 @@ class Turn(Struct, frozen=True, kw_only=True):
 
     number: Count
     robot: RobotId
+
+
+class Former(Struct, frozen=True, kw_only=True):
+    """The place that a robot had in a strand, and has not left since."""
+
+    epoch: Count
+    rank: Count
+    """The leader's is 0."""
+    progress_m: Length
 
 
 class Muster(Struct, frozen=True, kw_only=True, tag="muster"):
@@ -64,6 +74,10 @@ class Muster(Struct, frozen=True, kw_only=True, tag="muster"):
     """The strand, leader first; empty until all are in place as far as it knows."""
     members: Lineage = ()
     """Who lines up; empty: all robots of the mission."""
+    former: Former | None = None
+    """Where it stands in the strand that it was in last; None where it has left that place."""
+    leg: Annotated[tuple[Point, ...], Meta(max_length=LEG_CORNERS_MAX)] = ()
+    """Corners of its way to the robot ahead, from its own place on, where that is not straight."""
     hears: Lineage = ()
     """Which members it has heard, where some have been left out; docs/strand.md, Healing."""
     t_s: Seconds = 0.0

@@ -172,9 +172,7 @@ class RouterLost(_Record, frozen=True, kw_only=True, tag="router.lost"):
 class RouterFound(_Record, frozen=True, kw_only=True, tag="router.found"):
     """A router carries the world again, the same one or another."""
 
-    away_s: Annotated[
-        Seconds, Meta(description="wall clock; for how long there was none, as the world saw it")
-    ]
+    away_s: Annotated[Seconds, Meta(description="wall clock: for how long there was none")]
 
 
 class WorldResumed(_Record, frozen=True, kw_only=True, tag="world.resumed"):
@@ -217,6 +215,13 @@ class StrandFormed(_Record, frozen=True, kw_only=True, tag="strand.formed"):
     sensed: Annotated[bool, Meta(description="whether it took a scan for the order of the strand")]
     order: Annotated[tuple[RobotId, ...], Meta(min_length=1, description="leader first")]
     path_length_m: Annotated[Length, Meta(description="arc length of the leader's start; the tail's is 0")]
+    laid: Annotated[
+        tuple[Point, ...],
+        Meta(
+            max_length=2000,
+            description="of the leader, where the path is bent between robots: its corners, tail first",
+        ),
+    ] = ()
 
 
 class StrandReversed(_Record, frozen=True, kw_only=True, tag="strand.reversed"):
@@ -406,7 +411,7 @@ class TrafficCounted(_Record, frozen=True, kw_only=True, tag="traffic.counted"):
     injected: Annotated[
         dict[Annotated[str, Meta(max_length=40)], Counts],
         Meta(max_length=40, description="by fault, what a fault plan took away, by key: it was not received"),
-    ] = {}  # noqa: RUF012 - msgspec gives every record its own
+    ] = {}
     refused: Annotated[Counts, Meta(description="by key, what broke the protocol and was dropped")]
     overflowed: Annotated[Count, Meta(description="arrivals that its full inbox dropped")]
     unrecorded: Annotated[Count, Meta(description="entries of its own that its full outbox did not take")]

@@ -6,9 +6,10 @@ Rule 1: a robot that follows is ordered only to a place of the strand's path, an
 Rule 2: the leader is ordered only to the target of a switching step that it had planned.
 Rule 3: a body moves only with an order in hand, straight from where it took it towards its target, and no
         faster than it can.
-Rule 4: the strand's path is the polyline of the places where the robots lined up just before, tail first, and
-        then of the targets of the leader's switching steps. When the strand has turned round, it is what
-        there was the other way, and then the new leader's targets; along what there was its first may drive.
+Rule 4: the strand's path is the polyline of the places where the robots lined up just before, tail first (of
+        the path between them, where they had stayed in a strand), and then of the targets of the leader's
+        switching steps. When the strand has turned round, it is what there was the other way, and then the
+        new leader's targets; along what there was its first may drive.
 Rule 5: where the robot ahead died, its last grants may have died with it: then rule 1 is not held against
         an order from between its last entry and its death, which only those could have allowed.
 Rule 6: what a robot has granted it never takes back within the epoch: who was granted it may be there.
@@ -146,7 +147,14 @@ class Evidence:
         """What there was of the strand's path when the epoch began."""
         if epoch - 1 in self.lining_up:
             starts = [self._lined_up_at(robot, epoch) for robot in reversed(order)]
-            return Path(Point(x_m=start.x_m, y_m=start.y_m) for start in starts)
+            path = Path(Point(x_m=start.x_m, y_m=start.y_m) for start in starts)
+            formed = self.strands.get((order[0], epoch))
+            bent = Path(formed.laid) if formed is not None and formed.laid else None
+            # What a leader says of its path counts only where it begins and ends as the robots stood.
+            both = bent is not None and all(
+                _apart_m(path.at(end), bent.at(end)) <= ROUNDING_M for end in (0.0, math.inf)
+            )
+            return bent if both else path
         reversal = self.reversals.get(epoch - 1)
         before = None if reversal is None else self._path(tuple(reversed(order)), epoch - 1)
         return None if reversal is None or before is None else before.reversed(reversal.cut_m, reversal.end_m)
