@@ -208,6 +208,9 @@ class Robot:
             self._stand_aside(now_s)
             return []
         epoch, members = self._calls.call(lining, now_s)
+        if self._robot not in members:  # it is the one that the others do not hear: one of them will call
+            self._stand_aside(now_s)
+            return []
         self._calls.newest = epoch
         called = MusterCalled(epoch=epoch, members=members, why=why)
         return [Note(called), *self._bind(epoch, members, now_s)]
