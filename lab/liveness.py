@@ -1,0 +1,109 @@
+"""Whether a fleet healed and arrived once its faults were over, as it has to. Pure: the run in, a sentence out.
+
+Rule 1: the core are the robots that live at the end and suffer nothing that lasts. When all else is over, they
+        have to be in one strand within `HEAL_S_MAX`, and arrive.
+Rule 2: bodies of the dead stand where they died. Where they leave somebody of the core no sure way to the goal,
+        nothing is asked: all may have to stay, or say so.
+Rule 3: a way is sure that the full map shows with `SPARE_M` to spare on both sides.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from scipy import ndimage
+
+from protocol.arrays import Flags, Floats
+from protocol.keys import robot_number
+from protocol.timeline import Entry, StrandFormed
+from world.clearance import clearance
+from world.core import HEAL_S_MAX, World
+from world.ending import Ending
+from world.scenario import Scenario
+
+CELL_M = 0.03  # a fifth of the robots of a swarm
+SPARE_M = 0.05
+NEAR_M = 0.25  # a robot may stand nearer to something than a way with so much to spare; and no further from one
+
+
+def unlively(
+    world: World, entries: Iterable[tuple[str, Entry]], *, quiet_s: float, outside: frozenset[int]
+) -> str | None:
+    """What a fleet failed to do, in a sentence; None where it did what it had to.
+
+    Args:
+        world: of a run that is over.
+        entries: its timeline.
+        quiet_s: when all faults were over that do not last.
+        outside: the robots that suffer one that does.
+    """
+    core = sorted(world.survivors - outside)
+    if not core or world.over_s < quiet_s and world.ending is Ending.EXTINCT:
+        return None
+    arrived = world.tally.arrived.issuperset(core)
+    healed_s = None if world.over_s < quiet_s else healed_at_s(entries, core, quiet_s)
+    late = healed_s is not None and healed_s - quiet_s > HEAL_S_MAX
+    if arrived and not late:
+        return None
+    if not all_have_way(world, core):
+        return None
+    if late:
+        return f"all faults were over at t={quiet_s:.1f} s, and there was one strand at t={healed_s:.1f} s"
+    who = ", ".join(f"r{robot}" for robot in core if robot not in world.tally.arrived)
+    return f"there was a way, and the run ended before {who} arrived: {world.ending}"
+
+
+def healed_at_s(entries: Iterable[tuple[str, Entry]], core: Sequence[int], quiet_s: float) -> float:
+    """When, from then on, all of the core were in one strand; infinite where they never were."""
+    formed: dict[int, StrandFormed] = {}
+    for source, entry in sorted(entries, key=lambda each: each[1].t_s):
+        robot = robot_number(source)
+        if robot is None or not isinstance(entry.record, StrandFormed):
+            continue
+        if entry.t_s >= quiet_s and _is_one(formed, core):
+            return quiet_s
+        formed[robot] = entry.record
+        if entry.t_s >= quiet_s and _is_one(formed, core):
+            return entry.t_s
+    return quiet_s if _is_one(formed, core) else math.inf
+
+
+def _is_one(formed: dict[int, StrandFormed], core: Sequence[int]) -> bool:
+    strands = [formed.get(robot) for robot in core]
+    first = strands[0]
+    return first is not None and all(
+        each is not None and each.epoch == first.epoch and set(core) <= set(each.order) for each in strands
+    )
+
+
+def all_have_way(world: World, core: Sequence[int]) -> bool:
+    """Rules 2 and 3, at the end of the run."""
+    scenario, places_m = world.scenario, world.bodies.place_m
+    bodies_m = np.array([place for row, place in enumerate(places_m) if row + 1 not in core]).reshape(-1, 2)
+    free, xs_m, ys_m = _free_cells(scenario, bodies_m)
+    if scenario.goal is None:
+        return True
+    labels, _ = ndimage.label(free)
+    grid_x_m, grid_y_m = np.meshgrid(xs_m, ys_m)
+    goal_m, tolerance_m = scenario.goal.at_m, scenario.goal.tolerance_m
+    at_goal = free & (np.hypot(grid_x_m - goal_m[0], grid_y_m - goal_m[1]) <= tolerance_m)
+    reached = set(np.unique(labels[at_goal]).tolist())
+    for robot in core:
+        x_m, y_m = places_m[robot - 1]
+        near = free & (np.hypot(grid_x_m - x_m, grid_y_m - y_m) <= NEAR_M)
+        if not reached.intersection(np.unique(labels[near]).tolist()):
+            return False
+    return True
+
+
+def _free_cells(scenario: Scenario, bodies_m: Floats) -> tuple[Flags, Floats, Floats]:
+    """Where a robot's centre may be with something to spare, row by row of y, and the cells' x and y."""
+    assert scenario.bounds is not None, "a swarm's fields have bounds"
+    bounds, hull_m, keep_m = scenario.bounds, scenario.fleet.robot_radius_m, scenario.closest_m + SPARE_M
+    xs_m = np.arange(bounds.x_m_min + hull_m, bounds.x_m_max - hull_m, CELL_M)
+    ys_m = np.arange(bounds.y_m_min + hull_m, bounds.y_m_max - hull_m, CELL_M)
+    cells_m = np.stack(np.meshgrid(xs_m, ys_m), axis=-1).reshape(-1, 2)
+    free = clearance(scenario.ground, cells_m, cells_m) >= keep_m
+    for body_m in bodies_m:
+        free &= np.hypot(*(cells_m - body_m).T) >= keep_m + hull_m
+    return free.reshape(len(ys_m), len(xs_m)), xs_m, ys_m
