@@ -16,6 +16,7 @@ from protocol.arrays import Floats, Indices, nearest_on_segments
 
 TOUCHING_M = 1e-9  # nearer than this to a bound counts as on it: rounding of sums of metres
 PARALLEL = 1e-12  # of a unit vector across a wall: over a kilometre it comes nearer by `TOUCHING_M`
+FIRST_OF = 8  # segments: neighbours are about as far away; 4 takes a tenth longer, 16 no less
 GRAZING_RAD = 1e-7  # more than the rounding of an arc sine near 1, the square root of a double's last bit
 
 Place = tuple[float, float]  # x, y [m]
@@ -126,15 +127,27 @@ def travel_m(origin: Floats, headings: Floats, starts: Floats, ends: Floats, kee
     # Where the start touches, the last bits must not decide whether one may go along.
     keep_m = np.maximum(keep_m - np.where(off_m < keep_m + TOUCHING_M, TOUCHING_M / 2.0, 0.0), 0.0)
     starts, ends, keep_m = starts[~inside] - origin, ends[~inside] - origin, keep_m[~inside]
+    nearest_m = off_m[~inside] - keep_m - TOUCHING_M
     heading, segment = _in_sight(headings, starts, ends, keep_m)
-    directions, keep_m = headings[heading].T, keep_m[segment]
-    for entry in (
-        _into_disc(directions, starts.T[:, segment], keep_m),
-        _into_disc(directions, ends.T[:, segment], keep_m),
-        _into_slab(directions, _sides(starts, ends)[:, segment], keep_m),
-    ):
-        np.minimum.at(free, heading, np.maximum(entry, 0.0))
+    first = segment % FIRST_OF == 0  # they show how few of the others matter
+    for part in (np.flatnonzero(first), np.flatnonzero(~first)):
+        pairs = part[nearest_m[segment[part]] < free[heading[part]]]
+        entry = _entries(headings[heading[pairs]].T, segment[pairs], starts, ends, keep_m)
+        np.minimum.at(free, heading[pairs], entry)
     return free
+
+
+def _entries(directions: Floats, segment: Indices, starts: Floats, ends: Floats, keep_m: Floats) -> Floats:
+    """Distance to one stadium in one direction each, (2, p), seen from the origin, which is in none."""
+    keep_m = keep_m[segment]
+    entry = np.minimum(
+        np.minimum(
+            _into_disc(directions, starts.T[:, segment], keep_m),
+            _into_disc(directions, ends.T[:, segment], keep_m),
+        ),
+        _into_slab(directions, _sides(starts, ends)[:, segment], keep_m),
+    )
+    return np.maximum(entry, 0.0)
 
 
 def _in_sight(headings: Floats, starts: Floats, ends: Floats, keep_m: Floats) -> tuple[Indices, Indices]:

@@ -142,7 +142,7 @@ class Monitor:
         clear_m = clearance(self.ground, starts_m[moved], ends_m[moved], near_m=kept_m)
         if not (clear_m > kept_m).all():
             return False
-        if not (self._inside_m(starts_m) > 0.0).all() or not (self._inside_m(ends_m) > 0.0).all():
+        if not (self._inside_m(ends_m) > 0.0).all():  # where they start has been seen before
             return False
         _, _, apart_m = self._pairs_apart(starts_m, ends_m)
         return bool((apart_m > promises.separation_m_required).all())

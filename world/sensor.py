@@ -47,4 +47,4 @@ class Sensor:
 
     def hits(self, scan: Scan) -> int:
         """How many rays of a scan hit something."""
-        return sum(range_m < self._range_m_max for range_m in scan.ranges_m)
+        return int(np.count_nonzero(np.array(scan.ranges_m) < self._range_m_max))
