@@ -210,7 +210,8 @@ class Lining:
     def _heartbeat_s(self) -> float:
         """While somebody has a turn, all that he waits for is said more often."""
         turn = self._roster.turn
-        waits = turn is not None and self._roster.heard[turn.robot].ended < turn.number
+        mover = self._roster.heard.get(turn.robot) if turn is not None else None
+        waits = turn is not None and (mover is None or mover.ended < turn.number)
         return URGENT_S if waits else self._mission.heartbeat_s
 
     def _announce(self, now_s: float) -> list[Command]:
@@ -274,7 +275,8 @@ class Lining:
         if newest is not None and newest.robot == self._robot and newest.number > self._said.ended:
             self._blocked = {self._roster.giver(newest)}  # it gave up its place for the others
         elif given is not None:
-            if self._roster.heard[given.robot].ended < given.number:
+            theirs = self._roster.heard.get(given.robot)
+            if theirs is None or theirs.ended < given.number:
                 return []
             self._blocked.add(given.robot)
         number = 1 if newest is None else newest.number + 1
