@@ -105,7 +105,7 @@ class Journal:
     def end(self, why: str) -> None:
         """Write why nothing follows, and close the file."""
         self._write(End(why))
-        self._close()
+        self.close()
 
     def _write(self, record: _RECORD) -> None:
         if self._file is None:
@@ -118,11 +118,12 @@ class Journal:
             while left:
                 left = left[self._file.write(left) :]
         except OSError:  # a full disk: the world's recorder ends the run for that (rule 4)
-            self._close()
+            self.close()
         if self._left_bytes < 0:
-            self._close()
+            self.close()
 
-    def _close(self) -> None:
+    def close(self) -> None:
+        """Write nothing more."""
         if self._file is not None:
             self._file.close()
         self._file = None

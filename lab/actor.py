@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from agents.commands import Command
 from agents.events import Event, OdometryHeard
+from agents.journal import Given, Journal
 from agents.points import Points
 from agents.robot import Robot
 from lab.mail import Mail
@@ -25,8 +26,8 @@ class Arrival:
     damage: Damage | None = None
 
 
-Waiting = Mail | Arrival | Event
-"""Mail that the fault plan has not seen, an arrival, or a token."""
+Waiting = Mail | Arrival | Event | Given
+"""Mail that the fault plan has not seen, an arrival, a token; or what it has read and not handled yet."""
 
 
 @dataclass(slots=True)
@@ -44,7 +45,9 @@ class Actor:
 
     robot: int
     name: str
+    incarnation: str
     core: Robot
+    journal: Journal
     now_s: float = 0.0
     phase: Phase = Phase.RUNNING
     traffic: Traffic = field(default_factory=Traffic)

@@ -2,7 +2,7 @@
 
 from functools import cache
 
-from protocol.keys import Keys, robot_name
+from protocol.keys import WORLD, Keys, robot_name
 
 _KEYS = Keys("clew", "rehearsed")
 
@@ -35,3 +35,10 @@ def scan(robot: int) -> str:
 def odometry(robot: int) -> str:
     """What its body tells it."""
     return _KEYS.behind_root(_KEYS.odometry(robot_name(robot)))
+
+
+@cache
+def alive(process: int, incarnation: str) -> str:
+    """Its liveliness token; process 0 is the world."""
+    source = robot_name(process) if process else WORLD
+    return _KEYS.behind_root(_KEYS.alive(source, incarnation))

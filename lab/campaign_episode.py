@@ -105,8 +105,8 @@ class Outcome(Struct, frozen=True, kw_only=True):
         return self.ending not in (CRASHED, OUT_OF_TIME)
 
 
-class _OutOfTimeError(Exception):
-    """The wall-clock limit struck."""
+class _OutOfTimeError(BaseException):
+    """The wall-clock limit struck. No failure of a core, and so no `Exception`, which a rehearsal tells."""
 
 
 def play(episode: Episode) -> Outcome:

@@ -6,7 +6,9 @@ Rule 2: a router that is down loses whatever is sent meanwhile; when it is back,
 """
 
 from collections import Counter
+from pathlib import Path
 
+from agents.journal import Head, open_journal
 from agents.robot import Robot
 from lab.actor import Actor, Desk
 from lab.mail import WORLD_NUMBER
@@ -23,26 +25,31 @@ from protocol.mission import Mission
 class Processes:
     """All processes, by the numbers that robots call them."""
 
-    def __init__(self, mission: Mission) -> None:
+    def __init__(self, mission: Mission, inputs: Path | None = None) -> None:
         self.actors: dict[int, Actor] = {}
         """The robots' that live."""
         self.desk = Desk(WORLD)
         self.router_is_up = True
         self.tokens = Tokens()
         self._mission = mission
+        self._inputs = inputs  # where robots keep what they hear and decide
         self._lives: Counter[int] = Counter()
         self._show(WORLD_NUMBER)
 
     def start(self, robot: int) -> Actor:
         """A robot's process begins: it remembers nothing, and does not know the time."""
-        actor = Actor(robot, robot_name(robot), Robot(robot, self._mission))
+        incarnation = self._show(robot)
+        head = Head(robot=robot, incarnation=incarnation, mission=self._mission)
+        journal = open_journal(self._inputs, head)
+        actor = Actor(robot, robot_name(robot), incarnation, Robot(robot, self._mission), journal)
         self.actors[robot] = actor
-        self._show(robot)
         return actor
 
     def end(self, robot: int) -> None:
         """A robot's process is no more; its body stays."""
-        self.actors.pop(robot).ended = True
+        actor = self.actors.pop(robot)
+        actor.ended = True
+        actor.journal.close()
         self.tokens.end(robot)
 
     def find(self, process: int) -> Actor | Desk | None:
@@ -103,9 +110,11 @@ class Processes:
             case Blow.START:
                 pass  # it lives
 
-    def _show(self, process: int) -> None:
+    def _show(self, process: int) -> str:
+        """Show the token of a new process; returns its incarnation."""
         self._lives[process] += 1
-        self.tokens.show(process, str(self._lives[process]))
+        self.tokens.show(process, incarnation := str(self._lives[process]))
+        return incarnation
 
 
 def check_rehearsable(plan: Plan, *, robots: int) -> None:

@@ -9,6 +9,7 @@ Rule 4: who is struck, suffers before anything else of the tick happens; but at 
 """
 
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 from agents.commands import Announce, AskScan, Order, Tell
 from agents.commands import Command as RobotCommand
@@ -17,6 +18,8 @@ from agents.events import Event as RobotEvent
 from agents.events import OdometryHeard
 from agents.events import TokenCame as TokenSeen
 from agents.events import TokenWent as TokenMissed
+from agents.failure import failed
+from agents.journal import Given, decided
 from agents.points import is_plan
 from lab import addresses
 from lab.actor import Actor, Arrival, Desk
@@ -52,13 +55,15 @@ class Rehearsal:
         UsageError: the fault plan does not fit the fleet, or asks for what only a live run can do.
     """
 
-    def __init__(self, scenario: Scenario, seed: int, plan: Plan = NO_FAULTS) -> None:
+    def __init__(
+        self, scenario: Scenario, seed: int, plan: Plan = NO_FAULTS, *, inputs: Path | None = None
+    ) -> None:
         check_rehearsable(plan, robots=scenario.fleet.robots)
         self.world = World(scenario, seed=seed, wall_s=0.0)
         self._seed = seed
         self._exchange = Exchange(plan, seed)
         self._strokes = Strokes(plan, seed)
-        self._processes = Processes(scenario.mission())
+        self._processes = Processes(scenario.mission(), inputs)
         self._logbook = Logbook()
         for robot in range(1, scenario.fleet.robots + 1):
             self._begin(self._processes.start(robot))
@@ -105,6 +110,11 @@ class Rehearsal:
     def kill(self, robot: int) -> None:
         """The robot's process is no more; its body stays."""
         self._processes.end(robot)
+
+    def close(self) -> None:
+        """Let go of the journals of those that are still there."""
+        for actor in self._processes.actors.values():
+            actor.journal.close()
 
     def stop(self, exit_code: ExitCode) -> None:
         """The user wants the run to end."""
@@ -205,7 +215,7 @@ class Rehearsal:
         unfinished, actor.unfinished = actor.unfinished, ()
         for command in unfinished:
             self._obey_robot(actor, command)
-        items: list[Arrival | RobotEvent] = []
+        items: list[Arrival | RobotEvent | Given] = []
         for item in actor.take_waiting():
             if not isinstance(item, Mail):
                 items.append(item)
@@ -217,39 +227,52 @@ class Rehearsal:
                     self._exchange.network.send((actor, arrival), self.world.now_s + delay_s)
         self._hand_over(actor, items)
 
-    def _hand_over(self, actor: Actor, items: Sequence[Arrival | RobotEvent]) -> None:
+    def _hand_over(self, actor: Actor, items: Sequence[Arrival | RobotEvent | Given]) -> None:
         """What has arrived together, in order; of the odometry only the newest, and that tells the time."""
         if actor.delay_s > 0.0:
             actor.busy_until_s = self.world.now_s + actor.delay_s
-        before, events = actor.phase, [event for item in items if (event := self._read(actor, item))]
-        for event in events:
-            if isinstance(event, OdometryHeard):
-                actor.hear_world(event.odometry)
+        before, all_given = actor.phase, [given for item in items if (given := self._read(actor, item))]
+        for given in all_given:
+            if isinstance(given.event, OdometryHeard):
+                actor.hear_world(given.event.odometry)
         if actor.phase is Phase.RUNNING:
-            self._live_through(actor, [event for event in events if not actor.is_outdated(event)])
+            self._live_through(actor, [given for given in all_given if not actor.is_outdated(given.event)])
         elif actor.phase is not before:
             self._close(actor, before)
 
-    def _live_through(self, actor: Actor, events: Sequence[RobotEvent]) -> None:
+    def _live_through(self, actor: Actor, all_given: Sequence[Given]) -> None:
         """Have it react to each; who is frozen by one finds the rest when it is thawed."""
-        for place, event in enumerate(events, start=1):
-            self._react(actor, event)
+        for place, given in enumerate(all_given, start=1):
+            self._react(actor, given)
             if actor.ended:
                 return
             if actor.frozen:
-                for rest in events[place:]:
+                for rest in all_given[place:]:
                     actor.wait(rest)
                 return
 
-    def _read(self, actor: Actor, item: Arrival | RobotEvent) -> RobotEvent | None:
-        if not isinstance(item, Arrival):
-            return item
-        mail = self._undamaged(actor, item)
-        return None if mail is None else mail.to_robot()
+    def _read(self, actor: Actor, item: Arrival | RobotEvent | Given) -> Given | None:
+        match item:
+            case Given():
+                return item
+            case Arrival():
+                mail = self._undamaged(actor, item)
+                event = None if mail is None else mail.to_robot()
+                return None if mail is None or event is None else Given(event, mail.key, mail.number)
+            case TokenSeen(process, incarnation) | TokenMissed(process, incarnation):
+                return Given(item, addresses.alive(process, incarnation), 0)
+            case _:
+                return None  # nothing else comes by itself
 
-    def _react(self, actor: Actor, event: RobotEvent) -> None:
+    def _react(self, actor: Actor, given: Given) -> None:
         """Have the robot decide, and obey; unless it is struck at a point of its step."""
-        commands = actor.core.handle(event, actor.now_s)
+        event = given.event
+        try:
+            commands = decided(actor.core, given, actor.now_s, actor.journal)
+        except Exception as error:  # as live, it is told, and the process ends
+            self._write(actor.name, actor.now_s, failed(error))
+            self._processes.end(actor.robot)
+            return
         if self._strokes.has_points:
             commands = self._pass_points(actor, event, commands)
         for command in commands:
@@ -280,6 +303,7 @@ class Rehearsal:
         """Say what was sent; when all have, say what was received, and go."""
         traffic = actor.traffic
         if before is Phase.RUNNING:
+            actor.journal.end("the run is over")
             self._write(actor.name, actor.now_s, RobotSettled(sent=dict(traffic.sent)))
         if actor.phase is Phase.CLOSING:
             counted = TrafficCounted(

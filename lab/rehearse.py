@@ -18,6 +18,7 @@ from lab.rehearsal import Rehearsal
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.keys import WORLD
+from protocol.session import INPUTS
 from world.closing import Circumstances, verdict_of
 from world.progress import progress
 from world.recorder import Header, Recorder, open_events
@@ -39,7 +40,7 @@ def rehearse(
         RecordingFailedError: timeline or verdict cannot be written.
     """
     started_at, started_wall_s = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
-    rehearsal = Rehearsal(scenario, seed, plan)
+    rehearsal = Rehearsal(scenario, seed, plan, inputs=folder / INPUTS)
     with open_events(folder) as file, _asked_to_end() as asked:
         recorder = Recorder(file, _header(scenario, seed))
         lives: Counter[str] = Counter()
@@ -50,6 +51,7 @@ def rehearse(
                     rehearsal.stop(asked.pop())
         finally:  # where a core fails, the last entries are those that say why
             _record(rehearsal, recorder, lives, say)
+            rehearsal.close()
     verdict = verdict_on(rehearsal, seed, started_at=started_at, wall_s=time.monotonic() - started_wall_s)
     save_verdict(verdict, folder)
     return verdict
