@@ -144,7 +144,8 @@ class Rehearsal:
 
     def _begin(self, actor: Actor) -> None:
         self._logbook.begin(actor.name)
-        self._write(actor.name, actor.now_s, RobotStarted(pid=NO_PROCESS))
+        started = RobotStarted(pid=NO_PROCESS, incarnation=actor.incarnation)
+        self._write(actor.name, actor.now_s, started)
 
     def _show_change(self, change: Change) -> None:
         observer = self._processes.find(change.observer)

@@ -1,27 +1,39 @@
 """Chance for fault plans: a draw is a hash of what it is about, so none depends on another or on an order."""
 
 from hashlib import blake2b
+from struct import Struct
 
-DRAWS = 4  # of 8 bytes each out of one hash
-SPAN = 2.0**64
+Draws = tuple[float, float, float, float]
+
+_DIGEST = Struct(">4Q")
+_SPARE_BITS = 11  # of 64: a double holds 53, and all 64 might be rounded to 1
+_SPAN = 2.0**53
 
 
-def draws(seed: int, *about: str | int) -> tuple[float, ...]:
+def draws(seed: int, *about: str | int) -> Draws:
     """Numbers, even in [0, 1), that the seed draws about this."""
-    text = "/".join(map(str, (seed, *about)))
-    digest = blake2b(text.encode(), digest_size=8 * DRAWS).digest()
-    return tuple(int.from_bytes(digest[i : i + 8]) / SPAN for i in range(0, 8 * DRAWS, 8))
+    return Chance(seed, *about[:-1]).draws(about[-1])
 
 
 class Chance:
     """The draws of one rule on one key at one receiver, message by message."""
 
     def __init__(self, seed: int, *about: str | int) -> None:
-        self._hash = blake2b("/".join(map(str, (seed, *about, ""))).encode(), digest_size=8 * DRAWS)
+        text = "/".join(map(str, (seed, *about, "")))
+        self._hash = blake2b(text.encode(), digest_size=_DIGEST.size)
 
-    def draws(self, number: int) -> tuple[float, ...]:
+    def draws(self, number: int | str) -> Draws:
         """Of the message with this number."""
         hashed = self._hash.copy()
-        hashed.update(b"%d" % number)
-        digest = hashed.digest()
-        return tuple(int.from_bytes(digest[i : i + 8]) / SPAN for i in range(0, 8 * DRAWS, 8))
+        hashed.update(str(number).encode())
+        one, two, three, four = _DIGEST.unpack(hashed.digest())
+        return _even(one), _even(two), _even(three), _even(four)
+
+
+def _even(number: int) -> float:
+    return (number >> _SPARE_BITS) / _SPAN
+
+
+def seed_of(draw: float) -> int:
+    """A draw as the seed of more."""
+    return int(draw * _SPAN)

@@ -9,9 +9,8 @@ Rule 3: the recorder's messages are left alone unless a rule names their kind; w
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from dataclasses import replace as changed
 
-from protocol.faults.chance import SPAN, Chance
+from protocol.faults.chance import Chance, Draws, seed_of
 from protocol.faults.damage import Damage
 from protocol.faults.plan import Plan
 from protocol.faults.rules import (
@@ -177,7 +176,7 @@ def _is_whole(rule: Partition) -> bool:
     return rule.probability == 1.0 and not any(limits)
 
 
-def _strike(fate: Fate, rule: MessageRule, draws: tuple[float, ...]) -> Fate:
+def _strike(fate: Fate, rule: MessageRule, draws: Draws) -> Fate:
     """What the rule makes of a fate; each draw has one purpose, so that they do not lean on each other."""
     copies = fate.copies
     match rule:
@@ -189,14 +188,14 @@ def _strike(fate: Fate, rule: MessageRule, draws: tuple[float, ...]) -> Fate:
         case Reorder():
             copies = _later(copies, rule.hold_s)
         case Duplicate():
-            spread = Chance(int(draws[2] * SPAN), "copies")
+            spread = Chance(seed_of(draws[2]), "copies")
             more = (_later(copies[:1], rule.delay_s_max * spread.draws(n)[0]) for n in range(rule.copies))
             copies = (*copies, *(copy for each in more for copy in each))
         case Corrupt():
-            damage = Damage(rule.bits, rule.truncate, seed=int(draws[3] * SPAN))
-            copies = tuple(changed(copy, damage=damage) for copy in copies)
+            damage = Damage(rule.bits, rule.truncate, seed=seed_of(draws[3]))
+            copies = tuple(Copy(copy.delay_s, damage) for copy in copies)
     return Fate(copies, (*fate.injected, Injected(str(rule.name), rule.fault)))
 
 
 def _later(copies: tuple[Copy, ...], delay_s: float) -> tuple[Copy, ...]:
-    return tuple(changed(copy, delay_s=copy.delay_s + delay_s) for copy in copies)
+    return tuple(Copy(copy.delay_s + delay_s, copy.damage) for copy in copies)
