@@ -14,6 +14,7 @@ from lab.fault_verb import fault
 from lab.field_verb import field
 from lab.log_verbs import log
 from lab.rehearse_verb import rehearse
+from lab.replay_verb import replay
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import schema as faults_schema
@@ -50,7 +51,7 @@ def schema(what: str) -> None:
     click.echo(json.dumps(said, indent=2))
 
 
-for _verb in (rehearse, campaign, field, bench, log, fault):
+for _verb in (rehearse, campaign, field, bench, log, fault, replay):
     main.add_command(_verb)
 
 
