@@ -5,13 +5,15 @@ from collections.abc import Mapping
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from agents.commands import Announce, Command
 from agents.driver import Driver
 from agents.lining import Lining
 from agents.scan import View
+from protocol.epochs import called_epoch
 from protocol.frames import Point, Pose
-from protocol.messages import Muster, Odometry, Phase
+from protocol.messages import Muster, Odometry, Phase, Turn
 from protocol.mission import Law, Mission
 from tests.one_step import look_around, under
 from world.shapes import Circle, Shape
@@ -182,3 +184,109 @@ def test_whatever_is_lost_at_first_all_agree_in_the_end_and_one_leads(
         converse(linings, fleet, beat * fleet.heartbeat_s, lost)
     assert {lining.order for lining in linings.values()} == {order}
     assert [robot for robot, lining in linings.items() if lining.may_lead] == [order[0]]
+
+
+# --- an epoch that was called -----------------------------------------------------------------------
+
+EPOCH = called_epoch(0, 1)
+TURN = Turn(number=1, robot=2)
+
+
+def called(*, members: tuple[int, ...], shunned: frozenset[int] = frozenset()) -> Lining:
+    return Lining(1, mission(robots=3, goal=GOAL), 5.0, epoch=EPOCH, members=members, shunned=shunned)
+
+
+def says_of_call(robot: int, number: int = 1, **news: object) -> Muster:
+    return replace(at(robot, number), epoch=EPOCH, members=(1, 2, 3), **news)
+
+
+def test_an_announcement_names_the_epoch_the_members_and_whom_it_has_heard() -> None:
+    lining = called(members=(1, 2, 3))
+    (first,) = says(lining, PLACES[1], None, 5.0)
+    lining.hear(3, says_of_call(3), 5.1)
+    (then,) = says(lining, PLACES[1], None, 5.1)
+    assert [(said.epoch, said.members) for said in (first, then)] == [(EPOCH, (1, 2, 3))] * 2
+    assert then.hears == (1, 3)
+
+
+def test_nobody_announces_itself_in_a_call_before_it_stands() -> None:
+    lining, driver = called(members=(1, 2, 3)), Driver(speed_mps=0.3)
+    moving = Odometry(t_s=5.0, pose=PLACES[1], moving=True, finished=0, phase=Phase.RUNNING, ordered=7)
+    driver.hear(moving)
+    said = [announced(lining.act(driver, None, 5.0))]
+    driver.hear(replace(moving, moving=False, ordered=driver.drive.number, finished=driver.drive.number))
+    said.append(announced(lining.act(driver, None, 5.1)))
+    assert [len(each) for each in said] == [0, 1]
+
+
+def test_all_are_bound_when_all_members_have_been_heard_and_nobody_else_is_waited_for() -> None:
+    lining = called(members=(1, 3))
+    bound = [lining.all_are_bound]
+    says(lining, PLACES[1], None, 5.0)
+    bound.append(lining.all_are_bound)
+    lining.hear(2, says_of_call(2), 5.1)
+    bound.append(lining.all_are_bound)
+    lining.hear(3, says_of_call(3), 5.2)
+    bound.append(lining.all_are_bound)
+    assert bound == [False, False, False, True]
+
+
+def test_who_is_shunned_is_not_heard() -> None:
+    lining = called(members=(1, 2, 3), shunned=frozenset({2}))
+    lining.hear(2, says_of_call(2), 5.1)
+    assert lining.heard_at_s(2) == lining.began_s == 5.0
+
+
+def test_an_echo_of_what_has_not_been_said_yet_is_not_believed_nor_anything_that_came_with_it() -> None:
+    lining = called(members=(1, 2, 3))
+    lining.hear(2, says_of_call(2, echo_s=9.0), 5.1)
+    assert lining.heard_at_s(2) == lining.began_s
+
+
+def in_turn() -> Lining:
+    """Robot 2, which has the turn to join robot 1; all others say that they stand in it."""
+    fleet = mission(robots=3, goal=Point(x_m=-9.0, y_m=0.0))
+    lining = Lining(2, fleet, 5.0, epoch=EPOCH, members=(1, 2, 3))
+    says(lining, PLACES[2], None, 5.0)
+    for robot in (1, 3):
+        lining.hear(robot, says_of_call(robot, leg_clear=robot == 1), 5.1)
+    post = Circle(centre_m=(1.5, 0.1), radius_m=0.05)
+    says(lining, PLACES[2], look_around([*BOX, post], fleet, PLACES[2]), 5.2)
+    gives = {"turn": 1, "echo_s": 5.2}
+    lining.hear(1, says_of_call(1, 2, leg_clear=True, gives=TURN, **gives), 5.3)
+    lining.hear(3, says_of_call(3, 2, leg_clear=False, **gives), 5.3)
+    return lining
+
+
+def looks_to_drive(lining: Lining, now_s: float) -> bool:
+    says(lining, PLACES[2], None, now_s)
+    return wants_scan(lining, PLACES[2])
+
+
+def test_nobody_drives_before_whoever_is_left_out_must_stand() -> None:
+    lining = in_turn()
+    drives = [looks_to_drive(lining, 5.4)]
+    lining.free_at_s = 5.6
+    drives += [looks_to_drive(lining, now_s) for now_s in (5.5, 5.7)]
+    assert drives == [False, False, True]
+
+
+def test_who_has_the_turn_drives_only_while_all_others_echo_what_it_said_of_late() -> None:
+    lining = in_turn()
+    lining.free_at_s = 5.0
+    silence_s = mission(robots=3, goal=None).silence_s
+    drives = [looks_to_drive(lining, 5.2 + silence_s - 0.1), looks_to_drive(lining, 5.2 + silence_s + 0.1)]
+    lining.hear(1, says_of_call(1, 3, leg_clear=True, gives=TURN, turn=1, echo_s=6.2), 6.3)
+    drives.append(looks_to_drive(lining, 6.4))
+    lining.hear(3, says_of_call(3, 3, leg_clear=False, turn=1, echo_s=6.2), 6.4)
+    drives.append(looks_to_drive(lining, 6.5))
+    assert drives == [True, False, False, True]
+
+
+def test_who_has_been_heard_by_whom_shows_which_two_do_not_hear_each_other() -> None:
+    lining = called(members=(1, 2, 3))
+    says(lining, PLACES[1], None, 5.0)
+    lining.hear(2, says_of_call(2, hears=(1, 2)), 5.1)
+    lining.hear(3, says_of_call(3, hears=(1, 2, 3)), 5.1)
+    says(lining, PLACES[1], None, 5.2)
+    assert lining.unheard_pairs() == {(2, 3)}
