@@ -23,6 +23,7 @@ from agents.step import NoStep, Step, certified_step_to, certified_step_to_goal,
 from protocol.arrays import Flags, Floats, distances_to_segments, segments_apart
 from protocol.frames import Point, wrap
 from protocol.mission import Law, Mission
+from protocol.sweep import TOUCHING_M
 from protocol.timeline import StepPlanned
 
 SPOTS_MAX = 4  # spots of a way closed in one plan, where the certificate refuses what the grid shows
@@ -56,17 +57,24 @@ class Stands:
         return np.concatenate([self.strand, self.waiting])
 
     def admit(self, places: Floats, keep_m: float) -> Flags:
-        """Which places (n, 2) would do for the next robot: apart from all, and the strand not folded back."""
-        ahead = np.broadcast_to(self.strand[-1], places.shape)
+        """Which places (n, 2) would do for the next robot: apart from all, and the strand not folded back.
+
+        Its leg ends where the robot ahead stands, so it need not be further off anything than that one is.
+        """
+        ahead = self.strand[-1]
+        ends_at = np.broadcast_to(ahead, places.shape)
         starts, ends = self.line[:-1], self.line[1:]
-        apart = [np.hypot(*(places - ahead).T)[:, None]]
-        if len(starts) > 0:
-            apart.append(distances_to_segments(places[:, None], starts, ends))
-            apart.append(distances_to_segments(self.strand[:1], places, ahead)[:, None])
-            not_next = slice(0, len(starts) - self.last_leg)  # near to the leg that it begins at, it may be
-            apart.append(segments_apart(places[:, None], ahead[:, None], starts[not_next], ends[not_next]))
-        apart.append(distances_to_segments(self.waiting, places[:, None], ahead[:, None]))
-        return np.asarray(np.concatenate(apart, axis=1).min(axis=1) >= keep_m)
+        admitted = np.hypot(*(places - ahead).T) >= keep_m
+        for robots in (self.waiting, self.strand[:1] if len(starts) else self.strand[:0]):
+            least_m = np.minimum(keep_m, np.hypot(*(robots - ahead).T))
+            off_m = distances_to_segments(robots, places[:, None], ends_at[:, None])
+            admitted &= (off_m >= least_m - TOUCHING_M).all(axis=1)
+        admitted &= (distances_to_segments(places[:, None], starts, ends) >= keep_m).all(axis=1)
+        not_next = slice(0, len(starts) - self.last_leg)  # near to the leg that it begins at, it may be
+        starts, ends = starts[not_next], ends[not_next]
+        least_m = np.minimum(keep_m, distances_to_segments(ahead, starts, ends))
+        apart_m = segments_apart(places[:, None], ends_at[:, None], starts, ends)
+        return np.asarray(admitted & (apart_m >= least_m - TOUCHING_M).all(axis=1))
 
 
 @dataclass(frozen=True)
