@@ -277,6 +277,8 @@ class Monitor:
 
     def _begun(self, topic: str, broken: Set[Topic]) -> Set[Topic]:
         """Which of what is broken now was kept just before."""
+        if not self._broken and not broken:
+            return broken
         before = {key for key in self._broken if key[0] == topic}
         self._broken = (self._broken - before) | broken
         return broken - before

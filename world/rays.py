@@ -70,11 +70,13 @@ def _cast_at_edges(edges: Floats, origin: Floats, cosine: Floats, sine: Floats) 
     # Neighbouring edges get the very same number for their common vertex, so no ray slips through.
     straddles = np.minimum(beside_m[0], beside_m[1]) <= 0.0
     straddles &= np.maximum(beside_m[0], beside_m[1]) >= 0.0
+    edge, ray = np.nonzero(straddles)
+    along_m, beside_m = along_m[:, edge, ray], beside_m[:, edge, ray]
     run = beside_m[0] - beside_m[1]
     share = beside_m[0] / np.where(run == 0.0, 1.0, run)  # an edge along the ray: its first end counts
     ranges_m = along_m[0] + share * (along_m[1] - along_m[0])
-    ranges_m = np.where(straddles & (ranges_m >= 0.0), ranges_m, math.inf)
-    first_m: Floats = ranges_m.min(axis=0, initial=math.inf)
+    first_m = np.full(len(cosine), math.inf)
+    np.minimum.at(first_m, ray, np.where(ranges_m >= 0.0, ranges_m, math.inf))
     return first_m
 
 
