@@ -12,26 +12,12 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 import msgspec
-from msgspec import Struct
 
 from protocol.errors import UsageError
-from protocol.frames import Count, Seconds
 from protocol.keys import robot_name
 from protocol.timeline import Entry, Record, RobotStarted, RunEnded
+from world.lines import Line, read_line
 from world.recorder import EVENTS_FILE, SCHEMA, Header
-
-
-class Stamp(Struct, frozen=True, kw_only=True):
-    """What every line has beside its record."""
-
-    t_s: Seconds
-    hlc: str
-    source: str
-    n: Count
-
-
-Line = tuple[str, Entry]
-"""A source and its entry."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +83,6 @@ def read(run: Path) -> Timeline:
 
 def parse(rest: list[bytes]) -> tuple[list[Line], list[str]]:
     """The lines behind the header, and the flaws among them; what follows the last newline counts as torn."""
-    stamps, records = msgspec.json.Decoder(Stamp), msgspec.json.Decoder[Record](Record)
     lines: list[Line] = []
     flaws: list[str] = []
     for number, text in enumerate(rest, start=2):
@@ -106,12 +91,9 @@ def parse(rest: list[bytes]) -> tuple[list[Line], list[str]]:
                 flaws.append(f"line {number} is torn: dropped")
             break
         try:
-            stamp = stamps.decode(text)
-            entry = Entry(n=stamp.n, t_s=stamp.t_s, hlc=stamp.hlc, record=records.decode(text))
+            lines.append(read_line(text))
         except (msgspec.MsgspecError, ValueError) as error:
             flaws.append(f"line {number} cannot be read: {error}")
-        else:
-            lines.append((stamp.source, entry))
     return lines, flaws
 
 

@@ -39,6 +39,7 @@ def main() -> int:
             lifeline=STDIN if arguments.lifeline else None,
             plan=NO_FAULTS if arguments.faults is None else load_plan(arguments.faults),
             private=arguments.session.parent,
+            resume=arguments.resume,
         )
         verdict = run(request)
     except UsageError as error:
@@ -72,6 +73,9 @@ def _parse() -> argparse.Namespace:
     )
     parser.add_argument(
         "--faults", metavar="PLAN", help="a name in launch/faults or a .toml file: what goes wrong on purpose"
+    )
+    parser.add_argument(
+        "--resume", action="store_true", help="go on from the timeline in --out, if there is one"
     )
     parser.add_argument(
         "--lifeline", action="store_true", help="end when stdin does, so that no launcher leaves us behind"

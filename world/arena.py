@@ -1,13 +1,16 @@
 """The arena: all bodies, their sensors and the monitor, in simulated time; what is recorded of them.
 
 Rule 1: simulated time goes on by ticks alone.
-Rule 2: a body is sampled where its motion changes, and with every odometry while it moves; so between two
+Rule 2: a body is sampled where its motion changes, and before every odometry while it moves; so between two
         samples it moved straight and evenly, and the samples alone give the least distances.
 """
 
+import math
+
 import numpy as np
 
-from protocol.arrays import Floats
+from protocol.arrays import Flags, Floats
+from protocol.frames import Pose
 from protocol.messages import Drive, Odometry, Phase, Scan
 from protocol.timeline import (
     BodyStopped,
@@ -23,25 +26,32 @@ from world.chance import stream
 from world.clearance import clearance
 from world.commands import Note
 from world.monitor import Monitor
+from world.resume import QUIET_S, BodyPast, Past
 from world.scenario import Scenario
 from world.sensor import Sensor
 
 TICK_S = 0.02  # docs/run.md
 ODOMETRY_TICKS = 5  # 0.1 s: docs/run.md
+ROUNDING_S = 1e-9  # what adding up ticks may be off by
 OUTLOOK_TICKS_MAX = 50  # a second: looking twice as far ahead saves nothing worth having
 
 
 class Arena:
     """Robot k is row k - 1 of all arrays."""
 
-    def __init__(self, scenario: Scenario, *, seed: int) -> None:
+    def __init__(self, scenario: Scenario, *, seed: int, life: int = 0) -> None:
+        """A world that goes on from its timeline for the n-th time has the streams of chance of life n."""
         robots = range(1, scenario.fleet.robots + 1)
+        of_life = f"/{life}" if life else ""
+        self._speed_mps = scenario.drive.speed_mps
         self.bodies = Bodies(
-            scenario.fleet.poses(), scenario.drive, [stream(seed, f"drive/{robot}") for robot in robots]
+            scenario.fleet.poses(),
+            scenario.drive,
+            [stream(seed, f"drive/{robot}{of_life}") for robot in robots],
         )
         self.moved_s = 0.0
         """When a body last moved."""
-        self._sensor = Sensor(scenario, [stream(seed, f"scan/{robot}") for robot in robots])
+        self._sensor = Sensor(scenario, [stream(seed, f"scan/{robot}{of_life}") for robot in robots])
         self._monitor = Monitor.of(scenario)
         self._ground = scenario.ground
         self._radius_m = scenario.fleet.robot_radius_m
@@ -52,6 +62,11 @@ class Arena:
         self._ticks = 0
         self.now_s = 0.0
         """Simulated time."""
+        self._noted_s = 0.0
+        self._none: Flags = np.zeros(len(robots), dtype=bool)
+        self._first: Flags = np.arange(len(robots)) == 0
+        self._sampled = self._none
+        """Which bodies have been sampled at the end of the last tick."""
 
     @property
     def is_odometry_instant(self) -> bool:
@@ -67,6 +82,26 @@ class Arena:
         places_m = self.bodies.place_m
         broken = self._monitor.watch(places_m, places_m, t_s=self.now_s)
         return self.sample() + [self.note(each) for each in broken]
+
+    def resume(self, past: Past) -> list[Note]:
+        """Go on from a timeline: bodies stand where it saw them last, and are recorded there."""
+        self._go_to(round(past.newest_s / TICK_S))
+        notes: list[Note] = []
+        for robot, known in past.bodies.items():
+            self._stand_as(robot - 1, known)
+            if not known.sampled:  # it was there by then, and not as late as it will be recorded next
+                notes.append(self.note(_sample(robot - 1, self.bodies.place_m, self.bodies.heading_rad)))
+        instants = math.ceil((past.newest_s + QUIET_S - ROUNDING_S) / (TICK_S * ODOMETRY_TICKS))
+        self._go_to(instants * ODOMETRY_TICKS)
+        self._noted_s = self.now_s
+        return notes
+
+    def _stand_as(self, body: int, known: BodyPast) -> None:
+        order = None if known.order is None else _as_given(known.order, self._speed_mps)
+        pose = Pose(x_m=known.x_m, y_m=known.y_m, heading_rad=known.heading_rad)
+        self.bodies.resume(body, pose, order, finished=known.finished, epoch=known.epoch, now_s=self.now_s)
+        self._steps[body] = 0 if order is None else order.step
+        self._corners_m[body] = [np.array(place_m) for place_m in known.way_m]
 
     def sample(self) -> list[Note]:
         """Record where all bodies are."""
@@ -130,16 +165,37 @@ class Arena:
         veered = np.flatnonzero(moves.veered).tolist()
         for body in veered:
             self._corners_m[body].append(moves.starts_m[body])
-        sampled = np.flatnonzero(moving | moves.veered).tolist() if self.is_odometry_instant else veered
-        notes = [Note(began_s, _sample(body, moves.starts_m, headings_rad)) for body in sampled]
-        self._ticks += 1
-        self.now_s = round(self._ticks * TICK_S, 9)  # 4.02 and not 4.0200000000000005
+        notes = [
+            Note(began_s, _sample(body, moves.starts_m, headings_rad))
+            for body in veered
+            if not self._sampled[body]
+        ]
+        self._go_to(self._ticks + 1)
+        notes += self._sample_moved(moving)
         notes += [self.note(BodyStopped(robot=body + 1)) for body in moves.stopped]
         notes += self._watch(moves)
         notes += [self.note(record) for body in moves.finished for record in self._finish(body)]
+        if notes:
+            self._noted_s = self.now_s
         if self.bodies.moving.any():
             self.moved_s = self.now_s
         return notes, [body + 1 for body in moves.finished]
+
+    def _go_to(self, ticks: int) -> None:
+        self._ticks = ticks
+        self.now_s = round(ticks * TICK_S, 9)  # 4.02 and not 4.0200000000000005
+
+    def _sample_moved(self, moved: Flags) -> list[Note]:
+        """What is to be on record before robots are told of their bodies; and something each `QUIET_S`."""
+        if not self.is_odometry_instant:
+            self._sampled = self._none
+            return []
+        self._sampled = moved
+        if not moved.any() and self.now_s - self._noted_s >= QUIET_S - ROUNDING_S:
+            self._sampled = self._first
+        places_m, headings_rad = self.bodies.place_m, self.bodies.heading_rad
+        rows = np.flatnonzero(self._sampled).tolist()
+        return [self.note(_sample(body, places_m, headings_rad)) for body in rows]
 
     def _watch(self, moves: Moves) -> list[Note]:
         """Rule 3."""
@@ -181,3 +237,16 @@ class Arena:
 def _sample(body: int, places_m: Floats, headings_rad: Floats) -> PoseSampled:
     x_m, y_m = places_m[body].tolist()
     return PoseSampled(robot=body + 1, x_m=x_m, y_m=y_m, heading_rad=float(headings_rad[body]))
+
+
+def _as_given(order: OrderAccepted, speed_mps: float) -> Drive:
+    """An order that is on record, as its robot gave it."""
+    return Drive(
+        number=order.number,
+        basis_s=0.0,  # it is confirmed by newer ones
+        target=order.target,
+        speed_mps=speed_mps,
+        epoch=order.epoch,
+        step=order.step,
+        reach_m=order.reach_m,
+    )

@@ -7,6 +7,7 @@ Rule 3: a dead robot that shows a token lives again. If the token bears another 
         again; else it was frozen, or cut off. One that was started again has died before, known or not.
 """
 
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 from enum import Enum, auto
 
@@ -47,6 +48,16 @@ class Attendance:
     def present(self) -> set[int]:
         """Robots that show a token."""
         return {robot for robot, tokens in self._tokens.items() if tokens}
+
+    def recall(
+        self, come: Set[int], dead: Set[int], incarnations: Mapping[int, str], *, wall_s: float
+    ) -> None:
+        """Who had come and died by what a timeline says; their tokens are seen again, or not."""
+        self.come |= come
+        self.dead |= dead
+        self._incarnations.update(incarnations)
+        for robot in come:
+            self.hear(robot, wall_s=wall_s)
 
     def appear(self, robot: int, incarnation: str, *, wall_s: float) -> Coming:
         """A token has come."""

@@ -103,6 +103,17 @@ class Bodies:
         order = self.orders[body]
         return 0 if order is None else order.number
 
+    def resume(
+        self, body: int, pose: Pose, order: Drive | None, *, finished: int, epoch: int, now_s: float
+    ) -> None:
+        """Stand there, with an order in hand that was heard of before; it goes on when it is confirmed."""
+        self.place_m[body], self.heading_rad[body] = (pose.x_m, pose.y_m), pose.heading_rad
+        self.orders[body], self.finished_number[body], self._epoch[body] = order, finished, epoch
+        self._basis_s[body], self._held[body] = now_s, True
+        if order is not None and order.target is not None and order.number > finished:
+            self._speed_mps[body] = order.speed_mps
+            self._lay_course(body, order.target)
+
     def stand(self) -> None:
         """All bodies drop their orders and stand: the run is over."""
         self._under_way[:] = False

@@ -17,8 +17,8 @@ class Circumstances:
     seed: int
     speed: float | None
     started_at: str
-    traffic: Account
-    """The world's own."""
+    traffic: Account | None
+    """The world's own; None: it went on from its timeline, and its counts of before went with its process."""
     recorded: int
     missing: Mapping[str, int]
     """Entries that each source is known to have made and that are not recorded."""
@@ -34,7 +34,9 @@ def verdict_of(world: World, circumstances: Circumstances) -> Verdict:
     # What a dead robot had not told, it took with it; of the living, the last entry says that it is the last.
     untold = attendance.living - tally.counted.keys()
     missing = sum(circumstances.missing.get(robot_name(robot), 0) for robot in attendance.living)
-    accounts = {WORLD: circumstances.traffic, **_accounts(tally)}
+    accounts = _accounts(tally)
+    if circumstances.traffic is not None:
+        accounts[WORLD] = circumstances.traffic
     return pass_verdict(
         Facts(
             scenario=world.scenario,

@@ -18,6 +18,7 @@ from protocol.exit_codes import ExitCode
 from protocol.keys import robot_name, robot_number
 from protocol.messages import Drive, Phase
 from protocol.timeline import (
+    Entry,
     MessageRefused,
     OrderRefused,
     RobotAppeared,
@@ -25,6 +26,7 @@ from protocol.timeline import (
     RobotRestarted,
     RobotReturned,
     RunEnded,
+    WorldResumed,
 )
 from world.arena import Arena
 from world.attendance import Attendance, Coming
@@ -43,6 +45,7 @@ from world.events import (
     TokenWent,
 )
 from world.judgement import Judgement, judge_evidence
+from world.resume import Past
 from world.routing import Routing
 from world.scenario import Scenario
 from world.tally import Tally
@@ -58,10 +61,12 @@ RETURN_WALL_S = 1.0
 class World:
     """One run."""
 
-    def __init__(self, scenario: Scenario, *, seed: int, wall_s: float) -> None:
+    def __init__(self, scenario: Scenario, *, seed: int, wall_s: float, past: Past | None = None) -> None:
+        """A run from its start, or one that goes on from its timeline: then `resume` comes first."""
         robots = range(1, scenario.fleet.robots + 1)
         self.scenario = scenario
-        self.arena = Arena(scenario, seed=seed)
+        self.arena = Arena(scenario, seed=seed, life=0 if past is None else past.life)
+        self._past = past
         self.tally = Tally()
         self.attendance = Attendance(frozenset(robots))
         self.phase = Phase.RUNNING
@@ -109,6 +114,28 @@ class World:
         owing = {robot for robot, told_s in self._told_s.items() if self._answered_s[robot] < told_s}
         return owing & self.attendance.living
 
+    def resume(self, *, wall_s: float) -> list[Command]:
+        """Go on from the timeline of the world that was killed."""
+        past = self._past
+        assert past is not None, "a run without a past starts"
+        for source, entry in past.lines:
+            self._learn(source, entry)
+        self.attendance.recall(past.come, past.dead, past.incarnations, wall_s=wall_s)
+        if past.ended is not None:  # but for the verdict all was written
+            self.ending = next(ending for ending in Ending if past.ended.startswith(ending))
+            self.over_s, self.survivors = past.newest_s, frozenset(self.attendance.living)
+            self.judgement = judge_evidence(self.scenario, self._evidence)
+            return []
+        self._returned_wall_s = wall_s
+        self._started = bool(past.bodies)
+        notes = self.arena.resume(past) if self._started else []
+        resumed = WorldResumed(life=past.life, entries=len(past.lines), torn_bytes=past.torn_bytes)
+        return [*notes, self.arena.note(resumed), *(self.arena.place() if self._started else [])]
+
+    def _learn(self, source: str, entry: Entry) -> None:
+        self.tally.hear(source, entry)
+        self._evidence.hear(source, entry)
+
     def handle(self, event: Event, *, wall_s: float) -> list[Command]:
         """Take an event in."""
         match event:
@@ -124,8 +151,7 @@ class World:
             case TokenWent():
                 self.attendance.vanish(event.robot, event.incarnation)
             case EntryWritten():
-                self.tally.hear(event.source, event.entry)
-                self._evidence.hear(event.source, event.entry)
+                self._learn(event.source, event.entry)
                 robot = robot_number(event.source)
                 if robot is not None:
                     self.attendance.hear(robot, wall_s=wall_s)
@@ -150,13 +176,12 @@ class World:
         if router is None or news:
             self.attendance.excuse(wall_s=wall_s)
             self._returned_wall_s = wall_s
-        return [*news, *self._look(wall_s)]
+        if not self._is_cut_off(wall_s):
+            return [*news, *self._look(wall_s)]
+        patient = self.phase is not Phase.RUNNING or self._routing.away_s(wall_s) < ROUTER_PATIENCE_WALL_S
+        return [*news, *([] if patient else self._end(Ending.CUT_OFF, wall_s))]
 
     def _look(self, wall_s: float) -> list[Command]:
-        if self._is_cut_off(wall_s):
-            if self.phase is Phase.RUNNING and self._routing.away_s(wall_s) >= ROUTER_PATIENCE_WALL_S:
-                return self._end(Ending.CUT_OFF, wall_s)
-            return []
         waited_s = wall_s - max(self._phase_began_wall_s, self._returned_wall_s)
         match self.phase:
             case Phase.RUNNING if not self._started:

@@ -8,10 +8,13 @@ from protocol.timeline import (
     RobotArrived,
     RobotDied,
     RouteLost,
+    RouterFound,
+    RouterLost,
     RunEnded,
     StepPlanned,
     StrandDissolved,
     StrandFormed,
+    WorldResumed,
 )
 
 
@@ -38,5 +41,22 @@ def progress(source: str, entry: Entry) -> str | None:
         case RunEnded(reason=reason):
             said = f"over: {reason}"
         case _:
+            return _of_process(entry)
+    return _line(entry, said)
+
+
+def _of_process(entry: Entry) -> str | None:
+    """The line for what happened to a router or to the world."""
+    match entry.record:
+        case RouterLost():
+            return _line(entry, "the router is lost")
+        case RouterFound(away_s=away_s):
+            return _line(entry, f"a router is there again, after {away_s:.3f} s")
+        case WorldResumed(entries=entries):
+            return _line(entry, f"the world goes on from {entries} entries")
+        case _:
             return None
+
+
+def _line(entry: Entry, said: str) -> str:
     return f"t={entry.t_s:6.1f} s  {said}"

@@ -50,7 +50,8 @@ class Header(Struct, frozen=True, kw_only=True, tag_field="kind", tag="run.start
 class Recorder:
     """Writes one timeline and knows what it still lacks."""
 
-    def __init__(self, file: FileIO, header: Header) -> None:
+    def __init__(self, file: FileIO, header: Header | None) -> None:
+        """Begins the file with the header; None: the file has one, and `recall` says what else."""
         self._file = file
         self.recorded_count = 0
         """Entries written, of all sources."""
@@ -59,7 +60,8 @@ class Recorder:
         self._speaks: dict[str, str] = {}
         """The incarnation of each source whose entries are written."""
         self._gone: set[tuple[str, str]] = set()
-        self._write(msgspec.json.encode(header) + b"\n")
+        if header is not None:
+            self._write(msgspec.json.encode(header) + b"\n")
 
     @property
     def missing(self) -> dict[str, int]:
@@ -85,12 +87,17 @@ class Recorder:
         for entry in entries if who not in self._gone else ():
             self._newest[who] = max(self._newest[who], entry.n)
             if entry.n == self._written[who] + 1:
-                self._hand_over(source, incarnation)
                 self._write(line(source, entry))
-                self._written[who] = entry.n
-                self.recorded_count += 1
+                self.recall(source, entry, incarnation)
                 taken.append(entry)
         return taken
+
+    def recall(self, source: str, entry: Entry, incarnation: str = "") -> None:
+        """An entry stands in the file."""
+        self._hand_over(source, incarnation)
+        self._written[source, incarnation] = entry.n
+        self._newest[source, incarnation] = max(self._newest[source, incarnation], entry.n)
+        self.recorded_count += 1
 
     def _hand_over(self, source: str, incarnation: str) -> None:
         """Rule 4."""

@@ -46,7 +46,8 @@ from world.events import (
 from world.faults import Mischief
 from world.pace import Pace
 from world.progress import progress
-from world.recorder import Recorder, open_events
+from world.recorder import Header, Recorder, open_events
+from world.resume import Past, continue_events, read_past
 from world.run_files import header_of, save_verdict
 from world.scenario import Scenario
 from world.verdict import Verdict
@@ -67,6 +68,8 @@ class Request:
     plan: Plan = NO_FAULTS
     private: Path
     """The run's private folder, where hosts and launcher hear what they are to do."""
+    resume: bool = False
+    """Go on from the timeline in `out`, if a world was killed that wrote one."""
 
 
 def run(request: Request) -> Verdict:
@@ -80,35 +83,40 @@ def run(request: Request) -> Verdict:
 
 
 async def _run(request: Request) -> Verdict:
-    started_at = datetime.now(UTC).isoformat(timespec="seconds")
+    past = read_past(request.out) if request.resume else None
     keys = request.session.keys
     hear, answer = [keys.drive("*"), keys.log("*")], [keys.scan("*"), keys.mission()]
     alive, watch = keys.alive(WORLD, secrets.token_hex(4)), keys.alive("*", "*")
     with (
         asked_to_end(request.lifeline) as ending,
         open_transport(request.session, hear=hear, answer=answer, alive=alive, watch=watch) as transport,
-        open_events(request.out) as file,  # last, so that a run that cannot start leaves nothing behind
+        # Last, so that a run that cannot start leaves nothing behind.
+        open_events(request.out) if past is None else continue_events(request.out, past.whole_bytes) as file,
     ):
-        header = header_of(
-            request.scenario,
-            run=request.session.run,
-            seed=request.seed,
-            speed=request.speed,
-            started_at=started_at,
-            hlc=transport.timestamp(),
-        )
-        recorder = Recorder(file, header)
-        life = _Life(request, transport, recorder)
+        header = _header(request, transport) if past is None else past.header
+        recorder = Recorder(file, header if past is None else None)
+        life = _Life(request, transport, recorder, past)
         async with heard(request.private, request.out, life.give):
-            verdict = await life.run(ending, started_at)
+            verdict = await life.run(ending, header.started_at)
     save_verdict(verdict, request.out)
     return verdict
+
+
+def _header(request: Request, transport: Transport) -> Header:
+    return header_of(
+        request.scenario,
+        run=request.session.run,
+        seed=request.seed,
+        speed=request.speed,
+        started_at=datetime.now(UTC).isoformat(timespec="seconds"),
+        hlc=transport.timestamp(),
+    )
 
 
 class _Life:
     """What the shell of the world remembers."""
 
-    def __init__(self, request: Request, transport: Transport, recorder: Recorder) -> None:
+    def __init__(self, request: Request, transport: Transport, recorder: Recorder, past: Past | None) -> None:
         self._request = request
         self._keys = request.session.keys
         conditions = Conditions(request.plan, request.seed, request.speed or 1.0)
@@ -119,11 +127,14 @@ class _Life:
         self._recorder = recorder
         self._mission = request.scenario.mission()
         self._started_wall_s = self._over_wall_s = time.monotonic()
-        self._world = World(request.scenario, seed=request.seed, wall_s=self._started_wall_s)
+        self._past = past
+        self._world = World(request.scenario, seed=request.seed, wall_s=self._started_wall_s, past=past)
 
     async def run(self, ending: asyncio.Future[ExitCode], started_at: str) -> Verdict:
         """Until the world has judged the run."""
         world, pace = self._world, Pace(self._request.speed)
+        if self._past is not None:
+            self._resume(self._past)
         while world.judgement is None:
             wait_s = pace.wait_s(world, wall_s=time.monotonic())
             for arrival in await self._transport.arrivals(wait_s):
@@ -141,6 +152,16 @@ class _Life:
             self._clock()
             self._strike()
         return self._verdict(started_at)
+
+    def _resume(self, past: Past) -> None:
+        """Take up what the world that was killed had written."""
+        for source, incarnation, entry in past.said():
+            self._recorder.recall(source, entry, incarnation)
+            self._mischief.hear(source, entry)
+        ran_s = (datetime.now(UTC) - datetime.fromisoformat(past.header.started_at)).total_seconds()
+        self._obey(self._world.resume(wall_s=time.monotonic()))
+        if self._world.started:
+            self._started_wall_s -= ran_s
 
     def _clock(self) -> None:
         if self._world.ending is None:
@@ -249,7 +270,9 @@ class _Life:
                 seed=self._request.seed,
                 speed=self._request.speed,
                 started_at=started_at,
-                traffic=Account(
+                traffic=None
+                if self._past is not None
+                else Account(
                     sent=self._counted(ours.sent),
                     received=self._counted(ours.received),
                     newest=self._counted(ours.newest),
