@@ -9,6 +9,7 @@ import click
 from lab.log_verbs import RUN
 from lab.options import ROBOTS
 from protocol.faults.rules import Rule
+from protocol.keys import robot_number
 from protocol.mischief import Wish, wish
 from protocol.reading import understand
 
@@ -22,6 +23,7 @@ def seconds(text: str | float) -> float:
 
 
 TARGET = click.argument("target")
+OTHERS = ("leader", "middle", "tail", "world", "router")
 FOR = click.option("--for", "for_s", type=seconds, help="Simulated; to the end of the run, if not given.")
 HOW_MANY = click.option(
     "--robots", type=ROBOTS, default=1, show_default=True, help="The target, and those next behind it."
@@ -180,4 +182,7 @@ def _give(run: Path, rule: dict[str, Any], for_s: float | None = None) -> None:
 
 def _process(name: str) -> str:
     """A robot may be called by its bare number."""
-    return f"r{name}" if name.isdecimal() else name
+    process = f"r{name}" if name.isdecimal() else name
+    if robot_number(process) is None and process not in OTHERS:
+        raise click.BadParameter(f"must be a robot (3 or r3), or one of {', '.join(OTHERS)}, got {name}")
+    return process

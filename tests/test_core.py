@@ -5,7 +5,6 @@ from protocol.frames import Point
 from protocol.messages import Phase
 from protocol.timeline import (
     BodyStopped,
-    LinkBroken,
     MessageRefused,
     OrderAccepted,
     OrderFinished,
@@ -13,9 +12,6 @@ from protocol.timeline import (
     PromiseBroken,
     RobotAppeared,
     RobotArrived,
-    RobotDied,
-    RobotRestarted,
-    RobotReturned,
     RobotSettled,
     RouteLost,
     RunEnded,
@@ -26,7 +22,7 @@ from protocol.timeline import (
 from tests.world_scenarios import scenario
 from tests.world_stage import Stage
 from world.arena import ODOMETRY_TICKS, TICK_S
-from world.core import HEAL_S_MAX, LAST_WORDS_WALL_S, MUSTER_WALL_S, ROUTER_PATIENCE_WALL_S
+from world.core import LAST_WORDS_WALL_S, MUSTER_WALL_S
 from world.ending import Ending
 from world.events import MessageDropped, ScanAsked, StopAsked, TokenCame, TokenWent
 
@@ -231,102 +227,6 @@ def test_the_time_is_up_when_the_scenario_says_so() -> None:
     stage.look()
     assert stage.at()[2] is Ending.TIMED_OUT
     assert stage.world.over_s == pytest.approx(1.0)
-
-
-def test_a_death_does_not_end_the_run_and_the_others_arrive() -> None:
-    stage = running()
-    stage.tick(SECOND // 2)
-    die(stage, 1)
-    stage.tick(SECOND)
-    stage.look()
-    assert stage.at()[2] is None
-    stage.write(2, RobotArrived(progress_m=1.0))
-    stage.look()
-    assert stage.at()[2] is Ending.ARRIVED
-
-
-def die(stage: Stage, robot: int, *, incarnation: str = "a") -> None:
-    stage.handle(TokenWent(robot, incarnation))
-    stage.look(after_wall_s=1.0)
-    assert [record for record in stage.records if isinstance(record, RobotDied)][-1].robot == robot
-
-
-def test_a_run_of_which_all_robots_are_dead_is_over() -> None:
-    stage = running()
-    die(stage, 1)
-    assert stage.at()[2] is None
-    die(stage, 2)
-    assert stage.at()[2] is Ending.EXTINCT
-
-
-@pytest.mark.parametrize("upset", ["a death", "a broken link"])
-def test_a_run_that_does_not_heal_ends_when_nothing_has_moved_for_the_longest_time(upset: str) -> None:
-    stage = running(time={"time_s_max": 500.0})
-    stage.order(2, Point(x_m=-1.5, y_m=0.0))
-    if upset == "a death":
-        die(stage, 1)
-    else:
-        stage.write(2, LinkBroken(neighbour=1, cause="silence", silent_s=3.0))
-    stage.tick(round(HEAL_S_MAX * SECOND))
-    stage.look()
-    assert stage.at()[2] is None
-    since_s = stage.world.arena.moved_s
-    assert since_s > 1.0
-    while stage.world.now_s < since_s + HEAL_S_MAX:
-        assert stage.at()[2] is None
-        stage.tick()
-        stage.look()
-    assert stage.at()[2] is Ending.STUCK
-
-
-def test_where_nobody_died_and_no_link_broke_a_strand_may_stand_as_long_as_it_likes() -> None:
-    stage = running(time={"time_s_max": 500.0})
-    stage.tick(round(2 * HEAL_S_MAX * SECOND))
-    stage.look()
-    assert stage.at()[2] is None
-
-
-def test_a_frozen_robot_counts_as_dead_until_its_token_is_back() -> None:
-    stage = running()
-    die(stage, 1)
-    assert stage.handle(TokenCame(1, "a")) == [RobotReturned(robot=1)]
-    stage.write(2, RobotArrived(progress_m=1.0))
-    stage.look()
-    assert stage.at()[2] is None
-    stage.write(1, RobotArrived(progress_m=2.0))
-    stage.look()
-    assert stage.at()[2] is Ending.ARRIVED
-
-
-def test_a_robot_that_is_started_again_has_died_lives_and_has_arrived_nowhere() -> None:
-    stage = running()
-    stage.write(1, RobotArrived(progress_m=1.0))
-    stage.tick(SECOND)
-    stage.order(2, None, number=1)
-    known = [RobotDied(robot=1, silent_since_s=0.0), RobotRestarted(robot=1)]
-    assert stage.handle(TokenCame(1, "b")) == known
-    assert stage.odometry[1][-1].t_s == stage.world.now_s  # it learns the time at once
-    stage.handle(TokenWent(1, "a"))
-    stage.write(2, RobotArrived(progress_m=2.0))
-    stage.look()
-    assert stage.at()[2] is None
-    die(stage, 1, incarnation="b")
-    assert stage.handle(TokenCame(1, "c")) == [RobotRestarted(robot=1)]
-
-
-def test_without_a_router_nobody_is_said_to_have_died_and_the_run_waits_for_it_for_a_while() -> None:
-    stage = running()
-    stage.look()
-    for robot, incarnation in ((1, "a"), (2, "a")):
-        stage.handle(TokenWent(robot, incarnation))
-    stage.wall_s += ROUTER_PATIENCE_WALL_S - 0.1
-    stage.world.look(wall_s=stage.wall_s, router=None)
-    stage.look(after_wall_s=0.1)
-    assert stage.at()[2] is None
-    stage.wall_s += ROUTER_PATIENCE_WALL_S
-    stage.world.look(wall_s=stage.wall_s, router=None)
-    assert stage.at()[2] is Ending.CUT_OFF
-    assert stage.world.tally.died == set()
 
 
 def test_an_order_that_is_void_answers_in_lock_step_and_is_refused_once() -> None:
