@@ -205,7 +205,8 @@ def plan(shapes: list[Shape], stands: Stands) -> StepPlanned | InPlace | NoStep:
 
 
 def stand(strand: list[Place], waiting: list[Place]) -> Stands:
-    return Stands(np.array(strand).reshape(-1, 2), np.array(waiting).reshape(-1, 2))
+    places = np.array(strand).reshape(-1, 2)
+    return Stands(places, np.array(waiting).reshape(-1, 2), places, min(len(places) - 1, 1))
 
 
 def test_who_stands_at_a_place_with_a_clear_leg_is_in_place_without_a_step() -> None:
