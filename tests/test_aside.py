@@ -69,6 +69,20 @@ def test_it_answers_a_beacon_with_its_epoch_and_joins_the_muster_that_it_is_then
     assert joined(commands) == [WITH]
 
 
+def test_who_has_left_a_muster_does_not_come_back_to_it() -> None:
+    robot = aside()
+    hears(robot, called(WITH, 1, 2, 3), 0.2)
+    later = called_epoch(WITH, 1)
+    assert not joined(hears(robot, called(later, 1, 2), 0.3))
+    assert not joined(hears(robot, called(WITH, 1, 2, 3), 0.4))
+
+
+def test_it_comes_though_it_has_heard_of_the_epoch_before_it_heard_the_call() -> None:
+    robot = aside()
+    robot.handle(MusterHeard(2, Plea(epoch=WITH, t_s=0.2)), 0.2)
+    assert joined(hears(robot, called(WITH, 1, 2, 3), 0.3)) == [WITH]
+
+
 def test_a_call_that_came_before_the_one_without_it_is_void() -> None:
     robot = Robot(3, MISSION)
     robot.handle(odometry(0.0), 0.0)
