@@ -201,12 +201,16 @@ def test_a_robot_dies_exactly_at_the_point_that_the_plan_names(tmp_path: Path, p
         assert driven_s(rehearsal, robot) == []
 
 
-def test_a_robot_frozen_at_a_point_does_when_it_thaws_what_it_was_about_to_do(tmp_path: Path) -> None:
-    rule = Freeze(target="r1", point=StepPoint.AFTER_PLAN, for_s=0.5)
-    rehearsal = rehearsed(tmp_path, rule)
+@pytest.mark.parametrize("point", [StepPoint.AFTER_SCAN, StepPoint.AFTER_PLAN])
+def test_a_robot_frozen_at_a_point_does_when_it_thaws_what_it_was_about_to_do(
+    tmp_path: Path, point: StepPoint
+) -> None:
+    rehearsal = rehearsed(tmp_path, Freeze(target="r1", point=point, for_s=0.5), far_m=8.0)
     ((frozen_s, _, _), (thawed_s, _, _)) = strokes(rehearsal)
     assert thawed_s == pytest.approx(frozen_s + 0.5, abs=0.03)
     assert min(driven_s(rehearsal, 1)) == pytest.approx(thawed_s, abs=0.03)
+    plans = [entry.record for entry in entries_of(rehearsal, "r1") if isinstance(entry.record, StepPlanned)]
+    assert [plan.step for plan in plans] == list(range(1, len(plans) + 1)), "none is forgotten"
     assert broken(rehearsal) == []
 
 
