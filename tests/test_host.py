@@ -14,11 +14,13 @@ import pytest
 from msgspec.structs import replace
 
 from agents.__main__ import robots_of
+from protocol.blows import strike
+from protocol.faults.strokes import Blow
 from protocol.frames import Pose
 from protocol.keys import robot_name
 from protocol.messages import LogBatch, Logged, Odometry, Phase
 from protocol.timeline import Record, RobotSettled, RobotStarted, TrafficCounted
-from protocol.transport import Arrival, Asked, Heard, Vanished
+from protocol.transport import Appeared, Arrival, Asked, Heard, Vanished
 from protocol.zenoh_transport import ZenohTransport
 from tests.one_step import MISSION
 from tests.wire import DEADLINE_S, KEYS, python, router, session_folder, world_transport
@@ -29,8 +31,9 @@ THREE = ("r1", "r2", "r3")
 class PlayedWorld:
     """Gives the mission, acknowledges the log, and keeps what was recorded and who has gone."""
 
-    def __init__(self, transport: ZenohTransport) -> None:
+    def __init__(self, transport: ZenohTransport, private: Path) -> None:
         self._transport = transport
+        self._private = private
         self.records: defaultdict[str, list[Record]] = defaultdict(list)
         self.gone: set[str] = set()
 
@@ -55,6 +58,8 @@ class PlayedWorld:
                 self._transport.put(KEYS.logged(name), Logged(incarnation=incarnation, up_to=entries[-1].n))
             case Vanished(key):
                 self.gone.add(KEYS.part(key, 1))
+            case Appeared(key):
+                self.gone.discard(KEYS.part(key, 1))
             case _:
                 pass
 
@@ -65,17 +70,24 @@ class PlayedWorld:
             odometry = Odometry(t_s=t_s, pose=pose, moving=False, finished=0, phase=phase)
             self._transport.put(KEYS.odometry(name), odometry)
 
+    def strike(self, name: str, blow: Blow) -> None:
+        """Have a robot's host do this to it."""
+        strike(self._private, name, blow)
+
     def pid(self, name: str) -> int:
         """The process that a robot says it is."""
-        (started,) = [record for record in self.records[name] if isinstance(record, RobotStarted)]
-        return started.pid
+        return self.pids(name)[-1]
+
+    def pids(self, name: str) -> list[int]:
+        """The processes that there have been of a robot."""
+        return [record.pid for record in self.records[name] if isinstance(record, RobotStarted)]
 
 
 @asynccontextmanager
 async def host(robots: str) -> AsyncIterator[tuple[PlayedWorld, subprocess.Popen[str]]]:
     """A host whose robots have started, and the world that is played to them."""
     with session_folder() as folder, router(folder), world_transport(folder) as transport:
-        world = PlayedWorld(transport)
+        world = PlayedWorld(transport, folder)
         with python("-m", "agents", "--robots", robots, "--sessions", str(folder), "--lifeline") as process:
             await world.until_recorded(RobotStarted, [robot_name(robot) for robot in robots_of(robots)])
             yield world, process
@@ -109,6 +121,51 @@ async def test_a_robot_that_is_killed_is_named_and_the_others_live_on() -> None:
         world.tell(0.0, Phase.CLOSING)
         await world.until_recorded(TrafficCounted, ["r1", "r3"])
         assert ended(process) == (1, "robot 2 was ended by SIGKILL\n")
+
+
+@pytest.mark.processes
+async def test_a_robot_that_its_host_is_told_to_kill_is_nobodys_failure() -> None:
+    async with host("1-3") as (world, process):
+        world.strike("r2", Blow.KILL)
+        await world.until(lambda: "r2" in world.gone)
+        world.tell(0.0, Phase.CLOSING)
+        await world.until_recorded(TrafficCounted, ["r1", "r3"])
+        assert ended(process) == (0, "")
+
+
+@pytest.mark.processes
+async def test_a_robot_that_is_killed_and_started_again_is_another_process() -> None:
+    async with host("1-3") as (world, process):
+        world.strike("r2", Blow.KILL)
+        world.strike("r2", Blow.START)
+        await world.until(lambda: len(world.pids("r2")) == 2)
+        assert len(set(world.pids("r2"))) == 2
+        world.tell(0.0, Phase.CLOSING)
+        await world.until_recorded(TrafficCounted)
+        assert ended(process) == (0, "")
+
+
+@pytest.mark.processes
+async def test_a_frozen_robot_shows_no_token_until_it_is_thawed() -> None:
+    async with host("1-3") as (world, process):
+        world.strike("r2", Blow.FREEZE)
+        await world.until(lambda: "r2" in world.gone)
+        world.strike("r2", Blow.THAW)
+        await world.until(lambda: "r2" not in world.gone)
+        world.tell(0.0, Phase.CLOSING)
+        await world.until_recorded(TrafficCounted)
+        assert ended(process) == (0, "")
+
+
+@pytest.mark.processes
+async def test_a_host_that_is_asked_to_end_takes_a_frozen_robot_with_it() -> None:
+    async with host("1-3") as (world, process):
+        world.strike("r2", Blow.FREEZE)
+        await world.until(lambda: "r2" in world.gone)
+        process.terminate()
+        code, said = ended(process)
+        assert code == 143
+        assert "robot 2 ended with exit code 143" in said  # thawed, so that it could hear; and not killed
 
 
 @pytest.mark.processes
