@@ -15,13 +15,19 @@ from pathlib import Path
 import msgspec
 from msgspec import Struct
 
-from lab.campaign_episode import OUT_OF_TIME, Episode, Outcome, Surprise
+from lab.campaign_episode import OUT_OF_TIME, SWARM, Episode, Outcome, Surprise, drawn_plan_path
+from lab.campaign_faults import ClassFigures, by_class, sum_of_sometimes
 from lab.campaign_figures import Figures, by_family, figures_of
 from lab.campaign_pool import outcomes_of
 from lab.campaign_scenes import Scene, find_scenes, tighten
+from lab.sometimes import never
+from lab.swarm import draw
 from protocol.errors import UsageError
+from protocol.faults import plan as plans
 
 EPISODES_FILE, CAMPAIGN_FILE, SCENES_FOLDER = "episodes.jsonl", "campaign.json", "scenes"
+DRAWN_FOLDER = "drawn"
+SEEN_BY = 2000  # episodes of a swarm, in which everything that must happen at times has to
 SOURCE = Path(__file__).parents[1]
 PACKAGES = ("agents", "lab", "protocol", "world")
 
@@ -36,6 +42,10 @@ class Request:
     law: str | None
     deployment: str | None
     tight: float | None
+    faults: str | None
+    """A fault plan, or `swarm`; then there are no roots."""
+    keep: bool
+    """Whether to write down every world and plan that is drawn, not only those that surprise."""
     jobs: int
     out: Path
     wall_s_max: float
@@ -52,10 +62,14 @@ class Campaign(Struct, frozen=True, kw_only=True):
     law: str | None
     deployment: str | None
     tight: float | None
+    faults: str | None
     source_hash: str
     episodes_asked: int
     all: Figures
     families: dict[str, Figures]
+    classes: dict[str, ClassFigures]
+    sometimes: dict[str, int]
+    never: tuple[str, ...]
     surprises: tuple[Outcome, ...]
     episodes: tuple[Outcome, ...]
 
@@ -75,7 +89,7 @@ def run(request: Request, watch: Callable[[int, int, int], None]) -> Campaign:
         done = {key: outcome for key, outcome in read_outcomes(path).items() if key in keys}
         interrupted = False
         try:
-            _play(episodes, done, path, request.jobs, watch)
+            _play(episodes, done, path, request, watch)
         except KeyboardInterrupt:
             interrupted = True
         campaign = _sum_up(request, episodes, done, source_hash, interrupted=interrupted)
@@ -109,6 +123,10 @@ def hash_of_source() -> str:
 
 
 def _episodes(request: Request, source_hash: str) -> Iterator[Episode]:
+    if request.faults == SWARM:
+        for seed in request.seeds:
+            yield drawn_episode(seed, request.out, source_hash, wall_s_max=request.wall_s_max)
+        return
     for found in find_scenes(request.roots, request.robots):
         scene = found
         if request.tight is not None:
@@ -119,6 +137,7 @@ def _episodes(request: Request, source_hash: str) -> Iterator[Episode]:
                 path=str(scene.path),
                 family=scene.family,
                 seed=seed,
+                faults=request.faults,
                 robots=scene.robots,
                 robots_left_out=scene.robots_left_out,
                 law=request.law,
@@ -128,17 +147,47 @@ def _episodes(request: Request, source_hash: str) -> Iterator[Episode]:
             )
 
 
+def drawn_episode(seed: int, out: Path, source_hash: str, *, wall_s_max: float) -> Episode:
+    """The episode that a seed draws, with its world."""
+    return Episode(
+        key=blake2b(f"{SWARM}/{seed}/{source_hash}".encode(), digest_size=16).hexdigest(),
+        path=str(out / DRAWN_FOLDER / f"{seed}.toml"),
+        family=SWARM,
+        seed=seed,
+        faults=SWARM,
+        robots=None,
+        robots_left_out=0,
+        law=None,
+        deployment=None,
+        widest_path_radius_m=None,
+        wall_s_max=wall_s_max,
+    )
+
+
+def write_drawn(seed: int, path: Path) -> None:
+    """Write the world that the seed draws, and its fault plan beside it."""
+    swarm = draw(seed)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(swarm.world_text(), encoding="utf-8")
+    Path(drawn_plan_path(str(path))).write_text(swarm.plan_text(), encoding="utf-8")
+
+
 def _key(scene: Scene, seed: int, request: Request, source_hash: str) -> str:
-    options = [seed, scene.robots, request.law, request.deployment]
+    options = [seed, scene.robots, request.law, request.deployment, _plan_bytes(request.faults)]
     said = msgspec.json.encode([scene.family, scene.path.stem, *options, source_hash])
     return blake2b(scene.path.read_bytes() + said, digest_size=16).hexdigest()
+
+
+def _plan_bytes(faults: str | None) -> bytes:
+    """What decides on what goes wrong: the same plan under another name has to end in the same way."""
+    return b"" if faults is None else msgspec.json.encode(plans.load(faults))
 
 
 def _play(
     episodes: Sequence[Episode],
     done: dict[str, Outcome],
     path: Path,
-    jobs: int,
+    request: Request,
     watch: Callable[[int, int, int], None],
 ) -> None:
     """Play what is not done, line by line into the file, and into `done`."""
@@ -148,7 +197,9 @@ def _play(
     with path.open("ab", buffering=0) as file:
         if torn:
             file.write(b"\n")
-        for outcome in outcomes_of([each for each in episodes if each.key not in done], jobs):
+        for outcome in outcomes_of([each for each in episodes if each.key not in done], request.jobs):
+            if request.faults == SWARM and (request.keep or outcome.surprise is not Surprise.NONE):
+                write_drawn(outcome.seed, request.out / DRAWN_FOLDER / f"{outcome.seed}.toml")
             file.write(msgspec.json.encode(outcome) + b"\n")
             done[outcome.key] = outcome
             surprises += outcome.surprise is not Surprise.NONE
@@ -165,8 +216,10 @@ def _sum_up(
 ) -> Campaign:
     outcomes = [done[episode.key] for episode in episodes if episode.key in done]
     surprises = tuple(outcome for outcome in outcomes if outcome.surprise is not Surprise.NONE)
+    seen = sum_of_sometimes(outcomes)
+    unseen = tuple(never(seen)) if request.faults == SWARM else ()
     return Campaign(
-        ok=not surprises and not interrupted,
+        ok=not surprises and not interrupted and not (unseen and len(outcomes) >= SEEN_BY),
         interrupted=interrupted,
         roots=tuple(map(str, request.roots)),
         robots=request.robots,
@@ -174,10 +227,14 @@ def _sum_up(
         law=request.law,
         deployment=request.deployment,
         tight=request.tight,
+        faults=request.faults,
         source_hash=source_hash,
         episodes_asked=len(episodes),
         all=figures_of(outcomes),
         families={name: figures_of(family) for name, family in by_family(outcomes).items()},
+        classes=by_class(outcomes),
+        sometimes=seen,
+        never=unseen,
         surprises=surprises,
         episodes=tuple(outcomes),
     )

@@ -1,4 +1,4 @@
-"""An episode of a campaign: one scene rehearsed with one seed, and what came of it.
+"""An episode of a campaign: one scene rehearsed with one seed under a fault plan, and what came of it.
 
 Rule 1: whatever an episode does (raise, never end), it is an outcome, and the campaign goes on.
 Rule 2: a surprise is an outcome that a fleet that keeps its promises never has.
@@ -7,22 +7,32 @@ Rule 2: a surprise is an outcome that a fleet that keeps its promises never has.
 import signal
 import time
 import traceback
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from types import FrameType
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from lab.campaign_scenes import solvable
+from lab.liveness import unlively
 from lab.rehearsal import Rehearsal
 from lab.rehearse import EPOCH, verdict_on
-from world.core import World
+from lab.sometimes import sometimes
+from lab.swarm import Mode, Swarm, draw
+from protocol.faults import plan as plans
+from protocol.faults.plan import NO_FAULTS, Plan
+from protocol.timeline import FaultInjected, RobotFailed
 from world.ending import Ending
-from world.scenario import load
+from world.scenario import Scenario, load
 from world.verdict import Verdict
 
+SWARM = "swarm"
+"""Instead of a plan: the seed draws one, and the world."""
 CRASHED, OUT_OF_TIME = "crashed", "out of wall-clock time"
 
 
@@ -37,6 +47,8 @@ class Surprise(StrEnum):
     """There is a way, and the leader said that there is none."""
     MISSED_NO_ROUTE = "missed_no_route"
     """There is no way, and the leader did not say so."""
+    UNLIVELY = "unlively"
+    """Of a swarm in liveness mode: its faults were over, and it did not heal or not arrive."""
     CRASHED = "crashed"
 
 
@@ -46,8 +58,11 @@ class Episode(Struct, frozen=True, kw_only=True):
     key: str
     """Two episodes share it exactly when they have to end in the same way."""
     path: str
+    """Of the scene; of a drawn one, where it is written if anybody wants to see it."""
     family: str
     seed: int
+    faults: str | None = None
+    """A fault plan, or `swarm`."""
     robots: int | None
     robots_left_out: int
     law: str | None
@@ -61,7 +76,9 @@ class Episode(Struct, frozen=True, kw_only=True):
         robots = "" if self.robots is None else f" -n {self.robots}"
         law = "" if self.law is None else f" --law {self.law}"
         deployment = "" if self.deployment is None else f" --deployment {self.deployment}"
-        return f"./launch/clew rehearse {self.path}{robots}{law}{deployment} --seed {self.seed}"
+        plan = drawn_plan_path(self.path) if self.faults == SWARM else self.faults
+        faults = "" if plan is None else f" --faults {plan}"
+        return f"./launch/clew rehearse {self.path}{robots}{law}{deployment}{faults} --seed {self.seed}"
 
 
 class Outcome(Struct, frozen=True, kw_only=True):
@@ -77,6 +94,10 @@ class Outcome(Struct, frozen=True, kw_only=True):
     ending: str
     reason: str
     surprise: Surprise
+    mode: str | None = None
+    classes: tuple[str, ...] = ()
+    injected: dict[str, int] = {}
+    sometimes: dict[str, int] = {}
     robots_arrived: int = 0
     goal_reached: bool = False
     no_route: bool = False
@@ -92,6 +113,7 @@ class Outcome(Struct, frozen=True, kw_only=True):
     events_per_m: float | None = None
     sim_s: float = 0.0
     wall_s: float
+    cpu_s: float = 0.0
     replay: str
 
     @property
@@ -109,20 +131,23 @@ class _OutOfTimeError(BaseException):
     """The wall-clock limit struck. No failure of a core, and so no `Exception`, which a rehearsal tells."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Stage:
+    """What an episode is played with."""
+
+    scenario: Scenario
+    plan: Plan
+    swarm: Swarm | None = None
+
+
 def play(episode: Episode) -> Outcome:
     """Rehearse an episode to its outcome."""
-    started_wall_s = time.monotonic()
+    started_wall_s, started_cpu_s = time.monotonic(), time.process_time()
     rehearsal: Rehearsal | None = None
     try:
         with _wall_clock_limit(episode.wall_s_max):
-            scenario = load(
-                episode.path,
-                robots=episode.robots,
-                law=episode.law,
-                deployment=episode.deployment,
-                seed=episode.seed,
-            )
-            rehearsal = Rehearsal(scenario, episode.seed)
+            stage = _set_stage(episode)
+            rehearsal = Rehearsal(stage.scenario, episode.seed, stage.plan)
             rehearsal.run()
     except _OutOfTimeError:
         at = "while loading" if rehearsal is None else f"at t={rehearsal.world.now_s:.1f} s"
@@ -130,29 +155,51 @@ def play(episode: Episode) -> Outcome:
         return failed(episode, OUT_OF_TIME, reason, time.monotonic() - started_wall_s)
     except Exception as error:
         return failed(episode, CRASHED, _last_line(error), time.monotonic() - started_wall_s)
-    wall_s = time.monotonic() - started_wall_s
+    wall_s, cpu_s = time.monotonic() - started_wall_s, time.process_time() - started_cpu_s
     verdict = verdict_on(rehearsal, episode.seed, started_at=EPOCH, wall_s=wall_s)
-    return _outcome(episode, verdict, rehearsal.world)
+    return replace(_outcome(episode, stage, verdict, rehearsal), cpu_s=cpu_s)
 
 
-def surprise_of(verdict: Verdict, *, no_route: bool, solvable: bool | None) -> Surprise:
-    """What is surprising about a run."""
+def drawn_plan_path(path: str) -> str:
+    """Where the fault plan is written that was drawn with the scene that is written there."""
+    return str(Path(path).with_suffix(".faults.toml"))
+
+
+def surprise_of(verdict: Verdict, *, expected: int, no_route: bool, solvable: bool | None) -> Surprise:
+    """What is surprising about a run in which so many robots should have arrived."""
     if verdict.violations:
         return Surprise.VIOLATION
     if solvable and no_route:
         return Surprise.FALSE_NO_ROUTE
-    if solvable and verdict.robots_arrived < verdict.robots:
+    if solvable and verdict.robots_arrived < expected:
         return Surprise.UNREACHED
     if solvable is False and not no_route:
         return Surprise.MISSED_NO_ROUTE
     return Surprise.NONE
 
 
-def _outcome(episode: Episode, verdict: Verdict, world: World) -> Outcome:
+def _set_stage(episode: Episode) -> _Stage:
+    if episode.faults == SWARM:
+        swarm = draw(episode.seed)
+        return _Stage(swarm.scenario, swarm.plan, swarm)
+    scenario = load(
+        episode.path,
+        robots=episode.robots,
+        law=episode.law,
+        deployment=episode.deployment,
+        seed=episode.seed,
+    )
+    return _Stage(scenario, NO_FAULTS if episode.faults is None else plans.load(episode.faults))
+
+
+def _outcome(episode: Episode, stage: _Stage, verdict: Verdict, rehearsal: Rehearsal) -> Outcome:
+    world = rehearsal.world
     has_way = solvable(episode.widest_path_radius_m, world.scenario)
     no_route = world.ending is Ending.ROUTE_LOST
     least_m = verdict.clearance_m_min
-    return Outcome(
+    expected = verdict.robots if stage.plan is NO_FAULTS else len(world.survivors)
+    surprise = surprise_of(verdict, expected=expected, no_route=no_route, solvable=has_way)
+    outcome = Outcome(
         key=episode.key,
         scene=Path(episode.path).stem,
         family=episode.family,
@@ -162,7 +209,7 @@ def _outcome(episode: Episode, verdict: Verdict, world: World) -> Outcome:
         ok=verdict.ok,
         ending=str(world.ending),
         reason=verdict.reason,
-        surprise=surprise_of(verdict, no_route=no_route, solvable=has_way),
+        surprise=surprise,
         robots_arrived=verdict.robots_arrived,
         goal_reached=verdict.goal_reached,
         no_route=no_route,
@@ -180,6 +227,26 @@ def _outcome(episode: Episode, verdict: Verdict, world: World) -> Outcome:
         wall_s=verdict.wall_s,
         replay=episode.replay,
     )
+    return outcome if stage.plan is NO_FAULTS else _with_faults(outcome, stage, rehearsal)
+
+
+def _with_faults(outcome: Outcome, stage: _Stage, rehearsal: Rehearsal) -> Outcome:
+    """The outcome with what went wrong on purpose; in liveness mode, whether the fleet got over it."""
+    records = [entry.record for _, entry in rehearsal.entries]
+    injected = Counter(each.fault for each in records if isinstance(each, FaultInjected))
+    outcome = replace(
+        outcome, injected=dict(sorted(injected.items())), sometimes=sometimes(rehearsal.entries, stage.plan)
+    )
+    if broken := [each for each in records if isinstance(each, RobotFailed)]:
+        outcome = replace(outcome, surprise=Surprise.CRASHED, reason=f"a robot failed: {broken[0].reason}")
+    swarm = stage.swarm
+    if swarm is None:
+        return outcome
+    outcome = replace(outcome, mode=swarm.mode, classes=tuple(map(str, swarm.classes)))
+    if swarm.mode is Mode.SAFETY or outcome.surprise is not Surprise.NONE:
+        return outcome
+    reason = unlively(rehearsal.world, rehearsal.entries, quiet_s=swarm.quiet_s, outside=swarm.outside)
+    return outcome if reason is None else replace(outcome, surprise=Surprise.UNLIVELY, reason=reason)
 
 
 def failed(episode: Episode, ending: str, reason: str, wall_s: float) -> Outcome:

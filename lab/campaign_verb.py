@@ -12,9 +12,12 @@ from rich.console import Console
 from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from lab.campaign import CAMPAIGN_FILE, Campaign, Request, cores, run
+from lab.campaign_episode import SWARM
+from lab.campaign_faults import class_table, sometimes_table
 from lab.campaign_figures import table
 from lab.options import AS_JSON, DEPLOYMENT, LAW, ROBOTS
 from lab.run_folder import RUNS
+from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from world.options import SEED_MAX
 
@@ -40,7 +43,6 @@ def _seeds(_ctx: click.Context, _param: click.Parameter, said: str) -> tuple[int
     "--scenes",
     "roots",
     multiple=True,
-    required=True,
     type=click.Path(path_type=Path),
     help="May be repeated.",
 )
@@ -54,6 +56,10 @@ def _seeds(_ctx: click.Context, _param: click.Parameter, said: str) -> tuple[int
     type=click.FloatRange(0.0, 2.0, min_open=True),
     help="Give each scene a robot whose r + epsilon is this share of its widest path.",
 )
+@click.option(
+    "--faults", metavar="PLAN|swarm", help="What goes wrong; swarm: each seed draws it, and its world."
+)
+@click.option("--keep", is_flag=True, help="Write down every drawn world and plan, not only what surprises.")
 @click.option("--jobs", type=click.IntRange(1), help="Processes; 1: this one. Default: as many as cores.")
 @click.option("--out", type=click.Path(path_type=Path), help="The campaign's folder; the same again goes on.")
 @click.option(
@@ -75,6 +81,8 @@ def campaign(
     law: str | None,
     deployment: str | None,
     tight: float | None,
+    faults: str | None,
+    keep: bool,
     jobs: int | None,
     out: Path | None,
     wall_s_max: float,
@@ -82,8 +90,11 @@ def campaign(
 ) -> None:
     """Rehearse every scene below --scenes DIR... with every seed; say what surprises, family by family.
 
+    With --faults swarm each seed draws a small world of its own and what goes wrong in it.
+
     Exit code: 0 no surprise, 1 a surprise, 2 it cannot be done as asked, 130 interrupted.
     """
+    _check(bool(roots), faults, (robots, law, deployment, tight))
     request = Request(
         roots=(*roots, *more),
         robots=robots,
@@ -91,6 +102,8 @@ def campaign(
         law=law,
         deployment=deployment,
         tight=tight,
+        faults=faults,
+        keep=keep,
         jobs=jobs or cores(),
         out=out or RUNS / f"campaign-{datetime.now(UTC):%Y%m%dT%H%M%SZ}",
         wall_s_max=wall_s_max,
@@ -104,14 +117,36 @@ def campaign(
     ctx.exit(ExitCode.INTERRUPTED if result.interrupted else 0 if result.ok else ExitCode.FAILED)
 
 
+def _check(has_scenes: bool, faults: str | None, of_scenes: tuple[object, ...]) -> None:
+    """Refuse options that do not go together.
+
+    Raises:
+        UsageError: it names them.
+    """
+    if faults != SWARM:
+        if not has_scenes:
+            raise UsageError("--scenes: must be there, but with --faults swarm, which draws its own")
+        return
+    if has_scenes or any(each is not None for each in of_scenes):
+        raise UsageError(
+            "--faults swarm: each seed draws its own world, so there must be none of"
+            " --scenes, --robots, --law, --deployment and --tight"
+        )
+
+
 def _print(result: Campaign, out: Path) -> None:
     console = Console() if sys.stdout.isatty() else Console(width=PIPE_COLUMNS)
     console.print(table(result.families, result.all))
+    if result.faults == SWARM:
+        console.print(class_table(result.classes))
+        console.print(sometimes_table(result.sometimes))
     for outcome in result.surprises:
         click.echo(
             f"{outcome.surprise}: {outcome.family}/{outcome.scene}, seed {outcome.seed}: {outcome.reason}"
         )
         click.echo(f"    {outcome.replay}")
+    if result.never:
+        click.echo(f"never seen: {', '.join(result.never)}")
     word = "INTERRUPTED" if result.interrupted else "OK" if result.ok else "FAILED"
     done, asked = result.all.episodes, result.episodes_asked
     click.echo(f"{word}: {done} of {asked} episodes, {len(result.surprises)} surprises. Campaign: {out}")

@@ -1,4 +1,4 @@
-"""Draws for whoever makes things up: worlds and fault plans. Numbers are rounded, so that people can read them."""
+"""Draws for whoever makes up worlds and fault plans. Numbers are rounded, so that people can read them."""
 
 import math
 from collections.abc import Sequence

@@ -1,9 +1,9 @@
-"""Whether a fleet healed and arrived once its faults were over, as it has to. Pure: the run in, a sentence out.
+"""Whether a fleet healed and arrived once its faults were over. Pure: the run in, a sentence out.
 
-Rule 1: the core are the robots that live at the end and suffer nothing that lasts. When all else is over, they
-        have to be in one strand within `HEAL_S_MAX`, and arrive.
-Rule 2: bodies of the dead stand where they died. Where they leave somebody of the core no sure way to the goal,
-        nothing is asked: all may have to stay, or say so.
+Rule 1: the core are the robots that live at the end and suffer nothing that lasts. When all else is over,
+        they have to be in one strand within `HEAL_S_MAX`, and arrive.
+Rule 2: bodies of the dead stand where they died. Where they leave somebody of the core no sure way to the
+        goal, nothing is asked: all may have to stay, or say so.
 Rule 3: a way is sure that the full map shows with `SPARE_M` to spare on both sides.
 """
 
@@ -18,12 +18,11 @@ from protocol.keys import robot_number
 from protocol.timeline import Entry, StrandFormed
 from world.clearance import clearance
 from world.core import HEAL_S_MAX, World
-from world.ending import Ending
 from world.scenario import Scenario
 
 CELL_M = 0.03  # a fifth of the robots of a swarm
 SPARE_M = 0.05
-NEAR_M = 0.25  # a robot may stand nearer to something than a way with so much to spare; and no further from one
+NEAR_M = 0.25  # a robot may stand so near to something that the sure way begins a little beside it
 
 
 def unlively(
@@ -38,7 +37,7 @@ def unlively(
         outside: the robots that suffer one that does.
     """
     core = sorted(world.survivors - outside)
-    if not core or world.over_s < quiet_s and world.ending is Ending.EXTINCT:
+    if not core:
         return None
     arrived = world.tally.arrived.issuperset(core)
     healed_s = None if world.over_s < quiet_s else healed_at_s(entries, core, quiet_s)

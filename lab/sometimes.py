@@ -1,4 +1,4 @@
-"""What a campaign has to have seen at times, or it proves little: found in the timelines of its episodes. Pure.
+"""What a campaign has to have seen at times, or it proves little: read in timelines. Pure.
 
 Rule 1: a counter counts what happened, not what a plan asked for.
 Rule 2: all read the timeline alone, in the order of time; so a recorded run has them as well.
@@ -123,7 +123,7 @@ class _History:
         if source == WORLD:
             self._hear_world(t_s, record)
         elif robot is not None:
-            self._hear_robot(robot, t_s, record)
+            self._hear_robot(robot, record)
         if isinstance(record, FaultInjected) and record.process is None:
             self._hear_message_fault(record)
 
@@ -200,7 +200,7 @@ class _History:
 
     # --- the robots' entries ------------------------------------------------------------------------
 
-    def _hear_robot(self, robot: int, t_s: float, record: Record) -> None:
+    def _hear_robot(self, robot: int, record: Record) -> None:
         match record:
             case MusterCalled(epoch=epoch):
                 self._cross(robot)

@@ -1,4 +1,4 @@
-"""The swarm: what goes wrong in the episode of a seed, and in what world; each seed draws a mix of its own. Pure.
+"""The swarm: what goes wrong in the episode of a seed, and in what world. Pure.
 
 Rule 1: some classes of faults are off altogether, so that the others are seen without them.
 Rule 2: one seed in two is in safety mode: anything goes, to the end, and invariants alone are asked for.
@@ -12,6 +12,7 @@ from enum import StrEnum
 from typing import Any
 
 import msgspec
+from msgspec.structs import fields
 
 from lab.dice import Dice
 from lab.swarm_faults import FaultClass, Window, draw_rules
@@ -69,9 +70,18 @@ class Swarm:
 
 def plan_text(plan: Plan) -> str:
     """A fault plan as a file says it."""
-    said = msgspec.to_builtins(plan)
-    rules = [{key: value for key, value in rule.items() if value not in (None, [])} for rule in said["rule"]]
-    return toml_text(said | {"rule": rules})
+    return toml_text(msgspec.to_builtins(plan) | {"rule": [_said(rule) for rule in plan.rules]})
+
+
+def _said(rule: Rule) -> dict[str, Any]:
+    """What a rule says beyond what goes without saying."""
+    unsaid = {field.encode_name: field.default for field in fields(rule)}
+    said = {"fault": rule.fault, **msgspec.to_builtins(rule)}
+    return {key: value for key, value in said.items() if key not in unsaid or _differs(value, unsaid[key])}
+
+
+def _differs(value: object, default: object) -> bool:
+    return (tuple(value) if isinstance(value, list) else value) != default
 
 
 def draw(seed: int) -> Swarm:
@@ -85,9 +95,7 @@ def draw(seed: int) -> Swarm:
     robots = int(world["fleet"]["robots"])
     classes = [each for each in FaultClass if dice.chance(ON)] or [dice.pick(list(FaultClass))]
     window = Window(robots, None if is_safety else quiet_s)
-    rules = [
-        rule for each in classes for rule in draw_rules(each, Dice(seed, f"swarm/{each}"), window)
-    ]
+    rules = [rule for each in classes for rule in draw_rules(each, Dice(seed, f"swarm/{each}"), window)]
     outside: frozenset[int] = frozenset()
     if not is_safety:
         has_outside = robots >= 4 and dice.chance(OUTSIDE)

@@ -29,11 +29,15 @@ from protocol.faults.rules import (
 )
 from protocol.keys import WORLD, robot_name
 
-ALL_KINDS: tuple[MessageKind, ...] = ()
-LINKS: tuple[MessageKind, ...] = ("ahead", "behind")
-MUSTER: tuple[MessageKind, ...] = ("muster", "beacon", "plea")
-BODY: tuple[MessageKind, ...] = ("drive", "odometry")
-SCANS: tuple[MessageKind, ...] = ("scan", "scan_query")
+Kinds = tuple[MessageKind, ...]
+
+ALL_KINDS: Kinds = ()
+LINKS: Kinds = ("ahead", "behind")
+MUSTER: Kinds = ("muster", "beacon", "plea")
+BODY: Kinds = ("drive", "odometry")
+ORDERS: Kinds = ("drive",)
+ODOMETRY: Kinds = ("odometry",)
+SCANS: Kinds = ("scan", "scan_query")
 BEGINS_S = (0.5, 16.0)  # fleets are under way by then, and most are not yet there
 
 
@@ -105,14 +109,16 @@ def draw_rules(fault: FaultClass, dice: Dice, window: Window) -> list[Rule]:
 
 def _loss(dice: Dice, window: Window) -> list[Rule]:
     from_s, until_s = _times(dice, window)
-    kinds = dice.pick((ALL_KINDS, ALL_KINDS, LINKS, MUSTER, (*LINKS, *MUSTER)))
+    choices: tuple[Kinds, ...] = (ALL_KINDS, ALL_KINDS, LINKS, MUSTER, LINKS + MUSTER)
+    kinds = dice.pick(choices)
     return [Drop(probability=dice.scale(0.02, 0.9), kinds=kinds, from_s=from_s, until_s=until_s)]
 
 
 def _delay(dice: Dice, window: Window) -> list[Rule]:
     from_s, until_s = _times(dice, window)
     most_s, probability = dice.scale(0.05, 2.5), dice.pick((1.0, 1.0, dice.between(0.05, 0.6)))
-    kinds = dice.pick((ALL_KINDS, LINKS, MUSTER, BODY))
+    choices: tuple[Kinds, ...] = (ALL_KINDS, LINKS, MUSTER, BODY)
+    kinds = dice.pick(choices)
     return [
         Delay(delay_s_max=most_s, probability=probability, kinds=kinds, from_s=from_s, until_s=until_s),
     ]
@@ -159,7 +165,8 @@ def _bursts(dice: Dice, window: Window) -> list[Rule]:
 def _body_link(dice: Dice, window: Window) -> list[Rule]:
     """Between robots and their bodies: orders, odometry, scans."""
     from_s, until_s = _times(dice, window)
-    kinds = dice.pick((("drive",), ("odometry",), BODY, SCANS, (*BODY, *SCANS)))
+    choices: tuple[Kinds, ...] = (ORDERS, ODOMETRY, BODY, SCANS, BODY + SCANS)
+    kinds = dice.pick(choices)
     robots = tuple(dice.some(_names(window), dice.whole(1, window.robots)))
     sender, receiver = (robots, (WORLD,)) if dice.chance(0.5) else ((WORLD,), robots)
     if dice.chance(0.5):

@@ -16,7 +16,7 @@ from world.scenario import Scenario
 from world.scene import as_scenario
 
 RADIUS_M = 0.15  # as in most scenes from public data
-ROBOTS = (3, 5)  # three is the least that has a middle; five the paper's, and all that the lanes have room for
+ROBOTS = (3, 5)  # three is the least that has a middle; five the paper's, and all that lanes have room for
 OPEN_M = (4.0, 3.0)
 OPEN_WIDTH_M = 1.2  # twice 2 (r + epsilon), and a body between: 1.1 m, and a little
 OPEN_DENSITY = 0.04

@@ -32,8 +32,9 @@ def toml_text(table: Table, schema: str | None = None) -> str:
 
 
 def _is_tables(value: object) -> bool:
-    is_list = isinstance(value, Sequence) and not isinstance(value, str)
-    return is_list and len(value) > 0 and all(isinstance(each, Mapping) for each in value)
+    if not isinstance(value, Sequence) or isinstance(value, str):
+        return False
+    return len(value) > 0 and all(isinstance(each, Mapping) for each in value)
 
 
 def _pairs(table: Table) -> Iterator[str]:

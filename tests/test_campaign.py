@@ -211,7 +211,7 @@ def test_every_surprise_is_told_from_what_is_as_it_should_be(
     violations: int, arrived: int, no_route: bool, solvable: bool | None, surprise: Surprise
 ) -> None:
     verdict = msgspec.structs.replace(GOOD, violations=violations, robots_arrived=arrived)
-    assert surprise_of(verdict, no_route=no_route, solvable=solvable) is surprise
+    assert surprise_of(verdict, expected=5, no_route=no_route, solvable=solvable) is surprise
 
 
 def test_figures_of_a_family_are_of_what_ended_and_per_metre_of_all_paths_together() -> None:
