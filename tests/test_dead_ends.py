@@ -10,9 +10,16 @@ from functools import partial
 import pytest
 
 from lab.rehearsal import Rehearsal
+from protocol.epochs import of_one_call
 from protocol.faults.plan import NO_FAULTS, Plan, uniform
 from protocol.keys import WORLD
-from protocol.timeline import OrderAccepted, PoseSampled, StrandFormed, StrandReversed
+from protocol.timeline import (
+    OrderAccepted,
+    PoseSampled,
+    StrandDissolved,
+    StrandFormed,
+    StrandReversed,
+)
 from tests.dead_ends import EPSILON_M, RADIUS_M, box, goal_behind, nested, pocket, t_junction
 from world.ending import Ending
 from world.judgement import judge
@@ -69,7 +76,8 @@ def epochs_mixed(rehearsal: Rehearsal) -> list[str]:
             case PoseSampled() as pose:
                 moved = last.get(pose.robot) not in (None, (pose.x_m, pose.y_m))
                 last[pose.robot] = (pose.x_m, pose.y_m)
-                if moved and begun_s.get(epoch[pose.robot] + 1, entry.t_s) < entry.t_s:
+                later_s = [at_s for each, at_s in begun_s.items() if each > epoch[pose.robot]]
+                if moved and min(later_s, default=entry.t_s) < entry.t_s:
                     mixed.append(f"{entry.t_s} s: robot {pose.robot} moves in epoch {epoch[pose.robot]}")
             case _:
                 pass
@@ -77,13 +85,22 @@ def epochs_mixed(rehearsal: Rehearsal) -> list[str]:
 
 
 def epochs_gone_back(rehearsal: Rehearsal) -> list[str]:
-    """Robots that took a place in the strand of an epoch that was not the next."""
-    known, gone = defaultdict[str, int](int), []
+    """Robots that took a place in the strand of an epoch that was older, or not the next without a call.
+
+    The next is the one after that where the strand dissolved: the lining up has one of its own.
+    """
+    known, gone, dissolved = defaultdict[str, int](int), [], set[int]()
     for source, entry in rehearsal.entries:
-        if isinstance(entry.record, StrandFormed):
-            if entry.record.epoch != known[source] + 1:
-                gone.append(f"{source} went from epoch {known[source]} to {entry.record.epoch}")
-            known[source] = entry.record.epoch
+        match entry.record:
+            case StrandDissolved(epoch=epoch):
+                dissolved.add(epoch)
+            case StrandFormed(epoch=epoch):
+                before, known[source] = known[source], epoch
+                following = before + (2 if before in dissolved else 1)
+                if epoch <= before or (of_one_call(epoch, before) and epoch != following):
+                    gone.append(f"{source} went from epoch {before} to {epoch}")
+            case _:
+                pass
     return gone
 
 
