@@ -16,6 +16,7 @@ from lab.check import scenario_of
 from lab.timeline import Timeline
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
+from world.recovery import Death
 from world.scenario import Scenario
 from world.table import Rows, measure
 from world.tally import Tally
@@ -33,6 +34,7 @@ def report(run: str, read: Timeline, verdict: Verdict) -> Iterator[str]:
         yield rms_line(scenario.table_m, verdict)
         yield ""
     yield figures_line(verdict)
+    yield from recovery_lines(verdict)
     yield f"{verdict_sentence(verdict, scenario)} Run: {run}"
 
 
@@ -67,6 +69,31 @@ def figures_line(verdict: Verdict) -> str:
         f"{verdict.events.recorded} events, {verdict.events.missing} missing; "
         f"{verdict.messages.sent} messages, {verdict.messages.unaccounted} unaccounted for"
     )
+
+
+def recovery_lines(verdict: Verdict) -> Iterator[str]:
+    """What went wrong on the way and how it was mended; nothing, where nothing did."""
+    if verdict.messages.injected:
+        counts = ", ".join(f"{count} by {fault}" for fault, count in verdict.messages.injected.items())
+        yield f"messages that a fault plan took away: {counts}"
+    for death in verdict.deaths:
+        who = "as a fault plan said" if death.ordered else "by itself"
+        yield f"robot {death.robot} died {who} at t={death.cause_s:.1f} s: {_mended(death)}"
+    for succession in verdict.successions:
+        before = "nobody" if succession.before is None else f"robot {succession.before}"
+        from_s = f"from t={succession.recovered_s:.1f} s on"
+        yield f"robot {succession.robot} leads in the place of {before} {from_s}"
+    for heal in verdict.heals:
+        yield f"the strand healed at t={heal.recovered_s:.1f} s, of {len(heal.members)} robots"
+
+
+def _mended(death: Death) -> str:
+    if death.detected_s is None:
+        return "nobody missed it"
+    noticed = f"noticed after {death.detected_s - death.cause_s:.1f} s"
+    if death.recovered_s is None:
+        return f"{noticed}, never healed"
+    return f"{noticed}, healed after {death.recovered_s - death.cause_s:.1f} s"
 
 
 def verdict_sentence(verdict: Verdict, scenario: Scenario) -> str:

@@ -3,10 +3,15 @@
 from protocol.keys import robot_name
 from protocol.timeline import (
     Entry,
+    FaultInjected,
     GoalReached,
+    LeaderSucceeded,
     PromiseBroken,
+    Record,
     RobotArrived,
     RobotDied,
+    RobotRestarted,
+    RobotReturned,
     RouteLost,
     RouterFound,
     RouterLost,
@@ -14,49 +19,57 @@ from protocol.timeline import (
     StepPlanned,
     StrandDissolved,
     StrandFormed,
+    StrandHealed,
     WorldResumed,
 )
 
 
 def progress(source: str, entry: Entry) -> str | None:
     """The line for an entry; None where nobody waits for it."""
-    match entry.record:
+    said = _went_on(source, entry.record) or _went_wrong(source, entry.record)
+    return None if said is None else f"t={entry.t_s:6.1f} s  {said}"
+
+
+def _went_on(source: str, record: Record) -> str | None:
+    match record:
         case StrandFormed(order=order) if source == robot_name(order[0]):
-            said = f"strand formed: {' < '.join(map(robot_name, order))}"
-        case StrandDissolved(blocked=blocked):
-            said = f"the way of {robot_name(blocked)} is blocked: all line up again"
+            return f"strand formed: {' < '.join(map(robot_name, order))}"
+        case StrandHealed(members=members):
+            return f"the strand has healed, of {len(members)} robots"
         case StepPlanned(step=step, length_m=length_m, promised_clearance_m=promised_m):
             promises = "" if promised_m is None else f", promises {promised_m:.3f} m"
-            said = f"{source} plans step {step}: {length_m:.3f} m{promises}"
+            return f"{source} plans step {step}: {length_m:.3f} m{promises}"
+        case LeaderSucceeded(before=before):
+            return (
+                f"{source} leads"
+                if before is None
+                else f"{source} leads in the place of {robot_name(before)}"
+            )
         case GoalReached():
-            said = f"{source} has reached the goal"
+            return f"{source} has reached the goal"
         case RobotArrived(progress_m=progress_m):
-            said = f"{source} has arrived, at {progress_m:.3f} m of the path"
-        case RobotDied(robot=robot):
-            said = f"{robot_name(robot)} has died"
-        case RouteLost(reason=reason):
-            said = f"{source} knows no way on: {reason}"
-        case PromiseBroken(invariant=invariant, robot=robot, why=why):
-            said = f"{invariant} broken by {robot_name(robot)}: {why}"
+            return f"{source} has arrived, at {progress_m:.3f} m of the path"
         case RunEnded(reason=reason):
-            said = f"over: {reason}"
-        case _:
-            return _of_process(entry)
-    return _line(entry, said)
-
-
-def _of_process(entry: Entry) -> str | None:
-    """The line for what happened to a router or to the world."""
-    match entry.record:
-        case RouterLost():
-            return _line(entry, "the router is lost")
-        case RouterFound(away_s=away_s):
-            return _line(entry, f"a router is there again, after {away_s:.3f} s")
-        case WorldResumed(entries=entries):
-            return _line(entry, f"the world goes on from {entries} entries")
+            return f"over: {reason}"
         case _:
             return None
 
 
-def _line(entry: Entry, said: str) -> str:
-    return f"t={entry.t_s:6.1f} s  {said}"
+def _went_wrong(source: str, record: Record) -> str | None:
+    match record:
+        case FaultInjected(fault=fault, rule=rule, process=str(process)):
+            return f"{rule}: {fault} {process}"
+        case RobotDied(robot=robot):
+            return f"{robot_name(robot)} has died"
+        case RobotRestarted(robot=robot):
+            return f"{robot_name(robot)} has been started again"
+        case RobotReturned(robot=robot):
+            return f"{robot_name(robot)} is there again"
+        case StrandDissolved(blocked=blocked):
+            return f"the way of {robot_name(blocked)} is blocked: all line up again"
+        case RouteLost(reason=reason):
+            return f"{source} knows no way on: {reason}"
+        case PromiseBroken(invariant=invariant, robot=robot, why=why):
+            return f"{invariant} broken by {robot_name(robot)}: {why}"
+        case _:
+            return None
