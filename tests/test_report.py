@@ -3,8 +3,9 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from lab.report import main, rms_line, table_lines, verdict_sentence
+from lab.report import main, recovery_lines, rms_line, table_lines, verdict_sentence
 from tests.logs import AT_REST, GOOD, PAPER, numbered, recorded
+from world.recovery import Death, Heal, Succession
 from world.scenario import load
 
 
@@ -56,3 +57,20 @@ def test_last_line_is_the_verdict_and_the_folder(run: Path, capsys: pytest.Captu
 def test_folder_without_verdict_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([str(tmp_path)]) == 2
     assert "verdict.json" in capsys.readouterr().err
+
+
+def test_what_went_wrong_and_was_mended_is_told() -> None:
+    death = Death(robot=1, ordered=True, cause_s=3.0, detected_s=3.4, known_s=4.1, recovered_s=6.0)
+    lost = Death(robot=4, ordered=False, cause_s=8.0, detected_s=None, known_s=9.0, recovered_s=None)
+    succession = Succession(robot=2, before=1, epoch=7, cause_s=3.0, detected_s=3.4, recovered_s=5.0)
+    heal = Heal(epoch=7, members=(2, 3), cause_s=3.0, detected_s=3.4, recovered_s=6.0)
+    messages = msgspec.structs.replace(GOOD.messages, injected={"drop": 5})
+    verdict = replace(GOOD, messages=messages, deaths=(death, lost), successions=(succession,), heals=(heal,))
+    assert list(recovery_lines(verdict)) == [
+        "messages that a fault plan took away: 5 by drop",
+        "robot 1 died as a fault plan said at t=3.0 s: noticed after 0.4 s, healed after 3.0 s",
+        "robot 4 died by itself at t=8.0 s: nobody missed it",
+        "robot 2 leads in the place of robot 1 from t=5.0 s on",
+        "the strand healed at t=6.0 s, of 2 robots",
+    ]
+    assert list(recovery_lines(GOOD)) == []

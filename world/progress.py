@@ -26,50 +26,66 @@ from protocol.timeline import (
 
 def progress(source: str, entry: Entry) -> str | None:
     """The line for an entry; None where nobody waits for it."""
-    said = _went_on(source, entry.record) or _went_wrong(source, entry.record)
-    return None if said is None else f"t={entry.t_s:6.1f} s  {said}"
+    for told in (_of_the_strand, _of_processes, _of_the_end):
+        if (said := told(source, entry.record)) is not None:
+            return f"t={entry.t_s:6.1f} s  {said}"
+    return None
 
 
-def _went_on(source: str, record: Record) -> str | None:
+def _of_the_strand(source: str, record: Record) -> str | None:
+    said: str | None = None
     match record:
         case StrandFormed(order=order) if source == robot_name(order[0]):
-            return f"strand formed: {' < '.join(map(robot_name, order))}"
+            said = f"strand formed: {' < '.join(map(robot_name, order))}"
+        case StrandDissolved(blocked=blocked):
+            said = f"the way of {robot_name(blocked)} is blocked: all line up again"
         case StrandHealed(members=members):
-            return f"the strand has healed, of {len(members)} robots"
+            said = f"the strand has healed, of {len(members)} robots"
+        case LeaderSucceeded(before=before):
+            said = f"{source} leads" + ("" if before is None else f" in the place of {robot_name(before)}")
         case StepPlanned(step=step, length_m=length_m, promised_clearance_m=promised_m):
             promises = "" if promised_m is None else f", promises {promised_m:.3f} m"
-            return f"{source} plans step {step}: {length_m:.3f} m{promises}"
-        case LeaderSucceeded(before=before):
-            return (
-                f"{source} leads"
-                if before is None
-                else f"{source} leads in the place of {robot_name(before)}"
-            )
-        case GoalReached():
-            return f"{source} has reached the goal"
-        case RobotArrived(progress_m=progress_m):
-            return f"{source} has arrived, at {progress_m:.3f} m of the path"
-        case RunEnded(reason=reason):
-            return f"over: {reason}"
+            said = f"{source} plans step {step}: {length_m:.3f} m{promises}"
         case _:
-            return None
+            pass
+    return said
 
 
-def _went_wrong(source: str, record: Record) -> str | None:
+def _of_processes(_source: str, record: Record) -> str | None:
+    said: str | None = None
     match record:
         case FaultInjected(fault=fault, rule=rule, process=str(process)):
-            return f"{rule}: {fault} {process}"
+            said = f"{rule}: {fault} {process}"
         case RobotDied(robot=robot):
-            return f"{robot_name(robot)} has died"
+            said = f"{robot_name(robot)} has died"
         case RobotRestarted(robot=robot):
-            return f"{robot_name(robot)} has been started again"
+            said = f"{robot_name(robot)} has been started again"
         case RobotReturned(robot=robot):
-            return f"{robot_name(robot)} is there again"
-        case StrandDissolved(blocked=blocked):
-            return f"the way of {robot_name(blocked)} is blocked: all line up again"
-        case RouteLost(reason=reason):
-            return f"{source} knows no way on: {reason}"
-        case PromiseBroken(invariant=invariant, robot=robot, why=why):
-            return f"{invariant} broken by {robot_name(robot)}: {why}"
+            said = f"{robot_name(robot)} is there again"
+        case RouterLost():
+            said = "the router is lost"
+        case RouterFound(away_s=away_s):
+            said = f"there is a router again, after {away_s:.1f} s"
+        case WorldResumed(entries=entries):
+            said = f"the world goes on from its timeline of {entries} entries"
         case _:
-            return None
+            pass
+    return said
+
+
+def _of_the_end(source: str, record: Record) -> str | None:
+    said: str | None = None
+    match record:
+        case GoalReached():
+            said = f"{source} has reached the goal"
+        case RobotArrived(progress_m=progress_m):
+            said = f"{source} has arrived, at {progress_m:.3f} m of the path"
+        case RouteLost(reason=reason):
+            said = f"{source} knows no way on: {reason}"
+        case PromiseBroken(invariant=invariant, robot=robot, why=why):
+            said = f"{invariant} broken by {robot_name(robot)}: {why}"
+        case RunEnded(reason=reason):
+            said = f"over: {reason}"
+        case _:
+            pass
+    return said
