@@ -45,12 +45,12 @@ start() {
     started=$!
     part[$started]=$name
     groups+=("$started")
-    echo "$started" >"$private/$name.pid"
+    echo "$started" >"$private/pid.new" && mv "$private/pid.new" "$private/$name.pid" # never half a number
 }
 
 start_router() {
     start "router-$1" "$python" -m protocol --sessions "$private" --number "$1" --lifeline >&8
-    cp "$private/router-$active.pid" "$private/router.pid"
+    ln -sfn "router-$active.pid" "$private/router.pid"
 }
 
 start_world() {

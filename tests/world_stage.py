@@ -5,10 +5,12 @@ from protocol.keys import WORLD, robot_name
 from protocol.messages import Drive, Odometry, Phase, Scan
 from protocol.mission import Law
 from protocol.timeline import Entry, Record, StepPlanned, StrandFormed
+from tests.logs import HEADER
 from world.commands import Command, Note, ServeScan, TellOdometry
 from world.core import World
 from world.ending import Ending
 from world.events import EntryWritten, Event, OrderHeard, TokenCame
+from world.resume import Past
 from world.scenario import Scenario
 
 
@@ -43,6 +45,15 @@ class Stage:
         self.scans: list[Scan] = []
         self.records: list[Record] = []
         """All that the world has recorded."""
+
+    def resumed(self) -> "Stage":
+        """A stage on which another world goes on from what this one's has recorded."""
+        again = Stage(self.world.scenario)
+        again.wall_s, again.lines = self.wall_s, list(self.lines)
+        past = Past(HEADER, self.lines, whole_bytes=0, torn_bytes=0)
+        again.world = World(self.world.scenario, seed=1, wall_s=again.wall_s, past=past)
+        again._obey(again.world.resume(wall_s=again.wall_s))
+        return again
 
     def at(self) -> tuple[bool, Phase, Ending | None]:
         """Whether the clock runs, the phase, and why the run is over. A method, which mypy never narrows."""

@@ -151,7 +151,7 @@ class Past:
 
 
 def read_past(folder: Path) -> Past | None:
-    """What stands in a run's folder; None where no run has begun there.
+    """What stands in a run's folder; None where no run has begun there, and a header that is torn is removed.
 
     Raises:
         UsageError: it cannot be read, or is no timeline of ours.
@@ -161,6 +161,7 @@ def read_past(folder: Path) -> Past | None:
         text = path.read_bytes() if path.exists() else b""
         *whole, torn = text.split(b"\n")
         if not whole:
+            path.unlink(missing_ok=True)
             return None
         header = msgspec.json.decode(whole[0], type=Header)
         lines = [read_line(line) for line in whole[1:]]
