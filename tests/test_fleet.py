@@ -259,19 +259,6 @@ def test_host_that_is_killed_ends_the_run_and_is_named(fleet: Fleet) -> None:
     assert fleet.leftovers() == []
 
 
-def test_robot_that_is_killed_ends_the_run_and_is_named(fleet: Fleet) -> None:
-    fleet.start("paper", "--json")
-    fleet.wait_for("order.accepted")
-    victim = next(e for e in fleet.entries() if e["kind"] == "robot.started" and e["source"] == "r3")
-    os.kill(victim["pid"], signal.SIGKILL)
-    outcome = fleet.end(START_S_MAX)
-    verdict = json.loads(outcome.out)
-    assert outcome.code == verdict["exit_code"] == 1
-    assert "robot 3 died" in verdict["reason"]
-    assert verdict["violations"] == 0
-    assert fleet.leftovers() == []
-
-
 def test_world_that_is_frozen_is_killed_in_time(fleet: Fleet) -> None:
     launcher = fleet.start("paper")
     fleet.wait_for("order.accepted")

@@ -65,7 +65,9 @@ def test_what_went_wrong_and_was_mended_is_told() -> None:
     succession = Succession(robot=2, before=1, epoch=7, cause_s=3.0, detected_s=3.4, recovered_s=5.0)
     heal = Heal(epoch=7, members=(2, 3), cause_s=3.0, detected_s=3.4, recovered_s=6.0)
     messages = msgspec.structs.replace(GOOD.messages, injected={"drop": 5})
-    verdict = replace(GOOD, messages=messages, deaths=(death, lost), successions=(succession,), heals=(heal,))
+    verdict = msgspec.structs.replace(
+        GOOD, messages=messages, deaths=(death, lost), successions=(succession,), heals=(heal,)
+    )
     assert list(recovery_lines(verdict)) == [
         "messages that a fault plan took away: 5 by drop",
         "robot 1 died as a fault plan said at t=3.0 s: noticed after 0.4 s, healed after 3.0 s",

@@ -65,9 +65,9 @@ def _of_processes(_source: str, record: Record) -> str | None:
         case RouterLost():
             said = "the router is lost"
         case RouterFound(away_s=away_s):
-            said = f"there is a router again, after {away_s:.1f} s"
+            said = f"a router is there again, after {away_s:.3f} s"
         case WorldResumed(entries=entries):
-            said = f"the world goes on from its timeline of {entries} entries"
+            said = f"the world goes on from {entries} entries"
         case _:
             pass
     return said
