@@ -37,7 +37,7 @@ class Finding(Struct, frozen=True, kw_only=True):
 
 
 def check(timeline: Timeline) -> Finding:
-    """Judge S1, S2 and S3, and the log's own completeness.
+    """Judge S1 to S3 and P1 to P6, and the log's own completeness.
 
     Raises:
         UsageError: the header holds no scenario that this version can judge by.
@@ -94,8 +94,8 @@ def scenario_of(timeline: Timeline) -> Scenario:
 def sentences(finding: Finding) -> list[str]:
     """A finding for people: a line for each thing wrong, how the run ended, and the sum of it last."""
     broken = [
-        f"t={breach.t_s:.3f} s: {breach.broken.invariant}, robot {breach.broken.robot}: {breach.broken.why}: "
-        f"{breach.broken.measured_m:.4f} m against {breach.broken.required_m:.4f} m"
+        f"t={breach.t_s:.3f} s: {breach.broken.invariant}, robot {breach.broken.robot}: {breach.broken.why}"
+        f"{_lengths(breach.broken)}"
         for breach in finding.breaches
     ]
     flaws = [f"not complete: {flaw}" for flaw in finding.flaws]
@@ -107,6 +107,12 @@ def sentences(finding: Finding) -> list[str]:
     )
     word = "kept" if finding.ok else "not proved" if not finding.breaches else "broken"
     return [*broken, *flaws, *ended, f"{word}: violations {counts}; {least}; {finding.path_m:.3f} m driven"]
+
+
+def _lengths(broken: PromiseBroken) -> str:
+    if broken.measured_m is None:
+        return ""
+    return f": {broken.measured_m:.4f} m against {broken.required_m:.4f} m"
 
 
 def _metres(distance_m: float | None) -> str:

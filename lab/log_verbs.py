@@ -61,7 +61,7 @@ def cat(run: Path, *, as_json: bool, **choice: tuple[str, ...] | float | None) -
 @AS_JSON
 @click.pass_context
 def check_log(ctx: click.Context, run: Path, *, as_json: bool) -> None:
-    """Judge S1 clearance, S2 separation and S3 authority again, from the log alone."""
+    """Judge S1 clearance, S2 separation, S3 authority and P1 to P6 again, from the log alone."""
     finding = check(timeline.read(run))
     if as_json:
         click.echo(msgspec.json.encode(finding).decode())

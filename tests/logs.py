@@ -7,6 +7,7 @@ import msgspec
 from lab.timeline import Line
 from protocol.timeline import Entry, PoseSampled, Record, RunEnded
 from world.books import Messages
+from world.invariants import INVARIANTS
 from world.recorder import Header, Recorder, open_events
 from world.scenario import load
 from world.verdict import Events, Verdict
@@ -48,7 +49,7 @@ GOOD = Verdict(
     separation_m_min=0.1,
     separation_m_required=0.04,
     violations=0,
-    violations_by_invariant={"S1": 0, "S2": 0, "S3": 0},
+    violations_by_invariant=dict.fromkeys(INVARIANTS, 0),
     switching_steps=10,
     planning_events=40,
     scans=41,

@@ -8,6 +8,7 @@ from lab.check import Finding, check, sentences
 from protocol.errors import UsageError
 from protocol.timeline import PoseSampled, PromiseBroken, Record
 from tests.logs import AT_REST, numbered, recorded
+from world.invariants import INVARIANTS
 
 
 def found(folder: Path, records: tuple[tuple[str, Record], ...]) -> Finding:
@@ -17,7 +18,7 @@ def found(folder: Path, records: tuple[tuple[str, Record], ...]) -> Finding:
 def test_run_in_which_nobody_moved_kept_every_promise(tmp_path: Path) -> None:
     finding = found(tmp_path / "run", AT_REST)
     assert finding.ok
-    assert finding.violations_by_invariant == {"S1": 0, "S2": 0, "S3": 0}
+    assert finding.violations_by_invariant == dict.fromkeys(INVARIANTS, 0)
     assert finding.separation_m_min == pytest.approx(0.1)  # paper.toml's spacing; its robots are points
     assert sentences(finding)[-1].startswith("kept: ")
 

@@ -9,6 +9,7 @@ from protocol.timeline import Entry, PoseSampled, PromiseBroken
 from tests.world_scenarios import scenario
 from tests.world_stage import Stage
 from world.events import StopAsked
+from world.invariants import INVARIANTS
 from world.judgement import judge
 from world.monitor import Monitor
 
@@ -95,7 +96,7 @@ def test_a_pose_moved_into_an_obstacle_breaks_a_lawful_log() -> None:
     stage.lead(1, Point(x_m=0.8, y_m=0.0))
     stage.tick(100)
     stage.handle(StopAsked(ExitCode.INTERRUPTED))
-    assert judge(stage.world.scenario, stage.lines).violations == {"S1": 0, "S2": 0, "S3": 0}
+    assert judge(stage.world.scenario, stage.lines).violations == dict.fromkeys(INVARIANTS, 0)
     moved = [(source, _moved(entry)) for source, entry in stage.lines]
     violations = judge(stage.world.scenario, moved).violations
     assert (violations["S1"], violations["S3"]) == (1, 1)

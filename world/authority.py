@@ -43,6 +43,7 @@ from protocol.timeline import (
     StrandFormed,
     StrandReversed,
 )
+from world.history import History
 
 ROUNDING_M = 1e-6  # of sums of arc lengths, added up by one process and checked by another
 ROUNDING_S = 1e-9
@@ -86,10 +87,13 @@ class Evidence:
     abandoned: dict[tuple[int, int], dict[int, Point]] = field(default_factory=lambda: defaultdict(dict))
     """Where the steps ended that were given up, by robot and epoch."""
     deaths_s: dict[int, list[float]] = field(default_factory=lambda: defaultdict(list))
+    history: History = field(default_factory=History)
+    """What the same entries say beside."""
 
     def hear(self, source: str, entry: Entry) -> None:
         """Take an entry in; those of one source come in their order, sources in any."""
         robot = robot_number(source)
+        self.history.hear(source, entry)
         if source == WORLD:
             self._hear_world(entry)
         elif robot is not None:

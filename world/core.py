@@ -54,6 +54,7 @@ from world.tally import Tally
 MUSTER_WALL_S = 10.0
 LAST_WORDS_WALL_S = 2.0
 HEAL_S_MAX = 60.0
+SEEN_LIVE = {"S1", "S2"}  # noted when they broke
 ROUTER_PATIENCE_WALL_S = 10.0
 RETURN_WALL_S = 1.0
 
@@ -302,7 +303,7 @@ class World:
         """Judge by the timeline alone, as anybody can after us; only then is the run ended."""
         assert self.ending is not None, "judged before the run was over"
         self.judgement = judge_evidence(self.scenario, self._evidence)
-        unlawful = [each.broken for each in self.judgement.breaches if each.broken.invariant == "S3"]
+        unlawful = [each.broken for each in self.judgement.breaches if each.broken.invariant not in SEEN_LIVE]
         reason = str(self.ending)
         if self.ending is Ending.MISSING:
             reason += f": {', '.join(map(robot_name, self.attendance.missing))}"

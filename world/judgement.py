@@ -1,4 +1,4 @@
-"""The judgement of a run from its timeline alone: S1, S2 and S3, by the rules that judge it live.
+"""The judgement of a run from its timeline alone: S1, S2, S3, by the rules that judge it live, and P1 to P6.
 
 Between two samples a body moved straight and evenly, so the samples of all bodies cut the run into
 intervals in which everybody did; the monitor watches those instead of ticks.
@@ -14,6 +14,7 @@ from protocol.arrays import Floats
 from protocol.timeline import Entry, PromiseBroken
 from world.authority import Evidence, Tolerance, judge_authority
 from world.clearance import clearance
+from world.invariants import INVARIANTS, judge_invariants
 from world.monitor import Least, Monitor
 from world.scenario import Scenario
 from world.shapes import Ground
@@ -42,7 +43,7 @@ class Judgement(Struct, frozen=True, kw_only=True):
     def violations(self) -> dict[str, int]:
         """How often each promise was broken."""
         counts = Counter(breach.broken.invariant for breach in self.breaches)
-        return {invariant: counts[invariant] for invariant in ("S1", "S2", "S3")}
+        return {invariant: counts[invariant] for invariant in INVARIANTS}
 
 
 def judge(scenario: Scenario, lines: Iterable[tuple[str, Entry]]) -> Judgement:
@@ -67,7 +68,8 @@ def judge_evidence(scenario: Scenario, evidence: Evidence) -> Judgement:
         heading_error_rad=scenario.drive.heading_error_rad,
         speed_mps_max=scenario.drive.speed_mps_max,
     )
-    breaches += [Breach(t_s=t_s, broken=broken) for t_s, broken in judge_authority(evidence, tolerance)]
+    said = [*judge_authority(evidence, tolerance), *judge_invariants(evidence, scenario.mission())]
+    breaches += [Breach(t_s=t_s, broken=broken) for t_s, broken in said]
     return Judgement(
         least_clearance=monitor.least_clearance,
         least_separation=monitor.least_separation,

@@ -186,6 +186,8 @@ def _flaws_of_ending(facts: Facts) -> Iterator[Flaw]:
 def _breach_sentence(t_s: float, broken: PromiseBroken) -> str:
     against = "" if broken.other is None else f" and robot {broken.other}"
     who = f"{broken.invariant} broken by robot {broken.robot}{against} at t={t_s:.1f} s"
+    if broken.measured_m is None:
+        return f"{who}: {broken.why}"
     return f"{who}: {broken.why} ({broken.measured_m:.4f} m, required {broken.required_m:.4f} m)"
 
 
