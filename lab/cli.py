@@ -15,6 +15,7 @@ from lab.field_verb import field
 from lab.log_verbs import log
 from lab.rehearse_verb import rehearse
 from lab.replay_verb import replay
+from lab.shrink_verb import shrink_verb
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import schema as faults_schema
@@ -51,7 +52,7 @@ def schema(what: str) -> None:
     click.echo(json.dumps(said, indent=2))
 
 
-for _verb in (rehearse, campaign, field, bench, log, fault, replay):
+for _verb in (rehearse, campaign, field, bench, log, fault, replay, shrink_verb):
     main.add_command(_verb)
 
 

@@ -14,6 +14,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from types import FrameType
 
+from lab.plan_text import FAULTS_FILE, plan_text
 from lab.rehearsal import Rehearsal
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import NO_FAULTS, Plan
@@ -21,7 +22,7 @@ from protocol.keys import WORLD
 from protocol.session import INPUTS
 from world.closing import Circumstances, verdict_of
 from world.progress import progress
-from world.recorder import Header, Recorder, open_events
+from world.recorder import Header, Recorder, RecordingFailedError, open_events
 from world.run_files import header_of, save_verdict
 from world.scenario import Scenario
 from world.verdict import Verdict
@@ -42,6 +43,7 @@ def rehearse(
     started_at, started_wall_s = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
     rehearsal = Rehearsal(scenario, seed, plan, inputs=folder / INPUTS)
     with open_events(folder) as file, _asked_to_end() as asked:
+        _save_plan(plan, folder)
         recorder = Recorder(file, _header(scenario, seed))
         lives: Counter[str] = Counter()
         try:
@@ -72,6 +74,16 @@ def verdict_on(rehearsal: Rehearsal, seed: int, *, started_at: str, wall_s: floa
             cpu_s=time.process_time(),
         ),
     )
+
+
+def _save_plan(plan: Plan, folder: Path) -> None:
+    """Keep what went wrong with the run: `clew shrink` cuts it down."""
+    if plan.rules:
+        path = folder / FAULTS_FILE
+        try:
+            path.write_text(plan_text(plan), encoding="utf-8")
+        except OSError as error:
+            raise RecordingFailedError(f"cannot write {path}: {error.strerror}") from error
 
 
 def _record(

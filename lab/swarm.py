@@ -11,10 +11,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-import msgspec
-from msgspec.structs import fields
-
 from lab.dice import Dice
+from lab.plan_text import plan_text
 from lab.swarm_faults import FaultClass, Window, draw_rules
 from lab.swarm_world import Ground, as_loaded, draw_world
 from lab.toml_text import toml_text
@@ -66,22 +64,6 @@ class Swarm:
     def plan_text(self) -> str:
         """The plan as a file."""
         return plan_text(self.plan)
-
-
-def plan_text(plan: Plan) -> str:
-    """A fault plan as a file says it."""
-    return toml_text(msgspec.to_builtins(plan) | {"rule": [_said(rule) for rule in plan.rules]})
-
-
-def _said(rule: Rule) -> dict[str, Any]:
-    """What a rule says beyond what goes without saying."""
-    unsaid = {field.encode_name: field.default for field in fields(rule)}
-    said = {"fault": rule.fault, **msgspec.to_builtins(rule)}
-    return {key: value for key, value in said.items() if key not in unsaid or _differs(value, unsaid[key])}
-
-
-def _differs(value: object, default: object) -> bool:
-    return (tuple(value) if isinstance(value, list) else value) != default
 
 
 def draw(seed: int) -> Swarm:
