@@ -13,7 +13,7 @@ from protocol.timeline import (
 from tests.world_scenarios import scenario
 from tests.world_stage import Stage
 from world.arena import TICK_S
-from world.core import HEAL_S_MAX, ROUTER_PATIENCE_WALL_S
+from world.core import HEAL_S_MAX, ROBOTS_PATIENCE_WALL_S, ROUTER_PATIENCE_WALL_S
 from world.ending import Ending
 from world.events import TokenCame, TokenWent
 
@@ -44,12 +44,28 @@ def die(stage: Stage, robot: int, *, incarnation: str = "a") -> None:
     assert [record for record in stage.records if isinstance(record, RobotDied)][-1].robot == robot
 
 
-def test_a_run_of_which_all_robots_are_dead_is_over() -> None:
+def test_a_run_of_which_all_robots_stay_away_is_over_after_a_while() -> None:
     stage = running()
     die(stage, 1)
+    die(stage, 2)  # each of which takes a second
+    stage.look(after_wall_s=ROBOTS_PATIENCE_WALL_S - 2.1)
     assert stage.at()[2] is None
-    die(stage, 2)
+    stage.look(after_wall_s=0.2)
     assert stage.at()[2] is Ending.EXTINCT
+
+
+def test_a_run_of_which_all_robots_were_cut_off_for_a_while_goes_on() -> None:
+    stage = running()
+    die(stage, 1)
+    die(stage, 2)
+    for robot in (1, 2):
+        stage.handle(TokenCame(robot, "a"))
+    stage.look(after_wall_s=ROBOTS_PATIENCE_WALL_S)
+    assert stage.at()[2] is None
+    for robot in (1, 2):
+        stage.write(robot, RobotArrived(progress_m=1.0))
+    stage.look()
+    assert stage.at()[2] is Ending.ARRIVED
 
 
 @pytest.mark.parametrize("upset", ["a death", "a broken link"])

@@ -81,6 +81,10 @@ class Attendance:
         """Something has been heard of the robot."""
         self._heard_s[robot] = wall_s
 
+    def silence_s(self, *, wall_s: float) -> float:
+        """For how long nothing has been heard of any robot."""
+        return wall_s - max(self._heard_s.values(), default=wall_s)
+
     def excuse(self, *, wall_s: float) -> None:
         """Nobody can be heard at the moment: that counts against nobody."""
         for robot in self._heard_s:

@@ -2,8 +2,8 @@
 
 Rule 1: simulated time goes on by ticks alone. Wall-clock time is an argument and decides only what
         concerns processes: who is missing, who has died, how long last words may take.
-Rule 2: `running` ends when every living robot has arrived, a route is lost, all robots have died, nothing has
-        come of a death or a broken link for `HEAL_S_MAX`, the time is up, the router stays away, or somebody
+Rule 2: `running` ends when every living robot has arrived, a route is lost, nothing has come of a death or
+        a broken link for `HEAL_S_MAX`, the time is up, all robots or the router stay away, or somebody
         interrupts. Then comes `over`, then `closing`, then it is done.
 Rule 3: without a router nobody is heard, and nobody is said to have died of that.
 Rule 4: in lock-step the world waits for every living robot's answer to the last odometry told to it.
@@ -56,6 +56,7 @@ LAST_WORDS_WALL_S = 2.0
 HEAL_S_MAX = 60.0
 SEEN_LIVE = {"S1", "S2"}  # noted when they broke
 ROUTER_PATIENCE_WALL_S = 10.0
+ROBOTS_PATIENCE_WALL_S = 10.0  # a cut between the world and all robots looks like the death of all
 RETURN_WALL_S = 1.0
 
 
@@ -231,7 +232,7 @@ class World:
 
     def _look_after_robots(self, wall_s: float) -> list[Command]:
         deaths = [self._die(robot) for robot in self.attendance.bury(wall_s=wall_s)]
-        ending = self._find_ending()
+        ending = self._find_ending(wall_s)
         return [*deaths, *(self._end(ending, wall_s) if ending is not None else [])]
 
     def tick(self) -> list[Command]:
@@ -269,11 +270,11 @@ class World:
     def _die(self, robot: int) -> Note:
         return self.arena.note(RobotDied(robot=robot, silent_since_s=self.bodies.basis_s(robot - 1)))
 
-    def _find_ending(self) -> Ending | None:
+    def _find_ending(self, wall_s: float) -> Ending | None:
         living, tally = self.attendance.living, self.tally
-        if not living:
+        if not living and self.attendance.silence_s(wall_s=wall_s) >= ROBOTS_PATIENCE_WALL_S:
             return Ending.EXTINCT
-        if tally.arrived >= living:
+        if living and tally.arrived >= living:
             return Ending.ARRIVED
         if tally.route_lost is not None:
             return Ending.ROUTE_LOST
