@@ -5,6 +5,7 @@ import os
 import signal
 from collections.abc import Iterator
 from contextlib import ExitStack
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -44,6 +45,11 @@ def new_pid(fleet: Fleet, name: str, before: int) -> int | None:
     """The process of this name, if it is another than before."""
     pid = pid_of(fleet, name)
     return None if pid == before else pid
+
+
+def has_found(fleet: Fleet, times: int) -> bool | None:
+    """Whether the world has found a router again so many times."""
+    return sum(entry["kind"] == "router.found" for entry in fleet.entries()) >= times or None
 
 
 def end_well(fleet: Fleet) -> dict[str, Any]:
@@ -88,10 +94,9 @@ def test_a_router_that_is_killed_is_started_again_and_the_run_goes_on(fleet: Fle
 def test_a_router_that_keeps_dying_ends_the_run_in_the_end(fleet: Fleet) -> None:
     fleet.start("paper", "--speed", "0.1")
     fleet.wait_for("order.accepted")
-    killed = [0]
-    for _ in range(11):
-        killed.append(wait_until(lambda: new_pid(fleet, "router", killed[-1]), START_S_MAX))
-        os.kill(killed[-1], signal.SIGKILL)
+    for times in range(11):
+        wait_until(partial(has_found, fleet, times), START_S_MAX)
+        os.kill(pid_of(fleet, "router"), signal.SIGKILL)
     outcome = fleet.end(START_S_MAX)
     assert outcome.code == 1
     assert "router 1 was killed by SIGKILL once too often" in outcome.err

@@ -17,6 +17,8 @@ from protocol.frames import Point
 from protocol.messages import Odometry, Phase
 from protocol.timeline import (
     Entry,
+    OrderFinished,
+    PoseSampled,
     RobotArrived,
     RobotStarted,
     RunEnded,
@@ -30,7 +32,7 @@ from tests.world_scenarios import scenario
 from tests.world_stage import Stage
 from world.arena import TICK_S
 from world.ending import Ending
-from world.events import StopAsked, TokenCame
+from world.events import ScanAsked, StopAsked, TokenCame
 from world.judgement import judge
 from world.recorder import EVENTS_FILE, Recorder, open_events
 from world.resume import QUIET_S, continue_events, read_past
@@ -111,6 +113,21 @@ def test_bodies_stand_until_their_robot_confirms_its_order_and_then_go_on() -> N
 def test_an_order_that_was_driven_to_its_end_is_not_driven_again() -> None:
     stage = led(ticks=4 * SECOND).resumed()
     assert (first_told(stage).finished, first_told(stage).moving) == (1, False)
+    stage.tick(SECOND)
+    assert not any(isinstance(record, OrderFinished) for record in stage.records)
+
+
+def test_a_place_that_only_a_scan_has_shown_is_sampled_as_of_then() -> None:
+    before = led(ticks=SECOND + 2)
+    before.handle(ScanAsked(1, 1))
+    shown_s, shown = before.world.now_s, before.scans[-1].pose
+    times_s = [
+        (entry.t_s, entry.record.x_m)
+        for _, entry in before.resumed().lines[len(before.lines) :]
+        if isinstance(entry.record, PoseSampled) and entry.record.robot == 1
+    ]
+    assert times_s[0] == (shown_s, shown.x_m)
+    assert [x_m for _, x_m in times_s] == [shown.x_m] * 2
 
 
 def test_an_order_of_an_epoch_that_is_over_stays_void() -> None:
