@@ -4,6 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from agents.commands import Command
+from agents.events import Event, OdometryHeard
+from agents.robot import Robot
 from lab.rehearsal import Rehearsal
 from protocol.faults.plan import load as load_plan
 from protocol.frames import Point
@@ -164,3 +167,21 @@ def test_what_breaks_again_in_the_same_way_is_one_breach() -> None:
 def test_what_real_fleets_do_breaks_no_invariant(name: str) -> None:
     rehearsal = Rehearsal(load("grove"), 1, load_plan(str(PLANS / f"{name}.toml"))).run()
     assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == (), f"plan {name}, seed 1"
+
+
+def test_a_core_that_fails_is_told_and_its_process_ends_and_the_others_live_on(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    whole = Robot.handle
+
+    def planted(self: Robot, event: Event, now_s: float) -> list[Command]:
+        if isinstance(event, OdometryHeard) and now_s > 4.0 and self._robot == 3:
+            raise KeyError("planted")
+        return whole(self, event, now_s)
+
+    monkeypatch.setattr(Robot, "handle", planted)
+    rehearsal = Rehearsal(load("grove"), 1).run()
+    breaches = judge(rehearsal.world.scenario, rehearsal.entries).breaches
+    assert [(breach.broken.invariant, breach.broken.robot) for breach in breaches] == [("P6", 3)]
+    assert breaches[0].broken.why.startswith("KeyError: 'planted' (test_invariants.py:")
+    assert rehearsal.world.tally.arrived == {1, 2, 4, 5}
