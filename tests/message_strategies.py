@@ -7,9 +7,26 @@ import msgspec
 from hypothesis import strategies as st
 from msgspec import inspect
 
+from protocol.faults.plan import uniform
+from protocol.faults.rules import Corrupt, Freeze, Kill, Partition, Reorder, Restart, Rule, Slow, Thaw
 from protocol.messages import Message
 
 MESSAGE_TYPES: tuple[type[msgspec.Struct], ...] = get_args(Message)
+# Most of what the fields of a rule may be by themselves does not go together.
+RULES: dict[type, Rule] = {
+    type(rule): rule
+    for rule in (
+        *uniform(loss=0.5, delay_s_max=1.0, repeat=0.1).rules,
+        Reorder(hold_s=1.0),
+        Corrupt(bits=2, truncate=True),
+        Partition(group=("r1",), others=("router",), period_s=2.0, cut_s=1.0),
+        Kill(target="leader", robots=2),
+        Freeze(target="r1", for_s=1.0),
+        Thaw(target="r1"),
+        Restart(target="world"),
+        Slow(target="tail", delay_s=1.0),
+    )
+}
 SEQUENCE_LENGTH_MAX = 4  # enough to tell none, one and many; the limit of size is tested by itself
 
 
@@ -27,6 +44,8 @@ def _values(info: inspect.Type) -> st.SearchStrategy[Any]:  # noqa: C901, PLR091
     match info:
         case inspect.Metadata():
             return _values(info.type)
+        case inspect.StructType() if info.cls in RULES:
+            return st.just(RULES[info.cls])
         case inspect.StructType():
             return st.builds(info.cls, **{field.name: _values(field.type) for field in info.fields})
         case inspect.IntType():
@@ -45,6 +64,8 @@ def _values(info: inspect.Type) -> st.SearchStrategy[Any]:  # noqa: C901, PLR091
             return st.booleans()
         case inspect.NoneType():
             return st.none()
+        case inspect.LiteralType():
+            return st.sampled_from(info.values)
         case inspect.EnumType():
             return st.sampled_from(list(info.cls))
         case inspect.UnionType():

@@ -82,7 +82,7 @@ def test_a_door_that_closes_in_the_strand_makes_it_line_up_again_round_the_other
     assert rehearsal.world.ending is Ending.ARRIVED
 
 
-@pytest.mark.parametrize("seed", [3, 4])
+@pytest.mark.parametrize("seed", [4, 7])
 def test_loss_and_delay_cost_time_and_nothing_else(tmp_path: Path, seed: int) -> None:
     rehearsal = Rehearsal(scenario(tmp_path, *queue(3, 0.8), closing(4.0)), seed, LOSSY).run()
     assert injected(rehearsal)["drop"] > 100
@@ -152,7 +152,7 @@ def test_orders_of_a_lining_up_that_nothing_announced_break_s3(tmp_path: Path) -
 
 
 def test_the_orders_of_one_epoch_end_before_those_of_the_next_begin(tmp_path: Path) -> None:
-    rehearsal = Rehearsal(scenario(tmp_path, *queue(3, 0.8), closing(4.0)), 3, LOSSY).run()
+    rehearsal = Rehearsal(scenario(tmp_path, *queue(3, 0.8), closing(4.0)), 4, LOSSY).run()
     orders = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, OrderAccepted)]
     drives = [order.epoch for order in orders if order.target is not None]
     assert drives == sorted(drives)
