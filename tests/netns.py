@@ -10,6 +10,7 @@ import contextlib
 import subprocess
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 ADDRESS = "10.77.0.1"
 """Of the near end."""
@@ -32,13 +33,17 @@ class Namespace:
         enter = ["nsenter", "--target", str(self.keeper), "--user", "--net", "--preserve-credentials", "--"]
         return [*enter, *command]
 
-    def run(self, *command: str, told: str = "") -> None:
-        """Run a command in here.
+    def inode(self) -> str:
+        """What the kernel calls it."""
+        return str(Path(f"/proc/{self.keeper}/ns/net").readlink())
+
+    def run(self, *command: str, told: str = "") -> str:
+        """Run a command in here; returns what it says.
 
         Raises:
             UnavailableError: it failed.
         """
-        _run(self.command(*command), shown=command, told=told)
+        return _run(self.command(*command), shown=command, told=told)
 
     def suffer(self, rules: str) -> None:
         """Have these rules of nftables, and no others; `input` and `output` are chains of theirs."""
@@ -114,9 +119,20 @@ def _kept(command: Sequence[str]) -> Iterator[Namespace]:
             process.kill()
 
 
-def _run(command: Sequence[str], *, shown: Sequence[str], told: str) -> None:
+def _run(command: Sequence[str], *, shown: Sequence[str], told: str) -> str:
     done = subprocess.run(
         command, input=told, capture_output=True, text=True, timeout=DEADLINE_S, check=False
     )
     if done.returncode != 0:
         raise UnavailableError(f"`{' '.join(shown)}`: {done.stderr.strip()}")
+    return done.stdout
+
+
+def holders(inode: str) -> list[int]:
+    """The processes in a network namespace."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        with contextlib.suppress(OSError):  # it has just ended, or is not ours
+            if entry.name.isdigit() and str((entry / "ns" / "net").readlink()) == inode:
+                found.append(int(entry.name))
+    return found

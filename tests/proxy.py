@@ -11,8 +11,9 @@ import asyncio
 import contextlib
 import socket
 import struct
+import threading
 from collections import Counter
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
 from random import Random
@@ -216,3 +217,22 @@ async def proxy(port: int, *, listen: int = 0, seed: int = 1) -> AsyncIterator[t
             task.cancel()
         await asyncio.gather(*serving, return_exceptions=True)
         await server.wait_closed()
+
+
+@contextlib.contextmanager
+def proxy_aside(port: int, *, listen: int, seed: int) -> Iterator[Proxy]:
+    """The same in a thread of its own, for tests that block; of it they may change the faults alone."""
+    loop = asyncio.new_event_loop()
+    thread = threading.Thread(target=loop.run_forever)
+    thread.start()
+    context = proxy(port, listen=listen, seed=seed)
+    try:
+        between, _ = asyncio.run_coroutine_threadsafe(context.__aenter__(), loop).result()
+        try:
+            yield between
+        finally:
+            asyncio.run_coroutine_threadsafe(context.__aexit__(None, None, None), loop).result()
+    finally:
+        loop.call_soon_threadsafe(loop.stop)
+        thread.join()
+        loop.close()
