@@ -10,7 +10,7 @@ from protocol.messages import LEG_CORNERS_MAX, Former
 from protocol.path import Path
 
 THERE_M = 1e-6  # nearer than this to an arc length counts as there: rounding of sums of metres
-COASTS_M = 1.0  # what a robot drives at most between leaving a strand and standing: two seconds' way
+COASTS_S = 2.0  # a robot that leaves a strand stands after that: its stop order, or the dead-man
 
 
 @dataclass(frozen=True)
@@ -22,10 +22,12 @@ class Berth:
     progress_m: float
     path: Path
     """As far as it knew it."""
+    speed_mps: float
 
     def former(self, pose: Pose) -> Former:
         """Where it stands now, on the same path a little further on."""
-        corners = self.path.between(self.progress_m, min(self.progress_m + COASTS_M, self.path.end_m))
+        coasts_m = COASTS_S * self.speed_mps
+        corners = self.path.between(self.progress_m, min(self.progress_m + coasts_m, self.path.end_m))
         lengths_m = np.hypot(*np.diff(corners, axis=0).T)
         place = np.array([pose.x_m, pose.y_m])
         nearest = nearest_on_segments(place, corners[:-1], corners[1:])

@@ -41,6 +41,8 @@ class Calls:
         self._invited: Counter[int] = Counter()
         self._invites_at_s: dict[int, float] = {}
         self._broke: dict[int, list[float]] = {}
+        self._left_out_before: frozenset[int] = frozenset()
+        self._settled_at_s = 0.0
 
     def enter(self, now_s: float) -> None:
         """The robot is entered: it may have slept."""
@@ -81,7 +83,7 @@ class Calls:
         shown = self.presence.robots | {self._robot}
         answering = shown if lining is None else shown - self._left_out(lining, now_s)
         members = answering if 2 * len(answering) > len(shown) else shown
-        return called_epoch(self.newest, self._robot), tuple(sorted(members))
+        return called_epoch(self.newest, self._robot, now_s), tuple(sorted(members))
 
     def wants_another(self, lining: Lining, now_s: float) -> str | None:
         """Why a lining up will come to nothing; None where it may."""
@@ -109,18 +111,21 @@ class Calls:
         return True
 
     def free_at_s(self, members: tuple[int, ...], now_s: float) -> float:
-        """When whoever is left out stands for good, now that all members are bound."""
+        """When whoever is left out stands for good, now that all members are bound.
+
+        Of a row that is cut off each comes to stand when the one beside it has left the strand.
+        """
         mission = self._mission
-        stands_s = mission.silence_s + mission.deadman_s
         left_out = set(range(1, mission.robots + 1)) - set(members)
-        shown = left_out & self.presence.robots
-        went_s = (self.presence.went_s(robot) for robot in left_out - shown)
-        free_at_s = max(chain([now_s], (at_s + stands_s for at_s in went_s if at_s is not None)))
-        if shown:
-            free_at_s = max(
-                free_at_s, now_s + stands_s + len(shown) * (mission.silence_s + mission.patience_s)
-            )
-        return free_at_s
+        newly = left_out - self._left_out_before
+        self._left_out_before = frozenset(left_out)
+        if newly:
+            stands_s = mission.silence_s + mission.deadman_s
+            row_s = (len(newly) - 1) * (mission.silence_s + mission.patience_s)
+            went_s = (self.presence.went_s(robot) for robot in newly)
+            latest_s = max(now_s if at_s is None else at_s for at_s in went_s)
+            self._settled_at_s = max(self._settled_at_s, latest_s + row_s + stands_s)
+        return max(now_s, self._settled_at_s)
 
     def _left_out(self, lining: Lining, now_s: float) -> set[int]:
         """Rule 1: who has not answered; then whoever is part of most pairs that do not hear each other."""
@@ -130,7 +135,8 @@ class Calls:
             for robot in lining.members
             if robot != self._robot and now_s - lining.heard_at_s(robot) > silent_s
         }
-        pairs = lining.unheard_pairs() if now_s - lining.began_s > silent_s else set()
+        deaf = lining.is_called and now_s - lining.began_s > silent_s
+        pairs = lining.unheard_pairs() if deaf else set()
         while pairs := {pair for pair in pairs if not out.intersection(pair)}:
             worst = Counter(chain.from_iterable(pairs))
             out.add(max(worst, key=lambda robot: (worst[robot], robot != self._robot, robot)))

@@ -41,6 +41,8 @@ class Head(Struct, frozen=True, kw_only=True, tag="head", array_like=True):
     robot: RobotId
     incarnation: Annotated[str, Meta(max_length=64)]
     mission: Mission
+    again: bool = False
+    """Whether it takes the place of a process that has died."""
 
 
 class Input(Struct, frozen=True, tag="in", array_like=True):

@@ -135,7 +135,6 @@ class Lining:
         """Whether this robot leads and all have confirmed the strand."""
         return self.order[:1] == (self._robot,) and self._roster.agreed()
 
-    @property
     def beside(self) -> list[Floats]:
         """Ground (n, 2) that each of the others may be on: where it stands."""
         if self._roster.places is None:
@@ -156,7 +155,7 @@ class Lining:
 
     def hear(self, robot: int, muster: Muster, now_s: float) -> None:
         """Take in what another robot announces; in another lining up it is void."""
-        if robot in self._shunned or muster.echo_s > now_s:
+        if robot in self._shunned or muster.echo_s > now_s or muster.members != self._said.members:
             return
         if robot != self._robot and muster.epoch == self.epoch and self._roster.hear(robot, muster):
             self._heard_at_s[robot] = max(now_s, muster.t_s)
@@ -321,10 +320,9 @@ class Lining:
         return self._roster.all_stand_in(turn, since_s=self._now_s - self._mission.silence_s)
 
     def _take_turn(self, driver: Driver, scan: View | None) -> list[Command]:
-        if self._own_turn is None:
-            return []
         if not self._may_drive:
-            driver.stand()
+            if self._step is not None:
+                driver.stand()
             return []
         if not driver.standing:
             return []

@@ -100,7 +100,8 @@ class Member:
 
     def act(self, now_s: float) -> list[Command]:
         """What is to be done now."""
-        commands = self._hold() + self._dissolve(now_s)
+        blocked = self._blocked(now_s)
+        commands = self._hold() + self._dissolve(blocked)
         if not self.strand.halted and self._driver.standing:
             self.strand.pass_on_reversal()
         if self.strand.reversal is not None and self.strand.behind is None:
@@ -114,7 +115,7 @@ class Member:
             driver.standing,
             self._arrived,
             self._memory.handover,
-            self._blocked(now_s),
+            blocked,
         )
         return commands + self.strand.tell(own, now_s)
 
@@ -166,9 +167,9 @@ class Member:
             return self.strand.robot
         return self.strand.blocked_behind
 
-    def _dissolve(self, now_s: float) -> list[Command]:
+    def _dissolve(self, blocked: int | None) -> list[Command]:
         """Rule 5: stop, and when this robot stands, have the strand dissolve or pass on that it does."""
-        strand, blocked = self.strand, self._blocked(now_s)
+        strand = self.strand
         leads = strand.ahead is None
         if strand.halted or self._lost or (blocked is None if leads else strand.dissolves_ahead is None):
             return []
@@ -279,8 +280,8 @@ class Member:
         elif strand.back_by_m > 0.0:
             room_m = strand.back_by_m - strand.tail_m
             planned = leader.make_room(scan, strand.ground, epoch=strand.epoch, room_m=room_m)
-        if strand.behind is not None:
-            self._memory.hand_on()
+        if strand.behind is not None and strand.behind.state is not None:
+            self._memory.hand_on(strand.behind.state.handed)
         self._revolutions = leader.closer if isinstance(planned, LookCloser) else self._mission.revolutions
         return self._carry_out(planned, now_s)
 

@@ -36,15 +36,11 @@ class Memory:
             self._handed = handover.seen
             self.dissolved = max(self.dissolved, handover.dissolved)
 
-    def hand_on(self) -> None:
-        """This robot leads, and has seen or planned more."""
+    def hand_on(self, acknowledged: int) -> None:
+        """This robot leads and has seen more; those behind may have had newer than it was handed."""
         assert self._leader is not None, "only who leads hands on"
-        self.handover = Handover(
-            number=self.handover.number + 1,
-            steps=self._leader.steps,
-            dissolved=self.dissolved,
-            seen=self.seen,
-        )
+        number, steps = max(self.handover.number, acknowledged) + 1, self._leader.steps
+        self.handover = Handover(number=number, steps=steps, dissolved=self.dissolved, seen=self.seen)
 
     def part(self, dissolution: Dissolution) -> None:
         """The strand has dissolved."""

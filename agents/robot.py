@@ -11,6 +11,8 @@ Rule 4: when the strand has dissolved it lines up again, in the next epoch. The 
         before all stand for good, and the orders of one epoch end before the next one's begin.
 Rule 5: a robot whose link is broken leaves the strand and calls all to line up (`agents.calls`). Who hears
         of a newer epoch leaves what it is in: for that one if it is a member, else it stands aside and asks.
+Rule 6: one that is started again begins aside, and answers only calls made since: what its forerunner has
+        said in an epoch, it knows nothing of.
 """
 
 from typing import assert_never
@@ -26,13 +28,14 @@ from agents.memory import Memory
 from agents.senses import Senses
 from agents.strand import lined_up
 from agents.watch import Watch
-from protocol.epochs import of_one_call
+from protocol.epochs import is_called_since, of_one_call
 from protocol.frames import Point
 from protocol.link import Link
-from protocol.messages import AheadState, Announcement, Beacon, BehindState, Muster, Plea
+from protocol.messages import AheadState, Announcement, Beacon, BehindState, Muster, Odometry, Plea
 from protocol.mission import Mission
 from protocol.timeline import LeaderSucceeded, LinkBroken, MusterCalled, MusterJoined, StrandFormed
 
+LATE_S = 5.0  # with half of all odometry lost, a robot that was there from the start has had some
 BEACON_S = 1.0  # how often a leader says that it leads, and a robot aside that it is there
 RANK_S = 0.3  # robots aside call one after the other, or all would at once
 
@@ -40,7 +43,7 @@ RANK_S = 0.3  # robots aside call one after the other, or all would at once
 class Robot:
     """The decisions of one robot."""
 
-    def __init__(self, robot: int, mission: Mission) -> None:
+    def __init__(self, robot: int, mission: Mission, *, again: bool = False) -> None:
         self._robot = robot
         self._mission = mission
         self._driver = Driver(speed_mps=mission.speed_mps, watched=mission.obstacles_move)
@@ -48,6 +51,8 @@ class Robot:
         self._watch = Watch(mission, self._driver, self._senses)
         self._memory = Memory(mission)
         self._calls = Calls(robot, mission)
+        self._again = again
+        self._since_s: float | None = None
         self._lining: Lining | None = Lining(robot, mission)
         self._member: Member | None = None
         self._left = -1
@@ -65,9 +70,11 @@ class Robot:
     def handle(self, event: Event, now_s: float) -> list[Command]:
         """Take in what happened; returns what is to be done, in order."""
         self._calls.enter(now_s)
-        commands = self._member.strand.watch(now_s) if self._member is not None else []
+        before = self._driver.drive
+        commands = self._look_at_links(now_s)
         match event:
             case OdometryHeard(odometry):
+                self._begin(odometry, now_s)
                 self._driver.hear(odometry)
             case ScanHeard(scan):
                 self._senses.hear(scan)
@@ -83,11 +90,18 @@ class Robot:
                 assert_never(event)
         if not self._driver.awake:
             return commands
-        before = self._driver.drive
         commands += self._heal(now_s) + self._act(now_s)
         if isinstance(event, OdometryHeard) or self._driver.drive != before:
             commands.append(Order(self._driver.drive))
         return commands
+
+    def _begin(self, odometry: Odometry, now_s: float) -> None:
+        """Rule 6, with the first odometry."""
+        if self._since_s is None:
+            self._since_s = 0.0
+            if self._again or odometry.ordered > 0 or odometry.t_s > LATE_S:
+                self._since_s = now_s
+                self._stand_aside(now_s)
 
     def _act(self, now_s: float) -> list[Command]:
         member = self._member
@@ -99,8 +113,9 @@ class Robot:
             self._driver.stand()
             return self._say_now_and_then(Plea(epoch=self._calls.newest, t_s=now_s), now_s)
         strand = self._member.strand
-        beacon = Beacon(epoch=strand.epoch, t_s=now_s)
-        beacons = self._say_now_and_then(beacon, now_s) if strand.ahead is None else []
+        beacons: list[Command] = []
+        if strand.ahead is None:
+            beacons = self._say_now_and_then(Beacon(epoch=strand.epoch, t_s=now_s), now_s)
         return beacons + self._member.act(now_s)
 
     def _say_now_and_then(self, said: Beacon | Plea, now_s: float) -> list[Command]:
@@ -128,13 +143,18 @@ class Robot:
         member = self._member
         if member is not None and member.dissolves and muster.epoch == member.strand.epoch + 1:
             self._line_up_again(member, now_s)
-        elif muster.members and muster.epoch > self.epoch and muster.epoch == self._calls.newest:
+        elif muster.members and self._heeds(muster.epoch):
             commands = self._leave_for(muster, now_s)
         if self._lining is not None:
             self._lining.hear(robot, muster, now_s)
         elif self._member is None:
             self._calls.beacon_at_s = now_s  # others are about to have a strand
         return commands
+
+    def _heeds(self, epoch: int) -> bool:
+        """Whether a call is one to answer: the newest that has been heard, and made in this robot's life."""
+        newest = epoch > self.epoch and epoch == self._calls.newest
+        return newest and is_called_since(epoch, self._since_s or 0.0)
 
     def _leave_for(self, muster: Muster, now_s: float) -> list[Command]:
         """Rule 5: there is a newer epoch, and who is called says whether this robot is."""
@@ -180,7 +200,7 @@ class Robot:
         if not calls.is_awake:
             return []
         if self._member is not None:
-            return self._leave_broken(self._member, now_s)
+            return self._leave_lost(self._member, now_s)
         if self._lining is not None:
             why = calls.wants_another(self._lining, now_s)
             return [] if why is None else self._call(why, now_s)
@@ -188,23 +208,32 @@ class Robot:
             return self._call("nobody leads", now_s)
         return []
 
-    def _leave_broken(self, member: Member, now_s: float) -> list[Command]:
-        """Leave the strand where a neighbour is lost, or has been silent for too long."""
-        presence, mission = self._calls.presence, self._mission
-        if not presence.connected:
+    def _look_at_links(self, now_s: float) -> list[Command]:
+        """Say which links are silent; leave the strand for good where one has been for too long."""
+        if self._member is None:
             return []
-        for link in member.strand.links:
-            lost = presence.is_lost(link.neighbour, max(link.heard_at_s, link.made_at_s), now_s)
-            if not lost and link.silent_s(now_s) <= mission.silence_s + mission.patience_s:
-                continue
-            if not lost:
+        strand, mission = self._member.strand, self._mission
+        commands = strand.watch(now_s)
+        for link in strand.links:
+            if link.silent_s(now_s) > mission.silence_s + mission.patience_s:
                 self._calls.broke(link.neighbour, now_s)
-            return [Note(_broken(link, lost, now_s)), *self._call(f"robot {link.neighbour} is lost", now_s)]
+                return commands + self._break(link, "silence", now_s)
+        return commands
+
+    def _leave_lost(self, member: Member, now_s: float) -> list[Command]:
+        """Leave the strand where a neighbour's process is no more."""
+        for link in member.strand.links:
+            if self._calls.presence.is_lost(link.neighbour, max(link.heard_at_s, link.made_at_s), now_s):
+                return self._break(link, "token", now_s)
         return []
 
+    def _break(self, link: Link[AheadState] | Link[BehindState], cause: str, now_s: float) -> list[Command]:
+        broken = LinkBroken(neighbour=link.neighbour, cause=cause, silent_s=link.silent_s(now_s))
+        return [Note(broken), *self._call(f"robot {link.neighbour} is lost", now_s)]
+
     def _call(self, why: str, now_s: float) -> list[Command]:
-        lining = self._lining
-        if not self._calls.is_heard(now_s):
+        lining, calls = self._lining, self._calls
+        if not (self._driver.awake and calls.is_awake and calls.is_heard(now_s)):
             self._stand_aside(now_s)
             return []
         epoch, members = self._calls.call(lining, now_s)
@@ -237,6 +266,13 @@ class Robot:
 
     def _leave(self) -> None:
         self._left = self.epoch
+        if self._member is not None:
+            strand, speed_mps = self._member.strand, self._mission.speed_mps
+            progress_m = min(self._driver.progress_m, strand.path.end_m)
+            rank = strand.order.index(self._robot)
+            self._berth = Berth(strand.epoch, rank, progress_m, strand.path, speed_mps)
+        elif self._lining is not None:
+            self._berth = self._lining.berth
         self._member = None
         self._driver.begin(0.0)
         self._senses.forget()
@@ -314,8 +350,3 @@ class Robot:
             )
             commands.append(Note(checked))
         return self._member, commands
-
-
-def _broken(link: Link[AheadState] | Link[BehindState], lost: bool, now_s: float) -> LinkBroken:
-    cause = "token" if lost else "silence"
-    return LinkBroken(neighbour=link.neighbour, cause=cause, silent_s=link.silent_s(now_s))

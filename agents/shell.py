@@ -91,8 +91,8 @@ async def run(
         if mission is None:
             return ExitCode.FAILED
         inputs = None if session.inputs is None else Path(session.inputs)
-        head = Head(robot=robot, incarnation=incarnation, mission=mission)
-        return await life.run(Robot(robot, mission), open_journal(inputs, head))
+        head = Head(robot=robot, incarnation=incarnation, mission=mission, again=again)
+        return await life.run(Robot(robot, mission, again=again), open_journal(inputs, head))
 
 
 class _Life:

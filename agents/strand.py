@@ -135,6 +135,10 @@ class Strand:
         self._known_by_all = len(path)
         self.ahead: Link[AheadState] | None = Link(order[rank - 1], now_s) if rank > 0 else None
         self.behind: Link[BehindState] | None = Link(order[rank + 1], now_s) if order[rank + 1 :] else None
+        self.links: tuple[Link[AheadState] | Link[BehindState], ...] = tuple(
+            link for link in (self.ahead, self.behind) if link is not None
+        )
+        """The links that there are."""
         self.own_leg_m = at.ahead_m
         """Up to here, where the robot ahead stood at first, nobody has driven and no leader certified."""
         self.leg_back_m = at.behind_m
@@ -236,7 +240,6 @@ class Strand:
         """The leader's step has ended where it has come to."""
         self.pending = None
 
-    @property
     def robots_beside(self) -> list[Floats]:
         """Ground (n, 2) that the robots ahead and behind may be on, each as last heard."""
         grounds = [self.ground.behind] if self.behind is not None else []
@@ -310,11 +313,6 @@ class Strand:
     def silent(self) -> bool:
         """Whether a link is not fresh, or never has been."""
         return any(link.silent or not link.established for link in self.links)
-
-    @property
-    def links(self) -> list[Link[AheadState] | Link[BehindState]]:
-        """The links that there are."""
-        return [link for link in (self.ahead, self.behind) if link is not None]
 
     @property
     def handed(self) -> Handover | None:

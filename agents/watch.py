@@ -9,7 +9,7 @@ Rule 4: whoever drives asks for a scan at every odometry, whether it follows, le
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -44,11 +44,11 @@ class Watch:
         self._pose: Pose | None = None
         self._looked_at_s = 0.0
 
-    def look(self, beside: Sequence[Floats], now_s: float) -> list[Command]:
+    def look(self, beside: Callable[[], Sequence[Floats]], now_s: float) -> list[Command]:
         """Have the body drive on for as long as the newest scan is good, and ask for the next.
 
         Args:
-            beside: polylines (n, 2) of ground that other robots may be on.
+            beside: gives polylines (n, 2) of ground that other robots may be on.
             now_s: the time.
         """
         driver = self._driver
@@ -61,7 +61,7 @@ class Watch:
         if glimpse is not None:
             seen, taken_at_s = glimpse
             robots = np.zeros(len(seen.ranges_m), dtype=np.bool_)
-            for ground in beside:
+            for ground in beside():
                 robots |= on_ground(seen.points, ground, within_m=self._mission.hull_reach_m)
             target = np.array([driver.drive.target.x_m, driver.drive.target.y_m])
             good_s = good_for_s(seen, target, robots, self._mission)

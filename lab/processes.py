@@ -39,9 +39,11 @@ class Processes:
     def start(self, robot: int) -> Actor:
         """A robot's process begins: it remembers nothing, and does not know the time."""
         incarnation = self._show(robot)
-        head = Head(robot=robot, incarnation=incarnation, mission=self._mission)
+        again = self._lives[robot] > 1
+        head = Head(robot=robot, incarnation=incarnation, mission=self._mission, again=again)
         journal = open_journal(self._inputs, head)
-        actor = Actor(robot, robot_name(robot), incarnation, Robot(robot, self._mission), journal)
+        core = Robot(robot, self._mission, again=again)
+        actor = Actor(robot, robot_name(robot), incarnation, core, journal)
         self.actors[robot] = actor
         return actor
 

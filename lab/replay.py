@@ -82,7 +82,7 @@ def replay(run: Path, robot: int | None = None) -> Replay:
 def replay_recording(recording: Recording) -> Replayed:
     """Replay one journal up to the first difference."""
     head = recording.head
-    core = Robot(head.robot, head.mission)
+    core = Robot(head.robot, head.mission, again=head.again)
     compared, difference = 0, None
     for count, turn in enumerate(recording.turns(), start=1):
         if turn.decision is None:

@@ -1,23 +1,30 @@
 """Epochs: how often the strand has re-formed, and who called it; only their order has a meaning.
 
 Rule 1: an epoch is generation, caller and count, in this order of weight. The run begins in generation 0.
-Rule 2: a called epoch is of a higher generation than any that its caller has heard of, and names the caller:
-        two robots never call the same. The epochs that follow it without a call count on.
+Rule 2: a called epoch is of a higher generation than any that its caller has heard of, and names the caller;
+        and no generation is behind the time. So two robots never call the same, nor does one that has been
+        started again and knows nothing of what it called before. The epochs that follow it count on.
 """
 
 COUNTS = 10_000  # re-formations without a call: each takes seconds, so this is a day of nothing else
 CALLERS = 10_000  # five times `ROBOTS_MAX`, so that the figures can be read
+PER_S = 10  # generations: nobody is started again within a tenth of a second
 
 
-def called_epoch(newest: int, caller: int) -> int:
+def called_epoch(newest: int, caller: int, now_s: float) -> int:
     """The epoch that a robot calls which has heard of none newer than this."""
-    generation = newest // (COUNTS * CALLERS) + 1
+    generation = max(newest // (COUNTS * CALLERS), int(now_s * PER_S)) + 1
     return (generation * CALLERS + caller) * COUNTS
 
 
 def is_called(epoch: int) -> bool:
     """Whether somebody called it, or one that it follows."""
     return epoch >= COUNTS
+
+
+def is_called_since(epoch: int, since_s: float) -> bool:
+    """Whether it was called after a time, or by somebody who had heard of one that was."""
+    return epoch // (COUNTS * CALLERS) > since_s * PER_S
 
 
 def of_one_call(one: int, other: int) -> bool:

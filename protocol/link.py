@@ -37,7 +37,7 @@ class Link(Generic[State]):
         self.state, self._number = state, number
         self.said_s = max(self.said_s, state.t_s)
         self.heard_at_s = max(now_s, state.t_s)
-        if state.echo_s >= self.made_at_s:
+        if 0.0 < state.echo_s >= self.made_at_s:
             self._echoed_s = max(self._echoed_s, state.echo_s)
         return True
 
