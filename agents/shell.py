@@ -123,17 +123,19 @@ class _Life:
 
     async def mission(self) -> Mission | None:
         """Ask the world until it answers; None when it does not."""
+        mission: Mission | None = None
         for _ in range(round(MISSION_PATIENCE_S / MISSION_RETRY_S)):
             self._transport.ask(self._keys.mission(), Ask())
+            # All of it: with the mission may come tokens, which nobody shows again.
             for arrival in await self._transport.arrivals(MISSION_RETRY_S):
                 match arrival:
-                    case Heard(key, message=Mission() as mission) if key == self._keys.mission():
-                        self._note(RobotStarted(pid=os.getpid(), incarnation=self._incarnation))
-                        return mission
-                    case Appeared() | Vanished():
-                        self._kept.append(arrival)
+                    case Heard(key, message=Mission() as told) if key == self._keys.mission():
+                        mission = told
                     case _:
-                        pass  # nobody else speaks before all robots are there
+                        self._kept.append(arrival)
+            if mission is not None:
+                self._note(RobotStarted(pid=os.getpid(), incarnation=self._incarnation))
+                return mission
         return None
 
     async def run(self, robot: Robot, journal: Journal) -> ExitCode:
@@ -182,7 +184,7 @@ class _Life:
             self._flush()
             arrivals = await self._transport.arrivals(TURN_S)
             self._hear_world(arrivals)
-            self._kept += arrivals
+            self._kept += [arrival for arrival in arrivals if not isinstance(arrival, Refused)]
         self._victim.strike(stroke)
 
     async def _close(self) -> ExitCode:

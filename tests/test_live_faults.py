@@ -148,7 +148,7 @@ def test_a_running_fleet_is_struck_when_it_is_asked_for_and_no_more_when_it_is_o
     assert "must" in refused.stderr
     outcome = fleet.end(RUN_S_MAX)
     verdict = json.loads(outcome.out)
-    assert (outcome.code, [death["ordered"] for death in verdict["deaths"]]) == (0, [True])
+    assert (outcome.code, [death["ordered"] for death in verdict["deaths"]]) == (0, [True]), verdict["reason"]
     injected = kinds(fleet, "fault.injected")
     assert {(entry["rule"], entry["process"]) for entry in injected if entry["process"]} == {
         ("given-1.r3", "r3")
