@@ -9,6 +9,7 @@ import numpy as np
 from agents.scan import View
 from protocol.arrays import Floats, distances_to_segments
 from protocol.mission import Mission
+from protocol.sweep import TOUCHING_M
 
 
 def seen_clearance_m(seen: View, end: Floats, mission: Mission) -> float:
@@ -28,5 +29,9 @@ def certain_clearance_m_min(mission: Mission) -> float:
 
 
 def _clearance_m(seen: View, end: Floats, mission: Mission, unsure_m: Floats) -> float:
-    off_m = distances_to_segments(seen.hit_points, seen.position, end) - unsure_m
-    return float(off_m.min(initial=mission.range_m_max)) - mission.robot_radius_m
+    off_m = distances_to_segments(seen.hit_points, seen.position, end)
+    here_m = np.hypot(*(seen.hit_points - seen.position).T)
+    # What is too near already, and the way leads away from, must not keep the robot there.
+    left = (here_m < mission.robot_radius_m + mission.clear_m) & (off_m >= here_m - TOUCHING_M)
+    least_m = float((off_m - unsure_m)[~left].min(initial=mission.range_m_max))
+    return least_m - mission.robot_radius_m

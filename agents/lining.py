@@ -36,6 +36,9 @@ from protocol.sweep import TOUCHING_M
 from protocol.timeline import RobotBlocked, RobotPlaced, RouteLost, StepPlanned
 
 PATIENCE_S = 10.0  # where obstacles move: as long as with a way in the strand that is blocked
+COMES_BACK_S = (
+    15.0  # who is left out may stand in the way, and come back: started again, or after a partition
+)
 LOOKS_AGAIN_S = 2.0  # who walks by has gone by then
 
 
@@ -78,7 +81,9 @@ class Lining:
         self._joining: Joining | None = None
         self._step: StepPlanned | None = None
         self._blocked: set[int] = set()
-        self._lost = self._gave_up = self._got_clear = self._step_is_given_up = False
+        self._lost = self._gave_up = self._got_clear = self._step_is_given_up = self._moved = False
+        self.stuck_at_s: float | None = None
+        """Since when nobody who remains finds a way to a place behind this robot, the last in place."""
         self._stood_at: tuple[float, float, Turn] | None = None
         self._stood_at_s = 0.0
         self._looks_again_s = self._now_s = 0.0
@@ -110,7 +115,7 @@ class Lining:
     @property
     def berth(self) -> Berth | None:
         """Its place in the strand that it was in last, if it has not left it."""
-        return None if self._joining is not None else self._berth
+        return None if self._moved else self._berth
 
     @property
     def leg_is_driven(self) -> bool:
@@ -296,6 +301,10 @@ class Lining:
             else:
                 self._say(gives=Turn(number=number, robot=self._robot))
             return []
+        self.stuck_at_s = self.stuck_at_s or self._now_s
+        may_come = len(self.members) < self._mission.robots
+        if may_come and self._now_s - self.stuck_at_s < COMES_BACK_S:
+            return []
         self._lost = True
         named = ", ".join(f"robot {robot}" for robot in waiting)
         return [Note(RouteLost(reason=f"no way to a place behind robot {self._robot} for {named}"))]
@@ -359,7 +368,7 @@ class Lining:
                 self._say(pose=pose, ended=turn.number)
                 return [Note(RobotBlocked(turn=turn.number, reason=reason, x_m=pose.x_m, y_m=pose.y_m))]
             case _:
-                self._step = planned
+                self._step, self._moved = planned, True
                 driver.to(planned.target, reach_m=planned.reach_m, epoch=self.epoch)
                 return [Note(planned)]
 
@@ -371,7 +380,7 @@ class Lining:
             NoStep("one step is enough") if self._got_clear else joining.clear(scan, self._xy(self._others))
         )
         if isinstance(planned, StepPlanned):
-            self._got_clear, self._step = True, planned
+            self._got_clear, self._step, self._moved = True, planned, True
             driver.to(planned.target, reach_m=planned.reach_m, epoch=self.epoch)
             return [Note(planned)]
         self._say(pose=pose, ended=turn.number, rank=0)

@@ -172,7 +172,10 @@ class Robot:
         return []
 
     def _hear_plea(self, robot: int, plea: Plea, now_s: float) -> list[Command]:
-        strand = self._member.strand if self._member is not None else None
+        lining, strand = self._lining, self._member.strand if self._member is not None else None
+        if lining is not None and lining.stuck_at_s is not None and robot not in lining.members:
+            invited = self._calls.invites(robot, now_s)
+            return self._call(f"robot {robot} asks to join", now_s) if invited else []
         if strand is None or strand.ahead is not None or plea.epoch != strand.epoch or robot in strand.order:
             return []
         if not self._calls.invites(robot, now_s):
