@@ -36,9 +36,8 @@ from protocol.sweep import TOUCHING_M
 from protocol.timeline import RobotBlocked, RobotPlaced, RouteLost, StepPlanned
 
 PATIENCE_S = 10.0  # where obstacles move: as long as with a way in the strand that is blocked
-COMES_BACK_S = (
-    15.0  # who is left out may stand in the way, and come back: started again, or after a partition
-)
+MAKES_WAY_S = 5.0  # a process that is started again is there after two
+COMES_BACK_S = 15.0
 LOOKS_AGAIN_S = 2.0  # who walks by has gone by then
 
 
@@ -293,17 +292,21 @@ class Lining:
         return []
 
     def _give_up(self, strand: tuple[int, ...], waiting: list[int], number: int) -> list[Command]:
-        """Nobody can come to a place behind this robot: it makes way, or nobody ever will."""
+        """Nobody can come to a place behind this robot: it makes way, or nobody ever will.
+
+        Who is left out may stand in the way, and come back: it is waited for before anybody leaves a place.
+        """
+        self.stuck_at_s = self._now_s if self.stuck_at_s is None else self.stuck_at_s
+        if len(self.members) < self._mission.robots:
+            patience_s = COMES_BACK_S if self._gave_up else MAKES_WAY_S
+            if self._now_s - self.stuck_at_s < patience_s:
+                return []
         if not self._gave_up:
             self._gave_up, self._blocked = True, set()
             if len(strand) > 1:
                 self._say(gives=Turn(number=number, robot=strand[-2]), ended=number, rank=None)
             else:
                 self._say(gives=Turn(number=number, robot=self._robot))
-            return []
-        self.stuck_at_s = self.stuck_at_s or self._now_s
-        may_come = len(self.members) < self._mission.robots
-        if may_come and self._now_s - self.stuck_at_s < COMES_BACK_S:
             return []
         self._lost = True
         named = ", ".join(f"robot {robot}" for robot in waiting)
