@@ -1,4 +1,4 @@
-"""A fleet whose parts are started one by one, where a test wants them: router and world here, robots there."""
+"""A fleet whose parts are started one by one, where a test wants them."""
 
 import contextlib
 import os

@@ -1,0 +1,149 @@
+"""What a damaged wire brings is what was sent, or is refused; a fleet on such a wire arrives all the same."""
+
+import asyncio
+import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import pytest
+
+from lab.prepare import free_endpoint
+from protocol.messages import Message
+from protocol.session import write_sessions
+from protocol.transport import Arrival, Heard, Refused
+from protocol.zenoh_transport import ZenohTransport
+from tests.fleets import RUN_S_MAX, Fleet
+from tests.parts import Parts, said
+from tests.proxy import Faults, Proxy, Way, proxy_aside
+from tests.wire import (
+    KEYS,
+    drive,
+    next_arrivals,
+    odometry,
+    python,
+    robot_transport,
+    world_transport,
+)
+
+pytestmark = pytest.mark.processes
+
+ROBOTS = ("r1", "r2", "r3")
+TALK_S_MAX = 60.0  # it takes some seconds, more where Zenoh has to open its links again and again
+GROVE = ("grove", "-n", str(len(ROBOTS)), "--speed", "3")  # 17 s of the run where nothing goes wrong
+ROUND_S = 0.005  # for what has been sent to arrive
+
+
+def port_of(endpoint: str) -> int:
+    return int(endpoint.rpartition(":")[2])
+
+
+@contextmanager
+def damaged_wire(seed: int) -> Iterator[tuple[Path, Proxy]]:
+    """Sessions whose router is behind a proxy."""
+    outer, inner = free_endpoint(), free_endpoint()
+    folder = Path(tempfile.mkdtemp(prefix="clew"))
+    tcp = f"tcp/127.0.0.1:{port_of(inner)}"
+    try:
+        found = f"tcp/127.0.0.1:{port_of(outer)}"
+        write_sessions(folder, fleet=KEYS.fleet, run=KEYS.run, robots=len(ROBOTS), endpoints=[found])
+        with (
+            python("-m", "protocol", "--sessions", str(folder), "--lifeline", "--listen", tcp) as router,
+            proxy_aside(port_of(inner), listen=port_of(outer), seed=seed) as between,
+        ):
+            assert router.stdout is not None
+            assert router.stdout.readline().startswith("ready ")
+            yield folder, between
+    finally:
+        shutil.rmtree(folder)
+
+
+@dataclass(slots=True)
+class Talk:
+    """What was said and what came of it."""
+
+    said: dict[tuple[str, int], Message] = field(default_factory=dict)
+    heard: list[Heard] = field(default_factory=list)
+    refused: list[Refused] = field(default_factory=list)
+
+    def say(self, sender: ZenohTransport, key: str, message: Message) -> None:
+        sender.put(key, message)
+        self.said[key, sender.traffic.sent[key]] = message
+
+    def hear(self, arrivals: Sequence[Arrival]) -> None:
+        self.heard += [each for each in arrivals if isinstance(each, Heard)]
+        self.refused += [each for each in arrivals if isinstance(each, Refused)]
+
+    @property
+    def corrupt(self) -> list[Heard]:
+        """What nobody said."""
+        return [each for each in self.heard if self.said.get((each.key, each.number)) != each.message]
+
+
+async def talk(folder: Path, between: Proxy, faults: Faults, *, until_refused: int) -> Talk:
+    """Say different things on all kinds of keys, until enough has been refused."""
+    talk = Talk()
+    async with asyncio.timeout(TALK_S_MAX):
+        with ExitStack() as stack:
+            world = stack.enter_context(world_transport(folder))
+            robots = [stack.enter_context(robot_transport(folder, name)) for name in ROBOTS]
+            await next_arrivals(world, len(ROBOTS))
+            for way in Way:
+                between.faults[way] = faults
+            count = 0
+            while len(talk.refused) < until_refused:
+                for name, robot in zip(ROBOTS, robots, strict=True):
+                    count += 1
+                    talk.say(world, KEYS.odometry(name), odometry(float(count)))
+                    for key in (KEYS.drive(name), KEYS.muster(name)):
+                        talk.say(robot, key, drive(count))
+                for each in (world, *robots):
+                    talk.hear(await each.arrivals(ROUND_S))
+            for way in Way:
+                between.faults[way] = Faults()
+    return talk
+
+
+@pytest.mark.parametrize(
+    ("faults", "until_refused"),
+    [(Faults(flip_probability=0.05), 200), (Faults(truncate_probability=0.02), 20)],
+    ids=["flips", "cuts"],
+)
+async def test_what_is_heard_on_a_damaged_wire_was_sent(faults: Faults, until_refused: int) -> None:
+    with damaged_wire(seed=1) as (folder, between):
+        heard = await talk(folder, between, faults, until_refused=until_refused)
+    assert heard.corrupt == []
+    assert len(heard.heard) > len(heard.refused)
+
+
+@pytest.fixture
+def fleet(tmp_path: Path) -> Iterator[Fleet]:
+    fleet = Fleet(tmp_path)
+    yield fleet
+    fleet.destroy()
+
+
+def test_fleet_arrives_over_a_slow_wire_that_was_damaging_for_a_while(fleet: Fleet) -> None:
+    outer, inner = port_of(free_endpoint()), port_of(free_endpoint())
+    endpoint, listen = f"tcp/127.0.0.1:{outer}", f"tcp/127.0.0.1:{inner}"
+    slow = Faults(delay_s=0.05, jitter_s=0.02)
+    with (
+        proxy_aside(inner, listen=outer, seed=1) as between,
+        Parts(fleet, len(ROBOTS), GROVE, endpoint, listen).started() as world,
+    ):
+        fleet.wait_for("step.planned")
+        for way in Way:
+            between.faults[way] = replace(slow, flip_probability=0.01)
+        fleet.wait_for("message.refused")
+        for way in Way:
+            between.faults[way] = slow
+        world.wait(RUN_S_MAX)
+    verdict = fleet.verdict()
+    assert verdict["violations"] == 0, said(fleet)
+    assert (verdict["robots_arrived"], verdict["goal_reached"]) == (len(ROBOTS), True), said(fleet)
+    assert verdict["events"]["missing"] == 0
+    messages = verdict["messages"]
+    assert messages["left_out"] == []
+    assert messages["sent"] == messages["received"] + messages["refused"] + messages["unaccounted"]
