@@ -32,7 +32,7 @@ pytestmark = pytest.mark.processes
 
 ROBOTS = ("r1", "r2", "r3")
 TALK_S_MAX = 60.0  # it takes some seconds, more where Zenoh has to open its links again and again
-GROVE = ("grove", "-n", str(len(ROBOTS)), "--speed", "3")  # 17 s of the run where nothing goes wrong
+GROVE = ("grove", "-n", str(len(ROBOTS)), "--speed", "2")  # 17 s of the run where nothing goes wrong
 ROUND_S = 0.005  # for what has been sent to arrive
 
 
