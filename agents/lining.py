@@ -189,10 +189,11 @@ class Lining:
         self._now_s = now_s
         if self._announced == 0 and not driver.standing:
             return []
+        pose = driver.odometry.pose
         if self._announced == 0 and self._berth is not None:
-            self._say(former=self._berth.former(driver.odometry.pose))
+            self._say(pose=pose, former=self._berth.former(pose))  # at once: the order may depend on both
         if self._own_turn is None:
-            self._say(pose=driver.odometry.pose)
+            self._say(pose=pose)
         if self._said.members:
             self._say(hears=tuple(sorted(self._roster.heard)))
         self._sense(scan)
