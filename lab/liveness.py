@@ -15,7 +15,7 @@ from scipy import ndimage
 
 from protocol.arrays import Flags, Floats
 from protocol.keys import robot_number
-from protocol.timeline import Entry, StrandFormed
+from protocol.timeline import Entry, FaultInjected, StrandFormed
 from world.clearance import clearance
 from world.core import HEAL_S_MAX, World
 from world.scenario import Scenario
@@ -36,7 +36,8 @@ def unlively(
         quiet_s: when all faults were over that do not last.
         outside: the robots that suffer one that does.
     """
-    core = sorted(world.survivors - outside)
+    entries = list(entries)
+    core = sorted(world.survivors - outside - _just_killed(entries))
     if not core:
         return None
     arrived = world.tally.arrived.issuperset(core)
@@ -50,6 +51,20 @@ def unlively(
         return f"all faults were over at t={quiet_s:.1f} s, and there was one strand at t={healed_s:.1f} s"
     who = ", ".join(f"r{robot}" for robot in core if robot not in world.tally.arrived)
     return f"there was a way, and the run ended before {who} arrived: {world.ending}"
+
+
+def _just_killed(entries: Iterable[tuple[str, Entry]]) -> set[int]:
+    """Who was killed and not started again: the world may not have missed it yet when the run ended."""
+    killed: set[int] = set()
+    for _, entry in entries:
+        match entry.record:
+            case FaultInjected(fault=fault, process=process) if process is not None:
+                robot = robot_number(process)
+                if robot is not None and fault in {"kill", "start"}:
+                    (killed.add if fault == "kill" else killed.discard)(robot)
+            case _:
+                pass
+    return killed
 
 
 def healed_at_s(entries: Iterable[tuple[str, Entry]], core: Sequence[int], quiet_s: float) -> float:
