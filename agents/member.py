@@ -269,7 +269,7 @@ class Member:
         if leader.is_done(self._position()):
             strand.back_by_m = 0.0
             return [Note(GoalReached(**self._here())), *self._arrive()]
-        if now_s < self._plans_again_s:
+        if self._lost or now_s < self._plans_again_s:
             return []
         scan = self._senses.take(revolutions=self._revolutions)
         if scan is None:
