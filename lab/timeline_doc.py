@@ -1,4 +1,4 @@
-"""Writes `docs/timeline.md` from the types of `protocol/timeline.py`: `python -m lab.timeline_doc`."""
+"""Writes `docs/timeline.md` from the types of `protocol/timeline/`: `python -m lab.timeline_doc`."""
 
 from pathlib import Path
 from typing import get_args
@@ -13,7 +13,7 @@ DOCUMENT = Path(__file__).parents[1] / "docs" / "timeline.md"
 HEAD = """# The timeline
 
 What happened in a run: `events.jsonl` in its folder, one JSON object a line. This page is made from the types
-in `protocol/timeline.py` by `python -m lab.timeline_doc`; a test keeps the two the same.
+in `protocol/timeline/` by `python -m lab.timeline_doc`; a test keeps the two the same.
 
 The first line is the header, kind `run.started`: `schema` (`clew-timeline/1`), `run`, `seed`, `scenario`
 (whole, so that the log can be judged by itself), `scenario_hash`, `speed` (null: as fast as the robots

@@ -1,0 +1,156 @@
+"""Every kind of timeline entry, with its fields and units. `docs/timeline.md` is made from these files.
+
+A kind is named noun.past_participle. A field's unit is in its name; what more there is to say is in
+its description. Positions are in the world frame. The page has the kinds in the order of `Record`.
+"""
+
+from typing import Annotated
+
+from msgspec import Meta, Struct
+
+from protocol.frames import Count, Seconds
+from protocol.timeline.bodies import (
+    BodyStopped,
+    OrderAccepted,
+    OrderFinished,
+    OrderRefused,
+    PoseSampled,
+    ScanServed,
+    StepFinished,
+)
+from protocol.timeline.messages import FaultInjected, MessageRefused, RobotSettled, TrafficCounted
+from protocol.timeline.outcomes import GoalReached, PromiseBroken, RobotArrived, RouteLost, RunEnded
+from protocol.timeline.processes import (
+    RobotAppeared,
+    RobotDied,
+    RobotFailed,
+    RobotRestarted,
+    RobotReturned,
+    RobotStarted,
+    RouterFound,
+    RouterLost,
+    WorldResumed,
+)
+from protocol.timeline.steps import SeenGap, SeenObstacle, SegmentChecked, StepAbandoned, StepPlanned
+from protocol.timeline.strand import (
+    AuthorityGranted,
+    LeaderSucceeded,
+    LinkBroken,
+    LinkHeard,
+    LinkSilent,
+    MusterCalled,
+    MusterJoined,
+    RobotBlocked,
+    RobotHeld,
+    RobotPlaced,
+    RobotReleased,
+    StrandDissolved,
+    StrandFormed,
+    StrandHealed,
+    StrandReversed,
+)
+
+__all__ = [
+    "AuthorityGranted",
+    "BodyStopped",
+    "Entry",
+    "FaultInjected",
+    "GoalReached",
+    "LeaderSucceeded",
+    "LinkBroken",
+    "LinkHeard",
+    "LinkSilent",
+    "MessageRefused",
+    "MusterCalled",
+    "MusterJoined",
+    "OrderAccepted",
+    "OrderFinished",
+    "OrderRefused",
+    "PoseSampled",
+    "PromiseBroken",
+    "Record",
+    "RobotAppeared",
+    "RobotArrived",
+    "RobotBlocked",
+    "RobotDied",
+    "RobotFailed",
+    "RobotHeld",
+    "RobotPlaced",
+    "RobotReleased",
+    "RobotRestarted",
+    "RobotReturned",
+    "RobotSettled",
+    "RobotStarted",
+    "RouteLost",
+    "RouterFound",
+    "RouterLost",
+    "RunEnded",
+    "ScanServed",
+    "SeenGap",
+    "SeenObstacle",
+    "SegmentChecked",
+    "StepAbandoned",
+    "StepFinished",
+    "StepPlanned",
+    "StrandDissolved",
+    "StrandFormed",
+    "StrandHealed",
+    "StrandReversed",
+    "TrafficCounted",
+    "WorldResumed",
+]
+
+Record = (
+    RobotAppeared
+    | RobotDied
+    | RobotRestarted
+    | RobotReturned
+    | OrderAccepted
+    | OrderRefused
+    | OrderFinished
+    | StepFinished
+    | StepAbandoned
+    | BodyStopped
+    | PoseSampled
+    | ScanServed
+    | PromiseBroken
+    | MessageRefused
+    | FaultInjected
+    | RouterLost
+    | RouterFound
+    | WorldResumed
+    | RunEnded
+    | RobotStarted
+    | RobotFailed
+    | StrandFormed
+    | StrandReversed
+    | StrandDissolved
+    | RobotPlaced
+    | RobotBlocked
+    | StepPlanned
+    | SegmentChecked
+    | AuthorityGranted
+    | LinkSilent
+    | LinkHeard
+    | LinkBroken
+    | MusterCalled
+    | MusterJoined
+    | LeaderSucceeded
+    | StrandHealed
+    | RobotHeld
+    | RobotReleased
+    | GoalReached
+    | RobotArrived
+    | RouteLost
+    | TrafficCounted
+    | RobotSettled
+)
+
+
+class Entry(Struct, frozen=True, kw_only=True):
+    """One entry of the timeline: when, and what happened. Its source stands in the key that it came by."""
+
+    n: Annotated[Count, Meta(description="the source's own count, from 1")]
+    t_s: Annotated[Seconds, Meta(description="simulated time")]
+    hlc: Annotated[str, Meta(max_length=80, description="hybrid logical clock of the source")]
+    record: Record

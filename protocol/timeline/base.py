@@ -1,0 +1,14 @@
+"""What all kinds of timeline entry share."""
+
+from typing import Annotated
+
+from msgspec import Meta, Struct
+
+from protocol.frames import Count
+
+Text = Annotated[str, Meta(max_length=2000)]
+Counts = Annotated[dict[Annotated[str, Meta(max_length=200)], Count], Meta(max_length=20_000)]
+
+
+class Kind(Struct, frozen=True, kw_only=True, tag_field="kind"):
+    """What all kinds share; the fields of `Entry` come before its own."""

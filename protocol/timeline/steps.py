@@ -1,0 +1,67 @@
+"""What robots record of their way: switching steps and checked segments."""
+
+from typing import Annotated
+
+from msgspec import Meta, Struct
+
+from protocol.frames import Count, Length, Metres, Point, Radians
+from protocol.mission import Law
+from protocol.timeline.base import Kind
+
+
+class SeenObstacle(Struct, frozen=True, kw_only=True):
+    """An obstacle as seen: its tangent points, clockwise first, and the chord between them."""
+
+    tangent_1: Point
+    tangent_2: Point
+    chord_m: Length
+
+
+class SeenGap(Struct, frozen=True, kw_only=True):
+    """The opening between two obstacles that are neighbours anti-clockwise."""
+
+    right: Annotated[Count, Meta(description="index of the obstacle on its right in `obstacles`")]
+    left: Count
+    width_m: Length
+    delta_rad: Annotated[float, Meta(ge=0.0, le=6.3, description="angle seen from the switching position")]
+    passable: bool
+
+
+class StepPlanned(Kind, frozen=True, kw_only=True, tag="step.planned"):
+    """The leader has planned a switching step, from one scan; or a robot that joins."""
+
+    step: Count
+    epoch: Annotated[Count, Meta(description="of the strand, or of the lining up before it has formed")]
+    law: Law
+    x_m: Metres
+    y_m: Metres
+    obstacles: Annotated[
+        tuple[SeenObstacle, ...], Meta(max_length=250, description="anti-clockwise; at most 250 are told")
+    ]
+    gaps: Annotated[tuple[SeenGap, ...], Meta(max_length=250)]
+    gap: Annotated[
+        Count | None, Meta(description="index of the gap chosen in `gaps`; null: no gap was aimed at")
+    ]
+    heading_rad: Radians
+    length_m: Length
+    target: Point
+    reach_m: Annotated[Length, Meta(description="arc length of the target along the strand's path")]
+    promised_clearance_m: Annotated[Length | None, Meta(description="null: this law promises none")]
+    cost_to_go_m: Annotated[Length | None, Meta(description="from the target to the goal; null: no goal")]
+
+
+class StepAbandoned(Kind, frozen=True, kw_only=True, tag="step.abandoned"):
+    """The leader has stopped short of a step's end, because an obstacle came into its way."""
+
+    step: Count
+    epoch: Count
+    x_m: Metres
+    y_m: Metres
+
+
+class SegmentChecked(Kind, frozen=True, kw_only=True, tag="segment.checked"):
+    """A robot that follows has checked its next segment of the path against its own scan."""
+
+    target: Point
+    clear: bool
+    clearance_m: Annotated[Metres, Meta(description="of the swept hull, to the nearest hit that is no robot")]
