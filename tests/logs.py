@@ -4,10 +4,10 @@ from pathlib import Path
 
 import msgspec
 
-from lab.timeline import Line
 from protocol.timeline import Entry, PoseSampled, Record, RunEnded
 from world.books import Messages
 from world.invariants import INVARIANTS
+from world.lines import Line
 from world.recorder import Header, Recorder, open_events
 from world.scenario import load
 from world.verdict import Events, Verdict

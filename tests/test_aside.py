@@ -1,10 +1,12 @@
 """A robot that is in no strand, event by event: it stands, asks, and comes when it is called."""
 
+import pytest
+
 from agents.calls import ASIDE_S
 from agents.commands import Announce, Command, Note, Order
 from agents.events import MusterHeard, OdometryHeard, TokenCame
 from agents.robot import RANK_S, Robot
-from protocol.epochs import called_epoch
+from protocol.epochs import called_epoch, of_one_call
 from protocol.frames import Pose
 from protocol.messages import Announcement, Beacon, Muster, Odometry, Phase, Plea
 from protocol.mission import Law
@@ -13,8 +15,8 @@ from tests.one_step import under
 
 MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1)
 HERE, THERE = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), Pose(x_m=1.0, y_m=0.0, heading_rad=0.0)
-WITHOUT = called_epoch(0, 1)
-WITH = called_epoch(WITHOUT, 1)
+WITHOUT = called_epoch(0, 1, 0.0)
+WITH = called_epoch(WITHOUT, 1, 0.0)
 
 
 def odometry(t_s: float) -> OdometryHeard:
@@ -72,7 +74,7 @@ def test_it_answers_a_beacon_with_its_epoch_and_joins_the_muster_that_it_is_then
 def test_who_has_left_a_muster_does_not_come_back_to_it() -> None:
     robot = aside()
     hears(robot, called(WITH, 1, 2, 3), 0.2)
-    later = called_epoch(WITH, 1)
+    later = called_epoch(WITH, 1, 0.3)
     assert not joined(hears(robot, called(later, 1, 2), 0.3))
     assert not joined(hears(robot, called(WITH, 1, 2, 3), 0.4))
 
@@ -99,14 +101,16 @@ def test_as_long_as_the_others_line_up_without_it_it_does_not_call() -> None:
 
 
 def test_where_nobody_lines_up_and_nobody_leads_it_calls_all_itself() -> None:
-    robot, made = aside(), []
-    waits_s = ASIDE_S + 3 * RANK_S
-    for beat in range(2, round(10.0 * waits_s) + 5):
-        made += calls(robot.handle(MusterHeard(2, Plea(epoch=0, t_s=beat / 10.0)), beat / 10.0))
-        made += calls(robot.handle(odometry(beat / 10.0), beat / 10.0))
+    robot, at_s = aside(), 0.1
+    made: list[MusterCalled] = []
+    while not made:
+        at_s += 0.1
+        made += calls(robot.handle(MusterHeard(2, Plea(epoch=0, t_s=at_s)), at_s))
+        made += calls(robot.handle(odometry(at_s), at_s))
+    assert at_s == pytest.approx(0.1 + ASIDE_S + 3 * RANK_S, abs=0.11)
     (call,) = made
     assert call.members == (1, 2, 3)
-    assert call.epoch == called_epoch(WITHOUT, 3)
+    assert of_one_call(call.epoch, called_epoch(WITHOUT, 3, at_s))
 
 
 def test_who_hears_nobody_does_not_call() -> None:

@@ -19,7 +19,8 @@ from tests.one_step import under
 MISSION = under(Law.CERTIFIED, robots=5, robot_radius_m=0.1)
 PATIENCE_S = ANSWERS * MISSION.patience_s
 STANDS_S = MISSION.silence_s + MISSION.deadman_s
-EPOCH = called_epoch(0, 1)
+ROW_S = MISSION.silence_s + MISSION.patience_s
+EPOCH = called_epoch(0, 1, 0.0)
 HERE = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
 ALL = (1, 2, 3, 4, 5)
 
@@ -46,7 +47,9 @@ def lining(answers: Iterable[int], *, robot: int = 1, members: tuple[int, ...] =
 
 def hear(into: Lining, robot: int, hears: Iterable[int], now_s: float) -> None:
     """Another robot announces itself, and whom it has heard."""
-    said = Muster(number=1, epoch=EPOCH, pose=HERE, members=ALL, hears=tuple(sorted(hears)), t_s=now_s)
+    said = Muster(
+        number=1, epoch=EPOCH, pose=HERE, members=into.members, hears=tuple(sorted(hears)), t_s=now_s
+    )
     into.hear(robot, said, now_s)
 
 
@@ -63,14 +66,15 @@ def stands(into: Lining) -> None:
 def test_members_are_all_robots_that_show_a_token_and_the_caller() -> None:
     epoch, members = calls(2, 4).call(None, 1.0)
     assert members == (1, 2, 4)
-    assert epoch == called_epoch(0, 1)
+    assert epoch == called_epoch(0, 1, 1.0)
 
 
 def test_a_call_is_newer_than_whatever_has_been_heard() -> None:
     made = calls(2)
-    made.hear(called_epoch(0, 7) + 3, 1.0)
+    newest = called_epoch(0, 7, 99.0) + 3  # by a clock that is ahead
+    made.hear(newest, 1.0)
     made.hear(5, 1.1)
-    assert made.call(None, 2.0)[0] > called_epoch(0, 7) + 3
+    assert made.call(None, 2.0)[0] > newest
 
 
 def test_who_has_not_answered_is_left_out_of_the_next_call() -> None:
@@ -241,11 +245,35 @@ def test_of_those_that_have_gone_the_last_decides() -> None:
     made = calls(2, 3, 4, 5)
     made.presence.go(4, "a", 5.0)
     made.presence.go(5, "a", 6.0)
-    assert made.free_at_s((1, 2, 3), 6.5) >= 6.0 + STANDS_S
+    assert made.free_at_s((1, 2, 3), 6.5) == 6.0 + ROW_S + STANDS_S
 
 
-@pytest.mark.parametrize("left_out", [1, 2])
-def test_those_that_show_a_token_may_come_to_stand_one_after_the_other(left_out: int) -> None:
+@pytest.mark.parametrize("left_out", [1, 2, 3])
+def test_of_a_row_that_is_left_out_each_may_come_to_stand_when_the_one_beside_it_has(left_out: int) -> None:
     members = ALL[: 5 - left_out]
-    row_s = left_out * (MISSION.silence_s + MISSION.patience_s)
-    assert calls(2, 3, 4, 5).free_at_s(members, 7.0) == 7.0 + STANDS_S + row_s
+    assert calls(2, 3, 4, 5).free_at_s(members, 7.0) == 7.0 + STANDS_S + (left_out - 1) * ROW_S
+
+
+def test_who_never_showed_a_token_may_have_driven_until_now() -> None:
+    assert calls(2, 3, 4).free_at_s((1, 2, 3, 4), 7.0) == 7.0 + STANDS_S
+
+
+def test_a_token_that_has_come_back_says_nothing_of_when_its_robot_stands() -> None:
+    made = calls(2, 3, 4, 5)
+    made.presence.go(5, "a", 2.0)
+    made.presence.come(5, "b", 3.0)
+    assert made.free_at_s((1, 2, 3, 4), 7.0) == 7.0 + STANDS_S
+
+
+def test_who_was_left_out_before_is_not_waited_for_again_but_for_as_long_as_then() -> None:
+    made = calls(2, 3, 4, 5)
+    waits = [made.free_at_s((1, 2, 3, 4), now_s) for now_s in (7.0, 8.0, 20.0)]
+    assert waits == [7.0 + STANDS_S, 7.0 + STANDS_S, 20.0]
+
+
+def test_who_was_called_in_meanwhile_and_is_left_out_again_is_waited_for_again() -> None:
+    made = calls(2, 3, 4, 5)
+    waits = [
+        made.free_at_s(members, now_s) for members, now_s in ((ALL[:4], 7.0), (ALL, 20.0), (ALL[:4], 30.0))
+    ]
+    assert waits == [7.0 + STANDS_S, 20.0, 30.0 + STANDS_S]

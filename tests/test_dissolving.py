@@ -141,7 +141,7 @@ def test_an_announcement_of_another_lining_up_is_void(epoch: int, heard: int) ->
     driver.hear(Odometry(t_s=0.0, pose=here, moving=False, finished=0, phase=Phase.RUNNING))
     lining.act(driver, None, 0.0)
     lining.hear(2, Muster(number=9, epoch=epoch, pose=there), 0.1)
-    assert len(lining.beside) == heard
+    assert len(lining.beside()) == heard
 
 
 def test_orders_of_a_lining_up_that_nothing_announced_break_s3(tmp_path: Path) -> None:

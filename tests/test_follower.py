@@ -5,8 +5,8 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from agents.berth import THERE_M
 from agents.follower import DRIVE_M_MIN, RECHECK_S, Follower
-from agents.strand import THERE_M
 from protocol.frames import Point, Pose
 from protocol.mission import Law, Mission
 from protocol.path import Path
@@ -175,8 +175,29 @@ def test_a_segment_is_clear_if_what_stands_beside_it_leaves_the_clearance(
         # Only what faces the robot is seen: of a post that is far ahead, nearly the side that is nearest.
         assert checked.clearance_m >= clearance_m - 1e-9
         assert checked.clear or clearance_m < CLEAR_M
-    if clearance_m < CLEAR_M - SCAN_ERROR_M:
+    if clearance_m < CLEAR_M - SCAN_ERROR_M and x_m > SCAN_ERROR_M:
         assert not checked.clear
+
+
+@given(st.floats(-0.5, -0.1), st.floats(-0.3, 0.3), st.floats(0.05, 0.3))
+def test_what_is_too_near_where_a_robot_stands_does_not_keep_it_from_leaving(
+    x_m: float, y_m: float, radius_m: float
+) -> None:
+    post = shapely.Point(x_m, y_m)
+    assume(RADIUS_M < post.distance(shapely.Point(0.0, 0.0)) - radius_m < RADIUS_M + MISSION.clear_m)
+    assume(x_m + radius_m < 0.0)
+    assert check(fresh(), disc(x_m, y_m, radius_m), authority_m=3.0).clear
+
+
+def test_what_is_too_near_keeps_a_robot_from_whatever_else_stands_on_its_way() -> None:
+    behind = disc(-0.25, 0.0)
+    checked = check(fresh(), behind, disc(1.5, 0.2), authority_m=3.0)
+    assert not checked.clear
+    assert checked.clearance_m == pytest.approx(0.0, abs=SCAN_ERROR_M)
+
+
+def test_beside_what_is_too_near_no_robot_drives_along_it() -> None:
+    assert not check(fresh(), disc(0.3, 0.25), authority_m=3.0).clear
 
 
 @pytest.mark.parametrize("law", [Law.PRINTED, Law.RESULTANT])

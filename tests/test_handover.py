@@ -68,7 +68,9 @@ class Stage:
         """The leader sees and plans something; what, does not matter here."""
         self.leader.steps += 1
         self.leader.map.remember(np.array([[float(self.leader.steps), 1.0]]))
-        self.memories[LEADER].hand_on()
+        behind = self.members[LEADER].strand.behind
+        acknowledged = 0 if behind is None or behind.state is None else behind.state.handed
+        self.memories[LEADER].hand_on(acknowledged)
         self.handed_on.append(self.memories[LEADER].handover)
 
     def tell(self, robot: int) -> None:
@@ -142,7 +144,7 @@ def test_who_succeeds_counts_the_steps_on_and_knows_what_the_leader_saw() -> Non
     successor = stage.memories[TAIL].leader(PLACES[TAIL])
     assert successor.steps == 3
     assert successor.map.packed() == stage.leader.map.packed()
-    stage.memories[TAIL].hand_on()
+    stage.memories[TAIL].hand_on(0)
     assert stage.memories[TAIL].handover.number == stage.memories[LEADER].handover.number + 1
 
 
@@ -169,6 +171,13 @@ def test_of_what_is_handed_on_the_newest_is_kept() -> None:
     for number in (2, 5, 3):
         memory.succeed(handover(number))
     assert memory.handover == handover(5)
+
+
+def test_who_leads_hands_on_more_than_those_behind_have_had_though_it_was_not_handed_that_itself() -> None:
+    memory = Memory(MISSION)
+    memory.leader(PLACES[LEADER])
+    memory.hand_on(7)
+    assert memory.handover.number == 8
 
 
 def test_a_state_is_never_too_long_to_be_sent_however_much_has_been_seen() -> None:

@@ -188,7 +188,7 @@ def test_whatever_is_lost_at_first_all_agree_in_the_end_and_one_leads(
 
 # --- an epoch that was called -----------------------------------------------------------------------
 
-EPOCH = called_epoch(0, 1)
+EPOCH = called_epoch(0, 1, 5.0)
 TURN = Turn(number=1, robot=2)
 
 

@@ -15,6 +15,7 @@ from lab.check import check
 from lab.report import read_verdict
 from tests.campaigns import clew, closed, scene
 from tests.fleets import END_S_MAX, ROOT
+from world.lines import Line
 
 
 @pytest.fixture(autouse=True)
@@ -33,7 +34,7 @@ def process(*arguments: str | Path, hash_seed: int = 0) -> subprocess.Popen[str]
     )
 
 
-def kinds(lines: Sequence[timeline.Line]) -> set[str]:
+def kinds(lines: Sequence[Line]) -> set[str]:
     return {timeline.kind_of(entry.record) for _, entry in lines}
 
 

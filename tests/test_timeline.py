@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lab import timeline
-from lab.timeline import Choice, Line
+from lab.timeline import Choice
 from protocol.errors import UsageError
 from protocol.frames import Point
 from protocol.timeline import (
@@ -21,6 +21,7 @@ from protocol.timeline import (
     RunEnded,
 )
 from tests.logs import HEADER, numbered, recorded
+from world.lines import Line
 from world.recorder import line
 
 RECORDS: tuple[tuple[str, Record], ...] = (

@@ -124,8 +124,11 @@ class Player:
         self.flush()
         await self.hear(is_in(Phase.CLOSING))
         sent, received, newest = map(behind_root, (traffic.sent, traffic.received, traffic.newest))
-        counts = {"sent": sent, "received": received, "newest": newest}
-        self.note(TrafficCounted(**counts, refused={}, overflowed=0, unrecorded=0))
+        self.note(
+            TrafficCounted(
+                sent=sent, received=received, newest=newest, refused={}, overflowed=0, unrecorded=0
+            )
+        )
         self.flush()
         await self.hear(lambda _: len(self.outbox) == 0)
 

@@ -12,6 +12,7 @@ from random import Random
 
 import numpy as np
 
+from agents.berth import THERE_M
 from agents.certificate import certified_lengths_m
 from agents.commands import Command, Note, Tell
 from agents.driver import Driver
@@ -19,7 +20,7 @@ from agents.events import LinkHeard
 from agents.member import Member
 from agents.memory import Memory
 from agents.senses import Senses
-from agents.strand import THERE_M, lined_up
+from agents.strand import lined_up
 from protocol.frames import Point, Pose
 from protocol.messages import Drive, Odometry, Phase, Reversal
 from protocol.mission import Law
