@@ -127,7 +127,7 @@ class Outcome(Struct, frozen=True, kw_only=True):
         return self.ending not in (CRASHED, OUT_OF_TIME)
 
 
-class _OutOfTimeError(BaseException):
+class OutOfTimeError(BaseException):
     """The wall-clock limit struck. No failure of a core, and so no `Exception`, which a rehearsal tells."""
 
 
@@ -145,11 +145,11 @@ def play(episode: Episode) -> Outcome:
     started_wall_s, started_cpu_s = time.monotonic(), time.process_time()
     rehearsal: Rehearsal | None = None
     try:
-        with _wall_clock_limit(episode.wall_s_max):
+        with wall_clock_limit(episode.wall_s_max):
             stage = _set_stage(episode)
             rehearsal = Rehearsal(stage.scenario, episode.seed, stage.plan)
             rehearsal.run()
-    except _OutOfTimeError:
+    except OutOfTimeError:
         at = "while loading" if rehearsal is None else f"at t={rehearsal.world.now_s:.1f} s"
         reason = f"the wall-clock limit of {episode.wall_s_max:g} s struck {at}"
         return failed(episode, OUT_OF_TIME, reason, time.monotonic() - started_wall_s)
@@ -275,11 +275,11 @@ def _last_line(error: Exception) -> str:
 
 
 @contextmanager
-def _wall_clock_limit(limit_s: float) -> Iterator[None]:
+def wall_clock_limit(limit_s: float) -> Iterator[None]:
     """Raise inside when the time is up, even where nothing ever comes back."""
 
     def strike(_number: int, _frame: FrameType | None) -> None:
-        raise _OutOfTimeError
+        raise OutOfTimeError
 
     before = signal.signal(signal.SIGALRM, strike)
     signal.setitimer(signal.ITIMER_REAL, limit_s)

@@ -13,6 +13,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
+from lab.campaign_episode import OutOfTimeError, wall_clock_limit
 from lab.liveness import unlively
 from lab.rehearsal import Rehearsal
 from lab.rehearse import EPOCH, verdict_on
@@ -24,6 +25,7 @@ from world.scenario import Scenario
 
 WINDOW_S_MIN = 0.2  # two odometries: narrower windows tell nobody more
 HALVES_MAX = 12
+WALL_S_MAX = 60.0  # for an episode of a third of a second: then it counts as one that has no end
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,7 +51,10 @@ class Failure:
 def failure_of(case: Case) -> Failure | None:
     """Rehearse the case; returns how it fails, or None where it does not."""
     try:
-        rehearsal = Rehearsal(case.scenario, case.seed, case.plan).run()
+        with wall_clock_limit(WALL_S_MAX):
+            rehearsal = Rehearsal(case.scenario, case.seed, case.plan).run()
+    except OutOfTimeError:
+        return Failure("has no end", f"it was not over after {WALL_S_MAX:g} s")
     except UsageError:
         return None  # there is no such run
     except Exception as error:

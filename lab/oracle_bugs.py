@@ -1,0 +1,253 @@
+"""The bugs that the oracle check plants: each breaks one rule on which safety or healing rests."""
+
+from dataclasses import dataclass
+
+SEEDS_MAX = 300
+
+
+@dataclass(frozen=True, slots=True)
+class Edit:
+    """A piece of source, and what stands there instead."""
+
+    file: str
+    before: str
+    after: str
+
+
+@dataclass(frozen=True, slots=True)
+class Bug:
+    """One rule broken."""
+
+    name: str
+    rule: str
+    """What holds without it."""
+    edits: tuple[Edit, ...]
+    seeds_max: int = SEEDS_MAX
+
+
+def _bug(name: str, rule: str, file: str, before: str, after: str) -> Bug:
+    return Bug(name, rule, (Edit(file, before, after),))
+
+
+BUGS = (
+    _bug(
+        "no-separation",
+        "authority ends `keep` short of its granter's ground",
+        "agents/strand.py",
+        "            keep_m=self.keep_m,\n",
+        "            keep_m=0.0,\n",
+    ),
+    _bug(
+        "path-is-authority",
+        "a robot drives to its authority, not to the end of the path that it knows",
+        "agents/strand.py",
+        "self.authority_m = max(self.authority_m, state.authority_m)",
+        "self.authority_m = self.path.end_m",
+    ),
+    _bug(
+        "grant-survives-turn",
+        "in the next epoch no grant of the old one is valid",
+        "agents/strand.py",
+        "        turned.leg_back_m = end_m - self.own_leg_m\n",
+        "        turned.leg_back_m = end_m - self.own_leg_m\n        turned.authority_m = self.authority_m\n",
+    ),
+    _bug(
+        "hairpins",
+        "authority asks for distance in the plane, not along the path alone",
+        "protocol/authority.py",
+        "    ground = path.corners(progress_m, path.end_m)\n",
+        "    return max(from_m, progress_m - keep_m)\n    ground = path.corners(progress_m, path.end_m)\n",
+    ),
+    _bug(
+        "leader-over-grants",
+        "the leader's next step keeps off all ground that has been granted",
+        "agents/certificate.py",
+        "np.full(len(corners) - 1, keep_m)",
+        "np.full(len(corners) - 1, 0.0 * keep_m)",
+    ),
+    _bug(
+        "no-epoch-in-links",
+        "a link state of another epoch is void",
+        "agents/strand.py",
+        "if link.neighbour == heard.robot and heard.state.epoch == self.epoch:",
+        "if link.neighbour == heard.robot:",
+    ),
+    _bug(
+        "older-muster-wins",
+        "of two calls the higher wins",
+        "agents/robot.py",
+        "        newest = epoch > self.epoch and epoch == self._calls.newest",
+        "        newest = epoch != self.epoch",
+    ),
+    _bug(
+        "lease-by-hearing",
+        "a lease is what the neighbour has echoed, not that it was heard",
+        "protocol/link.py",
+        "        return now_s - max(self._echoed_s, self.made_at_s)",
+        "        return now_s - max(self.heard_at_s, self.made_at_s)",
+    ),
+    _bug(
+        "no-lease",
+        "a robot drives only while each of its links is fresh",
+        "agents/strand.py",
+        "            if not link.silent and link.silent_s(now_s) > self._mission.silence_s:",
+        "            if False:",
+    ),
+    _bug(
+        "no-settling",
+        "nobody drives in a new epoch before those left out must stand",
+        "agents/robot.py",
+        "lining.free_at_s = self._calls.free_at_s(lining.members, now_s)",
+        "lining.free_at_s = now_s",
+    ),
+    _bug(
+        "turn-without-all",
+        "a robot drives in its turn only when all others have said that they stand in it",
+        "agents/lining.py",
+        "        return self._roster.all_stand_in(turn, since_s=self._now_s - self._mission.silence_s)",
+        "        return True",
+    ),
+    _bug(
+        "turns-not-ended",
+        "the next turn is given when the last has ended",
+        "agents/lining.py",
+        "            if theirs is None or theirs.ended < given.number:",
+        "            if theirs is None:",
+    ),
+    _bug(
+        "no-dead-man",
+        "a body stands whose robot says nothing",
+        "world/bodies.py",
+        "(now_s - self._basis_s > DEADMAN_S + ROUNDING_S)",
+        "(now_s - self._basis_s > 1e9)",
+    ),
+    _bug(
+        "numbers-again",
+        "a restarted robot numbers its orders beyond those that its body has taken",
+        "agents/driver.py",
+        "        if odometry.ordered > self._drive.number:  # rule 1",
+        "        if False:  # rule 1",
+    ),
+    _bug(
+        "binds-moving",
+        "a member says that it is bound only when it stands",
+        "agents/lining.py",
+        "        if self._announced == 0 and not driver.standing:",
+        "        if False:",
+    ),
+    Bug(
+        "ghost",
+        "who has left a strand neither drives nor speaks in it any more",
+        (
+            Edit(
+                "agents/robot.py",
+                "        self._member = None\n        self._driver.begin(0.0)\n",
+                "        self._ghost, self._member = self._member, None\n",
+            ),
+            Edit(
+                "agents/robot.py",
+                "        commands = lining.act(self._driver, scan, now_s)\n",
+                "        commands = lining.act(self._driver, scan, now_s)\n"
+                '        if (ghost := getattr(self, "_ghost", None)) is not None:\n'
+                "            commands += ghost.act(now_s)\n",
+            ),
+        ),
+    ),
+    _bug(
+        "no-majority",
+        "who calls leaves robots out only where the rest are more than half",
+        "agents/calls.py",
+        "members = answering if 2 * len(answering) > len(shown) else shown",
+        "members = answering",
+    ),
+    _bug(
+        "no-checksum",
+        "a damaged message is refused",
+        "protocol/codec.py",
+        "    if _seal(content, key) != payload[-SEAL_BYTES:]:",
+        "    if len(payload) < SEAL_BYTES:",
+    ),
+    _bug(
+        "no-epsilon",
+        "steps and segments keep epsilon from obstacles",
+        "protocol/mission.py",
+        "        return self.robot_radius_m + max(self.clear_m, ",
+        "        return self.robot_radius_m + max(0.0, ",
+    ),
+    _bug(
+        "old-state-wins",
+        "of a neighbour's states the newest is valid",
+        "protocol/link.py",
+        "        if (state.epoch, number) <= newest or state.echo_s > now_s:",
+        "        if state.echo_s > now_s:",
+    ),
+    _bug(
+        "grants-to-the-tail",
+        "a robot grants ground to the one right behind it",
+        "agents/strand.py",
+        "commands.append(Tell(self.behind.neighbour, ",
+        "commands.append(Tell(self.order[-1], ",
+    ),
+    _bug(
+        "turns-round-moving",
+        "a robot passes a reversal on when it stands",
+        "agents/member.py",
+        "        if not self.strand.halted and self._driver.standing:",
+        "        if not self.strand.halted:",
+    ),
+    Bug(
+        "late-orders",
+        "a body takes no order that is older than one that it has taken, by epoch or by number",
+        (
+            Edit(
+                "world/bodies.py",
+                "if drive.target is not None and drive.epoch < epoch:",
+                "if drive.target is not None and drive.epoch < 0:",
+            ),
+            Edit(
+                "world/bodies.py",
+                "        if drive.number < self.ordered(body) or drive.basis_s < self._basis_s[body]:",
+                "        if False:",
+            ),
+        ),
+    ),
+    Bug(
+        "dead-man-by-arrival",
+        "an order is good for a time from the odometry that it was given on, however late it came",
+        (
+            Edit(
+                "world/bodies.py",
+                "if not now_s - DEADMAN_S - ROUNDING_S <= drive.basis_s <= now_s + ROUNDING_S:",
+                "if drive.basis_s > now_s + ROUNDING_S:",
+            ),
+            Edit(
+                "world/bodies.py",
+                "        self._basis_s[body] = drive.basis_s",
+                "        self._basis_s[body] = now_s",
+            ),
+        ),
+    ),
+    Bug(
+        "unchecked-legs",
+        "who follows checks its own leg, and each segment, against its own scans",
+        (
+            Edit(
+                "agents/member.py",
+                "        if not watched and not self.follower.is_clear(reach_m):",
+                "        if False:",
+            ),
+            Edit(
+                "agents/lining.py",
+                "self._say(leg_clear=leg_is_clear(self.look, ahead, self._mission))",
+                "self._say(leg_clear=True)",
+            ),
+        ),
+    ),
+    _bug(
+        "silence-unnoticed",
+        "a link that is silent for long is given up",
+        "protocol/link.py",
+        "        return now_s - max(self._echoed_s, self.made_at_s)",
+        "        return 0.0",
+    ),
+)
