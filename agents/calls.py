@@ -21,6 +21,7 @@ ASIDE_S = 3.0  # three beacons
 ANSWERS = 2.0  # times `patience_s` for a member to answer: where a link has three tries, a muster has six
 RANK_S = 0.3  # so much later than the robot before it a robot calls where several may: a round trip and more
 INVITES_S = 2.0  # before the same robot is called in for the second time
+FAILED_TURNS = 2  # so that it is called in again after four times as long
 SHUNNED_S = 60.0
 BREAKS_MAX = 2
 
@@ -97,6 +98,9 @@ class Calls:
                 return f"robot {robot} is lost"
             if now_s - heard_at_s > ANSWERS * self._mission.patience_s + late_s:
                 return f"robot {robot} does not answer"
+        stalled = lining.stalled(now_s - late_s)
+        if stalled is not None and stalled != self._robot:
+            return f"robot {stalled} makes nothing of its turn"
         deaf_s = ANSWERS * self._mission.patience_s + late_s
         if lining.is_called and now_s - lining.began_s > deaf_s and lining.unheard_pairs():
             return "some members do not hear each other"
@@ -119,6 +123,8 @@ class Calls:
         left_out = set(range(1, mission.robots + 1)) - set(members)
         newly = left_out - self._left_out_before
         self._left_out_before = frozenset(left_out)
+        for robot in newly & self.presence.robots:
+            self._invited[robot] += FAILED_TURNS  # rule 3, for one that is there and did not do
         if newly:
             stands_s = mission.silence_s + mission.deadman_s
             row_s = (len(newly) - 1) * (mission.silence_s + mission.patience_s)
@@ -135,6 +141,8 @@ class Calls:
             for robot in lining.members
             if robot != self._robot and now_s - lining.heard_at_s(robot) > silent_s
         }
+        stalled = lining.stalled(now_s)
+        out |= set() if stalled is None else {stalled}
         deaf = lining.is_called and now_s - lining.began_s > silent_s
         pairs = lining.unheard_pairs() if deaf else set()
         while pairs := {pair for pair in pairs if not out.intersection(pair)}:

@@ -38,6 +38,7 @@ from protocol.timeline import RobotBlocked, RobotPlaced, RouteLost, StepPlanned
 PATIENCE_S = 10.0  # where obstacles move: as long as with a way in the strand that is blocked
 MAKES_WAY_S = 5.0  # a process that is started again is there after two
 COMES_BACK_S = 15.0
+STALLS_S = 30.0  # the longest step, of 4 m, takes 8 s at 0.5 m/s, and three times that under heavy loss
 LOOKS_AGAIN_S = 2.0  # who walks by has gone by then
 
 
@@ -54,6 +55,7 @@ class Lining:
         members: tuple[int, ...] = (),
         shunned: Set[int] = frozenset(),
         berth: Berth | None = None,
+        attempt: int = 0,
     ) -> None:
         self.epoch = epoch
         """Of all that is said and ordered while the strand forms, whose own epoch is the next."""
@@ -65,13 +67,17 @@ class Lining:
         self._robot = robot
         self._mission = mission
         least_m = 2.0 * mission.robot_radius_m + mission.separation_m - TOUCHING_M
-        self._roster = Roster(self.members, mission.goal, least_m)
+        self._roster = Roster(self.members, mission.goal, least_m, attempt)
+        self.attempt = attempt
+        """How many orders of these members have been tried in vain."""
+        self.wants_another_order = False
         self._heard_at_s: dict[int, float] = {}
         self._said = Muster(
             number=0,
             epoch=epoch,
             pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0),
             members=members,
+            attempt=attempt,
         )
         self._berth = berth
         self._leg_is_driven = False
@@ -83,6 +89,8 @@ class Lining:
         self._lost = self._gave_up = self._got_clear = self._step_is_given_up = self._moved = False
         self.stuck_at_s: float | None = None
         """Since when nobody who remains finds a way to a place behind this robot, the last in place."""
+        self._turn_state: tuple[Turn, int] | None = None
+        self._turn_state_s = now_s
         self._stood_at: tuple[float, float, Turn] | None = None
         self._stood_at_s = 0.0
         self._looks_again_s = self._now_s = 0.0
@@ -167,6 +175,16 @@ class Lining:
     def heard_at_s(self, robot: int) -> float:
         """When a member was heard last, or this lining up began."""
         return self._heard_at_s.get(robot, self.began_s)
+
+    def stalled(self, now_s: float) -> int | None:
+        """Who has the turn and has made nothing of it for long: it may not hear the others."""
+        turn = self._roster.turn
+        mover = self._roster.heard.get(turn.robot) if turn is not None else None
+        state = None if turn is None or mover is None or mover.ended >= turn.number else (turn, mover.steps)
+        if state != self._turn_state:
+            self._turn_state, self._turn_state_s = state, now_s
+        stalls = turn is not None and state is not None and now_s - self._turn_state_s > STALLS_S
+        return turn.robot if turn is not None and stalls else None
 
     def unheard_pairs(self) -> set[tuple[int, int]]:
         """Which members have not heard which, as they say; who has said nothing has heard nobody."""
@@ -309,6 +327,9 @@ class Lining:
             else:
                 self._say(gives=Turn(number=number, robot=self._robot))
             return []
+        if self.attempt < len(self.members):
+            self.wants_another_order = True
+            return []
         self._lost = True
         named = ", ".join(f"robot {robot}" for robot in waiting)
         return [Note(RouteLost(reason=f"no way to a place behind robot {self._robot} for {named}"))]
@@ -373,6 +394,7 @@ class Lining:
                 return [Note(RobotBlocked(turn=turn.number, reason=reason, x_m=pose.x_m, y_m=pose.y_m))]
             case _:
                 self._step, self._moved = planned, True
+                self._say(steps=planned.step)
                 driver.to(planned.target, reach_m=planned.reach_m, epoch=self.epoch)
                 return [Note(planned)]
 

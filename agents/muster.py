@@ -7,7 +7,7 @@ Rule 2: with a goal, (3) may elect a robot at the far end, which would have to l
 Rule 3: from the leader on, each next place goes to the nearest robot not yet placed (section III-C),
         ties by lowest number. This is the order of the start; it stays as it is once it can be known.
         In a muster that was called, those who still stand at their places in the newest strand go first, in
-        its order.
+        its order. Where an order has been tried in vain, the next nearest to the goal leads, and so on.
 Rule 4: in place are, from the front on, as many of that order as have a clear leg to the robot ahead that
         does not fold back, or still stand behind it in the strand that they were in; then those that came
         to a place by a turn. Who has ended a turn is no more where it stood at the start.
@@ -125,6 +125,8 @@ class Roster:
     goal: Point | None
     least_m: float
     """Least distance between the centres of two robots in the strand."""
+    attempt: int = 0
+    """How many orders have been tried in vain."""
     heard: dict[int, Muster] = field(default_factory=dict)
     start_order: tuple[int, ...] = ()
     """Rule 3, leader first; empty until it can be known."""
@@ -195,6 +197,20 @@ class Roster:
             return False
         return own.rank == theirs.rank + 1 and own.progress_m <= theirs.progress_m
 
+    def _other_order(self, places: Places) -> tuple[int, ...]:
+        """Rule 3, where an order has been tried in vain."""
+
+        def to_goal_m(robot: int) -> float:
+            goal = self.goal
+            return (
+                0.0
+                if goal is None
+                else math.hypot(places[robot].x_m - goal.x_m, places[robot].y_m - goal.y_m)
+            )
+
+        nearest = sorted(places, key=lambda robot: (to_goal_m(robot), robot))
+        return chain(places, nearest[(self.attempt - 1) % len(nearest)])
+
     def _former_order(self, places: Places) -> tuple[int, ...]:
         """Rule 3, in a muster that was called."""
         formers = {robot: muster.former for robot, muster in self.heard.items() if muster.former is not None}
@@ -210,6 +226,8 @@ class Roster:
         places = self.places
         if places is None:
             return ()
+        if self.attempt > 0:
+            return self._other_order(places)
         if former := self._former_order(places):
             return former
         if self.goal is not None:

@@ -159,7 +159,7 @@ class Robot:
     def _leave_for(self, muster: Muster, now_s: float) -> list[Command]:
         """Rule 5: there is a newer epoch, and who is called says whether this robot is."""
         if self._robot in muster.members:
-            return self._bind(muster.epoch, muster.members, now_s)
+            return self._bind(muster.epoch, muster.members, now_s, muster.attempt)
         self._stand_aside(now_s)
         return []
 
@@ -206,6 +206,9 @@ class Robot:
             return self._leave_lost(self._member, now_s)
         if self._lining is not None:
             why = calls.wants_another(self._lining, now_s)
+            if why is None and self._lining.wants_another_order:
+                attempt = self._lining.attempt + 1
+                return self._call("no way to a place behind this robot", now_s, attempt=attempt)
             return [] if why is None else self._call(why, now_s)
         if now_s - calls.beacon_at_s > ASIDE_S + RANK_S * self._robot and calls.is_heard(now_s):
             return self._call("nobody leads", now_s)
@@ -234,7 +237,7 @@ class Robot:
         broken = LinkBroken(neighbour=link.neighbour, cause=cause, silent_s=link.silent_s(now_s))
         return [Note(broken), *self._call(f"robot {link.neighbour} is lost", now_s)]
 
-    def _call(self, why: str, now_s: float) -> list[Command]:
+    def _call(self, why: str, now_s: float, *, attempt: int = 0) -> list[Command]:
         lining, calls = self._lining, self._calls
         if not (self._driver.awake and calls.is_awake and calls.is_heard(now_s)):
             self._stand_aside(now_s)
@@ -245,9 +248,9 @@ class Robot:
             return []
         self._calls.newest = epoch
         called = MusterCalled(epoch=epoch, members=members, why=why)
-        return [Note(called), *self._bind(epoch, members, now_s)]
+        return [Note(called), *self._bind(epoch, members, now_s, attempt)]
 
-    def _bind(self, epoch: int, members: tuple[int, ...], now_s: float) -> list[Command]:
+    def _bind(self, epoch: int, members: tuple[int, ...], now_s: float, attempt: int) -> list[Command]:
         """Leave whatever this robot is in, for a muster that has been called."""
         self._leave()
         shunned = self._calls.shunned(now_s)
@@ -259,6 +262,7 @@ class Robot:
             members=members,
             shunned=shunned,
             berth=self._berth,
+            attempt=attempt,
         )
         return [Note(MusterJoined(epoch=epoch))]
 

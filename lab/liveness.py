@@ -15,7 +15,7 @@ from scipy import ndimage
 
 from protocol.arrays import Flags, Floats
 from protocol.keys import robot_number
-from protocol.timeline import Entry, FaultInjected, StrandFormed
+from protocol.timeline import Entry, FaultInjected, RobotArrived, StrandFormed
 from world.clearance import clearance
 from world.core import HEAL_S_MAX, World
 from world.scenario import Scenario
@@ -40,7 +40,7 @@ def unlively(
     core = sorted(world.survivors - outside - _just_killed(entries))
     if not core:
         return None
-    arrived = world.tally.arrived.issuperset(core)
+    arrived = _arrived(entries, core)
     healed_s = None if world.over_s < quiet_s else healed_at_s(entries, core, quiet_s)
     late = healed_s is not None and healed_s - quiet_s > HEAL_S_MAX
     if arrived and not late:
@@ -51,6 +51,23 @@ def unlively(
         return f"all faults were over at t={quiet_s:.1f} s, and there was one strand at t={healed_s:.1f} s"
     who = ", ".join(f"r{robot}" for robot in core if robot not in world.tally.arrived)
     return f"there was a way, and the run ended before {who} arrived: {world.ending}"
+
+
+def _arrived(entries: Iterable[tuple[str, Entry]], core: Sequence[int]) -> bool:
+    """Whether all of the core had arrived together: one from outside may ask to join even after that."""
+    there: set[int] = set()
+    for source, entry in entries:
+        robot = robot_number(source)
+        match entry.record:
+            case RobotArrived() if robot is not None:
+                there.add(robot)
+                if there.issuperset(core):
+                    return True
+            case StrandFormed() if robot is not None:
+                there.discard(robot)
+            case _:
+                pass
+    return False
 
 
 def _just_killed(entries: Iterable[tuple[str, Entry]]) -> set[int]:

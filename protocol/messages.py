@@ -74,6 +74,10 @@ class Muster(Struct, frozen=True, kw_only=True, tag="muster"):
     """The strand, leader first; empty until all are in place as far as it knows."""
     members: Lineage = ()
     """Who lines up; empty: all robots of the mission."""
+    attempt: Count = 0
+    """How many orders of these members have been tried in vain."""
+    steps: Count = 0
+    """How many steps it has planned in this lining up: whether it makes something of its turn."""
     former: Former | None = None
     """Where it stands in the strand that it was in last; None where it has left that place."""
     leg: Annotated[tuple[Point, ...], Meta(max_length=LEG_CORNERS_MAX)] = ()
