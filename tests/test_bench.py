@@ -59,11 +59,23 @@ def test_every_plan_of_a_rehearsal_is_a_sample_and_its_parts_are_no_more_than_th
         assert min(sample.textbook_s, sample.wall_s, *sample.parts_s.values()) > 0.0
 
 
-def test_afterwards_the_leader_is_what_it_was_even_if_a_rehearsal_fails(tmp_path: Path) -> None:
+def interrupted_at(reading: int) -> Callable[[], float]:
+    """A clock during whose so-manieth reading somebody presses Ctrl-C: the third is within the first plan."""
+    readings = itertools.count(1)
+
+    def clock() -> float:
+        if (now := next(readings)) == reading:
+            raise KeyboardInterrupt
+        return float(now)
+
+    return clock
+
+
+def test_afterwards_the_leader_is_what_it_was_even_if_a_rehearsal_is_interrupted(tmp_path: Path) -> None:
     before = [getattr(owner, name) for functions in PARTS.values() for owner, name in functions], Leader.plan
     scenario = load(str(scene(tmp_path / "near.json")))
-    with pytest.raises(RuntimeError, match="StopIteration"):  # the clock ends within the first plan
-        samples(scenario, cpu=iter([1.0, 2.0]).__next__, wall=ticking())
+    with pytest.raises(KeyboardInterrupt):
+        samples(scenario, cpu=interrupted_at(3), wall=ticking())
     samples(scenario, cpu=ticking(), wall=ticking())
     after = [getattr(owner, name) for functions in PARTS.values() for owner, name in functions], Leader.plan
     assert before == after
