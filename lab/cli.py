@@ -13,6 +13,7 @@ from lab.campaign_verb import campaign
 from lab.fault_verb import fault
 from lab.field_verb import field
 from lab.log_verbs import log
+from lab.oracle_verb import oracle
 from lab.rehearse_verb import rehearse
 from lab.replay_verb import replay
 from lab.shrink_verb import shrink_verb
@@ -52,7 +53,7 @@ def schema(what: str) -> None:
     click.echo(json.dumps(said, indent=2))
 
 
-for _verb in (rehearse, campaign, field, bench, log, fault, replay, shrink_verb):
+for _verb in (rehearse, campaign, field, bench, log, fault, replay, shrink_verb, oracle):
     main.add_command(_verb)
 
 

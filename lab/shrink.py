@@ -59,6 +59,10 @@ def failure_of(case: Case) -> Failure | None:
         return None  # there is no such run
     except Exception as error:
         return Failure(f"raises {type(error).__name__}", str(error))
+    return _failure(case, rehearsal)
+
+
+def _failure(case: Case, rehearsal: Rehearsal) -> Failure | None:
     verdict = verdict_on(rehearsal, case.seed, started_at=EPOCH, wall_s=0.0)
     records = (entry.record for _, entry in rehearsal.entries)
     failed = next((each.reason for each in records if isinstance(each, RobotFailed)), None)

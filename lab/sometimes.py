@@ -47,7 +47,7 @@ class Sometimes(StrEnum):
     KILLED_MID_DRIVE = "killed mid_drive"
     KILLED_BEFORE_ACK = "killed before_ack"
     KILLED_IN_TURN = "killed while a robot joined"
-    KILLED_IN_REVERSAL = "killed while the strand turned round or dissolved"
+    KILLED_IN_REVERSAL = "killed while the strand turned round, backed up or dissolved"
     ZOMBIE_SPOKE = "zombie spoke"
     STALE_EPOCH_REFUSED = "stale epoch refused"
     STALE_ORDER_REFUSED = "order on stale odometry refused"
@@ -107,8 +107,8 @@ class _History:
         """Each robot's own, as it has said."""
         self._lining: set[int] = set()
         self._joining: set[int] = set()
-        self._turning: dict[int, int] = {}
-        """Epochs that end, and how many robots have not gone on."""
+        self._turns = False
+        """Whether the strand turns round, backs up or dissolves: until somebody leads on, or calls."""
         self._call: tuple[int, int] | None = None
         """The newest call that has not come to a strand: its epoch and caller."""
         self._down: set[int] = set()
@@ -183,9 +183,9 @@ class _History:
                 self._count(Sometimes.LEADER_KILLED_IN_SUCCESSION)
         if self._order and robot == self._order[-1]:
             self._count(Sometimes.TAIL_KILLED)
-        if self._joining - {robot} or robot in self._joining:
+        if self._joining:
             self._count(Sometimes.KILLED_IN_TURN)
-        if self._turning:
+        if self._turns:
             self._count(Sometimes.KILLED_IN_REVERSAL)
         killed_s, killed = self._killed
         if killed_s == t_s and any(self._are_neighbours(robot, other) for other in killed):
@@ -210,21 +210,29 @@ class _History:
                 self._thawed_s.pop(robot, None)
                 self._lining.add(robot)
                 self._joining.discard(robot)
-                self._turning.clear()
+                self._turns = False
             case StrandFormed(epoch=epoch, order=order):
                 self._form(robot, epoch, order)
             case StrandHealed(members=members):
                 self._call = None
                 if set(self._epochs) - set(members) - self._dead - self._down:
                     self._count(Sometimes.SPLIT_HELD)
-            case StrandReversed(epoch=epoch) | StrandDissolved(epoch=epoch):
-                self._turning[epoch] = len(self._order)
-            case StepPlanned() if robot in self._lining:
-                self._joining.add(robot)
-            case RobotPlaced() | RobotBlocked():
-                self._joining.discard(robot)
             case LinkBroken(neighbour=neighbour, cause="token") if neighbour not in self._down:
                 self._count(Sometimes.FALSE_TOKEN_LOSS)
+            case _:
+                self._move(robot, record)
+
+    def _move(self, robot: int, record: Record) -> None:
+        """Who joins by a turn, and whether the strand turns round."""
+        match record:
+            case StrandReversed() | StrandDissolved():
+                self._turns = True
+            case StepPlanned() if robot in self._lining:
+                self._joining.add(robot)
+            case StepPlanned():
+                self._turns = False
+            case RobotPlaced() | RobotBlocked():
+                self._joining.discard(robot)
             case _:
                 pass
 
@@ -236,10 +244,6 @@ class _History:
         if robot in self._restarted:
             self._restarted.discard(robot)
             self._count(Sometimes.RESTART_JOINED)
-        if (left := self._turning.get(epoch - 1)) is not None:
-            self._turning[epoch - 1] = left - 1
-            if left == 1:
-                del self._turning[epoch - 1]
 
     def _cross(self, caller: int) -> None:
         """A call that is made by somebody who has not come to know of the one before."""

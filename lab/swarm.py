@@ -7,13 +7,14 @@ Rule 3: the others are in liveness mode. All faults are over at `quiet_s`, but f
         Then they must heal and arrive (`lab.liveness`).
 """
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
 from lab.dice import Dice
 from lab.plan_text import plan_text
-from lab.swarm_faults import FaultClass, Window, draw_rules
+from lab.swarm_faults import SOON_S, FaultClass, Window, draw_rules
 from lab.swarm_world import Ground, as_loaded, draw_world
 from lab.toml_text import toml_text
 from protocol.faults.plan import Plan
@@ -92,7 +93,7 @@ def draw(seed: int) -> Swarm:
         world=world,
         plan=Plan(name=f"swarm-{seed}", description=f"{mode} in {ground} ground", rules=tuple(rules)),
         classes=tuple(classes),
-        quiet_s=float("inf") if is_safety else quiet_s,
+        quiet_s=math.inf if is_safety else quiet_s + SOON_S,
         outside=outside,
     )
 

@@ -38,6 +38,7 @@ BODY: Kinds = ("drive", "odometry")
 ORDERS: Kinds = ("drive",)
 ODOMETRY: Kinds = ("odometry",)
 SCANS: Kinds = ("scan", "scan_query")
+SOON_S = 0.5  # five odometries: whoever is to be struck is there by then, or is spared
 BEGINS_S = (0.5, 16.0)  # fleets are under way by then, and most are not yet there
 
 
@@ -300,12 +301,14 @@ def _slow(dice: Dice, window: Window) -> list[Rule]:
 def _outage(dice: Dice, window: Window) -> list[Rule]:
     """The router is gone for a while, at most half as long as the world waits for it."""
     from_s = dice.between(*window.begins_s)
-    return [Restart(target=ROUTER, after_s=dice.scale(0.1, 2.0), from_s=from_s)]
+    after_s = window.lasts_s(from_s, dice.scale(0.1, 2.0))
+    return [Restart(target=ROUTER, after_s=after_s, from_s=from_s)]
 
 
 def _world(dice: Dice, window: Window) -> list[Rule]:
     from_s = dice.between(*window.begins_s)
-    return [Restart(target=WORLD, after_s=dice.scale(0.1, 2.0), from_s=from_s)]
+    after_s = window.lasts_s(from_s, dice.scale(0.1, 2.0))
+    return [Restart(target=WORLD, after_s=after_s, from_s=from_s)]
 
 
 def _names(window: Window) -> Sequence[str]:
@@ -329,7 +332,7 @@ def _struck(dice: Dice, window: Window) -> _Struck:
 
 def _soon_s(from_s: float) -> float:
     """Who is not there then is spared: what began later might not be over in time."""
-    return round(from_s + 0.5, 3)
+    return round(from_s + SOON_S, 3)
 
 
 _DRAWS: dict[FaultClass, Callable[[Dice, Window], list[Rule]]] = {

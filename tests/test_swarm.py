@@ -1,0 +1,73 @@
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from lab.liveness import unlively
+from lab.rehearsal import Rehearsal
+from lab.swarm import Mode, Swarm, draw
+from lab.swarm_faults import FaultClass
+from lab.swarm_world import Ground
+from protocol.faults.plan import Plan
+from protocol.faults.rules import Freeze, Kill, Partition, Restart, Slow
+from protocol.keys import robot_name
+from protocol.reading import understand
+from world.scenario import Scenario
+from world.scenario import load as load_scenario
+
+SEEDS = range(1, 401)
+DRAWN = {seed: draw(seed) for seed in SEEDS}
+LIVELY = [swarm for swarm in DRAWN.values() if swarm.mode is Mode.LIVENESS]
+
+
+def test_a_seed_draws_the_same_every_time() -> None:
+    assert all(draw(seed) == DRAWN[seed] for seed in (1, 2, 3))
+
+
+def test_every_class_ground_and_mode_is_drawn_and_each_class_is_off_at_times() -> None:
+    mixes = [set(swarm.classes) for swarm in DRAWN.values()]
+    assert set[FaultClass]().union(*mixes) == set(FaultClass)
+    assert set[FaultClass]().union(*(set(FaultClass) - mix for mix in mixes)) == set(FaultClass)
+    assert {swarm.ground for swarm in DRAWN.values()} == set(Ground)
+    assert {swarm.mode for swarm in DRAWN.values()} == set(Mode)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 28, 97])
+def test_world_and_plan_are_read_back_from_their_files_as_they_were_drawn(seed: int, tmp_path: Path) -> None:
+    swarm = DRAWN[seed]
+    assert understand(tomllib.loads(swarm.plan_text()), Plan, "plan") == swarm.plan
+    (tmp_path / "world.toml").write_text(swarm.world_text(), encoding="utf-8")
+    assert load_scenario(str(tmp_path / "world.toml")).fingerprint() == swarm.scenario.fingerprint()
+    assert isinstance(swarm.scenario, Scenario)
+
+
+@pytest.mark.parametrize("swarm", LIVELY, ids=lambda swarm: str(swarm.seed))
+def test_in_liveness_mode_all_is_over_in_time_but_for_the_dead_and_who_is_outside(swarm: Swarm) -> None:
+    names = {robot_name(robot) for robot in swarm.outside}
+    for rule in swarm.plan.rules:
+        ends_s = [rule.until_s]
+        if isinstance(rule, Freeze | Slow) and rule.until_s is not None and rule.for_s is not None:
+            ends_s = [rule.from_s + rule.for_s]
+        if isinstance(rule, Restart):
+            ends_s = [rule.from_s + rule.after_s]
+        group = set(rule.group) if isinstance(rule, Partition) else {*getattr(rule, "sender", ())}
+        lasts = bool(names) and group | {*getattr(rule, "receiver", ())} == names
+        assert lasts or all(end_s is not None and end_s <= swarm.quiet_s for end_s in ends_s), rule
+
+
+@pytest.mark.parametrize("swarm", LIVELY, ids=lambda swarm: str(swarm.seed))
+def test_in_liveness_mode_enough_live_for_those_not_outside_to_be_more_than_half(swarm: Swarm) -> None:
+    killed = sum(rule.robots for rule in swarm.plan.rules if isinstance(rule, Kill))
+    living, outside = swarm.scenario.fleet.robots - killed, len(swarm.outside)
+    assert living >= 1
+    assert outside == 0 or 2 * (living - outside) > living
+
+
+def test_a_fleet_that_does_not_heal_though_it_could_is_found_out() -> None:
+    swarm = next(swarm for swarm in LIVELY if swarm.ground is Ground.OPEN)
+    cut = Partition(group=("r1",), others=("r2", "r3"), from_s=0.5)
+    rehearsal = Rehearsal(swarm.scenario, swarm.seed, Plan(name="cut", rules=(cut,))).run()
+    judged = unlively(rehearsal.world, rehearsal.entries, quiet_s=1.0, outside=frozenset())
+    assert judged is not None
+    alone = unlively(rehearsal.world, rehearsal.entries, quiet_s=1.0, outside=frozenset({1, 2, 3, 4, 5}))
+    assert alone is None, "nothing is asked of those outside"
