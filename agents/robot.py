@@ -15,6 +15,7 @@ Rule 6: one that is started again begins aside, and answers only calls made sinc
         said in an epoch, it knows nothing of.
 """
 
+import math
 from typing import assert_never
 
 from agents.berth import Berth
@@ -297,8 +298,7 @@ class Robot:
         self._lining = Lining(self._robot, self._mission, now_s, epoch=strand.epoch + 1, members=members)
 
     def _line_up(self, lining: Lining, now_s: float) -> list[Command]:
-        if lining.free_at_s is None and lining.all_are_bound:
-            lining.free_at_s = self._calls.free_at_s(lining.members, now_s)
+        self._settle(lining, now_s)
         scan = self._senses.take() if self._driver.standing else None
         commands = lining.act(self._driver, scan, now_s)
         if lining.wants_scan(self._driver):
@@ -310,6 +310,12 @@ class Robot:
         if lining.may_lead:
             commands += self._form(lining, now_s)[1]
         return commands
+
+    def _settle(self, lining: Lining, now_s: float) -> float:
+        """When anybody may drive, once all members are bound: whoever is left out stands then."""
+        if lining.free_at_s is None and lining.all_are_bound:
+            lining.free_at_s = self._calls.free_at_s(lining.members, now_s)
+        return math.inf if lining.free_at_s is None else lining.free_at_s
 
     def _form(self, lining: Lining, now_s: float) -> tuple[Member, list[Command]]:
         order = lining.order
@@ -329,7 +335,7 @@ class Robot:
             self._senses,
             strand,
             self._memory,
-            free_at_s=now_s if lining.free_at_s is None else lining.free_at_s,
+            free_at_s=self._settle(lining, now_s),
         )
         self._lining = None
         self._driver.begin(strand.start_m)
