@@ -15,7 +15,7 @@ from protocol.reading import understand
 from world.scenario import Scenario
 from world.scenario import load as load_scenario
 
-SEEDS = range(1, 401)
+SEEDS = range(1, 151)
 DRAWN = {seed: draw(seed) for seed in SEEDS}
 LIVELY = [swarm for swarm in DRAWN.values() if swarm.mode is Mode.LIVENESS]
 

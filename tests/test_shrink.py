@@ -1,0 +1,86 @@
+import shlex
+from pathlib import Path
+
+import pytest
+
+from agents.calls import Calls
+from lab.plan_text import plan_text
+from lab.shrink import Case, failure_of, shrink
+from protocol.faults.plan import Plan, load
+from protocol.faults.rules import Burst, Corrupt, Delay, Drop, Duplicate, Kill, Reorder, Rule, Slow
+from tests.campaigns import clew, scene
+from world.scenario import load as load_scenario
+
+HARMLESS: tuple[Rule, ...] = (
+    Delay(delay_s_max=0.05),
+    Duplicate(probability=0.2, copies=2, delay_s_max=0.5),
+    Corrupt(probability=0.02, bits=3),
+    Reorder(hold_s=0.1, probability=0.1),
+    Slow(target="r1", delay_s=0.05, for_s=2.0),
+    Drop(burst=Burst(enter=0.02, leave=0.5, loss=0.5), kinds=("ahead", "behind")),
+)
+KILL = Kill(target="r2", from_s=1.0)
+PLAN = Plan(name="much", rules=(*HARMLESS[:3], KILL, *HARMLESS[3:]))
+
+
+@pytest.fixture
+def planted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A bug that shows only when a robot has to call a muster."""
+
+    def call(*_: object) -> tuple[int, tuple[int, ...]]:
+        raise AssertionError("planted")
+
+    monkeypatch.setattr(Calls, "call", call)
+
+
+def case(tmp_path: Path, plan: Plan) -> Case:
+    scenario = load_scenario(str(scene(tmp_path / "small.json")), robots=3)
+    return Case(scenario=scenario, seed=1, plan=plan)
+
+
+def test_without_the_bug_the_run_does_not_fail(tmp_path: Path) -> None:
+    assert failure_of(case(tmp_path, PLAN)) is None
+
+
+@pytest.mark.usefixtures("planted")
+def test_a_plan_is_cut_to_the_one_rule_that_a_planted_bug_needs(tmp_path: Path) -> None:
+    failing = case(tmp_path, PLAN)
+    failure = failure_of(failing)
+    assert failure is not None
+    assert "planted" in failure.reason
+
+    def fails(other: Case) -> bool:
+        found = failure_of(other)
+        return found is not None and found.way == failure.way
+
+    least = shrink(failing, fails)
+    (rule,) = least.plan.rules
+    assert isinstance(rule, Kill)
+    assert rule.name == "kill-4", "it keeps its name, and so its draws"
+    assert rule.until_s is not None, "its window is narrower"
+    assert least.scenario.fleet.robots == 2, "one dies, and one calls"
+    assert fails(least)
+
+
+@pytest.mark.usefixtures("planted")
+def test_the_verb_writes_a_plan_that_fails_by_the_line_that_it_prints(tmp_path: Path) -> None:
+    (tmp_path / "much.toml").write_text(plan_text(PLAN), encoding="utf-8")
+    run, field = tmp_path / "run", scene(tmp_path / "small.json")
+    clew("rehearse", field, "-n", "3", "--faults", tmp_path / "much.toml", "--out", run)
+    shrunk = clew("shrink", run)
+    assert shrunk.exit_code == 0, shrunk.output
+    line = shlex.split(shrunk.stdout.splitlines()[-1])
+    assert line[:2] == ["./launch/clew", "rehearse"]
+    assert len(load(line[line.index("--faults") + 1]).rules) == 1
+    again = clew(*line[1:], "--out", tmp_path / "again")
+    assert "planted" in again.stdout + again.stderr
+
+
+def test_a_run_that_does_not_fail_or_has_no_plan_is_not_shrunk(tmp_path: Path) -> None:
+    field = scene(tmp_path / "small.json")
+    clew("rehearse", field, "-n", "1", "--out", tmp_path / "none")
+    assert clew("shrink", tmp_path / "none").exit_code == 2
+    (tmp_path / "mild.toml").write_text(plan_text(Plan(name="mild", rules=HARMLESS[:1])), encoding="utf-8")
+    clew("rehearse", field, "-n", "2", "--faults", tmp_path / "mild.toml", "--out", tmp_path / "good")
+    assert clew("shrink", tmp_path / "good").exit_code == 1
+    assert clew("shrink", tmp_path / "nowhere").exit_code == 2
