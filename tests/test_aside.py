@@ -1,11 +1,12 @@
 """A robot that is in no strand, event by event: it stands, asks, and comes when it is called."""
 
 import pytest
+from msgspec.structs import replace
 
 from agents.calls import ASIDE_S
 from agents.commands import Announce, Command, Note, Order
 from agents.events import MusterHeard, OdometryHeard, TokenCame
-from agents.robot import RANK_S, Robot
+from agents.robot import LATE_S, RANK_S, Robot
 from protocol.epochs import called_epoch, of_one_call
 from protocol.frames import Pose
 from protocol.messages import Announcement, Beacon, Muster, Odometry, Phase, Plea
@@ -117,3 +118,39 @@ def test_who_hears_nobody_does_not_call() -> None:
     robot = aside()
     made = [calls(robot.handle(odometry(beat / 10.0), beat / 10.0)) for beat in range(2, 150)]
     assert not any(made)
+
+
+# --- who is started again -----------------------------------------------------------------------------
+
+STARTED_S = 20.0
+
+
+def started_again(odometry: OdometryHeard, *, again: bool = True) -> tuple[Robot, list[Command]]:
+    """Robot 3, whose first odometry this is; what it does then."""
+    robot = Robot(3, MISSION, again=again)
+    return robot, robot.handle(odometry, odometry.odometry.t_s)
+
+
+def test_who_is_started_again_begins_aside_and_answers_only_calls_made_since() -> None:
+    robot, commands = started_again(odometry(STARTED_S))
+    assert [type(each) for each in said(commands)] == [Plea]
+    before, since = (called_epoch(0, 1, now_s) for now_s in (STARTED_S - 0.2, STARTED_S + 0.2))
+    assert not joined(hears(robot, called(before, 1, 2, 3), STARTED_S + 0.1))
+    assert joined(hears(robot, called(since, 1, 2, 3), STARTED_S + 0.3)) == [since]
+
+
+@pytest.mark.parametrize(("at_s", "ordered"), [(LATE_S + 0.1, 0), (0.1, 1)])
+def test_who_is_late_or_whose_body_has_had_orders_was_started_again_though_nobody_says_so(
+    at_s: float, ordered: int
+) -> None:
+    heard = odometry(at_s)
+    first = OdometryHeard(replace(heard.odometry, ordered=ordered))
+    robot, commands = started_again(first, again=False)
+    assert [type(each) for each in said(commands)] == [Plea]
+    assert not joined(hears(robot, called(called_epoch(0, 1, 0.0), 1, 2, 3), at_s + 0.1))
+
+
+def test_who_is_there_from_the_start_announces_itself_and_answers_any_call() -> None:
+    robot, commands = started_again(odometry(LATE_S), again=False)
+    assert [type(each) for each in said(commands)] == [Muster]
+    assert joined(hears(robot, called(WITHOUT, 1, 2, 3), LATE_S + 0.1)) == [WITHOUT]

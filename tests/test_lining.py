@@ -226,9 +226,17 @@ def test_all_are_bound_when_all_members_have_been_heard_and_nobody_else_is_waite
     bound.append(lining.all_are_bound)
     lining.hear(2, says_of_call(2), 5.1)
     bound.append(lining.all_are_bound)
-    lining.hear(3, says_of_call(3), 5.2)
+    lining.hear(3, replace(says_of_call(3), members=(1, 3)), 5.2)
     bound.append(lining.all_are_bound)
     assert bound == [False, False, False, True]
+
+
+def test_an_announcement_that_names_other_members_is_void_though_it_is_of_the_same_epoch() -> None:
+    lining = called(members=(1, 3))
+    says(lining, PLACES[1], None, 5.0)
+    lining.hear(3, says_of_call(3), 5.1)
+    assert not lining.all_are_bound
+    assert lining.heard_at_s(3) == lining.began_s
 
 
 def test_who_is_shunned_is_not_heard() -> None:

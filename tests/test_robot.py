@@ -7,15 +7,18 @@ import pytest
 from msgspec.structs import replace
 
 from agents.commands import Announce, AskScan, Command, Note, Order, Tell
-from agents.events import LinkHeard, MusterHeard, OdometryHeard, ScanHeard
+from agents.events import LinkHeard, MusterHeard, OdometryHeard, ScanHeard, TokenCame, TokenWent
+from agents.presence import WORLD
 from agents.robot import Robot
 from agents.senses import RETRY_S
 from protocol.frames import Point, Pose, Vertex
-from protocol.messages import AheadState, BehindState, Drive, Muster, Odometry, Phase, Scan
+from protocol.messages import AheadState, BehindState, Drive, Muster, Odometry, Phase, Plea, Scan
 from protocol.mission import Law, Mission
 from protocol.timeline import (
     GoalReached,
+    LinkBroken,
     LinkSilent,
+    MusterCalled,
     RobotArrived,
     RobotHeld,
     RouteLost,
@@ -34,6 +37,7 @@ MISSION = under(
 )
 FRONT, BACK = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), Pose(x_m=-0.5, y_m=0.0, heading_rad=0.0)
 ORDER = (1, 2)
+HEARD_S = 0.05  # when a robot first hears an answer to what it has said to its neighbour
 
 T = TypeVar("T")
 
@@ -110,7 +114,7 @@ def leader(mission: Mission = MISSION) -> Robot:
     robot.handle(odometry(0.0, FRONT), 0.0)
     formed = robot.handle(MusterHeard(2, muster(BACK)), 0.0)
     assert only(StrandFormed, formed)[0].order == ORDER
-    assert only(AskScan, robot.handle(behind(1), 0.0))
+    assert only(AskScan, robot.handle(behind(1, echo_s=HEARD_S), HEARD_S))
     return robot
 
 
@@ -127,7 +131,8 @@ def takes_its_place(authority_m: float = 2.0) -> tuple[Robot, list[Command]]:
     robot.handle(odometry(0.0, BACK), 0.0)
     assert only(AskScan, robot.handle(MusterHeard(1, muster(FRONT)), 0.0))
     robot.handle(empty_scan(0.0, BACK), 0.0)
-    return robot, robot.handle(ahead(1, authority_m=authority_m), 0.0)
+    formed = robot.handle(ahead(1, authority_m=authority_m), 0.0)
+    return robot, formed + robot.handle(ahead(2, authority_m=authority_m, echo_s=HEARD_S), HEARD_S)
 
 
 # --- lining up ------------------------------------------------------------------------------------
@@ -197,7 +202,8 @@ def test_at_the_end_of_a_step_the_leader_senses_again_and_at_the_goal_it_stops()
     robot = leader()
     step = only(StepPlanned, robot.handle(empty_scan(0.1, FRONT), 0.1))[0]
     there = Pose(x_m=step.target.x_m, y_m=step.target.y_m, heading_rad=0.0)
-    robot.handle(behind(2, progress_m=3.9, vertices=3, echo_s=8.5), 9.0)
+    for number, now_s in enumerate((3.0, 6.0, 9.0), start=2):
+        robot.handle(behind(number, progress_m=3.9, vertices=3, echo_s=now_s - 0.5), now_s)
     commands = robot.handle(odometry(9.0, there, finished=1), 9.0)
     assert only(AskScan, commands)
     last = only(StepPlanned, robot.handle(empty_scan(9.1, there), 9.1))[0]
@@ -247,6 +253,70 @@ def test_a_leader_holds_while_its_follower_is_too_far_behind_what_it_was_granted
     assert order_of(commands).target is None
 
 
+# --- a link that is dead ----------------------------------------------------------------------------
+
+DEAD_S = HEARD_S + MISSION.silence_s + MISSION.patience_s + 0.01
+
+
+def unheard(robot: Robot, until_s: float) -> None:
+    """The robot hears the one behind, which does not hear it; time goes on by heartbeats."""
+    for beat in range(1, int(until_s / MISSION.heartbeat_s) + 1):
+        now_s = beat * MISSION.heartbeat_s
+        robot.handle(odometry(now_s, FRONT), now_s)
+        robot.handle(behind(1 + beat, echo_s=HEARD_S), now_s)
+
+
+def connected(robot: Robot) -> Robot:
+    """It sees the tokens of the world and of robot 2."""
+    for source in (WORLD, 2):
+        robot.handle(TokenCame(source, "a"), HEARD_S)
+    return robot
+
+
+def test_a_link_that_was_silent_for_too_long_is_given_up_though_it_is_heard_again_at_that_very_time() -> None:
+    robot = connected(leader())
+    unheard(robot, DEAD_S - 0.1)
+    commands = robot.handle(behind(99, echo_s=DEAD_S - 0.01), DEAD_S)
+    (broken,) = only(LinkBroken, commands)
+    assert (broken.neighbour, broken.cause) == (2, "silence")
+    assert not only(Tell, commands + robot.handle(behind(100, echo_s=DEAD_S), DEAD_S + 0.05))
+
+
+def test_before_that_it_may_still_be_heard_again() -> None:
+    robot = connected(leader())
+    unheard(robot, DEAD_S - 0.1)
+    assert not only(LinkBroken, robot.handle(behind(99, echo_s=DEAD_S - 0.1), DEAD_S - 0.02))
+    assert not only(LinkBroken, robot.handle(odometry(DEAD_S + 0.1, FRONT), DEAD_S + 0.1))
+
+
+def test_who_gives_up_a_link_calls_all_that_show_a_token() -> None:
+    robot = connected(leader())
+    unheard(robot, DEAD_S - 0.1)
+    (call,) = only(MusterCalled, robot.handle(odometry(DEAD_S, FRONT), DEAD_S))
+    assert call.members == (1, 2)
+
+
+def test_who_is_cut_off_from_the_router_stands_aside_instead_and_calls_nobody() -> None:
+    robot = connected(leader())
+    robot.handle(TokenWent(WORLD, "a"), HEARD_S)
+    unheard(robot, DEAD_S - 0.1)
+    commands = robot.handle(odometry(DEAD_S, FRONT), DEAD_S)
+    assert only(LinkBroken, commands)
+    assert not only(MusterCalled, commands)
+    later = robot.handle(odometry(DEAD_S + 1.0, FRONT), DEAD_S + 1.0)
+    assert [type(said.muster) for said in only(Announce, later)] == [Plea]
+
+
+def test_who_has_slept_through_a_silence_stands_aside_instead_and_calls_nobody() -> None:
+    robot = connected(leader())
+    robot.handle(empty_scan(0.1, FRONT), 0.1)
+    commands = robot.handle(odometry(9.0, FRONT, moving=True), 9.0)
+    assert only(LinkBroken, commands)
+    assert not only(MusterCalled, commands)
+    assert order_of(commands).target is None
+    assert not only(MusterCalled, robot.handle(behind(9, echo_s=8.9), 9.0))
+
+
 # --- following ------------------------------------------------------------------------------------
 
 
@@ -254,7 +324,7 @@ def at_the_front() -> Robot:
     """The follower, which has driven its first segment, to where the leader stood."""
     robot = follower()
     robot.handle(odometry(0.2, BACK), 0.2)
-    robot.handle(ahead(2, authority_m=2.0, echo_s=0.8), 0.9)
+    robot.handle(ahead(3, authority_m=2.0, echo_s=0.8), 0.9)
     assert only(AskScan, robot.handle(odometry(1.0, FRONT, finished=1), 1.0))
     return robot
 
@@ -283,7 +353,7 @@ def test_a_follower_drives_no_further_than_its_authority() -> None:
 def test_an_authority_once_granted_is_not_taken_back_by_an_older_message() -> None:
     robot = follower(authority_m=0.3)
     robot.handle(empty_scan(0.1, BACK), 0.1)
-    robot.handle(ahead(2, authority_m=0.1), 0.1)
+    robot.handle(ahead(1, authority_m=0.1), 0.1)
     assert order_of(robot.handle(odometry(0.2, BACK), 0.2)).reach_m == pytest.approx(0.3)
 
 
@@ -292,7 +362,7 @@ def test_a_segment_that_is_not_clear_is_not_entered_and_looked_at_again() -> Non
     before = order_of(robot.handle(odometry(1.0, FRONT, finished=1), 1.0)).number
     commands = robot.handle(scan_with_a_box_ahead(1.1, FRONT), 1.1)
     assert not only(SegmentChecked, commands)[0].clear
-    robot.handle(ahead(3, authority_m=2.0, echo_s=1.8), 1.9)
+    robot.handle(ahead(4, authority_m=2.0, echo_s=1.8), 1.9)
     later = robot.handle(odometry(1.9, FRONT, finished=1), 1.9)
     assert order_of(later).number == before
     assert not only(AskScan, later)
@@ -304,7 +374,7 @@ def test_a_follower_arrives_when_the_robot_ahead_has_and_its_authority_is_used_u
     robot.handle(empty_scan(0.1, BACK), 0.1)
     robot.handle(odometry(0.2, BACK), 0.2)
     robot.handle(odometry(0.3, FRONT, finished=1), 0.3)
-    robot.handle(ahead(2, authority_m=2.0, arrived=True), 0.4)
+    robot.handle(ahead(3, authority_m=2.0, arrived=True), 0.4)
     robot.handle(empty_scan(0.4, FRONT), 0.4)
     drive = order_of(robot.handle(odometry(0.5, FRONT, finished=1), 0.5))
     assert drive.reach_m == pytest.approx(2.0)
