@@ -123,8 +123,9 @@ class Calls:
         left_out = set(range(1, mission.robots + 1)) - set(members)
         newly = left_out - self._left_out_before
         self._left_out_before = frozenset(left_out)
-        for robot in newly & self.presence.robots:
-            self._invited[robot] += FAILED_TURNS  # rule 3, for one that is there and did not do
+        for robot in newly & self.presence.robots:  # rule 3, for one that is there and did not do
+            self._invited[robot] += FAILED_TURNS
+            self._invites_at_s[robot] = now_s + INVITES_S * 2.0 ** self._invited[robot]
         if newly:
             stands_s = mission.silence_s + mission.deadman_s
             row_s = (len(newly) - 1) * (mission.silence_s + mission.patience_s)

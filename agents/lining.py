@@ -38,7 +38,7 @@ from protocol.timeline import RobotBlocked, RobotPlaced, RouteLost, StepPlanned
 PATIENCE_S = 10.0  # where obstacles move: as long as with a way in the strand that is blocked
 MAKES_WAY_S = 5.0  # a process that is started again is there after two
 COMES_BACK_S = 15.0
-STALLS_S = 30.0  # the longest step, of 4 m, takes 8 s at 0.5 m/s, and three times that under heavy loss
+STALLS_S = 20.0  # the longest step, of 4 m, takes 8 s at 0.5 m/s, and twice that under heavy loss
 LOOKS_AGAIN_S = 2.0  # who walks by has gone by then
 
 
