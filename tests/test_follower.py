@@ -197,7 +197,7 @@ def test_what_is_too_near_keeps_a_robot_from_whatever_else_stands_on_its_way() -
 
 
 def test_beside_what_is_too_near_no_robot_drives_along_it() -> None:
-    assert not check(fresh(), disc(0.3, 0.25), authority_m=3.0).clear
+    assert not check(fresh(), disc(0.1, 0.24), authority_m=3.0).clear
 
 
 @pytest.mark.parametrize("law", [Law.PRINTED, Law.RESULTANT])

@@ -103,6 +103,12 @@ def test_a_neighbour_that_hears_nothing_is_silent_however_often_it_is_heard() ->
     assert (link.silent_s(11.0), link.heard_at_s) == (8.0, 11.0)
 
 
+def test_who_has_heard_nothing_echoes_nothing_though_the_run_has_only_just_begun() -> None:
+    link = made(0.0)
+    link.hear(state(1, 0.0, t_s=0.0, echo_s=0.0), 1, now_s=0.0)
+    assert not link.established
+
+
 def test_what_was_long_on_its_way_renews_nothing() -> None:
     link = made()
     link.hear(state(1, 0.0, t_s=0.5, echo_s=0.4), 1, now_s=9.0)

@@ -6,6 +6,7 @@ from typing import TypeVar
 import pytest
 from msgspec.structs import replace
 
+from agents.calls import SLEPT_S
 from agents.commands import Announce, AskScan, Command, Note, Order, Tell
 from agents.events import LinkHeard, MusterHeard, OdometryHeard, ScanHeard, TokenCame, TokenWent
 from agents.presence import WORLD
@@ -315,6 +316,14 @@ def test_who_has_slept_through_a_silence_stands_aside_instead_and_calls_nobody()
     assert not only(MusterCalled, commands)
     assert order_of(commands).target is None
     assert not only(MusterCalled, robot.handle(behind(9, echo_s=8.9), 9.0))
+
+
+def test_who_has_slept_only_for_the_last_second_of_a_silence_calls_nobody_either() -> None:
+    robot = connected(leader())
+    unheard(robot, DEAD_S - SLEPT_S - 0.2)
+    commands = robot.handle(odometry(DEAD_S, FRONT), DEAD_S)
+    assert only(LinkBroken, commands)
+    assert not only(MusterCalled, commands)
 
 
 # --- following ------------------------------------------------------------------------------------
