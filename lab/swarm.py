@@ -26,7 +26,7 @@ from world.scenario import Scenario
 SAFETY_S = 45.0  # three times what a fleet takes that suffers nothing: what is to go wrong has, by then
 QUIET_S = (8.0, 20.0)
 ARRIVE_S = 120.0  # twice what the slowest fleet takes that suffers nothing, and lines up by turns
-ON = 0.16  # of each class: of 22, three to four are on
+ON = 0.16  # of each class: of 23, three to four are on
 OUTSIDE = 0.15
 
 

@@ -67,6 +67,7 @@ class FaultClass(StrEnum):
     SLOW = "slow"
     OUTAGE = "outage"
     WORLD = "world"
+    LATE = "late"
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +123,25 @@ def _delay(dice: Dice, window: Window) -> list[Rule]:
     kinds = dice.pick(choices)
     return [
         Delay(delay_s_max=most_s, probability=probability, kinds=kinds, from_s=from_s, until_s=until_s),
+    ]
+
+
+def _late(dice: Dice, window: Window) -> list[Rule]:
+    """What one robot hears of the others, or they of it, is seconds old: older than any lease."""
+    from_s, until_s = _times(dice, window)
+    robot = dice.pick(_names(window))
+    others = tuple(name for name in _names(window) if name != robot)
+    sender, receiver = (others, (robot,)) if dice.chance(0.6) else ((robot,), others)
+    least_s = dice.scale(1.0, 15.0)
+    return [
+        Delay(
+            sender=sender,
+            receiver=receiver,
+            delay_s_min=least_s,
+            delay_s_max=round(least_s + dice.between(0.05, 2.0), 3),
+            from_s=from_s,
+            until_s=until_s,
+        )
     ]
 
 
@@ -358,4 +378,5 @@ _DRAWS: dict[FaultClass, Callable[[Dice, Window], list[Rule]]] = {
     FaultClass.SLOW: _slow,
     FaultClass.OUTAGE: _outage,
     FaultClass.WORLD: _world,
+    FaultClass.LATE: _late,
 }

@@ -3,6 +3,7 @@ from pathlib import Path
 
 from lab.campaign import Campaign
 from lab.campaign_episode import Outcome, Surprise
+from lab.campaign_faults import ClassFigures
 from lab.campaign_figures import Figures
 
 SECTIONS = (Path(__file__).parents[1] / "docs" / "campaign.md").read_text(encoding="utf-8").split("\n## ")
@@ -25,4 +26,8 @@ def test_every_field_of_a_campaign_is_explained_and_no_other() -> None:
 
 
 def test_every_figure_is_explained_and_no_other() -> None:
-    assert named("The figures") == set(Figures.__struct_fields__)
+    assert named("The figures\n") == set(Figures.__struct_fields__)
+
+
+def test_every_figure_of_a_class_is_explained_and_no_other() -> None:
+    assert named("The figures by class") == set(ClassFigures.__struct_fields__)
