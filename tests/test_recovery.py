@@ -5,6 +5,7 @@ from protocol.timeline import (
     MusterCalled,
     Record,
     RobotDied,
+    RobotRestarted,
     RobotReturned,
     StrandHealed,
 )
@@ -36,7 +37,9 @@ LEADER_KILLED: list[tuple[float, str, Record]] = [
 def test_a_killed_leader_has_cause_detection_succession_and_heal() -> None:
     recovery = Recovery(LEADER_KILLED)
     assert recovery.deaths == (
-        Death(robot=1, ordered=True, cause_s=5.0, detected_s=5.4, known_s=6.1, recovered_s=9.0),
+        Death(
+            robot=1, ordered=True, cause_s=5.0, detected_s=5.4, known_s=6.1, recovered_s=9.0, returned_s=None
+        ),
     )
     assert recovery.successions == (
         Succession(robot=2, before=1, epoch=8, cause_s=5.0, detected_s=5.4, recovered_s=8.0),
@@ -49,6 +52,18 @@ def test_a_crash_is_nobodys_order_and_dates_from_the_last_sign_of_life() -> None
     recovery = Recovery([entry for entry in LEADER_KILLED if not isinstance(entry[2], FaultInjected)])
     (death,) = recovery.unordered
     assert (death.ordered, death.cause_s) == (False, 4.9)
+
+
+def test_who_was_only_cut_off_and_is_there_again_is_not_held_against_a_run() -> None:
+    lines: list[tuple[float, str, Record]] = [(6.1, "world", died()), (8.0, "world", RobotReturned(robot=1))]
+    recovery = Recovery(lines)
+    assert [death.returned_s for death in recovery.deaths] == [8.0]
+    assert list(recovery.unordered) == []
+
+
+def test_a_new_process_in_the_place_of_one_that_crashed_does_not_excuse_the_crash() -> None:
+    lines: list[tuple[float, str, Record]] = [(6.1, "world", died()), (8.0, "world", RobotRestarted(robot=1))]
+    assert [death.returned_s for death in Recovery(lines).unordered] == [None]
 
 
 def test_who_noticed_by_a_call_alone_noticed_then() -> None:

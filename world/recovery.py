@@ -43,6 +43,8 @@ class Death(Struct, frozen=True, kw_only=True):
     """When the world was sure."""
     recovered_s: float | None
     """When a strand had healed after that."""
+    returned_s: float | None
+    """When the same process was there again: it had been cut off, or frozen."""
 
 
 class Succession(Struct, frozen=True, kw_only=True):
@@ -79,8 +81,8 @@ class Recovery:
 
     @property
     def unordered(self) -> Iterator[Death]:
-        """Deaths that nobody asked for."""
-        return (death for death in self.deaths if not death.ordered)
+        """Deaths that nobody asked for, of processes that were never there again."""
+        return (death for death in self.deaths if not death.ordered and death.returned_s is None)
 
     def _deaths(self) -> Iterator[Death]:
         told: dict[int, float] = {}  # up to when the faults of each robot belong to an earlier death
@@ -98,6 +100,7 @@ class Recovery:
                 detected_s=self._detected_s(robot, cause_s),
                 known_s=known_s,
                 recovered_s=self._first_s(StrandHealed, cause_s),
+                returned_s=self._returned_s(robot, known_s),
             )
 
     def _struck_s(self, robot: int, after_s: float, until_s: float) -> float | None:
@@ -111,6 +114,16 @@ class Recovery:
             and after_s < t_s <= until_s
         ]
         return struck[-1][0] if struck and struck[-1][1] != THAWED else None
+
+    def _returned_s(self, robot: int, known_s: float) -> float | None:
+        """When the process came back; a new one in its place is another."""
+        back = (
+            (t_s, record)
+            for t_s, _, record in self._dated
+            if isinstance(record, RobotReturned | RobotRestarted) and record.robot == robot and t_s >= known_s
+        )
+        at_s, first = next(back, (None, None))
+        return at_s if isinstance(first, RobotReturned) else None
 
     def _detected_s(self, robot: int, cause_s: float) -> float | None:
         broken = (
