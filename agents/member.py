@@ -139,7 +139,7 @@ class Member:
         """Rule 3: drive on as long as the newest scan is good; give up a step that stays without one."""
         driver = self._driver
         if driver.progress_m - self.strand.path.end_m >= GROWN_M_MIN:
-            self.strand.grow(driver.progress_m)
+            self.strand.growth.come_to(driver.progress_m)
         looks = self._watch.look(self.strand.robots_beside, now_s)
         if self._watch.is_in_vain(now_s) and self._step is not None:
             self._gives_up = True
@@ -152,10 +152,10 @@ class Member:
         if self.strand.back_by_m > 0.0:
             return []  # whoever makes way does not wait for those that will not come further
         limit_m = self._mission.link_length_m_max * (RELEASE_SHARE if self._held else 1.0)
-        if (self.strand.stretch_m > limit_m) == self._held:
+        if (self.strand.grants.stretch_m > limit_m) == self._held:
             return []
         self._held = not self._held
-        return [Note(RobotHeld(behind_m=self.strand.stretch_m) if self._held else RobotReleased())]
+        return [Note(RobotHeld(behind_m=self.strand.grants.stretch_m) if self._held else RobotReleased())]
 
     # --- dissolving ---------------------------------------------------------------------------------
 
@@ -224,7 +224,7 @@ class Member:
     def _back_up(self, now_s: float) -> list[Command]:
         """Rule 2: drive along the path that there is, so that the robots behind can."""
         strand, driver = self.strand, self._driver
-        if strand.tail_m >= strand.back_by_m - THERE_M:
+        if strand.grants.tail_m >= strand.back_by_m - THERE_M:
             driver.stand()
             return self._reverse(cut_m=strand.back_by_m, back_by_m=0.0) if driver.standing else []
         step = self._step
@@ -255,8 +255,8 @@ class Member:
         if step is None or step.epoch != self.strand.epoch:
             return []
         path = self.strand.path
-        self.strand.grow(self._driver.progress_m)
-        self.strand.end_step()
+        self.strand.growth.come_to(self._driver.progress_m)
+        self.strand.growth.end()
         if not gives_up:
             return []
         end = path.at(path.end_m)
@@ -274,12 +274,12 @@ class Member:
         scan = self._senses.take(revolutions=self._revolutions)
         if scan is None:
             return self._senses.ask(now_s, revolutions=self._revolutions)
-        planned = leader.plan(scan, strand.ground, epoch=strand.epoch, settled=settled)
+        planned = leader.plan(scan, strand.grants.ground, epoch=strand.epoch, settled=settled)
         if strand.back_by_m > 0.0 and isinstance(planned, StepPlanned):
             strand.back_by_m = 0.0  # rule 2: from here it leads for good
         elif strand.back_by_m > 0.0:
-            room_m = strand.back_by_m - strand.tail_m
-            planned = leader.make_room(scan, strand.ground, epoch=strand.epoch, room_m=room_m)
+            room_m = strand.back_by_m - strand.grants.tail_m
+            planned = leader.make_room(scan, strand.grants.ground, epoch=strand.epoch, room_m=room_m)
         if strand.behind is not None and strand.behind.state is not None:
             self._memory.hand_on(strand.behind.state.handed)
         self._revolutions = leader.closer if isinstance(planned, LookCloser) else self._mission.revolutions
@@ -315,7 +315,7 @@ class Member:
 
     def _begin(self, planned: StepPlanned) -> list[Command]:
         self._step = planned
-        self.strand.begin_step(planned.target)
+        self.strand.growth.begin(planned.target)
         self._driver.to(planned.target, reach_m=planned.reach_m, epoch=self.strand.epoch, step=planned.step)
         return [Note(planned)]
 
@@ -348,7 +348,7 @@ class Member:
         )
         if reach_m is None:
             return [], driver.standing
-        reach_m = strand.claim_m(reach_m, progress_m=ordered_m)
+        reach_m = strand.grants.claim_m(reach_m, progress_m=ordered_m)
         if reach_m <= ordered_m + THERE_M:
             return [], False  # a robot behind stands in the way, and may not go first
         watched = self._mission.obstacles_move and driver.progress_m >= strand.own_leg_m - THERE_M

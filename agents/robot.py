@@ -23,11 +23,11 @@ from agents.calls import ASIDE_S, Calls
 from agents.commands import Announce, Command, Note, Order
 from agents.driver import Driver
 from agents.events import Event, LinkHeard, MusterHeard, OdometryHeard, ScanHeard, TokenCame, TokenWent
+from agents.forming import lined_up
 from agents.lining import Lining
 from agents.member import Member
 from agents.memory import Memory
 from agents.senses import Senses
-from agents.strand import lined_up
 from agents.watch import Watch
 from protocol.epochs import is_called_since, of_one_call
 from protocol.frames import Point

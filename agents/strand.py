@@ -1,10 +1,10 @@
-"""A robot's place in the strand: its two links, the path, and what it grants the robot behind.
+"""A robot's place in the strand: its two links, the path, and what it tells its neighbours.
 
 Rule 1: the path begins where the tail stood when the strand formed, and leads over all places to the
         leader's; so all robots measure the same arc length.
 Rule 2: a robot drives only while each of its links is fresh (`protocol.link`). This is checked before
         anything else whenever the robot is entered, so that one that was frozen finds out first.
-Rule 3: what is granted only grows; it is sent when it has grown enough to matter, and on every heartbeat.
+Rule 3: what is granted (`agents.grants`), and all else that is news, is sent at once, and on every heartbeat.
 Rule 4: the strand turns round as a whole (`Reversal`). The leader decides; each robot says so to the one
         behind only when the one ahead has, and it stands itself and knows all of the path. So when the tail
         has heard it, all stand. The tail opens the next epoch, as its first robot, and each takes its new
@@ -13,28 +13,24 @@ Rule 5: the strand dissolves as a whole in the same way (`Dissolution`); then al
 Rule 6: what the leader hands on goes from each robot to the one behind, until that has acknowledged it.
 """
 
-import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 from agents.berth import THERE_M
 from agents.commands import Command, Note, Tell
 from agents.events import LinkHeard
-from agents.ground import Ground
+from agents.grants import Grants
+from agents.growth import Growth
 from protocol.arrays import Floats
-from protocol.authority import authority_m, claim_m
-from protocol.frames import Point, Pose
+from protocol.frames import Pose
 from protocol.link import Link
 from protocol.messages import AheadState, BehindState, Dissolution, Handover, Reversal
 from protocol.mission import Mission
-from protocol.path import Path, straightened
-from protocol.timeline import AuthorityGranted, LinkSilent
+from protocol.path import Path
 from protocol.timeline import LinkHeard as LinkHeardAgain
+from protocol.timeline import LinkSilent
 
 TOLD_VERTICES_MAX = 256  # a message's share of a long path; the rest follows when this has been acknowledged
 URGENT_S = 0.1  # an odometry: so often a robot speaks while a link is not fresh enough to last
-GRANT_M_MIN = 0.05  # a grant worth a message: a tenth of a second at 0.5 m/s
 
 
 @dataclass(slots=True)
@@ -60,49 +56,6 @@ class Places:
     """Its own, where nobody is ahead."""
     behind_m: float
     """0, where nobody is behind."""
-
-
-def lined_up(
-    robot: int,
-    order: tuple[int, ...],
-    places: Mapping[int, Pose],
-    mission: Mission,
-    now_s: float,
-    *,
-    epoch: int = 1,
-    legs: Mapping[int, Sequence[Point]] = MappingProxyType({}),
-    driven: bool = False,
-) -> "Strand":
-    """A robot's view of the strand when it has formed through the places of all robots.
-
-    Args:
-        robot: this one.
-        order: the strand, leader first.
-        places: where all stand.
-        mission: the robot's.
-        now_s: the time.
-        epoch: the strand's.
-        legs: corners of the ways to the robots ahead that are not straight, by robot.
-        driven: whether the robot ahead has driven this one's leg.
-    """
-    rank = order.index(robot)
-    points: list[Point] = []
-    start_m: dict[int, float] = {}
-    for each in reversed(order):
-        points.append(Point(x_m=places[each].x_m, y_m=places[each].y_m))
-        start_m[each] = Path(points).end_m
-        points += legs.get(each, ()) if each != order[0] else ()
-    at = Places(
-        own_m=start_m[robot],
-        ahead_m=start_m[order[max(rank - 1, 0)]],
-        behind_m=start_m[order[rank + 1]] if rank + 1 < len(order) else 0.0,
-    )
-    # A straight queue is one segment: one check, no stops.
-    path = Path(straightened(points))
-    strand = Strand(robot, order, path, at, mission=mission, now_s=now_s, epoch=epoch)
-    if driven:
-        strand.own_leg_m = at.own_m
-    return strand
 
 
 class Strand:
@@ -143,19 +96,21 @@ class Strand:
         """Up to here, where the robot ahead stood at first, nobody has driven and no leader certified."""
         self.leg_back_m = at.behind_m
         """The same of the other direction, once the strand has turned round."""
-        # Each robot may be where it stands; so that much is granted before anything is said.
-        self.behind_start_m = at.behind_m
-        self.granted_m = at.behind_m
+        self.grants = Grants(
+            self.behind,
+            path,
+            mission,
+            epoch=epoch,
+            own_start_m=at.own_m,
+            behind_start_m=at.behind_m,
+        )
+        self.growth = Growth(path, mission)
         self.authority_m = at.own_m if self.ahead is not None else self.laid_m
-        self.pending: Point | None = None
-        """Where the leader's step under way is to end, while it may still stop short of it."""
-        self._step_from = Point(x_m=0.0, y_m=0.0)
         self.reversal: Reversal | None = None
         self.dissolution: Dissolution | None = None
         """Either is set when this robot and all ahead of it stand until there is another strand."""
         self._told_at_s = -float("inf")
         self._told: tuple[object, ...] = ()
-        self._taken: tuple[object, ...] = ()
         self._moved_s = now_s
 
     def reverse(self, reversal: Reversal) -> None:
@@ -213,101 +168,17 @@ class Strand:
         turned.leg_back_m = end_m - self.own_leg_m
         return turned
 
-    def begin_step(self, target: Point) -> None:
-        """The leader begins a step. Where obstacles move it may have to stop short of its end.
-
-        So there the path only grows by what has been driven.
-        """
-        if self._mission.obstacles_move:
-            self.pending = target
-            self._step_from = self.path.at(self.path.end_m)
-        else:
-            self.path.extend(target)
-
-    def grow(self, progress_m: float) -> None:
-        """The leader has come so far on its step, straight towards its end."""
-        if self.pending is None or progress_m <= self.path.end_m:
-            return
-        begun = self.path.at(self.path.end_m) != self._step_from
-        way = Path([self._step_from, self.pending])
-        driven_m = progress_m - self.path.end_m
-        if begun:
-            done = self.path.at(self.path.end_m)
-            driven_m += math.hypot(done.x_m - self._step_from.x_m, done.y_m - self._step_from.y_m)
-        (self.path.stretch if begun else self.path.extend)(way.at(driven_m))
-
-    def end_step(self) -> None:
-        """The leader's step has ended where it has come to."""
-        self.pending = None
-
     def robots_beside(self) -> list[Floats]:
         """Ground (n, 2) that the robots ahead and behind may be on, each as last heard."""
-        grounds = [self.ground.behind] if self.behind is not None else []
+        grounds = [self.grants.ground.behind] if self.behind is not None else []
         if self.ahead is not None and self.ahead.state is not None:
             from_m = self.ahead.state.progress_m
-            grounds.append(self.path.between(from_m, from_m + self._way_m))
+            grounds.append(self.path.between(from_m, from_m + self.grants.way_m))
         return grounds
 
     def quiet_s(self, now_s: float) -> float:
         """How long all robots behind have stood, as far as is known [s]. The tail moves last of all."""
         return now_s - self._moved_s
-
-    @property
-    def keep_m(self) -> float:
-        """Least distance of the centre from ground that robots behind may be on; 0: nobody is behind."""
-        return 0.0 if self.behind is None else self._mission.robot_keep_m
-
-    @property
-    def tail_m(self) -> float:
-        """Arc length behind which there is nobody, as far as is known."""
-        if self.behind is None:
-            return self.start_m
-        return self.behind.state.tail_progress_m if self.behind.state else 0.0
-
-    def claim_m(self, to_m: float, *, progress_m: float) -> float:
-        """How much of the way to an arc length keeps off the robots behind."""
-        if self.behind is None:
-            return to_m
-        return claim_m(
-            self.path,
-            progress_m=progress_m,
-            to_m=to_m,
-            tail_m=self.tail_m,
-            granted_m=self.granted_m,
-            # The path of a step that kept just so far from granted ground is as far off as the drive was.
-            keep_m=self.keep_m - self._mission.mu0_m,
-        )
-
-    @property
-    def ground(self) -> Ground:
-        """What the robots behind take up."""
-        return Ground(
-            self.path,
-            self.tail_m,
-            self.granted_m,
-            self.keep_m,
-            self._behind_m,
-            min(self.granted_m, self._behind_m + self._way_m),
-        )
-
-    @property
-    def _behind_m(self) -> float:
-        """Where the robot behind was, when it was last heard."""
-        if self.behind is None or self.behind.state is None:
-            return self.behind_start_m
-        return self.behind.state.progress_m
-
-    @property
-    def _way_m(self) -> float:
-        """How far a robot that has just been heard may have come since: two heartbeats' way."""
-        return 2.0 * self._mission.heartbeat_s * self._mission.speed_mps
-
-    @property
-    def stretch_m(self) -> float:
-        """How far the robot behind is short of what it has been granted."""
-        if self.behind is None or self.behind.state is None:
-            return 0.0  # nobody lags who has not been heard
-        return max(0.0, self.granted_m - self._behind_m)
 
     @property
     def silent(self) -> bool:
@@ -348,9 +219,9 @@ class Strand:
                 self.path.learn(state.path_from, state.path)
                 self.authority_m = max(self.authority_m, state.authority_m)
             case BehindState() as state if link is self.behind:
-                tail_m = self.tail_m
+                tail_m = self.grants.tail_m
                 newer = self.behind.hear(state, heard.number, now_s)
-                if self.tail_m != tail_m or not state.stand:
+                if self.grants.tail_m != tail_m or not state.stand:
                     self._moved_s = now_s
             case _:
                 return []
@@ -361,9 +232,9 @@ class Strand:
 
     def tell(self, own: Own, now_s: float) -> list[Command]:
         """Rule 3: grant what has become free; tell both neighbours if there is news or a heartbeat due."""
-        commands = self._grant(own)
+        commands = self.grants.grant(self.growth, progress_m=own.progress_m, arrived=own.arrived)
         news = (
-            self.granted_m,
+            self.grants.granted_m,
             len(self.path),
             own.arrived,
             own.blocked,
@@ -386,34 +257,6 @@ class Strand:
         settled = all(link.established for link in self.links) and oldest_s <= 2.5 * self._mission.heartbeat_s
         return self._mission.heartbeat_s if settled else URGENT_S
 
-    def _grant(self, own: Own) -> list[Command]:
-        if self.behind is None:
-            return []
-        taken = (self.granted_m, own.progress_m, len(self.path), self.pending, own.arrived)
-        if taken == self._taken:
-            return []  # nothing has moved, so nothing has become free
-        self._taken = taken
-        free_m = authority_m(
-            self._planned_path,
-            from_m=max(self.tail_m, self.granted_m),
-            progress_m=own.progress_m,
-            keep_m=self.keep_m,
-        )
-        free_m = min(free_m, self.path.end_m)  # what is planned beyond has not been told
-        enough_m = 0.0 if own.arrived else GRANT_M_MIN
-        if free_m <= self.granted_m + enough_m:
-            return []
-        self.granted_m = free_m
-        grant = AuthorityGranted(to=self.behind.neighbour, epoch=self.epoch, authority_m=free_m)
-        return [Note(grant)]
-
-    @property
-    def _planned_path(self) -> Path:
-        """The path, with what is planned of it."""
-        if self.pending is None:
-            return self.path
-        return Path([*(Point(x_m=each.x_m, y_m=each.y_m) for each in self.path), self.pending])
-
     def _ahead_state(self, behind: Link[BehindState], own: Own, now_s: float) -> AheadState:
         # The last that is known is told again: it may have moved on.
         path_from = max((behind.state.vertices if behind.state else self._known_by_all) - 1, 0)
@@ -425,7 +268,7 @@ class Strand:
             path_from=path_from,
             path=self.path.told_from(path_from, TOLD_VERTICES_MAX),
             progress_m=own.progress_m,
-            authority_m=self.granted_m,
+            authority_m=self.grants.granted_m,
             pose=own.pose,
             arrived=own.arrived,
             lineage=self._lineage,
@@ -444,7 +287,7 @@ class Strand:
             handed=own.handed.number,
             vertices=len(self.path),
             progress_m=own.progress_m,
-            tail_progress_m=min(self.tail_m if self.behind else own.progress_m, own.progress_m),
+            tail_progress_m=min(self.grants.tail_m if self.behind else own.progress_m, own.progress_m),
             stand=own.stands and self._all_stand_behind,
             pose=own.pose,
             blocked=own.blocked,

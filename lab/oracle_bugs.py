@@ -33,7 +33,7 @@ BUGS = (
     _bug(
         "no-separation",
         "authority ends `keep` short of its granter's ground",
-        "agents/strand.py",
+        "agents/grants.py",
         "            keep_m=self.keep_m,\n",
         "            keep_m=0.0,\n",
     ),

@@ -1,7 +1,8 @@
 """A strand of three robots in a row, and what they tell each other."""
 
 from agents.commands import Command, Note, Tell
-from agents.strand import Own, Strand, lined_up
+from agents.forming import lined_up
+from agents.strand import Own, Strand
 from protocol.frames import Point, Pose, Vertex
 from protocol.messages import AheadState, BehindState, Handover, Reversal
 from protocol.mission import Law

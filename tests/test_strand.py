@@ -6,8 +6,10 @@ from msgspec.structs import replace
 
 from agents.commands import Note, Tell
 from agents.events import LinkHeard
+from agents.forming import lined_up
+from agents.grants import GRANT_M_MIN
 from agents.leader import Leader
-from agents.strand import GRANT_M_MIN, URGENT_S, Strand, lined_up
+from agents.strand import URGENT_S, Strand
 from protocol.frames import Point, Pose, Vertex
 from protocol.messages import AheadState, BehindState
 from protocol.mission import Law
@@ -54,7 +56,7 @@ def test_a_robot_alone_is_never_silent_and_tells_nobody() -> None:
     assert not alone.silent
     assert alone.watch(99.0) == []
     assert alone.tell(own(0.0), 0.0) == []
-    assert (alone.tail_m, alone.stretch_m) == (0.0, 0.0)
+    assert (alone.grants.tail_m, alone.grants.stretch_m) == (0.0, 0.0)
 
 
 # --- grants -----------------------------------------------------------------------------------------
@@ -63,7 +65,7 @@ def test_a_robot_alone_is_never_silent_and_tells_nobody() -> None:
 def test_a_robot_grants_the_path_behind_it_less_the_distance_that_it_keeps() -> None:
     strand = place(3)
     commands = strand.tell(own(2.0), 0.0)
-    assert strand.keep_m == pytest.approx(KEEP_M)
+    assert strand.grants.keep_m == pytest.approx(KEEP_M)
     assert granted(commands) == pytest.approx([2.0 - KEEP_M])
     assert told_behind(commands, 2).authority_m == granted(commands)[0]
 
@@ -96,15 +98,15 @@ def test_a_leader_keeps_off_the_place_of_a_robot_that_has_no_grant_yet() -> None
     places = {robot: Pose(x_m=0.33 * robot, y_m=0.0, heading_rad=0.0) for robot in (1, 2)}
     strand = lined_up(2, (2, 1), places, pair, 0.0)
     strand.tell(own(strand.start_m), 0.0)
-    ground = strand.ground
+    ground = strand.grants.ground
     planned = plan(Leader(pair, places[2]), [], pair, ground, at=places[2])
     assert isinstance(planned, StepPlanned)
     step = shapely.LineString([(planned.x_m, planned.y_m), (planned.target.x_m, planned.target.y_m)])
-    assert step.distance(shapely.Point(places[1].x_m, 0.0)) >= strand.keep_m - 1e-9
+    assert step.distance(shapely.Point(places[1].x_m, 0.0)) >= strand.grants.keep_m - 1e-9
 
 
 def test_who_has_nobody_behind_keeps_off_no_ground() -> None:
-    assert lined_up(1, (1,), PLACES, MISSION, 0.0).keep_m == 0.0
+    assert lined_up(1, (1,), PLACES, MISSION, 0.0).grants.keep_m == 0.0
 
 
 def test_the_tail_grants_nothing() -> None:
@@ -115,11 +117,11 @@ def test_the_tail_grants_nothing() -> None:
 def test_the_stretch_is_what_the_robot_behind_has_not_driven_of_its_grant() -> None:
     strand = place(3)
     strand.tell(own(2.0), 0.0)
-    assert strand.stretch_m == 0.0
+    assert strand.grants.stretch_m == 0.0
     strand.hear(LinkHeard(2, 1, behind(progress_m=1.0)), 0.0)
-    assert strand.stretch_m == pytest.approx(1.0 - KEEP_M)
+    assert strand.grants.stretch_m == pytest.approx(1.0 - KEEP_M)
     strand.hear(LinkHeard(2, 2, behind(progress_m=1.9)), 0.0)
-    assert strand.stretch_m == 0.0
+    assert strand.grants.stretch_m == 0.0
 
 
 # --- telling ----------------------------------------------------------------------------------------
@@ -221,7 +223,7 @@ def test_no_robot_tells_a_tail_that_is_ahead_of_itself() -> None:
 
 def test_before_it_is_granted_any_a_robot_may_be_where_it_stands() -> None:
     assert [place(robot).authority_m for robot in (1, 2)] == [0.0, 1.0]
-    assert [place(robot).granted_m for robot in (2, 3)] == [0.0, 1.0]
+    assert [place(robot).grants.granted_m for robot in (2, 3)] == [0.0, 1.0]
 
 
 def test_authority_only_grows_whatever_order_messages_come_in() -> None:
@@ -250,7 +252,8 @@ def test_another_epochs_state_a_strangers_and_one_from_the_wrong_side_are_void(
 ) -> None:
     strand = place(2)
     assert strand.hear(LinkHeard(robot, 1, state), 0.1) == []
-    assert (strand.authority_m, strand.tail_m, len(strand.path), strand.silent) == (1.0, 0.0, KNOWN, True)
+    assert (strand.authority_m, strand.grants.tail_m) == (1.0, 0.0)
+    assert (len(strand.path), strand.silent) == (KNOWN, True)
     assert strand.watch(SILENCE_S + 0.1) != []
 
 

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from agents.certificate import certified_lengths_m
 from agents.commands import Tell
 from agents.events import LinkHeard
-from agents.strand import Own, lined_up
+from agents.forming import lined_up
+from agents.strand import Own
 from protocol.frames import Point, Pose
 from protocol.mission import Law
 from tests.one_step import under
@@ -78,7 +79,7 @@ class Stage:
         if self.progress_m[LEADER] < strand.path.end_m:
             return
         here = strand.path.at(strand.path.end_m)
-        origin, walls = np.array([here.x_m, here.y_m]), strand.ground.walls
+        origin, walls = np.array([here.x_m, here.y_m]), strand.grants.ground.walls
         free_m = float(certified_lengths_m(origin, np.array([heading_rad]), walls)[0])
         heading = np.array([math.cos(heading_rad), math.sin(heading_rad)])
         x_m, y_m = origin + min(free_m, length_m) * heading
@@ -121,9 +122,9 @@ def test_nobody_believes_more_than_was_said(
         whole = stage.strands[LEADER].path
         for ahead, behind in pairwise(ORDER):
             granter, follower = stage.strands[ahead], stage.strands[behind]
-            assert follower.authority_m <= granter.granted_m
+            assert follower.authority_m <= granter.grants.granted_m
             assert follower.path.told_from(0, 99) == whole.told_from(0, len(follower.path))
-            assert granter.tail_m <= stage.progress_m[TAIL]
+            assert granter.grants.tail_m <= stage.progress_m[TAIL]
 
 
 @given(spacings_m, actions)
@@ -142,5 +143,5 @@ def test_once_messages_come_again_all_know_the_path_and_what_they_may(
     whole = stage.strands[LEADER].path
     for ahead, behind in pairwise(ORDER):
         assert stage.strands[behind].path.told_from(0, 99) == whole.told_from(0, 99)
-        assert stage.strands[behind].authority_m == stage.strands[ahead].granted_m
-        assert stage.strands[ahead].tail_m == stage.progress_m[TAIL]
+        assert stage.strands[behind].authority_m == stage.strands[ahead].grants.granted_m
+        assert stage.strands[ahead].grants.tail_m == stage.progress_m[TAIL]

@@ -59,7 +59,7 @@ def test_in_the_next_epoch_all_is_the_other_way_round() -> None:
     strand = turned(place(2), reversal(2.0), own_m=1.0, ahead_m=2.0, first_m=2.0)
     assert (strand.epoch, strand.order, strand.laid_m) == (2, ORDER[::-1], 2.0)
     assert [link.neighbour for link in (strand.ahead, strand.behind) if link] == [1, 3]
-    assert (strand.start_m, strand.authority_m, strand.granted_m, strand.behind_start_m) == (
+    assert (strand.start_m, strand.authority_m, strand.grants.granted_m, strand.grants.behind_start_m) == (
         1.0,
         1.0,
         0.0,
@@ -78,7 +78,7 @@ def test_a_cut_path_ends_where_the_robot_stands_that_is_to_lead() -> None:
     leads = tail.turned_round(0.4, 0.0, None)
     assert (leads.laid_m, leads.start_m, leads.authority_m) == pytest.approx((1.6, 1.6, 1.6))
     assert leads.ahead is None
-    assert leads.granted_m == pytest.approx(0.5)
+    assert leads.grants.granted_m == pytest.approx(0.5)
     assert leads.path.at(leads.path.end_m) == tail.path.at(0.4)
 
 

@@ -17,10 +17,10 @@ from agents.certificate import certified_lengths_m
 from agents.commands import Command, Note, Tell
 from agents.driver import Driver
 from agents.events import LinkHeard
+from agents.forming import lined_up
 from agents.member import Member
 from agents.memory import Memory
 from agents.senses import Senses
-from agents.strand import lined_up
 from protocol.frames import Point, Pose
 from protocol.messages import Drive, Odometry, Phase, Reversal
 from protocol.mission import Law
@@ -147,12 +147,12 @@ class TurningStage:
         if self._is_at_end(robot):
             strand.back_by_m = 0.0
             here = strand.path.at(strand.path.end_m)
-            origin, walls = np.array([here.x_m, here.y_m]), strand.ground.walls
+            origin, walls = np.array([here.x_m, here.y_m]), strand.grants.ground.walls
             free_m = float(certified_lengths_m(origin, np.array([heading_rad]), walls)[0])
             x_m, y_m = origin + min(free_m, length_m) * np.array(
                 [math.cos(heading_rad), math.sin(heading_rad)]
             )
-            strand.begin_step(Point(x_m=float(x_m), y_m=float(y_m)))
+            strand.growth.begin(Point(x_m=float(x_m), y_m=float(y_m)))
         driver.to(strand.path.at(strand.path.end_m), reach_m=strand.path.end_m, epoch=strand.epoch, step=1)
 
     def turn(self, share: float) -> None:
@@ -181,7 +181,7 @@ class TurningStage:
         for ahead, behind in pairwise(newest.order):
             granter, granted = self.members[ahead].strand, self.members[behind].strand
             if granter.epoch == granted.epoch == newest.epoch:
-                assert granted.authority_m <= granter.granted_m + rounding_m
+                assert granted.authority_m <= granter.grants.granted_m + rounding_m
                 shared = min(len(granter.path), len(granted.path))
                 assert granted.path.told_from(0, shared) == granter.path.told_from(0, shared)
 
