@@ -7,14 +7,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from agents.berth import Berth
 from agents.commands import Announce, Command
 from agents.driver import Driver
-from agents.lining import Lining
+from agents.lining import MAKES_WAY_S, Lining
 from agents.scan import View
 from protocol.epochs import called_epoch
 from protocol.frames import Point, Pose
 from protocol.messages import Muster, Odometry, Phase, Turn
 from protocol.mission import Law, Mission
+from protocol.path import Path
 from tests.one_step import look_around, under
 from world.shapes import Circle, Shape
 
@@ -298,3 +300,54 @@ def test_who_has_been_heard_by_whom_shows_which_two_do_not_hear_each_other() -> 
     lining.hear(3, says_of_call(3, hears=(1, 2, 3)), 5.1)
     says(lining, PLACES[1], None, 5.2)
     assert lining.unheard_pairs() == {(2, 3)}
+
+
+def test_a_robot_knows_its_own_place_before_it_reckons_the_order() -> None:
+    path, here = (
+        Path([Point(x_m=4.0, y_m=0.0), Point(x_m=5.0, y_m=0.0)]),
+        Pose(x_m=5.0, y_m=0.0, heading_rad=0.0),
+    )
+    others = {2: Pose(x_m=1.0, y_m=3.0, heading_rad=0.0), 3: Pose(x_m=5.5, y_m=1.0, heading_rad=0.0)}
+    fleet, berth = mission(robots=3, goal=GOAL), Berth(1, 0, 1.0, path, speed_mps=0.3)
+    lining = Lining(1, fleet, 5.0, epoch=EPOCH, members=(1, 2, 3), berth=berth)
+    for robot, pose in others.items():
+        lining.hear(robot, says_of_call(robot, pose=pose, leg_clear=True), 5.0)
+    says(lining, here, None, 5.1)
+    assert lining.order == (1, 3, 2), "the next is the nearest to where it stands"
+
+
+# --- nobody finds a way to a place ------------------------------------------------------------------
+
+
+def alone_in_place(*, members: tuple[int, ...] = (1, 2)) -> Lining:
+    """Robot 1 of three, which leads; robot 2 has had its turn in vain."""
+    fleet = mission(robots=3, goal=Point(x_m=-9.0, y_m=0.0))
+    lining = Lining(1, fleet, 5.0, epoch=EPOCH, members=members)
+    says(lining, PLACES[1], None, 5.0)
+    in_vain = {"members": members, "leg_clear": False}
+    for robot in members[1:]:
+        lining.hear(robot, replace(says_of_call(robot), **in_vain), 5.0)
+    for number, robot in enumerate(members[1:], start=2):
+        (given,) = says(lining, PLACES[1], None, 5.0 + number / 10.0)
+        assert given.gives == Turn(number=number - 1, robot=robot)
+        said = replace(says_of_call(robot, number), ended=number - 1, turn=number - 1, **in_vain)
+        lining.hear(robot, said, 5.0 + number / 10.0)
+    return lining
+
+
+def gives_itself_a_turn(lining: Lining, now_s: float) -> bool:
+    """Whether robot 1 has given itself one by then."""
+    given = [said.gives for said in says(lining, PLACES[1], None, now_s)]
+    assert given, "asked between heartbeats"
+    return given[0] is not None and given[0].robot == 1
+
+
+def test_a_leader_to_which_nobody_finds_a_way_gives_itself_a_turn_to_get_clear() -> None:
+    assert gives_itself_a_turn(alone_in_place(members=(1, 2, 3)), 6.0)
+
+
+def test_where_somebody_is_left_out_who_may_stand_in_the_way_the_leader_first_waits_for_that_one() -> None:
+    lining = alone_in_place()
+    turns = [gives_itself_a_turn(lining, 6.0 + wait_s) for wait_s in (0.0, MAKES_WAY_S - 0.5, MAKES_WAY_S)]
+    assert turns == [False, False, True]
+    assert lining.stuck_at_s == 6.0
