@@ -10,6 +10,7 @@ import click
 
 from lab.bench_verb import bench
 from lab.campaign_verb import campaign
+from lab.chaos_verb import chaos
 from lab.fault_verb import fault
 from lab.field_verb import field
 from lab.log_verbs import log
@@ -53,7 +54,7 @@ def schema(what: str) -> None:
     click.echo(json.dumps(said, indent=2))
 
 
-for _verb in (rehearse, campaign, field, bench, log, fault, replay, shrink_verb, oracle):
+for _verb in (rehearse, campaign, chaos, field, bench, log, fault, replay, shrink_verb, oracle):
     main.add_command(_verb)
 
 

@@ -1,0 +1,137 @@
+"""Live chaos: what counts as trouble, what was left behind is found, and a real fleet passes through."""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec.structs import replace
+
+from lab.chaos import ChaosRun, is_balanced, judge_run, replay_line, sum_up, troubles_of
+from lab.check import Finding, check
+from lab.live import Ended, left_behind, processes_of, run_fleet
+from lab.swarm import draw
+from lab.timeline import read
+from tests.campaigns import clew
+from tests.fleets import RUN_S_MAX
+from tests.logs import AT_REST, GOOD, numbered, recorded
+from world.books import Messages
+
+WELL = Ended(code=0, said=("ok",), wall_s=1.0, leftovers=())
+COUNTS = st.integers(0, 10**6)
+
+
+@pytest.fixture
+def finding(tmp_path: Path) -> Finding:
+    """Of a log in which every promise was kept."""
+    return check(read(recorded(tmp_path, numbered(AT_REST))))
+
+
+@pytest.fixture
+def sleeper(tmp_path: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """A process that bears a fleet's folder for temporary files in its environment, and stays."""
+    command = [sys.executable, "-c", "import sys; sys.stdin.read()"]
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    with subprocess.Popen(command, env=environment, stdin=subprocess.PIPE) as process:
+        yield process
+        process.kill()
+
+
+def test_a_run_that_kept_its_promises_and_left_nothing_is_no_trouble(finding: Finding) -> None:
+    assert list(troubles_of(GOOD, finding, WELL)) == []
+
+
+def test_everything_that_must_not_be_is_a_trouble_of_its_own(finding: Finding) -> None:
+    broken = replace(GOOD, violations=2, violations_by_invariant={"S1": 0, "S2": 2})
+    assert list(troubles_of(broken, finding, WELL)) == ["broken: S2 2"]
+    off = replace(GOOD, messages=replace(GOOD.messages, unaccounted=-1))
+    assert list(troubles_of(off, finding, WELL)) == ["the books do not balance"]
+    torn = replace(finding, ok=False, flaws=("line 3 is torn",))
+    assert list(troubles_of(GOOD, torn, WELL)) == ["log check: 0 violations; line 3 is torn"]
+    left = Ended(code=0, said=(), wall_s=1.0, leftovers=("python -m agents",))
+    assert list(troubles_of(GOOD, finding, left)) == ["left behind: python -m agents"]
+    hung = Ended(code=None, said=(), wall_s=1.0, leftovers=())
+    assert list(troubles_of(None, None, hung)) == [
+        "the launcher did not end when it was told to",
+        "there is no verdict",
+        "the log cannot be read",
+    ]
+
+
+@given(COUNTS, st.dictionaries(st.sampled_from(["drop", "corrupt"]), COUNTS), COUNTS, COUNTS)
+def test_books_balance_exactly_when_all_that_was_sent_is_told_and_nothing_else(
+    received: int, injected: dict[str, int], refused: int, lost: int
+) -> None:
+    sent = received + sum(injected.values()) + refused + lost
+    books = Messages(
+        sent=sent, received=received, injected=injected, refused=refused, unaccounted=lost, left_out=()
+    )
+    assert is_balanced(books)
+    assert not is_balanced(replace(books, received=received + 1))
+    assert not is_balanced(
+        replace(books, received=sent + 1, unaccounted=-1 - sum(injected.values()) - refused)
+    )
+
+
+def test_a_folder_without_a_run_is_judged_and_says_what_the_launcher_said_last(tmp_path: Path) -> None:
+    ended = Ended(code=1, said=("clew: the world was killed",), wall_s=1.0, leftovers=())
+    run = judge_run(draw(3), tmp_path, ended, replay="again", load=1.0)
+    assert (run.reason, run.arrived, run.messages) == ("clew: the world was killed", False, None)
+    assert run.troubles == ("there is no verdict", "the log cannot be read")
+
+
+def test_a_sum_is_ok_only_without_trouble_and_whole(tmp_path: Path) -> None:
+    bad = judge_run(draw(3), tmp_path, WELL, replay="again", load=1.0)
+    good = fine(bad)
+    assert sum_up([good, good], asked=2, speed="2", interrupted=False).ok
+    assert not sum_up([good], asked=2, speed="2", interrupted=True).ok
+    mixed = sum_up([good, bad], asked=2, speed="2", interrupted=False)
+    assert (mixed.ok, mixed.unbalanced, mixed.not_arrived) == (False, 1, 1)
+    assert mixed.messages_sent == GOOD.messages.sent
+
+
+def fine(run: ChaosRun) -> ChaosRun:
+    return replace(run, troubles=(), messages=GOOD.messages, arrived=True)
+
+
+def test_the_replay_line_names_what_was_drawn() -> None:
+    said = replay_line(Path("c/drawn/7.toml"), 7, "2")
+    assert said == "./launch/fleet.sh c/drawn/7.toml --faults c/drawn/7.faults.toml --seed 7 --speed 2"
+
+
+def test_a_process_that_was_left_behind_is_named_and_ended(
+    tmp_path: Path, sleeper: subprocess.Popen[bytes]
+) -> None:
+    assert list(processes_of(tmp_path)) == [sleeper.pid]
+    (tmp_path / "socket").touch()
+    process, file = left_behind(tmp_path)
+    assert process.startswith(sys.executable)
+    assert file == "socket"
+    assert sleeper.wait(RUN_S_MAX) == -9
+    assert processes_of(tmp_path) == {}
+
+
+@pytest.mark.processes
+def test_a_fleet_that_is_told_to_end_ends_and_leaves_nothing(tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    has_begun = (out / "events.jsonl").exists
+    ended = run_fleet(["grove", "--out", str(out)], wall_s_max=RUN_S_MAX, until=has_begun)
+    assert (ended.code, ended.leftovers) == (143, ())
+    assert ended.wall_s < RUN_S_MAX
+
+
+@pytest.mark.processes
+def test_chaos_runs_a_fleet_through_what_its_seed_draws_and_tells(tmp_path: Path) -> None:
+    told = clew("chaos", "--runs", "1", "--speed", "8", "--out", tmp_path / "out", "--json")
+    said = json.loads(told.stdout)
+    assert json.loads((tmp_path / "out" / "chaos.json").read_text(encoding="utf-8")) == said
+    (run,) = said["each"]
+    assert run["troubles"] == []
+    assert (told.exit_code, said["ok"], said["runs"]) == (0, True, 1)
+    assert run["classes"] == [str(each) for each in draw(1).classes]
+    assert (tmp_path / "out" / "drawn" / "1.faults.toml").exists()
