@@ -76,6 +76,8 @@ class Leader:
         self.map = Map(mission, np.array([start.x_m, start.y_m]))
         self.steps = 0
         """Switching steps planned so far."""
+        self.bodies_may_move = False
+        """Whether what stands in the way may be a robot that comes back."""
 
     @property
     def closer(self) -> int:
@@ -139,7 +141,7 @@ class Leader:
     def _step_to(
         self, goal: Floats, view: View, walls: Walls, ground: Ground, *, settled: bool
     ) -> Step | NoStep | LookCloser | Wait | DeadEnd:
-        if self._mission.obstacles_move:
+        if self._world_changes:
             self.map.forget_where_free(view)
         self.map.remember(view.hit_points)
         step = certified_step_to(view, walls, goal)
@@ -170,7 +172,7 @@ class Leader:
         spot = self.map.narrowest(way[first:][off_first_m <= 2.0 * self._mission.berth_m])
         robots = ~view.hits & (view.ranges_m < self._mission.range_m_max)
         alone = Walls.joined(scan_walls(view, self._mission, leave_out=robots), *self._bounds())
-        still = not self._mission.obstacles_move
+        still = not self._world_changes
         self.map.close(spot, for_good=still and refused_at(view, alone, way) <= refused)
 
     def _turn_back(
@@ -197,9 +199,13 @@ class Leader:
 
         Not before: a spot that is open again with every scan is gone to, and refused, for ever.
         """
-        if self._mission.obstacles_move:
+        if self._world_changes:
             self.map.reopen()
         return NoStep(reason)
+
+    @property
+    def _world_changes(self) -> bool:
+        return self._mission.obstacles_move or self.bodies_may_move
 
     def _record(self, step: Step, sight: Sight, ground: Ground, behind: Flags, epoch: int) -> StepPlanned:
         target = step.target(sight.view.position)

@@ -44,6 +44,7 @@ from protocol.timeline import (
 )
 
 RELEASE_SHARE = 0.9  # of the link's length: so that a robot at the limit does not stop and go
+COMES_BACK_S = 15.0  # with bodies of robots that are left out, as in lining up
 PATIENCE_S = 30.0  # with what stands in all ways on: who walks to and fro has come and gone by then
 TURNS_MAX = 8  # with no step towards the goal between them
 BLOCKED_S = 5.0  # five checks; on ground where nothing moves only a robot out of its place goes away
@@ -265,6 +266,7 @@ class Member:
 
     def _plan(self, now_s: float) -> list[Command]:
         leader, strand = self._memory.leader(self._driver.odometry.pose), self.strand
+        leader.bodies_may_move |= len(strand.order) < self._mission.robots
         settled = strand.quiet_s(now_s) >= SETTLED_S
         if leader.is_done(self._position()):
             strand.back_by_m = 0.0
@@ -311,7 +313,10 @@ class Member:
     def _is_lost(self, now_s: float) -> bool:
         """Whether a way that is not there will not be: what moves into the way may move on."""
         self._stuck_at_s = min(self._stuck_at_s, now_s)
-        return not self._mission.obstacles_move or now_s - self._stuck_at_s >= PATIENCE_S
+        patience_s = PATIENCE_S if self._mission.obstacles_move else 0.0
+        if len(self.strand.order) < self._mission.robots:
+            patience_s = max(patience_s, COMES_BACK_S)
+        return now_s - self._stuck_at_s >= patience_s
 
     def _begin(self, planned: StepPlanned) -> list[Command]:
         self._step = planned
