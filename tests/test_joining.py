@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from agents.joining import InPlace, Joining, Stands
+from agents.joining import CLEAR_M, InPlace, Joining, Stands
 from agents.step import NoStep
 from lab.rehearsal import Rehearsal
 from protocol.faults.plan import NO_FAULTS, uniform
@@ -246,3 +246,38 @@ def test_shut_in_by_a_wall_it_has_no_step() -> None:
     ring: list[Shape] = [box(-0.6, 0.5, 1.2, 0.1), box(-0.6, -0.6, 1.2, 0.1)]
     ring += [box(-0.6, -0.5, 0.1, 1.0), box(0.5, -0.5, 0.1, 1.0)]
     assert isinstance(plan(ring, stand([(2.0, 0.0)], [])), NoStep)
+
+
+# --- the leader gets clear --------------------------------------------------------------------------
+
+ENOUGH_M = MISSION.berth_m + CLEAR_M
+POST = (0.25, 0.0)  # nearer than a leg to here may end, further than the hull
+POST_M = 0.05
+
+
+def get_clear(shapes: list[Shape], robots: list[Place]) -> StepPlanned | NoStep:
+    hulls: list[Shape] = [Circle(centre_m=(x, y), radius_m=0.1) for x, y in robots]
+    view = look_around([*shapes, *hulls], MISSION)
+    return Joining(MISSION, view.position).clear(view, np.array(robots).reshape(-1, 2))
+
+
+def test_a_leader_too_near_to_something_to_be_followed_goes_a_short_step_to_where_it_can_be() -> None:
+    step = get_clear([Circle(centre_m=POST, radius_m=POST_M)], [(-2.0, 0.0)])
+    assert isinstance(step, StepPlanned)
+    off_m = math.hypot(step.target.x_m - POST[0], step.target.y_m - POST[1]) - POST_M
+    assert off_m >= ENOUGH_M - 1e-6
+    assert step.length_m <= 2.0 * ENOUGH_M
+
+
+def test_where_no_step_leads_to_such_a_place_it_stays() -> None:
+    corridor: list[Shape] = [box(-3.0, 0.22, 6.0, 0.1), box(-3.0, -0.32, 6.0, 0.1)]
+    assert isinstance(get_clear(corridor, [(-2.0, 0.0)]), NoStep)
+
+
+def test_getting_clear_it_keeps_off_the_robots_that_stand() -> None:
+    robots = [(-0.5, 0.0), (-0.4, 0.35), (-0.4, -0.35)]
+    step = get_clear([Circle(centre_m=POST, radius_m=POST_M)], robots)
+    assert isinstance(step, StepPlanned)
+    way = np.linspace((0.0, 0.0), (step.target.x_m, step.target.y_m), 50)
+    off_m = np.hypot(*np.moveaxis(way[:, None] - np.array(robots), -1, 0))
+    assert off_m.min() >= 2.0 * MISSION.robot_radius_m + MISSION.separation_m
