@@ -80,32 +80,11 @@ BUGS = (
         "        newest = epoch != self.epoch",
     ),
     _bug(
-        "lease-by-hearing",
-        "a lease is what the neighbour has echoed, not that it was heard",
-        "protocol/link.py",
-        "        return now_s - max(self._echoed_s, self.made_at_s)",
-        "        return now_s - max(self.heard_at_s, self.made_at_s)",
-    ),
-    _bug(
-        "no-lease",
-        "a robot drives only while each of its links is fresh",
-        "agents/strand.py",
-        "            if not link.silent and link.silent_s(now_s) > self._mission.silence_s:",
-        "            if False:",
-    ),
-    _bug(
         "no-settling",
         "nobody drives in a new epoch before those left out must stand",
         "agents/robot.py",
         "lining.free_at_s = self._calls.free_at_s(lining.members, now_s)",
         "lining.free_at_s = now_s",
-    ),
-    _bug(
-        "turn-without-all",
-        "a robot drives in its turn only when all others have said that they stand in it",
-        "agents/lining.py",
-        "        return self._roster.all_stand_in(turn, since_s=self._now_s - self._mission.silence_s)",
-        "        return True",
     ),
     _bug(
         "turns-not-ended",
@@ -188,13 +167,6 @@ BUGS = (
         "commands.append(Tell(self.behind.neighbour, ",
         "commands.append(Tell(self.order[-1], ",
     ),
-    _bug(
-        "turns-round-moving",
-        "a robot passes a reversal on when it stands",
-        "agents/member.py",
-        "        if not self.strand.halted and self._driver.standing:",
-        "        if not self.strand.halted:",
-    ),
     Bug(
         "late-orders",
         "a body takes no order that is older than one that it has taken, by epoch or by number",
@@ -249,5 +221,12 @@ BUGS = (
         "protocol/link.py",
         "        return now_s - max(self._echoed_s, self.made_at_s)",
         "        return 0.0",
+    ),
+    _bug(
+        "acknowledges-unheard",
+        "who is behind acknowledges the vertices that it knows, and no others",
+        "agents/strand.py",
+        "            handed=own.handed.number,\n            vertices=len(self.path),\n",
+        "            handed=own.handed.number,\n            vertices=len(self.path) + 2,\n",
     ),
 )

@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,12 @@ def test_every_bug_finds_the_source_that_it_breaks_and_what_it_leaves_is_source(
 def test_there_are_fifteen_bugs_at_least_each_with_a_name_of_its_own() -> None:
     names = [bug.name for bug in BUGS]
     assert len(set(names)) == len(names) >= 15
+
+
+def test_every_bug_stands_in_the_documentation_with_its_rule() -> None:
+    text = (Path(__file__).parents[1] / "docs" / "oracle.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `([a-z-]+)` \| (.*) \|$", text, re.MULTILINE)
+    assert rows == [(bug.name, bug.rule) for bug in BUGS]
 
 
 def test_a_bug_whose_source_is_not_there_any_more_is_an_error(tmp_path: Path) -> None:
