@@ -94,8 +94,6 @@ class Strand:
         """The links that there are."""
         self.own_leg_m = at.ahead_m
         """Up to here, where the robot ahead stood at first, nobody has driven and no leader certified."""
-        self.leg_back_m = at.behind_m
-        """The same of the other direction, once the strand has turned round."""
         self.grants = Grants(
             self.behind,
             path,
@@ -163,9 +161,7 @@ class Strand:
             epoch=self.epoch + 1,
             back_by_m=self.reversal.back_by_m,
         )
-        # Nobody has driven from here to the robot ahead, but what was driven when it last went this way.
-        turned.own_leg_m = min(at.ahead_m, end_m - self.leg_back_m)
-        turned.leg_back_m = end_m - self.own_leg_m
+        turned.own_leg_m = at.own_m  # the one ahead has driven all of the path, or certified its leg to here
         return turned
 
     def robots_beside(self) -> list[Floats]:

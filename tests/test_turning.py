@@ -82,16 +82,9 @@ def test_a_cut_path_ends_where_the_robot_stands_that_is_to_lead() -> None:
     assert leads.path.at(leads.path.end_m) == tail.path.at(0.4)
 
 
-def test_a_robots_own_leg_ends_where_the_robot_stands_that_is_now_ahead_which_drives_all_beyond() -> None:
+def test_a_strand_that_has_turned_round_has_no_leg_that_nobody_has_certified() -> None:
     second = turned(place(2), reversal(2.0), own_m=1.0, ahead_m=2.0, first_m=2.0)
-    assert second.own_leg_m == 2.0
-    for x_m in (0.0, -3.0):
-        second.path.extend(Point(x_m=x_m, y_m=0.0))
-    third = turned(second, reversal(6.0), own_m=4.0, ahead_m=6.0, first_m=3.0)
-    assert third.own_leg_m == 3.0, "not where the robot ahead stood at first, which is far beyond it"
-
-
-def test_a_leg_that_nobody_has_driven_is_still_one_when_the_strand_has_turned_twice() -> None:
-    second = turned(place(2), reversal(2.0), own_m=1.0, ahead_m=2.0, first_m=2.0)
+    assert second.own_leg_m == second.start_m, "the robot that is ahead now has looked at its leg to here"
     third = turned(second, reversal(2.0), own_m=1.0, ahead_m=2.0, first_m=2.0)
-    assert (third.start_m, third.own_leg_m) == (1.0, 2.0)
+    assert third.own_leg_m == third.start_m
+
