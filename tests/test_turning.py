@@ -4,7 +4,7 @@ import pytest
 
 from agents.events import LinkHeard
 from agents.strand import Strand
-from protocol.frames import Point, Vertex
+from protocol.frames import Vertex
 from protocol.messages import Reversal
 from tests.strand_stage import (
     KNOWN,
