@@ -6,15 +6,16 @@ from msgspec.structs import replace
 from agents.calls import ASIDE_S
 from agents.commands import Announce, Command, Note, Order
 from agents.events import MusterHeard, OdometryHeard, TokenCame
+from agents.presence import WORLD
 from agents.robot import LATE_S, RANK_S, Robot
 from protocol.epochs import called_epoch, of_one_call
-from protocol.frames import Pose
+from protocol.frames import Point, Pose
 from protocol.messages import Announcement, Beacon, Muster, Odometry, Phase, Plea
 from protocol.mission import Law
 from protocol.timeline import MusterCalled, MusterJoined
 from tests.one_step import under
 
-MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1)
+MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1, goal=Point(x_m=9.0, y_m=0.0))
 HERE, THERE = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), Pose(x_m=1.0, y_m=0.0, heading_rad=0.0)
 WITHOUT = called_epoch(0, 1, 0.0)
 WITH = called_epoch(WITHOUT, 1, 0.0)
@@ -154,3 +155,46 @@ def test_who_is_there_from_the_start_announces_itself_and_answers_any_call() -> 
     robot, commands = started_again(odometry(LATE_S), again=False)
     assert [type(each) for each in said(commands)] == [Muster]
     assert joined(hears(robot, called(WITHOUT, 1, 2, 3), LATE_S + 0.1)) == [WITHOUT]
+
+
+# --- who comes back while the others are stuck --------------------------------------------------------
+
+
+def stuck() -> tuple[Robot, float]:
+    """Robot 1, which leads robot 2, which has had its turn in vain; robot 3 has just come. And the time."""
+    robot, epoch, members = Robot(1, MISSION), called_epoch(0, 2, 0.0), (1, 2)
+    for source in (WORLD, 2):
+        robot.handle(TokenCame(source, "a"), 0.0)
+    robot.handle(odometry(0.0), 0.0)
+    for beat in range(1, 40):
+        now_s = beat / 10.0
+        behind = Pose(x_m=-1.5, y_m=0.0, heading_rad=0.0)  # further than a link may be
+        said = Muster(number=beat, epoch=epoch, pose=behind, members=members, leg_clear=False, hears=members)
+        if now_s > 1.0:
+            said = replace(said, turn=1, ended=1)
+        robot.handle(MusterHeard(2, said), now_s)
+        robot.handle(odometry(now_s), now_s)
+    robot.handle(TokenCame(3, "a"), now_s)
+    return robot, now_s
+
+
+def test_who_asks_while_the_others_are_stuck_is_called_in_whatever_epoch_it_has_heard_of() -> None:
+    robot, now_s = stuck()
+    (call,) = calls(robot.handle(MusterHeard(3, Plea(epoch=0, t_s=now_s)), now_s))
+    assert call.members == (1, 2, 3)
+
+
+def test_who_lines_up_with_them_needs_no_call() -> None:
+    robot, now_s = stuck()
+    assert not calls(robot.handle(MusterHeard(2, Plea(epoch=0, t_s=now_s)), now_s))
+
+
+def test_while_they_are_not_stuck_nobody_is_called_in() -> None:
+    robot = Robot(1, MISSION)
+    for source in (WORLD, 2):
+        robot.handle(TokenCame(source, "a"), 0.0)
+    robot.handle(odometry(0.0), 0.0)
+    assert joined(robot.handle(MusterHeard(2, called(WITHOUT, 1, 2)), 0.1))
+    robot.handle(odometry(0.1), 0.1)
+    robot.handle(TokenCame(3, "a"), 0.15)
+    assert not calls(robot.handle(MusterHeard(3, Plea(epoch=0, t_s=0.2)), 0.2))
