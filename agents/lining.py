@@ -1,45 +1,33 @@
 """One robot's part in the lining up: what it announces, when it may move, and when the strand has formed.
 
-Rule 1: it announces itself on every change and on every heartbeat, until it has its place; so any
-        announcement may be lost.
+Rule 1: it announces itself until it has its place (`agents.announcer`).
 Rule 2: it senses where the order depends on it (without a goal), where it looks at its leg, and in its turn.
-Rule 3: the last robot in place gives a turn to the nearest that is not, those apart that it gave one in vain;
-        it gives the next when that one has said that its turn has ended. Where all have had theirs in vain
-        it gives its own place up, once, and the turn back to the robot ahead, which tries others first; the
-        leader gives itself a turn, once, to go where others can come.
+Rule 3: the last robot in place gives the turns (`agents.giving`).
 Rule 4: a robot drives only in its turn, when all others have said that they know of it, and while each of
-        them has echoed something that it said within `silence_s`. It ends its turn standing.
+        them has echoed something that it said within `silence_s` (`agents.taking`).
 Rule 5: in an epoch that was called nobody drives before all members stand in it and whoever is left out must
         stand, too (docs/strand.md, Healing).
-Rule 6: where obstacles move, a robot that gets no further looks again for a while before it is blocked.
 """
 
-import math
 from collections.abc import Set
 
 import numpy as np
-from msgspec.structs import replace
 
+from agents.announcer import Announcer
 from agents.berth import Berth
-from agents.commands import Announce, Command, Note
+from agents.commands import Command
 from agents.driver import Driver
-from agents.joining import InPlace, Joining, Stands, leg_is_clear, without_hulls
-from agents.muster import Legs, Roster, line_of
+from agents.giving import Giving
+from agents.joining import leg_is_clear, without_hulls
+from agents.muster import Legs
 from agents.scan import View
-from agents.step import NoStep
-from agents.strand import URGENT_S
+from agents.taking import Taking
 from protocol.arrays import Floats
 from protocol.frames import Point, Pose
 from protocol.messages import Muster, Turn
 from protocol.mission import Mission
-from protocol.sweep import TOUCHING_M
-from protocol.timeline import RobotBlocked, RobotPlaced, RouteLost, StepPlanned
 
-PATIENCE_S = 10.0  # where obstacles move: as long as with a way in the strand that is blocked
-MAKES_WAY_S = 5.0  # a process that is started again is there after two
-COMES_BACK_S = 15.0
 STALLS_S = 20.0  # the longest step, of 4 m, takes 8 s at 0.5 m/s, and twice that under heavy loss
-LOOKS_AGAIN_S = 2.0  # who walks by has gone by then
 
 
 class Lining:
@@ -66,41 +54,26 @@ class Lining:
         self._shunned = shunned
         self._robot = robot
         self._mission = mission
-        least_m = 2.0 * mission.robot_radius_m + mission.separation_m - TOUCHING_M
-        self._roster = Roster(self.members, mission.goal, least_m, attempt)
+        announcer = Announcer(
+            robot, mission, epoch=epoch, named=members, members=self.members, attempt=attempt
+        )
+        self._announcer = announcer
+        self._roster = announcer.roster
+        self._giving = Giving(announcer, mission)
+        self._taking = Taking(announcer, self._giving, mission, epoch)
         self.attempt = attempt
         """How many orders of these members have been tried in vain."""
-        self.wants_another_order = False
         self._heard_at_s: dict[int, float] = {}
-        self._said = Muster(
-            number=0,
-            epoch=epoch,
-            pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0),
-            members=members,
-            attempt=attempt,
-        )
         self._berth = berth
         self._leg_is_driven = False
-        self._announced = 0
-        self._announced_at_s = -math.inf
-        self._joining: Joining | None = None
-        self._step: StepPlanned | None = None
-        self._blocked: set[int] = set()
-        self._lost = self._gave_up = self._got_clear = self._step_is_given_up = self._moved = False
-        self.stuck_at_s: float | None = None
-        """Since when nobody who remains finds a way to a place behind this robot, the last in place."""
         self._turn_state: tuple[Turn, int] | None = None
         self._turn_state_s = now_s
-        self._stood_at: tuple[float, float, Turn] | None = None
-        self._stood_at_s = 0.0
-        self._looks_again_s = self._now_s = 0.0
-        self.look: View | None = None
-        """A scan from where the robot stands, without the hulls of others; None where it has taken none."""
+        self._now_s = 0.0
 
     @property
     def is_called(self) -> bool:
         """Whether its members have been named: some robots may have been left out."""
-        return bool(self._said.members)
+        return bool(self._announcer.said.members)
 
     @property
     def all_are_bound(self) -> bool:
@@ -110,9 +83,22 @@ class Lining:
     @property
     def places(self) -> dict[int, Pose]:
         """Where all robots stand."""
-        places = self._roster.places
-        assert places is not None, "nobody takes a place before all are known"
-        return places
+        return self._announcer.places
+
+    @property
+    def look(self) -> View | None:
+        """A scan from where the robot stands, without the hulls of others; None where it has taken none."""
+        return self._announcer.look
+
+    @property
+    def stuck_at_s(self) -> float | None:
+        """Since when nobody who remains finds a way to a place behind this robot, the last in place."""
+        return self._giving.stuck_at_s
+
+    @property
+    def wants_another_order(self) -> bool:
+        """Whether this order has been tried in vain, and there are others."""
+        return self._giving.wants_another_order
 
     @property
     def legs(self) -> Legs:
@@ -122,7 +108,7 @@ class Lining:
     @property
     def berth(self) -> Berth | None:
         """Its place in the strand that it was in last, if it has not left it."""
-        return None if self._moved else self._berth
+        return None if self._taking.has_moved else self._berth
 
     @property
     def leg_is_driven(self) -> bool:
@@ -140,7 +126,7 @@ class Lining:
     @property
     def sensed(self) -> bool:
         """Whether a scan has been taken for the order."""
-        return self._said.obstacle_m is not None
+        return self._announcer.said.obstacle_m is not None
 
     @property
     def may_lead(self) -> bool:
@@ -151,23 +137,21 @@ class Lining:
         """Ground (n, 2) that each of the others may be on: where it stands."""
         if self._roster.places is None:
             return []
-        return [np.repeat(place[None], 2, axis=0) for place in self._xy(self._others)]
+        return [np.repeat(place[None], 2, axis=0) for place in self._announcer.xy_of(self._announcer.others)]
 
     def give_up_step(self, driver: Driver) -> None:
         """Have the step in hand end where the robot comes to stand."""
-        self._step_is_given_up = True
-        driver.stand()
+        self._taking.give_up_step(driver)
 
     def wants_scan(self, driver: Driver) -> bool:
         """Rule 2."""
         if self.look is None and (self._needs_obstacle or self._needs_leg):
             return True
-        rested = self._now_s >= self._looks_again_s
-        return self._may_drive and self._step is None and driver.standing and rested
+        return self._may_drive and self._taking.wants_scan(driver, self._now_s)
 
     def hear(self, robot: int, muster: Muster, now_s: float) -> None:
         """Take in what another robot announces; in another lining up it is void."""
-        if robot in self._shunned or muster.echo_s > now_s or muster.members != self._said.members:
+        if robot in self._shunned or muster.echo_s > now_s or muster.members != self._announcer.said.members:
             return
         if robot != self._robot and muster.epoch == self.epoch and self._roster.hear(robot, muster):
             self._heard_at_s[robot] = max(now_s, muster.t_s)
@@ -205,46 +189,22 @@ class Lining:
             now_s: the time.
         """
         self._now_s = now_s
-        if self._announced == 0 and not driver.standing:
+        announcer, pose = self._announcer, driver.odometry.pose
+        if not announcer.has_spoken and not driver.standing:
             return []
-        pose = driver.odometry.pose
-        if self._announced == 0 and self._berth is not None:
-            self._say(pose=pose, former=self._berth.former(pose))  # at once: the order may depend on both
-        if self._own_turn is None:
-            self._say(pose=pose)
-        if self._said.members:
-            self._say(hears=tuple(sorted(self._roster.heard)))
+        if not announcer.has_spoken and self._berth is not None:
+            # At once: the order may depend on both.
+            announcer.say(pose=pose, former=self._berth.former(pose))
+        if announcer.own_turn is None:
+            announcer.say(pose=pose)
+        if announcer.said.members:
+            announcer.say(hears=tuple(sorted(self._roster.heard)))
         self._sense(scan)
-        commands = self._take_turn(driver, scan) + self._give_turn()
+        commands = self._taking.take(driver, scan, now_s, may_drive=self._may_drive)
+        commands += self._giving.give(now_s)
         turn = self._roster.turn
-        self._say(turn=turn.number if turn is not None else 0, order=self.order)
-        return commands + self._announce(now_s)
-
-    # --- rule 1 -------------------------------------------------------------------------------------
-
-    def _say(self, **news: object) -> None:
-        """Have the next announcement say so; a robot is the first to hear itself."""
-        if any(getattr(self._said, name) != value for name, value in news.items()):
-            self._said = replace(self._said, **{"number": self._said.number + 1, **news})
-            self._roster.hear(self._robot, self._said)
-
-    @property
-    def _heartbeat_s(self) -> float:
-        """While somebody has a turn, all that he waits for is said more often."""
-        turn = self._roster.turn
-        mover = self._roster.heard.get(turn.robot) if turn is not None else None
-        waits = turn is not None and (mover is None or mover.ended < turn.number)
-        return URGENT_S if waits else self._mission.heartbeat_s
-
-    def _announce(self, now_s: float) -> list[Command]:
-        if self._said.number == self._announced:
-            if now_s - self._announced_at_s < self._heartbeat_s:
-                return []
-            self._say(number=self._said.number + 1)
-        self._announced, self._announced_at_s = self._said.number, now_s
-        turn = self._roster.turn
-        mover = self._roster.heard.get(turn.robot) if turn is not None else None
-        return [Announce(replace(self._said, t_s=now_s, echo_s=0.0 if mover is None else mover.t_s))]
+        announcer.say(turn=turn.number if turn is not None else 0, order=self.order)
+        return commands + announcer.announce(now_s)
 
     # --- rule 2 -------------------------------------------------------------------------------------
 
@@ -257,180 +217,41 @@ class Lining:
         """Whether the order of the start is known, but not yet whether this robot's leg in it is clear."""
         order = self._roster.start_order
         looks = self._mission.law.promises_clearance and order[:1] != (self._robot,)
-        return bool(order) and self._said.leg_clear is None and looks
+        return bool(order) and self._announcer.said.leg_clear is None and looks
 
     def _sense(self, scan: View | None) -> None:
+        announcer = self._announcer
         if scan is not None and (self._needs_obstacle or self._needs_leg):
-            self.look = without_hulls(scan, self._xy(self._others), self._mission)
+            announcer.look = without_hulls(scan, announcer.xy_of(announcer.others), self._mission)
         if self._needs_obstacle and self.look is not None:
             nearest_m = self.look.nearest_m
-            self._say(obstacle_m=self._mission.range_m_max if nearest_m is None else nearest_m)
+            announcer.say(obstacle_m=self._mission.range_m_max if nearest_m is None else nearest_m)
         order = self._roster.start_order
         leg = self._former_leg(order) if self._needs_leg else None
         if leg is not None:
             self._leg_is_driven = True
-            self._say(leg_clear=True, leg=leg)
+            announcer.say(leg_clear=True, leg=leg)
         elif self._needs_leg and self.look is not None:
-            ahead = self._xy([order[order.index(self._robot) - 1]])[0]
-            self._say(leg_clear=leg_is_clear(self.look, ahead, self._mission))
-        elif order and self._said.leg_clear is None and not self._needs_leg:
-            self._say(leg_clear=True)
+            ahead = announcer.xy_of([order[order.index(self._robot) - 1]])[0]
+            announcer.say(leg_clear=leg_is_clear(self.look, ahead, self._mission))
+        elif order and announcer.said.leg_clear is None and not self._needs_leg:
+            announcer.say(leg_clear=True)
 
     def _former_leg(self, order: tuple[int, ...]) -> tuple[Point, ...] | None:
         """Corners of the way that the robot ahead has driven, where both still stand on it."""
         ahead = order[order.index(self._robot) - 1]
-        own, theirs = self._said.former, self._roster.heard[ahead].former
+        own, theirs = self._announcer.said.former, self._roster.heard[ahead].former
         if self._berth is None or not self._roster.stays_behind(self._robot, ahead):
             return None
         assert own is not None, "asked just now"
         assert theirs is not None, "asked just now"
         return self._berth.leg(own.progress_m, theirs.progress_m)
 
-    # --- rule 3 -------------------------------------------------------------------------------------
-
-    def _give_turn(self) -> list[Command]:
-        if self._own_turn is not None:
-            return []
-        strand, given, newest = self._roster.strand, self._said.gives, self._roster.turn
-        if strand[-1:] != (self._robot,) or len(strand) == len(self.members) or self._lost:
-            return []
-        if newest is not None and newest.robot == self._robot and newest.number > self._said.ended:
-            self._blocked = {self._roster.giver(newest)}  # it gave up its place for the others
-        elif given is not None:
-            theirs = self._roster.heard.get(given.robot)
-            if theirs is None or theirs.ended < given.number:
-                return []
-            self._blocked.add(given.robot)
-        number = 1 if newest is None else newest.number + 1
-        waiting = [robot for robot in self._others if robot not in strand]
-        free = [robot for robot in waiting if robot not in self._blocked]
-        if not free:
-            return self._give_up(strand, waiting, number)
-        off_m = np.hypot(*(self._xy(free) - self._xy([self._robot])).T)
-        self._say(gives=Turn(number=number, robot=free[int(np.argmin(off_m))]))
-        return []
-
-    def _give_up(self, strand: tuple[int, ...], waiting: list[int], number: int) -> list[Command]:
-        """Nobody can come to a place behind this robot: it makes way, or nobody ever will.
-
-        Who is left out may stand in the way, and come back: it is waited for before anybody leaves a place.
-        """
-        self.stuck_at_s = self._now_s if self.stuck_at_s is None else self.stuck_at_s
-        if len(self.members) < self._mission.robots:
-            patience_s = COMES_BACK_S if self._gave_up else MAKES_WAY_S
-            if self._now_s - self.stuck_at_s < patience_s:
-                return []
-        if not self._gave_up:
-            self._gave_up, self._blocked = True, set()
-            if len(strand) > 1:
-                self._say(gives=Turn(number=number, robot=strand[-2]), ended=number, rank=None)
-            else:
-                self._say(gives=Turn(number=number, robot=self._robot))
-            return []
-        if self.attempt < len(self.members):
-            self.wants_another_order = True
-            return []
-        self._lost = True
-        named = ", ".join(f"robot {robot}" for robot in waiting)
-        return [Note(RouteLost(reason=f"no way to a place behind robot {self._robot} for {named}"))]
-
-    # --- rule 4 -------------------------------------------------------------------------------------
-
-    @property
-    def _own_turn(self) -> Turn | None:
-        """The turn that this robot has and has not ended."""
-        turn = self._roster.turn
-        if turn is None or turn.robot != self._robot:
-            return None
-        if self._robot in self._roster.strand and turn != self._said.gives:
-            return None
-        return turn if turn.number > self._said.ended else None
+    # --- rules 4 and 5 -------------------------------------------------------------------------------
 
     @property
     def _may_drive(self) -> bool:
-        turn, free_at_s = self._own_turn, self.free_at_s
+        turn, free_at_s = self._announcer.own_turn, self.free_at_s
         if turn is None or free_at_s is None or self._now_s < free_at_s:
             return False
         return self._roster.all_stand_in(turn, since_s=self._now_s - self._mission.silence_s)
-
-    def _take_turn(self, driver: Driver, scan: View | None) -> list[Command]:
-        if not self._may_drive:
-            if self._step is not None:
-                driver.stand()
-            return []
-        if not driver.standing:
-            return []
-        step = self._step
-        if step is not None and driver.progress_m < step.reach_m and not self._step_is_given_up:
-            driver.to(step.target, reach_m=step.reach_m, epoch=self.epoch)
-            return []
-        self._step, self._step_is_given_up = None, False
-        return [] if scan is None else self._join(driver, scan)
-
-    def _join(self, driver: Driver, scan: View) -> list[Command]:
-        strand, turn, pose = self._roster.strand, self._own_turn, driver.odometry.pose
-        assert turn is not None, "nobody joins out of turn"
-        waiting = [robot for robot in self._others if robot not in strand]
-        stands = self._stands(strand, waiting)
-        self._joining = self._joining or Joining(self._mission, scan.position, epoch=self.epoch)
-        if turn == self._said.gives:
-            return self._get_clear(self._joining, driver, scan)
-        planned = self._joining.plan(scan, stands)
-        patient = self._mission.obstacles_move and not self._stays(pose, turn)
-        if isinstance(planned, StepPlanned) and self._mission.obstacles_move and not patient:
-            planned = NoStep("its way stays blocked")
-        match planned:
-            case InPlace():
-                self.look = without_hulls(scan, stands.all, self._mission)
-                self._blocked = set()
-                self._say(pose=pose, ended=turn.number, rank=len(strand), gives=None)
-                placed = RobotPlaced(rank=len(strand), turn=turn.number, x_m=pose.x_m, y_m=pose.y_m)
-                return [Note(placed)]
-            case NoStep() if patient:
-                self._looks_again_s = self._now_s + LOOKS_AGAIN_S
-                return []
-            case NoStep(reason):
-                self._say(pose=pose, ended=turn.number)
-                return [Note(RobotBlocked(turn=turn.number, reason=reason, x_m=pose.x_m, y_m=pose.y_m))]
-            case _:
-                self._step, self._moved = planned, True
-                self._say(steps=planned.step)
-                driver.to(planned.target, reach_m=planned.reach_m, epoch=self.epoch)
-                return [Note(planned)]
-
-    def _get_clear(self, joining: Joining, driver: Driver, scan: View) -> list[Command]:
-        """The leader goes one step, if there is one, and is in place at its end."""
-        turn, pose = self._own_turn, driver.odometry.pose
-        assert turn is not None, "nobody joins out of turn"
-        planned = (
-            NoStep("one step is enough") if self._got_clear else joining.clear(scan, self._xy(self._others))
-        )
-        if isinstance(planned, StepPlanned):
-            self._got_clear, self._step, self._moved = True, planned, True
-            driver.to(planned.target, reach_m=planned.reach_m, epoch=self.epoch)
-            return [Note(planned)]
-        self._say(pose=pose, ended=turn.number, rank=0)
-        return [Note(RobotPlaced(rank=0, turn=turn.number, x_m=pose.x_m, y_m=pose.y_m))]
-
-    def _stands(self, strand: tuple[int, ...], waiting: list[int]) -> Stands:
-        line, leg = line_of(self.places, strand or (self._robot,), self._roster.legs)
-        last_leg = int((leg == leg[-1]).sum()) if len(leg) else 0
-        return Stands(self._xy(strand), self._xy(waiting), line, last_leg)
-
-    def _stays(self, pose: Pose, turn: Turn) -> bool:
-        """Rule 6: whether it has not got away from here for so long, in this turn."""
-        stands_at = (pose.x_m, pose.y_m, turn)
-        if stands_at != self._stood_at:
-            self._stood_at, self._stood_at_s = stands_at, self._now_s
-        return self._now_s - self._stood_at_s >= PATIENCE_S
-
-    # --- small things -------------------------------------------------------------------------------
-
-    @property
-    def _others(self) -> list[int]:
-        return [robot for robot in self.places if robot != self._robot]
-
-    def _xy(self, robots: list[int] | tuple[int, ...]) -> Floats:
-        """Where robots stand (n, 2) [m; world frame]."""
-        places = self.places
-        return np.array([(places[robot].x_m, places[robot].y_m) for robot in robots]).reshape(-1, 2)

@@ -89,7 +89,7 @@ BUGS = (
     _bug(
         "turns-not-ended",
         "the next turn is given when the last has ended",
-        "agents/lining.py",
+        "agents/giving.py",
         "            if theirs is None or theirs.ended < given.number:",
         "            if theirs is None:",
     ),
@@ -111,7 +111,7 @@ BUGS = (
         "binds-moving",
         "a member says that it is bound only when it stands",
         "agents/lining.py",
-        "        if self._announced == 0 and not driver.standing:",
+        "        if not announcer.has_spoken and not driver.standing:",
         "        if False:",
     ),
     Bug(
@@ -210,8 +210,8 @@ BUGS = (
             ),
             Edit(
                 "agents/lining.py",
-                "self._say(leg_clear=leg_is_clear(self.look, ahead, self._mission))",
-                "self._say(leg_clear=True)",
+                "say(leg_clear=leg_is_clear(self.look, ahead, self._mission))",
+                "say(leg_clear=True)",
             ),
         ),
     ),

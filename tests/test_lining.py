@@ -10,7 +10,8 @@ from msgspec.structs import replace
 from agents.berth import Berth
 from agents.commands import Announce, Command
 from agents.driver import Driver
-from agents.lining import MAKES_WAY_S, Lining
+from agents.giving import MAKES_WAY_S
+from agents.lining import Lining
 from agents.scan import View
 from protocol.epochs import called_epoch
 from protocol.frames import Point, Pose
