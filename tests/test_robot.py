@@ -1,25 +1,18 @@
 """One robot, event by event."""
 
-from collections.abc import Iterable
-from typing import TypeVar
-
 import pytest
 from msgspec.structs import replace
 
-from agents.calls import SLEPT_S
-from agents.commands import Announce, AskScan, Command, Note, Order, Tell
-from agents.events import LinkHeard, MusterHeard, OdometryHeard, ScanHeard, TokenCame, TokenWent
-from agents.presence import WORLD
+from agents.commands import Announce, AskScan, Order, Tell
+from agents.events import MusterHeard
 from agents.robot import Robot
 from agents.senses import RETRY_S
-from protocol.frames import Point, Pose, Vertex
-from protocol.messages import AheadState, BehindState, Drive, Muster, Odometry, Phase, Plea, Scan
-from protocol.mission import Law, Mission
+from protocol.frames import Point, Pose
+from protocol.messages import AheadState
+from protocol.mission import Law
 from protocol.timeline import (
     GoalReached,
-    LinkBroken,
     LinkSilent,
-    MusterCalled,
     RobotArrived,
     RobotHeld,
     RouteLost,
@@ -27,114 +20,24 @@ from protocol.timeline import (
     StepPlanned,
     StrandFormed,
 )
-from tests.one_step import under
-
-MISSION = under(
-    Law.CERTIFIED,
-    robots=2,
-    robot_radius_m=0.1,
-    goal=Point(x_m=5.0, y_m=0.0),
-    goal_tolerance_m=0.1,
+from tests.robot_stage import (
+    BACK,
+    FRONT,
+    MISSION,
+    ORDER,
+    ahead,
+    behind,
+    empty_scan,
+    follower,
+    leader,
+    muster,
+    musters,
+    odometry,
+    only,
+    order_of,
+    scan_with_a_box_ahead,
+    takes_its_place,
 )
-FRONT, BACK = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), Pose(x_m=-0.5, y_m=0.0, heading_rad=0.0)
-ORDER = (1, 2)
-HEARD_S = 0.05  # when a robot first hears an answer to what it has said to its neighbour
-
-T = TypeVar("T")
-
-
-def odometry(t_s: float, at: Pose, *, finished: int = 0, moving: bool = False) -> OdometryHeard:
-    return OdometryHeard(Odometry(t_s=t_s, pose=at, moving=moving, finished=finished, phase=Phase.RUNNING))
-
-
-def muster(at: Pose, order: tuple[int, ...] = ORDER) -> Muster:
-    """An announcement; by the one that knows the order its leg is known to be clear."""
-    return Muster(number=2 if order else 1, pose=at, leg_clear=True if order else None, order=order)
-
-
-def empty_scan(t_s: float, at: Pose) -> ScanHeard:
-    return ScanHeard(Scan(t_s=t_s, pose=at, ranges_m=(MISSION.range_m_max,) * MISSION.directions))
-
-
-def scan_with_a_box_ahead(t_s: float, at: Pose) -> ScanHeard:
-    ranges = [MISSION.range_m_max] * MISSION.directions
-    middle = MISSION.directions // 2  # bearing 0
-    ranges[middle - 20 : middle + 20] = [0.3] * 40
-    return ScanHeard(Scan(t_s=t_s, pose=at, ranges_m=tuple(ranges)))
-
-
-def behind(number: int, *, progress_m: float = 0.0, vertices: int = 2, echo_s: float = 0.0) -> LinkHeard:
-    state = BehindState(
-        epoch=1,
-        echo_s=echo_s,
-        vertices=vertices,
-        progress_m=progress_m,
-        tail_progress_m=progress_m,
-        stand=True,
-        pose=BACK,
-    )
-    return LinkHeard(2, number, state)
-
-
-def ahead(number: int, *, authority_m: float, arrived: bool = False, echo_s: float = 0.0) -> LinkHeard:
-    """The leader, two metres on."""
-    state = AheadState(
-        epoch=1,
-        echo_s=echo_s,
-        path_from=2,
-        path=(Vertex(x_m=2.0, y_m=0.0, s_m=2.5),),
-        progress_m=2.5,
-        authority_m=authority_m,
-        pose=Pose(x_m=2.0, y_m=0.0, heading_rad=0.0),
-        arrived=arrived,
-        lineage=(),
-        vertices=3,
-        backs_up=False,
-        reversal=None,
-    )
-    return LinkHeard(1, number, state)
-
-
-def only(kind: type[T], commands: Iterable[Command]) -> list[T]:
-    """What of a kind is among commands, or among what they note."""
-    things = [command.record if isinstance(command, Note) else command for command in commands]
-    return [thing for thing in things if isinstance(thing, kind)]
-
-
-def musters(commands: Iterable[Command]) -> list[Muster]:
-    return [each.muster for each in only(Announce, commands) if isinstance(each.muster, Muster)]
-
-
-def order_of(commands: Iterable[Command]) -> Drive:
-    return only(Order, commands)[-1].drive
-
-
-def leader(mission: Mission = MISSION) -> Robot:
-    """Robot 1, which leads, and has just heard robot 2 behind it."""
-    robot = Robot(1, mission)
-    robot.handle(odometry(0.0, FRONT), 0.0)
-    formed = robot.handle(MusterHeard(2, muster(BACK)), 0.0)
-    assert only(StrandFormed, formed)[0].order == ORDER
-    assert only(AskScan, robot.handle(behind(1, echo_s=HEARD_S), HEARD_S))
-    return robot
-
-
-def follower(authority_m: float = 2.0) -> Robot:
-    """Robot 2, which follows, and has just heard robot 1 ahead of it."""
-    robot, formed = takes_its_place(authority_m)
-    assert only(StrandFormed, formed)
-    return robot
-
-
-def takes_its_place(authority_m: float = 2.0) -> tuple[Robot, list[Command]]:
-    """Robot 2, which has looked at its leg and then hears robot 1 ahead of it; what it does then."""
-    robot = Robot(2, MISSION)
-    robot.handle(odometry(0.0, BACK), 0.0)
-    assert only(AskScan, robot.handle(MusterHeard(1, muster(FRONT)), 0.0))
-    robot.handle(empty_scan(0.0, BACK), 0.0)
-    formed = robot.handle(ahead(1, authority_m=authority_m), 0.0)
-    return robot, formed + robot.handle(ahead(2, authority_m=authority_m, echo_s=HEARD_S), HEARD_S)
-
 
 # --- lining up ------------------------------------------------------------------------------------
 
@@ -252,78 +155,6 @@ def test_a_leader_holds_while_its_follower_is_too_far_behind_what_it_was_granted
     commands = robot.handle(odometry(1.1, far, moving=True), 1.1)
     assert only(RobotHeld, commands)[0].behind_m > MISSION.link_length_m_max
     assert order_of(commands).target is None
-
-
-# --- a link that is dead ----------------------------------------------------------------------------
-
-DEAD_S = HEARD_S + MISSION.silence_s + MISSION.patience_s + 0.01
-
-
-def unheard(robot: Robot, until_s: float) -> None:
-    """The robot hears the one behind, which does not hear it; time goes on by heartbeats."""
-    for beat in range(1, int(until_s / MISSION.heartbeat_s) + 1):
-        now_s = beat * MISSION.heartbeat_s
-        robot.handle(odometry(now_s, FRONT), now_s)
-        robot.handle(behind(1 + beat, echo_s=HEARD_S), now_s)
-
-
-def connected(robot: Robot) -> Robot:
-    """It sees the tokens of the world and of robot 2."""
-    for source in (WORLD, 2):
-        robot.handle(TokenCame(source, "a"), HEARD_S)
-    return robot
-
-
-def test_a_link_that_was_silent_for_too_long_is_given_up_though_it_is_heard_again_at_that_very_time() -> None:
-    robot = connected(leader())
-    unheard(robot, DEAD_S - 0.1)
-    commands = robot.handle(behind(99, echo_s=DEAD_S - 0.01), DEAD_S)
-    (broken,) = only(LinkBroken, commands)
-    assert (broken.neighbour, broken.cause) == (2, "silence")
-    assert not only(Tell, commands + robot.handle(behind(100, echo_s=DEAD_S), DEAD_S + 0.05))
-
-
-def test_before_that_it_may_still_be_heard_again() -> None:
-    robot = connected(leader())
-    unheard(robot, DEAD_S - 0.1)
-    assert not only(LinkBroken, robot.handle(behind(99, echo_s=DEAD_S - 0.1), DEAD_S - 0.02))
-    assert not only(LinkBroken, robot.handle(odometry(DEAD_S + 0.1, FRONT), DEAD_S + 0.1))
-
-
-def test_who_gives_up_a_link_calls_all_that_show_a_token() -> None:
-    robot = connected(leader())
-    unheard(robot, DEAD_S - 0.1)
-    (call,) = only(MusterCalled, robot.handle(odometry(DEAD_S, FRONT), DEAD_S))
-    assert call.members == (1, 2)
-
-
-def test_who_is_cut_off_from_the_router_stands_aside_instead_and_calls_nobody() -> None:
-    robot = connected(leader())
-    robot.handle(TokenWent(WORLD, "a"), HEARD_S)
-    unheard(robot, DEAD_S - 0.1)
-    commands = robot.handle(odometry(DEAD_S, FRONT), DEAD_S)
-    assert only(LinkBroken, commands)
-    assert not only(MusterCalled, commands)
-    later = robot.handle(odometry(DEAD_S + 1.0, FRONT), DEAD_S + 1.0)
-    assert [type(said.muster) for said in only(Announce, later)] == [Plea]
-
-
-def test_who_has_slept_through_a_silence_stands_aside_instead_and_calls_nobody() -> None:
-    robot = connected(leader())
-    robot.handle(empty_scan(0.1, FRONT), 0.1)
-    commands = robot.handle(odometry(9.0, FRONT, moving=True), 9.0)
-    assert only(LinkBroken, commands)
-    assert not only(MusterCalled, commands)
-    assert order_of(commands).target is None
-    assert not only(MusterCalled, robot.handle(behind(9, echo_s=8.9), 9.0))
-
-
-def test_who_has_slept_only_for_the_last_second_of_a_silence_calls_nobody_either() -> None:
-    robot = connected(leader())
-    unheard(robot, DEAD_S - SLEPT_S - 0.2)
-    commands = robot.handle(odometry(DEAD_S, FRONT), DEAD_S)
-    assert only(LinkBroken, commands)
-    assert not only(MusterCalled, commands)
 
 
 # --- following ------------------------------------------------------------------------------------
