@@ -74,14 +74,14 @@ class Calls:
 
     def is_heard(self, now_s: float) -> bool:
         """Rule 2."""
-        alone = not self.presence.robots - {self._robot}
+        alone = not self.presence.showing(now_s) - {self._robot}
         return self.presence.connected and (
             alone or now_s - self._heard_at_s <= 2.0 * self._mission.silence_s
         )
 
     def call(self, lining: Lining | None, now_s: float) -> tuple[int, tuple[int, ...]]:
         """Rule 1: the epoch and the members of a call, made now; `lining` is one that has come to nothing."""
-        shown = self.presence.robots | {self._robot}
+        shown = self.presence.showing(now_s) | {self._robot}
         answering = shown if lining is None else shown - self._left_out(lining, now_s)
         members = answering if 2 * len(answering) > len(shown) else shown
         return called_epoch(self.newest, self._robot, now_s), tuple(sorted(members))

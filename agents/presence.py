@@ -45,6 +45,11 @@ class Presence:
         """The robots that show a token."""
         return {robot for robot, tokens in self._tokens.items() if tokens and robot != WORLD}
 
+    def showing(self, now_s: float) -> Set[int]:
+        """The same, and those whose token has only just gone: when the router goes, tokens go one by one."""
+        just_went = {robot for robot, at_s in self._went_s.items() if at_s > now_s - GRACE_S}
+        return self.robots | (just_went - {WORLD})
+
     def shows(self, robot: int) -> bool:
         """Whether a robot shows one."""
         return bool(self._tokens.get(robot))

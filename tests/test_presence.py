@@ -93,3 +93,10 @@ def test_who_is_cut_off_calls_nobody_lost() -> None:
 
 def test_a_robot_whose_token_never_came_is_not_lost() -> None:
     assert not connected(1).is_lost(2, 0.0, 99.0)
+
+
+def test_a_token_that_has_only_just_gone_still_counts_since_all_go_one_by_one_when_the_router_does() -> None:
+    presence = connected(1, 2)
+    presence.go(1, "a", 5.0)
+    seen = [sorted(presence.showing(now_s)) for now_s in (5.0, 5.0 + GRACE_S / 2.0, 5.0 + GRACE_S)]
+    assert seen == [[1, 2], [1, 2], [2]]
