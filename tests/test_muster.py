@@ -16,7 +16,7 @@ from agents.muster import (
     order_without_goal,
 )
 from protocol.frames import Point, Pose
-from protocol.messages import Muster, Turn
+from protocol.messages import Former, Muster, Turn
 
 GOAL = Point(x_m=5.0, y_m=0.0)
 
@@ -277,3 +277,15 @@ def test_a_robot_that_is_not_of_the_fleet_is_not_heard() -> None:
     for stranger in (0, 2):
         assert not roster.hear(stranger, said(standing((0.0, 0.0))[1]))
     assert roster.places is None
+
+
+@pytest.mark.parametrize(
+    ("attempt", "order"), [(1, (1, 2, 3)), (2, (2, 1, 3)), (3, (3, 2, 1)), (4, (1, 2, 3))]
+)
+def test_where_orders_were_tried_in_vain_each_robot_leads_in_turn_the_nearest_to_the_goal_first(
+    attempt: int, order: tuple[int, ...]
+) -> None:
+    roster = Roster((1, 2, 3), GOAL, LEAST_M, attempt)
+    for robot, pose in standing(*QUEUE).items():
+        roster.hear(robot, said(pose, former=Former(epoch=1, rank=3 - robot, progress_m=float(robot))))
+    assert roster.start_order == order, "whatever strand they were in"
