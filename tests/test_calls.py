@@ -6,13 +6,23 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.calls import ANSWERS, BREAKS_MAX, INVITES_S, LISTENS_S, RANK_S, SHUNNED_S, SLEPT_S, Calls
+from agents.calls import (
+    ANSWERS,
+    BREAKS_MAX,
+    FAILED_TURNS,
+    INVITES_S,
+    LISTENS_S,
+    RANK_S,
+    SHUNNED_S,
+    SLEPT_S,
+    Calls,
+)
 from agents.driver import Driver
-from agents.lining import Lining
+from agents.lining import STALLS_S, Lining
 from agents.presence import GRACE_S, WORLD
 from protocol.epochs import called_epoch
 from protocol.frames import Pose
-from protocol.messages import Muster, Odometry, Phase
+from protocol.messages import Muster, Odometry, Phase, Turn
 from protocol.mission import Law
 from tests.one_step import under
 
@@ -130,6 +140,28 @@ def test_no_two_calls_that_see_the_same_tokens_have_no_member_in_common(
         assert one & set(there.call(lining(heard, robot=other), after_s)[1])
 
 
+def test_who_makes_nothing_of_its_turn_is_left_out_of_the_next_call() -> None:
+    made, waits, turn = (
+        calls(2, 3, 4, 5),
+        Lining(1, MISSION, epoch=EPOCH, members=ALL),
+        Turn(number=1, robot=3),
+    )
+    reasons = []
+    for beat in range(round(10.0 * STALLS_S) + 3):
+        now_s = beat / 10.0
+        for robot in ALL[1:]:
+            gives = turn if robot == 2 else None
+            said = Muster(
+                number=1 + beat, epoch=EPOCH, pose=HERE, members=ALL, hears=ALL, gives=gives, t_s=now_s
+            )
+            waits.hear(robot, said, now_s)
+        stands(waits)
+        reasons.append(made.wants_another(waits, now_s))
+    assert reasons[-1] == "robot 3 makes nothing of its turn"
+    assert set(reasons[: round(10.0 * STALLS_S)]) == {None}
+    assert made.call(waits, now_s)[1] == (1, 2, 4, 5)
+
+
 # --- when it calls ----------------------------------------------------------------------------------
 
 
@@ -225,6 +257,15 @@ def test_a_robot_with_which_links_keep_falling_silent_is_shunned_for_a_while() -
         shunned.append(made.shunned(float(at_s)))
     shunned.append(made.shunned(SHUNNED_S))
     assert shunned == [frozenset()] * BREAKS_MAX + [{2}, frozenset()]
+
+
+def test_who_was_there_and_did_not_do_is_called_in_again_only_after_a_while() -> None:
+    made = calls(2, 3, 4)
+    made.free_at_s((1, 2, 3), 10.0)
+    made.presence.come(5, "a", 10.5)
+    again_s = 10.0 + INVITES_S * 2.0**FAILED_TURNS
+    assert [made.invites(4, now_s) for now_s in (10.5, again_s - 0.1, again_s)] == [False, False, True]
+    assert made.invites(5, 10.5), "it had gone, and has just come back"
 
 
 # --- who is left out must stand ---------------------------------------------------------------------
