@@ -123,6 +123,8 @@ class _Life:
 
     async def mission(self) -> Mission | None:
         """Ask the world until it answers; None when it does not."""
+        # Faults may strike the answer, and are noted; but a log knows a new life by its first entry.
+        self._note(RobotStarted(pid=os.getpid(), incarnation=self._incarnation))
         mission: Mission | None = None
         for _ in range(round(MISSION_PATIENCE_S / MISSION_RETRY_S)):
             self._transport.ask(self._keys.mission(), Ask())
@@ -134,7 +136,6 @@ class _Life:
                     case _:
                         self._kept.append(arrival)
             if mission is not None:
-                self._note(RobotStarted(pid=os.getpid(), incarnation=self._incarnation))
                 return mission
         return None
 

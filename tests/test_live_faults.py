@@ -70,7 +70,9 @@ def test_a_leader_that_a_plan_kills_is_succeeded_and_the_run_is_ok(fleet: Fleet)
 def test_a_robot_that_is_started_again_is_a_new_process_that_counts_from_one_and_arrives(
     fleet: Fleet,
 ) -> None:
-    verdict = run(fleet, 'fault = "restart"\ntarget = "r3"\nfrom_s = 3.0\nafter_s = 1.0')
+    restart = 'fault = "restart"\ntarget = "r3"\nfrom_s = 3.0\nafter_s = 1.0'
+    # Which is noted before the new process knows anything; yet its log begins with `robot.started`.
+    verdict = run(fleet, restart, 'fault = "duplicate"\nkind = ["mission"]')
     started = [entry for entry in kinds(fleet, "robot.started") if entry["source"] == "r3"]
     assert [entry["n"] for entry in started] == [1, 1]
     assert started[0]["pid"] != started[1]["pid"]
