@@ -14,6 +14,7 @@ Rule 5: a robot whose way has been blocked for too long says so, and so does eac
 
 import numpy as np
 
+from agents.advance import Advance
 from agents.berth import THERE_M
 from agents.commands import Command, Note
 from agents.driver import Driver
@@ -73,6 +74,7 @@ class Member:
         self._memory = memory
         self.strand = strand
         self.follower = Follower(mission, strand.start_m)
+        self._advance = Advance(mission, driver, senses, self.follower)
         self._step: StepPlanned | None = None
         self._revolutions = mission.revolutions
         self._turns = 0
@@ -235,7 +237,7 @@ class Member:
         if driver.standing and driver.progress_m >= strand.path.end_m - THERE_M:
             # Those behind may still be on their way back.
             return [] if strand.quiet_s(now_s) < SETTLED_S else self._plan(now_s)
-        return self._drive_on(strand.path.end_m, now_s, final=True)[0]
+        return self._advance.along(strand, strand.path.end_m, now_s, final=True)[0]
 
     # --- leading ------------------------------------------------------------------------------------
 
@@ -335,47 +337,8 @@ class Member:
             strand.back_by_m = 0.0
         elif strand.behind is None:
             authority_m, final = min(authority_m, strand.back_by_m), authority_m >= strand.back_by_m
-        commands, there = self._drive_on(authority_m, now_s, final=final)
+        commands, there = self._advance.along(strand, authority_m, now_s, final=final)
         return self._arrive() if there and strand.ahead.state.arrived else commands
-
-    def _drive_on(self, authority_m: float, now_s: float, *, final: bool) -> tuple[list[Command], bool]:
-        """Drive to the next vertex or as far as may be; whether it stands and there is nothing to drive."""
-        driver, strand = self._driver, self.strand
-        if not driver.standing and driver.drive.target is None:
-            return [], False  # it is being stopped
-        ordered_m = driver.progress_m if driver.standing else driver.drive.reach_m
-        reach_m = self.follower.reach_m(
-            strand.path,
-            progress_m=driver.progress_m,
-            ordered_m=ordered_m,
-            authority_m=authority_m,
-            final=final,
-        )
-        if reach_m is None:
-            return [], driver.standing
-        reach_m = strand.grants.claim_m(reach_m, progress_m=ordered_m)
-        if reach_m <= ordered_m + THERE_M:
-            return [], False  # a robot behind stands in the way, and may not go first
-        watched = self._mission.obstacles_move and driver.progress_m >= strand.own_leg_m - THERE_M
-        if not watched and not self.follower.is_clear(reach_m):
-            return self._check(now_s), False
-        driver.to(strand.path.at(reach_m), reach_m=reach_m, epoch=strand.epoch)
-        return [], False
-
-    def _check(self, now_s: float) -> list[Command]:
-        """Check the segment that begins where the robot stands; until then it stands."""
-        scan = self._senses.take(revolutions=self._mission.revolutions)
-        if scan is None:
-            return self._senses.ask(now_s) if self.follower.may_check(now_s) else []
-        checked = self.follower.check(
-            scan,
-            self.strand.path,
-            progress_m=self._driver.progress_m,
-            authority_m=self.strand.authority_m,
-            own_leg_m=self.strand.own_leg_m,
-            now_s=now_s,
-        )
-        return [Note(checked)]
 
     def _arrive(self) -> list[Command]:
         if self._arrived:

@@ -204,8 +204,8 @@ BUGS = (
         "who follows checks its own leg, and each segment, against its own scans",
         (
             Edit(
-                "agents/member.py",
-                "        if not watched and not self.follower.is_clear(reach_m):",
+                "agents/advance.py",
+                "        if not watched and not self._follower.is_clear(reach_m):",
                 "        if False:",
             ),
             Edit(

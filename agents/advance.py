@@ -1,0 +1,65 @@
+"""How a robot advances along the path that there is.
+
+Rule 1: it drives to the next vertex or as far as it may, whichever comes first, and keeps off robots behind.
+Rule 2: it checks each segment against a scan of its own; where obstacles move, its watch does, but on its
+        own leg.
+"""
+
+from agents.berth import THERE_M
+from agents.commands import Command, Note
+from agents.driver import Driver
+from agents.follower import Follower
+from agents.senses import Senses
+from agents.strand import Strand
+from protocol.mission import Mission
+
+
+class Advance:
+    """Drives one robot on along the strand's path."""
+
+    def __init__(self, mission: Mission, driver: Driver, senses: Senses, follower: Follower) -> None:
+        self._mission = mission
+        self._driver = driver
+        self._senses = senses
+        self._follower = follower
+
+    def along(
+        self, strand: Strand, authority_m: float, now_s: float, *, final: bool
+    ) -> tuple[list[Command], bool]:
+        """Drive to the next vertex or as far as may be; whether it stands and there is nothing to drive."""
+        driver = self._driver
+        if not driver.standing and driver.drive.target is None:
+            return [], False  # it is being stopped
+        ordered_m = driver.progress_m if driver.standing else driver.drive.reach_m
+        reach_m = self._follower.reach_m(
+            strand.path,
+            progress_m=driver.progress_m,
+            ordered_m=ordered_m,
+            authority_m=authority_m,
+            final=final,
+        )
+        if reach_m is None:
+            return [], driver.standing
+        reach_m = strand.grants.claim_m(reach_m, progress_m=ordered_m)
+        if reach_m <= ordered_m + THERE_M:
+            return [], False  # a robot behind stands in the way, and may not go first
+        watched = self._mission.obstacles_move and driver.progress_m >= strand.own_leg_m - THERE_M
+        if not watched and not self._follower.is_clear(reach_m):
+            return self._check(strand, now_s), False
+        driver.to(strand.path.at(reach_m), reach_m=reach_m, epoch=strand.epoch)
+        return [], False
+
+    def _check(self, strand: Strand, now_s: float) -> list[Command]:
+        """Check the segment that begins where the robot stands; until then it stands."""
+        scan = self._senses.take(revolutions=self._mission.revolutions)
+        if scan is None:
+            return self._senses.ask(now_s) if self._follower.may_check(now_s) else []
+        checked = self._follower.check(
+            scan,
+            strand.path,
+            progress_m=self._driver.progress_m,
+            authority_m=strand.authority_m,
+            own_leg_m=strand.own_leg_m,
+            now_s=now_s,
+        )
+        return [Note(checked)]
