@@ -56,6 +56,9 @@ def queue(robots: int, spacing_m: float) -> list[tuple[str, str]]:
     ]
 
 
+TIME_FOR_ALL_ORDERS = ("time_s_max = 120.0", "time_s_max = 240.0")  # they are known to be in vain after 160 s
+
+
 def closing(from_s: float) -> tuple[str, str]:
     """The door closes in three seconds, and stays closed."""
     return TRACK, f"track = [[{from_s}, 3.25, 1.0], [{from_s + 3.0}, 3.25, 2.0]]"
@@ -92,7 +95,7 @@ def test_loss_and_delay_cost_time_and_nothing_else(tmp_path: Path, seed: int) ->
 
 @pytest.mark.parametrize("from_s", [3.07, 4.25])
 def test_where_there_is_no_other_way_the_run_ends_and_says_so(tmp_path: Path, from_s: float) -> None:
-    changes = [*queue(3, 0.7), closing(from_s), (OTHER_OPENING, WALLED_UP)]
+    changes = [*queue(3, 0.7), closing(from_s), (OTHER_OPENING, WALLED_UP), TIME_FOR_ALL_ORDERS]
     rehearsal = Rehearsal(scenario(tmp_path, *changes), 1, PERFECT).run()
     assert len(dissolutions(rehearsal)) == 1
     assert rehearsal.world.ending is Ending.ROUTE_LOST
