@@ -1,6 +1,6 @@
 """Which named points of its step a robot is at, so that a fault plan can strike it exactly there. Pure.
 
-Rule 1: it is asked between a core and the shell that obeys it: the core has decided, nothing has been done yet.
+Rule 1: it is asked between a core and the shell that obeys it: the core has decided, nothing is done yet.
 Rule 2: whoever is struck has recorded the step that it has planned, and does nothing else of what it decided.
 """
 
@@ -28,7 +28,7 @@ class Points:
         """The newest order whose way was seen to be half done."""
 
     def passed(self, event: Event, commands: Sequence[Command]) -> list[StepPoint]:
-        """The points that the robot is at, with what it means to do about an event; to be asked of each event."""
+        """The points that the robot is at, with what it means to do about an event; asked of each event."""
         points: list[StepPoint] = []
         if isinstance(event, ScanHeard):
             points.append(StepPoint.AFTER_SCAN)

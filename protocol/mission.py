@@ -70,7 +70,7 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
 
     @property
     def clear_m(self) -> float:
-        """What a way keeps from whatever stands there: epsilon, or the separation, since it may be a robot."""
+        """What a way keeps from whatever stands there: epsilon, or the separation, as it may be a robot."""
         return max(self.epsilon_m, self.separation_m)
 
     @property

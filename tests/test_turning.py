@@ -87,4 +87,3 @@ def test_a_strand_that_has_turned_round_has_no_leg_that_nobody_has_certified() -
     assert second.own_leg_m == second.start_m, "the robot that is ahead now has looked at its leg to here"
     third = turned(second, reversal(2.0), own_m=1.0, ahead_m=2.0, first_m=2.0)
     assert third.own_leg_m == third.start_m
-
