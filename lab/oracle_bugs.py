@@ -48,8 +48,8 @@ BUGS = (
         "grant-survives-turn",
         "in the next epoch no grant of the old one is valid",
         "agents/strand.py",
-        "        turned.leg_back_m = end_m - self.own_leg_m\n",
-        "        turned.leg_back_m = end_m - self.own_leg_m\n        turned.authority_m = self.authority_m\n",
+        "        turned.own_leg_m = at.own_m  #",
+        "        turned.authority_m = self.authority_m\n        turned.own_leg_m = at.own_m  #",
     ),
     _bug(
         "hairpins",
