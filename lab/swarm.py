@@ -14,7 +14,8 @@ from typing import Any
 
 from lab.dice import Dice
 from lab.plan_text import plan_text
-from lab.swarm_faults import SOON_S, FaultClass, Window, draw_rules
+from lab.swarm_faults import FaultClass, draw_rules
+from lab.swarm_window import SOON_S, Window
 from lab.swarm_world import Ground, as_loaded, draw_world
 from lab.toml_text import toml_text
 from protocol.faults.plan import Plan
