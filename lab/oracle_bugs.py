@@ -133,13 +133,6 @@ BUGS = (
         ),
     ),
     _bug(
-        "no-majority",
-        "who calls leaves robots out only where the rest are more than half",
-        "agents/calls.py",
-        "members = answering if 2 * len(answering) > len(shown) else shown",
-        "members = answering",
-    ),
-    _bug(
         "no-checksum",
         "a damaged message is refused",
         "protocol/codec.py",
@@ -152,13 +145,6 @@ BUGS = (
         "protocol/mission.py",
         "        return self.robot_radius_m + max(self.clear_m, ",
         "        return self.robot_radius_m + max(0.0, ",
-    ),
-    _bug(
-        "old-state-wins",
-        "of a neighbour's states the newest is valid",
-        "protocol/link.py",
-        "        if (state.epoch, number) <= newest or state.echo_s > now_s:",
-        "        if state.echo_s > now_s:",
     ),
     _bug(
         "grants-to-the-tail",
