@@ -133,6 +133,13 @@ BUGS = (
         ),
     ),
     _bug(
+        "no-majority",
+        "who calls leaves robots out only where the rest are more than half",
+        "agents/calls.py",
+        "members = answering if 2 * len(answering) > len(shown) else shown",
+        "members = answering",
+    ),
+    _bug(
         "no-checksum",
         "a damaged message is refused",
         "protocol/codec.py",
