@@ -1,5 +1,7 @@
 """A robot that follows, asked what it would do: how far to drive, and whether the segment is clear."""
 
+import math
+
 import pytest
 import shapely
 from hypothesis import assume, given
@@ -179,13 +181,12 @@ def test_a_segment_is_clear_if_what_stands_beside_it_leaves_the_clearance(
         assert not checked.clear
 
 
-@given(st.floats(-0.5, -0.1), st.floats(-0.3, 0.3), st.floats(0.05, 0.3))
+@given(st.floats(RADIUS_M + 0.01, RADIUS_M + MISSION.clear_m), st.floats(0.05, 0.3), st.floats(-0.99, 0.99))
 def test_what_is_too_near_where_a_robot_stands_does_not_keep_it_from_leaving(
-    x_m: float, y_m: float, radius_m: float
+    off_m: float, radius_m: float, aside: float
 ) -> None:
-    post = shapely.Point(x_m, y_m)
-    assume(RADIUS_M < post.distance(shapely.Point(0.0, 0.0)) - radius_m < RADIUS_M + MISSION.clear_m)
-    assume(x_m + radius_m < 0.0)
+    sideways_rad = aside * math.acos(radius_m / (off_m + radius_m))  # all of it is behind the robot
+    x_m, y_m = -(off_m + radius_m) * math.cos(sideways_rad), (off_m + radius_m) * math.sin(sideways_rad)
     assert check(fresh(), disc(x_m, y_m, radius_m), authority_m=3.0).clear
 
 
