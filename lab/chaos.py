@@ -15,11 +15,12 @@ from msgspec import Struct
 from lab.campaign_episode import drawn_plan_path
 from lab.check import Finding, check
 from lab.live import Ended
+from lab.liveness import arrived_together, just_killed
 from lab.report import read_verdict
 from lab.swarm import Swarm
 from lab.timeline import Timeline, read
 from protocol.errors import UsageError
-from protocol.timeline import FaultInjected
+from protocol.timeline import FaultInjected, RobotDied, RobotRestarted, RobotReturned
 from world.books import Messages
 from world.ending import Ending
 from world.verdict import Verdict
@@ -39,7 +40,7 @@ class ChaosRun(Struct, frozen=True, kw_only=True):
     ending: str | None
     reason: str
     arrived: bool
-    """Every robot that lived at the end."""
+    """All that lived at the end, but for one that suffers something that lasts."""
     robots_arrived: int
     strokes: dict[str, int]
     """What was done to processes, and how often."""
@@ -97,7 +98,7 @@ def judge_run(swarm: Swarm, folder: Path, ended: Ended, *, replay: str, load: fl
         code=ended.code,
         ending=None if timeline is None else timeline.ended,
         reason=said if verdict is None else verdict.reason,
-        arrived=timeline is not None and timeline.ended == Ending.ARRIVED,
+        arrived=timeline is not None and has_arrived(timeline, swarm),
         robots_arrived=0 if verdict is None else verdict.robots_arrived,
         strokes={} if timeline is None else strokes_in(timeline),
         violations=0 if verdict is None else verdict.violations,
@@ -139,6 +140,22 @@ def is_balanced(messages: Messages) -> bool:
     """Whether all that was sent is accounted for, as lost if need be, and nothing came that was not sent."""
     accounted = messages.received + sum(messages.injected.values()) + messages.refused
     return messages.unaccounted >= 0 and messages.sent == accounted + messages.unaccounted
+
+
+def has_arrived(timeline: Timeline, swarm: Swarm) -> bool:
+    """Whether those that should have arrived had, at some time, together."""
+    living = set(range(1, swarm.scenario.fleet.robots + 1))
+    for _, entry in timeline.lines:
+        match entry.record:
+            case RobotDied(robot=robot):
+                living.discard(robot)
+            case RobotReturned(robot=robot) | RobotRestarted(robot=robot):
+                living.add(robot)
+            case _:
+                pass
+    entries = sorted(timeline.lines, key=lambda line: line[1].t_s)
+    core = sorted(living - swarm.outside - just_killed(entries))
+    return timeline.ended == Ending.ARRIVED or (core != [] and arrived_together(entries, core))
 
 
 def strokes_in(timeline: Timeline) -> dict[str, int]:

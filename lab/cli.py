@@ -8,6 +8,8 @@ import json
 
 import click
 
+from lab.bench_live_verbs import healing
+from lab.bench_loss_verb import loss
 from lab.bench_verb import bench
 from lab.campaign_verb import campaign
 from lab.chaos_verb import chaos
@@ -56,6 +58,8 @@ def schema(what: str) -> None:
 
 for _verb in (rehearse, campaign, chaos, field, bench, log, fault, replay, shrink_verb, oracle):
     main.add_command(_verb)
+for _verb in (healing, loss):
+    bench.add_command(_verb)
 
 
 if __name__ == "__main__":

@@ -37,10 +37,10 @@ def unlively(
         outside: the robots that suffer one that does.
     """
     entries = list(entries)
-    core = sorted(world.survivors - outside - _just_killed(entries))
+    core = sorted(world.survivors - outside - just_killed(entries))
     if not core:
         return None
-    arrived = _arrived(entries, core)
+    arrived = arrived_together(entries, core)
     healed_s = None if world.over_s < quiet_s else healed_at_s(entries, core, quiet_s)
     late = healed_s is not None and healed_s - quiet_s > HEAL_S_MAX
     if arrived and not late:
@@ -53,7 +53,7 @@ def unlively(
     return f"there was a way, and the run ended before {who} arrived: {world.ending}"
 
 
-def _arrived(entries: Iterable[tuple[str, Entry]], core: Sequence[int]) -> bool:
+def arrived_together(entries: Iterable[tuple[str, Entry]], core: Sequence[int]) -> bool:
     """Whether all of the core had arrived together: one from outside may ask to join even after that."""
     there: set[int] = set()
     for source, entry in entries:
@@ -70,7 +70,7 @@ def _arrived(entries: Iterable[tuple[str, Entry]], core: Sequence[int]) -> bool:
     return False
 
 
-def _just_killed(entries: Iterable[tuple[str, Entry]]) -> set[int]:
+def just_killed(entries: Iterable[tuple[str, Entry]]) -> set[int]:
     """Who was killed and not started again: the world may not have missed it yet when the run ended."""
     killed: set[int] = set()
     for _, entry in entries:

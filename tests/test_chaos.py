@@ -18,7 +18,7 @@ from lab.live import Ended, left_behind, processes_of, run_fleet
 from lab.swarm import draw
 from lab.timeline import read
 from tests.campaigns import clew
-from tests.fleets import RUN_S_MAX
+from tests.fleets import END_S_MAX, RUN_S_MAX
 from tests.logs import AT_REST, GOOD, numbered, recorded
 from world.books import Messages
 
@@ -112,7 +112,7 @@ def test_a_process_that_was_left_behind_is_named_and_ended(
     process, file = left_behind(tmp_path)
     assert process.startswith(sys.executable)
     assert file == "socket"
-    assert sleeper.wait(RUN_S_MAX) == -9
+    assert sleeper.wait(END_S_MAX) == -9
     assert processes_of(tmp_path) == {}
 
 
