@@ -24,7 +24,7 @@ def chart(points: Sequence[LossPoint], title: str) -> str:
     """
     try:
         import matplotlib as mpl  # noqa: PLC0415 - nobody else is to wait a second for it
-        from matplotlib.figure import Figure  # noqa: PLC0415 - likewise
+        from matplotlib.figure import Figure  # noqa: PLC0415 - for the same reason
     except ImportError as error:
         raise UsageError("the figure needs matplotlib: pip install '.[plot]'") from error
     figure = Figure(figsize=SIZE_IN, layout="constrained")
