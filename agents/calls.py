@@ -98,13 +98,17 @@ class Calls:
                 return f"robot {robot} is lost"
             if now_s - heard_at_s > ANSWERS * self._mission.patience_s + late_s:
                 return f"robot {robot} does not answer"
-        stalled = lining.stalled(now_s - late_s)
+        stalled = lining.stalled(now_s, late_s=late_s)
         if stalled is not None and stalled != self._robot:
             return f"robot {stalled} makes nothing of its turn"
         deaf_s = ANSWERS * self._mission.patience_s + late_s
         if lining.is_called and now_s - lining.began_s > deaf_s and lining.unheard_pairs():
             return "some members do not hear each other"
         return None
+
+    def bind(self, members: tuple[int, ...]) -> None:
+        """A muster is joined: whoever is called may drive again, and would have to be waited for again."""
+        self._left_out_before -= set(members)
 
     def invites(self, robot: int, now_s: float) -> bool:
         """Rule 3: whether to call a robot in that asks for it; asked means done."""

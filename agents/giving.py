@@ -14,6 +14,7 @@ from protocol.messages import Turn
 from protocol.mission import Mission
 from protocol.timeline import RouteLost
 
+ORDERS_MAX = 2  # besides the first: each takes as long as all turns of it
 MAKES_WAY_S = 5.0  # a process that is started again is there after two
 COMES_BACK_S = 15.0
 
@@ -80,7 +81,7 @@ class Giving:
             else:
                 announcer.say(gives=Turn(number=number, robot=announcer.robot))
             return []
-        if said.attempt < len(roster.members):
+        if said.attempt < min(ORDERS_MAX, len(roster.members) - 1):
             self.wants_another_order = True
             return []
         self._lost = True

@@ -179,7 +179,7 @@ class Map:
         keep_m: float = 0.0,
         origin: Floats | None = None,
     ) -> CostToGo:
-        """Cost from everywhere to the goal. Where that is closed, open ground within its tolerance will do.
+        """Cost from everywhere to the goal; where that is closed or cut off, to ground within its tolerance.
 
         Args:
             goal: (2,) [m; world frame].
@@ -194,7 +194,10 @@ class Map:
         if taken is not None and len(taken) > 1:
             room = np.minimum(room, self._grid.off_line(taken, reach_m=keep_m + cell_m) - keep_m)
         is_open = room > -cell_m / 2.0
-        sources = self._sources(is_open, goal, tolerance_m)
+        reach_m = max(tolerance_m, cell_m)
+        off_goal_m = np.where(is_open, self._grid.off_line(np.stack([goal, goal]), reach_m=reach_m), np.inf)
+        there, around = np.flatnonzero(off_goal_m <= cell_m), np.flatnonzero(off_goal_m <= tolerance_m)
+        sources = there if len(there) else around
         if len(sources) == 0:
             return CostToGo(self._grid, np.full(room.shape, np.inf))
         price = 1.0 + COMFORT * np.clip(1.0 - room / (FELT_CELLS * cell_m), 0.0, 1.0) + DOUBT * (room < 0.0)
@@ -204,20 +207,17 @@ class Map:
             cost = self._flooded(graph, sources, limit_m)
             if cost.at(origin[None])[0] <= limit_m:
                 return cost
-        return self._flooded(graph, sources, COST_M_MAX)
+        cost = self._flooded(graph, sources, COST_M_MAX)
+        cut_off = around[np.isinf(cost.cells.reshape(-1)[around])]
+        if len(cut_off):
+            # A robot that stands at the goal parts the ground around it: either side will do.
+            nearer = self._flooded(graph, cut_off, COST_M_MAX)
+            return CostToGo(self._grid, np.minimum(cost.cells, nearer.cells))
+        return cost
 
     def _flooded(self, graph: csr_array, sources: Indices, limit_m: float) -> CostToGo:
         cost = dijkstra(graph, indices=sources, min_only=True, limit=limit_m)
         return CostToGo(self._grid, np.asarray(cost.reshape(self._grid.shape)))
-
-    def _sources(self, is_open: Flags, goal: Floats, tolerance_m: float) -> Indices:
-        """The open cells at the goal; where it is closed, those within its tolerance."""
-        reach_m = max(tolerance_m, self._grid.cell_m)
-        off_goal_m = np.where(is_open, self._grid.off_line(np.stack([goal, goal]), reach_m=reach_m), np.inf)
-        near = off_goal_m <= self._grid.cell_m
-        if not near.any():
-            near = off_goal_m <= tolerance_m
-        return np.flatnonzero(near)
 
     def packed(self) -> bytes:
         """What has been seen, for another robot's map: as many places as a message holds."""

@@ -160,14 +160,14 @@ class Lining:
         """When a member was heard last, or this lining up began."""
         return self._heard_at_s.get(robot, self.began_s)
 
-    def stalled(self, now_s: float) -> int | None:
-        """Who has the turn and has made nothing of it for long: it may not hear the others."""
+    def stalled(self, now_s: float, *, late_s: float = 0.0) -> int | None:
+        """Who has the turn and has made nothing of it for long, or so much longer: it may be deaf."""
         turn = self._roster.turn
         mover = self._roster.heard.get(turn.robot) if turn is not None else None
         state = None if turn is None or mover is None or mover.ended >= turn.number else (turn, mover.steps)
         if state != self._turn_state:
             self._turn_state, self._turn_state_s = state, now_s
-        stalls = turn is not None and state is not None and now_s - self._turn_state_s > STALLS_S
+        stalls = turn is not None and state is not None and now_s - self._turn_state_s > STALLS_S + late_s
         return turn.robot if turn is not None and stalls else None
 
     def unheard_pairs(self) -> set[tuple[int, int]]:

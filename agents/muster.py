@@ -7,7 +7,8 @@ Rule 2: with a goal, (3) may elect a robot at the far end, which would have to l
 Rule 3: from the leader on, each next place goes to the nearest robot not yet placed (section III-C),
         ties by lowest number. This is the order of the start; it stays as it is once it can be known.
         In a muster that was called, those who still stand at their places in the newest strand go first, in
-        its order. Where an order has been tried in vain, the next nearest to the goal leads, and so on.
+        its order. Where an order has been tried in vain, the second nearest to the goal
+        leads, then the farthest.
 Rule 4: in place are, from the front on, as many of that order as have a clear leg to the robot ahead that
         does not fold back, or still stand behind it in the strand that they were in; then those that came
         to a place by a turn. Who has ended a turn is no more where it stood at the start.
@@ -209,7 +210,7 @@ class Roster:
             )
 
         nearest = sorted(places, key=lambda robot: (to_goal_m(robot), robot))
-        return chain(places, nearest[(self.attempt - 1) % len(nearest)])
+        return chain(places, nearest[1 if self.attempt == 1 else -1])  # the nearest leads as a rule
 
     def _former_order(self, places: Places) -> tuple[int, ...]:
         """Rule 3, in a muster that was called."""

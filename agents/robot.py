@@ -254,6 +254,7 @@ class Robot:
     def _bind(self, epoch: int, members: tuple[int, ...], now_s: float, attempt: int) -> list[Command]:
         """Leave whatever this robot is in, for a muster that has been called."""
         self._leave()
+        self._calls.bind(members)
         shunned = self._calls.shunned(now_s)
         self._lining = Lining(
             self._robot,

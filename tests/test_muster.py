@@ -279,10 +279,8 @@ def test_a_robot_that_is_not_of_the_fleet_is_not_heard() -> None:
     assert roster.places is None
 
 
-@pytest.mark.parametrize(
-    ("attempt", "order"), [(1, (1, 2, 3)), (2, (2, 1, 3)), (3, (3, 2, 1)), (4, (1, 2, 3))]
-)
-def test_where_orders_were_tried_in_vain_each_robot_leads_in_turn_the_nearest_to_the_goal_first(
+@pytest.mark.parametrize(("attempt", "order"), [(1, (2, 1, 3)), (2, (3, 2, 1))])
+def test_where_an_order_was_tried_in_vain_the_second_nearest_to_the_goal_leads_then_the_farthest(
     attempt: int, order: tuple[int, ...]
 ) -> None:
     roster = Roster((1, 2, 3), GOAL, LEAST_M, attempt)
