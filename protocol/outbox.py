@@ -1,7 +1,8 @@
 """A source's timeline entries on their way to the recorder. Pure: time is an argument.
 
 Rule 1: entries are numbered from 1 and kept until the recorder has acknowledged them.
-Rule 2: what has not been acknowledged `resend_s` after it was sent is sent again.
+Rule 2: what has not been acknowledged `resend_s` after it was sent is sent again, and with it all behind it:
+        the recorder takes nothing beyond a hole. Else, one batch lost, each entry would be sent twice, always.
 Rule 3: an acknowledgement of another incarnation's entries says nothing of these.
 Rule 4: a full outbox takes no new entry, and counts it. To drop an old one instead would leave a hole
         that the recorder asks for until the end.
@@ -59,9 +60,7 @@ class Outbox:
         entries: list[Entry] = []
         room_bytes = BATCH_BYTES_MAX
         for kept in self._kept:
-            if kept.sent_s is not None and now_s - kept.sent_s < self._resend_s:
-                if entries:
-                    break  # a batch is consecutive
+            if not entries and kept.sent_s is not None and now_s - kept.sent_s < self._resend_s:
                 continue
             room_bytes -= kept.size_bytes
             if room_bytes < 0 or len(entries) == BATCH_ENTRIES_MAX:

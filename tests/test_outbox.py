@@ -101,13 +101,23 @@ def test_a_new_entry_goes_out_at_once_and_does_not_wait_for_an_old_one() -> None
     assert numbers(outbox.batch(0.1)) == [2]
 
 
-def test_a_batch_is_consecutive() -> None:
+def test_what_lies_behind_an_entry_that_is_sent_again_goes_with_it_and_a_batch_is_consecutive() -> None:
     outbox = filled(1)
     outbox.batch(0.0)
     outbox.add(RouteLost(reason=""), t_s=0.0, hlc="")
     outbox.batch(0.3)
     outbox.add(RouteLost(reason=""), t_s=0.0, hlc="")
-    assert [numbers(batch) for batch in all_batches(outbox, 0.5)] == [[1], [3]]
+    assert [numbers(batch) for batch in all_batches(outbox, 0.5)] == [[1, 2, 3]]
+
+
+def test_after_one_lost_batch_all_is_told_at_the_next_resend_and_no_entry_lags_from_then_on() -> None:
+    outbox, recorder = filled(0), Recorder()
+    for turn in range(30):
+        outbox.add(RouteLost(reason=""), t_s=0.0, hlc="")
+        for batch in all_batches(outbox, turn * RESEND_S / 5.0):
+            if turn > 0:  # the first is lost
+                outbox.acknowledged(Logged(up_to=recorder.hear(batch)))
+        assert (len(outbox) == 0) is (turn >= 5)
 
 
 def test_what_is_acknowledged_is_not_sent_again() -> None:
