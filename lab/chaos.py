@@ -127,6 +127,8 @@ def troubles_of(verdict: Verdict | None, finding: Finding | None, ended: Ended) 
         yield f"broken: {', '.join(broken)}"
     if verdict is not None and not is_balanced(verdict.messages):
         yield "the books do not balance"
+    if verdict is not None and verdict.events.missing:
+        yield f"{verdict.events.missing} entries of the timeline never came"
     if finding is None:
         yield "the log cannot be read"
     elif not finding.ok:
