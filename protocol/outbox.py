@@ -2,7 +2,7 @@
 
 Rule 1: entries are numbered from 1 and kept until the recorder has acknowledged them.
 Rule 2: what has not been acknowledged `resend_s` after it was sent is sent again, and with it all behind it:
-        the recorder takes nothing beyond a hole. Else, one batch lost, each entry would be sent twice, always.
+        the recorder takes nothing beyond a hole. Else, one batch lost, each entry would be sent twice.
 Rule 3: an acknowledgement of another incarnation's entries says nothing of these.
 Rule 4: a full outbox takes no new entry, and counts it. To drop an old one instead would leave a hole
         that the recorder asks for until the end.
