@@ -9,6 +9,7 @@ from protocol.errors import UsageError
 
 NAMES = {Reach.LINKS: "what robots say to each other", Reach.ALL: "every message"}
 COLOURS = {Reach.LINKS: "#1f6f8b", Reach.ALL: "#b5541c"}  # far apart for the colour-blind, too
+NEVER_AT = {Reach.LINKS: 0.96, Reach.ALL: 0.9}  # of the height: where both have one, one above the other
 SIZE_IN = (6.4, 3.6)
 CSS = {
     "svg.hashsalt": "clew",
@@ -17,7 +18,7 @@ CSS = {
 
 
 def chart(points: Sequence[LossPoint], title: str) -> str:
-    """The figure as SVG: medians as lines, the worst as bands, live runs as crosses.
+    """The figure as SVG: medians as lines, the worst as bands, live runs as crosses, never as triangles.
 
     Raises:
         UsageError: matplotlib is not there.
@@ -39,6 +40,10 @@ def chart(points: Sequence[LossPoint], title: str) -> str:
         live = [(100.0 * point.rate, _drawn_s(run.time_s)) for point in own for run in point.live]
         if live:
             axes.plot(*zip(*live, strict=True), "x", color=COLOURS[reach], label=f"{NAMES[reach]}, live")
+        never = [100.0 * point.rate for point in own if math.isinf(median_s(point.rehearsed))]
+        edge = axes.get_xaxis_transform()
+        axes.plot(never, [NEVER_AT[reach]] * len(never), "^", color=COLOURS[reach], transform=edge)
+    axes.set_xticks(sorted({100.0 * point.rate for point in points}))
     axes.set(xlabel="lost [%]", ylabel="time until all have arrived [s]", title=title, ylim=(0.0, None))
     axes.grid(alpha=0.3)
     axes.legend(frameon=False)
