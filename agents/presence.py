@@ -8,7 +8,7 @@ Rule 2: a robot that does not see the world's token is cut off itself, and knows
 from collections.abc import Set
 
 WORLD = 0
-GRACE_S = 0.4  # a router that fails over shows a token again after 12 ms; a heartbeat takes 0.25 s
+GRACE_S = 0.35  # a heartbeat takes 0.25 s, a router that fails over 12 ms; and no multiple of the odometry period
 
 
 class Presence:
