@@ -8,7 +8,7 @@ Rule 2: a robot that does not see the world's token is cut off itself, and knows
 from collections.abc import Set
 
 WORLD = 0
-GRACE_S = 0.35  # a heartbeat takes 0.25 s, a router that fails over 12 ms; and no multiple of the odometry period
+GRACE_S = 0.35  # a heartbeat takes 0.25 s, a router that fails over 12 ms; no multiple of odometry periods
 
 
 class Presence:
