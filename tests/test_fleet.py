@@ -86,7 +86,11 @@ def test_paper_crosses_its_scene_and_gives_table_i_back(paper: tuple[Fleet, Outc
 def test_fleet_leaves_its_run_and_nothing_else(paper: tuple[Fleet, Outcome]) -> None:
     fleet, _ = paper
     assert fleet.leftovers() == []
-    assert sorted(path.name for path in fleet.folder().iterdir()) == ["events.jsonl", "inputs", "verdict.json"]
+    assert sorted(path.name for path in fleet.folder().iterdir()) == [
+        "events.jsonl",
+        "inputs",
+        "verdict.json",
+    ]
     assert (fleet.cwd / "runs" / "latest").is_symlink()
 
 
