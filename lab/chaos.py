@@ -127,7 +127,8 @@ def troubles_of(verdict: Verdict | None, finding: Finding | None, ended: Ended) 
         yield f"broken: {', '.join(broken)}"
     if verdict is not None and not is_balanced(verdict.messages):
         yield "the books do not balance"
-    if verdict is not None and verdict.events.missing:
+    # Who is cut off to the end cannot say its last word; but whoever has arrived could.
+    if verdict is not None and verdict.events.missing and finding and finding.ended == Ending.ARRIVED:
         yield f"{verdict.events.missing} entries of the timeline never came"
     if finding is None:
         yield "the log cannot be read"

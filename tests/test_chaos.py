@@ -52,7 +52,9 @@ def test_everything_that_must_not_be_is_a_trouble_of_its_own(finding: Finding) -
     off = replace(GOOD, messages=replace(GOOD.messages, unaccounted=-1))
     assert list(troubles_of(off, finding, WELL)) == ["the books do not balance"]
     unheard = replace(GOOD, events=replace(GOOD.events, missing=6))
-    assert list(troubles_of(unheard, finding, WELL)) == ["6 entries of the timeline never came"]
+    assert list(troubles_of(unheard, finding, WELL)) == []  # interrupted: they may have been cut off
+    arrived = replace(finding, ended="every living robot has arrived")
+    assert list(troubles_of(unheard, arrived, WELL)) == ["6 entries of the timeline never came"]
     torn = replace(finding, ok=False, flaws=("line 3 is torn",))
     assert list(troubles_of(GOOD, torn, WELL)) == ["log check: 0 violations; line 3 is torn"]
     left = Ended(code=0, said=(), wall_s=1.0, leftovers=("python -m agents",))
