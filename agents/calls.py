@@ -5,13 +5,16 @@ Rule 1: members are all robots that show a token. Who has not answered for long,
 Rule 2: who hears nobody does not call: nobody could answer, and it would only disturb.
 Rule 3: a leader calls for the same robot again after twice the time.
 Rule 4: a robot with which a link has fallen silent twice, though it shows a token, is not heard for a while.
+Rule 5: members that leave others out go on only as long as these show no token, or they are more than half of
+        those that do: tokens come back.
 """
 
 from collections import Counter
+from collections.abc import Sequence
 from itertools import chain
 
 from agents.lining import Lining
-from agents.presence import Presence
+from agents.presence import GRACE_S, Presence
 from protocol.epochs import called_epoch
 from protocol.mission import Mission
 
@@ -44,11 +47,14 @@ class Calls:
         self._broke: dict[int, list[float]] = {}
         self._left_out_before: frozenset[int] = frozenset()
         self._settled_at_s = 0.0
+        self._asked: tuple[Sequence[int], int] | None = None
+        self._unlawful_at_s: float | None = None
 
     def enter(self, now_s: float) -> None:
         """The robot is entered: it may have slept."""
         if now_s - self._entered_s > SLEPT_S:
             self._awake_since_s = now_s
+            self.presence.wake(now_s)
         self._entered_s = now_s
 
     def hear(self, epoch: int, now_s: float) -> None:
@@ -85,6 +91,17 @@ class Calls:
         answering = shown if lining is None else shown - self._left_out(lining, now_s)
         members = answering if 2 * len(answering) > len(shown) else shown
         return called_epoch(self.newest, self._robot, now_s), tuple(sorted(members))
+
+    def may_go_on(self, members: Sequence[int], now_s: float) -> bool:
+        """Rule 5: whether they may still leave the others out, by the tokens that there are now."""
+        if self._asked != (members, self.presence.version):
+            self._asked = (members, self.presence.version)
+            shown = self.presence.robots | {self._robot}
+            inside = shown & set(members)
+            lawful = len(inside) == len(shown) or 2 * len(inside) > len(shown)
+            self._unlawful_at_s = None if lawful else self._unlawful_at_s or now_s
+        at_s = self._unlawful_at_s
+        return at_s is None or now_s - at_s < GRACE_S or not self.presence.connected
 
     def wants_another(self, lining: Lining, now_s: float) -> str | None:
         """Why a lining up will come to nothing; None where it may."""

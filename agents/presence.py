@@ -19,9 +19,12 @@ class Presence:
         self._newest: dict[int, str] = {}
         self._went_s: dict[int, float] = {}
         """When a robot's last process stopped showing its token."""
+        self.version = 0
+        """Counts what has come and gone."""
 
     def come(self, robot: int, incarnation: str, now_s: float) -> None:
         """A token has come."""
+        self.version += 1
         if self._newest.get(robot, incarnation) == incarnation:
             self._went_s.pop(robot, None)
         else:
@@ -31,9 +34,16 @@ class Presence:
 
     def go(self, robot: int, incarnation: str, now_s: float) -> None:
         """A token has gone."""
+        self.version += 1
         self._tokens.get(robot, set()).discard(incarnation)
         if not self._tokens.get(robot):
             self._went_s[robot] = now_s
+
+    def wake(self, now_s: float) -> None:
+        """This robot has slept, or was cut off: who shows no token now may have shown one until just now."""
+        for robot in self._went_s:
+            if not self.shows(robot):
+                self._went_s[robot] = now_s
 
     @property
     def connected(self) -> bool:

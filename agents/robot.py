@@ -13,9 +13,12 @@ Rule 5: a robot whose link is broken leaves the strand and calls all to line up 
         of a newer epoch leaves what it is in: for that one if it is a member, else it stands aside and asks.
 Rule 6: one that is started again begins aside, and answers only calls made since: what its forerunner has
         said in an epoch, it knows nothing of.
+Rule 7: where so many that are left out show tokens again that the members are not more than half, they stand,
+        and call.
 """
 
 import math
+from collections.abc import Sequence
 from typing import assert_never
 
 from agents.berth import Berth
@@ -91,7 +94,7 @@ class Robot:
                 assert_never(event)
         if not self._driver.awake:
             return commands
-        commands += self._heal(now_s) + self._act(now_s)
+        commands += self._stay_lawful(now_s) + self._heal(now_s) + self._act(now_s)
         if isinstance(event, OdometryHeard) or self._driver.drive != before:
             commands.append(Order(self._driver.drive))
         return commands
@@ -197,6 +200,17 @@ class Robot:
         return commands + member.hear(heard, now_s)
 
     # --- healing ------------------------------------------------------------------------------------
+
+    def _stay_lawful(self, now_s: float) -> list[Command]:
+        """Rule 7."""
+        members: Sequence[int] = ()
+        if self._member is not None:
+            members = self._member.strand.order
+        elif self._lining is not None:
+            members = self._lining.members
+        if not members or self._calls.may_go_on(members, now_s):
+            return []
+        return self._call("too many that are left out show tokens", now_s)
 
     def _heal(self, now_s: float) -> list[Command]:
         """Rule 5."""

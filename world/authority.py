@@ -15,7 +15,7 @@ Rule 5: where the robot ahead died, its last grants may have died with it: then 
 Rule 6: what a robot has granted it never takes back within the epoch: who was granted it may be there.
 Rule 7: while they line up, in epoch 0, in the one after a strand has dissolved, and in one that was called, a
         robot is ordered only to the target of a step that it had planned, and while its body drives there, no
-        other moves.
+        other moves. Nor does any robot while one moves by the orders of another call.
 """
 
 import math
@@ -26,6 +26,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from operator import itemgetter
 
+from protocol.epochs import of_one_call
 from protocol.frames import Point
 from protocol.keys import WORLD, robot_number
 from protocol.path import Path
@@ -190,6 +191,7 @@ def judge_authority(evidence: Evidence, tolerance: Tolerance) -> list[tuple[floa
     for robot, grants in evidence.grants.items():
         breaches.extend(_judge_grants(robot, grants))
     breaches.extend(_judge_joining(evidence))
+    breaches.extend(_judge_calls(evidence))
     return sorted(breaches, key=lambda breach: breach[0])
 
 
@@ -265,8 +267,10 @@ def _judge_planned(
 
 def _judge_joining(evidence: Evidence) -> Iterator[tuple[float, PromiseBroken]]:
     """Rule 7: who moved while another joined, once for each two robots."""
+    if not evidence.lining_up.intersection(_epochs(evidence)):
+        return
     drives = [drive for robot in evidence.poses for drive in _drives(evidence, robot)]
-    longest = longest_joining = _Drive(-math.inf, -math.inf, 0, False, 0.0)
+    longest = longest_joining = _Drive(-math.inf, -math.inf, 0, False, 0.0, 0)
     accused: set[tuple[int, int]] = set()
     for drive in sorted(drives, key=lambda drive: drive.start_s):
         other = longest if drive.joins else longest_joining
@@ -280,6 +284,26 @@ def _judge_joining(evidence: Evidence) -> Iterator[tuple[float, PromiseBroken]]:
             longest_joining = max(longest_joining, drive, key=lambda each: each.end_s)
 
 
+def _judge_calls(evidence: Evidence) -> Iterator[tuple[float, PromiseBroken]]:
+    """Rule 7: who moved while another did by the orders of another call, once for each two robots."""
+    epochs = _epochs(evidence)
+    if not epochs or of_one_call(min(epochs), max(epochs)):
+        return
+    drives = [drive for robot in evidence.poses for drive in _drives(evidence, robot)]
+    newest: dict[int, _Drive] = {}  # of each call, the motion that ends last
+    accused: set[tuple[int, int]] = set()
+    for drive in sorted(drives, key=lambda drive: drive.start_s):
+        for call, other in newest.items():
+            two = (drive.robot, other.robot)
+            if of_one_call(call, drive.epoch) or other.end_s <= drive.start_s + ROUNDING_S or two in accused:
+                continue
+            accused.add(two)
+            why = f"moved while robot {other.robot} did, by the orders of another call"
+            yield drive.start_s, _breach(drive.robot, drive.moved_m, 0.0, why)
+        same = next((call for call in newest if of_one_call(call, drive.epoch)), drive.epoch)
+        newest[same] = max(newest.get(same, drive), drive, key=lambda each: each.end_s)
+
+
 @dataclass(frozen=True, slots=True)
 class _Drive:
     """A motion between two samples."""
@@ -289,21 +313,26 @@ class _Drive:
     robot: int
     joins: bool
     moved_m: float
+    epoch: int
+
+
+def _epochs(evidence: Evidence) -> set[int]:
+    """The epochs of all orders."""
+    return {order.epoch for each in evidence.orders.values() for _, order in each}
 
 
 def _drives(evidence: Evidence, robot: int) -> Iterator[_Drive]:
-    """All motions of a body, if anybody joined at all."""
+    """All motions of a body."""
     orders = evidence.orders[robot]
     lining_up = evidence.lining_up
-    if not any(order.epoch in lining_up for each in evidence.orders.values() for _, order in each):
-        return
     taken_s = [t_s for t_s, _ in orders]
     for (start_s, start), (end_s, end) in pairwise(evidence.poses[robot]):
         moved_m = math.hypot(end.x_m - start.x_m, end.y_m - start.y_m)
         if moved_m > ROUNDING_M:
             in_hand = bisect_right(taken_s, start_s + ROUNDING_S) - 1
             joins = in_hand >= 0 and orders[in_hand][1].epoch in lining_up
-            yield _Drive(start_s, end_s, robot, joins, moved_m)
+            epoch = orders[in_hand][1].epoch if in_hand >= 0 else 0
+            yield _Drive(start_s, end_s, robot, joins, moved_m, epoch)
 
 
 def _judge_motion(
