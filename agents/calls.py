@@ -52,6 +52,8 @@ class Calls:
 
     def enter(self, now_s: float) -> None:
         """The robot is entered: it may have slept."""
+        if now_s > self._entered_s:
+            self.presence.date(now_s)
         if now_s - self._entered_s > SLEPT_S:
             self._awake_since_s = now_s
             self.presence.wake(now_s)
@@ -150,7 +152,7 @@ class Calls:
         if newly:
             stands_s = mission.silence_s + mission.deadman_s
             row_s = (len(newly) - 1) * (mission.silence_s + mission.patience_s)
-            went_s = (self.presence.went_s(robot) for robot in newly)
+            went_s = (self.presence.gone_by_s(robot) for robot in newly)
             latest_s = max(now_s if at_s is None else at_s for at_s in went_s)
             self._settled_at_s = max(self._settled_at_s, latest_s + row_s + stands_s)
         return max(now_s, self._settled_at_s)

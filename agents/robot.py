@@ -17,7 +17,6 @@ Rule 7: where so many that are left out show tokens again that the members are n
         and call.
 """
 
-import math
 from collections.abc import Sequence
 from typing import assert_never
 
@@ -94,8 +93,9 @@ class Robot:
                 assert_never(event)
         if not self._driver.awake:
             return commands
-        commands += self._stay_lawful(now_s) + self._heal(now_s) + self._act(now_s)
-        if isinstance(event, OdometryHeard) or self._driver.drive != before:
+        dated = isinstance(event, OdometryHeard)
+        commands += self._stay_lawful(now_s) + self._heal(now_s) + self._act(now_s, dated=dated)
+        if dated or self._driver.drive != before:
             commands.append(Order(self._driver.drive))
         return commands
 
@@ -107,12 +107,13 @@ class Robot:
                 self._since_s = now_s
                 self._stand_aside(now_s)
 
-    def _act(self, now_s: float) -> list[Command]:
+    def _act(self, now_s: float, *, dated: bool) -> list[Command]:
+        """Do what the state asks for; `dated`: an odometry has just told the time, which may lag else."""
         member = self._member
         if member is not None and member.dissolves and member.strand.behind is None:
             self._line_up_again(member, now_s)
         if self._lining is not None:
-            return self._line_up(self._lining, now_s)
+            return self._line_up(self._lining, now_s, dated=dated)
         if self._member is None:
             self._driver.stand()
             return self._say_now_and_then(Plea(epoch=self._calls.newest, t_s=now_s), now_s)
@@ -194,7 +195,7 @@ class Robot:
         if lining is None or not isinstance(state, AheadState) or state.epoch != lining.epoch + 1:
             return []
         order = lining.order
-        if not order or order[0] == self._robot:
+        if not order or order[0] == self._robot or lining.free_at_s is None:
             return []
         member, commands = self._form(lining, now_s)
         return commands + member.hear(heard, now_s)
@@ -312,8 +313,9 @@ class Robot:
         members = () if everybody else tuple(sorted(strand.order))
         self._lining = Lining(self._robot, self._mission, now_s, epoch=strand.epoch + 1, members=members)
 
-    def _line_up(self, lining: Lining, now_s: float) -> list[Command]:
-        self._settle(lining, now_s)
+    def _line_up(self, lining: Lining, now_s: float, *, dated: bool) -> list[Command]:
+        if dated and lining.free_at_s is None and lining.all_are_bound:
+            lining.free_at_s = self._calls.free_at_s(lining.members, now_s)
         scan = self._senses.take() if self._driver.standing else None
         commands = lining.act(self._driver, scan, now_s)
         if lining.wants_scan(self._driver):
@@ -322,18 +324,13 @@ class Robot:
             commands += self._watch.look(lining.beside, now_s)
             if self._watch.is_in_vain(now_s):
                 lining.give_up_step(self._driver)
-        if lining.may_lead:
+        if lining.may_lead and lining.free_at_s is not None:
             commands += self._form(lining, now_s)[1]
         return commands
 
-    def _settle(self, lining: Lining, now_s: float) -> float:
-        """When anybody may drive, once all members are bound: whoever is left out stands then."""
-        if lining.free_at_s is None and lining.all_are_bound:
-            lining.free_at_s = self._calls.free_at_s(lining.members, now_s)
-        return math.inf if lining.free_at_s is None else lining.free_at_s
-
     def _form(self, lining: Lining, now_s: float) -> tuple[Member, list[Command]]:
         order = lining.order
+        assert lining.free_at_s is not None, "nobody leaves a lining up before it is known when it may drive"
         strand = lined_up(
             self._robot,
             order,
@@ -350,7 +347,7 @@ class Robot:
             self._senses,
             strand,
             self._memory,
-            free_at_s=self._settle(lining, now_s),
+            free_at_s=lining.free_at_s,
         )
         self._lining = None
         self._driver.begin(strand.start_m)

@@ -277,16 +277,29 @@ def test_where_nobody_is_left_out_all_may_drive_as_soon_as_all_are_bound() -> No
 
 def test_who_has_gone_stands_when_its_lease_and_then_its_body_must_have_run_out() -> None:
     made = calls(2, 3, 4, 5)
-    made.presence.go(5, "a", 6.0)
+    made.presence.go(5, "a", 5.9)
+    made.presence.date(6.0)
     assert made.free_at_s((1, 2, 3, 4), 6.5) == 6.0 + STANDS_S
     assert made.free_at_s((1, 2, 3, 4), 20.0) == 20.0
 
 
 def test_of_those_that_have_gone_the_last_decides() -> None:
     made = calls(2, 3, 4, 5)
-    made.presence.go(4, "a", 5.0)
-    made.presence.go(5, "a", 6.0)
+    made.presence.go(4, "a", 4.9)
+    made.presence.date(5.0)
+    made.presence.go(5, "a", 5.9)
+    made.presence.date(6.0)
     assert made.free_at_s((1, 2, 3), 6.5) == 6.0 + ROW_S + STANDS_S
+
+
+def test_members_go_on_only_as_long_as_they_may_leave_out_the_others_that_show_tokens() -> None:
+    made = calls()
+    before = made.may_go_on((1,), 1.0)
+    for robot in (2, 3):
+        made.presence.come(robot, "a", 2.0)
+    noticed = [made.may_go_on((1,), now_s) for now_s in (2.0, 3.0)]
+    assert (before, noticed) == (True, [True, False]), "it led alone while no other token was shown"
+    assert made.may_go_on((1, 2), 9.0), "two of three"
 
 
 @pytest.mark.parametrize("left_out", [1, 2, 3])
