@@ -12,6 +12,7 @@ from protocol.frames import Point
 from protocol.messages import Drive, Odometry
 
 LATE_ORDERS = 1000  # more than a robot gives in what an order may be late by
+NUMBERS_PER_S = 10_000  # far more than it gives at all: so those of each life are beyond the one's before
 
 
 class Driver:
@@ -59,10 +60,6 @@ class Driver:
     def hear(self, odometry: Odometry) -> None:
         """Take in where the body is; the order in hand is confirmed as of now."""
         self._odometry = odometry
-        if odometry.ordered > self._drive.number:  # rule 1
-            self._drive = replace(self._drive, number=odometry.ordered + LATE_ORDERS)
-            self._renew(None, reach_m=0.0, epoch=self._drive.epoch, step=0)
-            self._sent_to = None
         self._drive = replace(self._drive, basis_s=odometry.t_s)
         if self._sent_to is None:
             return
@@ -70,6 +67,13 @@ class Driver:
         remaining_m = math.hypot(target.x_m - odometry.pose.x_m, target.y_m - odometry.pose.y_m)
         there = self.standing and self._drive.target is not None
         self.progress_m = max(self.progress_m, reach_m if there else reach_m - remaining_m)
+
+    def start_again(self) -> None:
+        """Rule 1: this process takes the place of one that has died."""
+        number = max(self.odometry.ordered, int(self.odometry.t_s * NUMBERS_PER_S)) + LATE_ORDERS
+        self._drive = replace(self._drive, number=number)
+        self._renew(None, reach_m=0.0, epoch=self._drive.epoch, step=0)
+        self._sent_to = None
 
     def to(self, target: Point, *, reach_m: float, epoch: int, step: int = 0) -> None:
         """Drive straight to a point that lies `reach_m` along the path; straight on, if under way."""

@@ -77,8 +77,8 @@ class Robot:
         commands = self._look_at_links(now_s)
         match event:
             case OdometryHeard(odometry):
-                self._begin(odometry, now_s)
                 self._driver.hear(odometry)
+                self._begin(odometry, now_s)
             case ScanHeard(scan):
                 self._senses.hear(scan)
             case MusterHeard(robot, said):
@@ -106,6 +106,7 @@ class Robot:
             if self._again or odometry.ordered > 0 or odometry.t_s > LATE_S:
                 self._since_s = now_s
                 self._stand_aside(now_s)
+                self._driver.start_again()
 
     def _act(self, now_s: float, *, dated: bool) -> list[Command]:
         """Do what the state asks for; `dated`: an odometry has just told the time, which may lag else."""

@@ -102,10 +102,10 @@ BUGS = (
     ),
     _bug(
         "numbers-again",
-        "a restarted robot numbers its orders beyond those that its body has taken",
+        "a restarted robot numbers its orders beyond those of its forerunner",
         "agents/driver.py",
-        "        if odometry.ordered > self._drive.number:  # rule 1",
-        "        if False:  # rule 1",
+        "        number = max(self.odometry.ordered, int(self.odometry.t_s * NUMBERS_PER_S)) + LATE_ORDERS\n",
+        "        number = 0\n",
     ),
     _bug(
         "binds-moving",

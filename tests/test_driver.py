@@ -200,6 +200,7 @@ def test_a_driver_that_takes_its_place_in_the_middle_of_the_path_has_that_much_b
 def test_a_robot_that_is_started_again_first_has_its_body_stand_with_an_order_behind_all_late_ones() -> None:
     driver = Driver(speed_mps=0.5)
     driver.hear(replace(ODOMETRY_AT_START, ordered=57, finished=56, moving=True))
+    driver.start_again()
     stands = 57 + LATE_ORDERS + 1
     assert (driver.drive.number, driver.drive.target) == (stands, None)
     standing = [driver.standing]
@@ -208,6 +209,17 @@ def test_a_robot_that_is_started_again_first_has_its_body_stand_with_an_order_be
     assert standing == [False, True]
     driver.to(Point(x_m=1.0, y_m=0.0), reach_m=1.0, epoch=3)
     assert driver.drive.number == stands + 1
+
+
+def test_orders_of_each_life_are_beyond_all_of_the_one_before_even_where_the_body_has_taken_none() -> None:
+    numbers = []
+    for t_s in (0.4, 0.7, 9.0):
+        driver = Driver(speed_mps=0.5)
+        driver.hear(replace(ODOMETRY_AT_START, t_s=t_s))
+        driver.start_again()
+        numbers.append(driver.drive.number)
+        assert not driver.standing, "its body has to take that order first"
+    assert min(b - a for a, b in zip(numbers, numbers[1:], strict=False)) > LATE_ORDERS
 
 
 def test_what_the_body_has_not_taken_yet_is_not_counted_again() -> None:
