@@ -159,8 +159,10 @@ class Robot:
 
     def _heeds(self, epoch: int) -> bool:
         """Whether a call is one to answer: the newest that has been heard, and made in this robot's life."""
+        if self._since_s is None:
+            return False  # it does not know the time yet; the call is said again
         newest = epoch > self.epoch and epoch == self._calls.newest
-        return newest and is_called_since(epoch, self._since_s or 0.0)
+        return newest and is_called_since(epoch, self._since_s)
 
     def _leave_for(self, muster: Muster, now_s: float) -> list[Command]:
         """Rule 5: there is a newer epoch, and who is called says whether this robot is."""

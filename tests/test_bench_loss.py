@@ -1,4 +1,4 @@
-"""Time against loss: who never arrives is slower than anybody; page and figure are made from the same runs."""
+"""Time against loss: who never arrives is slower than anybody; page and figure come from the same runs."""
 
 import json
 import math

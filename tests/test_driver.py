@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import pytest
 from hypothesis import given
@@ -219,7 +220,7 @@ def test_orders_of_each_life_are_beyond_all_of_the_one_before_even_where_the_bod
         driver.start_again()
         numbers.append(driver.drive.number)
         assert not driver.standing, "its body has to take that order first"
-    assert min(b - a for a, b in zip(numbers, numbers[1:], strict=False)) > LATE_ORDERS
+    assert min(b - a for a, b in pairwise(numbers)) > LATE_ORDERS
 
 
 def test_what_the_body_has_not_taken_yet_is_not_counted_again() -> None:
