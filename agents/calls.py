@@ -25,7 +25,7 @@ ANSWERS = 2.0  # times `patience_s` for a member to answer: where a link has thr
 RANK_S = 0.3  # so much later than the robot before it a robot calls where several may: a round trip and more
 INVITES_S = 2.0  # before the same robot is called in for the second time
 FAILED_TURNS = 2  # so that it is called in again after four times as long
-SHUNNED_S = 60.0
+SHUNNED_S = 30.0  # half of what a strand may take to heal
 BREAKS_MAX = 2
 
 
