@@ -125,6 +125,11 @@ class Calls:
             return "some members do not hear each other"
         return None
 
+    def stand_aside(self, now_s: float) -> None:
+        """This robot is in nothing: others may come and go without it, and it must wait for any of them."""
+        self.beacon_at_s = now_s
+        self._left_out_before = frozenset()
+
     def bind(self, members: tuple[int, ...]) -> None:
         """A muster is joined: whoever is called may drive again, and would have to be waited for again."""
         self._left_out_before -= set(members)

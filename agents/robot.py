@@ -289,7 +289,7 @@ class Robot:
     def _stand_aside(self, now_s: float) -> None:
         self._leave()
         self._lining = None
-        self._calls.beacon_at_s = now_s
+        self._calls.stand_aside(now_s)
 
     def _leave(self) -> None:
         self._left = self.epoch

@@ -331,3 +331,13 @@ def test_who_was_called_in_meanwhile_and_is_left_out_again_is_waited_for_again()
         made.free_at_s(members, now_s) for members, now_s in ((ALL[:4], 7.0), (ALL, 20.0), (ALL[:4], 30.0))
     ]
     assert waits == [7.0 + STANDS_S, 20.0, 30.0 + STANDS_S]
+
+
+def test_who_has_stood_aside_waits_for_all_that_are_left_out_whoever_was_so_before() -> None:
+    made = calls(2, 4, 5)
+    made.free_at_s((1, 2, 4, 5), 10.0)
+    made.stand_aside(20.0)
+    made.presence.come(3, "a", 21.0)
+    made.presence.go(3, "a", 26.9)
+    made.presence.date(27.0)
+    assert made.free_at_s((1, 2, 4, 5), 27.4) == 27.0 + STANDS_S
