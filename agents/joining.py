@@ -96,7 +96,22 @@ def leg_is_clear(seen: View, ahead: Floats, mission: Mission) -> bool:
     """Whether the straight way to the robot ahead (2,) is, in a scan without hulls."""
     if not np.hypot(*(ahead - seen.position)) <= leg_m_max(mission):
         return False
+    if hides_way(seen, ahead, mission):
+        return False
     return certain_clearance_m(seen, ahead, mission) >= certain_clearance_m_min(mission)
+
+
+def hides_way(seen: View, ahead: Floats, mission: Mission) -> bool:
+    """Whether a hull that was taken out of a scan stands on the way: nobody knows what is behind it.
+
+    The robot ahead apart, at whose place the way ends. What stands beside the way hides nothing of it.
+    """
+    taken_out = seen.points[~seen.hits & (seen.ranges_m < mission.range_m_max)]
+    hulls = taken_out[~on_discs(taken_out, ahead[None], within_m=mission.hull_reach_m)]
+    onward = (hulls - seen.position) @ (ahead - seen.position) > 0.0
+    on_way_m = distances_to_segments(hulls, seen.position, ahead)
+    needs_m = mission.robot_radius_m + certain_clearance_m_min(mission)
+    return bool((onward & (on_way_m < needs_m)).any())
 
 
 class Joining:

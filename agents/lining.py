@@ -27,7 +27,7 @@ from protocol.frames import Point, Pose
 from protocol.messages import Muster, Turn
 from protocol.mission import Mission
 
-STALLS_S = 20.0  # the longest step, of 4 m, takes 8 s at 0.5 m/s, and twice that under heavy loss
+STALLS_S = 20.0  # a decimetre takes 0.2 s, and a turn on the spot two
 
 
 class Lining:
@@ -66,7 +66,7 @@ class Lining:
         self._heard_at_s: dict[int, float] = {}
         self._berth = berth
         self._leg_is_driven = False
-        self._turn_state: tuple[Turn, int] | None = None
+        self._turn_state: tuple[Turn, float] | None = None
         self._turn_state_s = now_s
         self._now_s = 0.0
 
@@ -164,7 +164,7 @@ class Lining:
         """Who has the turn and has made nothing of it for long, or so much longer: it may be deaf."""
         turn = self._roster.turn
         mover = self._roster.heard.get(turn.robot) if turn is not None else None
-        state = None if turn is None or mover is None or mover.ended >= turn.number else (turn, mover.steps)
+        state = None if turn is None or mover is None or mover.ended >= turn.number else (turn, mover.made_m)
         if state != self._turn_state:
             self._turn_state, self._turn_state_s = state, now_s
         stalls = turn is not None and state is not None and now_s - self._turn_state_s > STALLS_S + late_s

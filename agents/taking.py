@@ -49,6 +49,8 @@ class Taking:
 
     def take(self, driver: Driver, scan: View | None, now_s: float, *, may_drive: bool) -> list[Command]:
         """Drive in the turn that this robot has, or end it."""
+        if self._step is not None:
+            self._announcer.say(made_m=round(driver.progress_m, 1))
         if not may_drive:
             if self._step is not None:
                 driver.stand()
@@ -90,7 +92,6 @@ class Taking:
                 return [Note(RobotBlocked(turn=turn.number, reason=reason, x_m=pose.x_m, y_m=pose.y_m))]
             case _:
                 self._step, self.has_moved = planned, True
-                announcer.say(steps=planned.step)
                 driver.to(planned.target, reach_m=planned.reach_m, epoch=self._epoch)
                 return [Note(planned)]
 

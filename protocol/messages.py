@@ -76,8 +76,8 @@ class Muster(Struct, frozen=True, kw_only=True, tag="muster"):
     """Who lines up; empty: all robots of the mission."""
     attempt: Count = 0
     """How many orders of these members have been tried in vain."""
-    steps: Count = 0
-    """How many steps it has planned in this lining up: whether it makes something of its turn."""
+    made_m: Length = 0.0
+    """How far it has driven in this lining up: whether it makes something of its turn."""
     former: Former | None = None
     """Where it stands in the strand that it was in last; None where it has left that place."""
     leg: Annotated[tuple[Point, ...], Meta(max_length=LEG_CORNERS_MAX)] = ()

@@ -216,6 +216,7 @@ def test_nobody_announces_itself_in_a_call_before_it_stands() -> None:
     lining, driver = called(members=(1, 2, 3)), Driver(speed_mps=0.3)
     moving = Odometry(t_s=5.0, pose=PLACES[1], moving=True, finished=0, phase=Phase.RUNNING, ordered=7)
     driver.hear(moving)
+    driver.start_again()
     said = [announced(lining.act(driver, None, 5.0))]
     driver.hear(replace(moving, moving=False, ordered=driver.drive.number, finished=driver.drive.number))
     said.append(announced(lining.act(driver, None, 5.1)))
@@ -360,7 +361,7 @@ def test_who_makes_nothing_of_its_turn_for_long_stalls_and_who_plans_a_step_does
     for robot in (2, 3):
         lining.hear(robot, says_of_call(robot, leg_clear=False, gives=TURN if robot == 3 else None), 5.1)
     stalls = [lining.stalled(now_s) for now_s in (5.1, 5.1 + STALLS_S, 5.2 + STALLS_S)]
-    lining.hear(2, says_of_call(2, 2, leg_clear=False, turn=1, steps=1), 5.2 + STALLS_S)
+    lining.hear(2, says_of_call(2, 2, leg_clear=False, turn=1, made_m=1.0), 5.2 + STALLS_S)
     stalls += [lining.stalled(5.3 + wait_s) for wait_s in (STALLS_S, 2.0 * STALLS_S, 2.0 * STALLS_S + 0.1)]
     lining.hear(2, says_of_call(2, 3, leg_clear=False, turn=1, ended=1), 5.5 + 2.0 * STALLS_S)
     stalls.append(lining.stalled(5.5 + 2.0 * STALLS_S))
