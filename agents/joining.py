@@ -108,9 +108,11 @@ def hides_way(seen: View, ahead: Floats, mission: Mission) -> bool:
     """
     taken_out = seen.points[~seen.hits & (seen.ranges_m < mission.range_m_max)]
     hulls = taken_out[~on_discs(taken_out, ahead[None], within_m=mission.hull_reach_m)]
-    onward = (hulls - seen.position) @ (ahead - seen.position) > 0.0
+    leg_m = float(np.hypot(*(ahead - seen.position)))
+    along_m = (hulls - seen.position) @ (ahead - seen.position) / max(leg_m, TOUCHING_M)
     on_way_m = distances_to_segments(hulls, seen.position, ahead)
     needs_m = mission.robot_radius_m + certain_clearance_m_min(mission)
+    onward = (along_m > 0.0) & (along_m < leg_m - needs_m)  # around its place the robot ahead keeps clear
     return bool((onward & (on_way_m < needs_m)).any())
 
 
