@@ -72,7 +72,7 @@ def test_of_two_routers_the_other_carries_the_fleet_when_the_active_one_is_kille
     assert first == pid_of(fleet, "router-1")
     os.kill(first, signal.SIGKILL)
     wait_until(lambda: new_pid(fleet, "router-1", first), START_S_MAX)
-    assert pid_of(fleet, "router") == pid_of(fleet, "router-2")
+    wait_until(lambda: pid_of(fleet, "router") == pid_of(fleet, "router-2"), START_S_MAX)
     end_well(fleet)
     kinds = [entry["kind"] for entry in fleet.entries()]
     assert (kinds.count("router.lost"), kinds.count("router.found")) == (1, 1)
