@@ -142,6 +142,15 @@ def test_a_scan_is_served_and_shows_the_hull_of_the_other_robot() -> None:
     assert stage.scans[0].ranges_m[0] == pytest.approx(0.5)  # straight back: 0.6 m less the hull behind
 
 
+def test_the_timeline_tells_evenly_spread_rays_of_a_scan_of_many() -> None:
+    stage = running()
+    stage.handle(ScanAsked(1, 3))
+    served = next(each for each in stage.records if isinstance(each, ScanServed))
+    whole_m = stage.scans[0].ranges_m
+    assert len(whole_m) > 360 >= len(served.ranges_m) > 180
+    assert served.ranges_m == pytest.approx(whole_m[:: len(whole_m) // len(served.ranges_m)], abs=0.0005)
+
+
 def test_a_scan_shows_a_moving_obstacle_where_it_is_when_it_is_taken() -> None:
     track = [[0.0, 1.0, 0.0], [2.0, 2.0, 0.0]]
     stage = Stage(scenario({"id": "a", "shape": "circle", "radius_m": 0.1, "track": track}))

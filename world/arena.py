@@ -21,6 +21,7 @@ from protocol.timeline import (
     ScanServed,
     StepFinished,
 )
+from protocol.timeline.bodies import RANGES_TOLD_MAX
 from world.bodies import Bodies, Moves
 from world.chance import stream
 from world.clearance import clearance
@@ -143,6 +144,7 @@ class Arena:
             heading_rad=pose.heading_rad,
             revolutions=len(scan.ranges_m) // self._sensor.directions,
             hits=self._sensor.hits(scan),
+            ranges_m=_told(scan),
         )
         return self.note(served), scan
 
@@ -237,6 +239,13 @@ class Arena:
 def _sample(body: int, places_m: Floats, headings_rad: Floats) -> PoseSampled:
     x_m, y_m = places_m[body].tolist()
     return PoseSampled(robot=body + 1, x_m=x_m, y_m=y_m, heading_rad=float(headings_rad[body]))
+
+
+def _told(scan: Scan) -> tuple[float, ...]:
+    """What the timeline tells of a scan: every n-th ray, by the least n that divides them evenly."""
+    rays = len(scan.ranges_m)
+    stride = next(n for n in range(1, rays + 1) if rays % n == 0 and rays // n <= RANGES_TOLD_MAX)
+    return tuple(round(range_m, 3) for range_m in scan.ranges_m[::stride])
 
 
 def _as_given(order: OrderAccepted, speed_mps: float) -> Drive:

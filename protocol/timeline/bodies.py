@@ -7,6 +7,7 @@ from msgspec import Meta
 from protocol.frames import Count, Length, Metres, Point, Radians, RobotId
 from protocol.timeline.base import Kind, Text
 
+RANGES_TOLD_MAX = 360  # of a scan: enough to draw it, in 2 kB
 
 class OrderAccepted(Kind, frozen=True, kw_only=True, tag="order.accepted"):
     """A body has taken a new drive order."""
@@ -84,3 +85,11 @@ class ScanServed(Kind, frozen=True, kw_only=True, tag="scan.served"):
     heading_rad: Radians
     revolutions: Annotated[Count, Meta(description="of the scanner, interlaced: rays beside rays")]
     hits: Count
+    ranges_m: Annotated[
+        tuple[Length, ...],
+        Meta(
+            max_length=RANGES_TOLD_MAX,
+            description="of at most 360 rays, evenly spread, to the millimetre; the first looks along -pi; "
+            "the range limit: no hit; empty: not told",
+        ),
+    ] = ()
