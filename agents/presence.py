@@ -7,7 +7,8 @@ Rule 2: a robot that does not see the world's token is cut off itself, and knows
 
 from collections.abc import Set
 
-WORLD = 0
+from protocol.keys import WORLD_NUMBER
+
 GRACE_S = 0.35  # a heartbeat takes 0.25 s, a router that fails over 12 ms; no multiple of odometry periods
 
 
@@ -57,17 +58,17 @@ class Presence:
     @property
     def connected(self) -> bool:
         """Rule 2."""
-        return self.shows(WORLD)
+        return self.shows(WORLD_NUMBER)
 
     @property
     def robots(self) -> Set[int]:
         """The robots that show a token."""
-        return {robot for robot, tokens in self._tokens.items() if tokens and robot != WORLD}
+        return {robot for robot, tokens in self._tokens.items() if tokens and robot != WORLD_NUMBER}
 
     def showing(self, now_s: float) -> Set[int]:
         """The same, and those whose token has only just gone: when the router goes, tokens go one by one."""
         just_went = {robot for robot, at_s in self._went_s.items() if at_s > now_s - GRACE_S}
-        return self.robots | (just_went - {WORLD})
+        return self.robots | (just_went - {WORLD_NUMBER})
 
     def shows(self, robot: int) -> bool:
         """Whether a robot shows one."""

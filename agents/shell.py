@@ -33,7 +33,7 @@ from agents.victim import Victim
 from protocol.exit_codes import ExitCode
 from protocol.faults.strokes import Stroke
 from protocol.faulty_transport import Conditions, FaultyTransport
-from protocol.keys import WORLD, Keys, robot_name, robot_number
+from protocol.keys import WORLD, WORLD_NUMBER, Keys, robot_name, robot_number
 from protocol.messages import (
     AheadState,
     Ask,
@@ -62,7 +62,6 @@ LOOK_S_MAX = 1.0  # wall: whatever took longer than ten turns was not the world'
 STRUCK_PATIENCE_S = 5.0  # wall: a robot that cannot tell of its stroke is struck all the same
 START_PATIENCE_S = 20.0  # wall: the others have 10 s to come, and a slow machine as much again
 CLOSING_PATIENCE_S = 2.0  # wall: docs/run.md
-PHASES = list(Phase)  # in the order in which a run goes through them
 
 
 async def run(
@@ -227,7 +226,7 @@ class _Life:
             match arrival:
                 case Heard(key, message=Odometry() as odometry) if key == self._keys.odometry(self._name):
                     self._now_s = max(self._now_s, odometry.t_s)
-                    self._phase = max(self._phase, odometry.phase, key=PHASES.index)
+                    self._phase = self._phase.later(odometry.phase)
                     self._world_silent_s, self._patience_s = 0.0, WORLD_SILENCE_S
                 case Heard(key, message=Logged() as logged) if key == self._keys.logged(self._name):
                     self._outbox.acknowledged(logged)
@@ -279,7 +278,7 @@ def _events(keys: Keys, name: str, arrivals: Sequence[Arrival], now_s: float) ->
                 events.append((_event(keys.behind_root(key).split("/"), name, arrival, now_s), arrival))
             case Appeared(key) | Vanished(key):
                 source = keys.part(key, 1)
-                robot = 0 if source == WORLD else robot_number(source)
+                robot = WORLD_NUMBER if source == WORLD else robot_number(source)
                 event = TokenCame if isinstance(arrival, Appeared) else TokenWent
                 if robot is not None and source != name:
                     events.append((event(robot, keys.part(key, 2)), arrival))

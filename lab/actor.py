@@ -11,11 +11,9 @@ from agents.points import Points
 from agents.robot import Robot
 from lab.mail import Mail
 from protocol.faults.damage import Damage
+from protocol.inbox import INBOX_CAPACITY
 from protocol.messages import Odometry, Phase
 from protocol.traffic import Traffic
-
-INBOX_CAPACITY = 16_384  # of a live process: `protocol.zenoh_transport`
-PHASES = list(Phase)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +62,7 @@ class Actor:
     def hear_world(self, odometry: Odometry) -> None:
         """Take in the time and the phase; neither ever goes back."""
         self.now_s = max(self.now_s, odometry.t_s)
-        self.phase = max(self.phase, odometry.phase, key=PHASES.index)
+        self.phase = self.phase.later(odometry.phase)
 
     def is_outdated(self, event: Event) -> bool:
         """Whether this is odometry, and newer is known."""

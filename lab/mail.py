@@ -21,8 +21,6 @@ from protocol.messages import (
 from world.events import Event as WorldEvent
 from world.events import OrderHeard, ScanAsked
 
-WORLD_NUMBER = 0  # what robots call the world, by its number
-
 
 @dataclass(frozen=True, slots=True)
 class Mail:

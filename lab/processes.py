@@ -11,14 +11,13 @@ from pathlib import Path
 from agents.journal import Head, open_journal
 from agents.robot import Robot
 from lab.actor import Actor, Desk
-from lab.mail import WORLD_NUMBER
 from lab.tokens import Tokens
 from protocol.errors import UsageError
 from protocol.faults.fates import Fates
 from protocol.faults.plan import Plan, check_fits
 from protocol.faults.rules import ROUTER, Slow
 from protocol.faults.strokes import Blow, Stroke
-from protocol.keys import WORLD, robot_name, robot_number
+from protocol.keys import WORLD, WORLD_NUMBER, robot_name, robot_number
 from protocol.mission import Mission
 
 

@@ -25,7 +25,7 @@ from lab import addresses
 from lab.actor import Actor, Arrival, Desk
 from lab.exchange import Exchange
 from lab.logbook import Logbook
-from lab.mail import WORLD_NUMBER, Mail
+from lab.mail import Mail
 from lab.processes import Processes, check_rehearsable
 from lab.tokens import Change
 from protocol.errors import MessageRefusedError
@@ -34,7 +34,7 @@ from protocol.faults.fates import Fates
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.faults.rules import ROUTER, StepPoint
 from protocol.faults.strokes import Stroke, Strokes
-from protocol.keys import WORLD
+from protocol.keys import WORLD, WORLD_NUMBER
 from protocol.messages import Message, Phase, ScanQuery
 from protocol.timeline import Entry, MessageRefused, Record, RobotSettled, RobotStarted, TrafficCounted
 from world.books import Account

@@ -7,6 +7,8 @@ from typing import Generic, TypeVar
 
 T = TypeVar("T")
 
+INBOX_CAPACITY = 16_384  # a world of 1000 robots hears 10,000 messages a second: time for a long pause
+
 
 class Inbox(Generic[T]):
     """Arrivals in their order; when it is full, the oldest is dropped and counted.

@@ -7,6 +7,7 @@ heals. The run stands in the key, so a late message of the last run finds nobody
 from dataclasses import dataclass
 
 WORLD = "world"
+WORLD_NUMBER = 0  # robots count from 1
 
 
 def robot_name(robot: int) -> str:

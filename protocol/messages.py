@@ -29,6 +29,10 @@ class Phase(StrEnum):
     OVER = "over"  # drive and say no more; tell the recorder what was sent
     CLOSING = "closing"  # everything sent has arrived: tell the recorder what was received, and go
 
+    def later(self, other: "Phase") -> "Phase":
+        """The one of the two that a run comes to last."""
+        return max(self, other, key=list(Phase).index)
+
 
 class Turn(Struct, frozen=True, kw_only=True):
     """The right to join the strand, alone; docs/strand.md, Lining up."""

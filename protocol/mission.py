@@ -7,6 +7,7 @@ from msgspec import Meta, Struct
 
 from protocol.frames import ROBOTS_MAX, Length, Metres, Point, Seconds, Speed
 
+DEADMAN_S = 1.0  # ten odometry periods: docs/run.md
 WATCH_S = (
     0.3  # a scan each odometry, its answer, and the order: a robot that is sure of so long never has to stop
 )
@@ -104,5 +105,5 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
 
     heartbeat_s: Seconds = 0.25
     silence_s: Seconds = 1.0  # four lost heartbeats
-    deadman_s: Seconds = 1.0  # ten odometry periods
+    deadman_s: Seconds = DEADMAN_S
     patience_s: Seconds = 3.0  # with who shows a token and is not heard: three times silence

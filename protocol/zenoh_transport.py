@@ -20,14 +20,13 @@ from zenoh.handlers import Callback
 
 from protocol.codec import decode, encode
 from protocol.errors import MessageRefusedError, UsageError
-from protocol.inbox import Inbox
+from protocol.inbox import INBOX_CAPACITY, Inbox
 from protocol.messages import Message
 from protocol.session import Session
 from protocol.settings import ASK_TIMEOUT_MS, client_settings
 from protocol.traffic import Traffic
 from protocol.transport import Appeared, Arrival, Asked, Heard, Refused, Vanished
 
-INBOX_CAPACITY = 16_384  # a world of 1000 robots hears 10,000 messages a second: time for a long pause
 KEY_LENGTH_MAX = 200  # ours have less than 160 characters; the timeline takes no more
 
 

@@ -6,10 +6,10 @@ from msgspec.structs import replace
 from agents.calls import ASIDE_S
 from agents.commands import Announce, Command, Note, Order
 from agents.events import MusterHeard, OdometryHeard, TokenCame
-from agents.presence import WORLD
 from agents.robot import LATE_S, RANK_S, Robot
 from protocol.epochs import called_epoch, of_one_call
 from protocol.frames import Point, Pose
+from protocol.keys import WORLD_NUMBER
 from protocol.messages import Announcement, Beacon, Muster, Odometry, Phase, Plea
 from protocol.mission import Law
 from protocol.timeline import MusterCalled, MusterJoined
@@ -163,7 +163,7 @@ def test_who_is_there_from_the_start_announces_itself_and_answers_any_call() -> 
 def stuck() -> tuple[Robot, float]:
     """Robot 1, which leads robot 2, which has had its turn in vain; robot 3 has just come. And the time."""
     robot, epoch, members = Robot(1, MISSION), called_epoch(0, 2, 0.0), (1, 2)
-    for source in (WORLD, 2):
+    for source in (WORLD_NUMBER, 2):
         robot.handle(TokenCame(source, "a"), 0.0)
     robot.handle(odometry(0.0), 0.0)
     for beat in range(1, 40):
@@ -191,7 +191,7 @@ def test_who_lines_up_with_them_needs_no_call() -> None:
 
 def test_while_they_are_not_stuck_nobody_is_called_in() -> None:
     robot = Robot(1, MISSION)
-    for source in (WORLD, 2):
+    for source in (WORLD_NUMBER, 2):
         robot.handle(TokenCame(source, "a"), 0.0)
     robot.handle(odometry(0.0), 0.0)
     assert joined(robot.handle(MusterHeard(2, called(WITHOUT, 1, 2)), 0.1))

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from protocol.errors import MessageRefusedError
 from protocol.frames import Point, Pose
 from protocol.messages import Drive
-from world.bodies import DEADMAN_S, Bodies
+from protocol.mission import DEADMAN_S
+from world.bodies import Bodies
 from world.sections import DriveSection
 
 TICK_S = 0.02

@@ -19,9 +19,10 @@ from agents.calls import (
 )
 from agents.driver import Driver
 from agents.lining import STALLS_S, Lining
-from agents.presence import GRACE_S, WORLD
+from agents.presence import GRACE_S
 from protocol.epochs import called_epoch
 from protocol.frames import Pose
+from protocol.keys import WORLD_NUMBER
 from protocol.messages import Muster, Odometry, Phase, Turn
 from protocol.mission import Law
 from tests.one_step import under
@@ -38,7 +39,7 @@ ALL = (1, 2, 3, 4, 5)
 def calls(*shown: int, robot: int = 1, now_s: float = 0.0) -> Calls:
     """A robot's, which is connected and sees the tokens of some others."""
     made = Calls(robot, MISSION)
-    for source in (WORLD, *shown):
+    for source in (WORLD_NUMBER, *shown):
         made.presence.come(source, "a", now_s)
     return made
 
@@ -208,7 +209,7 @@ def test_who_hears_nobody_does_not_call() -> None:
 def test_who_is_alone_calls_though_it_hears_nobody_but_not_when_it_is_cut_off() -> None:
     made = calls()
     alone = [made.is_heard(99.0)]
-    made.presence.go(WORLD, "a", 99.0)
+    made.presence.go(WORLD_NUMBER, "a", 99.0)
     alone.append(made.is_heard(99.0))
     assert alone == [True, False]
 

@@ -3,8 +3,8 @@
 from agents.calls import SLEPT_S
 from agents.commands import Announce, Tell
 from agents.events import TokenCame, TokenWent
-from agents.presence import WORLD
 from agents.robot import Robot
+from protocol.keys import WORLD_NUMBER
 from protocol.messages import Plea
 from protocol.timeline import LinkBroken, MusterCalled
 from tests.robot_stage import FRONT, HEARD_S, MISSION, behind, empty_scan, leader, odometry, only, order_of
@@ -22,7 +22,7 @@ def unheard(robot: Robot, until_s: float) -> None:
 
 def connected(robot: Robot) -> Robot:
     """It sees the tokens of the world and of robot 2."""
-    for source in (WORLD, 2):
+    for source in (WORLD_NUMBER, 2):
         robot.handle(TokenCame(source, "a"), HEARD_S)
     return robot
 
@@ -52,7 +52,7 @@ def test_who_gives_up_a_link_calls_all_that_show_a_token() -> None:
 
 def test_who_is_cut_off_from_the_router_stands_aside_instead_and_calls_nobody() -> None:
     robot = connected(leader())
-    robot.handle(TokenWent(WORLD, "a"), HEARD_S)
+    robot.handle(TokenWent(WORLD_NUMBER, "a"), HEARD_S)
     unheard(robot, DEAD_S - 0.1)
     commands = robot.handle(odometry(DEAD_S, FRONT), DEAD_S)
     assert only(LinkBroken, commands)

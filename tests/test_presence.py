@@ -2,13 +2,14 @@
 
 import pytest
 
-from agents.presence import GRACE_S, WORLD, Presence
+from agents.presence import GRACE_S, Presence
+from protocol.keys import WORLD_NUMBER
 
 
 def connected(*robots: int) -> Presence:
     """The world's token and those of some robots have come."""
     presence = Presence()
-    for robot in (WORLD, *robots):
+    for robot in (WORLD_NUMBER, *robots):
         presence.come(robot, "a", 0.0)
     return presence
 
@@ -17,11 +18,11 @@ def test_who_does_not_see_the_worlds_token_is_not_connected() -> None:
     presence = Presence()
     presence.come(1, "a", 0.0)
     seen = [presence.connected]
-    presence.come(WORLD, "a", 0.1)
+    presence.come(WORLD_NUMBER, "a", 0.1)
     seen.append(presence.connected)
-    presence.go(WORLD, "a", 0.2)
+    presence.go(WORLD_NUMBER, "a", 0.2)
     seen.append(presence.connected)
-    presence.come(WORLD, "b", 0.3)
+    presence.come(WORLD_NUMBER, "b", 0.3)
     seen.append(presence.connected)
     assert seen == [False, True, False, True]
 
@@ -86,9 +87,9 @@ def test_a_robot_that_was_started_again_is_no_more_lost_than_any_other_when_its_
 def test_who_is_cut_off_calls_nobody_lost() -> None:
     presence = connected(1)
     presence.go(1, "a", 5.0)
-    presence.go(WORLD, "a", 5.0)
+    presence.go(WORLD_NUMBER, "a", 5.0)
     assert not presence.is_lost(1, 4.0, 99.0)
-    presence.come(WORLD, "a", 100.0)
+    presence.come(WORLD_NUMBER, "a", 100.0)
     assert presence.is_lost(1, 4.0, 100.0)
 
 

@@ -23,9 +23,9 @@ from protocol.arrays import Flags, Floats
 from protocol.errors import MessageRefusedError
 from protocol.frames import Point, Pose, wrap
 from protocol.messages import Drive
+from protocol.mission import DEADMAN_S
 from world.sections import DriveSection
 
-DEADMAN_S = 1.0  # docs/run.md: ten odometry periods
 ROUNDING_M = 1e-9  # what places may be off by: a robot sent straight on must not stop for that
 TICKS_MAX = 1e9  # more than a run has
 ROUNDING_S = 1e-9  # what adding up ticks may be off by

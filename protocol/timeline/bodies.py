@@ -9,6 +9,7 @@ from protocol.timeline.base import Kind, Text
 
 RANGES_TOLD_MAX = 360  # of a scan: enough to draw it, in 2 kB
 
+
 class OrderAccepted(Kind, frozen=True, kw_only=True, tag="order.accepted"):
     """A body has taken a new drive order."""
 
