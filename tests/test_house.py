@@ -23,6 +23,7 @@ ONLY_IN = {
     # The shells, and the two edges of the port that an event loop waits for; all else is told the time.
     "asyncio": {
         "agents/host.py",
+        "lab/follow.py",
         "lab/prepare.py",
         "protocol/__main__.py",
         "protocol/ending.py",
