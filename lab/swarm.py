@@ -5,6 +5,8 @@ Rule 2: one seed in two is in safety mode: anything goes, to the end, and invari
 Rule 3: the others are in liveness mode. All faults are over at `quiet_s`, but for the dead, and for one robot
         at most that goes on suffering (`outside`) while those without it are more than half of the living.
         Then they must heal and arrive (`lab.liveness`).
+Rule 4: in some seeds an adversary plays: one or two classes whose faults lie around one moment, and of the
+        others fewer, so that their noise does not hide what these do.
 """
 
 import math
@@ -14,7 +16,7 @@ from typing import Any
 
 from lab.dice import Dice
 from lab.plan_text import plan_text
-from lab.swarm_faults import FaultClass, draw_rules
+from lab.swarm_faults import ADVERSARY, WEATHER, FaultClass, draw_rules
 from lab.swarm_window import SOON_S, Window
 from lab.swarm_world import Ground, as_loaded, draw_world
 from lab.toml_text import toml_text
@@ -27,7 +29,9 @@ from world.scenario import Scenario
 SAFETY_S = 45.0  # three times what a fleet takes that suffers nothing: what is to go wrong has, by then
 QUIET_S = (8.0, 20.0)
 ARRIVE_S = 120.0  # twice what the slowest fleet takes that suffers nothing, and lines up by turns
-ON = 0.16  # of each class: of 23, three to four are on
+ON = 0.16  # of each class of weather: of 23, three to four are on
+ADVERSE = 0.4  # of seeds: so each class of an adversary is in one seed of twelve
+ADVERSE_ON = 0.4  # of the weather that there would have been: one to two classes of it
 OUTSIDE = 0.15
 
 
@@ -77,7 +81,7 @@ def draw(seed: int) -> Swarm:
     time_s_max = SAFETY_S if is_safety else round(quiet_s + HEAL_S_MAX + ARRIVE_S, 3)
     ground, world = draw_world(seed, time_s_max=time_s_max)
     robots = int(world["fleet"]["robots"])
-    classes = [each for each in FaultClass if dice.chance(ON)] or [dice.pick(list(FaultClass))]
+    classes = _adverse(seed, [each for each in WEATHER if dice.chance(ON)] or [dice.pick(WEATHER)])
     window = Window(robots, None if is_safety else quiet_s)
     rules = [rule for each in classes for rule in draw_rules(each, Dice(seed, f"swarm/{each}"), window)]
     outside: frozenset[int] = frozenset()
@@ -97,6 +101,15 @@ def draw(seed: int) -> Swarm:
         quiet_s=math.inf if is_safety else quiet_s + SOON_S,
         outside=outside,
     )
+
+
+def _adverse(seed: int, weather: list[FaultClass]) -> list[FaultClass]:
+    """Rule 4; from a stream of its own, so that the weather of all other seeds is what it was without."""
+    dice = Dice(seed, "swarm/adversary")
+    if not dice.chance(ADVERSE):
+        return weather
+    some = dice.some(ADVERSARY, 2 if dice.chance(0.2) else 1)
+    return [*(each for each in weather if dice.chance(ADVERSE_ON)), *some]
 
 
 def _spared(rules: list[Rule], *, kills_max: int) -> list[Rule]:

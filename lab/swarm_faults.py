@@ -7,6 +7,7 @@ Rule 2: in a window that closes, all that a class does is over when it closes; a
 from collections.abc import Callable
 from enum import StrEnum
 
+from lab import swarm_adversary as adversary
 from lab import swarm_messages as messages
 from lab import swarm_processes as processes
 from lab.dice import Dice
@@ -40,6 +41,25 @@ class FaultClass(StrEnum):
     OUTAGE = "outage"
     WORLD = "world"
     LATE = "late"
+    TORN = "torn"
+    STALE_CLOCK = "stale_clock"
+    FORMER_ORDERS = "former_orders"
+    HIDDEN_BODY = "hidden_body"
+    UNSEEN_DEATH = "unseen_death"
+    BLIND_START = "blind_start"
+
+
+ADVERSARY = (
+    FaultClass.TORN,
+    FaultClass.STALE_CLOCK,
+    FaultClass.FORMER_ORDERS,
+    FaultClass.HIDDEN_BODY,
+    FaultClass.UNSEEN_DEATH,
+    FaultClass.BLIND_START,
+)
+"""Whose faults lie around one moment each."""
+WEATHER = tuple(each for each in FaultClass if each not in ADVERSARY)
+"""Whose faults come by themselves."""
 
 
 def draw_rules(fault: FaultClass, dice: Dice, window: Window) -> list[Rule]:
@@ -71,4 +91,10 @@ _DRAWS: dict[FaultClass, Callable[[Dice, Window], list[Rule]]] = {
     FaultClass.OUTAGE: processes.outage,
     FaultClass.WORLD: processes.world,
     FaultClass.LATE: messages.late,
+    FaultClass.TORN: adversary.torn,
+    FaultClass.STALE_CLOCK: adversary.stale_clock,
+    FaultClass.FORMER_ORDERS: adversary.former_orders,
+    FaultClass.HIDDEN_BODY: adversary.hidden_body,
+    FaultClass.UNSEEN_DEATH: adversary.unseen_death,
+    FaultClass.BLIND_START: adversary.blind_start,
 }
