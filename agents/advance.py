@@ -5,13 +5,13 @@ Rule 2: it checks each segment against a scan of its own; where obstacles move, 
         own leg.
 """
 
-from agents.berth import THERE_M
 from agents.commands import Command, Note
 from agents.driver import Driver
 from agents.follower import Follower
 from agents.senses import Senses
 from agents.strand import Strand
 from protocol.mission import Mission
+from protocol.path import THERE_M
 
 
 class Advance:

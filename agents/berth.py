@@ -7,9 +7,8 @@ import numpy as np
 from protocol.arrays import nearest_on_segments
 from protocol.frames import Point, Pose
 from protocol.messages import LEG_CORNERS_MAX, Former
-from protocol.path import Path
+from protocol.path import THERE_M, Path
 
-THERE_M = 1e-6  # nearer than this to an arc length counts as there: rounding of sums of metres
 COASTS_S = 2.0  # a robot that leaves a strand stands after that: its stop order, or the dead-man
 
 

@@ -10,7 +10,7 @@ Rule 5: members that leave others out go on only as long as these show no token,
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from itertools import chain
 
 from agents.lining import Lining
@@ -49,6 +49,11 @@ class Calls:
         self._settled_at_s = 0.0
         self._asked: tuple[Sequence[int], int] | None = None
         self._unlawful_at_s: float | None = None
+
+    @property
+    def _answer_s(self) -> float:
+        """How long a member may take to answer."""
+        return ANSWERS * self._mission.patience_s
 
     def enter(self, now_s: float) -> None:
         """The robot is entered: it may have slept."""
@@ -91,7 +96,7 @@ class Calls:
         """Rule 1: the epoch and the members of a call, made now; `lining` is one that has come to nothing."""
         shown = self.presence.showing(now_s) | {self._robot}
         answering = shown if lining is None else shown - self._left_out(lining, now_s)
-        members = answering if 2 * len(answering) > len(shown) else shown
+        members = answering if _may_leave_out(answering, shown) else shown
         return called_epoch(self.newest, self._robot, now_s), tuple(sorted(members))
 
     def may_go_on(self, members: Sequence[int], now_s: float) -> bool:
@@ -100,7 +105,7 @@ class Calls:
             self._asked = (members, self.presence.version)
             shown = self.presence.robots | {self._robot}
             inside = shown & set(members)
-            lawful = len(inside) == len(shown) or 2 * len(inside) > len(shown)
+            lawful = _may_leave_out(inside, shown)
             self._unlawful_at_s = None if lawful else self._unlawful_at_s or now_s
         at_s = self._unlawful_at_s
         return at_s is None or now_s - at_s < GRACE_S or not self.presence.connected
@@ -115,12 +120,12 @@ class Calls:
                 continue
             if self.presence.is_lost(robot, heard_at_s, now_s - late_s):
                 return f"robot {robot} is lost"
-            if now_s - heard_at_s > ANSWERS * self._mission.patience_s + late_s:
+            if now_s - heard_at_s > self._answer_s + late_s:
                 return f"robot {robot} does not answer"
         stalled = lining.stalled(now_s, late_s=late_s)
         if stalled is not None and stalled != self._robot:
             return f"robot {stalled} makes nothing of its turn"
-        deaf_s = ANSWERS * self._mission.patience_s + late_s
+        deaf_s = self._answer_s + late_s
         if lining.is_called and now_s - lining.began_s > deaf_s and lining.unheard_pairs():
             return "some members do not hear each other"
         return None
@@ -164,17 +169,21 @@ class Calls:
 
     def _left_out(self, lining: Lining, now_s: float) -> set[int]:
         """Rule 1: who has not answered; then whoever is part of most pairs that do not hear each other."""
-        silent_s = ANSWERS * self._mission.patience_s
         out = {
             robot
             for robot in lining.members
-            if robot != self._robot and now_s - lining.heard_at_s(robot) > silent_s
+            if robot != self._robot and now_s - lining.heard_at_s(robot) > self._answer_s
         }
         stalled = lining.stalled(now_s)
         out |= set() if stalled is None else {stalled}
-        deaf = lining.is_called and now_s - lining.began_s > silent_s
+        deaf = lining.is_called and now_s - lining.began_s > self._answer_s
         pairs = lining.unheard_pairs() if deaf else set()
         while pairs := {pair for pair in pairs if not out.intersection(pair)}:
             worst = Counter(chain.from_iterable(pairs))
             out.add(max(worst, key=lambda robot: (worst[robot], robot != self._robot, robot)))
         return out
+
+
+def _may_leave_out(members: Set[int], shown: Set[int]) -> bool:
+    """Rule 1: whether they are more than half of those that show a token."""
+    return 2 * len(members) > len(shown)

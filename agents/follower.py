@@ -13,13 +13,12 @@ import math
 
 import numpy as np
 
-from agents.berth import THERE_M
 from agents.leg import certain_clearance_m, certain_clearance_m_min, seen_clearance_m
 from agents.scan import View, on_ground
 from protocol.arrays import Floats
 from protocol.frames import Point, Vertex
 from protocol.mission import Mission
-from protocol.path import Path
+from protocol.path import THERE_M, Path
 from protocol.timeline import SegmentChecked
 
 RECHECK_S = 1.0

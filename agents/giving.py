@@ -16,7 +16,7 @@ from protocol.timeline import RouteLost
 
 ORDERS_MAX = 2  # besides the first: each takes as long as all turns of it
 MAKES_WAY_S = 5.0  # a process that is started again is there after two
-COMES_BACK_S = 15.0
+COMES_BACK_S = 15.0  # who is left out, and stands in the way
 
 
 class Giving:

@@ -15,11 +15,11 @@ Rule 5: a robot whose way has been blocked for too long says so, and so does eac
 import numpy as np
 
 from agents.advance import Advance
-from agents.berth import THERE_M
 from agents.commands import Command, Note
 from agents.driver import Driver
 from agents.events import LinkHeard
 from agents.follower import Follower
+from agents.giving import COMES_BACK_S
 from agents.leader import DeadEnd, LookCloser, Plan, Wait
 from agents.memory import Memory
 from agents.senses import Senses
@@ -30,6 +30,7 @@ from protocol.arrays import Floats
 from protocol.epochs import is_called
 from protocol.messages import AheadState, Dissolution, Reversal
 from protocol.mission import Mission
+from protocol.path import THERE_M
 from protocol.timeline import (
     GoalReached,
     RobotArrived,
@@ -45,7 +46,6 @@ from protocol.timeline import (
 )
 
 RELEASE_SHARE = 0.9  # of the link's length: so that a robot at the limit does not stop and go
-COMES_BACK_S = 15.0  # with bodies of robots that are left out, as in lining up
 PATIENCE_S = 30.0  # with what stands in all ways on: who walks to and fro has come and gone by then
 TURNS_MAX = 8  # with no step towards the goal between them
 BLOCKED_S = 5.0  # five checks; on ground where nothing moves only a robot out of its place goes away

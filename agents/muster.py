@@ -53,7 +53,7 @@ def order_with_goal(places: Places, goal: Point) -> tuple[int, ...]:
     """Rules 2 and 3."""
 
     def to_goal_m(robot: int) -> float:
-        return math.hypot(places[robot].x_m - goal.x_m, places[robot].y_m - goal.y_m)
+        return _apart_m(places[robot], goal)
 
     def way_m(order: Sequence[int]) -> float:
         links = pairwise(order)
@@ -113,7 +113,7 @@ def in_place_at_start(places: Places, order: Sequence[int], *, least_m: float, l
     return low
 
 
-def _apart_m(a: Pose, b: Pose) -> float:
+def _apart_m(a: Pose, b: Pose | Point) -> float:
     return math.hypot(a.x_m - b.x_m, a.y_m - b.y_m)
 
 
@@ -202,12 +202,7 @@ class Roster:
         """Rule 3, where an order has been tried in vain."""
 
         def to_goal_m(robot: int) -> float:
-            goal = self.goal
-            return (
-                0.0
-                if goal is None
-                else math.hypot(places[robot].x_m - goal.x_m, places[robot].y_m - goal.y_m)
-            )
+            return 0.0 if self.goal is None else _apart_m(places[robot], self.goal)
 
         nearest = sorted(places, key=lambda robot: (to_goal_m(robot), robot))
         return chain(places, nearest[1 if self.attempt == 1 else -1])  # the nearest leads as a rule

@@ -5,6 +5,7 @@ Rule 1: a token that has gone, or has come back as another process's, ends nothi
 Rule 2: a robot that does not see the world's token is cut off itself, and knows nothing of the others.
 """
 
+import math
 from collections.abc import Set
 
 from protocol.keys import WORLD_NUMBER
@@ -74,13 +75,18 @@ class Presence:
         """Whether a robot shows one."""
         return bool(self._tokens.get(robot))
 
+    def is_same_since(self, robot: int, at_s: float) -> bool:
+        """Whether the process that shows a token is the one that did then."""
+        return self.shows(robot) and self._went_s.get(robot, -math.inf) < at_s
+
     def is_lost(self, robot: int, heard_at_s: float, now_s: float) -> bool:
         """Rule 1: whether the process is no more that was last heard then."""
         went_s = self._went_s.get(robot)
         if went_s is None or not self.connected:
             return False
         if self.shows(robot):
-            return heard_at_s < went_s and now_s >= went_s + GRACE_S
+            # Both times are those of an odometry: heard at the same one, it was the process before.
+            return heard_at_s <= went_s and now_s >= went_s + GRACE_S
         return now_s >= max(went_s, heard_at_s) + GRACE_S
 
     def gone_by_s(self, robot: int) -> float | None:

@@ -21,7 +21,7 @@ from collections.abc import Sequence
 from typing import assert_never
 
 from agents.berth import Berth
-from agents.calls import ASIDE_S, Calls
+from agents.calls import ASIDE_S, RANK_S, Calls
 from agents.commands import Announce, Command, Note, Order
 from agents.driver import Driver
 from agents.events import Event, LinkHeard, MusterHeard, OdometryHeard, ScanHeard, TokenCame, TokenWent
@@ -40,7 +40,6 @@ from protocol.timeline import LeaderSucceeded, LinkBroken, MusterCalled, MusterJ
 
 LATE_S = 5.0  # with half of all odometry lost, a robot that was there from the start has had some
 BEACON_S = 1.0  # how often a leader says that it leads, and a robot aside that it is there
-RANK_S = 0.3  # robots aside call one after the other, or all would at once
 
 
 class Robot:
@@ -180,15 +179,17 @@ class Robot:
         return []
 
     def _hear_plea(self, robot: int, plea: Plea, now_s: float) -> list[Command]:
-        lining, strand = self._lining, self._member.strand if self._member is not None else None
-        if lining is not None and lining.stuck_at_s is not None and robot not in lining.members:
-            invited = self._calls.invites(robot, now_s)
-            return self._call(f"robot {robot} asks to join", now_s) if invited else []
-        if strand is None or strand.ahead is not None or plea.epoch != strand.epoch or robot in strand.order:
-            return []
-        if not self._calls.invites(robot, now_s):
+        if not self._has_place_for(robot, plea) or not self._calls.invites(robot, now_s):
             return []
         return self._call(f"robot {robot} asks to join", now_s)
+
+    def _has_place_for(self, robot: int, plea: Plea) -> bool:
+        """Whether this robot leads a strand without the one that asks, or is stuck without it."""
+        if self._member is not None:
+            strand = self._member.strand
+            return strand.ahead is None and plea.epoch == strand.epoch and robot not in strand.order
+        lining = self._lining
+        return lining is not None and lining.stuck_at_s is not None and robot not in lining.members
 
     def _hear_link(self, heard: LinkHeard, now_s: float) -> list[Command]:
         self._calls.hear(heard.state.epoch, now_s)
@@ -241,7 +242,8 @@ class Robot:
         commands = strand.watch(now_s)
         for link in strand.links:
             if link.silent_s(now_s) > mission.silence_s + mission.patience_s:
-                self._calls.broke(link.neighbour, now_s)
+                if self._calls.presence.is_same_since(link.neighbour, link.made_at_s):
+                    self._calls.broke(link.neighbour, now_s)
                 return commands + self._break(link, "silence", now_s)
         return commands
 

@@ -15,7 +15,6 @@ Rule 6: what the leader hands on goes from each robot to the one behind, until t
 
 from dataclasses import dataclass
 
-from agents.berth import THERE_M
 from agents.commands import Command, Note, Tell
 from agents.events import LinkHeard
 from agents.grants import Grants
@@ -25,7 +24,7 @@ from protocol.frames import Pose
 from protocol.link import Link
 from protocol.messages import AheadState, BehindState, Dissolution, Handover, Reversal
 from protocol.mission import Mission
-from protocol.path import Path
+from protocol.path import THERE_M, Path
 from protocol.timeline import LinkHeard as LinkHeardAgain
 from protocol.timeline import LinkSilent
 

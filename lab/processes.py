@@ -93,6 +93,7 @@ class Processes:
             case Blow.THAW:
                 self.desk = Desk(WORLD, self.desk.traffic)
                 self.tokens.thaw(WORLD_NUMBER)
+                self.tokens.forget(WORLD_NUMBER)
             case Blow.SLOW:
                 pass  # `check_rehearsable` refuses it
 

@@ -138,7 +138,10 @@ class Rehearsal:
 
     def _strike(self, stroke: Stroke) -> None:
         self._write(WORLD, self.world.now_s, stroke.as_record())
+        was_down = self._processes.desk.ended
         started = self._processes.strike(stroke, self.world.now_s)
+        if was_down and not self._processes.desk.ended:
+            self.world.come_back(wall_s=self.world.now_s)
         if started is not None:
             self._begin(started)
 

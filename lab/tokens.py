@@ -46,6 +46,11 @@ class Tokens:
         self._seen.pop(process, None)
         self._look_at_s = -math.inf
 
+    def forget(self, observer: int) -> None:
+        """A process is told anew of all that there are."""
+        self._seen[observer] = {}
+        self._look_at_s = -math.inf
+
     def freeze(self, process: int, now_s: float) -> None:
         """A process does nothing any more."""
         self._frozen_s.setdefault(process, now_s)

@@ -7,11 +7,10 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from agents.berth import THERE_M
 from agents.follower import DRIVE_M_MIN, RECHECK_S, Follower
 from protocol.frames import Point, Pose
 from protocol.mission import Law, Mission
-from protocol.path import Path
+from protocol.path import THERE_M, Path
 from protocol.timeline import SegmentChecked
 from tests.one_step import look_around, under
 from tests.path_strategies import paths

@@ -47,6 +47,24 @@ def test_a_robot_is_lost_when_its_token_has_gone_and_it_is_heard_no_more() -> No
     assert [presence.is_lost(1, 4.0, now_s) for now_s in (5.0, late_s - 0.01, late_s)] == [False, False, True]
 
 
+def test_a_robot_heard_at_the_very_odometry_at_which_another_process_took_its_place_is_lost() -> None:
+    presence = connected(1)
+    presence.go(1, "a", 5.0)
+    presence.come(1, "b", 5.1)
+    assert presence.is_lost(1, 5.0, 5.0 + GRACE_S)
+    assert not presence.is_lost(1, 5.1, 5.0 + GRACE_S), "it is the new one that was heard"
+
+
+def test_a_process_is_the_same_as_long_as_no_other_has_taken_its_place() -> None:
+    presence = connected(1, 2)
+    presence.go(1, "a", 5.0)
+    presence.come(1, "a", 5.1)
+    presence.come(2, "b", 5.0)
+    assert presence.is_same_since(1, 4.0)
+    assert not presence.is_same_since(2, 4.0)
+    assert presence.is_same_since(2, 5.1)
+
+
 def test_a_robot_that_is_heard_without_a_token_is_lost_only_when_that_ends() -> None:
     presence = connected(1)
     presence.go(1, "a", 5.0)

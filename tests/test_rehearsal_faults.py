@@ -43,6 +43,7 @@ from tests.campaigns import clew, scene
 from tests.faults import injected
 from tests.fleets import ROOT
 from world.books import Messages
+from world.ending import Ending
 from world.judgement import judge
 from world.scenario import load as load_scenario
 
@@ -86,6 +87,18 @@ def driven_s(rehearsal: Rehearsal, robot: int) -> list[float]:
 def broken(rehearsal: Rehearsal) -> list[Record]:
     judgement = judge(rehearsal.world.scenario, rehearsal.entries)
     return [breach.broken for breach in judgement.breaches]
+
+
+@pytest.mark.parametrize(
+    "away",
+    [
+        Restart(target="world", from_s=2.0, after_s=1.5),
+        Freeze(target="world", from_s=2.0, for_s=1.5),
+    ],
+)
+def test_who_dies_while_the_world_is_away_is_missed_when_it_is_back(tmp_path: Path, away: Rule) -> None:
+    world = rehearsed(tmp_path, away, Kill(target="r5", from_s=2.7)).world
+    assert (world.survivors, world.ending) == ({1, 2, 3, 4}, Ending.ARRIVED)
 
 
 @pytest.mark.parametrize("name", SHIPPED)

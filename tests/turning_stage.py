@@ -12,7 +12,6 @@ from random import Random
 
 import numpy as np
 
-from agents.berth import THERE_M
 from agents.certificate import certified_lengths_m
 from agents.commands import Command, Note, Tell
 from agents.driver import Driver
@@ -24,6 +23,7 @@ from agents.senses import Senses
 from protocol.frames import Point, Pose
 from protocol.messages import Drive, Odometry, Phase, Reversal
 from protocol.mission import Law
+from protocol.path import THERE_M
 from protocol.timeline import AuthorityGranted
 from tests.one_step import under
 

@@ -81,6 +81,11 @@ class Attendance:
         """Something has been heard of the robot."""
         self._heard_s[robot] = wall_s
 
+    def forget_tokens(self, *, wall_s: float) -> None:
+        """This process has just come back: it is told anew of the tokens that there are."""
+        self._tokens.clear()
+        self.excuse(wall_s=wall_s)
+
     def silence_s(self, *, wall_s: float) -> float:
         """For how long nothing has been heard of any robot."""
         return wall_s - max(self._heard_s.values(), default=wall_s)

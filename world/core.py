@@ -138,6 +138,11 @@ class World:
         self.tally.hear(source, entry)
         self._evidence.hear(source, entry)
 
+    def come_back(self, *, wall_s: float) -> None:
+        """Go on with all that is known but the tokens: who died meanwhile shows none."""
+        self.attendance.forget_tokens(wall_s=wall_s)
+        self._returned_wall_s = wall_s
+
     def handle(self, event: Event, *, wall_s: float) -> list[Command]:
         """Take an event in."""
         match event:
