@@ -16,9 +16,9 @@ from agents.points import Points
 from protocol.blows import HostOrder, tell_hosts
 from protocol.faults.strokes import Blow, Stroke, Strokes
 from protocol.faulty_transport import Conditions
-from protocol.keys import WORLD, robot_name
+from protocol.keys import robot_name
 from protocol.messages import Faults
-from protocol.timeline import Entry, FaultInjected, Record
+from protocol.timeline import Entry, Record
 
 SIGNALS = {Blow.KILL: signal.SIGKILL, Blow.FREEZE: signal.SIGSTOP}
 
@@ -32,21 +32,17 @@ class Victim:
         self._strokes = Strokes(conditions.plan, conditions.seed)
         self._points = Points()
         self._again = again
-        self._struck: set[str] = set()
 
     def note(self, record: Record, now_s: float) -> None:
         """The robot records something: it says who has which role."""
-        self._strokes.hear(self._name, _entry(record, now_s))
+        self._strokes.hear(self._name, Entry(n=1, t_s=now_s, hlc="", record=record))
 
     def struck(
         self, event: Event, commands: Sequence[Command], now_s: float, faults: Faults
     ) -> Stroke | None:
         """What the robot is to do to itself now, before it obeys these commands."""
         passed = self._points.passed(event, commands)
-        for rule in set(faults.struck) - self._struck:
-            self._struck.add(rule)
-            record = FaultInjected(fault=str(Blow.KILL), rule=rule, process=self._name)
-            self._strokes.hear(WORLD, _entry(record, now_s))
+        self._strokes.catch_up(faults.struck, faults.step)
         if self._again and faults.number == 0:
             return None
         strokes = self._strokes.at_points(self._name, passed, now_s)
@@ -56,7 +52,3 @@ class Victim:
         """Do it; returns when the process goes on, if ever."""
         tell_hosts(self._sessions, HostOrder(blow=stroke.blow, robot=self._robot, done=True))
         os.kill(os.getpid(), SIGNALS[stroke.blow])
-
-
-def _entry(record: Record, now_s: float) -> Entry:
-    return Entry(n=1, t_s=now_s, hlc="", record=record)

@@ -11,7 +11,7 @@ from protocol.faults.rules import Freeze, Kill, Restart, Rule, Slow, StepPoint, 
 from protocol.faults.strokes import Blow, Stroke, Strokes
 from protocol.frames import Point
 from protocol.mission import Law
-from protocol.timeline import Entry, LeaderSucceeded, Record, StepPlanned, StrandFormed
+from protocol.timeline import Entry, LeaderSucceeded, Record, RobotStarted, StepPlanned, StrandFormed
 
 FIVE = (1, 2, 3, 4, 5)
 
@@ -184,3 +184,22 @@ def test_a_rule_comes_true_in_as_many_runs_as_its_probability_says(probability: 
         bool(strokes(Kill(target="r1", probability=probability), seed=n).due(0.0)) for n in range(1000)
     )
     assert abs(hits - 1000 * probability) <= 4.5 * (1000 * probability * (1.0 - probability)) ** 0.5
+
+
+def test_who_is_told_that_rules_have_struck_spares_nobody_else() -> None:
+    of = strokes(Kill(target="leader"), Kill(target="r1", point=StepPoint.AFTER_SCAN, from_step=2))
+    tell(of, "r1", formed())
+    of.catch_up(["kill-1"], 2)
+    assert of.due(1.0) == []
+    assert said(of.at_points("r1", [StepPoint.AFTER_SCAN], 1.0)) == ["kill r1"]
+
+
+def test_each_process_of_a_robot_comes_to_its_points_for_the_first_time() -> None:
+    of = strokes(Kill(target="leader", point=StepPoint.AFTER_SCAN, occurrence=2))
+    tell(of, "r1", formed())
+    assert of.at_points("r1", [StepPoint.AFTER_SCAN], 1.0) == []
+    tell(of, "r2", LeaderSucceeded(epoch=2, before=1))
+    assert of.at_points("r2", [StepPoint.AFTER_SCAN], 2.0) == []
+    tell(of, "r2", RobotStarted(pid=7))
+    assert of.at_points("r2", [StepPoint.AFTER_SCAN], 3.0) == []
+    assert said(of.at_points("r2", [StepPoint.AFTER_SCAN], 4.0)) == ["kill r2"]

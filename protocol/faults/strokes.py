@@ -2,13 +2,14 @@
 
 Rule 1: each rule strikes once: when its window is open, its target is there, and its point is reached.
 Rule 2: points of a robot's step are known to its own process first, so they are asked for apart: live, by it
-        (`at_points`). What follows, as a thaw, is `due` for whoever hears what it has recorded.
+        (`at_points`). What follows, as a thaw, is `due` for whoever hears what it has recorded. Such a
+        process hears nothing but its own entries, so it is told what else decides (`catch_up`).
 Rule 3: a process that a rule has killed, and not started again, is nobody's leader, middle or tail.
 """
 
 import heapq
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -16,7 +17,7 @@ from protocol.faults.chance import draws
 from protocol.faults.plan import Plan
 from protocol.faults.roles import Roles
 from protocol.faults.rules import Freeze, Kill, ProcessRule, Restart, Slow, StepPoint, Thaw
-from protocol.timeline import Entry, FaultInjected
+from protocol.timeline import Entry, FaultInjected, RobotStarted
 
 
 class Blow(StrEnum):
@@ -56,12 +57,19 @@ class Strokes:
         self._down: set[str] = set()
         self._later: list[tuple[float, int, Stroke]] = []
         self._count = 0  # breaks ties, so that strokes due together keep their order
-        self._reached: Counter[str] = Counter()
+        self._reached: Counter[tuple[str, str]] = Counter()  # by rule and robot
+        self._told_step = 0
 
     @property
     def step(self) -> int:
-        """The newest switching step that has been planned, as far as the timeline was told."""
-        return self._roles.step
+        """The newest switching step that has been planned, as far as anybody has told."""
+        return max(self._roles.step, self._told_step)
+
+    def catch_up(self, struck: Iterable[str], step: int) -> None:
+        """Take in what others know: which rules have struck, whomever, and the newest switching step."""
+        self._told_step = max(self._told_step, step)
+        for rule in struck:
+            self._pending.pop(rule, None)
 
     def hear(self, source: str, entry: Entry) -> None:
         """Take a timeline entry in, as it comes."""
@@ -70,6 +78,8 @@ class Strokes:
             case FaultInjected(rule=rule, process=str(process)) if rule in self._pending:
                 # A process has struck itself at a point of its step.
                 self._strike(self._pending[rule], (process,), entry.t_s)
+            case RobotStarted():
+                self._reached = Counter({at: n for at, n in self._reached.items() if at[1] != source})
             case _:
                 pass
 
@@ -90,8 +100,8 @@ class Strokes:
         strokes: list[Stroke] = []
         for rule in [rule for rule in self._pending.values() if rule.point in points]:
             if rule.holds(now_s, self.step) and self._find(rule) == (robot,):
-                self._reached[str(rule.name)] += 1
-                if self._reached[str(rule.name)] == rule.occurrence:
+                self._reached[str(rule.name), robot] += 1
+                if self._reached[str(rule.name), robot] == rule.occurrence:
                     strokes += self._strike(rule, (robot,), now_s)
         return strokes
 
