@@ -59,7 +59,7 @@ def judge_evidence(scenario: Scenario, evidence: Evidence) -> Judgement:
     monitor = Monitor.of(scenario)
     breaches: list[Breach] = []
     path_m = 0.0
-    for t_s, starts_m, ends_m, clear_m in _intervals(evidence, monitor.ground, scenario.fleet.robots):
+    for t_s, starts_m, ends_m, clear_m in intervals(evidence, monitor.ground, scenario.fleet.robots):
         broken = monitor.watch(starts_m, ends_m, t_s=t_s, clear_m=clear_m)
         breaches += [Breach(t_s=t_s, broken=each) for each in broken]
         path_m += float(np.hypot(*(ends_m - starts_m).T).sum())
@@ -79,7 +79,7 @@ def judge_evidence(scenario: Scenario, evidence: Evidence) -> Judgement:
     )
 
 
-def _intervals(
+def intervals(
     evidence: Evidence, ground: Ground, robots: int
 ) -> Iterator[tuple[float, Floats, Floats, Floats]]:
     """Simultaneous straight moves of all bodies, when they ended and how clear they were of obstacles.
