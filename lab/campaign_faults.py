@@ -11,7 +11,7 @@ from msgspec import Struct
 from rich.table import Table
 
 from lab.campaign_episode import Outcome, Surprise
-from lab.sometimes import Sometimes
+from lab.sometimes_names import Sometimes
 from lab.swarm import Mode
 from lab.swarm_faults import FaultClass
 

@@ -6,8 +6,9 @@ Rule 2: all read the timeline alone, in the order of time; so a recorded run has
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from enum import StrEnum
 
+from lab.sometimes_adversary import Adversary
+from lab.sometimes_names import Sometimes
 from protocol.faults.plan import Plan
 from protocol.faults.rules import MessageRule, ProcessRule, StepPoint
 from protocol.keys import WORLD, robot_number
@@ -33,36 +34,6 @@ from protocol.timeline import (
 )
 
 WAKES_S = 1.0  # what a thawed robot says so soon after, it says before it has heard what has happened
-
-
-class Sometimes(StrEnum):
-    """What must have happened."""
-
-    LEADER_KILLED = "leader killed"
-    LEADER_KILLED_IN_SUCCESSION = "leader killed during a succession"
-    TAIL_KILLED = "tail killed"
-    TWO_NEIGHBOURS_KILLED = "two neighbours killed at once"
-    KILLED_AFTER_SCAN = "killed after_scan"
-    KILLED_AFTER_PLAN = "killed after_plan"
-    KILLED_MID_DRIVE = "killed mid_drive"
-    KILLED_BEFORE_ACK = "killed before_ack"
-    KILLED_IN_TURN = "killed while a robot joined"
-    KILLED_IN_REVERSAL = "killed while the strand turned round, backed up or dissolved"
-    ZOMBIE_SPOKE = "zombie spoke"
-    STALE_EPOCH_REFUSED = "stale epoch refused"
-    STALE_ORDER_REFUSED = "order on stale odometry refused"
-    RESTART_JOINED = "restarted robot joined"
-    FALSE_TOKEN_LOSS = "false token loss"  # noqa: S105 - a liveliness token is no password
-    SPLIT_HELD = "strand healed without a living robot"
-    CALLS_CROSSED = "calls crossed"
-    CUT_WHILE_LINING_UP = "partition while lining up"
-    ROUTER_LOST_IN_MUSTER = "router lost during a muster"
-    LOST = "message lost"
-    LOST_IN_BURST = "message lost in a burst"
-    DELAYED = "message delayed"
-    REORDERED = "message reordered"
-    DUPLICATED = "message duplicated"
-    DAMAGED = "message damaged"
 
 
 _POINTS = {
@@ -98,6 +69,7 @@ class _History:
 
     def __init__(self, plan: Plan) -> None:
         self.counts: Counter[Sometimes] = Counter()
+        self._adversary = Adversary(plan, self._count)
         self._points = {
             rule.name: rule.point for rule in plan.rules if isinstance(rule, ProcessRule) and rule.point
         }
@@ -119,6 +91,7 @@ class _History:
 
     def hear(self, source: str, t_s: float, record: Record) -> None:
         """Take the next entry in."""
+        self._adversary.hear(source, t_s, record)
         robot = robot_number(source)
         if source == WORLD:
             self._hear_world(t_s, record)

@@ -38,7 +38,7 @@ def torn(dice: Dice, window: Window) -> list[Rule]:
 
 
 def stale_clock(dice: Dice, window: Window) -> list[Rule]:
-    """A robot's clock, or what it knows of tokens, is old at the moment when another one dies or is cut off."""
+    """A robot's clock, or what it knows of tokens, is old when another one dies or is cut off."""
     moment_s = _moment_s(dice, window)
     victim, *others = _shuffled(dice, window)
     stale = tuple(others[: dice.whole(1, len(others))])

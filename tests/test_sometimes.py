@@ -1,6 +1,7 @@
-from lab.sometimes import Sometimes, never, sometimes
+from lab.sometimes import never, sometimes
+from lab.sometimes_names import Sometimes
 from protocol.faults.plan import Plan
-from protocol.faults.rules import Burst, Drop, Kill, StepPoint
+from protocol.faults.rules import Burst, Drop, Kill, Partition, StepPoint
 from protocol.frames import Point
 from protocol.keys import WORLD
 from protocol.timeline import (
@@ -13,6 +14,7 @@ from protocol.timeline import (
     OrderRefused,
     Record,
     RobotRestarted,
+    RobotReturned,
     StrandFormed,
     StrandHealed,
     StrandReversed,
@@ -24,6 +26,8 @@ PLAN = Plan(
     rules=(
         Kill(name="at", target="leader", point=StepPoint.AFTER_PLAN),
         Drop(name="bursts", burst=Burst(enter=0.1, leave=0.1, loss=1.0)),
+        Partition(name="cut", group=("r1",), others=("r2",)),
+        Partition(name="off", group=("r1",), others=("router",)),
     ),
 )
 
@@ -123,3 +127,70 @@ def test_what_else_a_timeline_tells_is_counted() -> None:
     }
     assert Sometimes.DELAYED.value in never(counts)
     assert Sometimes.LOST.value not in never(counts)
+
+
+def called(epoch: int, *members: int) -> MusterCalled:
+    return MusterCalled(epoch=epoch, members=members, why="")
+
+
+def test_two_calls_meet_where_a_robot_joins_one_whose_own_call_left_it_out_as_it_left_that_out() -> None:
+    apart: list[Told] = [
+        (1.0, "r3", called(5, 3)),
+        (1.0, "r3", MusterJoined(epoch=5)),
+        (2.0, "r1", called(7, 1, 2)),
+        (2.0, "r1", MusterJoined(epoch=7)),
+    ]
+    again: list[Told] = [(3.0, "r1", called(9, 1, 2, 3)), (3.0, "r1", MusterJoined(epoch=9))]
+    assert counted(*apart, *again)[Sometimes.TWO_CALLS_MET] == 1
+    assert Sometimes.TWO_CALLS_MET not in counted(*apart[2:], *again), "r3 had only been left out"
+    died = (2.5, WORLD, struck("kill", "r3"))
+    assert Sometimes.TWO_CALLS_MET not in counted(*apart, died, *again)
+
+
+def test_a_token_comes_back_while_its_robot_is_cut_from_another_not_from_the_router() -> None:
+    back = (3.0, WORLD, RobotReturned(robot=1))
+
+    def lost(t_s: float, rule: str) -> Told:
+        return (t_s, "r2", FaultInjected(fault="partition", rule=rule, key="link/r1/r2", number=3))
+
+    assert counted(back, lost(3.2, "cut"), lost(3.4, "cut"))[Sometimes.BACK_WHILE_CUT] == 1
+    assert Sometimes.BACK_WHILE_CUT not in counted(back, lost(3.2, "off"))
+    assert Sometimes.BACK_WHILE_CUT not in counted(back, lost(5.0, "cut"))
+
+
+def test_a_clock_lags_for_as_long_as_there_is_odometry_that_its_robot_has_missed_since() -> None:
+    strand = (0.0, "r1", formed(1, 1, 2, 3))
+    missed: list[Told] = [
+        (2.0, "r1", FaultInjected(fault="drop", rule="d", key="body/r1/odometry", number=number))
+        for number in (21, 22, 23)
+    ]
+    assert counted(strand, *missed, (2.25, WORLD, struck("kill", "r2")))[Sometimes.LAGGED_AT_DEATH] == 1
+    assert Sometimes.LAGGED_AT_DEATH not in counted(strand, *missed, (2.4, WORLD, struck("kill", "r2")))
+    assert Sometimes.LAGGED_AT_DEATH not in counted(strand, *missed, (2.25, WORLD, struck("kill", "r3")))
+
+
+def test_orders_of_a_former_life_are_told_from_those_of_the_new_one_by_their_number() -> None:
+    def refused(t_s: float, number: int) -> Told:
+        return (t_s, WORLD, OrderRefused(robot=1, number=number, reason="order 1 is void"))
+
+    lives: list[Told] = [
+        (1.0, WORLD, accepted(1, 1)),
+        (2.0, WORLD, struck("kill", "r1")),
+        (2.0, WORLD, struck("start", "r1")),
+    ]
+    assert counted(*lives, refused(2.5, 2))[Sometimes.FORMER_ORDER_REFUSED] == 1
+    assert Sometimes.FORMER_ORDER_REFUSED not in counted(*lives, refused(2.5, 21_001))
+    assert counted(*lives, (2.5, WORLD, accepted(1, 1)))[Sometimes.FORMER_ORDER] == 1
+    assert counted(*lives, refused(3.5, 21_001))[Sometimes.BEGAN_BLIND] == 1
+    assert Sometimes.BEGAN_BLIND not in counted(*lives, refused(2.5, 21_001), refused(3.5, 21_002))
+
+
+def test_who_is_killed_unseen_or_beside_one_that_has_just_been_restarted_is_counted() -> None:
+    strand = (0.0, "r1", formed(1, 1, 2, 3))
+    down = (1.0, WORLD, struck("kill", "world"))
+    kill = (2.0, WORLD, struck("kill", "r3"))
+    assert counted(strand, down, kill)[Sometimes.KILLED_UNSEEN] == 1
+    assert Sometimes.KILLED_UNSEEN not in counted(strand, down, (1.5, WORLD, struck("start", "world")), kill)
+    again = (1.0, WORLD, struck("start", "r2"))
+    assert counted(strand, again, kill)[Sometimes.KILLED_BESIDE_RESTARTED] == 1
+    assert Sometimes.KILLED_BESIDE_RESTARTED not in counted(strand, (1.0, WORLD, struck("start", "r1")), kill)

@@ -1,0 +1,157 @@
+"""The telling moments of an adversary's schedules, read in a timeline. Pure.
+
+Rule 1: robots that two calls leave out of each other's members have two calls open: both may be lawful.
+Rule 2: a robot's clock is its newest odometry: what it notes of odometry that it lost is dated when the clock
+        stood still, and how many those notes are says for how long it did.
+Rule 3: an order is a former life's where its number is less than any that the new one may give.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from agents.driver import LATE_ORDERS
+from lab.sometimes_names import Sometimes
+from protocol.faults.plan import Plan
+from protocol.faults.rules import ROUTER, Partition
+from protocol.keys import WORLD, robot_number
+from protocol.timeline import (
+    FaultInjected,
+    MusterCalled,
+    MusterJoined,
+    OrderAccepted,
+    OrderRefused,
+    Record,
+    RobotReturned,
+    StrandFormed,
+)
+from world.arena import ODOMETRY_TICKS, TICK_S
+
+ODOMETRY_PERIOD_S = ODOMETRY_TICKS * TICK_S
+SOON_S = 1.0  # a lease, a beacon's period, a dead-man stop: what follows so soon still belongs to it
+JUST_S = 5.0  # until a robot that is started again has been called, and has its place
+
+
+@dataclass(slots=True)
+class _Robot:
+    """What has been read of one robot."""
+
+    called: frozenset[int] = frozenset()
+    """The members of the call that it is bound to."""
+    returned_s: float = -SOON_S
+    still_s: float = 0.0
+    """When its clock stood still last, and for how many odometries."""
+    missed: int = 0
+    ordered: int = 0
+    """The number of the newest order that its body has taken."""
+    former: int = 0
+    """Orders of up to this number are a former life's."""
+    started_s: float | None = None
+    has_spoken: bool = True
+    """Whether an order of its newest life has come."""
+
+    def lags(self, now_s: float) -> bool:
+        """Rule 2."""
+        return self.missed > 0 and self.still_s <= now_s <= self.still_s + self.missed * ODOMETRY_PERIOD_S
+
+
+@dataclass(slots=True)
+class Adversary:
+    """What has been read so far; tells `count` of each moment."""
+
+    plan: Plan
+    count: Callable[[Sometimes], None]
+    _robots: dict[int, _Robot] = field(default_factory=dict)
+    _members: dict[int, frozenset[int]] = field(default_factory=dict)
+    """Of each call, by its epoch."""
+    _order: tuple[int, ...] = ()
+    _world_is_down: bool = False
+
+    def hear(self, source: str, t_s: float, record: Record) -> None:
+        """Take the next entry in."""
+        robot = robot_number(source)
+        match record:
+            case FaultInjected(fault=fault, process=str(process)) if source == WORLD:
+                self._strike(t_s, fault, process)
+            case OrderAccepted(robot=body, number=number):
+                self._hear_order(body, number, t_s, refused=False)
+            case OrderRefused(robot=body, number=number):
+                self._hear_order(body, number, t_s, refused=True)
+            case RobotReturned(robot=body):
+                self._of(body).returned_s = t_s
+            case FaultInjected() if robot is not None:
+                self._hear_loss(robot, t_s, record)
+            case MusterCalled(epoch=epoch, members=members):
+                self._members[epoch] = frozenset(members)
+            case MusterJoined(epoch=epoch) if robot is not None and epoch in self._members:
+                self._join(robot, self._members[epoch])
+            case StrandFormed(order=order):
+                self._order = order
+            case _:
+                pass
+
+    def _of(self, robot: int) -> _Robot:
+        return self._robots.setdefault(robot, _Robot())
+
+    def _join(self, robot: int, members: frozenset[int]) -> None:
+        """Rule 1."""
+        before = self._of(robot).called
+        others = [self._of(other).called for other in members - before if before]
+        if any(called and robot not in called for called in others):
+            self.count(Sometimes.TWO_CALLS_MET)
+        self._of(robot).called = members
+
+    def _strike(self, t_s: float, fault: str, process: str) -> None:
+        robot = robot_number(process)
+        if process == WORLD:
+            self._world_is_down = fault == "kill" or (self._world_is_down and fault != "start")
+        elif robot is not None and fault == "kill":
+            self._kill(robot, t_s)
+        elif robot is not None and fault == "start":
+            life = self._of(robot)
+            life.former, life.started_s, life.has_spoken = life.ordered + LATE_ORDERS, t_s, False
+            life.called = frozenset()
+
+    def _kill(self, robot: int, t_s: float) -> None:
+        if self._world_is_down:
+            self.count(Sometimes.KILLED_UNSEEN)
+        beside = [self._of(other) for other in self._neighbours(robot)]
+        if any(each.lags(t_s) for each in beside):
+            self.count(Sometimes.LAGGED_AT_DEATH)
+        if any(each.started_s is not None and t_s - each.started_s <= JUST_S for each in beside):
+            self.count(Sometimes.KILLED_BESIDE_RESTARTED)
+        self._of(robot).called = frozenset()
+
+    def _neighbours(self, robot: int) -> Sequence[int]:
+        if robot not in self._order:
+            return ()
+        place = self._order.index(robot)
+        return [self._order[each] for each in (place - 1, place + 1) if 0 <= each < len(self._order)]
+
+    def _hear_order(self, robot: int, number: int, t_s: float, *, refused: bool) -> None:
+        """Rule 3."""
+        life = self._of(robot)
+        if life.started_s is not None and number <= life.former:
+            self.count(Sometimes.FORMER_ORDER_REFUSED if refused else Sometimes.FORMER_ORDER)
+            return
+        if not life.has_spoken and life.started_s is not None and t_s - life.started_s > SOON_S:
+            self.count(Sometimes.BEGAN_BLIND)
+        life.has_spoken = True
+        if not refused:
+            life.ordered = max(life.ordered, number)
+
+    def _hear_loss(self, receiver: int, t_s: float, record: FaultInjected) -> None:
+        key = record.key or ""
+        if key.startswith("body/") and key.endswith("/odometry") and record.fault in {"drop", "delay"}:
+            life = self._of(receiver)
+            life.missed = life.missed + 1 if life.still_s == t_s else 1
+            life.still_s = t_s
+        sender = robot_number(key.split("/")[1]) if key.startswith(("muster/", "link/")) else None
+        if record.fault != "partition" or sender is None or self._is_from_router(record.rule):
+            return
+        if t_s - self._of(sender).returned_s <= SOON_S:
+            self._of(sender).returned_s = -SOON_S
+            self.count(Sometimes.BACK_WHILE_CUT)
+
+    def _is_from_router(self, name: str) -> bool:
+        rules = [rule for rule in self.plan.rules if isinstance(rule, Partition) and rule.name == name]
+        return any(ROUTER in (*rule.group, *rule.others) for rule in rules)

@@ -1,0 +1,41 @@
+"""What has to happen at times in a campaign: the names, as tables and outcomes have them."""
+
+from enum import StrEnum
+
+
+class Sometimes(StrEnum):
+    """What must have happened."""
+
+    LEADER_KILLED = "leader killed"
+    LEADER_KILLED_IN_SUCCESSION = "leader killed during a succession"
+    TAIL_KILLED = "tail killed"
+    TWO_NEIGHBOURS_KILLED = "two neighbours killed at once"
+    KILLED_AFTER_SCAN = "killed after_scan"
+    KILLED_AFTER_PLAN = "killed after_plan"
+    KILLED_MID_DRIVE = "killed mid_drive"
+    KILLED_BEFORE_ACK = "killed before_ack"
+    KILLED_IN_TURN = "killed while a robot joined"
+    KILLED_IN_REVERSAL = "killed while the strand turned round, backed up or dissolved"
+    ZOMBIE_SPOKE = "zombie spoke"
+    STALE_EPOCH_REFUSED = "stale epoch refused"
+    STALE_ORDER_REFUSED = "order on stale odometry refused"
+    RESTART_JOINED = "restarted robot joined"
+    FALSE_TOKEN_LOSS = "false token loss"  # noqa: S105 - a liveliness token is no password
+    SPLIT_HELD = "strand healed without a living robot"
+    CALLS_CROSSED = "calls crossed"
+    CUT_WHILE_LINING_UP = "partition while lining up"
+    ROUTER_LOST_IN_MUSTER = "router lost during a muster"
+    LOST = "message lost"
+    LOST_IN_BURST = "message lost in a burst"
+    DELAYED = "message delayed"
+    REORDERED = "message reordered"
+    DUPLICATED = "message duplicated"
+    DAMAGED = "message damaged"
+    TWO_CALLS_MET = "two calls were open at once, and one gave way"
+    BACK_WHILE_CUT = "token came back while cut from the rest"
+    LAGGED_AT_DEATH = "odometry lagged while a neighbour died"
+    FORMER_ORDER = "order of a former life came"
+    FORMER_ORDER_REFUSED = "order of a former life refused"
+    KILLED_BESIDE_RESTARTED = "killed beside a robot that had just been restarted"
+    KILLED_UNSEEN = "killed while the world was down"
+    BEGAN_BLIND = "restarted robot had no say over its body for a second"
