@@ -1,0 +1,1 @@
+window.clew = { runs: [], take(runIndex, batch) { (this.runs[runIndex] ??= []).push(batch); } };

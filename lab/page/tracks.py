@@ -1,0 +1,75 @@
+"""Where bodies were, in few places: what lies on the straight and even way between two others is left out.
+
+Bodies drive straight and turn evenly, so this leaves some tenth of all samples, and nothing that shows.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lab.page.batch import Track
+from lab.page.columns import MM, MRAD, MS, column
+from protocol.arrays import Flags, Floats
+from protocol.timeline import PoseSampled
+
+EVEN = np.array([1e-7, 1e-7, 1e-6])  # m, m, rad: nearer than this to the way between its neighbours is on it
+SLACK = np.array([4e-4, 4e-4, 1e-3])  # m, m, rad: what is left out is no further off; rounding adds 5e-4
+
+
+@dataclass(slots=True)
+class Tracks:
+    """The newest samples of each body, until they are packed."""
+
+    _samples: dict[int, list[tuple[float, float, float, float]]] = field(default_factory=dict)
+    _headings_rad: dict[int, float] = field(default_factory=dict)
+    """The newest that was packed, unwound."""
+
+    def hear(self, t_s: float, pose: PoseSampled) -> None:
+        """Take a sample in; those of one body come in their order."""
+        sample = (t_s, pose.x_m, pose.y_m, pose.heading_rad)
+        samples = self._samples.get(pose.robot)
+        if samples is None:
+            self._samples[pose.robot] = [sample]
+        else:
+            samples.append(sample)
+
+    def take(self) -> Iterator[tuple[int, Floats]]:
+        """The samples of each body since the last time, `(n, 4)`: t, x, y, heading, which is unwound."""
+        for robot, samples in sorted(self._samples.items()):
+            rows = np.array(samples)
+            last_rad = self._headings_rad.get(robot, rows[0, 3])
+            rows[:, 3] = np.unwrap(np.concatenate(([last_rad], rows[:, 3])))[1:]
+            self._headings_rad[robot] = float(rows[-1, 3])
+            yield robot, rows
+        self._samples.clear()
+
+
+def pack(robot: int, rows: Floats) -> Track:
+    """The track of a body through these samples."""
+    kept = rows[_needed(rows)]
+    return Track(
+        robot=robot,
+        t=column(kept[:, 0], MS),
+        x=column(kept[:, 1], MM),
+        y=column(kept[:, 2], MM),
+        heading=column(kept[:, 3], MRAD),
+    )
+
+
+def _needed(rows: Floats) -> Flags:
+    """Which samples the others do not tell; the first and the last always."""
+    needed: Flags = np.ones(len(rows), dtype=bool)
+    if len(rows) < 3:
+        return needed
+    t_s, places = rows[:, 0], rows[:, 1:]
+    whole_s = t_s[2:] - t_s[:-2]
+    share = ((t_s[1:-1] - t_s[:-2]) / np.where(whole_s > 0.0, whole_s, 1.0))[:, None]
+    off = np.abs(places[:-2] + share * (places[2:] - places[:-2]) - places[1:-1])
+    needed[1:-1] = (off > EVEN).any(axis=1) | (whole_s <= 0.0)
+    while True:  # what is a little uneven everywhere bends in the end: there, every sample is needed
+        told = np.column_stack([np.interp(t_s, t_s[needed], each[needed]) for each in places.T])
+        wrong = (np.abs(told - places) > SLACK).any(axis=1) & ~needed
+        if not wrong.any():
+            return needed
+        needed |= wrong
