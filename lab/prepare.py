@@ -20,6 +20,7 @@ from lab.request import Request, parse, robot_options, world_options
 from lab.run_folder import LATEST, RUNS, folder_name, make_folder
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
+from protocol.faults.fit import check_fits
 from protocol.faults.plan import load as load_plan
 from protocol.interlink import PROTOCOL
 from protocol.keys import WORLD
@@ -79,10 +80,10 @@ def prepare(request: Request, private: Path) -> list[str]:
         deployment=request.deployment,
         seed=request.seed,
     )
-    if request.faults is not None:
-        load_plan(request.faults)
-    now, token = datetime.now(UTC), secrets.token_hex(2)
     robots = scenario.mission().robots
+    if request.faults is not None:
+        check_fits(load_plan(request.faults), robots=robots)
+    now, token = datetime.now(UTC), secrets.token_hex(2)
     folder = request.out or RUNS / folder_name(now, request.scenario, token)
     write_sessions(
         private,

@@ -14,7 +14,8 @@ from lab.actor import Actor, Desk
 from lab.tokens import Tokens
 from protocol.errors import UsageError
 from protocol.faults.fates import Fates
-from protocol.faults.plan import Plan, check_fits
+from protocol.faults.fit import check_fits
+from protocol.faults.plan import Plan
 from protocol.faults.rules import ROUTER, Slow
 from protocol.faults.strokes import Blow, Stroke
 from protocol.keys import WORLD, WORLD_NUMBER, robot_name, robot_number

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from lab.bench_healing import Healing, LeaderBlow, figures_of, healing_in
 from lab.logbook import NTP64_PER_S
-from protocol.faults.plan import check_fits
+from protocol.faults.fit import check_fits
 from protocol.timeline import Entry, FaultInjected, LeaderSucceeded, LinkBroken, Record, StrandHealed
 from tests.campaigns import clew
 from world.lines import Line

@@ -9,8 +9,9 @@ import pytest
 
 from protocol.errors import UsageError
 from protocol.faults.fates import LEFT_ALONE
-from protocol.faults.plan import PLANS, Plan, check_fits, load, schema, uniform
-from protocol.faults.rules import Drop, Kill, MessageKind, Rule
+from protocol.faults.fit import WAYS, check_fits
+from protocol.faults.plan import PLANS, Plan, load, schema, uniform
+from protocol.faults.rules import Drop, Kill, MessageKind, Partition, Rule
 from protocol.messages import Message
 from tests.campaigns import clew
 
@@ -104,11 +105,42 @@ def test_an_unknown_plan_is_refused_with_those_that_there_are() -> None:
         load("rain")
 
 
-def test_a_plan_that_strikes_a_robot_that_is_not_there_does_not_fit() -> None:
-    plan = Plan(name="far", rules=(Kill(target="r6"),))
-    check_fits(plan, robots=6)
-    with pytest.raises(UsageError, match="fault plan far: kill-1 strikes r6, there are 5 robots"):
-        check_fits(plan, robots=5)
+@pytest.mark.parametrize(
+    ("rule", "said"),
+    [
+        (Kill(target="r6"), r"\.target: must be a robot of the fleet, r1 to r5, got r6"),
+        (Kill(target="leader", robots=6), r"\.robots: must be <= 5, the fleet's, got 6"),
+        (Drop(sender=("r1", "r9")), r"\.from\[1\]: must be a robot of the fleet, r1 to r5, got r9"),
+        (Drop(receiver=("r7",)), r"\.to\[0\]: must be .*, got r7"),
+        (Partition(group=("r8",)), r"\.group\[0\]: must be .*, got r8"),
+        (Partition(group=("r1",), others=("router", "r8")), r"\.others\[1\]: must be .*, got r8"),
+        (Drop(sender=("world",), kinds=("ahead",)), r"\.kind: must be .*, got ahead, which goes from robots"),
+        (Drop(receiver=("r2",), kinds=("drive", "log")), r"\.kind: must be .*, got drive, .* to world; log,"),
+        (Drop(sender=("r3",), kinds=("ask",)), r"\.kind: must be .*, got ask, .* name is not told to world"),
+    ],
+)
+def test_a_plan_that_names_whom_or_what_the_fleet_has_not_does_not_fit(rule: Rule, said: str) -> None:
+    with pytest.raises(UsageError, match=rf"fault plan far: \$\.rule\[1\]{said}"):
+        check_fits(Plan(name="far", rules=(Drop(), rule)), robots=5)
+
+
+@pytest.mark.parametrize(
+    "rule",
+    [
+        Kill(target="r6", robots=1),
+        Kill(target="tail", robots=6),
+        Partition(group=("r6", "world"), others=("router",)),
+        Drop(sender=("world", "r1"), kinds=("ahead", "odometry")),
+        Drop(receiver=("r6",), kinds=("drive", "odometry")),
+        Drop(kinds=("ask",)),
+    ],
+)
+def test_a_plan_fits_whose_every_name_and_some_kind_is_there(rule: Rule) -> None:
+    check_fits(Plan(name="near", rules=(rule,)), robots=6)
+
+
+def test_every_kind_of_message_has_a_way() -> None:
+    assert set(WAYS) == {*get_args(MessageKind)}
 
 
 def test_rules_can_name_every_kind_of_message_but_what_tells_of_faults() -> None:

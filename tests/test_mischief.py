@@ -22,7 +22,7 @@ def entry(record: Record, t_s: float = 0.0) -> Entry:
 
 
 def without_plan() -> Mischief:
-    mischief = Mischief(Plan(name="none"), 1)
+    mischief = Mischief(Plan(name="none"), 1, robots=3)
     mischief.hear("r2", entry(FORMED))
     return mischief
 
@@ -47,10 +47,12 @@ def test_a_robot_frozen_by_hand_for_a_while_is_thawed_then() -> None:
     [
         (Kill(target="leader", point=StepPoint.AFTER_PLAN), "only a plan"),
         (Kill(target="tail", robots=2), "nobody is tail yet, or fewer than 2"),
+        (Kill(target="r4"), r"fault kill: \$\.target: must be a robot of the fleet, r1 to r3, got r4"),
+        (Drop(sender=("r4",)), r"fault drop: \$\.from\[0\]: must be .*, got r4"),
     ],
 )
 def test_what_cannot_be_done_by_hand_is_refused(rule: Rule, why: str) -> None:
-    mischief = Mischief(Plan(name="none"), 1)
+    mischief = Mischief(Plan(name="none"), 1, robots=3)
     with pytest.raises(UsageError, match=why):
         mischief.give(rule, now_s=5.0, for_s=None)
 
@@ -83,7 +85,9 @@ def test_robots_are_told_news_at_once_and_all_of_it_again_after_a_while() -> Non
 
 
 def test_which_rules_have_struck_is_told_so_that_they_do_not_again() -> None:
-    mischief = Mischief(Plan(name="some", rules=(Kill(target="leader", point=StepPoint.MID_DRIVE),)), 1)
+    mischief = Mischief(
+        Plan(name="some", rules=(Kill(target="leader", point=StepPoint.MID_DRIVE),)), 1, robots=3
+    )
     mischief.hear("r2", entry(FORMED))
     before = mischief.of("r2")
     mischief.hear("r2", entry(FaultInjected(fault="kill", rule="kill-1", process="r2")))

@@ -94,6 +94,10 @@ def test_help_goes_to_stdout_and_names_every_option(capsys: pytest.CaptureFixtur
         (["-n", "0"], "-n"),
         (["--out", "/proc/clew/run"], "cannot write a run into /proc/clew/run"),
         (["--out", "new/" + "x" * 300], "File name too long"),  # by then `new` has been made
+        (
+            ["--faults", "one-way", "-n", "3"],
+            "$.rule[0].group[1]: must be a robot of the fleet, r1 to r3, got r4",
+        ),
         (["--listen", "nonsense"], "nonsense"),
         (["--listen", "unixsock-stream//tmp/" + "x" * 120], "107 bytes"),
     ],

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from msgspec.structs import replace
 
 from protocol.errors import UsageError
+from protocol.faults.fit import misfits
 from protocol.faults.plan import Plan
 from protocol.faults.roles import Roles
 from protocol.faults.rules import MessageRule, ProcessRule, Rule
@@ -24,7 +25,8 @@ GIVEN_MAX = 100  # what a `Faults` may hold
 class Mischief:
     """The faults of one run."""
 
-    def __init__(self, plan: Plan, seed: int) -> None:
+    def __init__(self, plan: Plan, seed: int, *, robots: int) -> None:
+        self._robots = robots
         self._strokes = Strokes(plan, seed)
         self._seed = seed
         self._roles = Roles()
@@ -65,8 +67,10 @@ class Mischief:
         """A rule that holds from now on; returns its name.
 
         Raises:
-            UsageError: it cannot be given while a run goes on.
+            UsageError: it does not fit the fleet, or cannot be given while a run goes on.
         """
+        for misfit in misfits(rule, robots=self._robots):
+            raise UsageError(f"fault {rule.fault}: ${misfit}")
         self._given += 1
         name = f"given-{self._given}"
         if isinstance(rule, ProcessRule):

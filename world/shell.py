@@ -123,7 +123,7 @@ class _Life:
         self._transport = FaultyTransport(
             transport, conditions, self._keys, WORLD, lambda fault: self._note(self._world.now_s, fault)
         )
-        self._mischief = Mischief(request.plan, request.seed)
+        self._mischief = Mischief(request.plan, request.seed, robots=request.scenario.fleet.robots)
         self._recorder = recorder
         self._mission = request.scenario.mission()
         self._started_wall_s = self._over_wall_s = time.monotonic()

@@ -8,8 +8,7 @@ from msgspec import Meta, Struct, field
 from msgspec.structs import force_setattr, replace
 
 from protocol.errors import UsageError
-from protocol.faults.rules import Delay, Drop, Duplicate, Name, ProcessRule, Rule
-from protocol.keys import robot_number
+from protocol.faults.rules import Delay, Drop, Duplicate, Name, Rule
 from protocol.reading import read, understand
 
 PLANS = Path(__file__).parents[2] / "launch" / "faults"
@@ -65,20 +64,6 @@ def load(name_or_path: str) -> Plan:
             )
         path = known[name_or_path]
     return understand(read(path, name_or_path), Plan, name_or_path)
-
-
-def check_fits(plan: Plan, *, robots: int) -> None:
-    """Refuse a plan that strikes robots which the fleet does not have.
-
-    Raises:
-        UsageError: it names one.
-    """
-    for rule in plan.rules:
-        number = robot_number(rule.target) if isinstance(rule, ProcessRule) else None
-        if number is not None and number > robots:
-            raise UsageError(
-                f"fault plan {plan.name}: {rule.name} strikes r{number}, there are {robots} robots"
-            )
 
 
 def schema() -> dict[str, Any]:

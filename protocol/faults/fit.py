@@ -1,0 +1,76 @@
+"""Whether a fault plan can be meant for a fleet: it names only who is there and what they say. Pure."""
+
+from collections.abc import Iterator, Sequence
+
+from protocol.errors import UsageError
+from protocol.faults.plan import Plan
+from protocol.faults.rules import MessageKind, MessageRule, Partition, ProcessRule, Rule
+from protocol.keys import WORLD, robot_name, robot_number
+
+ROBOTS, ASKERS = "robots", "robots, whose name is not told"
+
+WAYS: dict[MessageKind, tuple[str, str]] = {
+    "ahead": (ROBOTS, ROBOTS),
+    "ask": (ASKERS, WORLD),
+    "beacon": (ROBOTS, ROBOTS),
+    "behind": (ROBOTS, ROBOTS),
+    "drive": (ROBOTS, WORLD),
+    "log": (ROBOTS, WORLD),
+    "logged": (WORLD, ROBOTS),
+    "mission": (WORLD, ROBOTS),
+    "muster": (ROBOTS, ROBOTS),
+    "odometry": (WORLD, ROBOTS),
+    "plea": (ROBOTS, ROBOTS),
+    "scan": (WORLD, ROBOTS),
+    "scan_query": (ROBOTS, WORLD),
+}
+"""Who says each kind of message, and who hears it."""
+
+
+def check_fits(plan: Plan, *, robots: int) -> None:
+    """Refuse a plan that names robots which the fleet does not have, or messages that nobody there sends.
+
+    Raises:
+        UsageError: in one line the plan, the field's path, what it must be, and what it is.
+    """
+    for place, rule in enumerate(plan.rules):
+        for misfit in misfits(rule, robots=robots):
+            raise UsageError(f"fault plan {plan.name}: $.rule[{place}]{misfit}")
+
+
+def misfits(rule: Rule, *, robots: int) -> Iterator[str]:
+    """What in a rule does not fit a fleet: the field's path in the rule, what it must be, and what it is."""
+    for path, name in _names(rule):
+        number = robot_number(name)
+        if number is not None and number > robots:
+            yield f"{path}: must be a robot of the fleet, r1 to {robot_name(robots)}, got {name}"
+    if isinstance(rule, ProcessRule) and rule.robots > robots:
+        yield f".robots: must be <= {robots}, the fleet's, got {rule.robots}"
+    if isinstance(rule, MessageRule) and rule.kinds and not any(_may_go(rule, kind) for kind in rule.kinds):
+        said = (f"{kind}, which goes from {WAYS[kind][0]} to {WAYS[kind][1]}" for kind in rule.kinds)
+        yield f".kind: must be what one of `from` says and one of `to` hears, got {'; '.join(said)}"
+
+
+def _names(rule: Rule) -> Iterator[tuple[str, str]]:
+    """The processes that a rule names, each with its field's path."""
+    if isinstance(rule, ProcessRule):
+        yield ".target", rule.target
+        return
+    lists = {"from": rule.sender, "to": rule.receiver}
+    if isinstance(rule, Partition):
+        lists |= {"group": rule.group, "others": rule.others}
+    for field, names in lists.items():
+        yield from ((f".{field}[{place}]", name) for place, name in enumerate(names))
+
+
+def _may_go(rule: MessageRule, kind: MessageKind) -> bool:
+    """Whether a kind of message may go from one of those that the rule names to another."""
+    sender, receiver = WAYS[kind]
+    return _may_be(sender, rule.sender) and _may_be(receiver, rule.receiver)
+
+
+def _may_be(who: str, named: Sequence[str]) -> bool:
+    """Whether one of those named, or anybody where nobody is, may be at this end of a kind of message."""
+    if not named:
+        return True
+    return who != ASKERS and any((name == WORLD) == (who == WORLD) for name in named)
