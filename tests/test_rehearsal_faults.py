@@ -245,7 +245,7 @@ def test_a_plan_that_cannot_be_rehearsed_is_refused_and_leaves_nothing(tmp_path:
     plan.write_text('name = "far"\n[[rule]]\nfault = "kill"\ntarget = "r9"\n', encoding="utf-8")
     said = clew("rehearse", path, "--faults", plan, "--out", tmp_path / "run")
     assert (said.exit_code, said.stdout) == (2, "")
-    assert "kill-1 strikes r9, there are 5 robots" in said.stderr
+    assert "$.rule[0].target: must be a robot of the fleet, r1 to r5, got r9" in said.stderr
     assert not (tmp_path / "run").exists()
 
 
