@@ -20,6 +20,7 @@ from lab.oracle_verb import oracle
 from lab.rehearse_verb import rehearse
 from lab.replay_verb import replay
 from lab.shrink_verb import shrink_verb
+from lab.view_verb import view
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import schema as faults_schema
@@ -56,7 +57,7 @@ def schema(what: str) -> None:
     click.echo(json.dumps(said, indent=2))
 
 
-for _verb in (rehearse, campaign, chaos, field, bench, log, fault, replay, shrink_verb, oracle):
+for _verb in (rehearse, campaign, chaos, field, bench, log, fault, replay, shrink_verb, oracle, view):
     main.add_command(_verb)
 for _verb in (healing, loss):
     bench.add_command(_verb)
