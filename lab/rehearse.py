@@ -44,7 +44,7 @@ def rehearse(
     rehearsal = Rehearsal(scenario, seed, plan, inputs=folder / INPUTS)
     with open_events(folder) as file, _asked_to_end() as asked:
         _save_plan(plan, folder)
-        recorder = Recorder(file, _header(scenario, seed))
+        recorder = Recorder(file, _header(scenario, plan, seed))
         lives: Counter[str] = Counter()
         try:
             for _ in rehearsal.ticks():
@@ -97,9 +97,9 @@ def _record(
             say(sentence)
 
 
-def _header(scenario: Scenario, seed: int) -> Header:
+def _header(scenario: Scenario, plan: Plan, seed: int) -> Header:
     run = f"rehearsal-{scenario.fingerprint()[:FINGERPRINT_LENGTH]}-{seed}"
-    return header_of(scenario, run=run, seed=seed, speed=None, started_at=EPOCH, hlc=f"0/{WORLD}")
+    return header_of(scenario, plan, run=run, seed=seed, speed=None, started_at=EPOCH, hlc=f"0/{WORLD}")
 
 
 @contextmanager

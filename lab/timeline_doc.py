@@ -17,7 +17,9 @@ in `protocol/timeline/` by `python -m lab.timeline_doc`; a test keeps the two th
 
 The first line is the header, kind `run.started`: `schema` (`clew-timeline/1`), `run`, `seed`, `scenario`
 (whole, so that the log can be judged by itself), `scenario_hash`, `speed` (null: as fast as the robots
-answer), `started_at`, `versions`. Every line has these fields and then those of its kind:
+answer), `started_at`, `versions`, `faults` (the fault plan, whole, as docs/faults.md has it; null: none; of
+what was asked for by hand the entries `fault.injected` tell). Every line has these fields and then those of
+its kind:
 
 | field | type | meaning |
 |---|---|---|

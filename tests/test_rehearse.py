@@ -8,11 +8,14 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from lab import timeline
 from lab.check import check
 from lab.report import read_verdict
+from protocol.faults.plan import Plan
+from protocol.faults.plan import load as load_plan
 from tests.campaigns import clew, closed, scene
 from tests.fleets import END_S_MAX, ROOT
 from world.lines import Line
@@ -49,6 +52,15 @@ def test_a_seed_decides_the_timeline_to_the_byte_whatever_the_order_of_hashes(tm
     assert first == second
     clew("rehearse", path, "--seed", "8", "--out", tmp_path / "other")
     assert (tmp_path / "other" / "events.jsonl").read_bytes() != first
+
+
+def test_the_header_holds_the_fault_plan_or_null(tmp_path: Path) -> None:
+    field = scene(tmp_path / "posts.json")
+    clew("rehearse", field, "-n", "1", "--out", tmp_path / "none")
+    clew("rehearse", field, "-n", "1", "--faults", "loss-50", "--out", tmp_path / "lossy")
+    none, lossy = (timeline.read(tmp_path / name).header.faults for name in ("none", "lossy"))
+    assert none is None
+    assert msgspec.convert(lossy, Plan) == load_plan("loss-50")
 
 
 def test_the_folder_is_that_of_a_live_run(tmp_path: Path) -> None:

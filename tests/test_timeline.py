@@ -173,3 +173,11 @@ def test_a_choice_takes_exactly_what_it_names(choice: Choice, chosen: list[int])
 def test_header_line_says_its_kind(tmp_path: Path) -> None:
     first = (recorded(tmp_path / "run", []) / "events.jsonl").read_bytes().splitlines()[0]
     assert json.loads(first)["kind"] == "run.started"
+
+
+def test_a_log_that_is_older_than_fault_plans_in_headers_is_read(tmp_path: Path) -> None:
+    run = recorded(tmp_path / "run", lines_of())
+    first, *rest = (run / "events.jsonl").read_bytes().splitlines(keepends=True)
+    old = {name: value for name, value in json.loads(first).items() if name != "faults"}
+    (run / "events.jsonl").write_bytes(json.dumps(old).encode() + b"\n" + b"".join(rest))
+    assert (timeline.read(run).header.faults, list(timeline.read(run).lines)) == (None, lines_of())

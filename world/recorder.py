@@ -45,6 +45,8 @@ class Header(Struct, frozen=True, kw_only=True, tag_field="kind", tag="run.start
     scenario: dict[str, Any]
     scenario_hash: str
     versions: dict[str, str]
+    faults: dict[str, Any] | None = None
+    """The fault plan; None: there was none, or the log is older than this field."""
 
 
 class Recorder:

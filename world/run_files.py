@@ -6,6 +6,7 @@ from pathlib import Path
 
 import msgspec
 
+from protocol.faults.plan import Plan
 from world.recorder import Header, RecordingFailedError
 from world.scenario import Scenario
 from world.verdict import VERDICT_FILE, Verdict
@@ -14,7 +15,7 @@ VERSIONS_OF = {"zenoh": "eclipse-zenoh", "clew": "clew"}  # by the names of thei
 
 
 def header_of(
-    scenario: Scenario, *, run: str, seed: int, speed: float | None, started_at: str, hlc: str
+    scenario: Scenario, plan: Plan, *, run: str, seed: int, speed: float | None, started_at: str, hlc: str
 ) -> Header:
     """The first line of a run's timeline."""
     return Header(
@@ -29,6 +30,7 @@ def header_of(
             "python": platform.python_version(),
             **{name: _version(distribution) for name, distribution in VERSIONS_OF.items()},
         },
+        faults=msgspec.to_builtins(plan) if plan.rules else None,
     )
 
 

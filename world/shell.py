@@ -105,6 +105,7 @@ async def _run(request: Request) -> Verdict:
 def _header(request: Request, transport: Transport) -> Header:
     return header_of(
         request.scenario,
+        request.plan,
         run=request.session.run,
         seed=request.seed,
         speed=request.speed,
