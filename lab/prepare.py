@@ -102,6 +102,7 @@ def prepare(request: Request, private: Path) -> list[str]:
         assignment("robots", str(robots)),
         assignment("own_routers", str(request.routers if request.connect is None else 0)),
         assignment("as_json", str(int(request.as_json))),
+        assignment("view", str(int(request.view))),
         assignment("run_folder", str(folder)),
         assignment("made_folders", [str(path) for path in made]),
         assignment("latest", "" if request.out else str(LATEST)),

@@ -27,6 +27,7 @@ class Request:
     faults: str | None
     out: Path | None
     as_json: bool
+    view: bool
     routers: int
     connect: str | None
     listen: str | None
@@ -81,6 +82,9 @@ def parse(arguments: Sequence[str]) -> Request:
     )
     parser.add_argument(
         "--json", action="store_true", dest="as_json", help="print verdict.json and nothing else"
+    )
+    parser.add_argument(
+        "--view", action="store_true", help="serve the run's page, live, on loopback, while the run goes on"
     )
     router = parser.add_mutually_exclusive_group()
     router.add_argument(

@@ -8,6 +8,7 @@
 # Rule 4: nothing stays behind but the run's folder. If this script is killed itself, its end of the
 #         lifeline closes, which every part takes for a request to go.
 # Rule 5: what a fault plan does to the world or to a router comes by a pipe, a line each: `kill world`.
+# Rule 6: a viewer (--view) only reads what the world writes. What becomes of it is nothing to the run; it ends with it.
 set -uo pipefail
 # Parts are started with redirections, which fail where a caller has closed these.
 for descriptor in 0 1 2; do
@@ -57,6 +58,11 @@ start_world() {
     local files=(--session "$private/world.json" --out "$run_folder")
     start world "$python" -m world "${world_options[@]}" "${files[@]}" --lifeline "$@" >&2
     world=$started
+}
+
+# Its address goes to stderr; it takes what time the fleet leaves.
+start_viewer() {
+    start viewer nice "$python" -m lab.cli view --live "$run_folder" --lifeline >&2
 }
 
 # forget PID: it has ended, so that what is called so next is another's.
@@ -174,6 +180,7 @@ watch_parts() {
         forget "$who"
         case $name in
         world) mourn_world "$code" ;;
+        viewer) clew_say "the viewer $(how "$code"); the run goes on" ;;
         router-*) mourn_router "${name#router-}" "$code" ;;
         *) ((code == 0)) || give_up "the $name $(how "$code") before the world" ;;
         esac
@@ -243,7 +250,7 @@ base=${TMPDIR:-/tmp}
 private=$(mktemp -d "$base/clew.XXXXXX") || clew_refuse "no folder for the run's sockets can be made in $base"
 # A Ctrl-C reaches this child too; it has nothing to say to it.
 settings=$(trap "" INT && "$python" -m lab.prepare "$private" "$@") || exit "${asked:-$?}"
-eval "$settings" # robots, own_routers, world_options, robot_options, run_folder, made_folders, latest, as_json
+eval "$settings" # robots, own_routers, world_options, robot_options, run_folder, made_folders, latest, as_json, view
 trap 'end 130 INT' INT
 trap 'end 143' TERM
 trap 'end 129' HUP
@@ -264,6 +271,7 @@ for ((number = 1; number <= own_routers; ++number)); do
     await_router "$started"
 done
 start_world
+((view)) && start_viewer
 start host "$python" -m agents --robots "1-$robots" "${robot_options[@]}" --sessions "$private" --lifeline >&2
 if [[ -n $latest ]]; then
     ln -s "$(basename "$run_folder")" "$latest.$$" 2>/dev/null && mv -Tf "$latest.$$" "$latest"

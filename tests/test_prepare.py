@@ -81,6 +81,7 @@ def test_help_goes_to_stdout_and_names_every_option(capsys: pytest.CaptureFixtur
         "--speed",
         "--out",
         "--json",
+        "--view",
         "--connect",
         "--listen",
     ):
@@ -135,6 +136,7 @@ def test_good_request_makes_the_folder_and_says_all_that_bash_needs(
     assert value["robots"] == "5"
     assert value["own_routers"] == "1"
     assert value["as_json"] == "1"
+    assert value["view"] == "0"
     assert value["latest"] == "''"
     assert shlex.split(value["run_folder"]) == ["it's/here"]
     assert (somewhere_else / "it's" / "here").is_dir()

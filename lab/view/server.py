@@ -23,7 +23,7 @@ from protocol.exit_codes import ExitCode
 HOST = "127.0.0.1"
 ASK_S = 10.0  # for a request to be whole
 PATIENCE_S = 30.0
-LAST_WORD_S = 0.3  # for the last messages; the launcher waits 0.4 s for whom it has asked to end
+LAST_WORD_S = 0.2  # for the last messages; the launcher waits 0.4 s for whom it has asked to end
 PAGES_MAX = 64  # at once; a browser opens six at most
 PIECE_BYTES = 65_536
 
