@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 from agents.driver import LATE_ORDERS
 from lab.sometimes_names import Sometimes
+from lab.tokens import LEASE_S
 from protocol.faults.plan import Plan
 from protocol.faults.rules import ROUTER, Partition
 from protocol.keys import WORLD, robot_number
@@ -21,7 +22,6 @@ from protocol.timeline import (
     OrderAccepted,
     OrderRefused,
     Record,
-    RobotReturned,
     StrandFormed,
 )
 from world.arena import ODOMETRY_TICKS, TICK_S
@@ -37,7 +37,8 @@ class _Robot:
 
     called: frozenset[int] = frozenset()
     """The members of the call that it is bound to."""
-    returned_s: float = -SOON_S
+    back_s: float | None = None
+    """When its token came back that a cut from the router had taken."""
     still_s: float = 0.0
     """When its clock stood still last, and for how many odometries."""
     missed: int = 0
@@ -45,6 +46,7 @@ class _Robot:
     """The number of the newest order that its body has taken."""
     former: int = 0
     """Orders of up to this number are a former life's."""
+    killed_s: float | None = None
     started_s: float | None = None
     has_spoken: bool = True
     """Whether an order of its newest life has come."""
@@ -76,8 +78,6 @@ class Adversary:
                 self._hear_order(body, number, t_s, refused=False)
             case OrderRefused(robot=body, number=number):
                 self._hear_order(body, number, t_s, refused=True)
-            case RobotReturned(robot=body):
-                self._of(body).returned_s = t_s
             case FaultInjected() if robot is not None:
                 self._hear_loss(robot, t_s, record)
             case MusterCalled(epoch=epoch, members=members):
@@ -94,10 +94,15 @@ class Adversary:
 
     def _join(self, robot: int, members: frozenset[int]) -> None:
         """Rule 1."""
-        before = self._of(robot).called
-        others = [self._of(other).called for other in members - before if before]
-        if any(called and robot not in called for called in others):
+        before, others = self._of(robot).called, {each: self._of(each).called for each in self._robots}
+        if any(robot not in others[each] for each in members - before if before and others.get(each)):
             self.count(Sometimes.TWO_CALLS_MET)
+        if any(
+            called and robot not in called and each in called
+            for each, called in others.items()
+            if each not in members
+        ):
+            self.count(Sometimes.TWO_CALLS)
         self._of(robot).called = members
 
     def _strike(self, t_s: float, fault: str, process: str) -> None:
@@ -110,15 +115,20 @@ class Adversary:
             life = self._of(robot)
             life.former, life.started_s, life.has_spoken = life.ordered + LATE_ORDERS, t_s, False
             life.called = frozenset()
+            died_s = [self._of(other).killed_s for other in self._neighbours(robot)]
+            if any(at_s is not None and at_s >= (life.killed_s or 0.0) for at_s in died_s):
+                self.count(Sometimes.KILLED_BESIDE_RESTARTED)
+            life.killed_s = None
 
     def _kill(self, robot: int, t_s: float) -> None:
         if self._world_is_down:
             self.count(Sometimes.KILLED_UNSEEN)
-        beside = [self._of(other) for other in self._neighbours(robot)]
-        if any(each.lags(t_s) for each in beside):
+        if any(each.lags(t_s) for other, each in self._robots.items() if other != robot):
             self.count(Sometimes.LAGGED_AT_DEATH)
-        if any(each.started_s is not None and t_s - each.started_s <= JUST_S for each in beside):
+        started_s = [self._of(other).started_s for other in self._neighbours(robot)]
+        if any(at_s is not None and t_s - at_s <= JUST_S for at_s in started_s):
             self.count(Sometimes.KILLED_BESIDE_RESTARTED)
+        self._of(robot).killed_s = t_s
         self._of(robot).called = frozenset()
 
     def _neighbours(self, robot: int) -> Sequence[int]:
@@ -141,16 +151,24 @@ class Adversary:
 
     def _hear_loss(self, receiver: int, t_s: float, record: FaultInjected) -> None:
         key = record.key or ""
-        if key.startswith("body/") and key.endswith("/odometry") and record.fault in {"drop", "delay"}:
-            life = self._of(receiver)
-            life.missed = life.missed + 1 if life.still_s == t_s else 1
-            life.still_s = t_s
+        if key.startswith("body/") and key.endswith("/odometry"):
+            self._miss(self._of(receiver), t_s, record)
         sender = robot_number(key.split("/")[1]) if key.startswith(("muster/", "link/")) else None
         if record.fault != "partition" or sender is None or self._is_from_router(record.rule):
             return
-        if t_s - self._of(sender).returned_s <= SOON_S:
-            self._of(sender).returned_s = -SOON_S
+        back_s = self._of(sender).back_s
+        if back_s is not None and back_s <= t_s <= back_s + SOON_S:
+            self._of(sender).back_s = None
             self.count(Sometimes.BACK_WHILE_CUT)
+
+    def _miss(self, robot: _Robot, t_s: float, record: FaultInjected) -> None:
+        if record.fault not in {"drop", "delay", "partition"}:
+            return
+        robot.missed = robot.missed + 1 if robot.still_s == t_s else 1
+        robot.still_s = t_s
+        away_s = robot.missed * ODOMETRY_PERIOD_S
+        if away_s > LEASE_S and self._is_from_router(record.rule):
+            robot.back_s = t_s + away_s
 
     def _is_from_router(self, name: str) -> bool:
         rules = [rule for rule in self.plan.rules if isinstance(rule, Partition) and rule.name == name]
