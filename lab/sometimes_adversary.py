@@ -53,7 +53,8 @@ class _Robot:
 
     def lags(self, now_s: float) -> bool:
         """Rule 2."""
-        return self.missed > 0 and self.still_s <= now_s <= self.still_s + self.missed * ODOMETRY_PERIOD_S
+        next_s = self.still_s + (self.missed + 1) * ODOMETRY_PERIOD_S
+        return self.missed > 0 and self.still_s <= now_s < next_s
 
 
 @dataclass(slots=True)

@@ -168,9 +168,9 @@ def test_a_clock_lags_for_as_long_as_there_is_odometry_that_its_robot_has_missed
         (2.0, "r1", FaultInjected(fault="drop", rule="d", key="body/r1/odometry", number=number))
         for number in (21, 22, 23)
     ]
-    assert counted(strand, *missed, (2.25, WORLD, struck("kill", "r2")))[Sometimes.LAGGED_AT_DEATH] == 1
-    assert Sometimes.LAGGED_AT_DEATH not in counted(strand, *missed, (2.4, WORLD, struck("kill", "r2")))
-    assert Sometimes.LAGGED_AT_DEATH not in counted(strand, *missed, (2.25, WORLD, struck("kill", "r1")))
+    assert counted(strand, *missed, (2.35, WORLD, struck("kill", "r2")))[Sometimes.LAGGED_AT_DEATH] == 1
+    assert Sometimes.LAGGED_AT_DEATH not in counted(strand, *missed, (2.45, WORLD, struck("kill", "r2")))
+    assert Sometimes.LAGGED_AT_DEATH not in counted(strand, *missed, (2.35, WORLD, struck("kill", "r1")))
 
 
 def test_orders_of_a_former_life_are_told_from_those_of_the_new_one_by_their_number() -> None:
