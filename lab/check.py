@@ -1,14 +1,16 @@
 """Judges a run again, from its log alone: by the rules that judged it live, and whether the log is whole."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import msgspec
 from msgspec import Struct
 
+from lab.log import Log
 from lab.timeline import Timeline
 from protocol.errors import UsageError
 from protocol.timeline import PromiseBroken
 from world.judgement import Breach, Judgement, judge
+from world.lines import Line
 from world.monitor import Promises
 from world.scenario import Scenario
 from world.verdict import finite
@@ -36,15 +38,19 @@ class Finding(Struct, frozen=True, kw_only=True):
     """What is missing from the log, cannot be read, or contradicts the rest."""
 
 
-def check(timeline: Timeline) -> Finding:
+def check(timeline: Timeline | Log) -> Finding:
     """Judge S1 to S3 and P1 to P6, and the log's own completeness.
 
     Raises:
         UsageError: the header holds no scenario that this version can judge by.
     """
     scenario = scenario_of(timeline)
-    judgement, promises = judge(scenario, timeline.lines), Promises.of(scenario)
-    flaws = (*timeline.flaws, *contradictions(timeline, scenario, judgement))
+    recorded: list[Breach] = []
+    judgement = judge(scenario, _noting(recorded, timeline.lines))
+    promises = Promises.of(scenario)
+    flaws = [*timeline.flaws, *contradictions(recorded, judgement)]
+    if scenario.fingerprint() != timeline.header.scenario_hash:
+        flaws.append("the header's scenario is not the one that was run: its hash differs")
     return Finding(
         ok=not judgement.breaches and not flaws,
         violations=sum(judgement.violations.values()),
@@ -57,29 +63,32 @@ def check(timeline: Timeline) -> Finding:
         path_m=judgement.path_m,
         ended=timeline.ended,
         breaches=judgement.breaches,
-        flaws=flaws,
+        flaws=tuple(flaws),
     )
 
 
-def contradictions(timeline: Timeline, scenario: Scenario, judgement: Judgement) -> Iterator[str]:
-    """What the log says of itself that is not so."""
-    if scenario.fingerprint() != timeline.header.scenario_hash:
-        yield "the header's scenario is not the one that was run: its hash differs"
+def _noting(broken: list[Breach], lines: Iterable[Line]) -> Iterator[Line]:
+    """The same lines; what they record as broken is noted on the way, since a long log is read only once."""
+    for source, entry in lines:
+        if isinstance(entry.record, PromiseBroken):
+            broken.append(Breach(t_s=entry.t_s, broken=entry.record))
+        yield source, entry
+
+
+def contradictions(recorded: Iterable[Breach], judgement: Judgement) -> Iterator[str]:
+    """What the log says was broken and is not found so again."""
     found = {_who(breach.broken) for breach in judgement.breaches}
-    for _, entry in timeline.lines:
-        match entry.record:
-            case PromiseBroken() as broken if _who(broken) not in found:
-                who = f"{broken.invariant}, robot {broken.robot}"
-                yield f"{who}: recorded as broken at t={entry.t_s} s, and not found again"
-            case _:
-                pass
+    for breach in recorded:
+        if _who(breach.broken) not in found:
+            who = f"{breach.broken.invariant}, robot {breach.broken.robot}"
+            yield f"{who}: recorded as broken at t={breach.t_s} s, and not found again"
 
 
 def _who(broken: PromiseBroken) -> tuple[str, int, int | None]:
     return broken.invariant, broken.robot, broken.other
 
 
-def scenario_of(timeline: Timeline) -> Scenario:
+def scenario_of(timeline: Timeline | Log) -> Scenario:
     """The scenario that was run, whole, as the header has it.
 
     Raises:

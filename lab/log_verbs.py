@@ -9,11 +9,11 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from lab import timeline
 from lab.check import check, sentences
+from lab.log import Log
 from lab.options import AS_JSON
 from lab.summary import Judged, Summary, summarise
-from lab.timeline import Choice, Timeline
+from lab.timeline import Choice
 from protocol.timeline import Entry
 from world.recorder import line
 
@@ -30,7 +30,7 @@ def log() -> None:
 @AS_JSON
 def info(run: Path, *, as_json: bool) -> None:
     """Summarise a timeline: what was run, how it ended, how many entries of which kind."""
-    summary = summarise(timeline.read(run), run)
+    summary = summarise(Log(run), run)
     if as_json:
         click.echo(msgspec.json.encode(summary).decode())
     else:
@@ -48,7 +48,7 @@ def info(run: Path, *, as_json: bool) -> None:
 @AS_JSON
 def cat(run: Path, *, as_json: bool, **choice: tuple[str, ...] | float | None) -> None:
     """Print the entries of a timeline, all or those chosen, one a line."""
-    read = timeline.read(run)
+    read = Log(run)
     chosen = msgspec.convert(choice, Choice)
     for source, entry in read.lines:
         if chosen.takes(source, entry):
@@ -62,7 +62,7 @@ def cat(run: Path, *, as_json: bool, **choice: tuple[str, ...] | float | None) -
 @click.pass_context
 def check_log(ctx: click.Context, run: Path, *, as_json: bool) -> None:
     """Judge S1 clearance, S2 separation, S3 authority and P1 to P6 again, from the log alone."""
-    finding = check(timeline.read(run))
+    finding = check(Log(run))
     if as_json:
         click.echo(msgspec.json.encode(finding).decode())
     else:
@@ -102,6 +102,6 @@ def _judged(verdict: Judged | None) -> str:
     return f"{'OK' if verdict.ok else 'FAILED'}: {verdict.reason}"
 
 
-def _warn(read: Timeline) -> None:
+def _warn(read: Log) -> None:
     for flaw in read.flaws:
         click.echo(f"not complete: {flaw}", err=True)

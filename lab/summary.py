@@ -7,6 +7,7 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
+from lab.log import Log
 from lab.report import read_verdict
 from lab.timeline import Timeline, kind_of
 from world.recorder import EVENTS_FILE
@@ -40,12 +41,15 @@ class Summary(Struct, frozen=True, kw_only=True):
     flaws: tuple[str, ...]
 
 
-def summarise(read: Timeline, run: Path) -> Summary:
+def summarise(read: Timeline | Log, run: Path) -> Summary:
     """The summary of a timeline that was read from this folder, or from its `events.jsonl`."""
     header = read.header
     verdict, flaws = _verdict(run)
-    kinds = Counter(kind_of(entry.record) for _, entry in read.lines)
-    sources = Counter(source for source, _ in read.lines)
+    kinds, sources, sim_s = Counter[str](), Counter[str](), 0.0
+    for source, entry in read.lines:
+        kinds[kind_of(entry.record)] += 1
+        sources[source] += 1
+        sim_s = max(sim_s, entry.t_s)
     return Summary(
         run=header.run,
         scenario=header.scenario.get("name"),
@@ -54,10 +58,10 @@ def summarise(read: Timeline, run: Path) -> Summary:
         seed=header.seed,
         scenario_hash=header.scenario_hash,
         versions=header.versions,
-        sim_s=max((entry.t_s for _, entry in read.lines), default=0.0),
+        sim_s=sim_s,
         ended=read.ended,
         verdict=verdict,
-        entries=len(read.lines),
+        entries=kinds.total(),
         sources=dict(sorted(sources.items())),
         kinds=dict(sorted(kinds.items())),
         flaws=(*read.flaws, *flaws),

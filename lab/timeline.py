@@ -1,28 +1,20 @@
-"""Reads the timeline of a run: `events.jsonl`, a header and then one entry a line.
+"""Reads the timeline of a run, `events.jsonl`: whole into memory, or entry by entry."""
 
-Rule 1: whatever can be read is read; what cannot is a flaw, with its line, and never an exception.
-Rule 2: a log is complete when no source's numbers have a hole and the world has ended the run itself. A robot
-        that was started again begins with `robot.started`, counts from 1, and does not know the time yet.
-"""
-
-from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-import msgspec
-
-from protocol.errors import UsageError
+from lab.log import Log
 from protocol.keys import robot_name
-from protocol.timeline import Entry, Record, RobotStarted, RunEnded
-from world.lines import Line, read_line
-from world.recorder import EVENTS_FILE, SCHEMA, Header
+from protocol.timeline import Entry, Record, RunEnded
+from world.lines import Line
+from world.recorder import Header
 
 
 @dataclass(frozen=True, slots=True)
 class Timeline:
-    """A log as read: entries in the recorder's order, and what is wrong with the file."""
+    """A log in memory: entries in the recorder's order, and what is wrong with the file."""
 
     header: Header
     lines: tuple[Line, ...]
@@ -61,66 +53,22 @@ class Choice:
 
 
 def read(run: Path) -> Timeline:
-    """The timeline of a run, given its folder or its `events.jsonl`.
+    """The timeline of a run in memory, given its folder or its `events.jsonl`; `Log` needs none.
 
     Raises:
         UsageError: there is no such run, or its first line is no header of ours.
     """
-    path = run / EVENTS_FILE if run.is_dir() else run
-    try:
-        first, *rest = path.read_bytes().split(b"\n")
-    except OSError as error:
-        raise UsageError(f"no run in {run}: {path.name}: {error.strerror}") from error
-    try:
-        header = msgspec.json.decode(first, type=Header)
-    except (msgspec.MsgspecError, ValueError) as error:
-        raise UsageError(f"{path}: the first line is no header of a run: {error}") from error
-    if header.schema != SCHEMA:
-        raise UsageError(f"{path}: its schema is {header.schema!r}, this program reads {SCHEMA!r}")
-    lines, flaws = parse(rest)
-    return Timeline(header, tuple(lines), (*flaws, *incompleteness(lines)))
+    log = Log(run)
+    return Timeline(log.header, tuple(log.lines), log.flaws)
 
 
-def parse(rest: list[bytes]) -> tuple[list[Line], list[str]]:
-    """The lines behind the header, and the flaws among them; what follows the last newline counts as torn."""
-    lines: list[Line] = []
-    flaws: list[str] = []
-    for number, text in enumerate(rest, start=2):
-        if number == len(rest) + 1:
-            if text:
-                flaws.append(f"line {number} is torn: dropped")
-            break
-        try:
-            lines.append(read_line(text))
-        except (msgspec.MsgspecError, ValueError) as error:
-            flaws.append(f"line {number} cannot be read: {error}")
-    return lines, flaws
+def entries(run: Path) -> Iterator[Line]:
+    """The entries of a run one by one, given its folder or its `events.jsonl`; the unreadable are left out.
 
-
-def incompleteness(lines: Iterable[Line]) -> Iterator[str]:
-    """What the numbers say is missing or too much, source by source."""
-    numbers: defaultdict[tuple[str, int], Counter[int]] = defaultdict(Counter)
-    lives: Counter[str] = Counter()
-    began: dict[str, Entry] = {}
-    last: dict[str, Entry] = {}
-    ended = False
-    for source, entry in lines:
-        if entry.n == 1 and isinstance(entry.record, RobotStarted) and began.get(source) != entry:
-            lives[source] += 1
-            began[source] = last[source] = entry
-        numbers[source, lives[source]][entry.n] += 1
-        before = last.setdefault(source, entry)
-        if entry.n < before.n or entry.t_s < before.t_s:
-            yield f"{source}: entry {entry.n} of t={entry.t_s} s stands behind {before.n} of t={before.t_s} s"
-        last[source] = entry
-        ended = ended or isinstance(entry.record, RunEnded)
-    for (source, _), seen in sorted(numbers.items()):
-        if holes := [n for n in range(1, max(seen) + 1) if n not in seen]:
-            yield f"{source}: {len(holes)} of {max(seen)} entries are missing, the first is number {holes[0]}"
-        if twice := [n for n, times in seen.items() if times > 1]:
-            yield f"{source}: entry number {twice[0]} stands in the log more than once"
-    if not ended:
-        yield "no run.ended: the world did not live to end the run"
+    Raises:
+        UsageError: there is no such run, or its first line is no header of ours.
+    """
+    return Log(run).lines
 
 
 def kind_of(record: Record) -> str:

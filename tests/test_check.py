@@ -5,6 +5,7 @@ import pytest
 
 from lab import timeline
 from lab.check import Finding, check, sentences
+from lab.completeness import Completeness
 from protocol.errors import UsageError
 from protocol.timeline import PoseSampled, PromiseBroken, Record
 from tests.logs import AT_REST, numbered, recorded
@@ -64,5 +65,7 @@ def test_log_that_records_a_broken_promise_which_its_poses_do_not_show_is_not_go
 
 def test_log_with_two_lines_of_one_source_swapped_is_not_good(tmp_path: Path) -> None:
     read = timeline.read(recorded(tmp_path / "run", numbered(AT_REST)))
-    swapped = [read.lines[1], read.lines[0], *read.lines[2:]]
-    assert [flaw for flaw in timeline.incompleteness(swapped) if "stands behind" in flaw]
+    completeness = Completeness()
+    for source, entry in (read.lines[1], read.lines[0], *read.lines[2:]):
+        completeness.hear(source, entry)
+    assert [flaw for flaw in completeness.flaws() if "stands behind" in flaw]

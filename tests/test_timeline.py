@@ -3,12 +3,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from lab import timeline
 from lab.timeline import Choice
-from protocol.errors import UsageError
 from protocol.frames import Point
 from protocol.timeline import (
     AuthorityGranted,
@@ -67,23 +64,6 @@ def test_torn_last_line_is_dropped_and_said(tmp_path: Path) -> None:
     assert read.flaws == ("line 7 is torn: dropped",)
 
 
-@given(keep=st.floats(0.0, 1.0))
-def test_a_log_cut_anywhere_reads_as_the_lines_before_the_cut(keep: float) -> None:
-    texts = [line(source, entry) for source, entry in lines_of()]
-    whole = b"".join(texts)
-    cut = whole[: round(keep * len(whole))]
-    lines, flaws = timeline.parse(cut.split(b"\n"))
-    assert lines == lines_of()[: cut.count(b"\n")]
-    assert len(flaws) == (not cut.endswith(b"\n") and cut != b"")
-
-
-@given(st.lists(st.binary(max_size=40).map(lambda text: text.replace(b"\n", b"")), max_size=5))
-def test_no_garbage_raises(garbage: list[bytes]) -> None:
-    lines, flaws = timeline.parse([*garbage, b""])
-    assert lines == []
-    assert len(flaws) == len(garbage)
-
-
 def test_hole_in_a_source_is_a_flaw(tmp_path: Path) -> None:
     texts = [line(source, entry) for source, entry in lines_of()]
     read = timeline.read(rewritten(tmp_path / "run", [texts[0], *texts[2:]]))
@@ -111,40 +91,9 @@ def test_a_robot_that_was_started_again_counts_from_one_and_a_hole_in_either_lif
     assert short.flaws == ("r1: 1 of 3 entries are missing, the first is number 2",)
 
 
-def test_unknown_kind_is_a_flaw_and_the_rest_is_read(tmp_path: Path) -> None:
-    texts = [line(source, entry) for source, entry in lines_of()]
-    texts[0] = texts[0].replace(b"robot.started", b"robot.sneezed")
-    read = timeline.read(rewritten(tmp_path / "run", texts))
-    assert list(read.lines) == lines_of()[1:]
-    assert "line 2 cannot be read" in read.flaws[0]
-    assert "robot.sneezed" in read.flaws[0]
-
-
 def test_log_that_the_world_did_not_end_is_not_complete(tmp_path: Path) -> None:
     read = timeline.read(recorded(tmp_path / "run", lines_of()[:-1]))
     assert read.flaws == ("no run.ended: the world did not live to end the run",)
-
-
-@pytest.mark.parametrize(
-    "content", [b"", b"hello\n", b'{"kind":"run.started"}\n', b'{"t_s":1.0}\n', b"\xff\xfe\n"]
-)
-def test_a_file_that_is_no_log_is_refused(tmp_path: Path, content: bytes) -> None:
-    path = tmp_path / "events.jsonl"
-    path.write_bytes(content)
-    with pytest.raises(UsageError, match="the first line is no header of a run"):
-        timeline.read(path)
-
-
-def test_another_schema_is_refused_by_name(tmp_path: Path) -> None:
-    path = recorded(tmp_path / "run", lines_of()) / "events.jsonl"
-    path.write_bytes(path.read_bytes().replace(b"clew-timeline/1", b"clew-timeline/9", 1))
-    with pytest.raises(UsageError, match="clew-timeline/9"):
-        timeline.read(path)
-
-
-def test_folder_without_a_run_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match=r"no run in .*events\.jsonl"):
-        timeline.read(tmp_path)
 
 
 EVERYTHING = Choice()

@@ -1,0 +1,148 @@
+"""A run's log, line by line.
+
+Rule 1: whatever can be read is read; what cannot is a flaw, with its line, and never an exception.
+Rule 2: a log is complete when no source's numbers have a hole and the world has ended the run itself.
+Rule 3: a log of another schema is read as far as this program knows its kinds and their fields.
+"""
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+from io import BufferedReader
+from pathlib import Path
+from typing import get_args
+
+import msgspec
+from msgspec import Struct
+
+from lab.completeness import Completeness, Told
+from protocol.errors import UsageError
+from protocol.timeline import Record, RunEnded
+from world.lines import Line, Stamp, read_line
+from world.recorder import EVENTS_FILE, SCHEMA, Header
+
+LINE_BYTES_MAX = 1 << 25  # 32 MiB
+"""Far more than any real entry has: a line without an end must not fill the memory."""
+UNREADABLE = (msgspec.MsgspecError, ValueError, RecursionError)
+"""What decoding raises: at a wrong field, at bytes that are no UTF-8, at brackets in brackets in brackets."""
+KINDS = frozenset(each.__struct_config__.tag for each in get_args(Record))
+"""All kinds that this program knows."""
+
+
+class Log:
+    """A log that is read line by line, anew each time: a million entries take no memory.
+
+    `flaws` and `ended` say what `Timeline`'s do, once the lines have been gone through to the end.
+    """
+
+    def __init__(self, run: Path) -> None:
+        self.path = run / EVENTS_FILE if run.is_dir() else run
+        with self._open() as file:
+            self.header = read_header(file.readline(LINE_BYTES_MAX), self.path)
+        self.flaws: tuple[str, ...] = ()
+        self.ended: str | None = None
+
+    @property
+    def lines(self) -> Iterator[Line]:
+        """The entries that can be read, with their sources, in the recorder's order."""
+        findings = _Findings(self.header)
+        with self._open() as file:
+            file.readline(LINE_BYTES_MAX)
+            for number, text in enumerate(_texts(file), start=2):
+                try:
+                    source, entry = read_line(text if text[-1:] == b"\n" else b"")
+                except UNREADABLE as error:
+                    findings.misread(number, text, error)
+                else:
+                    findings.completeness.hear(source, entry)
+                    if isinstance(entry.record, RunEnded) and findings.ended is None:
+                        findings.ended = entry.record.reason
+                    yield source, entry
+        self.flaws, self.ended = tuple(findings.flaws()), findings.ended
+
+    def _open(self) -> BufferedReader:
+        try:
+            return self.path.open("rb")
+        except OSError as error:
+            raise UsageError(f"no run in {self.path.parent}: {self.path.name}: {error.strerror}") from error
+
+
+class _Named(Struct, frozen=True):
+    kind: str
+
+
+class _Versioned(Struct, frozen=True):
+    schema: str
+
+
+class _Findings:
+    """What is found wrong with a log while it is read."""
+
+    def __init__(self, header: Header) -> None:
+        self._header = header
+        self._misread = Told()
+        self._unknown: Counter[str] = Counter()
+        self.completeness = Completeness()
+        self.ended: str | None = None
+
+    def misread(self, number: int, text: bytes, error: Exception) -> None:
+        """A line is no entry that this program knows; its number in its source may still be read."""
+        if not text.endswith(b"\n"):
+            torn = len(text) < LINE_BYTES_MAX
+            why = "is torn: dropped" if torn else f"is longer than {LINE_BYTES_MAX} bytes: dropped"
+            self._misread.add(f"line {number} {why}")
+            return
+        try:
+            stamp, kind = msgspec.json.decode(text, type=Stamp), msgspec.json.decode(text, type=_Named).kind
+        except UNREADABLE:
+            self._misread.add(f"line {number} cannot be read: {error}")
+            return
+        self.completeness.number(stamp.source, stamp.n, stamp.t_s)
+        if kind in KINDS:
+            self._misread.add(f"line {number} cannot be read: {error}")
+        else:
+            self._unknown[kind] += 1
+
+    def flaws(self) -> Iterator[str]:
+        """All of it, in sentences."""
+        if self._header.schema != SCHEMA:
+            yield f"{_other(self._header.schema)}: only what both know can be shown"
+        yield from self._misread
+        unknown = Told()
+        for kind, count in self._unknown.items():
+            unknown.add(f"{count} entries of a kind that this program does not know: {kind!r}")
+        yield from unknown
+        yield from self.completeness.flaws()
+        if self.ended is None:
+            yield "no run.ended: the world did not live to end the run"
+
+
+def read_header(text: bytes, path: Path) -> Header:
+    """The header in the first line of this file; it may be of another version of our schema.
+
+    Raises:
+        UsageError: it is none of ours.
+    """
+    schema = SCHEMA
+    try:
+        schema = msgspec.json.decode(text, type=_Versioned).schema
+        header = msgspec.json.decode(text, type=Header)
+    except UNREADABLE as error:
+        if schema == SCHEMA:
+            raise UsageError(f"{path}: the first line is no header of a run: {error}") from error
+        raise UsageError(f"{path}: {_other(schema)}, and its header cannot be read: {error}") from error
+    if not re.fullmatch(r"clew-timeline/\d+", schema):
+        raise UsageError(f"{path}: {_other(schema)}")
+    return header
+
+
+def _other(schema: str) -> str:
+    return f"its schema is {schema!r}, this program reads {SCHEMA!r}"
+
+
+def _texts(file: BufferedReader) -> Iterator[bytes]:
+    """The rest of a file line by line; of a line that is too long, only as much as says so."""
+    while text := file.readline(LINE_BYTES_MAX):
+        yield text
+        while len(text) == LINE_BYTES_MAX and not text.endswith(b"\n"):
+            text = file.readline(LINE_BYTES_MAX)
