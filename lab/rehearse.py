@@ -77,7 +77,7 @@ def verdict_on(rehearsal: Rehearsal, seed: int, *, started_at: str, wall_s: floa
 
 
 def _save_plan(plan: Plan, folder: Path) -> None:
-    """Keep what went wrong with the run: `clew shrink` cuts it down."""
+    """Keep what went wrong with the run, as a file that `--faults` takes."""
     if plan.rules:
         path = folder / FAULTS_FILE
         try:

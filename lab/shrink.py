@@ -1,81 +1,22 @@
-"""Cuts the fault plan of a failing run down to the least that still fails in the same way.
+"""Cuts the fault plan of a failing run down to the least that still fails in the same way (`lab.failures`).
 
-Rule 1: in the same way means: the same invariant is broken first, or the same exception is raised, or the run
-        ends in the same way, or fails to heal. What else is different does not matter.
-Rule 2: rules keep their names, and so their draws: less of a plan is a part of what it did.
-Rule 3: rules go first, in halves and then one by one; then windows and counts; then robots; and again, until
-        nothing can go.
+Rule 1: rules keep their names, and so their draws: less of a plan is a part of what it did.
+Rule 2: rules go first, in halves and then one by one; then windows and counts; then robots, with their names
+        in rules; and again, until nothing can go.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from msgspec.structs import replace
 
-from lab.campaign_episode import OutOfTimeError, wall_clock_limit
-from lab.liveness import unlively
-from lab.rehearsal import Rehearsal
-from lab.rehearse import EPOCH, verdict_on
-from protocol.errors import UsageError
+from lab.failures import Case
 from protocol.faults.plan import Plan
-from protocol.faults.rules import Burst, MessageRule, Rule
-from protocol.timeline import RobotFailed
-from world.scenario import Scenario
+from protocol.faults.rules import Burst, MessageRule, Partition, Rule
+from protocol.keys import robot_name
 
 WINDOW_S_MIN = 0.2  # two odometries: narrower windows tell nobody more
 HALVES_MAX = 12
-WALL_S_MAX = 60.0  # for an episode of a third of a second: then it counts as one that has no end
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Case:
-    """A run that fails, or part of one."""
-
-    scenario: Scenario
-    seed: int
-    plan: Plan
-    quiet_s: float | None = None
-    """When the fleet has to be able to heal; None: it is not asked to."""
-    outside: frozenset[int] = frozenset()
-
-
-@dataclass(frozen=True, slots=True)
-class Failure:
-    """In which way a run failed, and what it said of it."""
-
-    way: str
-    reason: str
-
-
-def failure_of(case: Case) -> Failure | None:
-    """Rehearse the case; returns how it fails, or None where it does not."""
-    try:
-        with wall_clock_limit(WALL_S_MAX):
-            rehearsal = Rehearsal(case.scenario, case.seed, case.plan).run()
-    except OutOfTimeError:
-        return Failure("has no end", f"it was not over after {WALL_S_MAX:g} s")
-    except UsageError:
-        return None  # there is no such run
-    except Exception as error:
-        return Failure(f"raises {type(error).__name__}", str(error))
-    return _failure(case, rehearsal)
-
-
-def _failure(case: Case, rehearsal: Rehearsal) -> Failure | None:
-    verdict = verdict_on(rehearsal, case.seed, started_at=EPOCH, wall_s=0.0)
-    records = (entry.record for _, entry in rehearsal.entries)
-    failed = next((each.reason for each in records if isinstance(each, RobotFailed)), None)
-    if failed is not None:
-        return Failure(f"raises {failed.partition(':')[0]}", failed)
-    judgement = rehearsal.world.judgement
-    assert judgement is not None, "the rehearsal has ended"
-    if judgement.breaches:
-        return Failure(f"breaks {judgement.breaches[0].broken.invariant}", verdict.reason)
-    if case.quiet_s is not None:
-        said = unlively(rehearsal.world, rehearsal.entries, quiet_s=case.quiet_s, outside=case.outside)
-        return None if said is None else Failure("does not heal or arrive", said)
-    return None if verdict.ok else Failure(f"ends: {rehearsal.world.ending}", verdict.reason)
 
 
 def shrink(case: Case, fails: Callable[[Case], bool]) -> Case:
@@ -128,11 +69,28 @@ def _with_smaller_rules(case: Case, fails: Callable[[Case], bool]) -> Case:
 def _with_fewer_robots(case: Case, fails: Callable[[Case], bool]) -> Case:
     while (robots := case.scenario.fleet.robots) > 1:
         fleet = replace(case.scenario.fleet, robots=robots - 1)
-        smaller = _changed(case, scenario=replace(case.scenario, fleet=fleet))
+        plan = _without(case.plan, robot_name(robots))
+        smaller = _changed(case, scenario=replace(case.scenario, fleet=fleet), plan=plan)
         if not fails(smaller):
             break
         case = smaller
     return case
+
+
+def _without(plan: Plan, robot: str) -> Plan:
+    """The plan for a fleet that does not have this robot; a rule for messages that named no other goes."""
+    rules: list[Rule] = []
+    for rule in plan.rules:
+        names = (
+            ("sender", "receiver", "group", "others")
+            if isinstance(rule, Partition)
+            else ("sender", "receiver")
+        )
+        lists = {name: getattr(rule, name) for name in names} if isinstance(rule, MessageRule) else {}
+        left = {name: tuple(each for each in lists[name] if each != robot) for name in lists}
+        if all(left[name] or not lists[name] for name in lists):
+            rules.append(replace(rule, **left))
+    return replace(plan, rules=tuple(rules))
 
 
 def _smaller(rule: Rule, time_s_max: float) -> Iterator[Rule]:

@@ -4,10 +4,11 @@ from pathlib import Path
 import pytest
 
 from agents.calls import Calls
+from lab.failures import Case, failure_of
 from lab.plan_text import plan_text
-from lab.shrink import Case, failure_of, shrink
+from lab.shrink import shrink
 from protocol.faults.plan import Plan, load
-from protocol.faults.rules import Burst, Corrupt, Delay, Drop, Duplicate, Kill, Reorder, Rule, Slow
+from protocol.faults.rules import Burst, Corrupt, Delay, Drop, Duplicate, Kill, Partition, Reorder, Rule, Slow
 from tests.campaigns import clew, scene
 from world.scenario import load as load_scenario
 
@@ -84,3 +85,50 @@ def test_a_run_that_does_not_fail_or_has_no_plan_is_not_shrunk(tmp_path: Path) -
     clew("rehearse", field, "-n", "2", "--faults", tmp_path / "mild.toml", "--out", tmp_path / "good")
     assert clew("shrink", tmp_path / "good").exit_code == 1
     assert clew("shrink", tmp_path / "nowhere").exit_code == 2
+
+
+@pytest.fixture
+def failed(tmp_path: Path, planted: None) -> Path:
+    """A run that fails of the planted bug; there are rules in its plan that have nothing to do with it."""
+    assert planted is None
+    plan = Plan(name="some", rules=(HARMLESS[0], KILL))
+    (tmp_path / "some.toml").write_text(plan_text(plan), encoding="utf-8")
+    run, field = tmp_path / "run", scene(tmp_path / "small.json")
+    clew("rehearse", field, "-n", "2", "--faults", tmp_path / "some.toml", "--out", run)
+    return run
+
+
+def test_a_run_that_now_fails_otherwise_is_not_shrunk_and_both_ways_are_said(
+    failed: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def call(*_: object) -> tuple[int, tuple[int, ...]]:
+        raise KeyError("another")
+
+    monkeypatch.setattr(Calls, "call", call)
+    shrunk = clew("shrink", failed)
+    assert (shrunk.exit_code, shrunk.stdout) == (1, "")
+    assert "planted" in shrunk.stderr
+    assert "rehearsed again it fails in another way: " in shrunk.stderr
+    assert "another" in shrunk.stderr
+    assert not (failed / "shrunk").exists()
+
+
+def test_what_was_shrunk_before_stays(failed: Path) -> None:
+    assert [clew("shrink", failed).exit_code for _ in range(2)] == [0, 0]
+    assert sorted(path.name for path in failed.glob("shrunk*")) == ["shrunk", "shrunk-2"]
+    again = clew("shrink", failed, "--out", failed / "shrunk")
+    assert again.exit_code == 2
+    assert "it is not empty" in again.stderr
+
+
+def test_a_fleet_with_fewer_robots_has_a_plan_without_their_names(tmp_path: Path) -> None:
+    rules = (Drop(sender=("r1", "r3"), receiver=("r3", "r2")), Partition(group=("r3",), others=("r1",)))
+    least = shrink(case(tmp_path, Plan(name="named", rules=rules)), lambda other: _named(other) == ["drop-1"])
+    (rule,) = least.plan.rules
+    assert isinstance(rule, Drop)
+    assert (rule.sender, rule.receiver, least.scenario.fleet.robots) == (("r1",), ("r2",), 2)
+
+
+def _named(case: Case) -> list[str | None]:
+    """The rules that a robot less does not take with it."""
+    return [rule.name for rule in case.plan.rules if isinstance(rule, Drop)]
