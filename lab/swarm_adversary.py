@@ -5,6 +5,7 @@ Rule 2: each class is a schedule that once had bodies move under two calls, unde
         over a body that nobody saw, with every length and every robot drawn anew.
 """
 
+import math
 from typing import TypedDict
 
 from lab.dice import Dice
@@ -13,6 +14,8 @@ from protocol.faults.rules import ROUTER, Delay, Drop, Freeze, Kill, MessageKind
 from protocol.keys import WORLD
 
 EARLY_S = (0.2, 4.0)  # while robots line up for the first time, and give their first orders
+LATEST_S = 12.0  # most fleets are under way by then
+ROOM_S = 5.0  # for a token to go and come back, and for who saw that to call
 TOKEN_GONE_S = (1.05, 7.0)  # the router's lease of a token is 1 s: who is cut off for less keeps it
 
 
@@ -25,11 +28,13 @@ def torn(dice: Dice, window: Window) -> list[Rule]:
     """A robot is cut from the others; their tokens, or its own, go and come back: two calls may be lawful."""
     moment_s = _moment_s(dice, window)
     one, *others = _shuffled(dice, window)
-    since_s = _before_s(moment_s, dice.between(0.0, 3.0))
-    cut = Partition(group=(one,), others=tuple(others), from_s=since_s, until_s=window.ends_s(since_s, dice))
-    tokens = tuple(others) if dice.chance(0.7) else tuple(others[: dice.whole(1, len(others))])
-    gone = (one,) if dice.chance(0.2) else tokens
     gone_s = dice.scale(*TOKEN_GONE_S)
+    since_s = _before_s(moment_s, dice.between(0.0, 3.0))
+    # Long enough for what is left to be called without it, and to drive: or for as long as may be.
+    lasts_s = dice.pick((math.inf, moment_s - since_s + gone_s + dice.scale(1.0, 15.0)))
+    cut = Partition(group=(one,), others=tuple(others), **_within(window, since_s, lasts_s))
+    gone = tuple(others) if dice.chance(0.7) else tuple(others[: dice.whole(1, len(others))])
+    gone = (one,) if dice.chance(0.2) else gone
     if dice.chance(0.6):
         return [cut, Partition(group=gone, others=(ROUTER,), **_within(window, moment_s, gone_s))]
     period_s = round(gone_s + dice.scale(0.5, 6.0), 3)
@@ -113,7 +118,10 @@ def blind_start(dice: Dice, window: Window) -> list[Rule]:
 
 
 def _moment_s(dice: Dice, window: Window) -> float:
-    return dice.between(*window.begins_s)
+    """Not so late that what follows has no time, nor that fleets have arrived."""
+    low_s, high_s = window.begins_s
+    closes_s = math.inf if window.until_s is None else window.until_s
+    return dice.between(low_s, min(high_s, max(low_s + SOON_S, closes_s - ROOM_S), LATEST_S))
 
 
 def _before_s(moment_s: float, by_s: float) -> float:
@@ -122,8 +130,8 @@ def _before_s(moment_s: float, by_s: float) -> float:
 
 def _within(window: Window, from_s: float, lasts_s: float) -> _From:
     """From then on for so long, or until the window closes."""
-    end_s = round(from_s + lasts_s, 3)
-    return {"from_s": from_s, "until_s": end_s if window.until_s is None else min(end_s, window.until_s)}
+    end_s = min(round(from_s + lasts_s, 3), math.inf if window.until_s is None else window.until_s)
+    return {"from_s": from_s, "until_s": None if math.isinf(end_s) else end_s}
 
 
 def _shuffled(dice: Dice, window: Window) -> list[str]:
