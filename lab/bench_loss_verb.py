@@ -21,8 +21,8 @@ from lab.bench_loss import (
     table,
 )
 from lab.faults_doc import DOCUMENT
+from lab.figures.extra import need_matplotlib
 from lab.live import run_fleet
-from lab.loss_chart import chart
 from lab.options import AS_JSON
 from lab.plan_text import FAULTS_FILE, plan_text
 from lab.report import read_verdict
@@ -64,6 +64,8 @@ def loss(
     1 otherwise.
     """
     known = load(scenario)
+    if write:
+        need_matplotlib()  # said before the fleets cross, not after
     points: list[LossPoint] = []
     for reach in Reach:
         for rate in RATES:
@@ -78,11 +80,18 @@ def loss(
             click.echo(f"{reach}, {rate:g}: {_times(point.rehearsed)}; live {_times(point.live)}", err=True)
     said = _said(known, points, runs=runs, speed=speed)
     if write:
-        FIGURE.write_text(chart(points, f"{known.fleet.robots} robots, {known.name}"), encoding="utf-8")
+        _draw(points, f"{known.fleet.robots} robots, {known.name}")
         DOCUMENT.write_text(page_with(DOCUMENT.read_text(encoding="utf-8"), said), encoding="utf-8")
     click.echo(msgspec.json.format(msgspec.json.encode(points)).decode() if as_json else said)
     broken = sum(each.violations for point in points for each in (*point.rehearsed, *point.live))
     ctx.exit(ExitCode.OK if broken == 0 and slowdown(points) <= BOUND else ExitCode.FAILED)
+
+
+def _draw(points: list[LossPoint], title: str) -> None:
+    from lab.figures.loss import loss_chart  # noqa: PLC0415 - nobody else is to wait for matplotlib
+    from lab.figures.style import render  # noqa: PLC0415 - for the same reason
+
+    FIGURE.write_bytes(render(loss_chart(points, title), ("svg",))["svg"])
 
 
 def _live(scenario: str, known: Scenario, plan: Plan, seed: int, speed: float) -> Crossing:

@@ -15,6 +15,7 @@ from lab.campaign_verb import campaign
 from lab.chaos_verb import chaos
 from lab.fault_verb import fault
 from lab.field_verb import field
+from lab.figures.verb import figures
 from lab.log_verbs import log
 from lab.oracle_verb import oracle
 from lab.rehearse_verb import rehearse
@@ -57,7 +58,20 @@ def schema(what: str) -> None:
     click.echo(json.dumps(said, indent=2))
 
 
-for _verb in (rehearse, campaign, chaos, field, bench, log, fault, replay, shrink_verb, oracle, view):
+for _verb in (
+    rehearse,
+    campaign,
+    chaos,
+    field,
+    bench,
+    log,
+    fault,
+    replay,
+    shrink_verb,
+    oracle,
+    view,
+    figures,
+):
     main.add_command(_verb)
 for _verb in (healing, loss):
     bench.add_command(_verb)

@@ -24,7 +24,8 @@ from lab.bench_loss import (
     worst_s,
 )
 from lab.faults_doc import DOCUMENT
-from lab.loss_chart import chart
+from lab.figures.loss import loss_chart
+from lab.figures.style import render
 from protocol.faults.plan import NO_FAULTS
 from tests.campaigns import clew
 from world.scenario import load
@@ -91,11 +92,10 @@ def test_the_page_of_the_project_has_the_marks_and_the_figure() -> None:
 
 
 def test_the_figure_is_the_same_to_the_byte_and_what_never_arrived_is_a_hole() -> None:
-    pytest.importorskip("matplotlib")
-    drawn = chart(MEASURED, "five robots")
-    assert drawn == chart(MEASURED, "five robots")
-    assert "five robots" in drawn
-    assert "nan" not in drawn
+    drawn = render(loss_chart(MEASURED, "five robots"), ("svg",))["svg"]
+    assert drawn == render(loss_chart(MEASURED, "five robots"), ("svg",))["svg"]
+    assert b"five robots" in drawn
+    assert b"nan" not in drawn
 
 
 def test_a_rehearsal_that_loses_a_tenth_arrives_a_little_later_and_one_that_loses_all_never() -> None:

@@ -1,0 +1,156 @@
+"""The course of a run, as its figures draw it: where everybody was, and what the leader planned where. Pure.
+
+Rule 1: positions, clearances and recoveries come from what judges the run; nothing is measured a second way.
+Rule 2: a run that is cut off has a course as far as it goes.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lab.check import scenario_of
+from lab.timeline import Timeline
+from protocol.arrays import Floats
+from protocol.frames import Point
+from protocol.keys import WORLD, robot_number
+from protocol.timeline import Entry, OrderAccepted, RouteLost, StepFinished, StepPlanned, StrandFormed
+from world.authority import Evidence
+from world.judgement import intervals
+from world.recovery import Recovery
+from world.scenario import Scenario
+from world.tally import Tally
+
+
+@dataclass(frozen=True, slots=True)
+class Stand:
+    """The leader at a switching position [world frame]."""
+
+    t_s: float
+    robot: int
+    place: Point
+
+
+@dataclass(frozen=True, slots=True)
+class Planned:
+    """A switching step that the leader planned."""
+
+    t_s: float
+    robot: int
+    plan: StepPlanned
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Course:
+    """What is drawn of a run. Robot k is column k - 1; between two instants everybody moved straight."""
+
+    scenario: Scenario
+    times_s: Floats
+    """`(k,)`, increasing; empty where the bodies were never placed."""
+    places_m: Floats
+    """`(k, n, 2)` [world frame]."""
+    clearance_m: Floats
+    """`(k, n)`: of each hull since the instant before, to the nearest obstacle that never moves."""
+    stands: tuple[Stand, ...]
+    """The switching positions, as in Table I: the start, and the end of each step."""
+    plans: tuple[Planned, ...]
+    orders: tuple[tuple[float, tuple[int, ...]], ...]
+    """From when on which strand, leader first."""
+    route_lost: tuple[tuple[float, int], ...]
+    """When which leader found no way on; the first ended the run."""
+    recovery: Recovery
+    restarted: frozenset[int]
+    """Robots in whose place a new process was started."""
+
+    @property
+    def robots(self) -> range:
+        """The numbers of the robots."""
+        return range(1, self.scenario.fleet.robots + 1)
+
+    @property
+    def dead(self) -> dict[int, float]:
+        """Robots that died and never came back, and when."""
+        gone = (death for death in self.recovery.deaths if death.returned_s is None)
+        return {death.robot: death.cause_s for death in gone if death.robot not in self.restarted}
+
+    @property
+    def last(self) -> list[tuple[float, int]]:
+        """The end, and who led then; nothing where the bodies were never placed."""
+        end_s = float(self.times_s.max(initial=0.0))
+        return [(end_s, next(iter(self.order_at(end_s)), 0))] if len(self.times_s) else []
+
+    def order_at(self, t_s: float) -> tuple[int, ...]:
+        """The newest strand by then, leader first; nobody before the first has formed."""
+        return next((order for from_s, order in reversed(self.orders) if from_s <= t_s), ())
+
+    def places_at_m(self, t_s: float) -> Floats:
+        """Where everybody is, `(n, 2)` [world frame]."""
+        flat = self.places_m.reshape(len(self.times_s), -1)
+        return np.array([np.interp(t_s, self.times_s, column) for column in flat.T]).reshape(-1, 2)
+
+
+def course_of(read: Timeline) -> Course:
+    """The course of the run that a timeline tells of.
+
+    Raises:
+        UsageError: the header's scenario is none, or of another version.
+    """
+    scenario = scenario_of(read)
+    evidence, tally = Evidence(), Tally()
+    stands: list[Stand] = []
+    lost: list[tuple[float, int]] = []
+    for source, entry in read.lines:
+        evidence.hear(source, entry)
+        tally.hear(source, entry)
+        if (stand := _stand(source, entry, is_first=not stands)) is not None:
+            stands.append(stand)
+        if isinstance(entry.record, RouteLost) and (robot := robot_number(source)) is not None:
+            lost.append((entry.t_s, robot))
+    strands = _strands(read)
+    moves = list(intervals(evidence, scenario.ground, scenario.fleet.robots))
+    shape = (len(moves), scenario.fleet.robots)
+    clear_m = np.array([clear_m for *_, clear_m in moves]).reshape(shape)
+    return Course(
+        scenario=scenario,
+        times_s=np.array([t_s for t_s, *_ in moves]),
+        places_m=np.array([ends_m for _, _, ends_m, _ in moves]).reshape(*shape, 2),
+        clearance_m=clear_m - scenario.fleet.robot_radius_m,
+        stands=tuple(stands),
+        plans=_plans(read, {epoch: order[0] for epoch, (_, order) in strands.items()}),
+        orders=tuple(sorted(strands.values())),
+        route_lost=tuple(lost),
+        recovery=Recovery(tally.recovery),
+        restarted=frozenset(tally.restarted),
+    )
+
+
+def _stand(source: str, entry: Entry, *, is_first: bool) -> Stand | None:
+    """The switching position that an entry tells of, as `Tally` has them, with who and when."""
+    if source != WORLD:
+        return None
+    match entry.record:
+        case OrderAccepted(step=1) as begun if is_first:
+            return Stand(entry.t_s, begun.robot, Point(x_m=begun.x_m, y_m=begun.y_m))
+        case StepFinished() as step:
+            return Stand(entry.t_s, step.robot, Point(x_m=step.x_m, y_m=step.y_m))
+        case _:
+            return None
+
+
+def _strands(read: Timeline) -> dict[int, tuple[float, tuple[int, ...]]]:
+    """By epoch: when the first robot took its place, and the order, leader first."""
+    strands: dict[int, tuple[float, tuple[int, ...]]] = {}
+    for _, entry in read.lines:
+        if isinstance(entry.record, StrandFormed):
+            strands.setdefault(entry.record.epoch, (entry.t_s, entry.record.order))
+    return strands
+
+
+def _plans(read: Timeline, leaders: dict[int, int]) -> tuple[Planned, ...]:
+    """Of those who led; a robot that joins plans, too, and leads nobody."""
+    return tuple(
+        Planned(entry.t_s, robot, entry.record)
+        for source, entry in read.lines
+        if isinstance(entry.record, StepPlanned)
+        and (robot := robot_number(source)) is not None
+        and leaders.get(entry.record.epoch) == robot
+    )

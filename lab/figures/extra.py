@@ -1,0 +1,15 @@
+"""Whether matplotlib is there, which figures need and nothing else does."""
+
+from protocol.errors import UsageError
+
+
+def need_matplotlib() -> None:
+    """Come back if figures can be drawn; called before any module that draws is imported.
+
+    Raises:
+        UsageError: matplotlib is not installed; it names the extra.
+    """
+    try:
+        import matplotlib as mpl  # noqa: F401, PLC0415 - whether it is there; nobody else waits a second for it
+    except ImportError as error:
+        raise UsageError("figures need matplotlib, the extra `plot`: pip install '.[plot]'") from error
