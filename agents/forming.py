@@ -7,6 +7,7 @@ from agents.strand import Places, Strand
 from protocol.frames import Point, Pose
 from protocol.mission import Mission
 from protocol.path import Path, straightened
+from protocol.timeline import StrandFormed
 
 
 def lined_up(
@@ -50,3 +51,20 @@ def lined_up(
     if driven:
         strand.own_leg_m = at.own_m
     return strand
+
+
+def as_record(strand: Strand, *, sensed: bool, bent: bool) -> StrandFormed:
+    """What the timeline tells of a strand that has formed.
+
+    Args:
+        strand: as this robot has it.
+        sensed: whether it took a scan for the order.
+        bent: whether to tell the corners of the path that there is.
+    """
+    return StrandFormed(
+        epoch=strand.epoch,
+        sensed=sensed,
+        order=strand.order,
+        path_length_m=strand.path.end_m,
+        laid=tuple(Point(x_m=each.x_m, y_m=each.y_m) for each in strand.path) if bent else (),
+    )

@@ -10,11 +10,11 @@ import numpy as np
 
 from agents.announcer import Announcer
 from agents.commands import Command, Note
+from agents.muster import is_order
 from protocol.messages import Turn
 from protocol.mission import Mission
 from protocol.timeline import RouteLost
 
-ORDERS_MAX = 2  # besides the first: each takes as long as all turns of it
 MAKES_WAY_S = 5.0  # a process that is started again is there after two
 COMES_BACK_S = 15.0  # who is left out, and stands in the way
 
@@ -51,6 +51,9 @@ class Giving:
             if theirs is None or theirs.ended < given.number:
                 return []
             self._blocked.add(given.robot)
+        if roster.trial_failed:
+            self.wants_another_order = True
+            return []
         number = 1 if newest is None else newest.number + 1
         waiting = [robot for robot in announcer.others if robot not in strand]
         free = [robot for robot in waiting if robot not in self._blocked]
@@ -68,7 +71,7 @@ class Giving:
         Who is left out may stand in the way, and come back: it is waited for before anybody leaves a place.
         """
         announcer = self._announcer
-        roster, said = announcer.roster, announcer.said
+        roster = announcer.roster
         self.stuck_at_s = now_s if self.stuck_at_s is None else self.stuck_at_s
         if len(roster.members) < self._mission.robots:
             patience_s = COMES_BACK_S if self._gave_up else MAKES_WAY_S
@@ -81,7 +84,7 @@ class Giving:
             else:
                 announcer.say(gives=Turn(number=number, robot=announcer.robot))
             return []
-        if said.attempt < min(ORDERS_MAX, len(roster.members) - 1):
+        if is_order(roster.next_attempt, len(roster.members)):
             self.wants_another_order = True
             return []
         self._lost = True

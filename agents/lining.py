@@ -42,7 +42,7 @@ class Lining:
         epoch: int = 0,
         members: tuple[int, ...] = (),
         shunned: Set[int] = frozenset(),
-        berth: Berth | None = None,
+        berths: tuple[Berth, ...] = (),
         attempt: int = 0,
     ) -> None:
         self.epoch = epoch
@@ -64,7 +64,7 @@ class Lining:
         self.attempt = attempt
         """How many orders of these members have been tried in vain."""
         self._heard_at_s: dict[int, float] = {}
-        self._berth = berth
+        self._berths = berths
         self._leg_is_driven = False
         self._turn_state: tuple[Turn, float] | None = None
         self._turn_state_s = now_s
@@ -101,14 +101,19 @@ class Lining:
         return self._giving.wants_another_order
 
     @property
+    def next_attempt(self) -> int:
+        """The number of the order that is tried after this one."""
+        return self._roster.next_attempt
+
+    @property
     def legs(self) -> Legs:
         """Corners of the ways to the robots ahead, by robot."""
         return self._roster.legs
 
     @property
-    def berth(self) -> Berth | None:
-        """Its place in the strand that it was in last, if it has not left it."""
-        return None if self._taking.has_moved else self._berth
+    def berths(self) -> tuple[Berth, ...]:
+        """Its places in the strands that it was in last, newest first, if it has not left them."""
+        return () if self._taking.has_moved else self._berths
 
     @property
     def leg_is_driven(self) -> bool:
@@ -192,9 +197,9 @@ class Lining:
         announcer, pose = self._announcer, driver.odometry.pose
         if not announcer.has_spoken and not driver.standing:
             return []
-        if not announcer.has_spoken and self._berth is not None:
+        if not announcer.has_spoken:
             # At once: the order may depend on both.
-            announcer.say(pose=pose, former=self._berth.former(pose))
+            announcer.say(pose=pose, formers=tuple(berth.former(pose) for berth in self._berths))
         if announcer.own_turn is None:
             announcer.say(pose=pose)
         if announcer.said.members:
@@ -240,12 +245,12 @@ class Lining:
     def _former_leg(self, order: tuple[int, ...]) -> tuple[Point, ...] | None:
         """Corners of the way that the robot ahead has driven, where both still stand on it."""
         ahead = order[order.index(self._robot) - 1]
-        own, theirs = self._announcer.said.former, self._roster.heard[ahead].former
-        if self._berth is None or not self._roster.stays_behind(self._robot, ahead):
+        stay = self._roster.stay(self._robot, ahead)
+        if stay is None:
             return None
-        assert own is not None, "asked just now"
-        assert theirs is not None, "asked just now"
-        return self._berth.leg(own.progress_m, theirs.progress_m)
+        own, theirs = stay
+        berth = next(berth for berth in self._berths if berth.epoch == own.epoch)
+        return berth.leg(own.progress_m, theirs.progress_m)
 
     # --- rules 4 and 5 -------------------------------------------------------------------------------
 

@@ -66,7 +66,19 @@ class Member:
         memory: Memory,
         *,
         free_at_s: float = 0.0,
+        other_orders: bool = False,
     ) -> None:
+        """Take a place in a strand.
+
+        Args:
+            mission: what all robots are told.
+            driver: the robot's own.
+            senses: likewise.
+            strand: where its place is.
+            memory: what outlives a strand.
+            free_at_s: when whoever was left out must stand.
+            other_orders: whether there are some to try where this one's leader knows no way on.
+        """
         self._mission = mission
         self._driver = driver
         self._senses = senses
@@ -78,11 +90,15 @@ class Member:
         self._step: StepPlanned | None = None
         self._revolutions = mission.revolutions
         self._turns = 0
+        self._out_at_m = 0.0
         self._gives_up = False
         self._plans_again_s = 0.0
         self._stuck_at_s = np.inf
         self._held = self._arrived = self._lost = False
         self._free_at_s = free_at_s
+        self._other_orders = other_orders
+        self.wants_another_order = False
+        """Whether it leads and knows no way on, and another robot might."""
         self._heals = is_called(strand.epoch)
 
     def hear(self, heard: LinkHeard, now_s: float) -> list[Command]:
@@ -191,6 +207,11 @@ class Member:
         return [Note(StrandDissolved(epoch=strand.epoch, blocked=blocked))]
 
     @property
+    def leaves_dead_end(self) -> bool:
+        """Whether it leads a strand that has turned round, whose tail is still where the others were."""
+        return self.strand.grants.tail_m < self._out_at_m and self._stuck_at_s == np.inf
+
+    @property
     def dissolves(self) -> bool:
         """Whether this robot only waits for the next lining up."""
         return self.strand.dissolution is not None
@@ -215,6 +236,7 @@ class Member:
         )
         self._memory.take(old.reversal.seen)
         self._held, self._turns = False, old.reversal.turns
+        self._out_at_m = self.strand.laid_m
         driver.begin(self.strand.start_m)
         formed = StrandFormed(
             epoch=self.strand.epoch,
@@ -292,6 +314,8 @@ class Member:
     def _carry_out(self, planned: Plan, now_s: float) -> list[Command]:
         commands: list[Command] = []
         match planned:
+            case NoStep() if self._other_orders and self._is_lost(now_s):
+                self.wants_another_order = True
             case NoStep(reason) if self._is_lost(now_s):
                 self._lost = True
                 commands = [Note(RouteLost(reason=reason))]

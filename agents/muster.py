@@ -7,7 +7,8 @@ Rule 2: with a goal, (3) may elect a robot at the far end, which would have to l
 Rule 3: from the leader on, each next place goes to the nearest robot not yet placed (section III-C),
         ties by lowest number. This is the order of the start; it stays as it is once it can be known.
         In a muster that was called, those who still stand at their places in the newest strand go first, in
-        its order. Where an order has been tried in vain, the second nearest to the goal
+        its order; but at first one is tried where those lead that stand nearer to its front than to its end,
+        if nobody has to move for it. Where orders have been tried in vain, the second nearest to the goal
         leads, then the farthest.
 Rule 4: in place are, from the front on, as many of that order as have a clear leg to the robot ahead that
         does not fold back, or still stand behind it in the strand that they were in; then those that came
@@ -18,18 +19,19 @@ Rule 5: the leader starts when all have announced the same strand.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise, takewhile
+from itertools import pairwise, product, takewhile
 
 import numpy as np
 
 from protocol.arrays import Floats, Indices, distances_to_segments, segments_apart
 from protocol.frames import Point, Pose
-from protocol.messages import Muster, Turn
+from protocol.messages import Former, Muster, Turn
 
 Places = Mapping[int, Pose]
 Legs = Mapping[int, Sequence[Point]]
 """Corners of a robot's way to the one ahead, by robot; who is not named goes straight."""
 NO_LEGS: Legs = {}
+ORDERS_MAX = 3  # each takes as long as all turns of it
 
 
 def chain(places: Places, leader: int) -> tuple[int, ...]:
@@ -42,6 +44,16 @@ def chain(places: Places, leader: int) -> tuple[int, ...]:
         order.append(nearest)
         waiting.remove(nearest)
     return tuple(order)
+
+
+def next_order(attempt: int) -> int:
+    """The number of the order that another robot leads, after this one."""
+    return max(attempt, 1) + 1
+
+
+def is_order(attempt: int, robots: int) -> bool:
+    """Whether so few robots have an order of that number."""
+    return attempt <= min(ORDERS_MAX, robots)
 
 
 def order_without_goal(places: Places, obstacle_m: Mapping[int, float]) -> tuple[int, ...]:
@@ -127,12 +139,15 @@ class Roster:
     least_m: float
     """Least distance between the centres of two robots in the strand."""
     attempt: int = 0
-    """How many orders have been tried in vain."""
+    """How many orders have been tried in vain: after the first at least two, since its trial has been."""
     heard: dict[int, Muster] = field(default_factory=dict)
     start_order: tuple[int, ...] = ()
     """Rule 3, leader first; empty until it can be known."""
     _at_start: int = 0
     """How many were in place before anybody moved; 0 until that is known."""
+    in_front: tuple[int, ...] = ()
+    """Rule 3: who leads those who have stayed, in the order that is tried at first."""
+    _stayed: tuple[int, ...] = ()
 
     def hear(self, robot: int, muster: Muster) -> bool:
         """Take in an announcement; whether it is newer than what was known."""
@@ -191,12 +206,24 @@ class Roster:
         """The legs that are not straight, of robots that have stayed where they were."""
         return {robot: muster.leg for robot, muster in self.heard.items() if muster.leg and not muster.ended}
 
-    def stays_behind(self, robot: int, ahead: int) -> bool:
-        """Whether two stand where they stood one behind the other in a strand."""
-        own, theirs = self.heard[robot].former, self.heard[ahead].former
-        if own is None or theirs is None or own.epoch != theirs.epoch:
-            return False
-        return own.rank == theirs.rank + 1 and own.progress_m <= theirs.progress_m
+    def stay(self, robot: int, ahead: int) -> tuple[Former, Former] | None:
+        """Where two stand that were one behind the other in a strand, and have not left their places."""
+        for own, theirs in product(self.heard[robot].formers, self.heard[ahead].formers):
+            near = own.epoch == theirs.epoch and own.rank == theirs.rank + 1
+            if near and own.progress_m <= theirs.progress_m:
+                return own, theirs
+        return None
+
+    @property
+    def next_attempt(self) -> int:
+        """The number of the order that is tried after this one."""
+        return 1 if self.in_front else next_order(self.attempt)
+
+    @property
+    def trial_failed(self) -> bool:
+        """Rule 3: whether somebody would have to move for the order that is tried at first."""
+        kept = len(self.in_front) + len(self._stayed)
+        return bool(self.in_front) and 0 < self._at_start < kept
 
     def _other_order(self, places: Places) -> tuple[int, ...]:
         """Rule 3, where an order has been tried in vain."""
@@ -205,24 +232,39 @@ class Roster:
             return 0.0 if self.goal is None else _apart_m(places[robot], self.goal)
 
         nearest = sorted(places, key=lambda robot: (to_goal_m(robot), robot))
-        return chain(places, nearest[1 if self.attempt == 1 else -1])  # the nearest leads as a rule
+        return chain(places, nearest[1 if self.attempt == 2 else -1])  # the nearest leads as a rule
 
     def _former_order(self, places: Places) -> tuple[int, ...]:
         """Rule 3, in a muster that was called."""
-        formers = {robot: muster.former for robot, muster in self.heard.items() if muster.former is not None}
-        newest = max((former.epoch for former in formers.values()), default=0)
-        ranked = {former.rank: robot for robot, former in formers.items() if former.epoch == newest}
+        newest = max((former.epoch for muster in self.heard.values() for former in muster.formers), default=0)
+        ranked = {
+            former.rank: robot
+            for robot, muster in self.heard.items()
+            for former in muster.formers
+            if former.epoch == newest
+        }
         if not ranked:
             return ()
-        stayed = tuple(ranked[rank] for rank in sorted(ranked))
+        self._stayed = stayed = tuple(ranked[rank] for rank in sorted(ranked))
         rest = {robot: pose for robot, pose in places.items() if robot not in stayed}
-        return stayed[:-1] + chain({**rest, stayed[-1]: places[stayed[-1]]}, stayed[-1])
+        if self.attempt == 0:
+            front = {robot: pose for robot, pose in rest.items() if self._is_in_front(pose, places)}
+            self.in_front = chain({**front, stayed[0]: places[stayed[0]]}, stayed[0])[:0:-1]
+        back = {robot: pose for robot, pose in rest.items() if robot not in self.in_front}
+        return self.in_front + stayed[:-1] + chain({**back, stayed[-1]: places[stayed[-1]]}, stayed[-1])
+
+    def _is_in_front(self, pose: Pose, places: Places) -> bool:
+        """Whether a robot stands nearer to the front of those who have stayed than to their end."""
+        first, last = places[self._stayed[0]], places[self._stayed[-1]]
+        if len(self._stayed) > 1:
+            return _apart_m(pose, first) < _apart_m(pose, last)
+        return self.goal is not None and _apart_m(pose, self.goal) < _apart_m(first, self.goal)
 
     def _compute_order(self) -> tuple[int, ...]:
         places = self.places
         if places is None:
             return ()
-        if self.attempt > 0:
+        if self.attempt > 1:
             return self._other_order(places)
         if former := self._former_order(places):
             return former
@@ -239,5 +281,7 @@ class Roster:
         clear = legs.index(False) if False in legs else len(legs)
         places = {robot: muster.pose for robot, muster in self.heard.items()}
         apart = in_place_at_start(places, self.start_order[:clear], least_m=self.least_m, legs=self.legs)
-        stay = takewhile(lambda pair: self.stays_behind(pair[1], pair[0]), pairwise(self.start_order[:clear]))
+        if self.in_front:
+            return apart
+        stay = takewhile(lambda pair: self.stay(pair[1], pair[0]), pairwise(self.start_order[:clear]))
         return max(apart, 1 + sum(1 for _ in stay))

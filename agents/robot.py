@@ -25,18 +25,28 @@ from agents.calls import ASIDE_S, RANK_S, Calls
 from agents.commands import Announce, Command, Note, Order
 from agents.driver import Driver
 from agents.events import Event, LinkHeard, MusterHeard, OdometryHeard, ScanHeard, TokenCame, TokenWent
-from agents.forming import lined_up
+from agents.forming import as_record, lined_up
 from agents.lining import Lining
 from agents.member import Member
 from agents.memory import Memory
+from agents.muster import is_order, next_order
 from agents.senses import Senses
 from agents.watch import Watch
 from protocol.epochs import is_called_since, of_one_call
-from protocol.frames import Point
 from protocol.link import Link
-from protocol.messages import AheadState, Announcement, Beacon, BehindState, Muster, Odometry, Plea
+from protocol.messages import (
+    FORMERS_MAX,
+    AheadState,
+    Announcement,
+    Beacon,
+    BehindState,
+    Muster,
+    Odometry,
+    Plea,
+)
 from protocol.mission import Mission
-from protocol.timeline import LeaderSucceeded, LinkBroken, MusterCalled, MusterJoined, StrandFormed
+from protocol.path import THERE_M
+from protocol.timeline import LeaderSucceeded, LinkBroken, MusterCalled, MusterJoined
 
 LATE_S = 5.0  # with half of all odometry lost, a robot that was there from the start has had some
 BEACON_S = 1.0  # how often a leader says that it leads, and a robot aside that it is there
@@ -59,7 +69,8 @@ class Robot:
         self._member: Member | None = None
         self._left = -1
         self._led_by: int | None = None
-        self._berth: Berth | None = None
+        self._berths: tuple[Berth, ...] = ()
+        self._attempt = 0
         self._said_at_s = -BEACON_S
 
     @property
@@ -187,7 +198,8 @@ class Robot:
         """Whether this robot leads a strand without the one that asks, or is stuck without it."""
         if self._member is not None:
             strand = self._member.strand
-            return strand.ahead is None and plea.epoch == strand.epoch and robot not in strand.order
+            leads = strand.ahead is None and plea.epoch == strand.epoch
+            return leads and robot not in strand.order and not self._member.leaves_dead_end
         lining = self._lining
         return lining is not None and lining.stuck_at_s is not None and robot not in lining.members
 
@@ -223,15 +235,20 @@ class Robot:
         if not calls.is_awake:
             return []
         if self._member is not None:
-            return self._leave_lost(self._member, now_s)
+            return self._leave_strand(self._member, now_s)
         if self._lining is not None:
-            why = calls.wants_another(self._lining, now_s)
-            if why is None and self._lining.wants_another_order:
-                attempt = self._lining.attempt + 1
-                return self._call("no way to a place behind this robot", now_s, attempt=attempt)
-            return [] if why is None else self._call(why, now_s)
+            return self._leave_lining(self._lining, now_s)
         if now_s - calls.beacon_at_s > ASIDE_S + RANK_S * self._robot and calls.is_heard(now_s):
             return self._call("nobody leads", now_s)
+        return []
+
+    def _leave_lining(self, lining: Lining, now_s: float) -> list[Command]:
+        why = self._calls.wants_another(lining, now_s)
+        if why is not None:
+            return self._call(why, now_s)
+        if lining.wants_another_order:
+            why = "no way to a place behind this robot"
+            return self._call(why, now_s, attempt=lining.next_attempt)
         return []
 
     def _look_at_links(self, now_s: float) -> list[Command]:
@@ -247,8 +264,10 @@ class Robot:
                 return commands + self._break(link, "silence", now_s)
         return commands
 
-    def _leave_lost(self, member: Member, now_s: float) -> list[Command]:
-        """Leave the strand where a neighbour's process is no more."""
+    def _leave_strand(self, member: Member, now_s: float) -> list[Command]:
+        """Leave it where a neighbour's process is no more, or where another robot may know a way on."""
+        if member.wants_another_order:
+            return self._call("this robot knows no way on", now_s, attempt=next_order(self._attempt))
         for link in member.strand.links:
             if self._calls.presence.is_lost(link.neighbour, max(link.heard_at_s, link.made_at_s), now_s):
                 return self._break(link, "token", now_s)
@@ -283,7 +302,7 @@ class Robot:
             epoch=epoch,
             members=members,
             shunned=shunned,
-            berth=self._berth,
+            berths=self._berths,
             attempt=attempt,
         )
         return [Note(MusterJoined(epoch=epoch))]
@@ -299,9 +318,11 @@ class Robot:
             strand, speed_mps = self._member.strand, self._mission.speed_mps
             progress_m = min(self._driver.progress_m, strand.path.end_m)
             rank = strand.order.index(self._robot)
-            self._berth = Berth(strand.epoch, rank, progress_m, strand.path, speed_mps)
+            berth = Berth(strand.epoch, rank, progress_m, strand.path, speed_mps)
+            stayed = progress_m <= strand.start_m + THERE_M
+            self._berths = (berth, *(self._berths if stayed else ()))[:FORMERS_MAX]
         elif self._lining is not None:
-            self._berth = self._lining.berth
+            self._berths = self._lining.berths
         self._member = None
         self._driver.begin(0.0)
         self._senses.forget()
@@ -353,18 +374,13 @@ class Robot:
             strand,
             self._memory,
             free_at_s=lining.free_at_s,
+            other_orders=lining.is_called and is_order(next_order(lining.attempt), len(order)),
         )
+        self._berths, self._attempt = lining.berths, lining.attempt
         self._lining = None
         self._driver.begin(strand.start_m)
         bent = bool(lining.legs) and order[0] == self._robot
-        formed = StrandFormed(
-            epoch=strand.epoch,
-            sensed=lining.sensed,
-            order=order,
-            path_length_m=strand.path.end_m,
-            laid=tuple(Point(x_m=each.x_m, y_m=each.y_m) for each in strand.path) if bent else (),
-        )
-        commands: list[Command] = [Note(formed)]
+        commands: list[Command] = [Note(as_record(strand, sensed=lining.sensed, bent=bent))]
         if lining.is_called and order[0] == self._robot != self._led_by:
             commands.append(Note(LeaderSucceeded(epoch=strand.epoch, before=self._led_by)))
         self._led_by = order[0]

@@ -16,6 +16,7 @@ from protocol.timeline import Entry
 
 RAYS_MAX = 7200  # of one scan: 58 kB on the wire
 REVOLUTIONS_MAX = 900  # as many as there can be, of the fewest directions
+FORMERS_MAX = 3  # as often may a strand heal before it has moved
 LEG_CORNERS_MAX = 64  # a leg with more is looked at anew
 SEEN_BYTES_MAX = 32_768  # half of what a message may be long
 Incarnation = Annotated[str, Meta(max_length=64)]  # a chunk of the key of its token
@@ -82,8 +83,8 @@ class Muster(Struct, frozen=True, kw_only=True, tag="muster"):
     """How many orders of these members have been tried in vain."""
     made_m: Length = 0.0
     """How far it has driven in this lining up: whether it makes something of its turn."""
-    former: Former | None = None
-    """Where it stands in the strand that it was in last; None where it has left that place."""
+    formers: Annotated[tuple[Former, ...], Meta(max_length=FORMERS_MAX)] = ()
+    """Where it stands in the strands that it was in last, newest first, as far as it has not left its place."""
     leg: Annotated[tuple[Point, ...], Meta(max_length=LEG_CORNERS_MAX)] = ()
     """Corners of its way to the robot ahead, from its own place on, where that is not straight."""
     hears: Lineage = ()

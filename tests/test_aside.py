@@ -3,10 +3,10 @@
 import pytest
 from msgspec.structs import replace
 
-from agents.calls import ASIDE_S
+from agents.calls import ASIDE_S, RANK_S
 from agents.commands import Announce, Command, Note, Order
 from agents.events import MusterHeard, OdometryHeard, TokenCame
-from agents.robot import LATE_S, RANK_S, Robot
+from agents.robot import LATE_S, Robot
 from protocol.epochs import called_epoch, of_one_call
 from protocol.frames import Point, Pose
 from protocol.keys import WORLD_NUMBER

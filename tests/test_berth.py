@@ -87,11 +87,13 @@ RANKS = {robot: Former(epoch=3, rank=robot - 1, progress_m=float(5 - robot)) for
 
 
 def muster(pose: Pose, former: Former | None, leg: tuple[Point, ...] = ()) -> Muster:
-    return Muster(number=1, epoch=EPOCH, pose=pose, leg_clear=True, former=former, leg=leg)
+    return Muster(
+        number=1, epoch=EPOCH, pose=pose, leg_clear=True, formers=() if former is None else (former,), leg=leg
+    )
 
 
-def roster(formers: dict[int, Former]) -> Roster:
-    made = Roster((1, 2, 3, 4), GOAL, LEAST_M)
+def roster(formers: dict[int, Former], attempt: int = 0) -> Roster:
+    made = Roster((1, 2, 3, 4), GOAL, LEAST_M, attempt)
     for robot, pose in HAIRPIN.items():
         made.hear(robot, muster(pose, formers.get(robot)))
     return made
@@ -103,12 +105,35 @@ def test_who_has_stayed_is_in_place_in_the_order_that_was_though_the_strand_fold
 
 
 def test_without_a_place_in_a_strand_a_robot_comes_after_those_that_have_one() -> None:
-    assert roster({robot: former for robot, former in RANKS.items() if robot != 2}).start_order == (
-        1,
-        3,
-        4,
-        2,
-    )
+    made = roster({robot: former for robot, former in RANKS.items() if robot != 2}, attempt=1)
+    assert made.start_order == (1, 3, 4, 2)
+
+
+BEFORE = {robot: Former(epoch=2, rank=robot - 1, progress_m=float(5 - robot)) for robot in (1, 2)}
+
+
+def test_who_stands_nearer_to_the_front_of_those_who_have_stayed_leads_them_where_nobody_has_to_move() -> (
+    None
+):
+    """Robot 1 led, was cut off, and is back; robot 2 has led two others since, and not moved."""
+    others = {2: Former(epoch=3, rank=0, progress_m=2.0), 3: Former(epoch=3, rank=1, progress_m=1.0)}
+    made = Roster((1, 2, 3), GOAL, LEAST_M)
+    for robot, x_m in {1: 2.0, 2: 1.0, 3: 0.0}.items():
+        formers = tuple(held[robot] for held in (others, BEFORE) if robot in held)
+        made.hear(robot, replace(muster(at(x_m, 0.0), None), formers=formers))
+    assert (made.in_front, made.strand, made.trial_failed) == ((1,), (1, 2, 3), False)
+    assert made.stay(2, 1) == (BEFORE[2], BEFORE[1])
+
+
+def test_where_somebody_would_have_to_move_for_that_the_order_is_the_one_that_was() -> None:
+    stayed = {2: Former(epoch=3, rank=0, progress_m=2.0), 3: Former(epoch=3, rank=1, progress_m=1.0)}
+    tried = []
+    for attempt in (0, 1):
+        made = Roster((1, 2, 3), GOAL, LEAST_M, attempt)
+        for robot, x_m in {1: 2.0, 2: 1.0, 3: 0.0}.items():
+            made.hear(robot, replace(muster(at(x_m, 0.0), stayed.get(robot)), leg_clear=robot != 2))
+        tried.append((made.start_order, made.trial_failed, made.next_attempt))
+    assert tried == [((1, 2, 3), True, 1), ((2, 3, 1), False, 2)]
 
 
 @pytest.mark.parametrize(
@@ -120,8 +145,8 @@ def test_without_a_place_in_a_strand_a_robot_comes_after_those_that_have_one() -
     ],
 )
 def test_who_did_not_stand_behind_another_in_its_strand_has_not_stayed_behind_it(other: Former) -> None:
-    assert roster(RANKS).stays_behind(2, 1)
-    assert not roster({**RANKS, 2: other}).stays_behind(2, 1)
+    assert roster(RANKS).stay(2, 1) == (RANKS[2], RANKS[1])
+    assert roster({**RANKS, 2: other}).stay(2, 1) is None
 
 
 def test_the_way_of_a_strand_leads_over_the_corners_of_its_legs() -> None:
@@ -144,7 +169,7 @@ def test_the_strand_that_forms_measures_its_path_over_the_corners_of_its_legs() 
 def lining_behind(former_ahead: Former) -> tuple[Lining, Driver]:
     """Robot 2, which stayed at 0.5 m, knows where robot 1 stands, at 3 m round the corner."""
     mission = under(Law.CERTIFIED, robots=2, robot_radius_m=0.1, goal=GOAL)
-    lining = Lining(2, mission, 0.0, epoch=EPOCH, members=(1, 2), berth=left_at(0.5))
+    lining = Lining(2, mission, 0.0, epoch=EPOCH, members=(1, 2), berths=(left_at(0.5),))
     lining.hear(1, replace(muster(at(2.0, 1.0), former_ahead), members=(1, 2)), 0.1)
     driver = Driver(speed_mps=SPEED_MPS)
     driver.hear(Odometry(t_s=0.1, pose=at(0.5, 0.0), moving=False, finished=0, phase=Phase.RUNNING))

@@ -311,7 +311,7 @@ def test_a_robot_knows_its_own_place_before_it_reckons_the_order() -> None:
     )
     others = {2: Pose(x_m=1.0, y_m=3.0, heading_rad=0.0), 3: Pose(x_m=5.5, y_m=1.0, heading_rad=0.0)}
     fleet, berth = mission(robots=3, goal=GOAL), Berth(1, 0, 1.0, path, speed_mps=0.3)
-    lining = Lining(1, fleet, 5.0, epoch=EPOCH, members=(1, 2, 3), berth=berth)
+    lining = Lining(1, fleet, 5.0, epoch=EPOCH, members=(1, 2, 3), berths=(berth,), attempt=1)
     for robot, pose in others.items():
         lining.hear(robot, says_of_call(robot, pose=pose, leg_clear=True), 5.0)
     says(lining, here, None, 5.1)

@@ -98,7 +98,7 @@ def broken(rehearsal: Rehearsal) -> list[Record]:
 )
 def test_who_dies_while_the_world_is_away_is_missed_when_it_is_back(tmp_path: Path, away: Rule) -> None:
     world = rehearsed(tmp_path, away, Kill(target="r5", from_s=2.7)).world
-    assert (world.survivors, world.ending) == ({1, 2, 3, 4}, Ending.ARRIVED)
+    assert (world.survivors, world.ending) == (frozenset({1, 2, 3, 4}), Ending.ARRIVED)
 
 
 @pytest.mark.parametrize("name", SHIPPED)
