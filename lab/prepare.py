@@ -8,11 +8,12 @@ Rule 2: every value goes to bash through `shlex.quote`.
 """
 
 import asyncio
+import os
 import secrets
 import shlex
 import socket
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -41,6 +42,15 @@ def assignment(name: str, value: str | Sequence[str]) -> str:
     if isinstance(value, str):
         return f"{name}={shlex.quote(value)}"
     return f"{name}=({' '.join(map(shlex.quote, value))})"
+
+
+def shows(request: Request, environment: Mapping[str, str], *, terminal: bool) -> str:
+    """What the user sees of the run while it goes on: a live `table`, `lines`, or `nothing`."""
+    if request.quiet:
+        return "nothing"
+    # A terminal without a name cannot move its cursor, and a CI's log is read later.
+    plain = environment.get("TERM", "dumb") == "dumb" or environment.get("CI") or request.as_json
+    return "table" if terminal and not plain else "lines"
 
 
 async def probe(session: Session) -> None:
@@ -103,6 +113,7 @@ def prepare(request: Request, private: Path) -> list[str]:
         assignment("own_routers", str(request.routers if request.connect is None else 0)),
         assignment("as_json", str(int(request.as_json))),
         assignment("view", str(int(request.view))),
+        assignment("shows", shows(request, os.environ, terminal=sys.stderr.isatty())),
         assignment("run_folder", str(folder)),
         assignment("made_folders", [str(path) for path in made]),
         assignment("latest", "" if request.out else str(LATEST)),

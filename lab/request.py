@@ -27,6 +27,7 @@ class Request:
     faults: str | None
     out: Path | None
     as_json: bool
+    quiet: bool
     view: bool
     routers: int
     connect: str | None
@@ -47,11 +48,21 @@ def parse(arguments: Sequence[str]) -> Request:
     parser = _Parser(
         prog="fleet.sh",
         description="Run a fleet as real processes: a router, a world and one process per robot. "
-        "Progress goes to stderr; the last line on stdout is the verdict and the run's folder.",
+        "Progress goes to stderr: a live table on a terminal, else a line an event. "
+        "The last line on stdout is the verdict and the run's folder.",
         epilog="Exit code: 0 all promises kept, 1 the run failed or a promise broke, 2 cannot run as asked, "
         "130 Ctrl-C, 143 SIGTERM, 128+n the world died of signal n.",
         allow_abbrev=False,
     )
+    _add_what_is_run(parser)
+    _add_where_and_how(parser)
+    request = Request(**vars(parser.parse_args(arguments)))
+    if request.routers > 1 and (request.connect or request.listen):
+        parser.error("argument --routers: two have private sockets, not allowed with --connect or --listen")
+    return request
+
+
+def _add_what_is_run(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scenario",
         nargs="?",
@@ -77,11 +88,17 @@ def parse(arguments: Sequence[str]) -> Request:
         metavar="PLAN",
         help="a name in launch/faults/, or a TOML file: what goes wrong on purpose",
     )
+
+
+def _add_where_and_how(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", type=Path, metavar="DIR", help="the run's folder; default: a new one in runs/"
     )
     parser.add_argument(
         "--json", action="store_true", dest="as_json", help="print verdict.json and nothing else"
+    )
+    parser.add_argument(
+        "--quiet", action="store_true", help="say nothing of what happens until the run has ended"
     )
     parser.add_argument(
         "--view", action="store_true", help="serve the run's page, live, on loopback, while the run goes on"
@@ -104,10 +121,6 @@ def parse(arguments: Sequence[str]) -> Request:
         default=1,
         help="with 2, each can carry the fleet when the other dies; default: %(default)s",
     )
-    request = Request(**vars(parser.parse_args(arguments)))
-    if request.routers > 1 and (request.connect or request.listen):
-        parser.error("argument --routers: two have private sockets, not allowed with --connect or --listen")
-    return request
 
 
 def world_options(request: Request) -> list[str]:

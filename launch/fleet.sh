@@ -9,6 +9,8 @@
 #         lifeline closes, which every part takes for a request to go.
 # Rule 5: what a fault plan does to the world or to a router comes by a pipe, a line each: `kill world`.
 # Rule 6: a viewer (--view) only reads what the world writes. What becomes of it is nothing to the run; it ends with it.
+# Rule 7: a table, on a terminal, only reads likewise. While it is shown, or with --quiet, what the parts say goes into
+#         a file; it comes out at the end, but for the progress. The terminal is left as it was.
 set -uo pipefail
 # Parts are started with redirections, which fail where a caller has closed these.
 for descriptor in 0 1 2; do
@@ -23,7 +25,7 @@ others_us=400000  # for router and robots, which have nothing left to do by then
 ready_us=10000000 # for the router to listen: it takes 0.3 s; more only on a machine that is overloaded
 
 declare -A part=() # name of each part that has not ended, by process id
-private= heir= striker= world= run_folder= latest= as_json=0
+private= heir= striker= shows=lines world= run_folder= latest= as_json=0
 router_restarts_max=10 # in one run: enough for any plan, and an end to a router that cannot live
 world_restarts_max=5
 router_deaths=0 world_deaths=0
@@ -41,7 +43,7 @@ start() {
     local name=$1
     shift
     set -m
-    "$@" <"$private/lifeline" 9>&- &
+    "$@" <"$private/lifeline" 9>&- 7>&- &
     set +m
     started=$!
     part[$started]=$name
@@ -63,6 +65,29 @@ start_world() {
 # Its address goes to stderr; it takes what time the fleet leaves.
 start_viewer() {
     start viewer nice "$python" -m lab.cli view --live "$run_folder" --lifeline >&2
+}
+
+# Descriptor 7 is stderr itself, while what everybody says to it goes into the file `said`.
+hush() { exec 7>&2 2>>"$private/said"; }
+
+start_table() {
+    start table "$python" -m lab.terminal "$run_folder" --said "$private/said" >&7 2>&7
+}
+
+speak_up() {
+    [[ $shows != lines ]] || return
+    [[ $shows == table ]] && show_cursor
+    shows=lines
+    exec 2>&7 7>&-
+    grep -Ev '^world: (t=|ok: |FAILED: )' "$private/said" >&2 # lab/terminal/said.py leaves out the same
+}
+
+# A table that was killed has not done it.
+show_cursor() { printf '\e[?25h' >&7; }
+
+mourn_table() {
+    show_cursor
+    clew_say "the table $(how "$1"); the run goes on"
 }
 
 # forget PID: it has ended, so that what is called so next is another's.
@@ -139,11 +164,13 @@ end() {
     trap '' INT TERM HUP
     disown -a # or bash would report each part that it has to kill
     stop_parts "${2:-TERM}"
+    speak_up
     report
     exit "$1"
 }
 
 clean_up() {
+    speak_up
     signal_groups KILL ${heir:+"$heir"} ${striker:+"$striker"}
     signal_groups KILL "${!part[@]}"
     [[ -z $private ]] || rm -rf -- "$private"
@@ -180,6 +207,7 @@ watch_parts() {
         forget "$who"
         case $name in
         world) mourn_world "$code" ;;
+        table) ((code == 0)) || mourn_table "$code" ;;
         viewer) clew_say "the viewer $(how "$code"); the run goes on" ;;
         router-*) mourn_router "${name#router-}" "$code" ;;
         *) ((code == 0)) || give_up "the $name $(how "$code") before the world" ;;
@@ -250,7 +278,9 @@ base=${TMPDIR:-/tmp}
 private=$(mktemp -d "$base/clew.XXXXXX") || clew_refuse "no folder for the run's sockets can be made in $base"
 # A Ctrl-C reaches this child too; it has nothing to say to it.
 settings=$(trap "" INT && "$python" -m lab.prepare "$private" "$@") || exit "${asked:-$?}"
-eval "$settings" # robots, own_routers, world_options, robot_options, run_folder, made_folders, latest, as_json, view
+eval "$settings" # robots, own_routers, world_options, robot_options, run_folder, made_folders, latest, as_json, view, shows
+[[ $shows != table || -t 1 ]] || shows=lines # as in `fleet.sh | tee`
+[[ $shows == lines ]] || hush
 trap 'end 130 INT' INT
 trap 'end 143' TERM
 trap 'end 129' HUP
@@ -259,10 +289,10 @@ trap 'end 129' HUP
 mkfifo "$private/lifeline" "$private/ready" "$private/strokes"
 exec 9<>"$private/lifeline" 8<>"$private/ready"
 set -m
-strike <>"$private/strokes" 9>&- 8>&- &
+strike <>"$private/strokes" 9>&- 8>&- 7>&- &
 striker=$!
 # If this script is killed, its traps do not run: then this one, at the end of the lifeline, removes what is private.
-{ while read -r _; do :; done; kill -KILL -- "-$striker"; rm -rf -- "$private"; } <"$private/lifeline" 9>&- 8>&- &
+{ while read -r _; do :; done; kill -KILL -- "-$striker"; rm -rf -- "$private"; } <"$private/lifeline" 9>&- 8>&- 7>&- &
 heir=$!
 set +m
 disown "$striker" "$heir"
@@ -272,6 +302,7 @@ for ((number = 1; number <= own_routers; ++number)); do
 done
 start_world
 ((view)) && start_viewer
+[[ $shows == table ]] && start_table
 start host "$python" -m agents --robots "1-$robots" "${robot_options[@]}" --sessions "$private" --lifeline >&2
 if [[ -n $latest ]]; then
     ln -s "$(basename "$run_folder")" "$latest.$$" 2>/dev/null && mv -Tf "$latest.$$" "$latest"

@@ -25,6 +25,7 @@ ONLY_IN = {
         "agents/host.py",
         "lab/follow.py",
         "lab/prepare.py",
+        "lab/terminal/__main__.py",
         "lab/view/channel.py",
         "lab/view/server.py",
         "lab/view_verb.py",

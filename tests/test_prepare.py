@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lab.prepare import assignment, main, run_name
+from lab.prepare import assignment, main, run_name, shows
 from lab.request import parse, world_options
 from lab.run_folder import folder_name
 from protocol.errors import UsageError
@@ -82,6 +82,7 @@ def test_help_goes_to_stdout_and_names_every_option(capsys: pytest.CaptureFixtur
         "--out",
         "--json",
         "--view",
+        "--quiet",
         "--connect",
         "--listen",
     ):
@@ -137,6 +138,7 @@ def test_good_request_makes_the_folder_and_says_all_that_bash_needs(
     assert value["own_routers"] == "1"
     assert value["as_json"] == "1"
     assert value["view"] == "0"
+    assert value["shows"] == "lines"
     assert value["latest"] == "''"
     assert shlex.split(value["run_folder"]) == ["it's/here"]
     assert (somewhere_else / "it's" / "here").is_dir()
@@ -173,3 +175,22 @@ def test_bash_gets_exactly_what_was_said(text: str, items: list[str]) -> None:
     script = "\n".join([assignment("a", text), assignment("b", items), 'printf \'%s\\0\' x "$a" "${b[@]}"'])
     said = subprocess.run(["bash", "-c", script], capture_output=True, check=True, timeout=10).stdout
     assert said.decode().split("\0")[:-1] == ["x", text, *items]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "environment", "terminal", "shown"),
+    [
+        ([], {"TERM": "xterm"}, True, "table"),
+        ([], {"TERM": "xterm"}, False, "lines"),
+        ([], {"TERM": "dumb"}, True, "lines"),
+        ([], {}, True, "lines"),
+        ([], {"TERM": "xterm", "CI": "true"}, True, "lines"),
+        (["--json"], {"TERM": "xterm"}, True, "lines"),
+        (["--quiet"], {"TERM": "xterm"}, True, "nothing"),
+        (["--quiet"], {}, False, "nothing"),
+    ],
+)
+def test_table_is_for_people_at_a_terminal_and_lines_for_all_else(
+    arguments: list[str], environment: dict[str, str], terminal: bool, shown: str
+) -> None:
+    assert shows(parse(arguments), environment, terminal=terminal) == shown

@@ -1,0 +1,77 @@
+"""A terminal for tests: a pseudo-terminal that processes believe in, and the screen that its user sees."""
+
+import fcntl
+import os
+import select
+import struct
+import termios
+import time
+from dataclasses import dataclass, field
+
+import pyte
+
+CTRL_C = b"\x03"
+READ_S = 0.05
+
+
+@dataclass(slots=True)
+class Terminal:
+    """The user's end of a pseudo-terminal."""
+
+    columns: int = 100
+    lines: int = 30
+    written: bytes = b""
+    """All that was ever written to it."""
+    theirs: int = field(init=False)
+    """The end that the process has; closed when the process has it."""
+    _ours: int = field(init=False)
+    _screen: pyte.Screen = field(init=False)
+    _stream: pyte.ByteStream = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._ours, self.theirs = os.openpty()
+        size = struct.pack("HHHH", self.lines, self.columns, 0, 0)
+        fcntl.ioctl(self._ours, termios.TIOCSWINSZ, size)
+        self._screen = pyte.Screen(self.columns, self.lines)
+        self._stream = pyte.ByteStream(self._screen)
+
+    @property
+    def text(self) -> str:
+        """What stands on the screen."""
+        return "\n".join(line.rstrip() for line in self._screen.display).rstrip()
+
+    @property
+    def cursor_hidden(self) -> bool:
+        return bool(self._screen.cursor.hidden)
+
+    def press(self, keys: bytes) -> None:
+        os.write(self._ours, keys)
+
+    def read(self) -> bool:
+        """Take in what has been written; False where no process has the other end any more."""
+        if not select.select([self._ours], [], [], READ_S)[0]:
+            return True
+        try:
+            text = os.read(self._ours, 65536)
+        except OSError:  # EIO: how a terminal says that nobody is left
+            return False
+        self.written += text
+        self._stream.feed(text)
+        return True
+
+    def wait_for(self, words: str, timeout_s: float) -> str:
+        """What stands on the screen, as soon as these words do."""
+        deadline_s = time.monotonic() + timeout_s
+        while words not in self.text:
+            assert self.read(), f"all are gone, and never said {words!r}:\n{self.text}"
+            assert time.monotonic() < deadline_s, f"waited {timeout_s} s for {words!r}:\n{self.text}"
+        return self.text
+
+    def read_to_the_end(self, timeout_s: float) -> None:
+        """Until no process has the other end any more."""
+        deadline_s = time.monotonic() + timeout_s
+        while self.read():
+            assert time.monotonic() < deadline_s, f"waited {timeout_s} s for the end:\n{self.text}"
+
+    def close(self) -> None:
+        os.close(self._ours)
