@@ -7,7 +7,8 @@
 # Rule 3: INT, TERM and HUP end the run with 130, 143 and 129; every part is asked first and then killed.
 # Rule 4: nothing stays behind but the run's folder. If this script is killed itself, its end of the
 #         lifeline closes, which every part takes for a request to go.
-# Rule 5: what a fault plan does to the world or to a router comes by a pipe, a line each: `kill world`.
+# Rule 5: what a fault plan does to the world or to a router comes by a pipe, a line each: `kill world`. Wall-clock
+#         seconds may follow, after which it is undone: `kill router 2.5` starts it again no sooner.
 # Rule 6: a viewer (--view) only reads what the world writes. What becomes of it is nothing to the run; it ends with it.
 # Rule 7: a table, on a terminal, only reads likewise. While it is shown, or with --quiet, what the parts say goes into
 #         a file; it comes out at the end, but for the progress. The terminal is left as it was.
@@ -132,10 +133,12 @@ stop_parts() {
     local signal=$1
     if [[ -n $world ]]; then
         kill "-$signal" "$world" 2>/dev/null
+        kill -CONT "$world" 2>/dev/null # a frozen one could not hear
         await_groups "$world_us" "$world"
     fi
     ((${#groups[@]})) || return
     signal_groups TERM "${groups[@]}"
+    signal_groups CONT "${groups[@]}"
     await_groups "$others_us" "${groups[@]}" && return
     clew_say "killing what has not gone when asked"
     signal_groups KILL "${groups[@]}"
@@ -210,6 +213,7 @@ watch_parts() {
         table) ((code == 0)) || mourn_table "$code" ;;
         viewer) clew_say "the viewer $(how "$code"); the run goes on" ;;
         router-*) mourn_router "${name#router-}" "$code" ;;
+        away-*) start_again "${name#away-}" ;;
         *) ((code == 0)) || give_up "the $name $(how "$code") before the world" ;;
         esac
     done
@@ -217,7 +221,7 @@ watch_parts() {
 
 give_up() {
     clew_say "$1"
-    await_groups "$grace_us" "$world"
+    await_groups "$grace_us" ${world:+"$world"}
     end 1
 }
 
@@ -226,7 +230,8 @@ mourn_world() {
     local code=$1
     if ((code > 128 && ++world_deaths <= world_restarts_max)) && [[ ! -s $run_folder/verdict.json ]]; then
         clew_say "the world $(how "$code"); it is started again"
-        start_world --resume
+        world=
+        replace world
         return
     fi
     [[ -s $run_folder/verdict.json ]] || clew_say "the world $(how "$code")"
@@ -240,20 +245,44 @@ mourn_router() {
     ((++router_deaths <= router_restarts_max)) || give_up "router $number $(how "$code") once too often"
     clew_say "router $number $(how "$code"); it is started again"
     ((number != active)) || active=$((own_routers + 1 - number))
-    start_router "$number"
+    replace "router-$number"
+}
+
+# replace NAME: at once, or when there has been none for as long as rule 5 wants.
+replace() {
+    local away=$private/$1.away wall_s
+    ln -sfn "router-$active.pid" "$private/router.pid"
+    if { read -r wall_s <"$away" && rm -f "$away"; } 2>/dev/null; then
+        start "away-$1" sleep "$wall_s"
+    else
+        start_again "$1"
+    fi
+}
+
+start_again() {
+    case $1 in
+    world) start_world --resume ;;
+    router-*) start_router "${1#router-}" ;;
+    esac
 }
 
 # Rule 5: a child that does what the pipe says.
 strike() {
-    local blow process pid
-    while read -r blow process; do
+    local blow process wall_s pid name
+    while read -r blow process wall_s; do
+        { read -r pid <"$private/$process.pid"; } 2>/dev/null || continue
+        name=$(basename "$(readlink -f "$private/$process.pid")" .pid) # of the router, which of them
         case $blow in
-        kill) blow=KILL ;;
-        freeze) blow=STOP ;;
-        thaw) blow=CONT ;;
-        *) continue ;; # who has been killed is started again anyway
-        esac
-        { read -r pid <"$private/$process.pid" && kill "-$blow" "$pid"; } 2>/dev/null
+        kill)
+            [[ -z $wall_s ]] || echo "$wall_s" >"$private/$name.away" # read when it is mourned
+            kill -KILL "$pid" 2>/dev/null || rm -f "$private/$name.away"
+            ;;
+        freeze)
+            kill -STOP "$pid" 2>/dev/null
+            [[ -z $wall_s ]] || { sleep "$wall_s" && kill -CONT "$pid"; } 2>/dev/null &
+            ;;
+        thaw) kill -CONT "$pid" 2>/dev/null ;;
+        esac # who has been killed is started again anyway
     done
 }
 

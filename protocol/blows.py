@@ -3,6 +3,8 @@
 Rule 1: only who may write into that folder (0700: the user) can strike anybody.
 Rule 2: a host of robots has a socket there, and hears one order a datagram; the launcher, which is bash, has
         a pipe, and hears one a line. Nobody waits for either.
+Rule 3: the launcher itself undoes what it has done to world and router, after the time that it is told: the
+        world has no time while it is away, and little in lock-step while there is no router.
 """
 
 import contextlib
@@ -14,7 +16,7 @@ from pathlib import Path
 import msgspec
 from msgspec import Struct
 
-from protocol.faults.strokes import Blow
+from protocol.faults.strokes import Blow, Stroke
 from protocol.frames import RobotId
 from protocol.keys import robot_number
 
@@ -32,13 +34,20 @@ class HostOrder(Struct, frozen=True, kw_only=True):
     """The robot does it to itself: its host only has to know that it was meant to be."""
 
 
-def strike(folder: Path, process: str, blow: Blow) -> None:
-    """Have whoever started a process do this to it; nothing happens where nobody listens."""
-    robot = robot_number(process)
+def strike(folder: Path, stroke: Stroke, *, speed: float) -> None:
+    """Have whoever started a process do this to it; nothing happens where nobody listens.
+
+    Args:
+        folder: the run's private folder.
+        stroke: what to do, and to whom.
+        speed: simulated seconds per wall-clock second.
+    """
+    robot = robot_number(stroke.process)
     if robot is not None:
-        tell_hosts(folder, HostOrder(blow=blow, robot=robot))
+        tell_hosts(folder, HostOrder(blow=stroke.blow, robot=robot))
     else:
-        _tell_launcher(folder, f"{blow} {process}\n")
+        wall_s = "" if stroke.for_s is None else f" {stroke.for_s / speed:.3f}"
+        _tell_launcher(folder, f"{stroke.blow} {stroke.process}{wall_s}\n")
 
 
 def tell_hosts(folder: Path, order: HostOrder) -> None:

@@ -69,6 +69,14 @@ def test_the_kept_schema_is_the_one_that_the_types_make() -> None:
         ('fault = "corrupt"\nbits = 0', "$.rule[0]: bits must be >= 1 where nothing is cut off, got 0"),
         ('fault = "partition"\ngroup = ["r1"]\nperiod_s = 1.0', "$.rule[0]: period_s and cut_s must be "),
         ('fault = "kill"\ntarget = "world"\npoint = "after_scan"', "$.rule[0]: target must be a robot "),
+        (
+            'fault = "slow"\ntarget = "r1"\ndelay_s = 0.1\npoint = "mid_drive"',
+            "$.rule[0]: point must not be ",
+        ),
+        ('fault = "thaw"\ntarget = "r1"\npoint = "mid_drive"', "$.rule[0]: point must not be given to thaw"),
+        ('fault = "thaw"\ntarget = "world"', "$.rule[0]: target must not be the world"),
+        ('fault = "slow"\ntarget = "router"\ndelay_s = 0.1', "$.rule[0]: target must not be the router"),
+        ('fault = "freeze"\ntarget = "world"', "$.rule[0]: for_s must be given where the world is frozen"),
         ('fault = "kill"\ntarget = "r0"', "$.rule[0].target: Expected `str` matching regex "),
         (
             'fault = "drop"\nburst = { enter = 0.6, leave = 0.6, loss = 1.0 }',

@@ -15,7 +15,7 @@ from msgspec.structs import replace
 
 from agents.__main__ import robots_of
 from protocol.blows import strike
-from protocol.faults.strokes import Blow
+from protocol.faults.strokes import Blow, Stroke
 from protocol.frames import Pose
 from protocol.keys import robot_name
 from protocol.messages import LogBatch, Logged, Odometry, Phase
@@ -72,7 +72,7 @@ class PlayedWorld:
 
     def strike(self, name: str, blow: Blow) -> None:
         """Have a robot's host do this to it."""
-        strike(self._private, name, blow)
+        strike(self._private, Stroke("test", blow, name), speed=1.0)
 
     def pid(self, name: str) -> int:
         """The process that a robot says it is."""

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -168,6 +169,44 @@ def test_a_plan_that_cannot_be_is_one_line_that_names_the_field(fleet: Fleet) ->
     assert (outcome.code, outcome.err.count("\n")) == (2, 1)
     assert "$.rule[0].probability: must be <= 1.0, got 2.0" in outcome.err
     assert fleet.leftovers() == []
+
+
+@pytest.mark.parametrize("name", ["router", "world"])
+@pytest.mark.parametrize(
+    ("rule", "blows"),
+    [
+        ('fault = "restart"\nafter_s = 3.0', ["kill", "start"]),
+        ('fault = "freeze"\nfor_s = 3.0', ["freeze", "thaw"]),
+    ],
+)
+def test_world_and_router_are_away_for_as_long_as_a_plan_says_and_back_then(
+    fleet: Fleet, name: str, rule: str, blows: list[str]
+) -> None:
+    fleet.start(
+        "grove",
+        "--speed",
+        "2",
+        "--json",
+        "--faults",
+        plan(fleet.cwd, f'{rule}\ntarget = "{name}"\nfrom_s = 3.0'),
+    )
+    fleet.wait_for("fault.injected")
+    seen_s = time.monotonic()
+    wait_until(lambda: back(fleet) or None, START_S_MAX)
+    assert time.monotonic() - seen_s > 1.0, "3 s at twice real time, and what it took to see the blow"
+    outcome = fleet.end(RUN_S_MAX)
+    verdict = json.loads(outcome.out)
+    assert (outcome.code, verdict["ok"], verdict["robots_arrived"]) == (0, True, 5), verdict["reason"]
+    assert [entry["fault"] for entry in kinds(fleet, "fault.injected")] == blows
+    assert fleet.leftovers() == []
+
+
+def back(fleet: Fleet) -> bool:
+    """Whether the world tells that what was struck is there again."""
+    entries = fleet.entries()
+    struck = next(place for place, entry in enumerate(entries) if entry["kind"] == "fault.injected")
+    kinds_since = [entry["kind"] for entry in entries[struck + 1 :]]
+    return bool({"router.found", "world.resumed", "fault.injected"} & set(kinds_since))
 
 
 def test_a_fleet_with_a_frozen_robot_that_is_asked_to_end_leaves_nothing_behind(fleet: Fleet) -> None:

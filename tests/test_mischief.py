@@ -42,6 +42,13 @@ def test_a_robot_frozen_by_hand_for_a_while_is_thawed_then() -> None:
     assert [stroke.blow for stroke in mischief.due(7.0)] == [Blow.THAW]
 
 
+def test_a_world_that_is_frozen_is_thawed_when_it_next_looks() -> None:
+    mischief = without_plan()
+    mischief.give(Freeze(target="world", for_s=9.0), now_s=5.0, for_s=None)
+    assert [(stroke.blow, stroke.for_s) for stroke in mischief.due(5.0)] == [(Blow.FREEZE, 9.0)]
+    assert [stroke.blow for stroke in mischief.due(5.02)] == [Blow.THAW]
+
+
 @pytest.mark.parametrize(
     ("rule", "why"),
     [

@@ -11,7 +11,15 @@ from protocol.faults.rules import Freeze, Kill, Restart, Rule, Slow, StepPoint, 
 from protocol.faults.strokes import Blow, Stroke, Strokes
 from protocol.frames import Point
 from protocol.mission import Law
-from protocol.timeline import Entry, LeaderSucceeded, Record, RobotStarted, StepPlanned, StrandFormed
+from protocol.timeline import (
+    Entry,
+    LeaderSucceeded,
+    Record,
+    RobotStarted,
+    StepPlanned,
+    StrandFormed,
+    WorldResumed,
+)
 
 FIVE = (1, 2, 3, 4, 5)
 
@@ -203,3 +211,16 @@ def test_each_process_of_a_robot_comes_to_its_points_for_the_first_time() -> Non
     tell(of, "r2", RobotStarted(pid=7))
     assert of.at_points("r2", [StepPoint.AFTER_SCAN], 3.0) == []
     assert said(of.at_points("r2", [StepPoint.AFTER_SCAN], 4.0)) == ["kill r2"]
+
+
+def test_whoever_strikes_is_told_for_how_long() -> None:
+    of = strokes(Restart(target="router", after_s=1.5), Freeze(target="r2", for_s=2.0), Kill(target="r1"))
+    assert [stroke.for_s for stroke in of.due(0.0)] == [1.5, 2.0, None]
+
+
+def test_a_world_that_goes_on_has_been_started_however_little_time_it_knows_to_have_passed() -> None:
+    of = strokes(Restart(target="world", from_s=1.0, after_s=9.0), Restart(target="r1", after_s=9.0))
+    assert said(of.due(1.0)) == ["kill world", "kill r1"]
+    tell(of, "world", WorldResumed(life=1, entries=7, torn_bytes=0), t_s=2.0)
+    assert said(of.due(2.0)) == ["start world"]
+    assert said(of.due(11.0)) == ["start r1"]

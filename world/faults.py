@@ -14,7 +14,7 @@ from protocol.faults.plan import Plan
 from protocol.faults.roles import Roles
 from protocol.faults.rules import MessageRule, ProcessRule, Rule
 from protocol.faults.strokes import Blow, Stroke, Strokes
-from protocol.keys import robot_name
+from protocol.keys import WORLD, robot_name
 from protocol.messages import Faults
 from protocol.timeline import Entry, FaultInjected
 
@@ -61,6 +61,9 @@ class Mischief:
             if stroke.blow is Blow.SLOW:
                 self._slow_s[stroke.process] = stroke.delay_s
                 self._news += 1
+            elif (stroke.process, stroke.blow) == (WORLD, Blow.FREEZE):
+                for each in (self._strokes, *self._by_hand):
+                    each.is_back(WORLD, now_s)  # its time stands still, so it finds itself thawed at once
         return strokes
 
     def give(self, rule: Rule, *, now_s: float, for_s: float | None) -> str:

@@ -54,6 +54,8 @@ from world.verdict import Verdict
 
 log = logging.getLogger("world")
 
+STRUCK_S = 0.2  # wall: the launcher strikes within some 5 ms
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
@@ -189,7 +191,9 @@ class _Life:
         for stroke in self._mischief.due(now_s):
             self._note(now_s, stroke.as_record())
             if stroke.blow is not Blow.SLOW:
-                strike(self._request.private, stroke.process, stroke.blow)
+                strike(self._request.private, stroke, speed=self._request.speed or 1.0)
+            if (stroke.process, stroke.blow) == (WORLD, Blow.FREEZE):
+                time.sleep(STRUCK_S)  # so that nothing is done between asking for it and being stopped
         self._transport.have(self._mischief.of(WORLD))
         for name, faults in self._mischief.news(sorted(self._world.attendance.robots), now_s).items():
             self._transport.put(self._keys.fault(name), faults)

@@ -222,6 +222,12 @@ class _ProcessRule(_Rule, frozen=True, kw_only=True):
             raise ValueError(f"robots must be 1 where there is a point, got {self.robots}")
 
 
+def _refuse_point(rule: _ProcessRule) -> None:
+    """Only what stops a process can strike it exactly at a point."""
+    if rule.point is not None:
+        raise ValueError(f"point must not be given to {rule.fault}, got {rule.point}; from_step may be")
+
+
 class Kill(_ProcessRule, frozen=True, kw_only=True, tag="kill"):
     """SIGKILL: the process is no more, and its body stays."""
 
@@ -229,13 +235,25 @@ class Kill(_ProcessRule, frozen=True, kw_only=True, tag="kill"):
 class Freeze(_ProcessRule, frozen=True, kw_only=True, tag="freeze"):
     """SIGSTOP: the process does nothing, and what is sent to it waits."""
 
-    for_s: Annotated[SomeSeconds | None, Meta(description="then it is thawed; none: unless a rule does")] = (
-        None
-    )
+    for_s: Annotated[
+        SomeSeconds | None,
+        Meta(description="then it is thawed; none: unless a rule does; the world needs it"),
+    ] = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.target == "world" and self.for_s is None:  # it keeps the time, and tells who is to be thawed
+            raise ValueError("for_s must be given where the world is frozen: nobody could thaw it")
 
 
 class Thaw(_ProcessRule, frozen=True, kw_only=True, tag="thaw"):
     """SIGCONT: a frozen process goes on as if nothing had been."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.target == "world":
+            raise ValueError("target must not be the world, which cannot tell when: its freeze has for_s")
+        _refuse_point(self)
 
 
 class Restart(_ProcessRule, frozen=True, kw_only=True, tag="restart"):
@@ -249,6 +267,12 @@ class Slow(_ProcessRule, frozen=True, kw_only=True, tag="slow"):
 
     delay_s: Annotated[SomeSeconds, Meta(description="for all that has arrived, each time that it looks")]
     for_s: Annotated[SomeSeconds | None, Meta(description="then it is as before; none: to the end")] = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.target == ROUTER:
+            raise ValueError("target must not be the router, which is not ours to slow")
+        _refuse_point(self)
 
 
 MessageRule = Drop | Delay | Duplicate | Reorder | Corrupt | Partition

@@ -17,7 +17,8 @@ from protocol.faults.chance import draws
 from protocol.faults.plan import Plan
 from protocol.faults.roles import Roles
 from protocol.faults.rules import Freeze, Kill, ProcessRule, Restart, Slow, StepPoint, Thaw
-from protocol.timeline import Entry, FaultInjected, RobotStarted
+from protocol.keys import WORLD
+from protocol.timeline import Entry, FaultInjected, RobotStarted, WorldResumed
 
 
 class Blow(StrEnum):
@@ -39,6 +40,8 @@ class Stroke:
     process: str
     delay_s: float = 0.0
     """Of `slow`: what the process takes each time that it looks at what has arrived; 0: it is as ever."""
+    for_s: float | None = None
+    """After so long another stroke undoes it; None: that is not known yet, or never."""
 
     def as_record(self) -> FaultInjected:
         """What the timeline says of it."""
@@ -78,6 +81,8 @@ class Strokes:
             case FaultInjected(rule=rule, process=str(process)) if rule in self._pending:
                 # A process has struck itself at a point of its step.
                 self._strike(self._pending[rule], (process,), entry.t_s)
+            case WorldResumed():
+                self.is_back(WORLD, entry.t_s)  # its time has not gone on meanwhile
             case RobotStarted():
                 self._reached = Counter({at: n for at, n in self._reached.items() if at[1] != source})
             case _:
@@ -105,6 +110,14 @@ class Strokes:
                     strokes += self._strike(rule, (robot,), now_s)
         return strokes
 
+    def is_back(self, process: str, now_s: float) -> None:
+        """Whoever struck this process has undone it by himself: what was to undo it is due now."""
+        self._later = [
+            (min(due_s, now_s) if stroke.process == process else due_s, count, stroke)
+            for due_s, count, stroke in self._later
+        ]
+        heapq.heapify(self._later)
+
     def _find(self, rule: ProcessRule) -> tuple[str, ...]:
         """The rule's targets; none while it has to wait for one of them."""
         found = self._roles.find(rule.target, rule.robots)
@@ -123,10 +136,10 @@ class Strokes:
                     strokes.append(Stroke(name, Blow.KILL, process))
                 case Restart(after_s=after_s):
                     self._down.add(process)
-                    strokes.append(Stroke(name, Blow.KILL, process))
+                    strokes.append(Stroke(name, Blow.KILL, process, for_s=after_s))
                     self._keep(now_s + after_s, Stroke(name, Blow.START, process))
                 case Freeze(for_s=for_s):
-                    strokes.append(Stroke(name, Blow.FREEZE, process))
+                    strokes.append(Stroke(name, Blow.FREEZE, process, for_s=for_s))
                     if for_s is not None:
                         self._keep(now_s + for_s, Stroke(name, Blow.THAW, process))
                 case Thaw():
