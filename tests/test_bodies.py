@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from protocol.errors import MessageRefusedError
 from protocol.frames import Point, Pose
@@ -237,3 +238,42 @@ def test_each_body_obeys_its_own_robot_alone() -> None:
     assert moves.ends_m.tolist() == [[0.0, 0.0], [0.01, 1.0], [0.0, 2.0]]
     assert moves.veered.tolist() == [False, True, False]
     assert fleet.tick(now_s=0.0, tick_s=TICK_S).veered.tolist() == [False, False, False]
+
+
+orders_at = st.tuples(
+    st.integers(0, 120),  # tick
+    st.integers(0, 2),  # body
+    st.none() | st.builds(lambda x_m, y_m: Point(x_m=x_m, y_m=y_m), st.floats(-0.4, 0.4), st.floats(0, 0.4)),
+    st.none() | st.floats(0.0, 2.0),  # how long it is good for, and less each time that it is said
+)
+
+
+@quietly
+@given(st.lists(orders_at, min_size=1, max_size=12), st.sets(st.integers(0, 170)))
+def test_to_coast_is_to_tick_to_the_last_bit(
+    orders: list[tuple[int, int, Point | None, float | None]], looks: set[int]
+) -> None:
+    fleets = [bodies(HOME, HOME, HOME, heading_error_rad=0.05) for _ in range(2)]
+    ticking, coasting = fleets
+    coasted = 0
+    for tick in range(200):
+        now_s = tick * TICK_S
+        for number, (at, body, target, good_s) in enumerate(orders, start=1):
+            until_s = None if good_s is None else now_s + good_s / (1 + max(tick - at, 0))
+            given = replace(order(target, number=number, basis_s=now_s), until_s=until_s)
+            for fleet in fleets if tick - at in (0, 15, 30, 100) else ():  # silent for long in between
+                fleet.hear(body, given, now_s=now_s)
+        moves = ticking.tick(now_s=now_s, tick_s=TICK_S)
+        if coasting.coast(now_s=now_s, tick_s=TICK_S):
+            coasted += 1
+            assert not moves.veered.any()
+            assert [*moves.finished, *moves.stopped] == []
+        else:
+            same = coasting.tick(now_s=now_s, tick_s=TICK_S)
+            assert (same.finished, same.stopped) == (moves.finished, moves.stopped)
+            assert same.veered.tolist() == moves.veered.tolist()
+        assert coasting.moving.tolist() == ticking.moving.tolist()
+        assert coasting.heading_rad.tolist() == ticking.heading_rad.tolist()
+        if tick in looks or tick == 199:
+            assert coasting.place_m.tolist() == ticking.place_m.tolist()
+    assert coasted > 0

@@ -68,6 +68,7 @@ class Arena:
         self._first: Flags = np.arange(len(robots)) == 0
         self._sampled = self._none
         """Which bodies have been sampled at the end of the last tick."""
+        self._moving, self._any_moving = self._none, False
 
     @property
     def is_odometry_instant(self) -> bool:
@@ -162,6 +163,10 @@ class Arena:
 
     def tick(self) -> tuple[list[Note], list[int]]:
         """Go on by one tick: what is recorded of it, and the robots whose bodies have finished an order."""
+        outlook = self._is_safe and self._ticks + 1 < self._outlook_until
+        if outlook and self.bodies.coast(now_s=self.now_s, tick_s=TICK_S):
+            self._go_to(self._ticks + 1)
+            return self._note(self._sample_moved(self._moving)), []
         began_s, headings_rad, moving = self.now_s, self.bodies.heading_rad, self.bodies.moving
         moves = self.bodies.tick(now_s=began_s, tick_s=TICK_S)
         veered = np.flatnonzero(moves.veered).tolist()
@@ -177,11 +182,17 @@ class Arena:
         notes += [self.note(BodyStopped(robot=body + 1)) for body in moves.stopped]
         notes += self._watch(moves)
         notes += [self.note(record) for body in moves.finished for record in self._finish(body)]
+        self._moving = self.bodies.moving
+        self._any_moving = bool(self._moving.any())
+        return self._note(notes), [body + 1 for body in moves.finished]
+
+    def _note(self, notes: list[Note]) -> list[Note]:
+        """Take down when something was last recorded, and moved."""
         if notes:
             self._noted_s = self.now_s
-        if self.bodies.moving.any():
+        if self._any_moving:
             self.moved_s = self.now_s
-        return notes, [body + 1 for body in moves.finished]
+        return notes
 
     def _go_to(self, ticks: int) -> None:
         self._ticks = ticks

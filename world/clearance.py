@@ -25,8 +25,8 @@ def clearance(ground: Ground, starts: Floats, ends: Floats, *, near_m: float = m
     """
     moves_m = np.hypot(*(ends - starts).T)
     least_m = _to_circles(ground.circles, starts, ends, moves_m, near_m)
-    least_m = np.minimum(least_m, _to_ellipses(ground.ellipses, starts, ends, moves_m, near_m))
-    return np.minimum(least_m, _to_edges(ground.edges, starts, ends, moves_m, near_m))
+    least_m = np.minimum(least_m, _to_ellipses(ground, starts, ends, moves_m, near_m))
+    return np.minimum(least_m, _to_edges(ground, starts, ends, moves_m, near_m))
 
 
 def distances(ground: Ground, point_in_world: Floats) -> Floats:
@@ -56,6 +56,8 @@ def separations(starts: Floats, ends: Floats) -> Floats:
 
 
 def _to_circles(circles: Floats, starts: Floats, ends: Floats, moves_m: Floats, near_m: float) -> Floats:
+    if len(circles) == 0:
+        return np.full(len(starts), math.inf)
     to_rims_m = _to_points(starts, circles[:, :2]) - circles[:, 2]
     body, row = _may_be_nearest(to_rims_m, to_rims_m, moves_m, near_m)
     if len(body) == 0:
@@ -64,24 +66,29 @@ def _to_circles(circles: Floats, starts: Floats, ends: Floats, moves_m: Floats, 
     return _least(len(starts), body, np.maximum(to_centres_m - circles[row, 2], 0.0))
 
 
-def _to_ellipses(rows: Floats, starts: Floats, ends: Floats, moves_m: Floats, near_m: float) -> Floats:
+def _to_ellipses(ground: Ground, starts: Floats, ends: Floats, moves_m: Floats, near_m: float) -> Floats:
+    rows = ground.ellipses
+    if len(rows) == 0:
+        return np.full(len(starts), math.inf)
     to_centres_m = _to_points(starts, rows[:, :2])
-    nearest_m = to_centres_m - rows[:, 2:4].max(axis=1, initial=0.0)
-    farthest_m = to_centres_m - rows[:, 2:4].min(axis=1, initial=math.inf)
-    body, row = _may_be_nearest(nearest_m, farthest_m, moves_m, near_m)
+    most_m, least_m = ground.ellipse_reach_m
+    body, row = _may_be_nearest(to_centres_m - most_m, to_centres_m - least_m, moves_m, near_m)
     if len(body) == 0:
         return np.full(len(starts), math.inf)  # Newton's steps would take as long for none as for a few
     return _least(len(starts), body, ellipses.move_distances(rows[row], starts[body], ends[body]))
 
 
-def _to_edges(edges: Floats, starts: Floats, ends: Floats, moves_m: Floats, near_m: float) -> Floats:
+def _to_edges(ground: Ground, starts: Floats, ends: Floats, moves_m: Floats, near_m: float) -> Floats:
+    edges = ground.edges
     if len(edges) == 0:
         return np.full(len(starts), math.inf)
-    to_middles_m = _to_points(starts, (edges[:, :2] + edges[:, 2:]) / 2.0)
-    half_lengths_m = np.hypot(*(edges[:, 2:] - edges[:, :2]).T) / 2.0
+    middles, half_lengths_m = ground.edge_middles
+    to_middles_m = _to_points(starts, middles)
     body, edge = _may_be_nearest(to_middles_m - half_lengths_m, to_middles_m, moves_m, near_m)
-    apart_m = segments_apart(starts[body], ends[body], edges[edge, :2], edges[edge, 2:])
-    least_m = _least(len(starts), body, apart_m)
+    least_m = np.full(len(starts), math.inf)
+    if len(body) > 0:
+        apart_m = segments_apart(starts[body], ends[body], edges[edge, :2], edges[edge, 2:])
+        np.minimum.at(least_m, body, apart_m)
     point, _, turn = winding(edges, starts)
     turns = np.bincount(point, weights=turn, minlength=len(starts))
     return np.where(turns != 0.0, 0.0, least_m)

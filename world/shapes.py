@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated
 
 import numpy as np
@@ -94,7 +95,7 @@ class Polygon(_Shape, frozen=True, kw_only=True, tag="polygon"):
 Shape = Circle | Ellipse | Polygon
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Ground:
     """All obstacles, packed by kind; the `*_owner` arrays say which shape of the scenario each row is of."""
 
@@ -108,6 +109,18 @@ class Ground:
     edges: Floats
     """`(k, 4)`: from x, y to x, y; the edges of one polygon follow one another, anti-clockwise."""
     edge_owner: Indices
+
+    @cached_property
+    def ellipse_reach_m(self) -> tuple[Floats, Floats]:
+        """`(k,)`: how far the outline of each is from its centre, at most and at least."""
+        axes_m = self.ellipses[:, 2:4]
+        return axes_m.max(axis=1, initial=0.0), axes_m.min(axis=1, initial=math.inf)
+
+    @cached_property
+    def edge_middles(self) -> tuple[Floats, Floats]:
+        """`(k, 2)`: the middles of the edges; and `(k,)` how far their ends are from them."""
+        starts, ends = self.edges[:, :2], self.edges[:, 2:]
+        return (starts + ends) / 2.0, np.hypot(*(ends - starts).T) / 2.0
 
 
 def ground_of(shapes: Sequence[Shape]) -> Ground:
