@@ -7,12 +7,10 @@ from collections.abc import AsyncIterator, Iterator
 from dataclasses import dataclass, field
 from typing import assert_never
 
-from lab.follow import News
+from lab.follow import LOOK_S, News
 from lab.page.story import Story
 from lab.view.feed import Feed, Place
 from lab.view.watch import Began, Judged, Watch
-
-LOOK_S = 0.1  # wall clock, between two looks at a run, as in lab/follow.py
 
 
 @dataclass(slots=True)

@@ -81,11 +81,13 @@ class Server:
         self._pages.add(task)
         try:
             await self._converse(reader, writer)
+            writer.close()
         except (OSError, TimeoutError):
-            writer.transport.abort()  # it has gone, or takes nothing
+            pass  # it has gone, or takes nothing
         finally:
             self._pages.discard(task)
-            writer.close()
+            if not writer.is_closing():
+                writer.transport.abort()
 
     async def _converse(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         connection = h11.Connection(h11.SERVER, HEAD_BYTES_MAX)
