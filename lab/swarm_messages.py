@@ -113,7 +113,8 @@ def body_link(dice: Dice, window: Window) -> list[Rule]:
     choices: tuple[Kinds, ...] = (ORDERS, ODOMETRY, BODY, SCANS, BODY + SCANS)
     kinds = dice.pick(choices)
     robots = tuple(dice.some(names(window), dice.whole(1, window.robots)))
-    sender, receiver = (robots, (WORLD,)) if dice.chance(0.5) else ((WORLD,), robots)
+    to_body = (dice.chance(0.5) or kinds == ORDERS) and kinds != ODOMETRY
+    sender, receiver = (robots, (WORLD,)) if to_body else ((WORLD,), robots)
     if dice.chance(0.5):
         return [
             Drop(

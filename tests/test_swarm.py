@@ -6,8 +6,9 @@ import pytest
 from lab.liveness import unlively
 from lab.rehearsal import Rehearsal
 from lab.swarm import Mode, Swarm, draw
-from lab.swarm_faults import FaultClass
+from lab.swarm_faults import ADVERSARY, FaultClass
 from lab.swarm_world import Ground
+from protocol.faults.fit import check_fits
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Freeze, Kill, Partition, Restart, Slow
 from protocol.keys import robot_name
@@ -30,6 +31,20 @@ def test_every_class_ground_and_mode_is_drawn_and_each_class_is_off_at_times() -
     assert set[FaultClass]().union(*(set(FaultClass) - mix for mix in mixes)) == set(FaultClass)
     assert {swarm.ground for swarm in DRAWN.values()} == set(Ground)
     assert {swarm.mode for swarm in DRAWN.values()} == set(Mode)
+
+
+def test_every_plan_that_is_drawn_fits_its_fleet() -> None:
+    for swarm in DRAWN.values():
+        check_fits(swarm.plan, robots=swarm.scenario.fleet.robots)
+
+
+def test_an_adversary_leaves_the_weather_of_all_other_seeds_as_it_was_and_most_of_its_own_out() -> None:
+    mixes = [set(swarm.classes) for swarm in DRAWN.values()]
+    adverse = [mix for mix in mixes if mix & set(ADVERSARY)]
+    assert all(len(mix & set(ADVERSARY)) <= 2 for mix in adverse)
+    assert 0.25 < len(adverse) / len(mixes) < 0.55
+    quiet = [mix for mix in mixes if not mix & set(ADVERSARY)]
+    assert sum(map(len, adverse)) / len(adverse) < sum(map(len, quiet)) / len(quiet)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 28, 97])
