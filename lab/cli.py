@@ -18,6 +18,7 @@ from lab.field_verb import field
 from lab.figures.verb import figures
 from lab.log_verbs import log
 from lab.oracle_verb import oracle
+from lab.page.report_verb import report
 from lab.rehearse_verb import rehearse
 from lab.replay_verb import replay
 from lab.shrink_verb import shrink_verb
@@ -71,6 +72,7 @@ for _verb in (
     oracle,
     view,
     figures,
+    report,
 ):
     main.add_command(_verb)
 for _verb in (healing, loss):

@@ -15,8 +15,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from importlib.resources import files
 from string import Template
 
-SCRIPTS = ("main.js",)
-STYLES = ("page.css",)
+SCRIPTS = (
+    *("columns.js", "body.js", "moments.js", "losses.js", "run.js", "strand.js"),
+    *("look.js", "view.js", "ground.js", "layers.js", "sight.js", "pane.js"),
+    *("charts.js", "chart_still.js", "doings.js", "lanes.js", "panels.js", "tables.js"),
+    *("app.js", "player.js", "controls.js", "main.js"),
+)
+STYLES = ("theme.css", "page.css", "words.css")
 
 GZIP = 16 + zlib.MAX_WBITS  # how zlib is asked for a gzip header
 EFFORT = 6  # of 9: the last two per cent of size cost as much time as all before

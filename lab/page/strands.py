@@ -13,6 +13,7 @@ from lab.page.batch import Position, Strand
 from lab.page.columns import DECIMALS
 from protocol.frames import Point
 from protocol.keys import robot_number
+from protocol.path import Path
 from protocol.timeline import (
     Entry,
     MusterCalled,
@@ -75,12 +76,15 @@ class Strands:
         if not self._changed:
             return {}
         self._changed = False
-        found = {epoch: self._evidence.path(formed) for epoch, formed in self._formed.items()}
         return {
             str(epoch): [(round(corner.x_m, DECIMALS), round(corner.y_m, DECIMALS)) for corner in path]
-            for epoch, path in found.items()
-            if path is not None
+            for epoch, path in self.laid().items()
         }
+
+    def laid(self) -> dict[int, Path]:
+        """The path of every epoch in which all robots have been seen."""
+        found = {epoch: self._evidence.path(formed) for epoch, formed in self._formed.items()}
+        return {epoch: path for epoch, path in found.items() if path is not None}
 
 
 @dataclass(slots=True)

@@ -1,0 +1,106 @@
+// The page's state: runs, the time shown, what is chosen; and when it is drawn.
+
+class App {
+  constructor() {
+    /** @type {Run[]} */
+    this.runs = [];
+    /** @type {Pane[]} */
+    this.panes = [];
+    this.focus = 0; // the run that the time, the charts and the tables are of
+    this.time = 0;
+    this.robot = 0; // chosen; 0: none
+    this.layers = new Set(LAYERS.map((layer) => layer.id));
+    this.news = 0; // counts what was taken in and shown
+    this.hasNews = false;
+    this.follows = false; // the end of a run that goes on
+    this.isAwaited = false; // a frame has been asked for
+    this.drawn = 0; // frames
+    /** @type {Chart[]} */
+    this.charts = [];
+    /** @type {Lanes | null} */
+    this.lanes = null;
+    /** @type {(() => void)[]} */
+    this.onTime = [];
+  }
+
+  get run() {
+    return this.runs[this.focus];
+  }
+
+  /** Take a batch of a run in. @param {number} index @param {any} batch */
+  take(index, batch) {
+    while (this.runs.length <= index) {
+      this.runs.push(new Run());
+      const pane = new Pane(this, this.panes.length);
+      this.panes.push(pane);
+      byId("panes").append(pane.figure);
+    }
+    this.runs[index].take(batch);
+    this.hasNews = true;
+    if (this.follows && index === this.focus) this.time = this.run.end;
+    this.show();
+  }
+
+  /** @param {number} time of the run in focus [s] */
+  seek(time) {
+    this.follows = !this.run.ended && time >= this.run.end - 1e-9;
+    this.time = Math.min(Math.max(time, 0), this.run.end);
+    this.show();
+  }
+
+  /** @param {number} robot 0: none @param {number} index of its run */
+  choose(robot, index) {
+    if (index !== this.focus) {
+      const time = this.timeOf(index);
+      this.focus = index;
+      this.time = time;
+      this.hasNews = true;
+    }
+    this.robot = robot;
+    this.show();
+  }
+
+  /** The time at which a run is shown: runs are aligned by their switching steps. @param {number} index */
+  timeOf(index) {
+    return index === this.focus ? this.time : aligned(this.run, this.runs[index], this.time);
+  }
+
+  /** Ask for a frame. */
+  show() {
+    if (this.isAwaited) return;
+    this.isAwaited = true;
+    requestAnimationFrame(() => {
+      this.isAwaited = false;
+      this.draw();
+    });
+  }
+
+  draw() {
+    if (this.runs.length === 0) return;
+    if (this.hasNews) {
+      this.news++;
+      for (const show of [showVerdict, showSteps, showMoments, showMessages]) show(this);
+    }
+    for (const pane of this.panes) pane.draw();
+    for (const chart of this.charts) chart.draw();
+    this.lanes?.draw();
+    showNow(this);
+    markStep(this);
+    markMoment(this);
+    this.hasNews = false;
+    this.drawn++;
+    for (const tell of this.onTime) tell();
+  }
+}
+
+/** When a run was as far in its steps as another at a time. @param {Run} from @param {Run} to @param {number} time */
+function aligned(from, to, time) {
+  const step = positionAt(from, time);
+  const [there, here] = [to.positions, from.positions];
+  if (step < 0 || there.length === 0) return Math.min(time, to.end);
+  if (step >= there.length) return to.end;
+  const start = there[step].t_s;
+  const next = there[step + 1]?.t_s ?? to.end;
+  const span = (here[step + 1]?.t_s ?? from.end) - here[step].t_s;
+  return span > 0 ? start + ((time - here[step].t_s) / span) * (next - start) : start;
+}

@@ -1,0 +1,131 @@
+// What of a chart does not change as time is scrubbed: its axes, its marks and its curves.
+
+/** @param {CanvasRenderingContext2D} context @param {number} width @param {number} height */
+Chart.prototype.drawStill = function drawStill(context, width, height) {
+  drawTimeAxis(context, this.app.run.end, MARGIN.left, width - MARGIN.right, height - MARGIN.bottom);
+  drawHeights(this, context, width, height);
+  if (this.series.length === 0) {
+    context.fillStyle = colour.soft;
+    context.font = font(12);
+    context.textAlign = "center";
+    context.fillText(this.plot.none, (MARGIN.left + width - MARGIN.right) / 2, height / 2 - 6);
+  }
+  const chosen = this.app.robot;
+  context.save();
+  context.beginPath();
+  context.rect(MARGIN.left, MARGIN.top - 2, width - MARGIN.left - MARGIN.right + 1, height - MARGIN.top - MARGIN.bottom + 4);
+  context.clip();
+  for (const each of this.series) if (each.key !== chosen) drawCurve(this, context, width, height, each, chosen !== 0);
+  for (const each of this.series) if (each.key === chosen) drawCurve(this, context, width, height, each, false);
+  context.restore();
+  for (const mark of this.plot.marks(this.app.run)) drawMark(this, context, width, height, mark);
+};
+
+/** @param {Chart} chart @param {CanvasRenderingContext2D} context @param {number} width @param {number} height */
+function drawHeights(chart, context, width, height) {
+  const step = roundStep(chart.most, 4);
+  context.font = font(11);
+  context.textAlign = "right";
+  context.textBaseline = "middle";
+  context.lineWidth = 1;
+  for (let value = 0; value <= chart.most * 1.0001; value += step) {
+    const y = Math.round(chart.y(value, height)) + 0.5;
+    context.strokeStyle = colour.rule;
+    context.beginPath();
+    context.moveTo(MARGIN.left, y);
+    context.lineTo(width - MARGIN.right, y);
+    context.stroke();
+    context.fillStyle = colour.soft;
+    context.fillText(step >= 1 ? String(Math.round(value)) : value.toFixed(step < 0.1 ? 2 : 1), MARGIN.left - 6, y);
+  }
+}
+
+/** @param {Chart} chart @param {CanvasRenderingContext2D} context @param {number} width @param {number} height @param {Series} series @param {boolean} isFaint */
+function drawCurve(chart, context, width, height, series, isFaint) {
+  const { curve } = series;
+  context.strokeStyle = colourOf(series.key);
+  context.globalAlpha = isFaint ? 0.25 : 1;
+  context.lineWidth = series.key === chart.app.robot ? 2.25 : 1.4;
+  context.setLineDash(dashOf(series.key));
+  context.lineJoin = "round";
+  context.beginPath();
+  let lowest = Infinity; // of the samples on one pixel only the lowest is drawn, which must not be lost
+  let at = -1;
+  let before = 0;
+  for (let i = 0; i < curve.value.length; i++) {
+    const x = Math.round(chart.x(curve.t.data[i], width) * 2) / 2;
+    const value = curve.value.data[i];
+    if (x !== at && at >= 0) {
+      if (series.steps) context.lineTo(at, chart.y(before, height));
+      context.lineTo(at, chart.y(lowest, height));
+      before = lowest;
+      lowest = Infinity;
+    }
+    at = x;
+    lowest = series.steps ? value : Math.min(lowest, value);
+  }
+  if (at >= 0) {
+    if (series.steps) context.lineTo(at, chart.y(before, height));
+    context.lineTo(at, chart.y(lowest, height));
+  }
+  context.stroke();
+  context.setLineDash([]);
+  context.globalAlpha = 1;
+}
+
+/** @param {Chart} chart @param {CanvasRenderingContext2D} context @param {number} width @param {number} height @param {Mark} mark */
+function drawMark(chart, context, width, height, mark) {
+  if (!(mark.value > 0) || mark.value > chart.most) return;
+  const y = chart.y(mark.value, height);
+  context.strokeStyle = colour.bad;
+  context.lineWidth = 1.25;
+  context.setLineDash(mark.dash);
+  context.beginPath();
+  context.moveTo(MARGIN.left, y);
+  context.lineTo(width - MARGIN.right, y);
+  context.stroke();
+  context.setLineDash([]);
+  context.fillStyle = colour.bad;
+  context.font = font(11, "600");
+  context.textAlign = "left";
+  context.textBaseline = mark.dash.length ? "top" : "bottom";
+  context.fillText(mark.name, width - MARGIN.right + 4, y + (mark.dash.length ? -2 : 2));
+}
+
+/** @param {CanvasRenderingContext2D} context @param {number} end s @param {number} left px @param {number} right px @param {number} y px */
+function drawTimeAxis(context, end, left, right, y) {
+  const step = roundStep(Math.max(end, 1e-3), (right - left) / 70);
+  context.strokeStyle = colour.faint;
+  context.fillStyle = colour.soft;
+  context.font = font(11);
+  context.textAlign = "center";
+  context.textBaseline = "top";
+  context.lineWidth = 1;
+  context.beginPath();
+  context.moveTo(left, y + 0.5);
+  context.lineTo(right, y + 0.5);
+  for (let t = 0; t <= end * 1.0001; t += step) {
+    const x = Math.round(left + (t / Math.max(end, 1e-3)) * (right - left)) + 0.5;
+    context.moveTo(x, y);
+    context.lineTo(x, y + 4);
+    context.fillText(step >= 1 ? `${Math.round(t)}` : t.toFixed(1), x, y + 6);
+  }
+  context.stroke();
+}
+
+/**
+ * Let time be scrubbed on a canvas.
+ * @param {HTMLCanvasElement} canvas @param {App} app @param {(x: number, width: number) => number} share of the run
+ */
+function scrubbing(canvas, app, share) {
+  const seek = (/** @type {PointerEvent} */ event) => {
+    app.seek(Math.min(Math.max(share(event.offsetX, canvas.clientWidth), 0), 1) * app.run.end);
+  };
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    seek(event);
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    if (canvas.hasPointerCapture(event.pointerId)) seek(event);
+  });
+}

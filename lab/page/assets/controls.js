@@ -1,0 +1,85 @@
+// The page's controls: buttons, layers, theme, help, and the address that leads to a moment.
+
+/** @param {App} app @param {Player} player */
+function listenToControls(app, player) {
+  const on = (/** @type {string} */ id, /** @type {() => void} */ act) => byId(id).addEventListener("click", act);
+  on("play", () => player.toggle());
+  on("step-back", () => player.step(-1));
+  on("step-on", () => player.step(1));
+  on("live", () => app.seek(app.run.end));
+  on("theme", () => toggleTheme());
+  on("help-open", () => toggleHelp());
+  on("help-close", () => toggleHelp());
+  const speed = /** @type {HTMLSelectElement} */ (byId("speed"));
+  speed.append(...SPEEDS.map((each) => element("option", { value: String(each) }, `${each}×`)));
+  speed.addEventListener("change", () => (player.speed = Number(speed.value)));
+  app.onTime.push(() => {
+    speed.value = String(player.speed);
+    const play = byId("play");
+    play.textContent = player.isPlaying ? "❚❚ Pause" : "▶ Play";
+    play.setAttribute("aria-pressed", String(player.isPlaying));
+    byId("live").hidden = app.run.ended;
+    byId("live").setAttribute("aria-pressed", String(app.follows));
+  });
+  byId("keys").append(...KEYS_HELP.map((each) => element("tr", {}, element("th", { scope: "row" }, each.names), element("td", {}, each.does))));
+  byId("signs").append(...Object.values(SIGNS).map(({ sign, name, row }) => element("li", {}, element("i", { class: `row${row}` }, sign), ` ${name}`)));
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => retheme(app));
+  new ResizeObserver(() => app.show()).observe(byId("panes"));
+  listenToLayers(app);
+}
+
+/** @param {App} app */
+function listenToLayers(app) {
+  for (const { id, name, about } of LAYERS) {
+    const chip = element("button", { type: "button", "aria-pressed": "true", title: about, "data-layer": id }, name);
+    chip.addEventListener("click", () => {
+      if (!app.layers.delete(id)) app.layers.add(id);
+      chip.setAttribute("aria-pressed", String(app.layers.has(id)));
+      app.show();
+    });
+    byId("layers").append(chip);
+  }
+}
+
+let themed = /** @type {App | null} */ (null);
+
+/** @param {App} app */
+function retheme(app) {
+  themed = app;
+  readTheme();
+  app.show();
+}
+
+function toggleTheme() {
+  const root = document.documentElement;
+  const isDark = getComputedStyle(root).colorScheme.trim() === "dark";
+  root.dataset.theme = isDark ? "light" : "dark";
+  if (themed) retheme(themed);
+}
+
+function toggleHelp() {
+  const help = /** @type {HTMLDialogElement} */ (byId("help"));
+  if (help.open) help.close();
+  else help.showModal();
+}
+
+/** Go where the address says: `#t=12.3&robot=3`. @param {App} app */
+function followAddress(app) {
+  const asked = new URLSearchParams(location.hash.slice(1));
+  const [time, robot] = [Number(asked.get("t") ?? NaN), Number(asked.get("robot") ?? NaN)];
+  if (app.run && app.run.bodies.has(robot)) app.robot = robot;
+  if (app.run && Number.isFinite(time)) app.seek(time);
+}
+
+/** Keep the address at the moment that is shown, for whoever copies it. @param {App} app @param {Player} player */
+function keepAddress(app, player) {
+  let awaited = 0;
+  app.onTime.push(() => {
+    clearTimeout(awaited);
+    if (player.isPlaying || app.follows) return;
+    awaited = window.setTimeout(() => {
+      const robot = app.robot ? `&robot=${app.robot}` : "";
+      history.replaceState(null, "", `#t=${app.time.toFixed(2)}${robot}`);
+    }, 300); // browsers refuse more than a hundred changes in some seconds
+  });
+}

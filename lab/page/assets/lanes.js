@@ -1,0 +1,99 @@
+// The time line: steps, what went wrong and what was mended, and a lane for each robot with what it did.
+
+const LANE = { left: 56, right: 16, axis: 20, band: 18, signs: 18, lane: 17, top: 4 };
+
+/** How a lane shows what a robot does; without colour by the height and the texture of its bar. */
+const DOES = ["driving", "standing", "holding", "waiting", "lining up", "arrived", "dead"];
+
+class Lanes {
+  /** @param {App} app @param {HTMLCanvasElement} canvas */
+  constructor(app, canvas) {
+    this.app = app;
+    this.canvas = canvas;
+    this.still = new Still();
+    scrubbing(canvas, app, (x, width) => (x - LANE.left) / (width - LANE.left - LANE.right));
+    canvas.addEventListener("click", (event) => {
+      const lane = Math.floor((event.offsetY - this.lanesTop) / LANE.lane);
+      const robot = app.run.robots[lane];
+      if (event.offsetX < LANE.left && robot) app.choose(robot, app.focus);
+    });
+  }
+
+  get lanesTop() {
+    return LANE.top + LANE.band + 2 * LANE.signs + 4;
+  }
+
+  draw() {
+    const { app } = this;
+    const tall = this.lanesTop + app.run.bodies.size * LANE.lane + LANE.axis;
+    if (this.canvas.style.height !== `${tall}px`) this.canvas.style.height = `${tall}px`;
+    const { context, width, height } = surfaceOf(this.canvas);
+    if (width === 0) return;
+    context.clearRect(0, 0, width, height);
+    const key = `${app.news}|${app.focus}|${app.robot}|${app.run.end}`;
+    this.still.show(context, width, height, key, (onto) => this.drawStill(onto, width, height));
+    const x = this.x(app.time, width);
+    context.strokeStyle = context.fillStyle = colour.ink;
+    context.lineWidth = 1.5;
+    context.beginPath();
+    context.moveTo(x, LANE.top);
+    context.lineTo(x, height - LANE.axis);
+    context.stroke();
+    context.beginPath();
+    context.moveTo(x - 5, 0);
+    context.lineTo(x + 5, 0);
+    context.lineTo(x, 7);
+    context.fill();
+    this.canvas.setAttribute("aria-valuemax", app.run.end.toFixed(2));
+    this.canvas.setAttribute("aria-valuenow", app.time.toFixed(2));
+    this.canvas.setAttribute("aria-valuetext", `${app.time.toFixed(2)} seconds of ${app.run.end.toFixed(2)}`);
+  }
+
+  /** @param {number} t @param {number} width */
+  x(t, width) {
+    return LANE.left + (t / Math.max(this.app.run.end, 1e-3)) * (width - LANE.left - LANE.right);
+  }
+
+  /** @param {CanvasRenderingContext2D} context @param {number} width @param {number} height */
+  drawStill(context, width, height) {
+    const { run } = this.app;
+    drawTimeAxis(context, run.end, LANE.left, width - LANE.right, height - LANE.axis);
+    this.drawSteps(context, width);
+    drawSigns(this, context, width);
+    run.robots.forEach((robot, lane) => {
+      const y = this.lanesTop + lane * LANE.lane;
+      const isChosen = robot === this.app.robot;
+      context.fillStyle = isChosen ? colour.ink : colourOf(robot);
+      context.font = font(12, isChosen ? "800" : "600");
+      context.textAlign = "right";
+      context.textBaseline = "middle";
+      context.fillText(`${isChosen ? "▸ " : ""}r${robot}`, LANE.left - 8, y + LANE.lane / 2);
+      for (const part of doings(run, robot)) {
+        const [from, to] = [this.x(part.from, width), this.x(part.to, width)];
+        drawDoing(context, part.does, from, Math.max(to - from, 0.5), y + 2, LANE.lane - 4, colourOf(robot));
+      }
+    });
+  }
+
+  /** @param {CanvasRenderingContext2D} context @param {number} width */
+  drawSteps(context, width) {
+    const { positions } = this.app.run;
+    context.font = font(11, "600");
+    context.textAlign = "center";
+    context.textBaseline = "middle";
+    context.fillStyle = colour.soft;
+    context.textAlign = "right";
+    context.fillText("step", LANE.left - 8, LANE.top + LANE.band / 2);
+    context.textAlign = "center";
+    for (let i = 1; i < positions.length; i++) {
+      const [from, to] = [this.x(positions[i - 1].t_s, width), this.x(positions[i].t_s, width)];
+      context.globalAlpha = i % 2 ? 0.16 : 0.28;
+      context.fillStyle = colour.promise;
+      context.fillRect(from, LANE.top, to - from, LANE.band - 3);
+      context.globalAlpha = 1;
+      context.fillStyle = colour.ink;
+      if (to - from > 13) context.fillText(String(positions[i].step), (from + to) / 2, LANE.top + LANE.band / 2 - 1);
+      context.fillRect(to - 0.5, LANE.top, 1, LANE.band - 3);
+    }
+  }
+}

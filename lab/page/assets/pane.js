@@ -1,0 +1,118 @@
+// One map: a run from above, to look at, to move about in, and to choose a robot on.
+
+class Pane {
+  /** @param {App} app @param {number} index of its run */
+  constructor(app, index) {
+    this.app = app;
+    this.index = index;
+    this.view = new View();
+    this.ground = new Still();
+    this.figure = document.createElement("figure");
+    this.figure.className = "pane";
+    this.canvas = document.createElement("canvas");
+    this.canvas.tabIndex = 0;
+    this.canvas.setAttribute("role", "img");
+    this.caption = document.createElement("figcaption");
+    this.figure.append(this.canvas, this.caption);
+    this.listen();
+  }
+
+  get run() {
+    return this.app.runs[this.index];
+  }
+
+  draw() {
+    const { context, width, height } = surfaceOf(this.canvas);
+    const { run, view, app } = this;
+    if (width === 0) return;
+    const hasResized = view.width !== width || view.height !== height;
+    Object.assign(view, { width, height });
+    if (view.isFitted && (hasResized || app.hasNews)) view.fit(boxOf(run));
+    const t = app.timeOf(this.index);
+    run.goTo(t);
+    context.clearRect(0, 0, width, height);
+    const key = `${view.scale}|${view.x}|${view.y}|${run.subject?.run}`;
+    this.ground.show(context, width, height, key, (onto) => drawGround(onto, view, run));
+    drawMovers(context, view, run, t);
+    context.save();
+    view.apply(context);
+    const strand = strandAt(run, t);
+    const robot = app.focus === this.index ? app.robot : 0;
+    const sees = robot || strand?.order[0] || Math.min(...run.robots, Infinity);
+    /** @type {Scene} */
+    const scene = { context, view, run, t, px: 1 / view.scale, robot, sees, strand };
+    for (const layer of LAYERS) if (app.layers.has(layer.id)) layer.draw(scene);
+    drawRobots(scene);
+    context.restore();
+    this.say(t);
+  }
+
+  /** @param {number} t */
+  say(t) {
+    const { run, app } = this;
+    const several = app.runs.length > 1;
+    this.caption.hidden = !several;
+    if (several) {
+      const word = run.verdict ? (run.verdict.ok ? "✓" : "✗") : "";
+      this.caption.textContent = `${"ABCDEFGH"[this.index]}  ${run.subject?.run ?? ""}  ${word}  t = ${t.toFixed(2)} s, step ${Math.max(positionAt(run, t), 0)}`;
+      this.figure.classList.toggle("chosen", app.focus === this.index);
+    }
+    const name = `Map of run ${run.subject?.run ?? ""}: ${run.bodies.size} robots`;
+    if (this.canvas.getAttribute("aria-label") !== name) this.canvas.setAttribute("aria-label", name);
+  }
+
+  listen() {
+    /** @type {Map<number, {x: number, y: number}>} */
+    const fingers = new Map();
+    let moved = 0;
+    const { canvas, view, app } = this;
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      fingers.set(event.pointerId, { x: event.offsetX, y: event.offsetY });
+      moved = 0;
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      const before = fingers.get(event.pointerId);
+      if (!before) return;
+      const now = { x: event.offsetX, y: event.offsetY };
+      const other = [...fingers.entries()].find(([id]) => id !== event.pointerId)?.[1];
+      if (other) {
+        const spread = Math.hypot(now.x - other.x, now.y - other.y) / Math.max(Math.hypot(before.x - other.x, before.y - other.y), 1);
+        view.zoom(spread, (now.x + other.x) / 2, (now.y + other.y) / 2);
+      }
+      view.pan((now.x - before.x) / fingers.size, (now.y - before.y) / fingers.size);
+      moved += Math.hypot(now.x - before.x, now.y - before.y);
+      fingers.set(event.pointerId, now);
+      app.show();
+    });
+    const lift = (/** @type {PointerEvent} */ event) => {
+      if (fingers.delete(event.pointerId) && moved < 5 && event.type === "pointerup") this.choose(event.offsetX, event.offsetY);
+    };
+    canvas.addEventListener("pointerup", lift);
+    canvas.addEventListener("pointercancel", lift);
+    canvas.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      view.zoom(Math.exp(-event.deltaY / 400), event.offsetX, event.offsetY);
+      app.show();
+    }, { passive: false });
+    canvas.addEventListener("dblclick", () => this.fit());
+  }
+
+  fit() {
+    this.view.isFitted = true;
+    this.view.fit(boxOf(this.run));
+    this.app.show();
+  }
+
+  /** Choose the robot there, or none. @param {number} px @param {number} py */
+  choose(px, py) {
+    const reach = Math.max(this.run.radius * this.view.scale, 16);
+    let [nearest, least] = [0, reach];
+    for (const body of this.run.bodies.values()) {
+      const [x, y] = this.view.toScreen(body.x, body.y);
+      const far = Math.hypot(px - x, py - y);
+      if (far < least) [nearest, least] = [body.robot, far];
+    }
+    this.app.choose(nearest, this.index);
+  }
+}

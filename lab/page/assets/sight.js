@@ -1,0 +1,163 @@
+// More layers of a map: what the leader saw and chose, links, halos, and the robots themselves.
+
+/** @param {Scene} scene */
+function drawSight({ context, view, run, t, px, sees }) {
+  const row = run.lookup("step.planned", sees).at(t);
+  if (row < 0) return;
+  const steps = run.kind("step.planned");
+  const [seen, gaps] = [steps.obstacles[row], steps.gaps[row]];
+  context.strokeStyle = context.fillStyle = colour.ink;
+  context.lineWidth = 1.5 * px;
+  for (const { tangent_1: one, tangent_2: other } of seen) {
+    stroke(context, one, other);
+    for (const [x, y] of [one, other]) diamond(context, x, y, 3.5 * px);
+  }
+  gaps.forEach((/** @type {any} */ gap, /** @type {number} */ i) => {
+    if (i === steps.gap[row] || !seen[gap.right] || !seen[gap.left]) return;
+    context.globalAlpha = gap.passable ? 0.5 : 0.25;
+    context.lineWidth = px;
+    context.setLineDash(gap.passable ? [5 * px, 3 * px] : [1 * px, 3 * px]);
+    stroke(context, seen[gap.right].tangent_2, seen[gap.left].tangent_1);
+  });
+  context.setLineDash([]);
+  context.globalAlpha = 1;
+  const chosen = gaps[steps.gap[row]];
+  if (chosen && seen[chosen.right] && seen[chosen.left]) drawGap(context, view, px, seen[chosen.right].tangent_2, seen[chosen.left].tangent_1, chosen.width_m);
+  drawHeading(context, px, [steps.x_m[row], steps.y_m[row]], pair(steps.target[row]));
+}
+
+/** @param {CanvasRenderingContext2D} context @param {number[]} one @param {number[]} other */
+function stroke(context, one, other) {
+  context.beginPath();
+  context.moveTo(one[0], one[1]);
+  context.lineTo(other[0], other[1]);
+  context.stroke();
+}
+
+/** @param {CanvasRenderingContext2D} context @param {number} x @param {number} y @param {number} reach */
+function diamond(context, x, y, reach) {
+  context.beginPath();
+  context.moveTo(x - reach, y);
+  context.lineTo(x, y - reach);
+  context.lineTo(x + reach, y);
+  context.lineTo(x, y + reach);
+  context.fill();
+}
+
+/** The gap that was aimed at, with its width. @param {CanvasRenderingContext2D} context @param {View} view @param {number} px @param {number[]} right @param {number[]} left @param {number} width */
+function drawGap(context, view, px, right, left, width) {
+  context.strokeStyle = colour.good;
+  context.lineWidth = 2.5 * px;
+  stroke(context, right, left);
+  onScreen(context, () => {
+    const [x, y] = view.toScreen((right[0] + left[0]) / 2, (right[1] + left[1]) / 2);
+    label(context, x, y - 10, `gap ${width.toFixed(2)} m`, colour.good);
+  });
+}
+
+/** The heading of a step, up to its target. @param {CanvasRenderingContext2D} context @param {number} px @param {[number, number]} from @param {[number, number]} to */
+function drawHeading(context, px, from, to) {
+  const heading = Math.atan2(to[1] - from[1], to[0] - from[0]);
+  context.strokeStyle = context.fillStyle = colour.promise;
+  context.lineWidth = 1.75 * px;
+  stroke(context, from, to);
+  context.beginPath();
+  context.moveTo(to[0], to[1]);
+  for (const side of [-1, 1]) {
+    const back = heading + Math.PI + side * 0.4;
+    context.lineTo(to[0] + 9 * px * Math.cos(back), to[1] + 9 * px * Math.sin(back));
+  }
+  context.fill();
+}
+
+/** @param {Scene} scene */
+function drawLinks({ context, run, t, px, strand }) {
+  if (!strand) return;
+  for (let place = 1; place < strand.order.length; place++) {
+    const [one, other] = [run.body(strand.order[place - 1]), run.body(strand.order[place])];
+    const state = linkAt(run, one.robot, other.robot, t) || "up";
+    context.strokeStyle = state === "up" ? colour.soft : colour.bad;
+    context.lineWidth = (state === "up" ? 1 : 1.75) * px;
+    context.setLineDash(state === "up" ? [] : [4 * px, 4 * px]);
+    stroke(context, [one.x, one.y], [other.x, other.y]);
+    context.setLineDash([]);
+    const [x, y] = [(one.x + other.x) / 2, (one.y + other.y) / 2];
+    if (state === "silent") circle(context, x, y, 5 * px);
+    if (state === "broken") {
+      stroke(context, [x - 5 * px, y - 5 * px], [x + 5 * px, y + 5 * px]);
+      stroke(context, [x - 5 * px, y + 5 * px], [x + 5 * px, y - 5 * px]);
+    }
+  }
+}
+
+/** @param {CanvasRenderingContext2D} context @param {number} x @param {number} y @param {number} radius */
+function circle(context, x, y, radius) {
+  context.beginPath();
+  context.arc(x, y, radius, 0, 2 * Math.PI);
+  context.stroke();
+}
+
+/** @param {Scene} scene */
+function drawHalos({ context, run, px }) {
+  context.lineWidth = px;
+  context.setLineDash([3 * px, 2.5 * px]);
+  for (const body of run.bodies.values()) {
+    context.strokeStyle = colourOf(body.robot);
+    circle(context, body.x, body.y, run.radius + run.epsilon);
+  }
+  context.setLineDash([]);
+}
+
+/** Robots, over all else: a disc with its number and a tick ahead; the leader has a second ring, the dead a cross. @param {Scene} scene */
+function drawRobots({ context, view, run, t, px, robot, strand }) {
+  const radius = Math.max(run.radius, 4 * px); // a point would not be seen
+  for (const body of run.bodies.values()) {
+    if (Number.isNaN(body.x)) continue;
+    const isDead = stateAt(run.lanes.get(body.robot), t) === "dead";
+    context.fillStyle = isDead ? colour.card : colourOf(body.robot);
+    context.strokeStyle = isDead ? colour.bad : colour.card;
+    context.lineWidth = (isDead ? 2 : 1) * px;
+    context.beginPath();
+    context.arc(body.x, body.y, radius, 0, 2 * Math.PI);
+    context.fill();
+    context.stroke();
+    context.strokeStyle = isDead ? colour.bad : colourOf(body.robot);
+    context.lineWidth = 2.5 * px;
+    const [cos, sin] = [Math.cos(body.heading), Math.sin(body.heading)];
+    stroke(context, [body.x + radius * cos, body.y + radius * sin], [body.x + 1.45 * radius * cos, body.y + 1.45 * radius * sin]);
+    context.lineWidth = 1.5 * px;
+    if (strand?.order[0] === body.robot) circle(context, body.x, body.y, radius + 3 * px);
+    if (robot === body.robot) {
+      context.strokeStyle = colour.ink;
+      circle(context, body.x, body.y, radius + 6 * px);
+    }
+    if (isDead) for (const side of [-1, 1]) stroke(context, [body.x - 0.7 * radius, body.y - 0.7 * side * radius], [body.x + 0.7 * radius, body.y + 0.7 * side * radius]);
+    numberRobot(context, view, body, radius, isDead);
+  }
+}
+
+/** @param {CanvasRenderingContext2D} context @param {View} view @param {Body} body @param {number} radius @param {boolean} isDead */
+function numberRobot(context, view, body, radius, isDead) {
+  const reach = radius * view.scale;
+  onScreen(context, () => {
+    const [x, y] = view.toScreen(body.x, body.y);
+    if (reach < 9 || isDead) {
+      label(context, x + reach + 9, y - reach - 3, String(body.robot), isDead ? colour.bad : colourOf(body.robot));
+      return;
+    }
+    context.font = font(Math.min(reach * 1.05, 15), "700");
+    context.textAlign = "center";
+    context.textBaseline = "middle";
+    context.fillStyle = colour.card;
+    context.fillText(String(body.robot), x, y + 0.5);
+  });
+}
+
+/** Draw in pixels for once. @param {CanvasRenderingContext2D} context @param {() => void} draw */
+function onScreen(context, draw) {
+  const ratio = window.devicePixelRatio || 1;
+  context.save();
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  draw();
+  context.restore();
+}

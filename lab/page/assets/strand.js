@@ -1,0 +1,97 @@
+// How the strand was at a time: its order, its links, its path, and how far its robots may drive.
+
+/** The strand that had formed by then. @param {Run} run @param {number} t */
+function strandAt(run, t) {
+  let place = run.strands.length - 1;
+  while (place >= 0 && run.strands[place].t_s > t) place--;
+  return place < 0 ? null : run.strands[place];
+}
+
+/** @param {Run} run @param {number} t @returns {number} 0: nobody leads yet */
+function leaderAt(run, t) {
+  return strandAt(run, t)?.order[0] ?? 0;
+}
+
+/** @param {Run} run @param {number} one @param {number} other @param {number} t */
+function linkAt(run, one, other, t) {
+  return stateAt(run.links.get(`${Math.min(one, other)}-${Math.max(one, other)}`), t);
+}
+
+/**
+ * How far a robot is along the strand's path [m]: of its order's target, less what is left to drive.
+ * @param {Run} run @param {Body} body @param {number} epoch @param {number} t @param {number} x where it is then
+ * @param {number} y
+ */
+function progressAt(run, body, epoch, t, x, y) {
+  const row = run.lookup("order.accepted", body.robot).at(t);
+  const orders = run.kind("order.accepted");
+  if (row < 0 || orders.epoch[row] !== epoch) return NaN;
+  const target = orders.target[row];
+  return orders.reach_m[row] - Math.hypot(target[0] - x, target[1] - y);
+}
+
+/**
+ * The movement authority of a robot [m along the strand's path]; NaN: nobody has granted it any.
+ * @param {Run} run @param {{epoch: number, order: number[]}} strand @param {number} place its place in the order
+ * @param {number} t
+ */
+function authorityAt(run, strand, place, t) {
+  if (place === 0) return NaN;
+  const row = run.lookup("authority.granted", `${strand.order[place - 1]}>${strand.order[place]}`).at(t);
+  const grants = run.kind("authority.granted");
+  return row < 0 || grants.epoch[row] !== strand.epoch ? NaN : grants.authority_m[row];
+}
+
+/**
+ * The step that a robot drives or has driven last.
+ * @param {Run} run @param {number} robot @param {number} t @returns {any} null: none
+ */
+function stepAt(run, robot, t) {
+  const row = run.lookup("step.planned", robot).at(t);
+  if (row < 0) return null;
+  const steps = run.kind("step.planned");
+  return Object.fromEntries(Object.entries(steps).map(([name, values]) => [name, values[row]]));
+}
+
+/** The newest switching position by then; -1: none. @param {Run} run @param {number} t */
+function positionAt(run, t) {
+  let place = run.positions.length - 1;
+  while (place >= 0 && run.positions[place].t_s > t) place--;
+  return place;
+}
+
+/**
+ * The part of a path between two arc lengths, for a canvas.
+ * @param {CanvasRenderingContext2D} context @param {{x: number, y: number, s: number}[]} path
+ * @param {number} from @param {number} to
+ */
+function tracePath(context, path, from, to) {
+  if (!(to > from) || path.length < 2) return;
+  context.beginPath();
+  let isBegun = false;
+  for (let i = 1; i < path.length; i++) {
+    const [start, end] = [path[i - 1], path[i]];
+    if (end.s < from || start.s > to || end.s === start.s) continue;
+    if (!isBegun) context.moveTo(...along(start, end, Math.max(from, start.s)));
+    isBegun = true;
+    context.lineTo(...along(start, end, Math.min(to, end.s)));
+  }
+}
+
+/**
+ * @param {{x: number, y: number, s: number}} start @param {{x: number, y: number, s: number}} end @param {number} s
+ * @returns {[number, number]}
+ */
+function along(start, end, s) {
+  const share = (s - start.s) / (end.s - start.s);
+  return [start.x + share * (end.x - start.x), start.y + share * (end.y - start.y)];
+}
+
+/** @param {{x: number, y: number, s: number}[]} path @param {number} s @returns {[number, number]} */
+function pointAt(path, s) {
+  for (let i = 1; i < path.length; i++) {
+    if (path[i].s >= s && path[i].s > path[i - 1].s) return along(path[i - 1], path[i], Math.max(s, path[i - 1].s));
+  }
+  const last = path[path.length - 1];
+  return [last.x, last.y];
+}

@@ -1,0 +1,37 @@
+"""`clew report`: one HTML file that shows a run."""
+
+from pathlib import Path
+
+import click
+
+from lab.page.document import document
+from lab.page.telling import Telling
+from protocol.errors import UsageError
+
+REPORT_FILE = "report.html"
+
+
+@click.command()
+@click.argument("run", type=click.Path(path_type=Path))
+@click.option(
+    "--out", type=click.Path(path_type=Path), help=f"The file; default: {REPORT_FILE} beside the log."
+)
+def report(run: Path, *, out: Path | None) -> None:
+    """Make one HTML file of a run: what happened, where, when and why. It opens anywhere and requests nothing.
+
+    RUN is a run's folder, or its events.jsonl. Prints the file's path.
+    """
+    if not run.exists():
+        raise UsageError(f"no run in {run}: there is no such file or folder")
+    path = out or (run if run.is_dir() else run.parent) / REPORT_FILE
+    telling = Telling(run)
+    page = document([telling.batches()])
+    try:
+        path.write_text(page, encoding="utf-8")
+    except OSError as error:
+        raise UsageError(f"cannot write {path}: {error.strerror}") from error
+    if not telling.is_there:
+        raise UsageError(f"{telling.flaws[0]} ({path} says so)")
+    for flaw in telling.flaws:
+        click.echo(f"not complete: {flaw}", err=True)
+    click.echo(str(path))

@@ -1,0 +1,68 @@
+"""Tells a run that is over, from its folder: whatever can be read of it is told, and the rest is said to be wrong.
+
+Rule 1: a folder that holds no timeline, or a timeline without a header of ours, still makes a page, which says so.
+Rule 2: entries are packed every `AT_ONCE`: a log of a million entries never stands in memory.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from lab.log import Log
+from lab.page.story import Story
+from protocol.errors import UsageError
+from world.recorder import EVENTS_FILE
+from world.verdict import VERDICT_FILE
+
+AT_ONCE = 100_000  # entries: some 50 MB of them
+
+
+class Telling:
+    """A run that is told once, batch by batch."""
+
+    def __init__(self, run: Path) -> None:
+        """A run's folder, or its `events.jsonl`."""
+        self._verdict, flaw = _verdict_of(run)
+        self.flaws: tuple[str, ...] = () if flaw is None else (flaw,)
+        """What is wrong with the run, in sentences; complete when all has been told."""
+        self._log: Log | None = None
+        try:
+            self._log = Log(run)
+        except UsageError as error:
+            self.flaws = (str(error), *self.flaws)
+
+    @property
+    def is_there(self) -> bool:
+        """Whether there is a timeline at all."""
+        return self._log is not None
+
+    def batches(self) -> Iterator[bytes]:
+        """The whole run, for `clew.take`."""
+        story = Story(None if self._log is None else self._log.header)
+        for count, (source, entry) in enumerate(() if self._log is None else self._log.lines, start=1):
+            story.hear(source, entry)
+            if count % AT_ONCE == 0:
+                yield from _some(story.batch())
+        self.flaws = (*(() if self._log is None else self._log.flaws), *self.flaws)
+        story.add(verdict=self._verdict, flaws=self.flaws)
+        yield from _some(story.batch(ended=True))
+
+
+def _some(batch: bytes | None) -> Iterator[bytes]:
+    if batch is not None:
+        yield batch
+
+
+def _verdict_of(run: Path) -> tuple[dict[str, Any] | None, str | None]:
+    """The verdict as it stands beside the timeline, and what is wrong with it."""
+    if run.is_file() and run.name != EVENTS_FILE:
+        return None, None  # a copy under another name may be of another run
+    path = (run if run.is_dir() else run.parent) / VERDICT_FILE
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=dict[str, Any]), None
+    except FileNotFoundError:
+        return None, f"there is no {VERDICT_FILE}"
+    except (OSError, msgspec.MsgspecError, ValueError, RecursionError) as error:
+        return None, f"{VERDICT_FILE} cannot be read: {error}"
