@@ -75,9 +75,12 @@ def recovery_lines(verdict: Verdict) -> Iterator[str]:
     """What went wrong on the way and how it was mended; nothing, where nothing did."""
     if verdict.messages.injected:
         counts = ", ".join(f"{count} by {fault}" for fault, count in verdict.messages.injected.items())
-        yield f"messages that a fault plan took away: {counts}"
+        yield f"messages that were taken away as asked: {counts}"
+    if elsewhere := verdict.messages.injected_left_out:
+        counts = ", ".join(f"{count} by {fault}" for fault, count in elsewhere.items())
+        yield f"and of books that one side never closed: {counts}"
     for death in verdict.deaths:
-        who = "as a fault plan said" if death.ordered else "by itself"
+        who = "as asked" if death.ordered else "by itself"
         yield f"robot {death.robot} died {who} at t={death.cause_s:.1f} s: {_mended(death)}"
     for succession in verdict.successions:
         before = "nobody" if succession.before is None else f"robot {succession.before}"

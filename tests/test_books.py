@@ -1,4 +1,6 @@
+from protocol.timeline import Entry, FaultInjected
 from world.books import Account, Messages, balance
+from world.tally import Tally
 
 ROBOTS = [1, 2, 3]
 
@@ -91,7 +93,30 @@ def test_books_with_a_dead_robot_are_left_out_and_named() -> None:
     assert messages.left_out == ("body/r2/drive > world", "link/r1/r2 > r2")
 
 
+def test_what_was_taken_away_of_books_that_are_left_out_is_counted_apart() -> None:
+    link, drive = "link/r1/r2", "body/r1/drive"
+    taken = {(link, "r2"): {"drop": 4}, (drive, "world"): {"drop": 1, "corrupt": 2}}
+    dead = balance({"world": account(), "r2": account()}, robots=[1, 2], taken=taken)
+    assert (dead.injected, dead.injected_left_out) == ({}, {"corrupt": 2, "drop": 5})
+    assert dead.left_out == (f"{drive} > world", f"{link} > r2")
+    counted = account(newest={link: 4}, injected={"drop": {link: 4}})
+    alive = balance(
+        {"r1": account(sent={link: 4}), "r2": counted}, robots=[1, 2], taken={(link, "r2"): {"drop": 4}}
+    )
+    assert (alive.injected, alive.injected_left_out) == ({"drop": 4}, {})
+
+
 def test_the_recorders_keys_and_queries_are_in_no_book() -> None:
     keys = {"log/r1": 5, "logged/r1": 5, "body/r1/scan": 5, "mission": 1}
     messages = books(r1=account(sent=keys, received=keys))
     assert (messages.sent, messages.received, messages.left_out) == (0, 0, ())
+
+
+def test_a_message_is_taken_away_once_however_many_faults_have_struck_it() -> None:
+    tally = Tally()
+    for n, (fault, number) in enumerate(
+        [("delay", 1), ("corrupt", 2), ("drop", 2), ("drop", 3), ("drop", 0)]
+    ):
+        injected = FaultInjected(fault=fault, rule=fault, key="link/r1/r2", number=number)
+        tally.hear("r2", Entry(n=n, t_s=1.0, hlc="", record=injected))
+    assert tally.taken == {("link/r1/r2", "r2"): {"drop": 2}}

@@ -135,7 +135,7 @@ def test_a_robot_that_nobody_meant_to_kill_makes_the_run_fail(fleet: Fleet) -> N
     verdict = json.loads(outcome.out)
     assert (outcome.code, verdict["ok"]) == (1, False)
     assert verdict["reason"].startswith("robot 3 died at t=")
-    assert verdict["reason"].endswith("and no fault plan said so")
+    assert verdict["reason"].endswith("and nobody had asked for it")
     assert fleet.leftovers() == []
 
 

@@ -10,7 +10,7 @@ from protocol.faults.plan import Plan
 from protocol.faults.rules import Drop, Freeze, Kill, Rule, Slow, StepPoint
 from protocol.faults.strokes import Blow, Stroke
 from protocol.mischief import WHERE_FILE, Wish, wish
-from protocol.timeline import Entry, FaultInjected, Record, StrandFormed
+from protocol.timeline import Entry, FaultInjected, Record, StrandFormed, WorldResumed
 from world.control import heard
 from world.faults import GIVEN_MAX, TELL_S, Mischief
 
@@ -101,6 +101,18 @@ def test_which_rules_have_struck_is_told_so_that_they_do_not_again() -> None:
     after = mischief.of("r2")
     assert (before.struck, after.struck) == ((), ("kill-1",))
     assert after.number > before.number
+
+
+def test_a_world_that_goes_on_gives_no_name_twice_and_is_believed_before_the_one_that_was_killed() -> None:
+    killed, resumed = without_plan(), without_plan()
+    killed.give(Drop(), now_s=1.0, for_s=None)
+    killed.give(Kill(target="r3"), now_s=2.0, for_s=None)
+    (stroke,) = killed.due(2.0)
+    resumed.hear("r1", entry(FaultInjected(fault="drop", rule="given-1", key="link/r2/r1", number=4)))
+    resumed.hear("world", entry(stroke.as_record()))
+    resumed.hear("world", entry(WorldResumed(life=1, entries=9, torn_bytes=0)))
+    assert resumed.give(Drop(), now_s=5.0, for_s=None) == "given-3"
+    assert resumed.of("r1").number > killed.of("r1").number
 
 
 def test_a_robot_is_told_how_slow_to_be_and_when_no_more() -> None:

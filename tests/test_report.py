@@ -73,8 +73,8 @@ def test_what_went_wrong_and_was_mended_is_told() -> None:
         GOOD, messages=messages, deaths=(death, lost), successions=(succession,), heals=(heal,)
     )
     assert list(recovery_lines(verdict)) == [
-        "messages that a fault plan took away: 5 by drop",
-        "robot 1 died as a fault plan said at t=3.0 s: noticed after 0.4 s, healed after 3.0 s",
+        "messages that were taken away as asked: 5 by drop",
+        "robot 1 died as asked at t=3.0 s: noticed after 0.4 s, healed after 3.0 s",
         "robot 4 died by itself at t=8.0 s: nobody missed it",
         "robot 2 leads in the place of robot 1 from t=5.0 s on",
         "the strand healed at t=6.0 s, of 2 robots",

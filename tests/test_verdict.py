@@ -94,7 +94,7 @@ PROMISES = {
     ),
     "nobody dies": (
         verdict([*ALL_WELL, DIED], ending=Ending.STUCK),
-        "robot 2 died at t=4.2 s (known at t=5.0 s), and no fault plan said so",
+        "robot 2 died at t=4.2 s (known at t=5.0 s), and nobody had asked for it",
     ),
     "a way is found": (
         verdict([LOST], ending=Ending.ROUTE_LOST),

@@ -48,7 +48,7 @@ def verdict_of(world: World, circumstances: Circumstances) -> Verdict:
             living=world.survivors,
             tally=tally,
             judgement=world.judgement,
-            messages=balance(accounts, robots=sorted(attendance.robots)),
+            messages=balance(accounts, robots=sorted(attendance.robots), taken=tally.taken),
             events=Events(
                 recorded=circumstances.recorded,
                 missing=missing + len(untold) + tally.unrecorded_count,

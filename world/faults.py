@@ -2,8 +2,11 @@
 
 Rule 1: a rule that is given while the run goes on has the window and the name that it gets here.
 Rule 2: robots are told the whole state, again and again: one message that arrives is enough.
+Rule 3: who goes on from the timeline of a world that was killed names no rule as one of those was named, and
+        numbers what it tells beyond all that those can have told: robots take the greatest for the newest.
 """
 
+import re
 from collections.abc import Sequence
 
 from msgspec.structs import replace
@@ -16,10 +19,12 @@ from protocol.faults.rules import MessageRule, ProcessRule, Rule
 from protocol.faults.strokes import Blow, Stroke, Strokes
 from protocol.keys import WORLD, robot_name
 from protocol.messages import Faults
-from protocol.timeline import Entry, FaultInjected
+from protocol.timeline import Entry, FaultInjected, WorldResumed
 
 TELL_S = 0.5  # simulated: how often robots are told anyway
 GIVEN_MAX = 100  # what a `Faults` may hold
+NEWS_MAX = 2**32  # of one life of the world: more than a run has ticks, and 2 million lives are a `Count`
+GIVEN = re.compile(r"given-(\d+)")
 
 
 class Mischief:
@@ -45,6 +50,13 @@ class Mischief:
         self._roles.hear(source, entry)
         for strokes in (self._strokes, *self._by_hand):
             strokes.hear(source, entry)
+        match entry.record:
+            case FaultInjected(rule=rule) if given := GIVEN.match(rule):
+                self._given = max(self._given, int(given[1]))
+            case WorldResumed():
+                self._news += NEWS_MAX
+            case _:
+                pass
         match entry.record:
             case FaultInjected(rule=rule, process=str()) if rule not in self._struck:
                 self._struck[rule] = None

@@ -1,11 +1,13 @@
 """What the entries of a run add up to."""
 
+from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 
 from protocol.frames import Point
 from protocol.keys import WORLD, robot_number
 from protocol.timeline import (
     Entry,
+    FaultInjected,
     GoalReached,
     LinkBroken,
     MusterJoined,
@@ -21,7 +23,10 @@ from protocol.timeline import (
     StrandFormed,
     TrafficCounted,
 )
+from world.books import Book
 from world.recovery import Dated, tells
+
+TAKES_AWAY = ("drop", "partition", "corrupt")  # other faults leave a lawful message
 
 
 @dataclass(slots=True)
@@ -47,14 +52,31 @@ class Tally:
     planning_events: int = 0
     """Scans served to robots: each is asked for in order to decide on a motion."""
     scans: int = 0
+    _taken: dict[tuple[Book, int], str] = field(default_factory=dict)
+    """What took a message away, by its book and number."""
 
     @property
     def unrecorded_count(self) -> int:
         """Entries that robots could not keep until they were recorded."""
         return sum(counted.unrecorded for counted in self.counted.values())
 
+    @property
+    def taken(self) -> dict[Book, Counter[str]]:
+        """Messages that receivers have recorded to be taken away, by book and fault."""
+        counts: defaultdict[Book, Counter[str]] = defaultdict(Counter)
+        for (book, _), fault in self._taken.items():
+            counts[book][fault] += 1
+        return dict(counts)
+
     def hear(self, source: str, entry: Entry) -> None:
         """Take an entry in."""
+        match entry.record:
+            case FaultInjected(fault=fault, key=str(key), number=int(number)) if (
+                number and fault in TAKES_AWAY
+            ):
+                self._taken[(key, source), number] = fault
+            case _:
+                pass
         robot = robot_number(source)
         if tells(source, entry.record):
             self.recovery.append((entry.t_s, source, entry.record))

@@ -193,7 +193,7 @@ def _breach_sentence(t_s: float, broken: PromiseBroken) -> str:
 
 def _death_sentence(death: Death) -> str:
     when = f"at t={death.cause_s:.1f} s (known at t={death.known_s:.1f} s)"
-    return f"robot {death.robot} died {when}, and no fault plan said so"
+    return f"robot {death.robot} died {when}, and nobody had asked for it"
 
 
 def finite(distance_m: float) -> float | None:
