@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from lab.check import check, sentences
+from lab.export.verb import export
 from lab.log import Log
 from lab.options import AS_JSON
 from lab.summary import Judged, Summary, summarise
@@ -68,6 +69,9 @@ def check_log(ctx: click.Context, run: Path, *, as_json: bool) -> None:
     else:
         click.echo("\n".join(sentences(finding)))
     ctx.exit(0 if finding.ok else 1)
+
+
+log.add_command(export)
 
 
 def one_line(source: str, entry: Entry) -> str:

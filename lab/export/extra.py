@@ -1,0 +1,19 @@
+"""Whether what an export needs is installed."""
+
+from importlib import import_module
+
+from protocol.errors import UsageError
+
+
+def need(module: str, *, extra: str) -> None:
+    """Come back if a module can be imported.
+
+    Raises:
+        UsageError: it cannot; it names the extra that brings it.
+    """
+    try:
+        import_module(module)
+    except ImportError as error:
+        raise UsageError(
+            f"--to {extra} needs {module}, the extra `{extra}`: pip install '.[{extra}]'"
+        ) from error
