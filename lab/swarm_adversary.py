@@ -52,7 +52,8 @@ def stale_clock(dice: Dice, window: Window) -> list[Rule]:
     around = _within(window, since_s, max(0.1, lasts_s))
     kinds: tuple[MessageKind, ...] = ("odometry", "scan") if dice.chance(0.2) else ("odometry",)
     how = dice.whole(1, 3)
-    blind: Rule = Partition(group=stale, others=(ROUTER,), **around)
+    come = _within(window, max(SOON_S, since_s), max(0.1, lasts_s))  # live, nobody begins without all others
+    blind: Rule = Partition(group=stale, others=(ROUTER,), **come)
     if how == 1:
         blind = Drop(receiver=stale, kinds=kinds, **around)
     elif how == 2:
@@ -161,6 +162,6 @@ def _lost(robot: str, dice: Dice, window: Window, from_s: float) -> Rule:
         case 2:
             return _again(robot, dice, window, from_s)
         case 3:
-            return Partition(group=(robot,), others=(ROUTER,), **_within(window, from_s, gone_s))
+            return Partition(group=(robot,), others=(ROUTER,), **_within(window, max(SOON_S, from_s), gone_s))
         case _:
             return Kill(target=robot, from_s=from_s, until_s=soon_s)

@@ -184,7 +184,8 @@ def cut_flapping(dice: Dice, window: Window) -> list[Rule]:
 
 
 def cut_router(dice: Dice, window: Window) -> list[Rule]:
-    """Some robots are cut off from the router, and so from everybody."""
-    from_s, until_s = times(dice, window)
+    """Some robots are cut off from the router, and so from everybody; but not before they have come."""
+    from_s = dice.between(*window.begins_s)  # live, a fleet that is not whole at the start never begins
+    until_s = window.ends_s(from_s, dice)
     group = tuple(dice.some(names(window), dice.whole(1, max(1, window.robots // 2))))
     return [Partition(group=group, others=(ROUTER,), from_s=from_s, until_s=until_s)]

@@ -7,6 +7,7 @@ from lab.liveness import unlively
 from lab.rehearsal import Rehearsal
 from lab.swarm import Mode, Swarm, draw
 from lab.swarm_faults import ADVERSARY, FaultClass
+from lab.swarm_window import SOON_S
 from lab.swarm_world import Ground
 from protocol.faults.fit import check_fits
 from protocol.faults.plan import Plan
@@ -54,6 +55,13 @@ def test_world_and_plan_are_read_back_from_their_files_as_they_were_drawn(seed: 
     (tmp_path / "world.toml").write_text(swarm.world_text(), encoding="utf-8")
     assert load_scenario(str(tmp_path / "world.toml")).fingerprint() == swarm.scenario.fingerprint()
     assert isinstance(swarm.scenario, Scenario)
+
+
+def test_nobody_is_cut_off_from_the_router_before_it_has_come() -> None:
+    rules = [rule for swarm in DRAWN.values() for rule in swarm.plan.rules if isinstance(rule, Partition)]
+    begin_s = [rule.from_s for rule in rules if "router" in rule.others]
+    assert len(begin_s) > 5
+    assert min(begin_s) >= SOON_S
 
 
 @pytest.mark.parametrize("swarm", LIVELY, ids=lambda swarm: str(swarm.seed))
