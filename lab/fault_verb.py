@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 import click
 
@@ -89,6 +89,16 @@ def slow(run: Path, target: str, delay_s: float, for_s: float | None) -> None:
     _give(run, {"fault": "slow", "target": _process(target), "delay_s": delay_s, "for_s": for_s})
 
 
+class Limits(TypedDict):
+    """Which messages a fault strikes, as the options say it."""
+
+    sender: tuple[str, ...]
+    receiver: tuple[str, ...]
+    kind: tuple[str, ...]
+    probability: float
+    for_s: float | None
+
+
 def _strikes_messages(verb: Callable[..., None]) -> Callable[..., None]:
     """The options that all faults of messages take."""
     options = (
@@ -106,7 +116,7 @@ def _strikes_messages(verb: Callable[..., None]) -> Callable[..., None]:
 
 @fault.command()
 @_strikes_messages
-def drop(run: Path, **messages: Any) -> None:  # noqa: ANN401 - checked where the rule is made
+def drop(run: Path, **messages: Unpack[Limits]) -> None:
     """Lose messages."""
     _give_messages(run, {"fault": "drop"}, messages)
 
@@ -115,7 +125,7 @@ def drop(run: Path, **messages: Any) -> None:  # noqa: ANN401 - checked where th
 @click.option("--min", "delay_s_min", type=seconds, default=0.0, help="At least so late.")
 @click.option("--max", "delay_s_max", type=seconds, required=True, help="At most so late.")
 @_strikes_messages
-def delay(run: Path, delay_s_min: float, delay_s_max: float, **messages: Any) -> None:  # noqa: ANN401 - as above
+def delay(run: Path, delay_s_min: float, delay_s_max: float, **messages: Unpack[Limits]) -> None:
     """Let messages arrive late, each by a time of its own."""
     rule = {"fault": "delay", "delay_s_min": delay_s_min, "delay_s_max": delay_s_max}
     _give_messages(run, rule, messages)
@@ -125,7 +135,7 @@ def delay(run: Path, delay_s_min: float, delay_s_max: float, **messages: Any) ->
 @click.option("--copies", type=int, default=1, show_default=True)
 @click.option("--max", "delay_s_max", type=seconds, default=0.0, help="Each copy at most so late.")
 @_strikes_messages
-def duplicate(run: Path, copies: int, delay_s_max: float, **messages: Any) -> None:  # noqa: ANN401 - as above
+def duplicate(run: Path, copies: int, delay_s_max: float, **messages: Unpack[Limits]) -> None:
     """Let messages arrive again."""
     _give_messages(run, {"fault": "duplicate", "copies": copies, "delay_s_max": delay_s_max}, messages)
 
@@ -133,7 +143,7 @@ def duplicate(run: Path, copies: int, delay_s_max: float, **messages: Any) -> No
 @fault.command()
 @click.option("--hold", "hold_s", type=seconds, required=True, help="How long each is held back.")
 @_strikes_messages
-def reorder(run: Path, hold_s: float, **messages: Any) -> None:  # noqa: ANN401 - as above
+def reorder(run: Path, hold_s: float, **messages: Unpack[Limits]) -> None:
     """Let later messages overtake."""
     _give_messages(run, {"fault": "reorder", "hold_s": hold_s}, messages)
 
@@ -142,7 +152,7 @@ def reorder(run: Path, hold_s: float, **messages: Any) -> None:  # noqa: ANN401 
 @click.option("--bits", type=int, default=1, show_default=True, help="How many are flipped.")
 @click.option("--truncate", is_flag=True, help="Cut off anywhere, too.")
 @_strikes_messages
-def corrupt(run: Path, bits: int, *, truncate: bool, **messages: Any) -> None:  # noqa: ANN401 - as above
+def corrupt(run: Path, bits: int, *, truncate: bool, **messages: Unpack[Limits]) -> None:
     """Damage messages."""
     _give_messages(run, {"fault": "corrupt", "bits": bits, "truncate": truncate}, messages)
 
@@ -158,14 +168,14 @@ def partition(
     others: tuple[str, ...],
     *,
     one_way: bool,
-    **messages: Any,  # noqa: ANN401 - as above
+    **messages: Unpack[Limits],
 ) -> None:
     """Cut GROUP off from the others; `router` as the others cuts it off from everybody."""
     sides = {"group": list(map(_process, group)), "others": list(map(_process, others))}
     _give_messages(run, {"fault": "partition", "one_way": one_way, **sides}, messages)
 
 
-def _give_messages(run: Path, rule: dict[str, Any], messages: dict[str, Any]) -> None:
+def _give_messages(run: Path, rule: dict[str, Any], messages: Limits) -> None:
     limits = {
         "from": list(map(_process, messages["sender"])),
         "to": list(map(_process, messages["receiver"])),
