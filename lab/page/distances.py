@@ -15,13 +15,14 @@ import numpy as np
 
 from lab.page.batch import Clearance, Nearness
 from lab.page.columns import MS, TENTH_MM, column
+from lab.page.tracks import ODOMETRY_PERIOD_S
 from protocol.arrays import Floats, distances_to_segments
 from world.clearance import clearance
 from world.movers import Movers
 from world.shapes import Ground
 
 CURVE_POINTS = 60_000  # of one kind, in all: several for each pixel of a screen and robot
-HOLD_S = 0.2  # twice the time between two odometries
+HOLD_S = 2 * ODOMETRY_PERIOD_S
 INSTANTS_AT_ONCE = 64  # pairs that may be the nearest are chosen so often
 MOVES_AT_ONCE = 2000  # so many judged against obstacles in one go: more need memory and save no time
 

@@ -13,11 +13,9 @@ REPORT_FILE = "report.html"
 
 @click.command()
 @click.argument("run", type=click.Path(path_type=Path))
-@click.option(
-    "--out", type=click.Path(path_type=Path), help=f"The file; default: {REPORT_FILE} beside the log."
-)
+@click.option("--out", type=click.Path(path_type=Path), help=f"Default: {REPORT_FILE} beside the log.")
 def report(run: Path, *, out: Path | None) -> None:
-    """Make one HTML file of a run: what happened, where, when and why. It opens anywhere and requests nothing.
+    """Make one HTML file of a run, which shows what happened and why; it opens anywhere, requests nothing.
 
     RUN is a run's folder, or its events.jsonl. Prints the file's path.
     """

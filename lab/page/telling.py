@@ -1,6 +1,6 @@
-"""Tells a run that is over, from its folder: whatever can be read of it is told, and the rest is said to be wrong.
+"""Tells a run that is over, from its folder: whatever can be read is told, what is wrong with it is said.
 
-Rule 1: a folder that holds no timeline, or a timeline without a header of ours, still makes a page, which says so.
+Rule 1: a folder without a timeline, or with one without a header of ours, still makes a page, which says so.
 Rule 2: entries are packed every `AT_ONCE`: a log of a million entries never stands in memory.
 """
 

@@ -4,18 +4,12 @@
 Chart.prototype.drawStill = function drawStill(context, width, height) {
   drawTimeAxis(context, this.app.run.end, MARGIN.left, width - MARGIN.right, height - MARGIN.bottom);
   drawHeights(this, context, width, height);
-  if (this.series.length === 0) {
-    context.fillStyle = colour.soft;
-    context.font = font(12);
-    context.textAlign = "center";
-    context.fillText(this.plot.none, (MARGIN.left + width - MARGIN.right) / 2, height / 2 - 6);
-  }
   const chosen = this.app.robot;
   context.save();
   context.beginPath();
   context.rect(MARGIN.left, MARGIN.top - 2, width - MARGIN.left - MARGIN.right + 1, height - MARGIN.top - MARGIN.bottom + 4);
   context.clip();
-  for (const each of this.series) if (each.key !== chosen) drawCurve(this, context, width, height, each, chosen !== 0);
+  for (const each of this.series) if (each.key !== chosen) drawCurve(this, context, width, height, each, chosen !== 0 && each.key !== 0);
   for (const each of this.series) if (each.key === chosen) drawCurve(this, context, width, height, each, false);
   context.restore();
   for (const mark of this.plot.marks(this.app.run)) drawMark(this, context, width, height, mark);
@@ -85,11 +79,8 @@ function drawMark(chart, context, width, height, mark) {
   context.lineTo(width - MARGIN.right, y);
   context.stroke();
   context.setLineDash([]);
-  context.fillStyle = colour.bad;
-  context.font = font(11, "600");
-  context.textAlign = "left";
-  context.textBaseline = mark.dash.length ? "top" : "bottom";
-  context.fillText(mark.name, width - MARGIN.right + 4, y + (mark.dash.length ? -2 : 2));
+  const isBelow = mark.name === "ε − μ0"; // which is too near to ε for both to be on one side
+  label(context, width - MARGIN.right - 24, y + (isBelow ? 8 : -8), mark.name, colour.bad);
 }
 
 /** @param {CanvasRenderingContext2D} context @param {number} end s @param {number} left px @param {number} right px @param {number} y px */

@@ -1,7 +1,8 @@
 // Distances against time: clearance, separation, stretch of links, messages lost.
 
 /**
- * @typedef {{name: string, key: number, curve: Curve, steps?: boolean}} Series `key`: the robot whose colour and dash it has
+ * @typedef {{name: string, key: number, curve: Curve, steps?: boolean, who?: (i: number) => string}} Series
+ *   `key`: the robot whose colour and dash it has; 0: it is of the whole fleet
  * @typedef {{value: number, name: string, dash: number[]}} Mark a height that means something
  * @typedef {{id: string, title: string, about: string, series: (run: Run) => Series[], marks: (run: Run) => Mark[],
  *   top: (run: Run, most: number) => number, decimals: number, none: string}} Plot
@@ -10,7 +11,7 @@
 /** @type {Plot[]} */
 const PLOTS = [
   {
-    id: "clearance", title: "Clearance of each robot", about: "hull to the nearest obstacle that never moves [m], the least since the sample before",
+    id: "clearance", title: "Clearance of each robot [m]", about: "hull to the nearest obstacle that never moves, the least since the sample before",
     series: (run) => run.robots.map((robot) => ({ name: `r${robot}`, key: robot, curve: run.body(robot).clearance })),
     marks: (run) => [
       { value: run.epsilon, name: "ε", dash: [] },
@@ -19,13 +20,13 @@ const PLOTS = [
     top: (run, most) => Math.min(most, 5 * run.epsilon || most), decimals: 3, none: "no obstacle stands still",
   },
   {
-    id: "separation", title: "Separation", about: "the two hulls nearest to each other [m]; with moving obstacles, also the nearest that a driving hull passed",
-    series: (run) => [{ name: "hulls", key: 1, curve: run.separation }, { name: "moving", key: 2, curve: run.passing }],
+    id: "separation", title: "Separation [m]", about: "the two hulls nearest to each other; with moving obstacles, also the nearest that a driving hull passed",
+    series: (run) => [{ name: "hulls", key: 0, curve: run.separation, who: (i) => `r${run.apart.robot[i]} and r${run.apart.other[i]}` }, { name: "a moving obstacle", key: 5, curve: run.passing }],
     marks: (run) => (run.subject?.separation_m_required ? [{ value: run.subject.separation_m_required, name: "required", dash: [5, 3] }] : []),
     top: (run, most) => Math.min(most, 8 * (run.subject?.separation_m_required || most)), decimals: 3, none: "one robot alone",
   },
   {
-    id: "stretch", title: "Stretch of links", about: "how far each robot is short of what it has been granted [m]; beyond the limit the robot ahead holds",
+    id: "stretch", title: "Stretch of links [m]", about: "how far each robot is short of what it has been granted; beyond the limit the robot ahead holds",
     series: stretches,
     marks: (run) => (run.scenario.fleet?.link_length_m_max ? [{ value: run.scenario.fleet.link_length_m_max, name: "limit", dash: [5, 3] }] : []),
     top: (run, most) => Math.max(most, 1.1 * (run.scenario.fleet?.link_length_m_max ?? 0)), decimals: 2, none: "nothing was granted",
@@ -58,7 +59,13 @@ function stretches(run) {
   return found.sort((one, other) => one.key - other.key);
 }
 
-const MARGIN = { left: 46, right: 44, top: 8, bottom: 20 };
+/** @param {Series} series */
+function leastOf({ curve, name, who }) {
+  const i = placeAt(curve.t.data, curve.t.length, curve.leastAt);
+  return `least ${curve.least.toFixed(4)} m, ${who ? who(i) : name}, at ${curve.leastAt.toFixed(1)} s`;
+}
+
+const MARGIN = { left: 40, right: 10, top: 8, bottom: 20 };
 
 class Chart {
   /** @param {App} app @param {Plot} plot @param {HTMLElement} home */
@@ -72,11 +79,12 @@ class Chart {
     this.known = -1;
     const figure = document.createElement("figure");
     figure.className = "chart";
-    figure.innerHTML = `<figcaption><b></b> <span class="least"></span><small></small></figcaption><canvas tabindex="-1" role="img"></canvas>`;
+    figure.innerHTML = `<figcaption><b></b> <span class="least"></span></figcaption><canvas tabindex="-1" role="img"></canvas>`;
     this.canvas = /** @type {HTMLCanvasElement} */ (figure.querySelector("canvas"));
     this.least = /** @type {HTMLElement} */ (figure.querySelector(".least"));
     /** @type {HTMLElement} */ (figure.querySelector("b")).textContent = plot.title;
-    /** @type {HTMLElement} */ (figure.querySelector("small")).textContent = plot.about;
+    figure.title = plot.about;
+    this.figure = figure;
     home.append(figure);
     scrubbing(this.canvas, app, (x, width) => (x - MARGIN.left) / (width - MARGIN.left - MARGIN.right));
   }
@@ -94,7 +102,8 @@ class Chart {
     }
     this.most = this.plot.top(run, most) || 1;
     const isDistance = this.plot.decimals === 3;
-    this.least.textContent = isDistance && lowest ? `least ${lowest.curve.least.toFixed(4)} m, ${lowest.name}, at ${lowest.curve.leastAt.toFixed(1)} s` : "";
+    this.least.textContent = isDistance && lowest ? leastOf(lowest) : this.series.length ? "" : this.plot.none;
+    this.figure.classList.toggle("empty", this.series.length === 0);
     this.canvas.setAttribute("aria-label", `${this.plot.title}: ${this.least.textContent || `${this.series.length} curves`}`);
   }
 
@@ -114,7 +123,7 @@ class Chart {
     context.stroke();
     for (const each of this.series) {
       const value = each.curve.at(this.app.time);
-      if (Number.isNaN(value) || (this.app.robot && each.key !== this.app.robot && this.series.length > 2)) continue;
+      if (Number.isNaN(value) || (this.app.robot && each.key && each.key !== this.app.robot)) continue;
       context.fillStyle = colourOf(each.key);
       context.beginPath();
       context.arc(x, this.y(value, height), 2.75, 0, 2 * Math.PI);

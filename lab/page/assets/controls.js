@@ -24,6 +24,10 @@ function listenToControls(app, player) {
   byId("keys").append(...KEYS_HELP.map((each) => element("tr", {}, element("th", { scope: "row" }, each.names), element("td", {}, each.does))));
   byId("signs").append(...Object.values(SIGNS).map(({ sign, name, row }) => element("li", {}, element("i", { class: `row${row}` }, sign), ` ${name}`)));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => retheme(app));
+  new ResizeObserver(() => {
+    document.documentElement.style.setProperty("--timeline", `${byId("timeline").offsetHeight}px`);
+    app.show();
+  }).observe(byId("timeline"));
   new ResizeObserver(() => app.show()).observe(byId("panes"));
   listenToLayers(app);
 }

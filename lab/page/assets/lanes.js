@@ -1,6 +1,6 @@
 // The time line: steps, what went wrong and what was mended, and a lane for each robot with what it did.
 
-const LANE = { left: 56, right: 16, axis: 20, band: 18, signs: 18, lane: 17, top: 4 };
+const LANE = { left: 64, right: 16, axis: 20, band: 18, signs: 18, lane: 17, top: 4 };
 
 /** How a lane shows what a robot does; without colour by the height and the texture of its bar. */
 const DOES = ["driving", "standing", "holding", "waiting", "lining up", "arrived", "dead"];

@@ -2,8 +2,8 @@
 
 /**
  * @typedef {{context: CanvasRenderingContext2D, view: View, run: Run, t: number, px: number, robot: number,
- *   sees: number, strand: any}} Scene `px`: the length of a pixel; `robot`: the chosen one, 0: none; `sees`: whose
- *   scan and steps are shown
+ *   sees: number, plans: number, strand: any}} Scene `px`: the length of a pixel; `robot`: the chosen one, 0: none;
+ *   `sees`: whose scan is shown; `plans`: whose newest step
  * @typedef {{id: string, name: string, about: string, draw: (scene: Scene) => void}} Layer
  */
 

@@ -23,14 +23,15 @@ function readTheme() {
 
 let robotColours = ROBOT_COLOURS.light;
 
-/** @param {number} robot */
+/** @param {number} robot 0: what is of no single robot */
 function colourOf(robot) {
+  if (robot === 0) return colour.ink;
   return robotColours[(robot - 1) % robotColours.length];
 }
 
 /** @param {number} robot */
 function dashOf(robot) {
-  return DASHES[(robot - 1) % DASHES.length];
+  return robot === 0 ? [] : DASHES[(robot - 1) % DASHES.length];
 }
 
 /**

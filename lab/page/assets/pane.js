@@ -38,9 +38,11 @@ class Pane {
     view.apply(context);
     const strand = strandAt(run, t);
     const robot = app.focus === this.index ? app.robot : 0;
-    const sees = robot || strand?.order[0] || Math.min(...run.robots, Infinity);
+    const leader = strand?.order[0] || Math.min(...run.robots, Infinity);
+    const sees = robot || leader;
+    const plans = run.lookup("step.planned", sees).at(t) >= 0 ? sees : leader;
     /** @type {Scene} */
-    const scene = { context, view, run, t, px: 1 / view.scale, robot, sees, strand };
+    const scene = { context, view, run, t, px: 1 / view.scale, robot, sees, plans, strand };
     for (const layer of LAYERS) if (app.layers.has(layer.id)) layer.draw(scene);
     drawRobots(scene);
     context.restore();

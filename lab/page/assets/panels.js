@@ -49,7 +49,7 @@ function figuresOf(run) {
   const least = Math.min(...[...run.bodies.values()].map((body) => body.clearance.least));
   const clearance = verdict?.clearance_m_min ?? (Number.isFinite(least) ? least : null);
   const apart = verdict?.separation_m_min ?? (Number.isFinite(run.separation.least) ? run.separation.least : null);
-  const required = (/** @type {number | undefined | null} */ value) => (value ? `${value.toFixed(3)} m required` : "no contact required");
+  const required = (/** @type {number | undefined | null} */ value) => (value ? `${value.toFixed(3)} m required` : "none required but no contact");
   /** @type {[string, string, string][]} */
   const figures = [
     ["Clearance", metres(clearance), required(run.subject?.clearance_m_required)],

@@ -1,8 +1,8 @@
 // More layers of a map: what the leader saw and chose, links, halos, and the robots themselves.
 
 /** @param {Scene} scene */
-function drawSight({ context, view, run, t, px, sees }) {
-  const row = run.lookup("step.planned", sees).at(t);
+function drawSight({ context, view, run, t, px, plans }) {
+  const row = run.lookup("step.planned", plans).at(t);
   if (row < 0) return;
   const steps = run.kind("step.planned");
   const [seen, gaps] = [steps.obstacles[row], steps.gaps[row]];
