@@ -1,0 +1,160 @@
+"""The page in a browser, from `file://`, as whoever is sent a report opens it."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser
+
+from tests.browser import PHONE, Sight, chromium, needs_chromium, sight
+from tests.campaigns import clew
+
+pytestmark = [pytest.mark.processes, needs_chromium]
+
+ROBOTS = 5
+MOVED_M = 0.5  # in 10 s, at 0.5 m/s and less
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The address of the report of a run whose leader is killed at 3 s."""
+    run = tmp_path_factory.mktemp("page") / "run"
+    rehearsed = clew("rehearse", "grove", "--faults", "leader-killed", "--out", run)
+    assert rehearsed.exit_code == 0, rehearsed.output
+    made = clew("report", run)
+    assert made.exit_code == 0, made.output
+    return Path(made.stdout.strip()).resolve().as_uri()
+
+
+@pytest.fixture
+def shown(browser: Browser, report: str) -> Iterator[Sight]:
+    with sight(browser) as shown:
+        shown.show(report)
+        yield shown
+
+
+def places(shown: Sight) -> dict[int, tuple[float, float]]:
+    """Where the robots are now [m; world frame]."""
+    bodies = shown.page.evaluate("clew.frame().map((body) => [body.robot, body.x, body.y])")
+    return {robot: (x_m, y_m) for robot, x_m, y_m in bodies}
+
+
+def drawn(shown: Sight) -> bytes:
+    """The map as it is drawn now."""
+    shown.page.evaluate("clew.draw()")
+    return shown.page.locator("#panes canvas").first.screenshot()
+
+
+def test_it_opens_without_a_complaint_and_requests_nothing_but_itself(shown: Sight, report: str) -> None:
+    assert shown.troubles == []
+    assert shown.requests == [report]
+
+
+def test_a_request_of_the_page_would_be_refused_by_the_browser(shown: Sight) -> None:
+    refused = shown.page.evaluate("fetch('http://127.0.0.1:9/').then(() => false, () => true)")
+    assert refused
+    assert "Content Security Policy" in " ".join(shown.troubles)
+
+
+def test_scrubbing_moves_robots_and_back_brings_them_where_they_were(shown: Sight) -> None:
+    shown.page.evaluate("clew.seek(5)")
+    before, picture = places(shown), drawn(shown)
+    assert sorted(before) == list(range(1, ROBOTS + 1))
+    shown.page.evaluate("clew.seek(15)")
+    after = places(shown)
+    moved_m = [abs(complex(*after[robot]) - complex(*before[robot])) for robot in (2, 3, 4, 5)]
+    assert min(moved_m) > MOVED_M
+    assert after[1] == before[1]  # which is dead by then
+    assert drawn(shown) != picture
+    shown.page.evaluate("clew.seek(5)")
+    assert places(shown) == before
+    assert drawn(shown) == picture
+
+
+def test_the_time_line_is_scrubbed_by_the_mouse(shown: Sight) -> None:
+    box = shown.page.locator("#lanes").bounding_box()
+    assert box is not None
+    middle = box["y"] + box["height"] / 2
+    times_s = []
+    for share in (0.3, 0.6, 0.9):
+        shown.page.mouse.click(box["x"] + share * box["width"], middle)
+        times_s.append(shown.page.evaluate("clew.time"))
+    assert times_s == sorted(set(times_s))
+    assert times_s[0] > 0.0
+
+
+def test_a_deep_link_lands_at_its_moment(browser: Browser, report: str) -> None:
+    with sight(browser) as shown:
+        shown.show(f"{report}#t=12.3&robot=3")
+        shown.wait("clew.time === 12.3 && clew.robot === 3")
+        assert shown.page.locator("#clock").inner_text().startswith("12.3")
+
+
+def test_the_address_follows_what_is_shown_so_that_it_can_be_sent_on(shown: Sight) -> None:
+    shown.page.evaluate("clew.seek(7.5); clew.choose(4)")
+    shown.wait("location.hash === '#t=7.50&robot=4'")
+
+
+def test_keys_play_step_choose_and_move(shown: Sight) -> None:
+    press = shown.page.keyboard.press
+    press("Home")
+    assert shown.page.evaluate("clew.time") == 0
+    press("]")
+    first_s = shown.page.evaluate("clew.time")
+    press("]")
+    second_s = shown.page.evaluate("clew.time")
+    assert 0 < first_s < second_s
+    press("[")
+    assert shown.page.evaluate("clew.time") == first_s
+    press("Shift+ArrowRight")
+    assert shown.page.evaluate("clew.time") == pytest.approx(first_s + 1.0)
+    press("3")
+    assert shown.page.evaluate("clew.robot") == 3
+    press("Escape")
+    assert shown.page.evaluate("clew.robot") == 0
+    press("Home")
+    press("Space")
+    shown.wait("clew.time > 0.3")
+    press("Space")
+    press("End")
+    assert shown.page.evaluate("clew.time === clew.runs[0].end")
+    assert shown.troubles == []
+
+
+def test_the_verdict_stands_on_top_in_words(shown: Sight) -> None:
+    assert "promises" in shown.page.locator("#verdict").inner_text().lower()
+    assert "4 of 5" in shown.page.locator("#verdict").inner_text()
+
+
+def test_a_phone_scrolls_down_and_never_sideways(browser: Browser, report: str) -> None:
+    with sight(browser, size=PHONE) as shown:
+        shown.show(report)
+        wide = shown.page.evaluate("[document.documentElement.scrollWidth, window.innerWidth]")
+        assert wide == [PHONE[0], PHONE[0]]
+
+
+def test_it_is_dark_where_the_browser_is_and_light_again_by_its_key(browser: Browser, report: str) -> None:
+    brightness = (
+        "getComputedStyle(document.body).backgroundColor.match(/\\d+/g).slice(0, 3)"
+        ".reduce((sum, each) => sum + Number(each), 0) / 765"
+    )
+    with sight(browser, dark=True) as shown:
+        shown.show(report)
+        assert shown.page.evaluate(brightness) < 0.3
+        shown.page.keyboard.press("d")
+        assert shown.page.evaluate(brightness) > 0.7
+
+
+def test_what_a_page_complains_of_is_heard_by_these_tests(browser: Browser, report: str) -> None:
+    with sight(browser) as shown:
+        shown.show(report)
+        shown.page.evaluate("console.error('said')")
+        shown.page.evaluate("setTimeout(() => { clew.planted = true; throw Error('thrown'); })")
+        shown.wait("clew.planted")
+        assert shown.troubles == ["said", "thrown"]
