@@ -16,9 +16,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import ScalarFormatter
 from scipy.special import betaincinv
 
-from lab.campaign import Campaign
-from lab.campaign_episode import SWARM, Outcome, Surprise
-from lab.campaign_figures import by_family
+from lab.campaign_episode import Outcome, Surprise
+from lab.campaign_figures import ALL, by_family
 from lab.figures.style import BLACK, BLUE, COLUMN_IN, HAIR_PT, LOOKS, VERMILION, Chart, LeftOut, legend_below
 from lab.swarm_faults import FaultClass
 from world.ending import Ending
@@ -53,20 +52,21 @@ SPREADS = (
 )
 
 
-def charts_of(campaign: Campaign) -> list[Chart | LeftOut]:
+def charts_of(outcomes: Sequence[Outcome]) -> list[Chart | LeftOut]:
     """The figures of a campaign, or why there is none."""
-    rows = rows_of(campaign)
+    rows = rows_of(outcomes)
     if not rows:
         return [LeftOut("success", "no episode has been played")]
-    return [_success(rows), *(_spread(spread, rows) for spread in SPREADS), _loss(campaign.episodes)]
+    return [_success(rows), *(_spread(spread, rows) for spread in SPREADS), _loss(outcomes)]
 
 
-def rows_of(campaign: Campaign) -> Rows:
-    """The outcomes row by row."""
-    if campaign.faults != SWARM:
-        return by_family(campaign.episodes)
-    rows = {each.value: [one for one in campaign.episodes if each in one.classes] for each in FaultClass}
-    return {name: some for name, some in rows.items() if some}
+def rows_of(outcomes: Sequence[Outcome]) -> Rows:
+    """The outcomes row by row, and last those of all."""
+    rows: Rows = by_family(outcomes)
+    if any(outcome.classes for outcome in outcomes):
+        classes = {each.value: [one for one in outcomes if each in one.classes] for each in FaultClass}
+        rows = {name: some for name, some in classes.items() if some}
+    return {**rows, ALL: outcomes} if len(rows) > 1 else rows
 
 
 def lower_limit(successes: int, episodes: int) -> float:

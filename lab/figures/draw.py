@@ -3,13 +3,12 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import msgspec
-
 from lab import timeline
-from lab.campaign import CAMPAIGN_FILE, EPISODES_FILE, Campaign
+from lab.campaign import CAMPAIGN_FILE
 from lab.figures import campaign as of_campaign
 from lab.figures import run as of_run
 from lab.figures.course import course_of
+from lab.figures.outcomes import read_campaign
 from lab.figures.style import Chart, LeftOut, render
 from protocol.errors import UsageError
 from world.recorder import EVENTS_FILE
@@ -23,29 +22,16 @@ def charts_in(source: Path) -> tuple[Charts, tuple[str, ...]]:
     Raises:
         UsageError: it is neither, or cannot be read.
     """
-    if source.is_dir():
-        if not (source / EVENTS_FILE).exists():
-            return of_campaign.charts_of(read_campaign(source / CAMPAIGN_FILE)), ()
-    elif source.suffix == ".json":
-        return of_campaign.charts_of(read_campaign(source)), ()
-    read = timeline.read(source)
+    if not source.exists():
+        raise UsageError(f"{source}: there is no such run or campaign")
+    path = source / (EVENTS_FILE if (source / EVENTS_FILE).exists() else CAMPAIGN_FILE)
+    if not source.is_dir():
+        path = source
+    if path.suffix == ".json":
+        outcomes, flaws = read_campaign(path)
+        return of_campaign.charts_of(outcomes), flaws
+    read = timeline.read(path)
     return of_run.charts_of(course_of(read)), read.flaws
-
-
-def read_campaign(path: Path) -> Campaign:
-    """A campaign's result.
-
-    Raises:
-        UsageError: there is none, or none that this version can read.
-    """
-    try:
-        return msgspec.json.decode(path.read_bytes(), type=Campaign)
-    except FileNotFoundError as error:
-        raise UsageError(_nothing_in(path.parent)) from error
-    except OSError as error:
-        raise UsageError(f"{path}: {error.strerror}") from error
-    except (msgspec.MsgspecError, ValueError) as error:
-        raise UsageError(f"{path}: no campaign that this program can read: {error}") from error
 
 
 def write(charts: Charts, out: Path, formats: tuple[str, ...]) -> list[Path]:
@@ -66,11 +52,3 @@ def write(charts: Charts, out: Path, formats: tuple[str, ...]) -> list[Path]:
     except OSError as error:
         raise UsageError(f"cannot write figures into {out}: {error.strerror or error}") from error
     return written
-
-
-def _nothing_in(folder: Path) -> str:
-    if not folder.is_dir():
-        return f"{folder}: there is no such folder"
-    if (folder / EPISODES_FILE).exists():
-        return f"{folder}: the campaign was killed before it wrote {CAMPAIGN_FILE}: the same command goes on"
-    return f"{folder}: neither a run ({EVENTS_FILE}) nor a campaign ({CAMPAIGN_FILE})"

@@ -1,6 +1,8 @@
-"""Whether matplotlib is there, which figures need and nothing else does."""
+"""What can be known of figures without matplotlib, which they need and nothing else does."""
 
 from protocol.errors import UsageError
+
+FORMATS = ("svg", "pdf", "png")
 
 
 def need_matplotlib() -> None:

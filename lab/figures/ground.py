@@ -17,6 +17,7 @@ from protocol.arrays import Floats
 from world.scenario import Scenario
 from world.shapes import Circle, Ellipse, Polygon, Shape
 
+MOVES = "////"  # the hatching of obstacles that move
 ROOM = 0.03  # of the longer side: what a number needs
 MARGIN = 0.06  # of the longer side
 WHOLE_SHARE = 0.4  # a run that crosses less of the ground is shown from nearer
@@ -59,31 +60,28 @@ def frame_of(course: Course) -> Frame:
     return Frame(shown_m.min(axis=0) - margin_m, shown_m.max(axis=0) + margin_m)
 
 
-def draw_ground(axes: Axes, course: Course, frame: Frame, *, numbered: Sequence[int] = ()) -> None:
-    """Obstacles, those that move where they begin and with their tracks, bounds and goal.
+def draw_ground(
+    axes: Axes, course: Course, frame: Frame, *, t_s: float = 0.0, numbered: Sequence[int] = ()
+) -> None:
+    """Obstacles, those that move where they are at `t_s` and with their tracks, bounds and goal.
 
     `numbered` are the rows of the obstacles that bear their numbers, which count from 1.
     """
     scenario = course.scenario
     for row, shape in enumerate(scenario.obstacles):
         axes.add_patch(patch_of(shape))
-        corners_m = _corners_m(shape)
-        middle_m, is_large = corners_m.mean(axis=0), np.ptp(corners_m, axis=0).min() > ROOM * frame.side_m
-        if row in numbered and is_large and frame.holds(middle_m):
-            number = axes.text(
-                middle_m[0], middle_m[1], str(row + 1), ha="center", va="center", color=BLACK, zorder=OVER
-            )
-            number.set_path_effects([withStroke(linewidth=1.5, foreground=PALE)])  # where it finds no room
-    for moving in scenario.moving:
+        if row in numbered:
+            _number(axes, frame, shape, row + 1)
+    for moving, place_m in zip(scenario.moving, scenario.movers.places_m(t_s), strict=True):
         track_m = np.array(moving.track)[:, 1:]
         axes.plot(*track_m.T, color=GREY, linestyle=":", linewidth=0.8, zorder=UNDER)
-        for place_m, is_there in ((track_m[0], True), (track_m[-1], False)):
-            patch = patch_of(moving.outline, offset_m=place_m)
-            patch.set(hatch="////" if is_there else None, fill=is_there, linestyle="-" if is_there else ":")
-            axes.add_patch(patch)
-    if scenario.bounds is not None:
-        low_m, high_m = _bounds_m(scenario)[0]
-        box = Rectangle(tuple(low_m), *(high_m - low_m), fill=False, linestyle="-.", linewidth=HAIR_PT)
+        patch = patch_of(moving.outline, offset_m=place_m)
+        patch.set(hatch=MOVES)
+        axes.add_patch(patch)
+    for low_m, high_m in _bounds_m(scenario):
+        box = Rectangle(
+            (low_m[0], low_m[1]), *(high_m - low_m), fill=False, linestyle="-.", linewidth=HAIR_PT
+        )
         axes.add_patch(box)
     if scenario.goal is not None:
         at_m = scenario.goal.at_m
@@ -91,6 +89,15 @@ def draw_ground(axes: Axes, course: Course, frame: Frame, *, numbered: Sequence[
         axes.add_patch(ring)
         axes.plot(*at_m, "*", color=BLACK, markersize=5.0, markeredgewidth=0.0, zorder=UNDER)
     axes.set(xlim=(frame.low_m[0], frame.high_m[0]), ylim=(frame.low_m[1], frame.high_m[1]), aspect="equal")
+
+
+def _number(axes: Axes, frame: Frame, shape: Shape, number: int) -> None:
+    """Where it finds room, as text with a halo: a hollow shape's middle is beside it."""
+    corners_m = _corners_m(shape)
+    middle_m = corners_m.mean(axis=0)
+    if np.ptp(corners_m, axis=0).min() > ROOM * frame.side_m and frame.holds(middle_m):
+        text = axes.text(middle_m[0], middle_m[1], str(number), ha="center", va="center", zorder=OVER)
+        text.set_path_effects([withStroke(linewidth=1.5, foreground=PALE)])
 
 
 def patch_of(shape: Shape, offset_m: Floats | tuple[float, float] = (0.0, 0.0)) -> Patch:

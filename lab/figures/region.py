@@ -4,17 +4,19 @@ import math
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle as Disc
+from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
 from lab.figures.course import Course, Planned
 from lab.figures.distances import named_obstacles
-from lab.figures.ground import OVER, Frame, draw_ground, frame_of
+from lab.figures.ground import MOVES, OVER, Frame, draw_ground, frame_of
 from lab.figures.looks import looks_of
-from lab.figures.style import BLACK, COLUMN_IN, GREY, HAIR_PT, PAGE_IN, Chart, legend_below
+from lab.figures.style import BLACK, COLUMN_IN, GREY, HAIR_PT, PAGE_IN, PALE, Chart, legend_below
 from protocol.arrays import Floats
 
 HEIGHT_IN_MAX = 4.5
@@ -76,7 +78,8 @@ def _paint(figure: Figure, course: Course, frame: Frame) -> None:
         if ends_m is not None:
             axes.plot(*ends_m.T, "--.", color=BLACK, linewidth=HAIR_PT, markersize=2.5, zorder=1.2)
     for robot, (look, _) in reversed(looks_of(course).items()):  # on one path the first is on top
-        axes.plot(*course.places_m[:, robot - 1].T, color=look.colour, zorder=1.6)
+        path_m = course.places_m[:, robot - 1]
+        axes.plot(*path_m.T, color=look.colour, zorder=1.6, gid=f"path-{robot}")  # for who edits the SVG
     moments = [*((stand.t_s, stand.robot) for stand in course.stands), *course.last]
     for t_s, leader in moments:
         draw_robots(axes, course, course.places_at_m(t_s), leader, size_pt=2.2)
@@ -124,8 +127,8 @@ def _mark_recoveries(axes: Axes, course: Course) -> None:
         axes.plot(*place_m, "o", color=BLACK, zorder=OVER + 0.5, **OPEN)
 
 
-def _legend(course: Course) -> list[Line2D]:
-    handles = [
+def _legend(course: Course) -> list[Artist]:
+    handles: list[Artist] = [
         Line2D([], [], color=look.colour, marker=look.marker, label=label)
         for look, label in looks_of(course).values()
         if label is not None
@@ -137,6 +140,8 @@ def _legend(course: Course) -> list[Line2D]:
     bare: dict[str, Any] = {"color": BLACK, "linestyle": ""}
     if course.scenario.goal is not None:
         handles.append(Line2D([], [], marker="*", label="goal", **bare))
+    if course.scenario.moving:
+        handles.append(Patch(facecolor=PALE, edgecolor=GREY, hatch=MOVES, label="moving, at the start"))
     if course.dead:
         handles.append(Line2D([], [], marker="x", label="dead body", **bare))
     if course.recovery.successions:

@@ -15,7 +15,6 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-FORMATS = ("svg", "pdf", "png")
 COLUMN_IN, PAGE_IN = 3.5, 7.16  # widths of one and of both columns in IEEE's journals
 PNG_DPI = 300.0  # the least that journals print
 HAIR_PT, LINE_PT = 0.5, 1.0
@@ -89,7 +88,7 @@ class LeftOut:
     why: str
 
 
-def render(chart: Chart, formats: tuple[str, ...] = FORMATS) -> dict[str, bytes]:
+def render(chart: Chart, formats: Iterable[str]) -> dict[str, bytes]:
     """The bytes of a figure in each of these formats."""
     with mpl.rc_context():
         mpl.rcdefaults()

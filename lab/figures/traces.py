@@ -21,19 +21,22 @@ NEAR = 8.0  # times the limit: what is further away is cut off, for nobody is ne
 
 
 def clearance(course: Course) -> Chart | LeftOut:
-    """Each robot's clearance: from obstacles that never move, and from those that do."""
+    """Each robot's clearance: from obstacles that never move, and while it drives, from those that do."""
+    if len(course.times_s) == 0:
+        return LeftOut("clearance", "no body was placed")
     panels = []
     if course.scenario.obstacles:
-        panels.append(("clearance [m]", course.clearance_m))
+        panels.append(("clearance [m]", course.clearance_m, True))
     if course.scenario.moving:
-        panels.append(("from moving obstacles [m]", moving_clearance_m(course)))
-    if len(course.times_s) == 0 or not panels:
-        return LeftOut("clearance", "no body was placed" if panels else "there is no obstacle")
+        panels.append(("to what moves, driving [m]", moving_clearance_m(course), False))
+    if not panels:
+        return LeftOut("clearance", "there is no obstacle")
 
     def paint(figure: Figure) -> None:
-        for axes, (label, apart_m) in zip(_panels(figure, len(panels)), panels, strict=True):
+        for axes, (label, apart_m, has_limits) in zip(_panels(figure, len(panels)), panels, strict=True):
             _draw(axes, course, apart_m)
-            draw_limits(axes, course)
+            if has_limits:
+                draw_limits(axes, course)
             _finish(axes, course, label)
             _show_near(axes, apart_m, course.scenario.law.epsilon_m)
         legend_below(figure, columns=4)
@@ -65,7 +68,10 @@ def separation(course: Course) -> Chart | LeftOut:
 
 
 def moving_clearance_m(course: Course) -> Floats:
-    """`(k, n)`: of each hull since the instant before, to the nearest moving obstacle."""
+    """`(k, n)`: of each hull since the instant before, to the nearest moving obstacle.
+
+    Not a number where the robot stood: the promise is passive, and a robot that stands may be touched.
+    """
     movers, radius_m = course.scenario.movers, course.scenario.fleet.robot_radius_m
     first_m = [np.full(len(course.robots), np.nan)]  # since before the first instant nobody moved
     steps = pairwise(zip(course.times_s.tolist(), course.places_m, strict=True))
@@ -73,7 +79,8 @@ def moving_clearance_m(course: Course) -> Floats:
         movers.approaches_m(starts_m, ends_m, from_s=from_s, to_s=to_s, near_m=np.inf).min(axis=1)
         for (from_s, starts_m), (to_s, ends_m) in steps
     ]
-    return np.array(first_m + since_m) - radius_m
+    drove = np.diff(course.places_m, axis=0, prepend=course.places_m[:1]).any(axis=2)
+    return np.where(drove, np.array(first_m + since_m) - radius_m, np.nan)
 
 
 def separations_m(course: Course) -> tuple[Floats, Floats]:
@@ -136,6 +143,8 @@ def _finish(axes: Axes, course: Course, label: str) -> None:
 
 def _show_near(axes: Axes, apart_m: Floats, limit_m: float) -> None:
     """What is far away is cut off."""
+    if np.isnan(apart_m).all():
+        return  # nobody ever drove
     least_m, most_m = float(np.nanmin(apart_m)), float(np.nanmax(apart_m))
     top_m = 1.05 * min(most_m, max(NEAR * limit_m, 2.0 * least_m))
     axes.set_ylim(min(0.0, least_m), max(top_m, 1.5 * limit_m))

@@ -5,12 +5,11 @@ from pathlib import Path
 
 import click
 
-from lab.figures.extra import need_matplotlib
+from lab.figures.extra import FORMATS, need_matplotlib
 from lab.options import AS_JSON
 from protocol.errors import UsageError
 
 FOLDER = "figures"
-FORMATS = ("svg", "pdf", "png")
 
 
 def _formats(_ctx: click.Context, _param: click.Parameter, said: str) -> tuple[str, ...]:
