@@ -84,7 +84,7 @@ class Muster(Struct, frozen=True, kw_only=True, tag="muster"):
     made_m: Length = 0.0
     """How far it has driven in this lining up: whether it makes something of its turn."""
     formers: Annotated[tuple[Former, ...], Meta(max_length=FORMERS_MAX)] = ()
-    """Where it stands in the strands that it was in last, newest first, as far as it has not left its place."""
+    """Its places in the strands that it was in last, newest first, as far as it has not left them."""
     leg: Annotated[tuple[Point, ...], Meta(max_length=LEG_CORNERS_MAX)] = ()
     """Corners of its way to the robot ahead, from its own place on, where that is not straight."""
     hears: Lineage = ()

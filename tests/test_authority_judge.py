@@ -18,7 +18,8 @@ from protocol.timeline import (
     StrandReversed,
 )
 from tests.world_stage import planned
-from world.authority import Evidence, Tolerance, judge_authority
+from world.authority import Tolerance, judge_authority
+from world.evidence import Evidence
 
 Line = tuple[str, float, Record]
 

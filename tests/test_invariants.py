@@ -25,7 +25,7 @@ from protocol.timeline import (
     StrandHealed,
     TrafficCounted,
 )
-from world.authority import Evidence
+from world.evidence import Evidence
 from world.invariants import judge_invariants
 from world.judgement import judge
 from world.scenario import load

@@ -30,7 +30,6 @@ from protocol.timeline import (
 )
 from world.arena import Arena
 from world.attendance import Attendance, Coming
-from world.authority import Evidence
 from world.bodies import Bodies
 from world.commands import Command, Note, ServeScan, TellOdometry
 from world.ending import Ending
@@ -44,6 +43,7 @@ from world.events import (
     TokenCame,
     TokenWent,
 )
+from world.evidence import Evidence
 from world.judgement import Judgement, judge_evidence
 from world.resume import Past
 from world.routing import Routing

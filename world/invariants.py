@@ -30,7 +30,7 @@ from protocol.timeline import (
     StrandFormed,
     TrafficCounted,
 )
-from world.authority import ROUNDING_M, ROUNDING_S, Evidence
+from world.evidence import ROUNDING_M, ROUNDING_S, Evidence
 from world.history import Told
 from world.strand_law import broken, judge_told
 

@@ -12,8 +12,9 @@ from msgspec import Struct
 
 from protocol.arrays import Floats
 from protocol.timeline import Entry, PromiseBroken
-from world.authority import Evidence, Tolerance, judge_authority
+from world.authority import Tolerance, judge_authority
 from world.clearance import clearance
+from world.evidence import Evidence
 from world.invariants import INVARIANTS, judge_invariants
 from world.monitor import Least, Monitor
 from world.scenario import Scenario

@@ -14,7 +14,7 @@ from protocol.arrays import Floats
 from protocol.frames import Point
 from protocol.keys import WORLD, robot_number
 from protocol.timeline import Entry, OrderAccepted, RouteLost, StepFinished, StepPlanned, StrandFormed
-from world.authority import Evidence
+from world.evidence import Evidence
 from world.judgement import intervals
 from world.recovery import Recovery
 from world.scenario import Scenario

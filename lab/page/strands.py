@@ -1,7 +1,7 @@
 """The strand through time: its order and its path in each epoch, and where its leader stood.
 
 Rule 1: a strand is there from when the first of its robots has recorded its place in it.
-Rule 2: paths are made as S3 is judged: `world.authority`.
+Rule 2: paths are made as S3 is judged: `world.evidence`.
 """
 
 from collections.abc import Iterator
@@ -26,8 +26,8 @@ from protocol.timeline import (
     StrandFormed,
     StrandReversed,
 )
-from world.authority import Evidence
 from world.clearance import distances
+from world.evidence import Evidence
 from world.shapes import Ground
 
 Laying = StepPlanned | StepAbandoned | StrandFormed | StrandReversed | StrandDissolved | MusterCalled
