@@ -16,6 +16,8 @@ from lab.chaos_verb import chaos
 from lab.fault_verb import fault
 from lab.field_verb import field
 from lab.figures.verb import figures
+from lab.log_cat_verb import cat
+from lab.log_diff_verb import diff
 from lab.log_verbs import log
 from lab.oracle_verb import oracle
 from lab.page.report_verb import report
@@ -75,6 +77,8 @@ for _verb in (
     report,
 ):
     main.add_command(_verb)
+for _verb in (cat, diff):
+    log.add_command(_verb)
 for _verb in (healing, loss):
     bench.add_command(_verb)
 

@@ -1,6 +1,5 @@
 """`clew log`: reads and judges timelines."""
 
-import json
 from pathlib import Path
 
 import click
@@ -14,9 +13,6 @@ from lab.export.verb import export
 from lab.log import Log
 from lab.options import AS_JSON
 from lab.summary import Judged, Summary, summarise
-from lab.timeline import Choice
-from protocol.timeline import Entry
-from world.recorder import line
 
 RUN = click.argument("run", type=click.Path(path_type=Path))
 
@@ -38,25 +34,6 @@ def info(run: Path, *, as_json: bool) -> None:
         _print_summary(summary)
 
 
-@log.command()
-@RUN
-@click.option("--source", multiple=True, help="Only entries by this source: world, r1, ...; may be repeated.")
-@click.option("--kind", multiple=True, help="Only this kind; 'step.*' works too; may be repeated.")
-@click.option("--robot", type=int, help="Only entries by this robot or about it.")
-@click.option("--step", type=int, help="Only this switching step of the leader.")
-@click.option("--from", "from_s", type=float, help="Only from this time on [simulated s].")
-@click.option("--to", "to_s", type=float, help="Only up to this time [simulated s].")
-@AS_JSON
-def cat(run: Path, *, as_json: bool, **choice: tuple[str, ...] | float | None) -> None:
-    """Print the entries of a timeline, all or those chosen, one a line."""
-    read = Log(run)
-    chosen = msgspec.convert(choice, Choice)
-    for source, entry in read.lines:
-        if chosen.takes(source, entry):
-            click.echo(line(source, entry).decode().rstrip() if as_json else one_line(source, entry))
-    _warn(read)
-
-
 @log.command("check")
 @RUN
 @AS_JSON
@@ -72,14 +49,6 @@ def check_log(ctx: click.Context, run: Path, *, as_json: bool) -> None:
 
 
 log.add_command(export)
-
-
-def one_line(source: str, entry: Entry) -> str:
-    """An entry for people: time, source, kind, then its fields."""
-    fields = msgspec.to_builtins(entry.record)
-    kind = fields.pop("kind")
-    said = " ".join(f"{name}={json.dumps(value, separators=(',', ':'))}" for name, value in fields.items())
-    return f"{entry.t_s:9.3f} {source:>6} {kind:<18} {said}".rstrip()
 
 
 def _print_summary(summary: Summary) -> None:
@@ -104,8 +73,3 @@ def _judged(verdict: Judged | None) -> str:
     if verdict is None:
         return "none"
     return f"{'OK' if verdict.ok else 'FAILED'}: {verdict.reason}"
-
-
-def _warn(read: Log) -> None:
-    for flaw in read.flaws:
-        click.echo(f"not complete: {flaw}", err=True)

@@ -23,7 +23,7 @@ class Terminal:
     written: bytes = b""
     """All that was ever written to it."""
     theirs: int = field(init=False)
-    """The end that the process has; closed when the process has it."""
+    """The end for a process to have."""
     _ours: int = field(init=False)
     _screen: pyte.Screen = field(init=False)
     _stream: pyte.ByteStream = field(init=False)
@@ -34,6 +34,10 @@ class Terminal:
         fcntl.ioctl(self._ours, termios.TIOCSWINSZ, size)
         self._screen = pyte.Screen(self.columns, self.lines)
         self._stream = pyte.ByteStream(self._screen)
+
+    def begin(self) -> None:
+        """The process has its end: now it alone keeps the terminal open."""
+        os.close(self.theirs)
 
     @property
     def text(self) -> str:
