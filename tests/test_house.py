@@ -24,6 +24,7 @@ ONLY_IN = {
     "asyncio": {
         "agents/host.py",
         "lab/follow.py",
+        "lab/log_cat_verb.py",
         "lab/prepare.py",
         "lab/terminal/__main__.py",
         "lab/view/channel.py",
