@@ -257,7 +257,7 @@ class _Life:
 
     def _note(self, record: Record) -> None:
         self._victim.note(record, self._now_s)
-        self._outbox.add(record, t_s=self._now_s, hlc=self._transport.timestamp())
+        self._outbox.add(record, t_s=self._transport.now_s, hlc=self._transport.timestamp())
 
     def _flush(self) -> None:
         while (batch := self._outbox.batch(time.monotonic())) is not None:

@@ -12,7 +12,7 @@ from agents.robot import Robot
 from lab.mail import Mail
 from protocol.faults.damage import Damage
 from protocol.inbox import INBOX_CAPACITY
-from protocol.messages import Odometry, Phase
+from protocol.messages import Message, Odometry, Phase
 from protocol.traffic import Traffic
 
 
@@ -47,6 +47,9 @@ class Actor:
     core: Robot
     journal: Journal
     now_s: float = 0.0
+    """What its core knows."""
+    come_s: float = 0.0
+    """The newest time that has come, whatever became of the odometry: for the fault plan, and the log."""
     phase: Phase = Phase.RUNNING
     traffic: Traffic = field(default_factory=Traffic)
     points: Points = field(default_factory=Points)
@@ -58,6 +61,11 @@ class Actor:
     unfinished: Sequence[Command] = ()
     """What it was about to do when it was frozen at a point of its step."""
     inbox: deque[Waiting] = field(default_factory=deque)
+
+    def meet(self, message: Message) -> None:
+        """A message has come, and nothing has become of it yet."""
+        if isinstance(message, Odometry):
+            self.come_s = max(self.come_s, message.t_s)
 
     def hear_world(self, odometry: Odometry) -> None:
         """Take in the time and the phase; neither ever goes back."""

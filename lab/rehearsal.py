@@ -148,7 +148,7 @@ class Rehearsal:
     def _begin(self, actor: Actor) -> None:
         self._logbook.begin(actor.name)
         started = RobotStarted(pid=NO_PROCESS, incarnation=actor.incarnation)
-        self._write(actor.name, actor.now_s, started)
+        self._write(actor.name, actor.come_s, started)
 
     def _show_change(self, change: Change) -> None:
         observer = self._processes.find(change.observer)
@@ -184,7 +184,11 @@ class Rehearsal:
                 self._exchange.network.send((to, arrival), now_s + delay_s)
 
     def _open(self, mail: Mail, to: Actor | Desk) -> tuple[tuple[float, Arrival], ...]:
-        opened = self._exchange.open(mail, to, now_s=self.world.now_s, step=self._strokes.step)
+        now_s = self.world.now_s
+        if isinstance(to, Actor):
+            to.meet(mail.message)
+            now_s = to.come_s
+        opened = self._exchange.open(mail, to, now_s=now_s, step=self._strokes.step)
         for record in opened.records:
             self._write_for(to, record)
         return opened.arrivals
@@ -209,7 +213,7 @@ class Rehearsal:
             if isinstance(to, Desk):
                 self._tell_world(MessageDropped(key, reason))
             else:
-                self._write(to.name, to.now_s, MessageRefused(key=key, reason=reason))
+                self._write(to.name, to.come_s, MessageRefused(key=key, reason=reason))
             return None
 
     # --- robots -------------------------------------------------------------------------------------
@@ -274,7 +278,7 @@ class Rehearsal:
         try:
             commands = decided(actor.core, given, actor.now_s, actor.journal)
         except Exception as error:  # as live, it is told, and the process ends
-            self._write(actor.name, actor.now_s, failed(error))
+            self._write(actor.name, actor.come_s, failed(error))
             self._processes.end(actor.robot)
             return
         if self._strokes.has_points:
@@ -308,7 +312,7 @@ class Rehearsal:
         traffic = actor.traffic
         if before is Phase.RUNNING:
             actor.journal.end("the run is over")
-            self._write(actor.name, actor.now_s, RobotSettled(sent=dict(traffic.sent)))
+            self._write(actor.name, actor.come_s, RobotSettled(sent=dict(traffic.sent)))
         if actor.phase is Phase.CLOSING:
             counted = TrafficCounted(
                 sent=dict(traffic.sent),
@@ -319,7 +323,7 @@ class Rehearsal:
                 overflowed=traffic.overflowed_count,
                 unrecorded=0,
             )
-            self._write(actor.name, actor.now_s, counted)
+            self._write(actor.name, actor.come_s, counted)
             self._processes.end(actor.robot)
 
     def _obey_robot(self, actor: Actor, command: RobotCommand) -> None:
@@ -341,7 +345,7 @@ class Rehearsal:
                 query = ScanQuery(revolutions=revolutions)
                 self._send(robot, WORLD_NUMBER, addresses.scan(robot), 0, query)
             case RobotNote(record):
-                self._write(actor.name, actor.now_s, record)
+                self._write(actor.name, actor.come_s, record)
 
     # --- the world ----------------------------------------------------------------------------------
 
@@ -364,7 +368,7 @@ class Rehearsal:
     # --- the timeline -------------------------------------------------------------------------------
 
     def _write_for(self, party: Actor | Desk, record: Record) -> None:
-        self._write(party.name, self.world.now_s if isinstance(party, Desk) else party.now_s, record)
+        self._write(party.name, self.world.now_s if isinstance(party, Desk) else party.come_s, record)
 
     def _write(self, source: str, t_s: float, record: Record) -> None:
         entry = self._logbook.write(source, t_s, record)

@@ -5,6 +5,8 @@ Rule 2: each one is noted, by the message's key and number, and counted: the boo
 Rule 3: a delay is of simulated time; in lock-step, where time waits for messages, of wall-clock time.
 Rule 4: whoever is cut off from the router shows no token, and sees none, as when the router lost it.
 Rule 5: what says which faults there are is itself spared.
+Rule 6: rules hold by the newest time that has come, or one that takes odometry away would never be over; and
+        so do time stamps, or faults would be told of before their rules hold.
 """
 
 import heapq
@@ -54,7 +56,8 @@ class FaultyTransport:
         self._keys = keys
         self._name = name
         self._note = note
-        self._now_s = 0.0
+        self.now_s = 0.0
+        """The newest time that has come, whatever became of the odometry that told it."""
         self._fates = Fates(conditions.plan, conditions.seed)
         self._due: list[tuple[float, int, Arrival]] = []
         self._held_count = 0  # breaks ties, so that arrivals due together keep their order
@@ -85,7 +88,7 @@ class FaultyTransport:
 
     def tell_time(self, now_s: float) -> None:
         """What time it is, by the run's clock; a robot's transport finds that out by itself."""
-        self._now_s = max(self._now_s, now_s)
+        self.now_s = max(self.now_s, now_s)
 
     def have(self, faults: Faults) -> None:
         """These faults are to happen from now on, beside the plan's."""
@@ -134,7 +137,7 @@ class FaultyTransport:
     def _fate(self, key: str, message: Message, number: int) -> Fate:
         behind_root, kind = self._keys.behind_root(key), str(type(message).__struct_config__.tag)
         step = self.faults.step
-        fate = self._fates.of(behind_root, kind, number, self._name, now_s=self._now_s, step=step)
+        fate = self._fates.of(behind_root, kind, number, self._name, now_s=self.now_s, step=step)
         for injected in fate.injected:
             self._note(
                 FaultInjected(fault=injected.fault, rule=injected.rule, key=behind_root, number=number)
@@ -168,7 +171,7 @@ class FaultyTransport:
                 yield Appeared(key) if visible else Vanished(key)
 
     def _is_cut(self, process: str) -> bool:
-        return self._fates.is_cut(process, now_s=self._now_s, step=self.faults.step)
+        return self._fates.is_cut(process, now_s=self.now_s, step=self.faults.step)
 
 
 def _damaged(arrival: Heard | Asked, message: Message, damage: Damage) -> Arrival:

@@ -237,6 +237,24 @@ def test_a_plan_may_be_changed_while_the_run_goes_on(tmp_path: Path) -> None:
     assert first_s == pytest.approx(1.0, abs=0.2)
 
 
+def test_no_fault_is_told_of_before_its_rule_holds_however_late_a_robot_hears_the_time(
+    tmp_path: Path,
+) -> None:
+    rules = (
+        Drop(kinds=("odometry",), receiver=("r2",), from_s=1.0, until_s=2.0),
+        Delay(kinds=("odometry",), receiver=("r3",), delay_s_min=0.7, delay_s_max=0.8, from_s=0.95),
+        Drop(probability=0.3, from_s=1.55),
+    )
+    rehearsal = rehearsed(tmp_path, *rules)
+    from_s = {f"{rule.fault}-{place}": rule.from_s for place, rule in enumerate(rules, start=1)}
+    struck = [(e.t_s, e.record) for _, e in rehearsal.entries if isinstance(e.record, FaultInjected)]
+    assert {record.rule for _, record in struck} == from_s.keys()
+    assert [(t_s, record) for t_s, record in struck if t_s < from_s[record.rule]] == []
+    for robot in range(1, 6):
+        told_s = [entry.t_s for entry in entries_of(rehearsal, robot_name(robot))]
+        assert told_s == sorted(told_s)
+
+
 def test_a_plan_that_cannot_be_rehearsed_is_refused_and_leaves_nothing(tmp_path: Path) -> None:
     path = scene(tmp_path / "posts.json")
     with pytest.raises(UsageError, match="slow-1 slows the world, which only a live run can do"):
