@@ -135,7 +135,7 @@ async def test_who_is_cut_off_sees_nobodys_token_and_knows_the_time_from_what_it
 
 async def test_a_fault_is_noted_at_a_time_at_which_its_rule_holds_though_nobody_hears_that_time() -> None:
     told = [Heard(KEYS.odometry("r1"), number, odometry(number - 1.0)) for number in (1, 2, 3)]
-    rules = (Drop(kinds=("odometry",), from_s=1.0), Drop(kinds=("muster",), from_s=2.0))
+    rules = (Drop(sender=("world",), from_s=1.0), Drop(sender=("r2",), from_s=2.0))
     transport, noted = stage(*rules, name="r1", bursts=[[*told, Heard(KEYS.muster("r2"), 1, odometry(0.0))]])
     assert await all_arrivals(transport) == told[:1]
     assert ([each.rule for each in noted], transport.now_s) == (["drop-1", "drop-1", "drop-2"], 2.0)
