@@ -1,0 +1,340 @@
+"""Figures for print: they draw what was judged, the same run gives the same bytes, bad input is said."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import matplotlib as mpl
+import msgspec
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from lab import timeline
+from lab.campaign_episode import Outcome, Surprise
+from lab.campaign_figures import ALL
+from lab.figures import campaign as of_campaign
+from lab.figures.course import Course, course_of
+from lab.figures.distances import from_hull_m
+from lab.figures.run import charts_of
+from lab.figures.style import COLUMN_IN, PAGE_IN, Chart, LeftOut, render
+from lab.figures.traces import POINTS_MAX, moving_clearance_m, separations_m, thinned
+from lab.report import read_verdict
+from lab.swarm_faults import FaultClass
+from protocol.timeline import PoseSampled
+from tests.campaigns import clew, closed
+from tests.logs import AT_REST, numbered, recorded
+from world.ending import Ending
+from world.recorder import EVENTS_FILE
+from world.table import measure
+from world.tally import Tally
+
+ROOT = Path(__file__).parents[1]
+PLAN = ROOT / "launch" / "faults" / "leader-killed.toml"
+FORMATS = ("svg", "pdf", "png")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Four runs: the paper's, one whose leader is killed, one with a moving obstacle, one without a way."""
+    folder = tmp_path_factory.mktemp("runs")
+    calls: dict[str, list[str | Path]] = {
+        "paper": ["paper"],
+        "killed": ["grove", "--faults", PLAN],
+        "pedestrian": ["pedestrian"],
+        "closed": [closed(folder / "closed.json")],
+    }
+    for name, arguments in calls.items():
+        clew("rehearse", *arguments, "--seed", "1", "--out", folder / name)
+    return folder
+
+
+def course(folder: Path, name: str) -> Course:
+    return course_of(timeline.read(folder / name))
+
+
+def chart(course: Course, name: str) -> Chart:
+    (found,) = (each for each in charts_of(course) if each.name == name)
+    assert isinstance(found, Chart)
+    return found
+
+
+def painted(chart: Chart) -> list[Axes]:
+    figure = Figure()
+    chart.paint(figure)
+    return figure.axes
+
+
+def words(chart: Chart) -> str:
+    return " ".join(ET.fromstring(render(chart, ("svg",))["svg"]).itertext())
+
+
+@pytest.mark.parametrize("name", ["paper", "killed"])
+def test_figure_4_draws_the_distances_of_table_1(folder: Path, name: str) -> None:
+    read = timeline.read(folder / name)
+    tally = Tally()
+    for source, entry in read.lines:
+        tally.hear(source, entry)
+    drawn = course_of(read)
+    table_m = np.array(measure(drawn.scenario, tally.switching_positions))
+    assert len(table_m) == read_verdict(folder / name).switching_steps + 1
+    lines = {line.get_label(): line for line in painted(chart(drawn, "distances"))[0].lines}
+    told = [label for label in map(str, lines) if label.startswith("obstacle")]
+    assert len(told) == min(6, table_m.shape[1])
+    for label in told:
+        column_m = table_m[:, int(label.split()[1]) - 1] - drawn.scenario.fleet.robot_radius_m
+        assert np.array_equal(np.asarray(lines[label].get_ydata()), column_m)
+
+
+def test_figure_4_tells_apart_the_obstacles_that_were_nearest(folder: Path) -> None:
+    drawn = course(folder, "killed")
+    least_m = from_hull_m(drawn).min(axis=0)
+    labels = [str(line.get_label()) for line in painted(chart(drawn, "distances"))[0].lines]
+    told = {int(label.split()[1]) - 1 for label in labels if label.startswith("obstacle")}
+    assert told == set(np.argsort(least_m)[:6].tolist())
+    assert f"{len(least_m) - 6} others" in labels
+
+
+@pytest.mark.parametrize("name", ["paper", "killed", "pedestrian"])
+def test_every_path_ends_where_its_robot_was_seen_last(folder: Path, name: str) -> None:
+    read = timeline.read(folder / name)
+    last_m = {
+        entry.record.robot: (entry.record.x_m, entry.record.y_m)
+        for _, entry in read.lines
+        if isinstance(entry.record, PoseSampled)
+    }
+    lines = painted(chart(course_of(read), "region"))[0].lines
+    ends_m = {str(line.get_gid()): np.asarray(line.get_xydata())[-1] for line in lines if line.get_gid()}
+    assert {f"path-{robot}": at_m for robot, at_m in last_m.items()} == {
+        path: tuple(at_m) for path, at_m in ends_m.items()
+    }
+
+
+@pytest.mark.parametrize("name", ["paper", "killed", "pedestrian"])
+def test_the_least_of_each_trace_is_the_verdicts(folder: Path, name: str) -> None:
+    verdict, drawn = read_verdict(folder / name), course(folder, name)
+    assert drawn.clearance_m.min() == pytest.approx(verdict.clearance_m_min, abs=1e-9)
+    assert separations_m(drawn)[1].min() == pytest.approx(verdict.separation_m_min, abs=1e-9)
+    if verdict.moving_clearance_m_min is not None:
+        least_m = np.nanmin(moving_clearance_m(drawn))
+        assert least_m == pytest.approx(verdict.moving_clearance_m_min, abs=1e-9)
+
+
+def test_a_trace_that_is_thinned_keeps_its_nearest_point() -> None:
+    times_s = np.arange(10_000.0)
+    apart_m = np.full(10_000, 1.0)
+    apart_m[7_777], apart_m[:100] = 0.01, np.nan
+    kept_s, kept_m = thinned(times_s, apart_m)
+    assert len(kept_s) <= POINTS_MAX
+    assert (kept_s[np.nanargmin(kept_m)], np.nanmin(kept_m)) == (7_777.0, 0.01)
+
+
+def test_the_dead_and_who_leads_instead_are_marked_where_they_stand(folder: Path) -> None:
+    drawn = course(folder, "killed")
+    assert list(drawn.dead) == [1]
+    region = chart(drawn, "region")
+    said = words(region)
+    assert "dead body" in said
+    assert "leads from here" in said
+    crosses = [line for line in painted(region)[0].lines if line.get_marker() == "x"]
+    assert [tuple(np.asarray(line.get_xydata())[0]) for line in crosses] == [tuple(drawn.places_m[-1, 0])]
+    assert "succession" in words(chart(drawn, "clearance"))
+
+
+def test_a_run_without_a_way_shows_where_the_leader_stood(folder: Path) -> None:
+    drawn = course(folder, "closed")
+    assert "no way on" in words(chart(drawn, "region"))
+    left_out = [each.name for each in charts_of(drawn) if isinstance(each, LeftOut)]
+    assert left_out == ["steps", "distances"]
+
+
+def test_every_switching_step_has_its_panel_with_the_gap_chosen(folder: Path) -> None:
+    drawn = course(folder, "paper")
+    panels = [axes for axes in painted(chart(drawn, "steps")) if axes.get_title()]
+    assert len(panels) == len(drawn.plans) == 10
+    for axes, planned in zip(panels, drawn.plans, strict=True):
+        assert planned.plan.gap is not None
+        (gap,) = (line for line in axes.lines if line.get_linestyle() == "--")
+        width_m = np.hypot(*np.diff(np.asarray(gap.get_xydata()), axis=0)[0])
+        assert width_m == pytest.approx(planned.plan.gaps[planned.plan.gap].width_m, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["killed", "closed"])
+def test_files_are_valid_as_wide_as_columns_and_hold_text_not_outlines(folder: Path, name: str) -> None:
+    for each in charts_of(course(folder, name)):
+        if isinstance(each, LeftOut):
+            continue
+        files = render(each, FORMATS)
+        width_in, _ = each.size_in
+        assert width_in in (COLUMN_IN, PAGE_IN)
+        svg = ET.fromstring(files["svg"])
+        assert svg.get("width") == f"{72.0 * width_in:g}pt"
+        assert "[m]" in "".join(svg.itertext()) or each.name == "steps"
+        assert files["pdf"].startswith(b"%PDF-")
+        assert files["pdf"].rstrip().endswith(b"%%EOF")
+        assert b"/Subtype /Type3" not in files["pdf"]
+        assert files["png"].startswith(b"\x89PNG")
+        assert int.from_bytes(files["png"][16:20]) == int(300.0 * width_in)
+
+
+def test_the_same_run_gives_the_same_bytes_in_another_process_and_whatever_the_user_likes(
+    folder: Path, tmp_path: Path
+) -> None:
+    assert clew("figures", folder / "pedestrian", "--out", tmp_path / "here").exit_code == 0
+    (tmp_path / "matplotlibrc").write_text("lines.linewidth: 9\nsavefig.bbox: tight\n", encoding="utf-8")
+    subprocess.run(
+        [sys.executable, "-m", "lab.cli", "figures", folder / "pedestrian", "--out", tmp_path / "there"],
+        env=os.environ | {"PYTHONHASHSEED": "7", "PYTHONPATH": str(ROOT), "MATPLOTLIBRC": str(tmp_path)},
+        check=True,
+        capture_output=True,
+    )
+    names = sorted(path.name for path in (tmp_path / "here").iterdir())
+    assert len(names) == 15
+    for name in names:
+        here, there = (tmp_path / where / name for where in ("here", "there"))
+        assert here.read_bytes() == there.read_bytes(), name
+
+
+def test_figures_stand_in_the_runs_folder_and_every_file_is_named(folder: Path) -> None:
+    told = clew("figures", folder / "paper", "--format", "svg, png", "--json")
+    said = json.loads(told.stdout)
+    assert said["left_out"] == {}
+    assert {Path(path).suffix for path in said["written"]} == {".svg", ".png"}
+    assert all(Path(path).parent == folder / "paper" / "figures" for path in said["written"])
+    assert all(Path(path).exists() for path in said["written"])
+
+
+def test_a_torn_line_and_a_newer_schema_are_said_and_the_rest_is_drawn(folder: Path, tmp_path: Path) -> None:
+    text = (folder / "paper" / EVENTS_FILE).read_bytes()
+    newer = tmp_path / EVENTS_FILE
+    newer.write_bytes(text[: len(text) // 2].replace(b"clew-timeline/1", b"clew-timeline/2", 1))
+    told = clew("figures", newer, "--format", "svg")
+    assert told.exit_code == 0
+    assert re.search(r"not complete: line \d+ is torn", told.stderr)
+    assert "clew-timeline/2" in told.stderr
+    assert len(told.stdout.splitlines()) == 5
+
+
+def test_a_run_in_which_nobody_moved_has_no_distances_and_the_rest_is_drawn(tmp_path: Path) -> None:
+    told = clew("figures", recorded(tmp_path / "run", numbered(AT_REST)), "--format", "svg")
+    assert told.exit_code == 0
+    assert "not drawn: distances: the leader has not begun a switching step\n" in told.stderr
+    drawn = {Path(line).stem for line in told.stdout.splitlines()}
+    assert drawn == {"region", "clearance", "separation"}
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "why"),
+    [
+        ("empty/", None, "neither a run (events.jsonl) nor a campaign (campaign.json)"),
+        ("nothing", None, "there is no such run or campaign"),
+        ("notes.txt", "hello", "no header of a run"),
+        ("campaign.json", "{}", "no campaign that this program can read"),
+        ("campaign.json", '{"episodes": 3}', "no campaign that this program can read"),
+    ],
+)
+def test_what_is_neither_run_nor_campaign_is_refused_in_a_line(
+    tmp_path: Path, name: str, content: str | None, why: str
+) -> None:
+    path = tmp_path / name
+    if name.endswith("/"):
+        path.mkdir()
+    elif content is not None:
+        path.write_text(content, encoding="utf-8")
+    told = clew("figures", path)
+    assert told.exit_code == 2
+    assert why in told.stderr
+    assert (len(told.stderr.splitlines()), told.stdout) == (1, "")
+
+
+def test_a_format_that_nobody_knows_and_a_folder_that_is_a_file_are_refused(folder: Path) -> None:
+    for option, value in (("--format", "svg,gif"), ("--out", str(folder / "paper" / EVENTS_FILE))):
+        told = clew("figures", folder / "paper", option, value)
+        assert told.exit_code == 2
+        assert len(told.stderr.splitlines()) == 1
+
+
+def test_without_matplotlib_a_line_names_the_extra(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    told = clew("figures", folder / "paper")
+    assert told.exit_code == 2
+    assert "pip install '.[plot]'" in told.stderr
+
+
+def outcome(
+    seed: int, *, family: str = "barn", surprise: Surprise = Surprise.NONE, **said: object
+) -> Outcome:
+    fields = {
+        "key": str(seed), "scene": "a", "family": family, "seed": seed, "robots": 3, "robots_left_out": 0,
+        "ok": surprise is Surprise.NONE, "ending": Ending.ARRIVED, "reason": "", "surprise": surprise,
+        "clearance_margin_m": 0.001 * seed, "switching_steps": seed, "sim_s": 10.0 * seed, "wall_s": 1.0,
+        "replay": "",
+    }  # fmt: skip
+    return msgspec.convert({**fields, **said}, Outcome)
+
+
+def test_a_share_without_a_failure_is_bounded_as_in_the_campaigns_own_table() -> None:
+    assert of_campaign.lower_limit(1000, 1000) == pytest.approx(1.0 - 3.0 / 1000, abs=1e-5)
+    assert of_campaign.lower_limit(0, 10) == 0.0
+    assert of_campaign.lower_limit(9, 10) < 0.9
+
+
+def test_a_row_is_a_family_or_in_a_swarm_a_class_and_the_last_is_all() -> None:
+    scenes = [outcome(1), outcome(2, family="city")]
+    assert list(of_campaign.rows_of(scenes)) == ["barn", "city", ALL]
+    loss, kill = FaultClass.LOSS.value, FaultClass.KILL.value
+    swarm = [outcome(1, classes=(loss,)), outcome(2, classes=(loss, kill)), outcome(3)]
+    rows = {name: len(some) for name, some in of_campaign.rows_of(swarm).items()}
+    assert rows == {loss: 2, kill: 1, ALL: 3}
+
+
+def test_the_shares_drawn_are_those_counted() -> None:
+    outcomes = [outcome(seed) for seed in range(1, 9)]
+    outcomes += [
+        outcome(9, surprise=Surprise.VIOLATION),
+        outcome(10, surprise=Surprise.UNREACHED, ending="late"),
+    ]
+    (success,) = (each for each in of_campaign.charts_of(outcomes) if each.name == "success")
+    assert isinstance(success, Chart)
+    shares = {line.get_label(): np.asarray(line.get_xdata()).tolist() for line in painted(success)[0].lines}
+    assert shares == {"no promise broken": [90.0], "no surprise": [80.0], "all that live arrived": [90.0]}
+
+
+def test_time_against_loss_is_drawn_where_messages_were_dropped_and_left_out_elsewhere() -> None:
+    kept = of_campaign.charts_of([outcome(1)])
+    assert [each.name for each in kept if isinstance(each, LeftOut)] == ["events", "loss"]
+    lossy = [outcome(1, injected={"drop": 60}), outcome(2, injected={"drop": 6}, ending="time is up")]
+    (loss,) = (each for each in of_campaign.charts_of(lossy) if each.name == "loss")
+    assert isinstance(loss, Chart)
+    marks = {line.get_label(): np.asarray(line.get_xydata()).tolist() for line in painted(loss)[0].lines}
+    assert marks == {"all that live arrived": [[2.0, 10.0]], "they did not": [[0.1, 20.0]]}
+
+
+def test_a_campaign_that_was_cut_off_is_drawn_from_its_episodes(tmp_path: Path) -> None:
+    lines = b"\n".join(msgspec.json.encode(outcome(seed)) for seed in (1, 2))
+    (tmp_path / "episodes.jsonl").write_bytes(lines + b'\n{"key": "to')
+    told = clew("figures", tmp_path, "--format", "svg")
+    assert told.exit_code == 0
+    assert "there is no campaign.json: drawn from episodes.jsonl" in told.stderr
+    assert "barn (2)" in (tmp_path / "figures" / "success.svg").read_text(encoding="utf-8")
+
+
+def test_an_episode_that_was_edited_by_hand_is_named_and_the_others_are_drawn(tmp_path: Path) -> None:
+    episodes = [msgspec.to_builtins(outcome(1)), {"key": 3}, msgspec.to_builtins(outcome(2))]
+    path = tmp_path / "campaign.json"
+    path.write_text(json.dumps({"episodes": episodes}), encoding="utf-8")
+    told = clew("figures", path, "--format", "svg")
+    assert told.exit_code == 0
+    assert "not complete: episode 2 cannot be read" in told.stderr
+    assert "barn (2)" in (tmp_path / "figures" / "success.svg").read_text(encoding="utf-8")
+
+
+def test_a_figure_leaves_matplotlibs_settings_as_they_were(folder: Path) -> None:
+    before = dict(mpl.rcParams)
+    render(chart(course(folder, "closed"), "region"), ("svg",))
+    assert dict(mpl.rcParams) == before
