@@ -237,4 +237,5 @@ class Joining:
             reach_m=self._way_m,
             promised_clearance_m=promised_m,
             cost_to_go_m=step.cost_to_go_m,
+            joins=True,
         )

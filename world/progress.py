@@ -43,6 +43,8 @@ def _of_the_strand(source: str, record: Record) -> str | None:
             said = f"the strand has healed, of {len(members)} robots"
         case LeaderSucceeded(before=before):
             said = f"{source} leads" + ("" if before is None else f" in the place of {robot_name(before)}")
+        case StepPlanned(joins=True, length_m=length_m):
+            said = f"{source} goes {length_m:.3f} m towards its place"
         case StepPlanned(step=step, length_m=length_m, promised_clearance_m=promised_m):
             promises = "" if promised_m is None else f", promises {promised_m:.3f} m"
             said = f"{source} plans step {step}: {length_m:.3f} m{promises}"

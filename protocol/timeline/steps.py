@@ -48,6 +48,9 @@ class StepPlanned(Kind, frozen=True, kw_only=True, tag="step.planned"):
     reach_m: Annotated[Length, Meta(description="arc length of the target along the strand's path")]
     promised_clearance_m: Annotated[Length | None, Meta(description="null: this law promises none")]
     cost_to_go_m: Annotated[Length | None, Meta(description="from the target to the goal; null: no goal")]
+    joins: Annotated[bool, Meta(description="of a robot that joins: `step` and `reach_m` are its own")] = (
+        False
+    )
 
 
 class StepAbandoned(Kind, frozen=True, kw_only=True, tag="step.abandoned"):
