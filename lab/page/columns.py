@@ -30,7 +30,13 @@ def plain(values: Sequence[Any]) -> list[Any]:
         return rounded
     if isinstance(values[0], int | str):  # which includes all flags
         return list(values)
+    if isinstance(values[0], Point):
+        return [None if place is None else _pair(place) for place in values]
     return [_plain(value) for value in values]
+
+
+def _pair(place: Point) -> tuple[float, float]:
+    return round(place.x_m, DECIMALS), round(place.y_m, DECIMALS)
 
 
 def _plain(value: object) -> Any:  # noqa: ANN401 - whatever a record may hold, as JSON
@@ -38,9 +44,11 @@ def _plain(value: object) -> Any:  # noqa: ANN401 - whatever a record may hold, 
         case float():
             return round(value, DECIMALS)
         case Point():
-            return [round(value.x_m, DECIMALS), round(value.y_m, DECIMALS)]
+            return _pair(value)
         case Struct():
             return {name: _plain(part) for name, part in asdict(value).items()}
+        case (float(), *_):
+            return value  # ranges, which the world has rounded
         case tuple() | list():
             return [_plain(part) for part in value]
         case _:

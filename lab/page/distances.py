@@ -16,7 +16,7 @@ import numpy as np
 from lab.page.batch import Clearance, Nearness
 from lab.page.columns import MS, TENTH_MM, column
 from lab.page.tracks import ODOMETRY_PERIOD_S
-from protocol.arrays import Floats, distances_to_segments
+from protocol.arrays import Floats, Indices, distances_to_segments
 from world.clearance import clearance
 from world.movers import Movers
 from world.shapes import Ground
@@ -26,8 +26,8 @@ HOLD_S = 2 * ODOMETRY_PERIOD_S
 INSTANTS_AT_ONCE = 64  # pairs that may be the nearest are chosen so often
 MOVES_AT_ONCE = 2000  # so many judged against obstacles in one go: more need memory and save no time
 
-Pairs = list[tuple[float, float, int, int]]
-"""Time, distance, robot, other."""
+Curve = tuple[Floats, Floats, Indices, Indices]
+"""Times, distances, robots, others."""
 
 
 @dataclass(slots=True)
@@ -56,18 +56,21 @@ class Clearances:
             ]
         )
         self._count += len(rows)
-        t_s, least_m = _fewer(rows[:, 0], least_m - self.radius_m, self._count)
-        return Clearance(robot=robot, t=column(t_s, MS), least=column(least_m, TENTH_MM))
+        kept = _lowest(least_m, self._count)
+        least_m = least_m[kept] - self.radius_m
+        return Clearance(robot=robot, t=column(rows[kept, 0], MS), least=column(least_m, TENTH_MM))
 
 
-def _fewer(t_s: Floats, least_m: Floats, count: int) -> tuple[Floats, Floats]:
-    """Rule 2."""
+def _lowest(least_m: Floats, count: int) -> Indices:
+    """Rule 2: the rows to keep, of `count` in all so far."""
     of_each = math.ceil(count / CURVE_POINTS)
+    firsts = np.arange(0, len(least_m), of_each)
     if of_each == 1:
-        return t_s, least_m
-    groups = np.arange(0, len(t_s), of_each)
-    rows = np.array([first + int(np.argmin(least_m[first : first + of_each])) for first in groups.tolist()])
-    return t_s[rows], least_m[rows]
+        return firsts
+    padded = np.full(len(firsts) * of_each, math.inf)
+    padded[: len(least_m)] = least_m
+    rows: Indices = firsts + padded.reshape(-1, of_each).argmin(axis=1)
+    return rows
 
 
 @dataclass(slots=True)
@@ -79,6 +82,7 @@ class Separations:
     _samples: dict[int, Floats] = field(default_factory=dict)
     """(n, 3): what has not been looked at, and the newest that has."""
     _looked_s: float = -math.inf
+    _count: int = 0
 
     def hear(self, robot: int, rows: Floats) -> None:
         """Take samples of a body in, (n, 4)."""
@@ -100,7 +104,20 @@ class Separations:
         apart = list(_nearest_pairs(instants_s, places_m, names, self.radius_m))
         passed = list(self._passings(instants_s, places_m, names)) if self.movers.names else []
         self._forget(float(instants_s[-1]))
-        return _nearness(apart), _nearness(passed)
+        return self._nearness(apart), self._nearness(passed)
+
+    def _nearness(self, curves: list[Curve]) -> Nearness | None:
+        if not curves:
+            return None
+        t_s, least_m, robots, others = (np.concatenate(part) for part in zip(*curves, strict=True))
+        self._count += len(t_s)
+        rows = _lowest(least_m, self._count)
+        return Nearness(
+            t=column(t_s[rows], MS),
+            least=column(least_m[rows], TENTH_MM),
+            robot=robots[rows].tolist(),
+            other=others[rows].tolist(),
+        )
 
     def _forget(self, looked_s: float) -> None:
         self._looked_s = looked_s
@@ -108,9 +125,8 @@ class Separations:
             kept = max(int(np.searchsorted(rows[:, 0], looked_s, side="right")) - 1, 0)
             self._samples[robot] = rows[kept:]
 
-    def _passings(
-        self, instants_s: Floats, places_m: Floats, names: Floats
-    ) -> Iterator[tuple[float, float, int, int]]:
+    def _passings(self, instants_s: Floats, places_m: Floats, names: Indices) -> Iterator[Curve]:
+        """Of each interval in which a body moved, the one that came nearest to a moving obstacle."""
         for row in range(1, len(instants_s)):
             starts_m, ends_m = places_m[row - 1], places_m[row]
             moved = np.flatnonzero((starts_m != ends_m).any(axis=1))
@@ -121,7 +137,8 @@ class Separations:
                 starts_m[moved], ends_m[moved], from_s=from_s, to_s=to_s, near_m=math.inf
             )
             body, obstacle = np.unravel_index(int(np.argmin(apart_m)), apart_m.shape)
-            yield to_s, float(apart_m[body, obstacle]) - self.radius_m, int(names[moved[body]]), int(obstacle)
+            least_m = apart_m[body, obstacle] - self.radius_m
+            yield instants_s[row : row + 1], np.array([least_m]), names[[moved[body]]], np.array([obstacle])
 
 
 def _places(rows: Floats, instants_s: Floats) -> Floats:
@@ -130,9 +147,7 @@ def _places(rows: Floats, instants_s: Floats) -> Floats:
     return np.column_stack((x, y))
 
 
-def _nearest_pairs(
-    instants_s: Floats, places_m: Floats, names: Floats, radius_m: float
-) -> Iterator[tuple[float, float, int, int]]:
+def _nearest_pairs(instants_s: Floats, places_m: Floats, names: Indices, radius_m: float) -> Iterator[Curve]:
     """Of each interval the two bodies that come nearest to each other, hull to hull."""
     if places_m.shape[1] < 2:
         return
@@ -145,16 +160,10 @@ def _nearest_pairs(
         )
         pair = np.argmin(apart_m, axis=1)
         least_m = apart_m[np.arange(len(pair)), pair] - 2 * radius_m
-        yield from zip(
-            instants_s[first : first + len(ends_m)].tolist(),
-            least_m.tolist(),
-            names[one[pair]].tolist(),
-            names[other[pair]].tolist(),
-            strict=True,
-        )
+        yield instants_s[first : first + len(ends_m)], least_m, names[one[pair]], names[other[pair]]
 
 
-def _candidates(starts_m: Floats, ends_m: Floats) -> tuple[Floats, Floats]:
+def _candidates(starts_m: Floats, ends_m: Floats) -> tuple[Indices, Indices]:
     """The pairs of bodies that may be the nearest in some of these moves, in which none drives further."""
     driven_m = float(np.hypot(*np.moveaxis(ends_m - starts_m, -1, 0)).sum(axis=0).max())
     x, y = (np.subtract.outer(axis, axis) for axis in starts_m[0].T)
@@ -162,15 +171,3 @@ def _candidates(starts_m: Floats, ends_m: Floats) -> tuple[Floats, Floats]:
     one, other = np.triu_indices(len(apart_m), k=1)
     near = apart_m[one, other] <= apart_m[one, other].min() + 4 * driven_m
     return one[near], other[near]
-
-
-def _nearness(pairs: Pairs) -> Nearness | None:
-    if not pairs:
-        return None
-    of_each = math.ceil(len(pairs) / CURVE_POINTS)
-    fewer = [
-        min(pairs[first : first + of_each], key=lambda pair: pair[1])
-        for first in range(0, len(pairs), of_each)
-    ]
-    t_s, least_m, robot, other = zip(*fewer, strict=True)
-    return Nearness(t=column(t_s, MS), least=column(least_m, TENTH_MM), robot=list(robot), other=list(other))

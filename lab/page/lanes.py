@@ -32,6 +32,24 @@ from protocol.timeline import (
     StrandFormed,
 )
 
+KINDS = frozenset(
+    {
+        FaultInjected,
+        LinkBroken,
+        LinkHeard,
+        LinkSilent,
+        MusterJoined,
+        RobotArrived,
+        RobotDied,
+        RobotHeld,
+        RobotReleased,
+        RobotRestarted,
+        RobotReturned,
+        RobotStarted,
+        StrandFormed,
+    }
+)
+"""What lanes and links are made of; the rest need not be heard."""
 STOPPED = frozenset({Blow.KILL, Blow.FREEZE})
 REVIVED = frozenset({Blow.THAW, Blow.START})
 

@@ -14,6 +14,7 @@ from typing import Any
 
 import msgspec
 
+from lab.page import lanes, strands
 from lab.page.batch import (
     FORMAT,
     Batch,
@@ -68,10 +69,13 @@ class Story:
         self._end_s = max(self._end_s, entry.t_s)
         if isinstance(record, PoseSampled):
             self._tracks.hear(entry.t_s, record)
-            self._strands.stand(entry.t_s, record)
             return
         self._entries.hear(self._heard, source, entry)
-        self._changes.extend(self._lanes.hear(source, entry))
+        kind = type(record)
+        if kind in lanes.KINDS:
+            self._changes.extend(self._lanes.hear(source, entry))
+        if kind not in strands.KINDS:
+            return
         if (strand := self._strands.hear(source, entry)) is not None:
             self._changes.append(strand)
         if source == WORLD:
@@ -115,6 +119,8 @@ class Story:
 
     def _motion(self) -> tuple[tuple[Track, ...], tuple[Clearance, ...]]:
         tracks, clearances = list[Track](), list[Clearance]()
+        for t_s, pose in self._tracks.newest.values():
+            self._strands.stand(t_s, pose)
         for robot, rows in self._tracks.take():
             tracks.append(pack(robot, rows))
             if self._separations is not None:

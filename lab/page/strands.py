@@ -6,6 +6,7 @@ Rule 2: paths are made as S3 is judged: `world.evidence`.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import get_args
 
 import numpy as np
 
@@ -32,6 +33,8 @@ from world.shapes import Ground
 
 Laying = StepPlanned | StepAbandoned | StrandFormed | StrandReversed | StrandDissolved | MusterCalled
 """What a path depends on, besides each robot's first order of an epoch."""
+KINDS = frozenset({OrderAccepted, StepFinished, *get_args(Laying)})
+"""What strands and positions are made of; the rest need not be heard."""
 
 
 @dataclass(slots=True)
@@ -44,6 +47,7 @@ class Strands:
     _ordered: dict[int, int] = field(default_factory=dict)
     """The newest epoch in which each robot was ordered."""
     _changed: bool = False
+    _told: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
 
     def hear(self, source: str, entry: Entry) -> Strand | None:
         """Take an entry in; a strand, where it is the first of it."""
@@ -72,14 +76,17 @@ class Strands:
         self._evidence.poses[pose.robot] = [(t_s, pose)]
 
     def paths(self) -> dict[str, list[tuple[float, float]]]:
-        """Every epoch's path; nothing, where none may have changed since the last time."""
+        """The corners of each path, by epoch, that has changed since the last time."""
         if not self._changed:
             return {}
         self._changed = False
-        return {
+        now = {
             str(epoch): [(round(corner.x_m, DECIMALS), round(corner.y_m, DECIMALS)) for corner in path]
             for epoch, path in self.laid().items()
         }
+        changed = {epoch: corners for epoch, corners in now.items() if self._told.get(epoch) != corners}
+        self._told = now
+        return changed
 
     def laid(self) -> dict[int, Path]:
         """The path of every epoch in which all robots have been seen."""

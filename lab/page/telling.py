@@ -16,7 +16,7 @@ from protocol.errors import UsageError
 from world.recorder import EVENTS_FILE
 from world.verdict import VERDICT_FILE
 
-AT_ONCE = 100_000  # entries: some 50 MB of them
+AT_ONCE = 20_000  # entries: some 10 MB of them
 
 
 class Telling:

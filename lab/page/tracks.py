@@ -6,6 +6,7 @@ Rule 1: a body that only turns is not sampled before, but at every odometry whil
         one period before a sample that finds it turned.
 """
 
+from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -26,23 +27,25 @@ SLACK = np.array([4e-4, 4e-4, 1e-3])  # m, m, rad: what is left out is no furthe
 class Tracks:
     """The newest samples of each body, until they are packed."""
 
-    _samples: dict[int, list[tuple[float, float, float, float]]] = field(default_factory=dict)
+    newest: dict[int, tuple[float, PoseSampled]] = field(default_factory=dict)
+    """Of each body, with its time."""
+    _samples: dict[int, "array[float]"] = field(default_factory=dict)
     _headings_rad: dict[int, float] = field(default_factory=dict)
     """The newest that was packed, unwound."""
 
     def hear(self, t_s: float, pose: PoseSampled) -> None:
         """Take a sample in; those of one body come in their order."""
-        sample = (t_s, pose.x_m, pose.y_m, pose.heading_rad)
-        samples = self._samples.get(pose.robot)
+        robot = pose.robot
+        self.newest[robot] = (t_s, pose)
+        samples = self._samples.get(robot)
         if samples is None:
-            self._samples[pose.robot] = [sample]
-        else:
-            samples.append(sample)
+            samples = self._samples[robot] = array("d")
+        samples.extend((t_s, pose.x_m, pose.y_m, pose.heading_rad))
 
     def take(self) -> Iterator[tuple[int, Floats]]:
         """The samples of each body since the last time, `(n, 4)`: t, x, y, heading, which is unwound."""
         for robot, samples in sorted(self._samples.items()):
-            rows = np.array(samples)
+            rows = np.array(samples).reshape(-1, 4)
             last_rad = self._headings_rad.get(robot, rows[0, 3])
             rows[:, 3] = np.unwrap(np.concatenate(([last_rad], rows[:, 3])))[1:]
             self._headings_rad[robot] = float(rows[-1, 3])
