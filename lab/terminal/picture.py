@@ -126,7 +126,7 @@ def table(rows: Sequence[Row]) -> Table:
         if name == "state":
             drawn.add_column(name, no_wrap=True, min_width=STATE_WIDTH)
         else:
-            drawn.add_column(name, justify="right", no_wrap=True)
+            drawn.add_column(name, justify="right", no_wrap=True, min_width=len(name))
     for row in rows:
         drawn.add_row(*cells(row))
     return drawn
