@@ -1,42 +1,37 @@
 """What a robot may want done. The shell obeys."""
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from protocol.messages import AheadState, Announcement, BehindState, Drive
 from protocol.timeline import Record
 
 
-@dataclass(frozen=True, slots=True)
-class Announce:
+class Announce(Struct, frozen=True):
     """Tell all robots."""
 
     muster: Announcement
 
 
-@dataclass(frozen=True, slots=True)
-class Tell:
+class Tell(Struct, frozen=True):
     """Tell one neighbour the state of the link."""
 
     robot: int
     state: AheadState | BehindState
 
 
-@dataclass(frozen=True, slots=True)
-class Order:
+class Order(Struct, frozen=True):
     """Give the body its newest order."""
 
     drive: Drive
 
 
-@dataclass(frozen=True, slots=True)
-class AskScan:
+class AskScan(Struct, frozen=True):
     """Have the body's sensor read."""
 
     revolutions: int
 
 
-@dataclass(frozen=True, slots=True)
-class Note:
+class Note(Struct, frozen=True):
     """Put an entry into the timeline."""
 
     record: Record

@@ -1,34 +1,30 @@
 """What may happen to a robot."""
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from protocol.messages import AheadState, Announcement, BehindState, Odometry, Scan
 
 
-@dataclass(frozen=True, slots=True)
-class OdometryHeard:
+class OdometryHeard(Struct, frozen=True):
     """The body tells where it is, and what time it is."""
 
     odometry: Odometry
 
 
-@dataclass(frozen=True, slots=True)
-class ScanHeard:
+class ScanHeard(Struct, frozen=True):
     """A scan that was asked for."""
 
     scan: Scan
 
 
-@dataclass(frozen=True, slots=True)
-class MusterHeard:
+class MusterHeard(Struct, frozen=True):
     """Another robot says something to all."""
 
     robot: int
     muster: Announcement
 
 
-@dataclass(frozen=True, slots=True)
-class LinkHeard:
+class LinkHeard(Struct, frozen=True):
     """A robot tells its link state, with the number that it gave the message."""
 
     robot: int
@@ -36,16 +32,14 @@ class LinkHeard:
     state: AheadState | BehindState
 
 
-@dataclass(frozen=True, slots=True)
-class TokenCame:
+class TokenCame(Struct, frozen=True):
     """A process shows that it lives; robot 0 is the world."""
 
     robot: int
     incarnation: str
 
 
-@dataclass(frozen=True, slots=True)
-class TokenWent:
+class TokenWent(Struct, frozen=True):
     """A process shows that no longer: it has died, is frozen, or cut off; or this robot is."""
 
     robot: int

@@ -4,6 +4,8 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from msgspec import Struct
+
 from agents.commands import Command
 from agents.events import Event, OdometryHeard
 from agents.journal import Given, Journal
@@ -16,8 +18,7 @@ from protocol.messages import Message, Odometry, Phase
 from protocol.traffic import Traffic
 
 
-@dataclass(frozen=True, slots=True)
-class Arrival:
+class Arrival(Struct, frozen=True):
     """Mail that has arrived; a fault plan may have damaged it."""
 
     mail: Mail

@@ -4,7 +4,7 @@ Rule 1: the way itself takes no time; what takes time is what the fault plan doe
 Rule 2: mail that came counts once at its receiver, when it comes: as received, or as taken away, and by what.
 """
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from lab.actor import Actor, Arrival, Desk
 from lab.mail import Mail
@@ -14,8 +14,7 @@ from protocol.faults.plan import Plan
 from protocol.timeline import FaultInjected
 
 
-@dataclass(frozen=True, slots=True)
-class Opened:
+class Opened(Struct, frozen=True):
     """What has become of mail at its receiver: arrivals, each with a delay, and what is to be recorded."""
 
     arrivals: tuple[tuple[float, Arrival], ...]

@@ -1,6 +1,7 @@
 """What goes over the network of a rehearsal: a message, its key, and what its receiver makes of it."""
 
-from dataclasses import dataclass, replace
+from msgspec import Struct
+from msgspec.structs import replace
 
 from agents.events import Event as RobotEvent
 from agents.events import LinkHeard, MusterHeard, OdometryHeard, ScanHeard
@@ -22,8 +23,7 @@ from world.events import Event as WorldEvent
 from world.events import OrderHeard, ScanAsked
 
 
-@dataclass(frozen=True, slots=True)
-class Mail:
+class Mail(Struct, frozen=True):
     """A message on its way to one receiver."""
 
     sender: int

@@ -1,29 +1,26 @@
 """What the world may want done. The shell obeys."""
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from protocol.messages import Odometry, Scan
 from protocol.timeline import Record
 
 
-@dataclass(frozen=True, slots=True)
-class TellOdometry:
+class TellOdometry(Struct, frozen=True):
     """Tell a robot of its body."""
 
     robot: int
     odometry: Odometry
 
 
-@dataclass(frozen=True, slots=True)
-class ServeScan:
+class ServeScan(Struct, frozen=True):
     """Answer the robot that asked for a scan."""
 
     robot: int
     scan: Scan
 
 
-@dataclass(frozen=True, slots=True)
-class Note:
+class Note(Struct, frozen=True):
     """Put an entry into the timeline."""
 
     t_s: float

@@ -1,62 +1,55 @@
 """What may happen to the world."""
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from protocol.exit_codes import ExitCode
 from protocol.messages import Drive
 from protocol.timeline import Entry
 
 
-@dataclass(frozen=True, slots=True)
-class OrderHeard:
+class OrderHeard(Struct, frozen=True):
     """A robot's newest drive order."""
 
     robot: int
     drive: Drive
 
 
-@dataclass(frozen=True, slots=True)
-class ScanAsked:
+class ScanAsked(Struct, frozen=True):
     """A robot wants its sensor read."""
 
     robot: int
     revolutions: int
 
 
-@dataclass(frozen=True, slots=True)
-class TokenCame:
+class TokenCame(Struct, frozen=True):
     """A robot's process shows that it lives."""
 
     robot: int
     incarnation: str
 
 
-@dataclass(frozen=True, slots=True)
-class TokenWent:
+class TokenWent(Struct, frozen=True):
     """A robot's process shows that no longer."""
 
     robot: int
     incarnation: str
 
 
-@dataclass(frozen=True, slots=True)
-class EntryWritten:
+class EntryWritten(Struct, frozen=True):
     """The recorder has written an entry, of the world's own or of a robot's."""
 
     source: str
     entry: Entry
 
 
-@dataclass(frozen=True, slots=True)
-class MessageDropped:
+class MessageDropped(Struct, frozen=True):
     """A message broke the protocol on its way in."""
 
     key: str
     reason: str
 
 
-@dataclass(frozen=True, slots=True)
-class StopAsked:
+class StopAsked(Struct, frozen=True):
     """The user wants the run to end; with this exit code, unless the run has failed by then."""
 
     exit_code: ExitCode

@@ -10,6 +10,8 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from msgspec import Struct
+
 from protocol.faults.chance import Chance, Draws, seed_of
 from protocol.faults.damage import Damage
 from protocol.faults.plan import Plan
@@ -29,24 +31,21 @@ from protocol.keys import WORLD
 LEFT_ALONE = ("log", "logged", "faults")
 
 
-@dataclass(frozen=True, slots=True)
-class Copy:
+class Copy(Struct, frozen=True):
     """One arrival of a message: how much later, and with what damage."""
 
     delay_s: float = 0.0
     damage: Damage | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Injected:
+class Injected(Struct, frozen=True):
     """A rule has struck."""
 
     rule: str
     fault: str
 
 
-@dataclass(frozen=True, slots=True)
-class Fate:
+class Fate(Struct, frozen=True):
     """What becomes of a message: its arrivals, and who did it."""
 
     copies: tuple[Copy, ...] = (Copy(),)
