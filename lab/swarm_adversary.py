@@ -46,9 +46,10 @@ def stale_clock(dice: Dice, window: Window) -> list[Rule]:
     """A robot's clock, or what it knows of tokens, is old when another one dies or is cut off."""
     moment_s = _moment_s(dice, window)
     victim, *others = _shuffled(dice, window)
-    stale = tuple(others[: dice.whole(1, len(others))])
-    since_s = _before_s(moment_s, dice.scale(0.3, 8.0))
-    lasts_s = moment_s - since_s + dice.between(-0.2, 1.5)
+    stale = tuple(others[: 1 if dice.chance(0.6) else dice.whole(1, len(others))])
+    since_s = _before_s(moment_s, dice.pick((dice.scale(0.3, 8.0), dice.between(0.9, 2.2))))
+    # Over just after the moment: then who is stale acts on it before it knows how late it is.
+    lasts_s = moment_s - since_s + dice.pick((dice.between(-0.2, 1.5), dice.between(0.0, 0.15)))
     around = _within(window, since_s, max(0.1, lasts_s))
     kinds: tuple[MessageKind, ...] = ("odometry", "scan") if dice.chance(0.2) else ("odometry",)
     how = dice.whole(1, 3)
