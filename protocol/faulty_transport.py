@@ -12,7 +12,7 @@ Rule 6: rules hold by the newest time that has come, or one that takes odometry 
 import heapq
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf
 
 from protocol.codec import decode, encode
@@ -130,7 +130,7 @@ class FaultyTransport:
             case Asked(key, message):
                 fate = self._fate(key, message, 0)
                 # Somebody who asks is answered once: a question that comes twice is one.
-                yield from self._meet_fate(arrival, message, replace(fate, copies=fate.copies[:1]))
+                yield from self._meet_fate(arrival, message, Fate(fate.copies[:1], fate.injected))
             case Refused():
                 yield arrival
 
