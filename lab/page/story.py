@@ -43,8 +43,8 @@ class Story:
     """What has been heard of a run and not been told yet."""
 
     def __init__(self, header: Header | None) -> None:
-        self._scenario, flaws = _scenario_of(header)
-        self._flaws = flaws
+        self._scenario, self.flaws = _scenario_of(header)
+        """What is wrong with the run, as far as it is known, in sentences."""
         self._subject = None if header is None else _subject(header, self._scenario)
         self._entries, self._tracks = Entries(), Tracks()
         self._lanes, self._strands = Lanes(), Strands()
@@ -85,7 +85,7 @@ class Story:
         """Take in the verdict as it stands in its file, and what more is known to be wrong with the log."""
         self._news = True
         self._verdict = verdict if verdict is not None else self._verdict
-        self._flaws = (*self._flaws, *flaws)
+        self.flaws = (*self.flaws, *flaws)
 
     def batch(self, *, ended: bool = False) -> bytes | None:
         """What is new, as JSON; None where nothing is. `ended`: nothing more will come."""
@@ -111,7 +111,7 @@ class Story:
             end_s=self._end_s,
             ended=ended,
             verdict=self._verdict,
-            flaws=self._flaws,
+            flaws=self.flaws,
         )
         self._subject, self._verdict, self._news = None, None, False
         self._changes.clear()

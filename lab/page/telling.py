@@ -45,8 +45,8 @@ class Telling:
             story.hear(source, entry)
             if count % AT_ONCE == 0:
                 yield from _some(story.batch())
-        self.flaws = (*(() if self._log is None else self._log.flaws), *self.flaws)
-        story.add(verdict=self._verdict, flaws=self.flaws)
+        story.add(verdict=self._verdict, flaws=(*(() if self._log is None else self._log.flaws), *self.flaws))
+        self.flaws = story.flaws
         yield from _some(story.batch(ended=True))
 
 
