@@ -1,9 +1,9 @@
 """Which robot looks how: few each in their own way; of many only those who led."""
 
 from lab.figures.course import Course
-from lab.figures.style import GREY, LOOKS, Look
+from lab.figures.style import GREY, HAIR_PT, LOOKS, Look
 
-OTHER = Look(GREY, ".", (0, ()))
+OTHER = Look(GREY, ".", (0, ()), HAIR_PT)
 
 
 def looks_of(course: Course) -> dict[int, tuple[Look, str | None]]:

@@ -79,7 +79,8 @@ def _paint(figure: Figure, course: Course, frame: Frame) -> None:
             axes.plot(*ends_m.T, "--.", color=BLACK, linewidth=HAIR_PT, markersize=2.5, zorder=1.2)
     for robot, (look, _) in reversed(looks_of(course).items()):  # on one path the first is on top
         path_m = course.places_m[:, robot - 1]
-        axes.plot(*path_m.T, color=look.colour, zorder=1.6, gid=f"path-{robot}")  # for who edits the SVG
+        line = axes.plot(*path_m.T, color=look.colour, linewidth=look.width_pt, zorder=1.6)
+        line[0].set_gid(f"path-{robot}")  # for whoever edits the SVG
     moments = [*((stand.t_s, stand.robot) for stand in course.stands), *course.last]
     for t_s, leader in moments:
         draw_robots(axes, course, course.places_at_m(t_s), leader, size_pt=2.2)
@@ -129,7 +130,7 @@ def _mark_recoveries(axes: Axes, course: Course) -> None:
 
 def _legend(course: Course) -> list[Artist]:
     handles: list[Artist] = [
-        Line2D([], [], color=look.colour, marker=look.marker, label=label)
+        Line2D([], [], color=look.colour, linewidth=look.width_pt, marker=look.marker, label=label)
         for look, label in looks_of(course).values()
         if label is not None
     ]

@@ -59,6 +59,7 @@ class Look:
     colour: str
     marker: str
     dashes: tuple[int, tuple[float, ...]]
+    width_pt: float = LINE_PT
 
 
 LOOKS = (

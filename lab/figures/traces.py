@@ -123,7 +123,9 @@ def _draw(axes: Axes, course: Course, apart_m: Floats) -> None:
         own_s, own_m = course.times_s[lived], apart_m[lived, robot - 1]
         if np.isnan(own_m).all():
             continue  # it was never near anything of that kind
-        axes.plot(*thinned(own_s, own_m), color=look.colour, linestyle=look.dashes, label=label)
+        axes.plot(
+            *thinned(own_s, own_m), color=look.colour, linestyle=look.dashes, lw=look.width_pt, label=label
+        )
         if robot in course.dead and len(own_s):
             axes.plot(own_s[-1], own_m[-1], "x", color=BLACK, markersize=5.0, zorder=3.0, clip_on=False)
 
