@@ -2,18 +2,14 @@
 
 import asyncio
 import contextlib
-import http.client
 import json
 import os
 import re
 import signal
 import socket
-import subprocess
-import sys
 from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -22,8 +18,9 @@ from lab.view.channel import Channel
 from lab.view.pages import site
 from lab.view.server import Server
 from lab.view.watch import Watch
-from tests.fleets import END_S_MAX, ROOT, RUN_S_MAX, START_S_MAX, Fleet, wait_until
+from tests.fleets import END_S_MAX, RUN_S_MAX, START_S_MAX, Fleet, wait_until
 from tests.logs import AT_REST, numbered, recorded
+from tests.views import address_of, told, view
 from world.verdict import VERDICT_FILE
 
 LINES = numbered(AT_REST)
@@ -150,32 +147,10 @@ def fleet(tmp_path: Path) -> Iterator[Fleet]:
     fleet.destroy()
 
 
-def view(*arguments: str | Path, cwd: Path) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [sys.executable, "-m", "lab.cli", "view", *arguments],
-        cwd=cwd,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-
-
-def told(address: str, run: int = 0) -> Iterator[dict[str, Any]]:
-    """What a page is told, batch by batch, until the viewer has gone."""
-    connection = http.client.HTTPConnection(address.removeprefix("http://").rstrip("/"), timeout=RUN_S_MAX)
-    connection.request("GET", f"/events/{run}")
-    with connection.getresponse() as response:
-        for text in response:
-            if text.startswith(b"data: "):
-                yield json.loads(text.removeprefix(b"data: "))
-
-
 @pytest.mark.processes
 def test_view_prints_its_address_alone_and_ctrl_c_ends_it_with_130(run: Path, tmp_path: Path) -> None:
     with view(run, cwd=tmp_path) as viewer:
-        assert viewer.stdout is not None
-        address = viewer.stdout.readline().strip()
+        address = address_of(viewer.stdout)
         batches = told(address)
         assert next(batches)["subject"]["run"]
         viewer.send_signal(signal.SIGINT)
@@ -231,9 +206,7 @@ def test_live_waits_for_a_run_and_goes_on_to_the_next_one(tmp_path: Path) -> Non
 @pytest.mark.processes
 def test_fleet_with_a_view_shows_itself_up_to_its_verdict_and_leaves_nothing(fleet: Fleet) -> None:
     launcher = fleet.start("paper", "--speed", "5", "--view", "--json")
-    assert launcher.stderr is not None
-    (address,) = re.findall(r"http://\S+", next(text for text in launcher.stderr if "http://" in text))
-    *_, last = told(address)
+    *_, last = told(address_of(launcher.stderr))
     outcome = fleet.end(END_S_MAX)
     assert outcome.code == 0
     assert last["ended"]

@@ -2,7 +2,8 @@
 //
 // Rule 1: EventSource asks again by itself when the viewer is away, behind the message it has seen last.
 // Rule 2: a run that has ended has nothing more to say; should the viewer go then, that is no trouble.
-// Rule 3: `anew` says that another run is told now than the page shows: it loads again, without its moment.
+// Rule 3: an address that leads to a moment waits until the run has come that far.
+// Rule 4: `anew` says that another run is told now than the page shows: it loads again, without its moment.
 "use strict";
 {
   const notice = document.createElement("p");
@@ -16,6 +17,15 @@
     notice.hidden = text === "";
   };
 
+  const moment = location.hash;
+  let asked = new URLSearchParams(location.hash.slice(1)).get("t");
+  const land = () => {
+    if (asked === null || !(clew.runs[0]?.ended || clew.runs[0]?.end >= Number(asked))) return;
+    history.replaceState(null, "", moment);
+    dispatchEvent(new HashChangeEvent("hashchange"));
+    asked = null;
+  };
+
   const follow = (path, run) => {
     const events = new EventSource(path);
     let ended = false;
@@ -24,6 +34,7 @@
       ended ||= batch.ended === true;
       say("");
       clew.take(run, batch);
+      land();
     };
     events.onerror = () => {
       if (ended) events.close();
