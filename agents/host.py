@@ -2,7 +2,7 @@
 
 Rule 1: a robot that dies is reaped and said; the others live on.
 Rule 2: asked to end, the host asks all its robots, waits, and kills what is left. A frozen one is thawed, or
-        it could not hear.
+        it could not hear. Who then goes has done as it was asked.
 Rule 3: a robot outlives its host by no more than a moment: it holds the reading end of a pipe whose
         writing end is the host's alone.
 Rule 4: what the world has it do to a robot (`protocol.blows`) is no failure of that robot, nor of the host.
@@ -162,7 +162,9 @@ class _Host:
             if pid == 0:
                 return
             robot, exit_code = self._robots.pop(pid), os.waitstatus_to_exitcode(status)
-            if exit_code != 0 and not (pid in self._struck and exit_code == -signal.SIGKILL):
+            struck = pid in self._struck and exit_code == -signal.SIGKILL
+            as_asked = self._ends and exit_code == ExitCode.TERMINATED
+            if exit_code != 0 and not (struck or as_asked):
                 self._exit_code = self._exit_code or max(exit_code, ExitCode.FAILED)  # a signal's is negative
                 _say(f"robot {robot} {_how(exit_code)}")
             if robot in self._wanted and not self._ends:

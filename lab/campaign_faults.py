@@ -1,7 +1,7 @@
 """The figures of a campaign with faults: by class of fault, and what has happened at times.
 
 Rule 1: an episode counts in every class that its seed has drawn.
-Rule 2: where none of n episodes failed, at most 3 / n do, with 95 % confidence; that is the bound.
+Rule 2: where none of n episodes failed, at most 3 / n do, with 95 % confidence; that is the bound, or 1.
 """
 
 from collections import Counter
@@ -53,10 +53,14 @@ def _figures(outcomes: Sequence[Outcome]) -> ClassFigures:
         violations=broken,
         unlively=count[Surprise.UNLIVELY],
         crashed=crashed,
-        safety_bound=None if broken or crashed else BOUND / len(outcomes),
-        liveness_bound=None if count[Surprise.UNLIVELY] or crashed or not lively else BOUND / lively,
+        safety_bound=None if broken or crashed else _bound(len(outcomes)),
+        liveness_bound=None if count[Surprise.UNLIVELY] or crashed or not lively else _bound(lively),
         cpu_s_mean=sum(outcome.cpu_s for outcome in outcomes) / len(outcomes),
     )
+
+
+def _bound(episodes: int) -> float:
+    return min(BOUND / episodes, 1.0)
 
 
 def sum_of_sometimes(outcomes: Sequence[Outcome]) -> dict[str, int]:

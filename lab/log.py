@@ -17,6 +17,7 @@ from msgspec import Struct
 
 from lab.completeness import Completeness, Told
 from protocol.errors import UsageError
+from protocol.mischief import goes_on
 from protocol.timeline import Record, RunEnded
 from world.lines import Line, Stamp, read_line
 from world.recorder import EVENTS_FILE, SCHEMA, Header
@@ -58,7 +59,7 @@ class Log:
                     if isinstance(entry.record, RunEnded) and findings.ended is None:
                         findings.ended = entry.record.reason
                     yield source, entry
-        self.flaws, self.ended = tuple(findings.flaws()), findings.ended
+        self.flaws, self.ended = tuple(findings.flaws(self.path.parent)), findings.ended
 
     def _open(self) -> BufferedReader:
         try:
@@ -103,8 +104,8 @@ class _Findings:
         else:
             self._unknown[kind] += 1
 
-    def flaws(self) -> Iterator[str]:
-        """All of it, in sentences."""
+    def flaws(self, run: Path) -> Iterator[str]:
+        """All of it, in sentences; `run` is the folder in which the log stands."""
         if self._header.schema != SCHEMA:
             yield f"{_other(self._header.schema)}: only what both know can be shown"
         yield from self._misread
@@ -113,7 +114,9 @@ class _Findings:
             unknown.add(f"{count} entries of a kind that this program does not know: {kind!r}")
         yield from unknown
         yield from self.completeness.flaws()
-        if self.ended is None:
+        if self.ended is None and goes_on(run):
+            yield "the run is still going on: this is what was recorded up to now"
+        elif self.ended is None:
             yield "no run.ended: the world did not live to end the run"
 
 

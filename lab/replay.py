@@ -18,6 +18,7 @@ from agents.robot import Robot
 from protocol.codec import packed
 from protocol.errors import UsageError
 from protocol.keys import robot_name
+from protocol.mischief import goes_on
 from protocol.session import INPUTS
 
 
@@ -67,8 +68,9 @@ def replay(run: Path, robot: int | None = None) -> Replay:
     name = "r*" if robot is None else robot_name(robot)
     found = list((run / INPUTS).glob(f"{name}-*{SUFFIX}"))
     robots: list[Replayed] = []
+    going_on = goes_on(run)
     for recording in sorted(map(Recording, found), key=lambda each: (each.head.robot, each.path.name)):
-        robots.append(replay_recording(recording))
+        robots.append(replay_recording(recording, going_on=going_on))
         if robots[-1].difference is not None:
             break
     decisions = sum(each.decisions for each in robots)
@@ -79,8 +81,8 @@ def replay(run: Path, robot: int | None = None) -> Replay:
     return Replay(ok=ok, decisions=decisions, robots=tuple(robots))
 
 
-def replay_recording(recording: Recording) -> Replayed:
-    """Replay one journal up to the first difference."""
+def replay_recording(recording: Recording, *, going_on: bool = False) -> Replayed:
+    """Replay one journal up to the first difference, or up to now where the run is still going on."""
     head = recording.head
     core = Robot(head.robot, head.mission, again=head.again)
     compared, difference = 0, None
@@ -98,7 +100,7 @@ def replay_recording(recording: Recording) -> Replayed:
         robot=head.robot,
         incarnation=head.incarnation,
         decisions=compared,
-        flaws=() if difference is not None else tuple(_flaws(recording)),
+        flaws=() if difference is not None else tuple(_flaws(recording, going_on=going_on)),
         difference=difference,
     )
 
@@ -134,7 +136,10 @@ def _shown(decided: Decision) -> Any:  # noqa: ANN401 - plain data, for people a
     return [{"kind": kind, **msgspec.to_builtins(fields)} for kind, fields in decided.commands]
 
 
-def _flaws(recording: Recording) -> Iterator[str]:
+def _flaws(recording: Recording, *, going_on: bool) -> Iterator[str]:
+    if recording.ended is None and going_on:
+        yield "the run is still going on: this is what it decided up to now, unless its process has died"
+        return
     if recording.flaw is not None:
         yield recording.flaw
     if recording.ended is None:

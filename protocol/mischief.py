@@ -35,6 +35,18 @@ class Answer(Struct, frozen=True, kw_only=True):
     error: str | None = None
 
 
+def goes_on(run: Path) -> bool:
+    """Whether a live run with this folder is going on: its world can be reached."""
+    try:
+        where = (run / WHERE_FILE).read_text(encoding="utf-8")
+        with socket.socket(socket.AF_UNIX) as connection:
+            connection.settimeout(ANSWER_S_MAX)
+            connection.connect(where)
+    except OSError:
+        return False
+    return True
+
+
 def wish(run: Path, wished: Wish) -> str:
     """Tell the world of a run; returns the name of the rule.
 

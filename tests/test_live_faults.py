@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from tests.fleets import END_S_MAX, ROOT, RUN_S_MAX, START_S_MAX, Fleet, wait_until
+from tests.test_fleet import clew
 
 pytestmark = pytest.mark.processes
 
@@ -146,6 +147,12 @@ def test_a_running_fleet_is_struck_when_it_is_asked_for_and_no_more_when_it_is_o
     assert (killed.returncode, killed.stdout) == (0, "given-1\n"), killed.stderr
     dropped = clew_fault(fleet, "drop", "--from", "r1", "--to", "2", "--probability", "0.5", "--for", "5s")
     assert (dropped.returncode, dropped.stdout) == (0, "given-2\n"), dropped.stderr
+    for verb, word in (("log check", "not complete"), ("replay", "robot 1")):
+        said = clew(*verb.split(), "runs/latest", cwd=fleet.cwd)
+        assert f"{word}" in said.stdout
+        assert "the run is still going on" in said.stdout
+        assert "did not live" not in said.stdout
+        assert "was killed" not in said.stdout
     refused = clew_fault(fleet, "kill", "nobody")
     assert (refused.returncode, refused.stdout) == (2, "")
     assert "must" in refused.stderr
