@@ -15,5 +15,5 @@ def need(module: str, *, extra: str) -> None:
         import_module(module)
     except ImportError as error:
         raise UsageError(
-            f"--to {extra} needs {module}, the extra `{extra}`: pip install '.[{extra}]'"
+            f"this export needs {module}, the extra `{extra}`: pip install '.[{extra}]'"
         ) from error

@@ -14,10 +14,13 @@ Schema = dict[str, Any]
 def schema_of(kind: type[Kind] | type[Header]) -> Schema:
     """The schema of a line of this kind."""
     (own, stamp), parts = msgspec.json.schema_components([kind, Stamp])
-    schema, common = _whole(own, parts), _whole(stamp, parts)
-    schema["properties"] = common["properties"] | schema["properties"]
-    schema["required"] = list(dict.fromkeys([*common["required"], *schema.get("required", ())]))
-    return schema
+    whole, common = _whole(own, parts), _whole(stamp, parts)
+    required = dict.fromkeys([*common["required"], *whole.get("required", ())])
+    return {
+        **whole,
+        "properties": common["properties"] | whole["properties"],
+        "required": list(required),
+    }
 
 
 def _whole(schema: Any, parts: dict[str, Schema]) -> Any:  # noqa: ANN401 - JSON, as deep as it is

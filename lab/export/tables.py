@@ -1,7 +1,7 @@
 """Tables of entries, one for each kind, written a stretch at a time."""
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, Protocol, get_args
 
 import msgspec
@@ -25,7 +25,7 @@ TYPES: dict[str, type[Kind]] = {str(each.__struct_config__.tag): each for each i
 """The types of entries by their kinds."""
 
 
-def fill(tables: dict[str, Table], lines: Iterable[Line]) -> int:
+def fill(tables: Mapping[str, Table], lines: Iterable[Line]) -> int:
     """Write all entries, each into the table of its kind; returns how many."""
     waiting: defaultdict[str, list[dict[str, Any]]] = defaultdict(list)
     count = 0

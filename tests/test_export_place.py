@@ -1,0 +1,83 @@
+"""What an export writes is there whole, or not at all; and what is no export is never replaced."""
+
+from pathlib import Path
+
+import pytest
+
+from lab.export.place import whole_file, whole_folder
+from protocol.errors import UsageError
+from protocol.timeline import RunEnded
+from tests.campaigns import clew
+from tests.logs import numbered, recorded
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    return recorded(tmp_path / "run", numbered((("world", RunEnded(reason="done")),)))
+
+
+def interrupted(draft: Path) -> None:
+    draft.write_text("half")
+    raise KeyboardInterrupt
+
+
+def test_a_file_that_is_not_finished_never_was(tmp_path: Path) -> None:
+    out = tmp_path / "deep" / "events.mcap"
+    with pytest.raises(KeyboardInterrupt), whole_file(out) as draft:
+        interrupted(draft)
+    assert list(out.parent.iterdir()) == []
+
+
+def test_a_former_file_stays_until_the_new_one_is_whole(tmp_path: Path) -> None:
+    out = tmp_path / "events.mcap"
+    out.write_bytes(b"old")
+    with whole_file(out) as draft:
+        draft.write_bytes(b"new")
+        assert out.read_bytes() == b"old"
+    assert out.read_bytes() == b"new"
+    assert list(tmp_path.iterdir()) == [out]
+
+
+def test_a_former_folder_stays_until_the_new_one_is_whole(tmp_path: Path) -> None:
+    out = tmp_path / "csv"
+    for text in ("old", "new"):
+        with whole_folder(out, ".csv") as draft:
+            (draft / f"{text}.csv").write_text(text)
+            assert [each.name for each in out.glob("*")] == (["old.csv"] if text == "new" else [])
+    assert [each.name for each in out.iterdir()] == ["new.csv"]
+    with pytest.raises(KeyboardInterrupt), whole_folder(out, ".csv") as draft:
+        interrupted(draft / "half.csv")
+    assert [each.name for each in out.iterdir()] == ["new.csv"]
+    assert list(tmp_path.iterdir()) == [out]
+
+
+def test_a_folder_with_anything_else_in_it_is_not_replaced(run: Path) -> None:
+    for out in (run, run / "events.jsonl"):
+        said = clew("log", "export", run, "--to", "csv", "--out", out)
+        assert said.exit_code == 2
+        assert "it holds something else than .csv files" in said.stderr
+    assert (run / "events.jsonl").stat().st_size > 0
+
+
+def test_a_log_is_never_overwritten_by_its_own_export(run: Path) -> None:
+    said = clew("log", "export", run, "--to", "mcap", "--out", run / "events.jsonl")
+    assert said.exit_code == 2
+    assert "the name of such a file ends in .mcap" in said.stderr
+    (run / "folder.mcap").mkdir()
+    assert clew("log", "export", run, "--to", "mcap", "--out", run / "folder.mcap").exit_code == 2
+
+
+def test_what_cannot_be_written_is_said_in_one_line(tmp_path: Path, run: Path) -> None:
+    (tmp_path / "file").write_text("")
+    said = clew("log", "export", run, "--to", "csv", "--out", tmp_path / "file" / "csv")
+    assert said.exit_code == 2
+    assert said.stderr.startswith(f"Error: --out {tmp_path}/file/csv: cannot be written: ")
+    with pytest.raises(UsageError, match="No space left"), whole_file(tmp_path / "full.mcap"):
+        Path("/dev/full").write_bytes(b"more than fits")
+
+
+def test_a_folder_without_a_run_is_refused(tmp_path: Path) -> None:
+    said = clew("log", "export", tmp_path, "--to", "csv")
+    assert said.exit_code == 2
+    assert said.stderr.startswith(f"Error: no run in {tmp_path}: events.jsonl: ")
+    assert list(tmp_path.iterdir()) == []
