@@ -69,7 +69,13 @@ class Sight:
 
     def wait(self, condition: str) -> None:
         """Until this JavaScript is true. Playwright's own way needs `unsafe-eval`, which our page forbids."""
-        self.page.evaluate(WAIT % {"condition": condition, "ms": WAIT_MS})
+        try:
+            self.page.evaluate(WAIT % {"condition": condition, "ms": WAIT_MS})
+        except Error as error:
+            if "navigation" not in error.message:
+                raise
+            self.page.wait_for_load_state()  # the page has loaded itself again
+            self.wait(condition)
 
 
 @contextmanager
