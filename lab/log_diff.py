@@ -22,7 +22,7 @@ from world.lines import Line
 from world.recorder import Header
 
 CONTEXT = 3  # entries on either side, as diff has lines
-NO_DIFFERENCE = frozenset({"hlc", "pid", "incarnation", "away_s"})
+NO_DIFFERENCE = frozenset({"pid", "incarnation", "away_s"})
 NO_DIFFERENCE_OF_STEPS = (
     NO_DIFFERENCE | {"t_s", "n", "epoch", "reach_m", "cost_to_go_m"} | {"obstacles", "gaps", "gap"}
 )

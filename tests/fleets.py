@@ -59,6 +59,20 @@ class Fleet:
         )
         return self.launcher
 
+    def start_on(self, terminal: int, *arguments: str, **variables: str) -> subprocess.Popen[str]:
+        """Start it at a terminal, which becomes the one that its Ctrl-C comes from."""
+        # A CI's own variables would have it print lines, as where nobody sits at the terminal.
+        ours = {name: value for name, value in os.environ.items() if name not in ("CI", "NO_COLOR")}
+        marked = {"TMPDIR": str(self.temporary), "CLEW_TEST_MARK": self.mark}
+        self.launcher = subprocess.Popen(
+            [LAUNCHER, *arguments],
+            cwd=self.cwd,
+            env={**ours, **marked, **variables},
+            preexec_fn=lambda: os.login_tty(terminal),  # noqa: PLW1509 - no other way to give it the terminal
+            text=True,
+        )
+        return self.launcher
+
     def end(self, timeout_s: float) -> Outcome:
         assert self.launcher is not None
         out, err = self.launcher.communicate(timeout=timeout_s)

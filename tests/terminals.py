@@ -44,8 +44,7 @@ class Terminal:
         """What stands on the screen."""
         return "\n".join(line.rstrip() for line in self._screen.display).rstrip()
 
-    @property
-    def cursor_hidden(self) -> bool:
+    def hides_its_cursor(self) -> bool:
         return bool(self._screen.cursor.hidden)
 
     def press(self, keys: bytes) -> None:

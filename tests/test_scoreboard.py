@@ -130,6 +130,10 @@ def test_rows_do_not_depend_on_how_often_somebody_looks(run: Path) -> None:
         ([("r1", RobotHeld(behind_m=1.0)), ("r1", RobotReleased())], State.FOLLOWING),
         ([("r1", LinkBroken(neighbour=2, cause="token", silent_s=1.0))], State.ADRIFT),
         ([("r1", RobotHeld(behind_m=1.0)), ("r1", MusterJoined(epoch=2))], State.JOINING),
+        (
+            [("r1", LinkBroken(neighbour=2, cause="token", silent_s=1.0)), ("r1", MusterJoined(epoch=2))],
+            State.JOINING,
+        ),
         ([("r1", MusterJoined(epoch=2)), ("r1", RobotBlocked(**HERE, turn=1, reason="x"))], State.BLOCKED),
         ([("r1", RobotArrived(progress_m=1.0))], State.ARRIVED),
         ([("r1", RobotArrived(progress_m=1.0)), ("r1", MusterJoined(epoch=2))], State.JOINING),
