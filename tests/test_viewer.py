@@ -216,7 +216,8 @@ def test_fleet_with_a_view_shows_itself_up_to_its_verdict_and_leaves_nothing(fle
 
 @pytest.mark.processes
 def test_fleet_whose_viewer_is_killed_goes_on_and_says_so(fleet: Fleet) -> None:
-    fleet.start("paper", "--speed", "max", "--view", "--json")
+    fleet.start("paper", "--speed", "3", "--view", "--json")
+    fleet.wait_for("order.accepted")
     os.kill(wait_until(lambda: viewer_of(fleet), START_S_MAX), signal.SIGKILL)
     outcome = fleet.end(RUN_S_MAX)
     assert outcome.code == 0
