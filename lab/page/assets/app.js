@@ -1,5 +1,7 @@
 // The page's state: runs, the time shown, what is chosen; and when it is drawn.
 
+const REFRESH_MS = 400; // between two such drawings of a run that goes on, which bring little and take long
+
 class App {
   constructor() {
     /** @type {Run[]} */
@@ -14,6 +16,9 @@ class App {
     this.hasNews = false;
     this.follows = false; // the end of a run that goes on
     this.isAwaited = false; // a frame has been asked for
+    this.isOpening = false; // more is to be taken in before anything is drawn
+    this.refreshed = -Infinity; // when all that is not of one moment was drawn last [ms]
+    this.end = 0; // of the run in focus, as it was then: what axes reach to
     this.drawn = 0; // frames
     /** @type {Chart[]} */
     this.charts = [];
@@ -41,6 +46,14 @@ class App {
     this.show();
   }
 
+  /** Draw again all that is not of one moment. */
+  refresh() {
+    this.news++;
+    this.end = this.run.end;
+    for (const show of [showVerdict, showSteps, showMoments, showMessages]) show(this);
+    this.refreshed = performance.now();
+  }
+
   /** @param {number} time of the run in focus [s] */
   seek(time) {
     this.follows = !this.run.ended && time >= this.run.end - 1e-9;
@@ -55,6 +68,7 @@ class App {
       this.focus = index;
       this.time = time;
       this.hasNews = true;
+      this.refreshed = -Infinity;
     }
     this.robot = robot;
     this.show();
@@ -67,7 +81,7 @@ class App {
 
   /** Ask for a frame. */
   show() {
-    if (this.isAwaited) return;
+    if (this.isAwaited || this.isOpening) return;
     this.isAwaited = true;
     requestAnimationFrame(() => {
       this.isAwaited = false;
@@ -77,17 +91,16 @@ class App {
 
   draw() {
     if (this.runs.length === 0) return;
-    if (this.hasNews) {
-      this.news++;
-      for (const show of [showVerdict, showSteps, showMoments, showMessages]) show(this);
-    }
+    const isFresh = this.hasNews && performance.now() - this.refreshed > REFRESH_MS;
+    if (isFresh) this.refresh();
     for (const pane of this.panes) pane.draw();
     for (const chart of this.charts) chart.draw();
     this.lanes?.draw();
     showNow(this);
     markStep(this);
     markMoment(this);
-    this.hasNews = false;
+    if (isFresh) this.hasNews = false;
+    else if (this.hasNews) setTimeout(() => this.show(), REFRESH_MS);
     this.drawn++;
     for (const tell of this.onTime) tell();
   }

@@ -1,6 +1,7 @@
 // Where one robot's body is: its track, as a column of places between which it goes straight and evenly.
 
 const CHUNK = 128; // places in one piece of a trail: few pieces to draw, little to draw point by point
+const PIECES_SHOWN = 60; // of a trail, the newest: some ten minutes of driving round corners
 
 class Body {
   /** @param {number} robot */
@@ -64,7 +65,7 @@ class Body {
   strokeTrail(context) {
     if (this.place < 0) return;
     const whole = Math.min(Math.floor(this.place / CHUNK), this.pieces.length);
-    for (let piece = 0; piece < whole; piece++) context.stroke(this.pieces[piece]);
+    for (let piece = Math.max(whole - PIECES_SHOWN, 0); piece < whole; piece++) context.stroke(this.pieces[piece]);
     context.beginPath();
     context.moveTo(this.xs.data[whole * CHUNK], this.ys.data[whole * CHUNK]);
     for (let i = whole * CHUNK + 1; i <= this.place; i++) context.lineTo(this.xs.data[i], this.ys.data[i]);

@@ -2,7 +2,7 @@
 
 /** @param {CanvasRenderingContext2D} context @param {number} width @param {number} height */
 Chart.prototype.drawStill = function drawStill(context, width, height) {
-  drawTimeAxis(context, this.app.run.end, MARGIN.left, width - MARGIN.right, height - MARGIN.bottom);
+  drawTimeAxis(context, this.app.end, MARGIN.left, width - MARGIN.right, height - MARGIN.bottom);
   drawHeights(this, context, width, height);
   const chosen = this.app.robot;
   context.save();
@@ -110,7 +110,7 @@ function drawTimeAxis(context, end, left, right, y) {
  */
 function scrubbing(canvas, app, share) {
   const seek = (/** @type {PointerEvent} */ event) => {
-    app.seek(Math.min(Math.max(share(event.offsetX, canvas.clientWidth), 0), 1) * app.run.end);
+    app.seek(Math.min(Math.max(share(event.offsetX, canvas.clientWidth), 0), 1) * app.end);
   };
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);

@@ -112,7 +112,7 @@ class Chart {
     if (width === 0) return;
     if (this.known !== this.app.news) this.refresh();
     context.clearRect(0, 0, width, height);
-    const key = `${this.app.news}|${this.app.focus}|${this.app.robot}|${this.app.run.end}`;
+    const key = `${this.app.news}|${this.app.focus}|${this.app.robot}`;
     this.still.show(context, width, height, key, (onto) => this.drawStill(onto, width, height));
     const x = this.x(this.app.time, width);
     context.strokeStyle = colour.ink;
@@ -133,7 +133,7 @@ class Chart {
 
   /** @param {number} t @param {number} width */
   x(t, width) {
-    return MARGIN.left + (t / Math.max(this.app.run.end, 1e-3)) * (width - MARGIN.left - MARGIN.right);
+    return MARGIN.left + (t / Math.max(this.app.end, 1e-3)) * (width - MARGIN.left - MARGIN.right);
   }
 
   /** @param {number} value @param {number} height */

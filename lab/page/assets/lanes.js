@@ -30,7 +30,7 @@ class Lanes {
     const { context, width, height } = surfaceOf(this.canvas);
     if (width === 0) return;
     context.clearRect(0, 0, width, height);
-    const key = `${app.news}|${app.focus}|${app.robot}|${app.run.end}`;
+    const key = `${app.news}|${app.focus}|${app.robot}`;
     this.still.show(context, width, height, key, (onto) => this.drawStill(onto, width, height));
     const x = this.x(app.time, width);
     context.strokeStyle = context.fillStyle = colour.ink;
@@ -44,20 +44,20 @@ class Lanes {
     context.lineTo(x + 5, 0);
     context.lineTo(x, 7);
     context.fill();
-    this.canvas.setAttribute("aria-valuemax", app.run.end.toFixed(2));
+    this.canvas.setAttribute("aria-valuemax", app.end.toFixed(2));
     this.canvas.setAttribute("aria-valuenow", app.time.toFixed(2));
-    this.canvas.setAttribute("aria-valuetext", `${app.time.toFixed(2)} seconds of ${app.run.end.toFixed(2)}`);
+    this.canvas.setAttribute("aria-valuetext", `${app.time.toFixed(2)} seconds of ${app.end.toFixed(2)}`);
   }
 
   /** @param {number} t @param {number} width */
   x(t, width) {
-    return LANE.left + (t / Math.max(this.app.run.end, 1e-3)) * (width - LANE.left - LANE.right);
+    return LANE.left + (t / Math.max(this.app.end, 1e-3)) * (width - LANE.left - LANE.right);
   }
 
   /** @param {CanvasRenderingContext2D} context @param {number} width @param {number} height */
   drawStill(context, width, height) {
     const { run } = this.app;
-    drawTimeAxis(context, run.end, LANE.left, width - LANE.right, height - LANE.axis);
+    drawTimeAxis(context, this.app.end, LANE.left, width - LANE.right, height - LANE.axis);
     this.drawSteps(context, width);
     drawSigns(this, context, width);
     run.robots.forEach((robot, lane) => {

@@ -32,12 +32,14 @@ async function openStory(story) {
   const packed = Uint8Array.from(atob(story), (letter) => letter.charCodeAt(0));
   const lines = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip")).pipeThrough(new TextDecoderStream());
   let rest = "";
+  app.isOpening = true;
   const reader = lines.getReader();
   for (let piece = await reader.read(); !piece.done; piece = await reader.read()) {
     const parts = (rest + piece.value).split("\n");
     rest = parts.pop() ?? "";
     for (const line of parts) app.take(...JSON.parse(line));
   }
+  app.isOpening = false;
 }
 
 /** For feeds, which call `take`, and for tests. */

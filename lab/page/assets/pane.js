@@ -7,6 +7,7 @@ class Pane {
     this.index = index;
     this.view = new View();
     this.ground = new Still();
+    this.fitted = 0; // what the app had refreshed then
     this.figure = document.createElement("figure");
     this.figure.className = "pane";
     this.canvas = document.createElement("canvas");
@@ -27,7 +28,7 @@ class Pane {
     if (width === 0) return;
     const hasResized = view.width !== width || view.height !== height;
     Object.assign(view, { width, height });
-    if (view.isFitted && (hasResized || app.hasNews)) view.fit(boxOf(run));
+    if (view.isFitted && (hasResized || app.refreshed !== this.fitted)) this.fit();
     const t = app.timeOf(this.index);
     run.goTo(t);
     context.clearRect(0, 0, width, height);
@@ -97,13 +98,17 @@ class Pane {
       view.zoom(Math.exp(-event.deltaY / 400), event.offsetX, event.offsetY);
       app.show();
     }, { passive: false });
-    canvas.addEventListener("dblclick", () => this.fit());
+    canvas.addEventListener("dblclick", () => {
+      this.fit();
+      app.show();
+    });
   }
 
+  /** Have the whole run in view, and keep it so. */
   fit() {
     this.view.isFitted = true;
+    this.fitted = this.app.refreshed;
     this.view.fit(boxOf(this.run));
-    this.app.show();
   }
 
   /** Choose the robot there, or none. @param {number} px @param {number} py */

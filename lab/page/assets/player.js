@@ -68,7 +68,7 @@ const KEYS_HELP = [
   { keys: ["+", "="], names: "+", does: "faster", act: (_, player) => player.faster(1) },
   { keys: ["1", "2", "3", "4", "5", "6", "7", "8", "9"], names: "1 to 9", does: "choose a robot; again: none", act: chooseByKey },
   { keys: ["0", "Escape"], names: "0, Esc", does: "choose none", act: (app) => app.choose(0, app.focus) },
-  { keys: ["f"], names: "f", does: "the whole map", act: (app) => app.panes.forEach((pane) => pane.fit()) },
+  { keys: ["f"], names: "f", does: "the whole map", act: (app) => (app.panes.forEach((pane) => pane.fit()), app.show()) },
   { keys: ["c"], names: "c", does: "the other run, where there are two", act: (app) => app.choose(app.robot, (app.focus + 1) % app.runs.length) },
   { keys: ["d"], names: "d", does: "dark, light", act: () => toggleTheme() },
   { keys: ["?", "h"], names: "?, h", does: "this help", act: () => toggleHelp() },

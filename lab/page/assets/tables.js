@@ -39,23 +39,40 @@ function stepBefore(run, position) {
   return position.step === 0 ? null : stepAt(run, position.robot, position.t_s - 1e-6);
 }
 
+/**
+ * Marks one of the children of a list as the newest, and moves the mark only when it has to.
+ * @param {HTMLElement} list @param {Element | undefined} newest
+ */
+function mark(list, newest) {
+  const before = marked.get(list);
+  if (before === newest) return false;
+  before?.removeAttribute("aria-current");
+  newest?.setAttribute("aria-current", "true");
+  marked.set(list, newest);
+  return true;
+}
+
+/** @type {Map<HTMLElement, Element | undefined>} */
+const marked = new Map();
+
 /** Mark the row of the newest position. @param {App} app */
 function markStep(app) {
-  const rows = byId("steps").querySelectorAll("tbody tr");
-  const now = positionAt(app.run, app.time);
-  rows.forEach((row, i) => {
-    if ((row.getAttribute("aria-current") === "true") !== (i === now)) row.setAttribute("aria-current", String(i === now));
-  });
+  const body = byId("steps").lastElementChild;
+  mark(byId("steps"), body?.children[positionAt(app.run, app.time)]);
 }
 
 const MOMENTS_SHOWN = 400; // in the list; all are on the time line
+
+/** @type {number[]} when the moments of the list were */
+let momentTimes = [];
 
 /** @param {App} app */
 function showMoments(app) {
   const { all } = app.run.moments;
   const told = all.length <= MOMENTS_SHOWN ? all : all.filter((each) => each.sign.row < 2).slice(0, MOMENTS_SHOWN);
+  momentTimes = told.map((moment) => moment.t);
   byId("moments").replaceChildren(...told.map((moment) => {
-    const link = element("button", { type: "button", "data-t": String(moment.t) },
+    const link = element("button", { type: "button" },
       element("time", {}, moment.t.toFixed(2)), element("i", { class: `row${moment.sign.row}` }, moment.sign.sign), element("span", {}, sentence(moment)));
     link.addEventListener("click", () => app.seek(moment.t));
     return element("li", {}, link);
@@ -66,16 +83,8 @@ function showMoments(app) {
 /** Mark the newest moment and have it in sight of the list. @param {App} app */
 function markMoment(app) {
   const list = byId("moments");
-  let newest = null;
-  for (const link of list.querySelectorAll("button")) {
-    if (Number(link.dataset.t) > app.time + 1e-9) break;
-    newest = link;
-  }
-  const before = list.querySelector("[aria-current=true]");
-  if (before === newest) return;
-  before?.removeAttribute("aria-current");
-  newest?.setAttribute("aria-current", "true");
-  if (newest) list.scrollTop = newest.offsetTop - list.clientHeight / 2;
+  const newest = /** @type {HTMLElement | undefined} */ (list.children[placeAt(momentTimes, momentTimes.length, app.time + 1e-9)]?.firstElementChild ?? undefined);
+  if (mark(list, newest) && newest) list.scrollTop = newest.offsetTop - list.clientHeight / 2;
 }
 
 /** @param {App} app */
