@@ -13,8 +13,7 @@ from collections.abc import AsyncGenerator
 from dataclasses import dataclass
 from pathlib import Path
 
-import msgspec
-
+from lab.log import LINE_BYTES_MAX, UNREADABLE, read_header
 from protocol.errors import UsageError
 from protocol.timeline import Entry, RunEnded
 from world.lines import read_line
@@ -59,7 +58,7 @@ class Follower:
     @property
     def wanted_bytes(self) -> int:
         """How much to read: more than is torn, for a line may be longer than what is read at once."""
-        return READ_BYTES + 2 * self.torn_bytes
+        return min(READ_BYTES + 2 * self.torn_bytes, LINE_BYTES_MAX)
 
     def take(self, text: bytes) -> News:
         """The news in what stands in the file from `whole_bytes` on."""
@@ -71,12 +70,14 @@ class Follower:
             self._lines += 1
             try:
                 if self._lines == 1:
-                    header = read_header(line)
+                    header = read_header(line, Path(EVENTS_FILE))
+                    if header.schema != SCHEMA:
+                        flaws.append(f"its schema is {header.schema!r}, this program reads {SCHEMA!r}")
                 else:
                     source, entry = read_line(line)
                     heard.append(Heard(line, source, entry))
                     self.ended = self.ended or isinstance(entry.record, RunEnded)
-            except (msgspec.MsgspecError, ValueError) as error:
+            except (UsageError, *UNREADABLE) as error:
                 flaws.append(f"line {self._lines} cannot be read: {error}")
         return News(header, tuple(heard), tuple(flaws))
 
@@ -89,19 +90,6 @@ class Follower:
         """The last news, of a run that has ended."""
         torn = (f"line {self._lines + 1} is torn: dropped",) if self.torn_bytes else ()
         return News(None, (), torn)
-
-
-def read_header(line: bytes) -> Header:
-    """The header in the first line.
-
-    Raises:
-        msgspec.MsgspecError: it is none.
-        ValueError: likewise, or it is of another schema.
-    """
-    header = msgspec.json.decode(line, type=Header)
-    if header.schema != SCHEMA:
-        raise ValueError(f"its schema is {header.schema!r}, this program reads {SCHEMA!r}")
-    return header
 
 
 async def follow(run: Path) -> AsyncGenerator[News]:

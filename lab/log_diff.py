@@ -17,7 +17,7 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from protocol.timeline import GoalReached, StepAbandoned, StepFinished, StepPlanned
+from protocol.timeline import GoalReached, Record, StepAbandoned, StepFinished, StepPlanned
 from world.lines import Line
 from world.recorder import Header
 
@@ -28,7 +28,6 @@ NO_DIFFERENCE_OF_STEPS = (
 )
 OF_A_RUN = frozenset({"hlc", "run", "started_at", "versions", "speed"})
 """What of a header says nothing of what happens; the speed does so only in live runs."""
-STEPS = (StepPlanned, StepFinished, StepAbandoned, GoalReached)
 
 Fields = dict[str, Any]
 
@@ -60,7 +59,17 @@ def headers_apart(a: Header, b: Header) -> tuple[str, ...]:
 
 def steps_of(lines: Iterable[Line]) -> Iterator[Line]:
     """Rule 3: what the leader's switching steps came to."""
-    return ((source, entry) for source, entry in lines if isinstance(entry.record, STEPS))
+    return ((source, entry) for source, entry in lines if _is_of_a_step(entry.record))
+
+
+def _is_of_a_step(record: Record) -> bool:
+    match record:
+        case StepPlanned(joins=joins):
+            return not joins
+        case StepFinished() | StepAbandoned() | GoalReached():
+            return True
+        case _:
+            return False
 
 
 def first_difference(

@@ -71,8 +71,15 @@ def test_line_that_cannot_be_read_is_a_flaw_and_the_rest_is_given(text: bytes) -
 
 def test_header_of_another_schema_is_a_flaw_and_the_rest_is_given(text: bytes) -> None:
     news, _ = play([text.replace(b"clew-timeline/1", b"clew-timeline/9", 1)])
-    assert news[0].header is None
+    assert news[0].header is not None
     assert "clew-timeline/9" in news[0].flaws[0]
+    assert told(news) == LINES
+
+
+def test_first_line_that_is_no_header_is_a_flaw_and_the_rest_is_given(text: bytes) -> None:
+    news, _ = play([b"{}\n" + text.partition(b"\n")[2]])
+    assert news[0].header is None
+    assert news[0].flaws[0].startswith("line 1 cannot be read")
     assert told(news) == LINES
 
 

@@ -6,20 +6,24 @@ from protocol.timeline import (
     FaultInjected,
     GoalReached,
     LeaderSucceeded,
+    LinkBroken,
     PromiseBroken,
     Record,
     RobotArrived,
     RobotDied,
+    RobotFailed,
     RobotRestarted,
     RobotReturned,
     RouteLost,
     RouterFound,
     RouterLost,
     RunEnded,
+    StepAbandoned,
     StepPlanned,
     StrandDissolved,
     StrandFormed,
     StrandHealed,
+    StrandReversed,
     WorldResumed,
 )
 
@@ -37,12 +41,18 @@ def _of_the_strand(source: str, record: Record) -> str | None:
     match record:
         case StrandFormed(order=order) if source == robot_name(order[0]):
             said = f"strand formed: {' < '.join(map(robot_name, order))}"
+        case StrandReversed():
+            said = f"{source} has the strand turn round"
         case StrandDissolved(blocked=blocked):
             said = f"the way of {robot_name(blocked)} is blocked: all line up again"
         case StrandHealed(members=members):
             said = f"the strand has healed, of {len(members)} robots"
         case LeaderSucceeded(before=before):
             said = f"{source} leads" + ("" if before is None else f" in the place of {robot_name(before)}")
+        case LinkBroken(neighbour=neighbour, silent_s=silent_s):
+            said = f"{source} gives up its link to {robot_name(neighbour)}, silent for {silent_s:.1f} s"
+        case StepAbandoned(step=step):
+            said = f"{source} stops short in step {step}"
         case StepPlanned(joins=True, length_m=length_m):
             said = f"{source} goes {length_m:.3f} m towards its place"
         case StepPlanned(step=step, length_m=length_m, promised_clearance_m=promised_m):
@@ -53,13 +63,15 @@ def _of_the_strand(source: str, record: Record) -> str | None:
     return said
 
 
-def _of_processes(_source: str, record: Record) -> str | None:
+def _of_processes(source: str, record: Record) -> str | None:
     said: str | None = None
     match record:
         case FaultInjected(fault=fault, rule=rule, process=str(process)):
             said = f"{rule}: {fault} {process}"
         case RobotDied(robot=robot):
             said = f"{robot_name(robot)} has died"
+        case RobotFailed(reason=reason):
+            said = f"{source} has failed: {reason}"
         case RobotRestarted(robot=robot):
             said = f"{robot_name(robot)} has been started again"
         case RobotReturned(robot=robot):

@@ -144,7 +144,9 @@ class Scoreboard:
                 self.epoch = max(self.epoch, epoch)
                 in_use = {standing.epoch for standing in self.standings.values()}
                 self._courses = {each: course for each, course in self._courses.items() if each in in_use}
-            case StepPlanned(epoch=epoch) as plan if speaker.place == 0 and speaker.epoch == epoch:
+            case StepPlanned(epoch=epoch, joins=False) as plan if (
+                speaker.place == 0 and speaker.epoch == epoch
+            ):
                 self._courses[epoch].plan(plan)
                 self.step = max(self.step, plan.step)
             case _:
