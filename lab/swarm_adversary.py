@@ -64,10 +64,11 @@ def stale_clock(dice: Dice, window: Window) -> list[Rule]:
 
 
 def former_orders(dice: Dice, window: Window) -> list[Rule]:
-    """The orders of a robot come late, and it is restarted meanwhile, once or twice."""
+    """The orders of a robot come late, and it is restarted meanwhile, once or twice; often its very first."""
+    robot, least_s = dice.pick(names(window)), dice.scale(0.3, 2.0)
     moment_s = dice.between(*EARLY_S) if dice.chance(0.5) else _moment_s(dice, window)
-    robot = dice.pick(names(window))
-    least_s = dice.scale(0.3, 2.0)
+    if dice.chance(0.4):  # who leads a queue gives the first order, at once, and a body takes it within 1 s
+        robot, least_s, moment_s = names(window)[0], dice.between(0.4, 0.95), dice.between(0.15, 0.9)
     late = Delay(
         sender=(robot,),
         kinds=("drive",),
@@ -85,10 +86,12 @@ def hidden_body(dice: Dice, window: Window) -> list[Rule]:
     """A robot is restarted, and one beside it dies or is frozen: its body may be behind the other's hull."""
     moment_s = dice.between(*EARLY_S) if dice.chance(0.5) else _moment_s(dice, window)
     robots = names(window)
-    place = dice.whole(1, len(robots) - 1)
-    two = (robots[place], robots[place - 1]) if dice.chance(0.7) else (robots[place - 1], robots[place])
-    dies_s = round(moment_s + dice.between(-0.3, 2.5), 3)
-    return [_again(two[0], dice, window, moment_s), _lost(two[1], dice, window, max(0.0, dies_s))]
+    between = len(robots) > 3 and dice.chance(0.6)  # in a queue one is before both, and one looks past both
+    place = dice.whole(2, len(robots) - 2) if between else dice.whole(1, len(robots) - 1)
+    two = (robots[place], robots[place - 1]) if dice.chance(0.8) else (robots[place - 1], robots[place])
+    dies_s = round(moment_s + dice.pick((dice.between(-0.3, 2.5), dice.between(0.1, 0.8))), 3)
+    struck = _lost(two[1], dice, window, max(0.0, dies_s))
+    return [_again(two[0], dice, window, moment_s), struck]
 
 
 def unseen_death(dice: Dice, window: Window) -> list[Rule]:
