@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -102,7 +103,8 @@ def test_figure_4_tells_apart_the_obstacles_that_were_nearest(folder: Path) -> N
 
 @pytest.mark.parametrize("name", ["paper", "killed", "pedestrian"])
 def test_every_path_ends_where_its_robot_was_seen_last(folder: Path, name: str) -> None:
-    read = timeline.read(folder / name)
+    whole = timeline.read(folder / name)
+    read = replace(whole, lines=whole.lines[: len(whole.lines) // 2])  # while they drive
     last_m = {
         entry.record.robot: (entry.record.x_m, entry.record.y_m)
         for _, entry in read.lines
