@@ -12,6 +12,7 @@ Chart.prototype.drawStill = function drawStill(context, width, height) {
   for (const each of this.series) if (each.key !== chosen) drawCurve(this, context, width, height, each, chosen !== 0 && each.key !== 0);
   for (const each of this.series) if (each.key === chosen) drawCurve(this, context, width, height, each, false);
   context.restore();
+  nameCurves(this, context, width, height);
   for (const mark of this.plot.marks(this.app.run)) drawMark(this, context, width, height, mark);
 };
 
@@ -65,6 +66,27 @@ function drawCurve(chart, context, width, height, series, isFaint) {
   context.stroke();
   context.setLineDash([]);
   context.globalAlpha = 1;
+}
+
+const NAME_PX = 11; // between the names of two curves: more names than fit are not written
+
+/** Each curve's name at its end, as near to it as the others let it. @param {Chart} chart @param {CanvasRenderingContext2D} context @param {number} width @param {number} height */
+function nameCurves(chart, context, width, height) {
+  const names = chart.series.map(({ name, key, curve }) => ({ name, key, y: chart.y(curve.value.last, height) }));
+  names.sort((one, other) => one.y - other.y);
+  const bottom = height - MARGIN.bottom;
+  if (names.length < 2 || names.length * NAME_PX > bottom) return;
+  names.forEach((each, i) => (each.y = Math.max(each.y, i ? names[i - 1].y + NAME_PX : MARGIN.top)));
+  for (let i = names.length - 1; i >= 0; i--) {
+    names[i].y = Math.min(names[i].y, i + 1 < names.length ? names[i + 1].y - NAME_PX : bottom);
+  }
+  context.font = font(10.5, "600");
+  context.textAlign = "left";
+  context.textBaseline = "middle";
+  for (const { name, key, y } of names) {
+    context.fillStyle = colourOf(key);
+    context.fillText(name.length > 5 ? name.slice(0, 5) : name, width - MARGIN.right + 4, y);
+  }
 }
 
 /** @param {Chart} chart @param {CanvasRenderingContext2D} context @param {number} width @param {number} height @param {Mark} mark */

@@ -5,7 +5,7 @@
  *   `key`: the robot whose colour and dash it has; 0: it is of the whole fleet
  * @typedef {{value: number, name: string, dash: number[]}} Mark a height that means something
  * @typedef {{id: string, title: string, about: string, series: (run: Run) => Series[], marks: (run: Run) => Mark[],
- *   top: (run: Run, most: number) => number, decimals: number, none: string}} Plot
+ *   top: (run: Run, most: number, least: number) => number, decimals: number, none: string}} Plot
  */
 
 /** @type {Plot[]} */
@@ -17,13 +17,13 @@ const PLOTS = [
       { value: run.epsilon, name: "ε", dash: [] },
       { value: run.epsilon - run.mu0, name: "ε − μ0", dash: [5, 3] },
     ],
-    top: (run, most) => Math.min(most, 5 * run.epsilon || most), decimals: 3, none: "no obstacle stands still",
+    top: (run, most, least) => Math.min(most, Math.max(5 * run.epsilon, 1.5 * least)), decimals: 3, none: "no obstacle stands still",
   },
   {
     id: "separation", title: "Separation [m]", about: "the two hulls nearest to each other; with moving obstacles, also the nearest that a driving hull passed",
     series: (run) => [{ name: "hulls", key: 0, curve: run.separation, who: (i) => `r${run.apart.robot[i]} and r${run.apart.other[i]}` }, { name: "a moving obstacle", key: 5, curve: run.passing }],
     marks: (run) => (run.subject?.separation_m_required ? [{ value: run.subject.separation_m_required, name: "required", dash: [5, 3] }] : []),
-    top: (run, most) => Math.min(most, 8 * (run.subject?.separation_m_required || most)), decimals: 3, none: "one robot alone",
+    top: (run, most, least) => Math.min(most, Math.max(8 * (run.subject?.separation_m_required ?? 0), 4 * least)), decimals: 3, none: "one robot alone",
   },
   {
     id: "stretch", title: "Stretch of links [m]", about: "how far each robot is short of what it has been granted; beyond the limit the robot ahead holds",
@@ -65,7 +65,7 @@ function leastOf({ curve, name, who }) {
   return `least ${curve.least.toFixed(4)} m, ${who ? who(i) : name}, at ${curve.leastAt.toFixed(1)} s`;
 }
 
-const MARGIN = { left: 40, right: 10, top: 8, bottom: 20 };
+const MARGIN = { left: 40, right: 30, top: 8, bottom: 20 };
 
 class Chart {
   /** @param {App} app @param {Plot} plot @param {HTMLElement} home */
@@ -100,7 +100,7 @@ class Chart {
       for (let i = 0; i < each.curve.value.length; i++) most = Math.max(most, each.curve.value.data[i]);
       if (lowest === null || each.curve.least < lowest.curve.least) lowest = each;
     }
-    this.most = this.plot.top(run, most) || 1;
+    this.most = this.plot.top(run, most, lowest ? lowest.curve.least : 0) || 1;
     const isDistance = this.plot.decimals === 3;
     this.least.textContent = isDistance && lowest ? leastOf(lowest) : this.series.length ? "" : this.plot.none;
     this.figure.classList.toggle("empty", this.series.length === 0);

@@ -82,27 +82,36 @@ function hatched(context, x, width, y, height) {
   context.restore();
 }
 
-/** Signs of moments; where many meet, one stands for all of its kind. @param {Lanes} lanes @param {CanvasRenderingContext2D} context @param {number} width */
+const SIGN_PX = 9;
+
+/** Signs of moments. Where many meet, the rarest kind is seen: a death among a hundred silent links. @param {Lanes} lanes @param {CanvasRenderingContext2D} context @param {number} width */
 function drawSigns(lanes, context, width) {
-  const { run } = lanes.app;
+  const top = LANE.top + LANE.band;
   context.textBaseline = "middle";
   context.font = font(11, "600");
   context.textAlign = "right";
   context.fillStyle = colour.soft;
-  const top = LANE.top + LANE.band;
   context.fillText("faults", LANE.left - 8, top + LANE.signs / 2);
   context.fillText("mended", LANE.left - 8, top + 1.5 * LANE.signs);
   context.textAlign = "center";
   context.font = font(13, "700");
-  /** @type {Map<string, number>} */
-  const latest = new Map();
-  for (const { t, sign } of run.moments.all) {
+  /** @type {Set<string>} where one stands */
+  const taken = new Set();
+  for (const { t, sign } of rarestFirst(lanes.app.run.moments.all)) {
     if (sign.row > 1) continue;
     const x = lanes.x(t, width);
-    const before = latest.get(`${sign.row}`) ?? -Infinity;
-    if (x - before < 8) continue;
-    latest.set(`${sign.row}`, x);
+    const place = Math.round(x / SIGN_PX);
+    if (taken.has(`${sign.row}/${place}`)) continue;
+    taken.add(`${sign.row}/${place}`);
     context.fillStyle = sign.row === 0 ? colour.bad : colour.good;
     context.fillText(sign.sign, x, top + (sign.row + 0.5) * LANE.signs);
   }
+}
+
+/** @param {Moment[]} moments @returns {Moment[]} broken promises before all */
+function rarestFirst(moments) {
+  /** @type {Map<string, number>} */
+  const counts = new Map([["promise.broken", -Infinity]]);
+  for (const { kind } of moments) counts.set(kind, (counts.get(kind) ?? 0) + 1);
+  return [...moments].sort((one, other) => (counts.get(one.kind) ?? 0) - (counts.get(other.kind) ?? 0));
 }

@@ -108,7 +108,9 @@ class Pane {
   fit() {
     this.view.isFitted = true;
     this.fitted = this.app.refreshed;
-    this.view.fit(boxOf(this.run));
+    const box = boxOfAll(this.app.runs); // the same for all: what is to be compared is drawn to one scale
+    byId("panes").style.setProperty("--aspect", String((box.top - box.bottom) / (box.right - box.left)));
+    this.view.fit(box);
   }
 
   /** Choose the robot there, or none. @param {number} px @param {number} py */

@@ -49,7 +49,7 @@ function figuresOf(run) {
   const least = Math.min(...[...run.bodies.values()].map((body) => body.clearance.least));
   const clearance = verdict?.clearance_m_min ?? (Number.isFinite(least) ? least : null);
   const apart = verdict?.separation_m_min ?? (Number.isFinite(run.separation.least) ? run.separation.least : null);
-  const required = (/** @type {number | undefined | null} */ value) => (value ? `${value.toFixed(3)} m required` : "none required but no contact");
+  const required = (/** @type {number | undefined | null} */ value) => (value ? `${value.toFixed(3)} m required` : "has to be above 0");
   /** @type {[string, string, string][]} */
   const figures = [
     ["Clearance", metres(clearance), required(run.subject?.clearance_m_required)],
@@ -78,9 +78,15 @@ function showNow(app) {
   const strand = strandAt(run, time);
   const step = Math.max(positionAt(run, time), 0);
   byId("clock").textContent = `${time.toFixed(2)} s`;
-  byId("strand-now").textContent = strand ? `step ${step} · strand ${strand.order.join(" ‹ ")}` : "no strand has formed yet";
+  byId("strand-now").textContent = strand ? `step ${step} · strand ${orderOf(strand.order)}` : "no strand has formed yet";
   const chosen = run.bodies.get(app.robot);
   byId("robot-now").textContent = chosen ? robotNow(run, chosen, strand, time) : nearestNow(run, time);
+}
+
+/** @param {number[]} order leader first */
+function orderOf(order) {
+  const told = order.length <= 10 ? order : [...order.slice(0, 7), "…", order[order.length - 1]];
+  return told.join(" ‹ ");
 }
 
 /** @param {Run} run @param {number} time */

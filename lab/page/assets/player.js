@@ -89,7 +89,8 @@ function listenToKeys(app, player) {
     if (isField || (target.tagName === "BUTTON" && event.key === " ")) return;
     const arrow = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
     const found = KEYS_HELP.find((each) => each.keys.includes(event.key));
-    if (!found) return;
+    const help = /** @type {HTMLDialogElement} */ (byId("help"));
+    if (!found || (help.open && !found.keys.includes("?"))) return;
     event.preventDefault();
     if (arrow) app.seek(app.time + arrow * (event.shiftKey ? 1 : 0.1));
     else found.act(app, player, event.key);

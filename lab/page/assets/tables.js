@@ -21,7 +21,7 @@ function showSteps(app) {
       const here = position.distances_m[column];
       if (here === undefined) continue;
       const cell = element("td", here === nearest ? { class: "nearest" } : {}, here.toFixed(3));
-      if (paper?.[i]?.[column] !== undefined) cell.append(element("small", {}, ` ${paper[i][column].toFixed(3)}`));
+      if (paper?.[i]?.[column] !== undefined) cell.append(element("small", {}, paper[i][column].toFixed(3)));
       cells.push(cell);
     }
     const link = element("button", { type: "button" }, String(i + 1));
@@ -69,7 +69,7 @@ let momentTimes = [];
 /** @param {App} app */
 function showMoments(app) {
   const { all } = app.run.moments;
-  const told = all.length <= MOMENTS_SHOWN ? all : all.filter((each) => each.sign.row < 2).slice(0, MOMENTS_SHOWN);
+  const told = rarestFirst(all).slice(0, MOMENTS_SHOWN).sort((one, other) => one.t - other.t);
   momentTimes = told.map((moment) => moment.t);
   byId("moments").replaceChildren(...told.map((moment) => {
     const link = element("button", { type: "button" },
@@ -77,7 +77,7 @@ function showMoments(app) {
     link.addEventListener("click", () => app.seek(moment.t));
     return element("li", {}, link);
   }));
-  byId("moments-about").textContent = told.length < all.length ? `The first ${told.length} of ${all.length}.` : "";
+  byId("moments-about").textContent = told.length < all.length ? `${told.length} of ${all.length}, those of the rarest kinds.` : "";
 }
 
 /** Mark the newest moment and have it in sight of the list. @param {App} app */

@@ -70,6 +70,16 @@ function boxOf(run) {
   return box.left < box.right ? box : { left: -1, right: 1, bottom: -1, top: 1 };
 }
 
+/** The same for several runs. @param {Run[]} runs */
+function boxOfAll(runs) {
+  const [first, ...others] = runs.map(boxOf);
+  for (const { left, right, bottom, top } of others) {
+    widen(first, left, bottom, 0);
+    widen(first, right, top, 0);
+  }
+  return first;
+}
+
 /** @param {{left: number, right: number, bottom: number, top: number}} box @param {number} x @param {number} y @param {number} by */
 function widen(box, x, y, by) {
   box.left = Math.min(box.left, x - by);
