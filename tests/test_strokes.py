@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Freeze, Kill, Restart, Rule, Slow, StepPoint, Thaw
@@ -224,3 +225,10 @@ def test_a_world_that_goes_on_has_been_started_however_little_time_it_knows_to_h
     tell(of, "world", WorldResumed(life=1, entries=7, torn_bytes=0), t_s=2.0)
     assert said(of.due(2.0)) == ["start world"]
     assert said(of.due(11.0)) == ["start r1"]
+
+
+def test_steps_by_which_a_former_leader_joins_are_not_the_strands() -> None:
+    of = strokes(Kill(target="tail", from_step=3))
+    tell(of, "r1", formed())
+    tell(of, "r1", replace(planned(7), joins=True))
+    assert (of.due(1.0), of.step) == ([], 0)

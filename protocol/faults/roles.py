@@ -21,7 +21,7 @@ class Roles:
             case LeaderSucceeded(epoch=epoch) if epoch >= self._epoch and robot_number(source):
                 self._epoch = epoch
                 self.order = (source, *(robot for robot in self.order if robot != source))
-            case StepPlanned(step=step) if self.order and source == self.order[0]:
+            case StepPlanned(step=step, joins=False) if self.order and source == self.order[0]:
                 self.step = max(self.step, step)
             case _:
                 pass
