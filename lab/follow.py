@@ -13,7 +13,8 @@ from collections.abc import AsyncGenerator
 from dataclasses import dataclass
 from pathlib import Path
 
-from lab.log import LINE_BYTES_MAX, UNREADABLE, read_header
+from lab.log import LINE_BYTES_MAX
+from lab.log_header import UNREADABLE, read_header
 from protocol.errors import UsageError
 from protocol.timeline import Entry, RunEnded
 from world.lines import read_line

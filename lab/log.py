@@ -5,7 +5,6 @@ Rule 2: a log is complete when no source's numbers have a hole and the world has
 Rule 3: a log of another schema is read as far as this program knows its kinds and their fields.
 """
 
-import re
 from collections import Counter
 from collections.abc import Iterator
 from io import BufferedReader
@@ -13,19 +12,17 @@ from pathlib import Path
 from typing import get_args
 
 import msgspec
-from msgspec import Struct
 
 from lab.completeness import Completeness, Told
+from lab.log_header import UNREADABLE, Stamped, header_of, is_entry, other
 from protocol.errors import UsageError
 from protocol.mischief import goes_on
 from protocol.timeline import Record, RunEnded
-from world.lines import Line, Stamp, read_line
+from world.lines import Line, read_line
 from world.recorder import EVENTS_FILE, SCHEMA, Header
 
 LINE_BYTES_MAX = 1 << 25  # 32 MiB
 """Far more than any real entry has: a line without an end must not fill the memory."""
-UNREADABLE = (msgspec.MsgspecError, ValueError, RecursionError)
-"""What decoding raises: at a wrong field, at bytes that are no UTF-8, at brackets in brackets in brackets."""
 KINDS = frozenset(each.__struct_config__.tag for each in get_args(Record))
 """All kinds that this program knows."""
 
@@ -39,17 +36,20 @@ class Log:
     def __init__(self, run: Path) -> None:
         self.path = run / EVENTS_FILE if run.is_dir() else run
         with self._open() as file:
-            self.header = read_header(file.readline(LINE_BYTES_MAX), self.path)
+            first, second = file.readline(LINE_BYTES_MAX), file.readline(LINE_BYTES_MAX)
+        self.header, self._damage = header_of(first, second, self.path)
+        self._headless = is_entry(first)
         self.flaws: tuple[str, ...] = ()
         self.ended: str | None = None
 
     @property
     def lines(self) -> Iterator[Line]:
         """The entries that can be read, with their sources, in the recorder's order."""
-        findings = _Findings(self.header)
+        findings = _Findings(self.header, self._damage)
         with self._open() as file:
-            file.readline(LINE_BYTES_MAX)
-            for number, text in enumerate(_texts(file), start=2):
+            for number, text in enumerate(_texts(file), start=1):
+                if number == 1 and not self._headless:
+                    continue
                 try:
                     source, entry = read_line(text if text[-1:] == b"\n" else b"")
                 except UNREADABLE as error:
@@ -68,19 +68,11 @@ class Log:
             raise UsageError(f"no run in {self.path.parent}: {self.path.name}: {error.strerror}") from error
 
 
-class _Named(Struct, frozen=True):
-    kind: str
-
-
-class _Versioned(Struct, frozen=True):
-    schema: str
-
-
 class _Findings:
     """What is found wrong with a log while it is read."""
 
-    def __init__(self, header: Header) -> None:
-        self._header = header
+    def __init__(self, header: Header, damage: str | None) -> None:
+        self._header, self._damage = header, damage
         self._misread = Told()
         self._unknown: Counter[str] = Counter()
         self.completeness = Completeness()
@@ -94,20 +86,22 @@ class _Findings:
             self._misread.add(f"line {number} {why}")
             return
         try:
-            stamp, kind = msgspec.json.decode(text, type=Stamp), msgspec.json.decode(text, type=_Named).kind
+            line = msgspec.json.decode(text, type=Stamped)
         except UNREADABLE:
             self._misread.add(f"line {number} cannot be read: {error}")
             return
-        self.completeness.number(stamp.source, stamp.n, stamp.t_s)
-        if kind in KINDS:
+        self.completeness.number(line.source, line.n, line.t_s)
+        if line.kind in KINDS:
             self._misread.add(f"line {number} cannot be read: {error}")
         else:
-            self._unknown[kind] += 1
+            self._unknown[line.kind] += 1
 
     def flaws(self, run: Path) -> Iterator[str]:
         """All of it, in sentences; `run` is the folder in which the log stands."""
-        if self._header.schema != SCHEMA:
-            yield f"{_other(self._header.schema)}: only what both know can be shown"
+        if self._damage is not None:
+            yield self._damage
+        elif self._header.schema != SCHEMA:
+            yield f"{other(self._header.schema)}: only what both know can be shown"
         yield from self._misread
         unknown = Told()
         for kind, count in self._unknown.items():
@@ -120,31 +114,8 @@ class _Findings:
             yield "no run.ended: the world did not live to end the run"
 
 
-def read_header(text: bytes, path: Path) -> Header:
-    """The header in the first line of this file; it may be of another version of our schema.
-
-    Raises:
-        UsageError: it is none of ours.
-    """
-    schema = SCHEMA
-    try:
-        schema = msgspec.json.decode(text, type=_Versioned).schema
-        header = msgspec.json.decode(text, type=Header)
-    except UNREADABLE as error:
-        if schema == SCHEMA:
-            raise UsageError(f"{path}: the first line is no header of a run: {error}") from error
-        raise UsageError(f"{path}: {_other(schema)}, and its header cannot be read: {error}") from error
-    if not re.fullmatch(r"clew-timeline/\d+", schema):
-        raise UsageError(f"{path}: {_other(schema)}")
-    return header
-
-
-def _other(schema: str) -> str:
-    return f"its schema is {schema!r}, this program reads {SCHEMA!r}"
-
-
 def _texts(file: BufferedReader) -> Iterator[bytes]:
-    """The rest of a file line by line; of a line that is too long, only as much as says so."""
+    """A file line by line; of a line that is too long, only as much as says so."""
     while text := file.readline(LINE_BYTES_MAX):
         yield text
         while len(text) == LINE_BYTES_MAX and not text.endswith(b"\n"):

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -10,6 +11,7 @@ from lab import log as lab_log
 from lab import timeline
 from lab.completeness import TOLD_MAX, Numbers
 from lab.log import Log
+from lab.log_header import UNKNOWN
 from protocol.errors import UsageError
 from protocol.timeline import RobotHeld, RobotReleased, RunEnded
 from tests.logs import HEADER, numbered, recorded
@@ -122,6 +124,29 @@ def test_a_header_of_another_schema_that_means_nothing_to_us_is_refused_by_name(
     path.write_bytes(b'{"kind":"run.started","schema":"clew-timeline/9"}\n')
     with pytest.raises(UsageError, match=r"its schema is 'clew-timeline/9'.*its header cannot be read"):
         Log(path)
+
+
+def test_a_log_whose_header_was_cut_off_is_read_without_it(path: Path) -> None:
+    lines, flaws = through(path, b"".join(TEXTS))
+    assert lines == LINES
+    (flaw,) = flaws
+    assert "the first line is no header of a run" in flaw
+    assert Log(path).header == UNKNOWN
+
+
+@pytest.mark.parametrize("damage", [b"?", b"", b"\xff", b"{}", b"[1]", b'{"kind":"robot.held"}'])
+def test_a_log_whose_header_is_damaged_is_read_without_it(path: Path, damage: bytes) -> None:
+    lines, (flaw,) = through(path, damage + b"\n" + b"".join(TEXTS))
+    assert lines == LINES
+    assert "the first line is no header of a run" in flaw
+    assert Log(path).header == UNKNOWN
+
+
+def test_of_a_header_edited_by_hand_the_rest_is_known(path: Path, header: bytes) -> None:
+    lines, (flaw,) = through(path, header.replace(b'"seed":1', b'"seed":"one"') + b"".join(TEXTS))
+    assert lines == LINES
+    assert "Expected `int`, got `str` - at `$.seed`; what it does not say is not known" in flaw
+    assert Log(path).header == msgspec.structs.replace(HEADER, seed=0)
 
 
 def test_a_header_that_is_not_ours_is_refused_by_name(path: Path, header: bytes) -> None:
