@@ -34,7 +34,8 @@ class Log:
     """
 
     def __init__(self, run: Path) -> None:
-        self.path = run / EVENTS_FILE if run.is_dir() else run
+        self._in_folder = run.is_dir()
+        self.path = run / EVENTS_FILE if self._in_folder else run
         with self._open() as file:
             first, second = file.readline(LINE_BYTES_MAX), file.readline(LINE_BYTES_MAX)
         self.header, self._damage = header_of(first, second, self.path)
@@ -65,7 +66,12 @@ class Log:
         try:
             return self.path.open("rb")
         except OSError as error:
-            raise UsageError(f"no run in {self.path.parent}: {self.path.name}: {error.strerror}") from error
+            where = (
+                f"no run in {self.path.parent}: {self.path.name}"
+                if self._in_folder
+                else f"no log: {self.path}"
+            )
+            raise UsageError(f"{where}: {error.strerror}") from error
 
 
 class _Findings:

@@ -59,6 +59,8 @@ def read_header(text: bytes, path: Path) -> Header:
     Raises:
         UsageError: it is none of ours.
     """
+    if not text:
+        raise UsageError(f"{path}: it is empty: no header of a run")
     schema = SCHEMA
     try:
         schema = msgspec.json.decode(text, type=_Versioned).schema

@@ -157,12 +157,23 @@ def test_a_header_that_is_not_ours_is_refused_by_name(path: Path, header: bytes)
 
 @pytest.mark.parametrize(
     "content",
-    [b"", b"\n", b"hello\n", b'{"kind":"run.started"}\n', b'{"t_s":1.0}\n', b"\xff\xfe\n", b"[" * 100_000],
+    [b"\n", b"hello\n", b'{"kind":"run.started"}\n', b'{"t_s":1.0}\n', b"\xff\xfe\n", b"[" * 100_000],
 )
 def test_a_file_that_is_no_log_is_refused(path: Path, content: bytes) -> None:
     path.write_bytes(content)
     with pytest.raises(UsageError, match="the first line is no header of a run"):
         timeline.read(path)
+
+
+def test_an_empty_file_is_refused_as_such(path: Path) -> None:
+    path.write_bytes(b"")
+    with pytest.raises(UsageError, match="it is empty: no header of a run"):
+        Log(path)
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=f"no log: {tmp_path}/nowhere: No such file or directory"):
+        Log(tmp_path / "nowhere")
 
 
 def test_folder_without_a_run_is_refused(tmp_path: Path) -> None:
