@@ -92,10 +92,19 @@ class Calls:
             alone or now_s - self._heard_at_s <= 2.0 * self._mission.silence_s
         )
 
-    def call(self, lining: Lining | None, now_s: float) -> tuple[int, tuple[int, ...]]:
-        """Rule 1: the epoch and the members of a call, made now; `lining` is one that has come to nothing."""
+    def call(
+        self, lining: Lining | None, now_s: float, *, among: Set[int] | None = None
+    ) -> tuple[int, tuple[int, ...]]:
+        """Rule 1: the epoch and the members of a call, made now.
+
+        Args:
+            lining: one that has come to nothing, if this robot was in one.
+            now_s: the time.
+            among: who has answered, where no more than another order is asked for.
+        """
         shown = self.presence.showing(now_s) | {self._robot}
         answering = shown if lining is None else shown - self._left_out(lining, now_s)
+        answering = answering if among is None else answering & among
         members = answering if _may_leave_out(answering, shown) else shown
         return called_epoch(self.newest, self._robot, now_s), tuple(sorted(members))
 

@@ -22,6 +22,7 @@ from agents.follower import Follower
 from agents.giving import COMES_BACK_S
 from agents.leader import DeadEnd, LookCloser, Plan, Wait
 from agents.memory import Memory
+from agents.scan import View
 from agents.senses import Senses
 from agents.step import Crossed, NoStep
 from agents.strand import Own, Strand
@@ -116,6 +117,19 @@ class Member:
         if strand.handed is not None:
             self._memory.succeed(strand.handed)
         return commands
+
+    def take_look(self, look: View, now_s: float) -> Command:
+        """Take a scan in that was taken right here, and showed the leg clear: it need not be taken again."""
+        strand = self.strand
+        checked = self.follower.check(
+            look,
+            strand.path,
+            progress_m=strand.start_m,
+            authority_m=strand.start_m,
+            own_leg_m=strand.own_leg_m,
+            now_s=now_s,
+        )
+        return Note(checked)
 
     def act(self, now_s: float) -> list[Command]:
         """What is to be done now."""

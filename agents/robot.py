@@ -17,7 +17,6 @@ Rule 7: where so many that are left out show tokens again that the members are n
         and call.
 """
 
-from collections.abc import Sequence
 from typing import assert_never
 
 from agents.berth import Berth
@@ -79,6 +78,13 @@ class Robot:
         if self._member is not None:
             return self._member.strand.epoch
         return self._lining.epoch if self._lining is not None else self._left
+
+    @property
+    def _members(self) -> tuple[int, ...]:
+        """Who is in what it is in."""
+        if self._member is not None:
+            return self._member.strand.order
+        return () if self._lining is None else self._lining.members
 
     def handle(self, event: Event, now_s: float) -> list[Command]:
         """Take in what happened; returns what is to be done, in order."""
@@ -220,11 +226,7 @@ class Robot:
 
     def _stay_lawful(self, now_s: float) -> list[Command]:
         """Rule 7."""
-        members: Sequence[int] = ()
-        if self._member is not None:
-            members = self._member.strand.order
-        elif self._lining is not None:
-            members = self._lining.members
+        members = self._members
         if not members or self._calls.may_go_on(members, now_s):
             return []
         return self._call("too many that are left out show tokens", now_s)
@@ -278,11 +280,12 @@ class Robot:
         return [Note(broken), *self._call(f"robot {link.neighbour} is lost", now_s)]
 
     def _call(self, why: str, now_s: float, *, attempt: int = 0) -> list[Command]:
-        lining, calls = self._lining, self._calls
+        """Call a muster; for another order, numbered `attempt`, of those alone that have answered."""
+        calls, among = self._calls, set(self._members) if attempt else None
         if not (self._driver.awake and calls.is_awake and calls.is_heard(now_s)):
             self._stand_aside(now_s)
             return []
-        epoch, members = self._calls.call(lining, now_s)
+        epoch, members = calls.call(self._lining, now_s, among=among)
         if self._robot not in members:  # it is the one that the others do not hear: one of them will call
             self._stand_aside(now_s)
             return []
@@ -385,14 +388,5 @@ class Robot:
             commands.append(Note(LeaderSucceeded(epoch=strand.epoch, before=self._led_by)))
         self._led_by = order[0]
         if strand.ahead is not None and lining.look is not None and self._mission.law.promises_clearance:
-            # The scan that showed its leg clear was taken right here: it need not be taken again.
-            checked = self._member.follower.check(
-                lining.look,
-                strand.path,
-                progress_m=strand.start_m,
-                authority_m=strand.start_m,
-                own_leg_m=strand.own_leg_m,
-                now_s=now_s,
-            )
-            commands.append(Note(checked))
+            commands.append(self._member.take_look(lining.look, now_s))
         return self._member, commands

@@ -17,20 +17,24 @@ DRAWN = Path(__file__).parent / "drawn"
 
 
 @pytest.mark.parametrize(
-    ("name", "seed", "quiet_s"),
+    ("name", "seed", "quiet_s", "outside"),
     [
         # It comes back in front of the robot that took its place, and has to lead again.
-        ("leader-frozen-in-a-corridor", 5342, 9.783),
+        ("leader-frozen-in-a-corridor", 5342, 9.783, ()),
         # The one that leads stands between a wall and the next robot, and knows no way on; the next does.
-        ("bodies-beside-the-leader", 5511, 16.638),
+        ("bodies-beside-the-leader", 5511, 16.638, ()),
         # The others come out of a dead end, and it must not be called in among them before they are out.
-        ("robot-before-a-pocket", 6006, 16.367),
+        ("robot-before-a-pocket", 6006, 16.367, ()),
+        # Whoever asks for another order must not ask one that never answers.
+        ("the-tail-cut-off-for-good", 673, 16.585, (5,)),
     ],
 )
-def test_a_fleet_gets_over_what_it_once_did_not(name: str, seed: int, quiet_s: float) -> None:
+def test_a_fleet_gets_over_what_it_once_did_not(
+    name: str, seed: int, quiet_s: float, outside: tuple[int, ...]
+) -> None:
     world, plan = DRAWN / f"{name}.toml", DRAWN / f"{name}.faults.toml"
     again = f"replay with  ./launch/clew rehearse {world} --faults {plan} --seed {seed}"
     rehearsal = Rehearsal(load(str(world)), seed, load_plan(str(plan))).run()
     assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == (), again
-    said = unlively(rehearsal.world, rehearsal.entries, quiet_s=quiet_s, outside=frozenset())
+    said = unlively(rehearsal.world, rehearsal.entries, quiet_s=quiet_s, outside=frozenset(outside))
     assert said is None, again
