@@ -33,6 +33,7 @@ ON = 0.16  # of each class of weather: of 23, three to four are on
 ADVERSE = 0.4  # of seeds: so each class of an adversary is in one seed of twelve
 ADVERSE_ON = 0.4  # of the weather that there would have been: one to two classes of it
 OUTSIDE = 0.15
+HIDES_IN_QUEUE = 0.7  # where one can be between two that see and two that do not, and all can pass
 
 
 class Mode(StrEnum):
@@ -79,9 +80,10 @@ def draw(seed: int) -> Swarm:
     quiet_s = dice.between(*QUIET_S)
     is_safety = mode is Mode.SAFETY
     time_s_max = SAFETY_S if is_safety else round(quiet_s + HEAL_S_MAX + ARRIVE_S, 3)
-    ground, world = draw_world(seed, time_s_max=time_s_max)
-    robots = int(world["fleet"]["robots"])
     classes = _adverse(seed, [each for each in WEATHER if dice.chance(ON)] or [dice.pick(WEATHER)])
+    hides = FaultClass.HIDDEN_BODY in classes and Dice(seed, "swarm/hides").chance(HIDES_IN_QUEUE)
+    ground, world = draw_world(seed, time_s_max=time_s_max, queue=hides)
+    robots = int(world["fleet"]["robots"])
     window = Window(robots, None if is_safety else quiet_s)
     rules = [rule for each in classes for rule in draw_rules(each, Dice(seed, f"swarm/{each}"), window)]
     outside: frozenset[int] = frozenset()

@@ -41,14 +41,14 @@ class Ground(StrEnum):
 SHARES = (Ground.OPEN,) * 6 + (Ground.SCATTERED,) * 7 + (Ground.CORRIDORS,) * 3 + (Ground.POCKET,) * 4
 
 
-def draw_world(seed: int, *, time_s_max: float) -> tuple[Ground, dict[str, Any]]:
-    """A world, as a scenario file would say it."""
+def draw_world(seed: int, *, time_s_max: float, queue: bool = False) -> tuple[Ground, dict[str, Any]]:
+    """A world, as a scenario file would say it; with a `queue`, of as many robots as may be, in the open."""
     dice = Dice(seed, "swarm/world")
-    ground = dice.pick(SHARES)
+    ground = Ground.OPEN if queue else dice.pick(SHARES)
     drawn = _draw_scene(ground, seed, dice)
     raw = as_scenario(drawn, SOURCE)
     raw["name"] = f"swarm-{seed}"
-    raw["fleet"]["robots"] = dice.whole(*ROBOTS)
+    raw["fleet"]["robots"] = ROBOTS[1] if queue else dice.whole(*ROBOTS)
     raw["sensor"]["directions"] = DIRECTIONS
     raw["time"]["time_s_max"] = time_s_max
     if ground is Ground.POCKET:
