@@ -3,13 +3,17 @@
 import os
 import re
 import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from tests.fleets import END_S_MAX, RUN_S_MAX, START_S_MAX, Fleet, wait_until
+from tests.fleets import END_S_MAX, ROOT, RUN_S_MAX, START_S_MAX, Fleet, wait_until
+from tests.logs import AT_REST, numbered, recorded
 from tests.terminals import CTRL_C, Terminal
+from world.recorder import EVENTS_FILE, line
 
 pytestmark = pytest.mark.processes
 
@@ -74,7 +78,7 @@ def test_ctrl_c_ends_the_run_and_what_parts_said_stays_on_the_screen(
     terminal.press(CTRL_C)
     assert code_of(fleet, terminal, 2 * END_S_MAX) == 130
     assert "FAILED: the run was interrupted" in terminal.text
-    assert terminal.text.index(words) > terminal.text.index("seed 1")
+    assert terminal.text.index("seed 1") < terminal.text.index(words) < terminal.text.index("switching steps")
     assert "world: t=" not in terminal.text
     assert not terminal.hides_its_cursor()
     assert fleet.leftovers() == []
@@ -99,6 +103,29 @@ def test_table_goes_with_a_launcher_that_is_killed(fleet: Fleet, terminal: Termi
     terminal.read_to_the_end(2 * END_S_MAX)
     assert not terminal.hides_its_cursor()
     wait_until(lambda: None if fleet.leftovers() else True, END_S_MAX)
+
+
+def test_table_goes_when_its_lifeline_ends_and_draws_what_is_on_record_by_then(
+    tmp_path: Path, terminal: Terminal
+) -> None:
+    run, said = recorded(tmp_path / "run", numbered(AT_REST[:-1])), tmp_path / "said"
+    said.touch()
+    ours = {**os.environ, "PYTHONPATH": str(ROOT), "TERM": "xterm"}
+    command = [sys.executable, "-m", "lab.terminal", str(run), "--said", str(said)]
+    with subprocess.Popen(command, env=ours, stdin=subprocess.PIPE, stderr=terminal.theirs) as table:
+        terminal.begin()
+        terminal.wait_for("no promise broken so far", START_S_MAX)
+        with (run / EVENTS_FILE).open("ab") as log:
+            log.write(line("world", numbered(AT_REST)[-1][1]))
+        assert table.stdin is not None
+        table.stdin.close()
+        try:
+            terminal.read_to_the_end(END_S_MAX)
+            assert table.wait(END_S_MAX) == 0
+        finally:
+            table.kill()
+    assert "over: interrupted" in terminal.text
+    assert not terminal.hides_its_cursor()
 
 
 def test_terminal_that_cannot_move_its_cursor_gets_a_line_an_event(fleet: Fleet, terminal: Terminal) -> None:
