@@ -10,6 +10,7 @@ import click
 
 from lab.bench_live_verbs import healing
 from lab.bench_loss_verb import loss
+from lab.bench_page_verb import page
 from lab.bench_verb import bench
 from lab.campaign_verb import campaign
 from lab.chaos_verb import chaos
@@ -79,7 +80,7 @@ for _verb in (
     main.add_command(_verb)
 for _verb in (cat, diff):
     log.add_command(_verb)
-for _verb in (healing, loss):
+for _verb in (healing, loss, page):
     bench.add_command(_verb)
 
 

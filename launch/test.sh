@@ -6,6 +6,17 @@ source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/setup.sh"
 set_up dev
 cd "$clew_root"
 
+# Tests of the page want a browser, and are skipped where there is none. It comes from Debian, for who may install it:
+#     apt-get install -y --no-install-recommends chromium
+get_chromium() {
+    command -v chromium >/dev/null || ((EUID)) || ! command -v apt-get >/dev/null && return
+    clew_say "installing chromium, for the tests of the page"
+    local apt=(apt-get -qq -o DPkg::Lock::Timeout=60)
+    { "${apt[@]}" update && DEBIAN_FRONTEND=noninteractive "${apt[@]}" install -y --no-install-recommends chromium; } \
+        >/dev/null 2>&1 || clew_say "chromium cannot be installed: the tests of the page will be skipped"
+}
+get_chromium
+
 failed=0
 check() {
     clew_say "$*"

@@ -1,28 +1,15 @@
-"""Debian's Chromium without a window, for tests of the page. It says all that its console and network did."""
+"""A browser for tests of the page, which says all that its console and network did."""
 
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Error, Page, Request, sync_playwright
+from playwright.sync_api import Browser, ConsoleMessage, Error, Page, Request
 
-CHROMIUM = shutil.which("chromium")
-needs_chromium = pytest.mark.skipif(
-    CHROMIUM is None, reason="no chromium here: apt-get install -y --no-install-recommends chromium"
-)
+from lab.view.browser import CHROMIUM, DESK, INSTALL, window
 
-FLAGS = (
-    "--headless=new",
-    "--no-sandbox",  # which root cannot have; it sees our own page and nothing else
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
+needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason=f"no chromium here: {INSTALL}")
 
 WAIT_MS = 30_000.0  # for what comes within a second, on machines that are busy
 WAIT = """new Promise((resolve, reject) => {
@@ -34,8 +21,6 @@ WAIT = """new Promise((resolve, reject) => {
   };
   look();
 })"""
-DESK = (1280, 800)
-PHONE = (360, 740)  # the narrowest that is still sold
 
 
 @dataclass  # without slots: playwright leaves a note in whoever listens
@@ -79,25 +64,8 @@ class Sight:
 
 
 @contextmanager
-def chromium() -> Iterator[Browser]:
-    """A browser with a profile of its own, which is gone when it is."""
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        try:
-            yield browser
-        finally:
-            browser.close()
-
-
-@contextmanager
 def sight(browser: Browser, *, size: tuple[int, int] = DESK, dark: bool = False) -> Iterator[Sight]:
-    """A page of its own, as if nobody had ever opened one."""
-    context = browser.new_context(
-        viewport={"width": size[0], "height": size[1]}, color_scheme="dark" if dark else "light"
-    )
-    try:
-        page = context.new_page()
+    """A page of its own."""
+    with window(browser, size=size, dark=dark) as page:
         page.set_default_timeout(WAIT_MS)
         yield Sight(page)
-    finally:
-        context.close()

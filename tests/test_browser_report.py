@@ -1,13 +1,19 @@
 """The page in a browser, from `file://`, as whoever is sent a report opens it."""
 
+import json
+import os
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser
 
-from tests.browser import PHONE, Sight, chromium, needs_chromium, sight
+from lab.view.browser import PHONE, chromium
+from tests.browser import Sight, needs_chromium, sight
 from tests.campaigns import clew
+from tests.fleets import ROOT, RUN_S_MAX
 
 pytestmark = [pytest.mark.processes, needs_chromium]
 
@@ -149,6 +155,17 @@ def test_it_is_dark_where_the_browser_is_and_light_again_by_its_key(browser: Bro
         assert shown.page.evaluate(brightness) < 0.3
         shown.page.keyboard.press("d")
         assert shown.page.evaluate(brightness) > 0.7
+
+
+def test_the_bench_scrubs_a_page_and_every_frame_is_drawn(report: str) -> None:
+    run = Path(report.removeprefix("file://")).parent
+    bench = [sys.executable, "-m", "lab.cli", "bench", "page", str(run), "--json"]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    made = subprocess.run(bench, env=environment, capture_output=True, timeout=RUN_S_MAX, check=True)
+    said = json.loads(made.stdout)
+    assert said["robots"] == ROBOTS
+    assert said["page_bytes"] < 1e6
+    assert min(said["frames_per_s"], said["draw_ms"]) > 0.0
 
 
 def test_what_a_page_complains_of_is_heard_by_these_tests(browser: Browser, report: str) -> None:

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser
 
-from tests.browser import Sight, chromium, needs_chromium, sight
+from lab.view.browser import chromium
+from tests.browser import Sight, needs_chromium, sight
 from tests.campaigns import clew
 from tests.fleets import END_S_MAX, RUN_S_MAX, Fleet
 from tests.views import address_of, view

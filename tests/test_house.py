@@ -38,6 +38,7 @@ ONLY_IN = {
     },
     "time": {
         "agents/shell.py",
+        "lab/bench_page_verb.py",
         "lab/bench_verb.py",
         "lab/campaign_episode.py",
         "lab/live.py",
