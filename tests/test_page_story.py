@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from lab import timeline
+from lab.page import distances
 from lab.page.batch import PLACE_TOLERANCE_M
 from lab.page.story import Story
 from lab.report import read_verdict
@@ -44,6 +45,20 @@ def test_the_lowest_points_of_the_curves_are_the_verdicts(
     assert verdict.separation_m_min is not None
     assert min(clear_m) == pytest.approx(verdict.clearance_m_min, abs=0.5e-4)
     assert min(apart_m) == pytest.approx(verdict.separation_m_min, abs=0.5e-4)
+
+
+def test_thinned_curves_keep_their_lows(
+    killed: Path, batches: list[dict[str, Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(distances, "CURVE_POINTS", 100)
+    [thin], [whole] = told(killed), batches
+    for few, many in zip(thin["clearances"], whole["clearances"], strict=True):
+        assert min(column(few["least"], 1e4)) == min(column(many["least"], 1e4))
+    kept, all_there = (sum(len(each["t"]) for each in batch["clearances"]) for batch in (thin, whole))
+    assert kept < 0.5 * all_there
+    apart = [batch["separations"] for batch in (thin, whole)]
+    assert min(column(apart[0]["least"], 1e4)) == min(column(apart[1]["least"], 1e4))
+    assert len(apart[0]["t"]) == len(apart[0]["robot"]) == len(apart[0]["other"]) <= 100
 
 
 def test_passings_of_a_moving_obstacle_reach_down_to_the_verdicts(tmp_path: Path) -> None:
@@ -93,14 +108,26 @@ def test_bodies_are_where_the_log_has_them(read: Timeline, batches: list[dict[st
     assert kept < 0.7 * sum(map(len, samples.values()))
 
 
-def test_a_body_that_turns_has_stood_until_then() -> None:
-    story = Story(None)
-    log = [(0.0, 0.0), (2.0, 0.15), (2.1, 0.3)]
-    for number, (t_s, heading_rad) in enumerate(log, start=1):
-        pose = PoseSampled(robot=1, x_m=0.0, y_m=0.0, heading_rad=heading_rad)
-        story.hear("world", Entry(n=number, t_s=t_s, hlc="0/world", record=pose))
-    [track] = json.loads(story.batch(ended=True) or b"")["tracks"]
-    assert np.interp(1.8, column(track["t"], 1e3), column(track["heading"], 1e3)) == 0.0
+@pytest.mark.parametrize("in_pieces", [False, True])
+def test_a_body_that_turns_has_stood_until_then(*, in_pieces: bool) -> None:
+    story, t_s, heading_rad = Story(None), list[float](), list[float]()
+    for number, (at_s, turned_rad) in enumerate([(0.0, 0.0), (2.0, 0.15), (2.1, 0.3)], start=1):
+        pose = PoseSampled(robot=1, x_m=0.0, y_m=0.0, heading_rad=turned_rad)
+        story.hear("world", Entry(n=number, t_s=at_s, hlc="0/world", record=pose))
+        if in_pieces or number == 3:
+            [track] = json.loads(story.batch() or b"")["tracks"]
+            t_s += column(track["t"], 1e3)
+            heading_rad += column(track["heading"], 1e3)
+    assert np.interp([1.8, 2.05], t_s, heading_rad).tolist() == [0.0, pytest.approx(0.225)]
+
+
+def joined(curves: list[dict[str, Any]]) -> list[tuple[float, float]]:
+    """Pieces of a curve as one: times and distances."""
+    return [
+        point
+        for curve in curves
+        for point in zip(column(curve["t"], 1e3), column(curve["least"], 1e4), strict=True)
+    ]
 
 
 def test_a_run_that_is_told_in_pieces_is_told_the_same(read: Timeline, batches: list[dict[str, Any]]) -> None:
@@ -116,8 +143,11 @@ def test_a_run_that_is_told_in_pieces_is_told_the_same(read: Timeline, batches: 
     assert {epoch: path for piece in pieces for epoch, path in piece.get("paths", {}).items()} == whole[
         "paths"
     ]
-    apart = [each for piece in pieces for each in column(piece.get("separations", {}).get("least", []), 1e4)]
-    assert min(apart) == min(column(whole["separations"]["least"], 1e4))
+    apart = [piece["separations"] for piece in pieces if "separations" in piece]
+    assert joined(apart) == joined([whole["separations"]])
+    for robot in range(1, 6):
+        clear = [each for piece in pieces for each in piece.get("clearances", ()) if each["robot"] == robot]
+        assert joined(clear) == joined([each for each in whole["clearances"] if each["robot"] == robot])
     assert [piece for piece in pieces if "subject" in piece] == pieces[:1]
 
 

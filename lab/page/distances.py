@@ -23,7 +23,7 @@ from world.shapes import Ground
 
 CURVE_POINTS = 60_000  # of one kind, in all: several for each pixel of a screen and robot
 HOLD_S = 2 * ODOMETRY_PERIOD_S
-INSTANTS_AT_ONCE = 64  # pairs that may be the nearest are chosen so often
+INSTANTS_AT_ONCE = 32  # pairs that may be the nearest are chosen so often
 MOVES_AT_ONCE = 2000  # so many judged against obstacles in one go: more need memory and save no time
 
 Curve = tuple[Floats, Floats, Indices, Indices]

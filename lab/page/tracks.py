@@ -30,8 +30,8 @@ class Tracks:
     newest: dict[int, tuple[float, PoseSampled]] = field(default_factory=dict)
     """Of each body, with its time."""
     _samples: dict[int, "array[float]"] = field(default_factory=dict)
-    _headings_rad: dict[int, float] = field(default_factory=dict)
-    """The newest that was packed, unwound."""
+    _last: dict[int, Floats] = field(default_factory=dict)
+    """(1, 4): the newest that was taken."""
 
     def hear(self, t_s: float, pose: PoseSampled) -> None:
         """Take a sample in; those of one body come in their order."""
@@ -45,11 +45,11 @@ class Tracks:
     def take(self) -> Iterator[tuple[int, Floats]]:
         """The samples of each body since the last time, `(n, 4)`: t, x, y, heading, which is unwound."""
         for robot, samples in sorted(self._samples.items()):
-            rows = np.array(samples).reshape(-1, 4)
-            last_rad = self._headings_rad.get(robot, rows[0, 3])
-            rows[:, 3] = np.unwrap(np.concatenate(([last_rad], rows[:, 3])))[1:]
-            self._headings_rad[robot] = float(rows[-1, 3])
-            yield robot, _with_stands(rows)
+            new = np.array(samples).reshape(-1, 4)
+            rows = np.vstack((self._last.get(robot, new[:1]), new))
+            rows[:, 3] = np.unwrap(rows[:, 3])
+            self._last[robot] = rows[-1:]
+            yield robot, _with_stands(rows)[1:]
         self._samples.clear()
 
 
