@@ -66,12 +66,8 @@ class Log:
         try:
             return self.path.open("rb")
         except OSError as error:
-            where = (
-                f"no run in {self.path.parent}: {self.path.name}"
-                if self._in_folder
-                else f"no log: {self.path}"
-            )
-            raise UsageError(f"{where}: {error.strerror}") from error
+            where = f"{self.path.parent}: {self.path.name}" if self._in_folder else str(self.path)
+            raise UsageError(f"no run in {where}: {error.strerror}") from error
 
 
 class _Findings:

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from pyarrow import parquet
 
-from lab.export import csv_files
+from lab.export import csv_files, tables
 from lab.export import parquet as parquet_files
 from lab.export.columns import Column, Part, Plain, columns_of
 from lab.export.tables import TYPES
@@ -133,7 +133,10 @@ def test_duckdb_finds_the_types_of_csv(run: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["pose.sampled", "order.accepted", "authority.granted"])
-def test_csv_parquet_and_the_log_itself_say_the_same_to_duckdb(run: Path, kind: str) -> None:
+def test_csv_parquet_and_the_log_itself_say_the_same_to_duckdb(
+    run: Path, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tables, "ROWS_AT_ONCE", 100)  # so that tables are written in several stretches
     csv_files.export(Log(run), run / "csv")
     parquet_files.export(Log(run), run / "parquet")
     named = "t_s, source, n, epoch" if kind != "pose.sampled" else "t_s, source, n, x_m, heading_rad"

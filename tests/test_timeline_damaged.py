@@ -87,6 +87,18 @@ def test_a_line_that_is_damaged_is_named_and_its_number_is_missed(
     assert second == "r1: 1 of 3 entries are missing, the first is number 2"
 
 
+def test_a_last_line_that_lacks_but_its_end_is_torn(path: Path, header: bytes) -> None:
+    lines, flaws = through(path, (header + b"".join(TEXTS))[:-1])
+    assert lines == LINES[:-1]
+    assert flaws[0] == "line 5 is torn: dropped"
+
+
+def test_numbers_out_of_order_are_said_though_times_are_not(path: Path, header: bytes) -> None:
+    same_time = [line(source, msgspec.structs.replace(entry, t_s=5.0)) for source, entry in LINES]
+    _, flaws = through(path, header + b"".join([same_time[1], same_time[0], *same_time[2:]]))
+    assert flaws == ("r1: entry 1 of t=5.0 s stands behind 2 of t=5.0 s",)
+
+
 def test_a_line_edited_by_hand_is_named_though_its_number_has_come(path: Path, header: bytes) -> None:
     edited = TEXTS[0].replace(b"1.0}", b'"far"}')
     lines, flaws = through(path, header + b"".join([edited, *TEXTS[1:]]))
@@ -172,7 +184,7 @@ def test_an_empty_file_is_refused_as_such(path: Path) -> None:
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match=f"no log: {tmp_path}/nowhere: No such file or directory"):
+    with pytest.raises(UsageError, match=f"no run in {tmp_path}/nowhere: No such file or directory"):
         Log(tmp_path / "nowhere")
 
 
