@@ -1,5 +1,7 @@
 """Rerun's RRD, where Rerun is installed; what is said where it is not."""
 
+import subprocess
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -7,17 +9,18 @@ import pytest
 
 from tests.campaigns import clew
 from tests.exports import lively
+from tests.fleets import END_S_MAX
 
 
 @pytest.mark.skipif(find_spec("rerun") is None, reason="rerun is not installed: 700 MB, the extra `rerun`")
-def test_rerun_reads_back_where_robots_were(tmp_path: Path) -> None:
-    import rerun as rr  # noqa: PLC0415 - only where it is installed
-
+def test_rerun_itself_finds_the_file_sound(tmp_path: Path) -> None:
     run = lively(tmp_path / "run")
     said = clew("log", "export", run, "--to", "rrd")
     assert said.stdout.strip() == str(run / "events.rrd")
-    assert (run / "events.rrd").read_bytes().startswith(b"RRF2")
-    assert rr.__version__
+    verify = [sys.executable, "-m", "rerun", "rrd", "verify", run / "events.rrd"]
+    assert subprocess.run(verify, check=False, timeout=END_S_MAX).returncode == 0
+    for name in (b"/world/robot/5", b"/world/scan/5", b"/world/links/lines", b"/events/robot.died"):
+        assert name in (run / "events.rrd").read_bytes()
 
 
 @pytest.mark.skipif(find_spec("rerun") is not None, reason="rerun is installed")
