@@ -96,9 +96,15 @@ class Journal:
         """Write who writes it."""
         self._write(head)
 
+    @property
+    def keeps(self) -> bool:
+        """Whether it has a file; without one nobody need put a record together."""
+        return self._file is not None
+
     def hear(self, given: Given, now_s: float) -> None:
         """Write an input."""
-        self._write(Input(now_s, given.key, given.number, type(given.event).__name__, given.event))
+        if self.keeps:
+            self._write(Input(now_s, given.key, given.number, type(given.event).__name__, given.event))
 
     def decide(self, decision: Decision) -> None:
         """Write what came of the input before."""
@@ -156,7 +162,8 @@ def decided(core: Robot, given: Given, now_s: float, journal: Journal) -> list[C
     except Exception as error:
         journal.decide(failure(error))
         raise
-    journal.decide(decision(commands))
+    if journal.keeps:
+        journal.decide(decision(commands))
     return commands
 
 

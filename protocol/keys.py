@@ -5,6 +5,7 @@ heals. The run stands in the key, so a late message of the last run finds nobody
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 WORLD = "world"
 WORLD_NUMBER = 0  # robots count from 1
@@ -15,6 +16,7 @@ def robot_name(robot: int) -> str:
     return f"r{robot}"
 
 
+@lru_cache(maxsize=4096)  # twice as many as there are robots: the world asks four times for every entry
 def robot_number(name: str) -> int | None:
     """The robot behind a name, or None where it is not a robot's."""
     digits = name[1:]

@@ -6,6 +6,7 @@ Rule 2: a body is sampled where its motion changes, and before every odometry wh
 """
 
 import math
+from functools import cache
 
 import numpy as np
 
@@ -155,7 +156,7 @@ class Arena:
         return Odometry(
             t_s=self.now_s,
             pose=self.bodies.pose(body),
-            moving=bool(self.bodies.moving[body]),
+            moving=self.bodies.is_moving(body),
             finished=self.bodies.finished_number[body],
             ordered=self.bodies.ordered(body),
             phase=phase,
@@ -254,9 +255,12 @@ def _sample(body: int, places_m: Floats, headings_rad: Floats) -> PoseSampled:
 
 def _told(scan: Scan) -> tuple[float, ...]:
     """What the timeline tells of a scan: every n-th ray, by the least n that divides them evenly."""
-    rays = len(scan.ranges_m)
-    stride = next(n for n in range(1, rays + 1) if rays % n == 0 and rays // n <= RANGES_TOLD_MAX)
-    return tuple(round(range_m, 3) for range_m in scan.ranges_m[::stride])
+    return tuple(round(range_m, 3) for range_m in scan.ranges_m[:: _stride(len(scan.ranges_m))])
+
+
+@cache
+def _stride(rays: int) -> int:
+    return next(n for n in range(1, rays + 1) if rays % n == 0 and rays // n <= RANGES_TOLD_MAX)
 
 
 def _as_given(order: OrderAccepted, speed_mps: float) -> Drive:

@@ -97,8 +97,7 @@ class Attendance:
 
     def bury(self, *, wall_s: float) -> list[int]:
         """The robots that have died since the last time."""
-        newly_dead = sorted(
-            robot for robot in self.living - self.present if wall_s - self._heard_s[robot] >= SILENCE_S
-        )
+        absent = [robot for robot in self.come if not self._tokens.get(robot) and robot not in self.dead]
+        newly_dead = sorted(robot for robot in absent if wall_s - self._heard_s[robot] >= SILENCE_S)
         self.dead.update(newly_dead)
         return newly_dead

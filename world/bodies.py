@@ -95,6 +95,10 @@ class Bodies:
         """Which bodies turn or drive."""
         return self._under_way & ~self._held
 
+    def is_moving(self, body: int) -> bool:
+        """Whether a body turns or drives."""
+        return bool(self._under_way[body] and not self._held[body])
+
     def pose(self, body: int) -> Pose:
         """Where a body stands [world frame]."""
         x_m, y_m = self.place_m[body].tolist()
