@@ -16,8 +16,8 @@ from importlib.resources import files
 from string import Template
 
 SCRIPTS = (
-    *("columns.js", "body.js", "moments.js", "losses.js", "run.js", "strand.js"),
-    *("look.js", "view.js", "ground.js", "layers.js", "sight.js", "pane.js"),
+    *("columns.js", "body.js", "moments.js", "losses.js", "scenario.js", "run.js", "strand.js"),
+    *("look.js", "view.js", "ground.js", "layers.js", "sight.js", "robots.js", "pane.js"),
     *("charts.js", "chart_still.js", "doings.js", "lanes.js", "panels.js", "tables.js"),
     *("app.js", "player.js", "controls.js", "main.js"),
 )

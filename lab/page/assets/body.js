@@ -58,14 +58,19 @@ class Body {
   movesFrom(i) {
     const { xs, ys, headings } = this;
     if (i + 1 >= this.t.length) return false;
-    return xs.data[i] !== xs.data[i + 1] || ys.data[i] !== ys.data[i + 1] || headings.data[i] !== headings.data[i + 1];
+    return (
+      xs.data[i] !== xs.data[i + 1] ||
+      ys.data[i] !== ys.data[i + 1] ||
+      headings.data[i] !== headings.data[i + 1]
+    );
   }
 
   /** Stroke what it has driven by then. @param {CanvasRenderingContext2D} context */
   strokeTrail(context) {
     if (this.place < 0) return;
     const whole = Math.min(Math.floor(this.place / CHUNK), this.pieces.length);
-    for (let piece = Math.max(whole - PIECES_SHOWN, 0); piece < whole; piece++) context.stroke(this.pieces[piece]);
+    for (let piece = Math.max(whole - PIECES_SHOWN, 0); piece < whole; piece++)
+      context.stroke(this.pieces[piece]);
     context.beginPath();
     context.moveTo(this.xs.data[whole * CHUNK], this.ys.data[whole * CHUNK]);
     for (let i = whole * CHUNK + 1; i <= this.place; i++) context.lineTo(this.xs.data[i], this.ys.data[i]);

@@ -1,20 +1,27 @@
 // What of a chart does not change as time is scrubbed: its axes, its marks and its curves.
 
-/** @param {CanvasRenderingContext2D} context @param {number} width @param {number} height */
-Chart.prototype.drawStill = function drawStill(context, width, height) {
-  drawTimeAxis(context, this.app.end, MARGIN.left, width - MARGIN.right, height - MARGIN.bottom);
-  drawHeights(this, context, width, height);
-  const chosen = this.app.robot;
+/** @param {Chart} chart @param {CanvasRenderingContext2D} context @param {number} width @param {number} height */
+function drawStill(chart, context, width, height) {
+  drawTimeAxis(context, chart.app.end, MARGIN.left, width - MARGIN.right, height - MARGIN.bottom);
+  drawHeights(chart, context, width, height);
+  const chosen = chart.app.robot;
   context.save();
   context.beginPath();
-  context.rect(MARGIN.left, MARGIN.top - 2, width - MARGIN.left - MARGIN.right + 1, height - MARGIN.top - MARGIN.bottom + 4);
+  context.rect(
+    MARGIN.left,
+    MARGIN.top - 2,
+    width - MARGIN.left - MARGIN.right + 1,
+    height - MARGIN.top - MARGIN.bottom + 4,
+  );
   context.clip();
-  for (const each of this.series) if (each.key !== chosen) drawCurve(this, context, width, height, each, chosen !== 0 && each.key !== 0);
-  for (const each of this.series) if (each.key === chosen) drawCurve(this, context, width, height, each, false);
+  for (const each of chart.series)
+    if (each.key !== chosen) drawCurve(chart, context, width, height, each, chosen !== 0 && each.key !== 0);
+  for (const each of chart.series)
+    if (each.key === chosen) drawCurve(chart, context, width, height, each, false);
   context.restore();
-  nameCurves(this, context, width, height);
-  for (const mark of this.plot.marks(this.app.run)) drawMark(this, context, width, height, mark);
-};
+  nameCurves(chart, context, width, height);
+  for (const mark of chart.plot.marks(chart.app.run)) drawMark(chart, context, width, height, mark);
+}
 
 /** @param {Chart} chart @param {CanvasRenderingContext2D} context @param {number} width @param {number} height */
 function drawHeights(chart, context, width, height) {
@@ -31,7 +38,11 @@ function drawHeights(chart, context, width, height) {
     context.lineTo(width - MARGIN.right, y);
     context.stroke();
     context.fillStyle = colour.soft;
-    context.fillText(step >= 1 ? String(Math.round(value)) : value.toFixed(step < 0.1 ? 2 : 1), MARGIN.left - 6, y);
+    context.fillText(
+      step >= 1 ? String(Math.round(value)) : value.toFixed(step < 0.1 ? 2 : 1),
+      MARGIN.left - 6,
+      y,
+    );
   }
 }
 
@@ -72,7 +83,11 @@ const NAME_PX = 11; // between the names of two curves: more names than fit are 
 
 /** Each curve's name at its end, as near to it as the others let it. @param {Chart} chart @param {CanvasRenderingContext2D} context @param {number} width @param {number} height */
 function nameCurves(chart, context, width, height) {
-  const names = chart.series.map(({ name, key, curve }) => ({ name, key, y: chart.y(curve.value.last, height) }));
+  const names = chart.series.map(({ name, key, curve }) => ({
+    name,
+    key,
+    y: chart.y(curve.value.last, height),
+  }));
   names.sort((one, other) => one.y - other.y);
   const bottom = height - MARGIN.bottom;
   if (names.length < 2 || names.length * NAME_PX > bottom) return;

@@ -11,30 +11,70 @@
 /** @type {Plot[]} */
 const PLOTS = [
   {
-    id: "clearance", title: "Clearance of each robot [m]", about: "hull to the nearest obstacle that never moves, the least since the sample before",
-    series: (run) => run.robots.map((robot) => ({ name: `r${robot}`, key: robot, curve: run.body(robot).clearance })),
+    id: "clearance",
+    title: "Clearance of each robot [m]",
+    about: "hull to the nearest obstacle that never moves, the least since the sample before",
+    series: (run) =>
+      run.robots.map((robot) => ({ name: `r${robot}`, key: robot, curve: run.body(robot).clearance })),
     marks: (run) => [
       { value: run.epsilon, name: "ε", dash: [] },
       { value: run.epsilon - run.mu0, name: "ε − μ0", dash: [5, 3] },
     ],
-    top: (run, most, least) => Math.min(most, Math.max(5 * run.epsilon, 1.5 * least)), decimals: 3, none: "no obstacle stands still",
+    top: (run, most, least) => Math.min(most, Math.max(5 * run.epsilon, 1.5 * least)),
+    decimals: 3,
+    none: "no obstacle stands still",
   },
   {
-    id: "separation", title: "Separation [m]", about: "the two hulls nearest to each other; with moving obstacles, also the nearest that a driving hull passed",
-    series: (run) => [{ name: "hulls", key: 0, curve: run.separation, who: (i) => `r${run.apart.robot[i]} and r${run.apart.other[i]}` }, { name: "a moving obstacle", key: 5, curve: run.passing }],
-    marks: (run) => (run.subject?.separation_m_required ? [{ value: run.subject.separation_m_required, name: "required", dash: [5, 3] }] : []),
-    top: (run, most, least) => Math.min(most, Math.max(8 * (run.subject?.separation_m_required ?? 0), 4 * least)), decimals: 3, none: "one robot alone",
+    id: "separation",
+    title: "Separation [m]",
+    about:
+      "the two hulls nearest to each other; with moving obstacles, also the nearest that a driving hull passed",
+    series: (run) => [
+      {
+        name: "hulls",
+        key: 0,
+        curve: run.separation,
+        who: (i) => `r${run.apart.robot[i]} and r${run.apart.other[i]}`,
+      },
+      { name: "a moving obstacle", key: 5, curve: run.passing },
+    ],
+    marks: (run) =>
+      run.subject?.separation_m_required
+        ? [{ value: run.subject.separation_m_required, name: "required", dash: [5, 3] }]
+        : [],
+    top: (run, most, least) =>
+      Math.min(most, Math.max(8 * (run.subject?.separation_m_required ?? 0), 4 * least)),
+    decimals: 3,
+    none: "one robot alone",
   },
   {
-    id: "stretch", title: "Stretch of links [m]", about: "how far each robot is short of what it has been granted; beyond the limit the robot ahead holds",
+    id: "stretch",
+    title: "Stretch of links [m]",
+    about: "how far each robot is short of what it has been granted; beyond the limit the robot ahead holds",
     series: stretches,
-    marks: (run) => (run.scenario.fleet?.link_length_m_max ? [{ value: run.scenario.fleet.link_length_m_max, name: "limit", dash: [5, 3] }] : []),
-    top: (run, most) => Math.max(most, 1.1 * (run.scenario.fleet?.link_length_m_max ?? 0)), decimals: 2, none: "nothing was granted",
+    marks: (run) =>
+      run.scenario.fleet?.link_length_m_max
+        ? [{ value: run.scenario.fleet.link_length_m_max, name: "limit", dash: [5, 3] }]
+        : [],
+    top: (run, most) => Math.max(most, 1.1 * (run.scenario.fleet?.link_length_m_max ?? 0)),
+    decimals: 2,
+    none: "nothing was granted",
   },
   {
-    id: "losses", title: "Messages lost, by link", about: "state messages that faults took away or damaged, so far",
-    series: (run) => [...run.losses.taken].map(([link, curve]) => ({ name: link, key: Number(link.split(" ")[0]), curve, steps: true })),
-    marks: () => [], top: (_, most) => Math.max(most, 4), decimals: 0, none: "no fault took a message of a link",
+    id: "losses",
+    title: "Messages lost, by link",
+    about: "state messages that faults took away or damaged, so far",
+    series: (run) =>
+      [...run.losses.taken].map(([link, curve]) => ({
+        name: link,
+        key: Number(link.split(" ")[0]),
+        curve,
+        steps: true,
+      })),
+    marks: () => [],
+    top: (_, most) => Math.max(most, 4),
+    decimals: 0,
+    none: "no fault took a message of a link",
   },
 ];
 
@@ -51,7 +91,9 @@ function stretches(run) {
       const strand = run.strands[place];
       const rank = strand ? strand.order.indexOf(body.robot) : -1;
       if (rank < 1) continue;
-      const short = authorityAt(run, strand, rank, t) - progressAt(run, body, strand.epoch, t, body.xs.data[i], body.ys.data[i]);
+      const short =
+        authorityAt(run, strand, rank, t) -
+        progressAt(run, body, strand.epoch, t, body.xs.data[i], body.ys.data[i]);
       if (!Number.isNaN(short)) curve.push(t, Math.max(short, 0));
     }
     if (curve.value.length) found.push({ name: `r${body.robot}`, key: body.robot, curve });
@@ -102,9 +144,13 @@ class Chart {
     }
     this.most = this.plot.top(run, most, lowest ? lowest.curve.least : 0) || 1;
     const isDistance = this.plot.decimals === 3;
-    this.least.textContent = isDistance && lowest ? leastOf(lowest) : this.series.length ? "" : this.plot.none;
+    this.least.textContent =
+      isDistance && lowest ? leastOf(lowest) : this.series.length ? "" : this.plot.none;
     this.figure.classList.toggle("empty", this.series.length === 0);
-    this.canvas.setAttribute("aria-label", `${this.plot.title}: ${this.least.textContent || `${this.series.length} curves`}`);
+    this.canvas.setAttribute(
+      "aria-label",
+      `${this.plot.title}: ${this.least.textContent || `${this.series.length} curves`}`,
+    );
   }
 
   draw() {
@@ -113,7 +159,7 @@ class Chart {
     if (this.known !== this.app.news) this.refresh();
     context.clearRect(0, 0, width, height);
     const key = `${this.app.news}|${this.app.focus}|${this.app.robot}`;
-    this.still.show(context, width, height, key, (onto) => this.drawStill(onto, width, height));
+    this.still.show(context, width, height, key, (onto) => drawStill(this, onto, width, height));
     const x = this.x(this.app.time, width);
     context.strokeStyle = colour.ink;
     context.lineWidth = 1;
@@ -133,7 +179,8 @@ class Chart {
 
   /** @param {number} t @param {number} width */
   x(t, width) {
-    return MARGIN.left + (t / Math.max(this.app.end, 1e-3)) * (width - MARGIN.left - MARGIN.right);
+    const share = Math.min(t / Math.max(this.app.end, 1e-3), 1); // a run that goes on is ahead of its axis
+    return MARGIN.left + share * (width - MARGIN.left - MARGIN.right);
   }
 
   /** @param {number} value @param {number} height */

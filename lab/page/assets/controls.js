@@ -2,7 +2,8 @@
 
 /** @param {App} app @param {Player} player */
 function listenToControls(app, player) {
-  const on = (/** @type {string} */ id, /** @type {() => void} */ act) => byId(id).addEventListener("click", act);
+  const on = (/** @type {string} */ id, /** @type {() => void} */ act) =>
+    byId(id).addEventListener("click", act);
   on("play", () => player.toggle());
   on("step-back", () => player.step(-1));
   on("step-on", () => player.step(1));
@@ -21,8 +22,16 @@ function listenToControls(app, player) {
     byId("live").hidden = app.run.ended;
     byId("live").setAttribute("aria-pressed", String(app.follows));
   });
-  byId("keys").append(...KEYS_HELP.map((each) => element("tr", {}, element("th", { scope: "row" }, each.names), element("td", {}, each.does))));
-  byId("signs").append(...Object.values(SIGNS).map(({ sign, name, row }) => element("li", {}, element("i", { class: `row${row}` }, sign), ` ${name}`)));
+  byId("keys").append(
+    ...KEYS_HELP.map((each) =>
+      element("tr", {}, element("th", { scope: "row" }, each.names), element("td", {}, each.does)),
+    ),
+  );
+  byId("signs").append(
+    ...Object.values(SIGNS).map(({ sign, name, row }) =>
+      element("li", {}, element("i", { class: `row${row}` }, sign), ` ${name}`),
+    ),
+  );
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => retheme(app));
   new ResizeObserver(() => {
     document.documentElement.style.setProperty("--timeline", `${byId("timeline").offsetHeight}px`);
@@ -35,7 +44,11 @@ function listenToControls(app, player) {
 /** @param {App} app */
 function listenToLayers(app) {
   for (const { id, name, about } of LAYERS) {
-    const chip = element("button", { type: "button", "aria-pressed": "true", title: about, "data-layer": id }, name);
+    const chip = element(
+      "button",
+      { type: "button", "aria-pressed": "true", title: about, "data-layer": id },
+      name,
+    );
     chip.addEventListener("click", () => {
       if (!app.layers.delete(id)) app.layers.add(id);
       chip.setAttribute("aria-pressed", String(app.layers.has(id)));

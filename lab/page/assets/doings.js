@@ -24,7 +24,10 @@ function doings(run, robot) {
 function doingAt(run, body, t) {
   const state = stateAt(run.lanes.get(body.robot), t) || "free";
   if (body.isMoving) return state === "dead" ? "rolling out, dead" : "driving";
-  return { free: "standing", waiting: "waiting for a link", holding: "holding for the robot behind" }[state] ?? state;
+  return (
+    { free: "standing", waiting: "waiting for a link", holding: "holding for the robot behind" }[state] ??
+    state
+  );
 }
 
 /**

@@ -4,13 +4,13 @@
 function outlineOf(shape) {
   const outline = new Path2D();
   if (shape.shape === "circle") {
-    const [x, y] = shape.centre_m ?? [0, 0];
+    const [x, y] = shape.centre_m;
     outline.arc(x, y, shape.radius_m, 0, 2 * Math.PI);
   } else if (shape.shape === "ellipse") {
     const [[x, y], [a, b]] = [shape.centre_m, shape.semi_axes_m];
     outline.ellipse(x, y, a, b, shape.rotation_rad ?? 0, 0, 2 * Math.PI);
   } else {
-    for (const [x, y] of shape.vertices_m ?? []) outline.lineTo(x, y);
+    for (const [x, y] of shape.vertices_m) outline.lineTo(x, y);
     outline.closePath();
   }
   return outline;
@@ -65,16 +65,21 @@ function drawGround(context, view, run) {
   context.strokeStyle = colour["solid-edge"];
   context.lineWidth = 1.5 / view.scale;
   if (bounds) {
-    context.strokeRect(bounds.x_m_min, bounds.y_m_min, bounds.x_m_max - bounds.x_m_min, bounds.y_m_max - bounds.y_m_min);
+    context.strokeRect(
+      bounds.x_m_min,
+      bounds.y_m_min,
+      bounds.x_m_max - bounds.x_m_min,
+      bounds.y_m_max - bounds.y_m_min,
+    );
   }
   context.fillStyle = colour.solid;
-  for (const shape of run.scenario.obstacle ?? []) {
+  for (const shape of run.scenario.obstacle) {
     const outline = outlineOf(shape);
     context.fill(outline);
     context.stroke(outline);
   }
   context.restore();
-  nameObstacles(context, view, run.scenario.obstacle ?? []);
+  nameObstacles(context, view, run.scenario.obstacle);
   if (run.scenario.goal) drawGoal(context, view, run.scenario.goal);
   drawScale(context, view);
 }
@@ -88,6 +93,7 @@ function nameObstacles(context, view, shapes) {
   context.textBaseline = "middle";
   shapes.forEach((shape, i) => {
     const places = extentsOf(shape);
+    if (places.length === 0) return;
     const [x, y] = [0, 1].map((axis) => places.reduce((sum, place) => sum + place[axis], 0) / places.length);
     context.fillText(String(i + 1), ...view.toScreen(x, y));
   });
@@ -124,9 +130,8 @@ function placeOnTrack(track, t) {
 
 /** Moving obstacles bear their tracks. @param {CanvasRenderingContext2D} context @param {View} view @param {Run} run @param {number} t */
 function drawMovers(context, view, run, t) {
-  for (const mover of run.scenario.moving ?? []) {
-    const track = mover.track ?? [];
-    if (track.length === 0) continue;
+  for (const mover of run.scenario.moving) {
+    const { track } = mover;
     const [x, y] = placeOnTrack(track, t);
     context.save();
     view.apply(context);
@@ -138,7 +143,7 @@ function drawMovers(context, view, run, t) {
     context.stroke();
     context.setLineDash([]);
     context.translate(x, y);
-    const outline = outlineOf(mover.shape === "circle" ? { shape: "circle", radius_m: mover.radius_m } : mover);
+    const outline = outlineOf(mover.shape === "circle" ? { ...mover, centre_m: [0, 0] } : mover);
     context.fillStyle = colour.solid;
     context.strokeStyle = colour.ink;
     context.lineWidth = 1.5 / view.scale;
@@ -146,7 +151,7 @@ function drawMovers(context, view, run, t) {
     context.setLineDash([5 / view.scale, 3 / view.scale]);
     context.stroke(outline);
     context.restore();
-    label(context, ...view.toScreen(x, y), mover.id, colour.soft);
+    label(context, ...view.toScreen(x, y), String(mover.id ?? ""), colour.soft);
   }
 }
 

@@ -51,7 +51,8 @@ class Lanes {
 
   /** @param {number} t @param {number} width */
   x(t, width) {
-    return LANE.left + (t / Math.max(this.app.end, 1e-3)) * (width - LANE.left - LANE.right);
+    const share = Math.min(t / Math.max(this.app.end, 1e-3), 1); // a run that goes on is ahead of its axis
+    return LANE.left + share * (width - LANE.left - LANE.right);
   }
 
   /** @param {CanvasRenderingContext2D} context @param {number} width @param {number} height */
@@ -92,7 +93,8 @@ class Lanes {
       context.fillRect(from, LANE.top, to - from, LANE.band - 3);
       context.globalAlpha = 1;
       context.fillStyle = colour.ink;
-      if (to - from > 13) context.fillText(String(positions[i].step), (from + to) / 2, LANE.top + LANE.band / 2 - 1);
+      if (to - from > 13)
+        context.fillText(String(positions[i].step), (from + to) / 2, LANE.top + LANE.band / 2 - 1);
       context.fillRect(to - 0.5, LANE.top, 1, LANE.band - 3);
     }
   }

@@ -10,12 +10,38 @@
 /** @type {Layer[]} in the order in which they are drawn */
 const LAYERS = [
   { id: "scan", name: "Scan", about: "what the chosen robot, or the leader, saw last", draw: drawScan },
-  { id: "promise", name: "Promise", about: "the ground that a step's certificate promised: the disc of radius r + ε swept along it", draw: drawPromises },
+  {
+    id: "promise",
+    name: "Promise",
+    about: "the ground that a step's certificate promised: the disc of radius r + ε swept along it",
+    draw: drawPromises,
+  },
   { id: "path", name: "Path", about: "the strand's path, as far as it was planned", draw: drawPath },
   { id: "trails", name: "Trails", about: "what each robot has driven", draw: drawTrails },
-  { id: "authority", name: "Authority", about: "the movement authority of each robot: how far along the path it may drive", draw: drawAuthorities },
-  { id: "sight", name: "Sight", about: "tangent points, gaps, the chosen gap and the heading of the newest step", draw: drawSight },
-  { id: "links", name: "Links", about: "links of the strand: up, silent (dashed), broken (crossed)", draw: drawLinks },
+  {
+    id: "authority",
+    name: "Authority",
+    about: "the movement authority of each robot: how far along the path it may drive",
+    draw: drawAuthorities,
+  },
+  {
+    id: "sight",
+    name: "Sight",
+    about: "tangent points, gaps, the chosen gap and the heading of the newest step",
+    draw: drawSight,
+  },
+  {
+    id: "blocked",
+    name: "Blocked",
+    about: "a robot that follows has found its next segment not clear",
+    draw: drawBlocked,
+  },
+  {
+    id: "links",
+    name: "Links",
+    about: "links of the strand: up, silent (dashed), broken (crossed)",
+    draw: drawLinks,
+  },
   { id: "halos", name: "Halos", about: "the least allowed clearance ε round each robot", draw: drawHalos },
 ];
 
@@ -27,7 +53,9 @@ function drawScan({ context, run, t, px, sees }) {
   const ranges = scans.ranges_m[row];
   if (ranges.length === 0) return;
   const [x, y] = [scans.x_m[row], scans.y_m[row]];
-  const limit = ranges.reduce((/** @type {number} */ most, /** @type {number} */ each) => Math.max(most, each), 0) - 0.002;
+  const limit =
+    ranges.reduce((/** @type {number} */ most, /** @type {number} */ each) => Math.max(most, each), 0) -
+    0.002;
   context.beginPath();
   const hits = new Path2D();
   for (let ray = 0; ray < ranges.length; ray++) {

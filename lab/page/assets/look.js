@@ -14,7 +14,21 @@ const colour = {};
 /** Read the colours of the theme in use. */
 function readTheme() {
   const style = getComputedStyle(document.documentElement);
-  for (const name of ["paper", "card", "ink", "soft", "faint", "rule", "solid", "solid-edge", "good", "bad", "warn", "promise", "scan"]) {
+  for (const name of [
+    "paper",
+    "card",
+    "ink",
+    "soft",
+    "faint",
+    "rule",
+    "solid",
+    "solid-edge",
+    "good",
+    "bad",
+    "warn",
+    "promise",
+    "scan",
+  ]) {
     colour[name] = style.getPropertyValue(`--${name}`).trim();
   }
   const isDark = style.colorScheme.trim() === "dark";

@@ -4,7 +4,11 @@ const app = new App();
 const player = new Player(app);
 
 /** Whether the runs inlined in the page have been opened; a page without any is fed. */
-const opened = begin();
+const opened = begin().catch((error) => {
+  byId("badge").textContent = "✗ This page cannot show the run";
+  byId("reason").textContent = String(error);
+  throw error;
+});
 
 async function begin() {
   readTheme();
@@ -30,14 +34,20 @@ async function begin() {
 /** Lines of `[run_index, batch]`, packed by gzip and base64. @param {string} story */
 async function openStory(story) {
   const packed = Uint8Array.from(atob(story), (letter) => letter.charCodeAt(0));
-  const lines = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip")).pipeThrough(new TextDecoderStream());
+  const lines = new Blob([packed])
+    .stream()
+    .pipeThrough(new DecompressionStream("gzip"))
+    .pipeThrough(new TextDecoderStream());
   let rest = "";
   app.isOpening = true;
   const reader = lines.getReader();
   for (let piece = await reader.read(); !piece.done; piece = await reader.read()) {
     const parts = (rest + piece.value).split("\n");
     rest = parts.pop() ?? "";
-    for (const line of parts) app.take(...JSON.parse(line));
+    for (const line of parts) {
+      const [index, batch] = JSON.parse(line);
+      app.take(index, batch);
+    }
   }
   app.isOpening = false;
 }
@@ -62,8 +72,15 @@ window.clew = {
     return app.drawn;
   },
   /** Where the robots of a run are now, and what they do. @param {number} index */
-  frame: (index = 0) => [...app.runs[index].bodies.values()].map((body) => {
-    body.goTo(app.timeOf(index));
-    return { robot: body.robot, x: body.x, y: body.y, heading: body.heading, does: doingAt(app.runs[index], body, app.timeOf(index)) };
-  }),
+  frame: (index = 0) =>
+    [...app.runs[index].bodies.values()].map((body) => {
+      body.goTo(app.timeOf(index));
+      return {
+        robot: body.robot,
+        x: body.x,
+        y: body.y,
+        heading: body.heading,
+        does: doingAt(app.runs[index], body, app.timeOf(index)),
+      };
+    }),
 };

@@ -80,7 +80,9 @@ class Pane {
       const now = { x: event.offsetX, y: event.offsetY };
       const other = [...fingers.entries()].find(([id]) => id !== event.pointerId)?.[1];
       if (other) {
-        const spread = Math.hypot(now.x - other.x, now.y - other.y) / Math.max(Math.hypot(before.x - other.x, before.y - other.y), 1);
+        const spread =
+          Math.hypot(now.x - other.x, now.y - other.y) /
+          Math.max(Math.hypot(before.x - other.x, before.y - other.y), 1);
         view.zoom(spread, (now.x + other.x) / 2, (now.y + other.y) / 2);
       }
       view.pan((now.x - before.x) / fingers.size, (now.y - before.y) / fingers.size);
@@ -89,15 +91,20 @@ class Pane {
       app.show();
     });
     const lift = (/** @type {PointerEvent} */ event) => {
-      if (fingers.delete(event.pointerId) && moved < 5 && event.type === "pointerup") this.choose(event.offsetX, event.offsetY);
+      if (fingers.delete(event.pointerId) && moved < 5 && event.type === "pointerup")
+        this.choose(event.offsetX, event.offsetY);
     };
     canvas.addEventListener("pointerup", lift);
     canvas.addEventListener("pointercancel", lift);
-    canvas.addEventListener("wheel", (event) => {
-      event.preventDefault();
-      view.zoom(Math.exp(-event.deltaY / 400), event.offsetX, event.offsetY);
-      app.show();
-    }, { passive: false });
+    canvas.addEventListener(
+      "wheel",
+      (event) => {
+        event.preventDefault();
+        view.zoom(Math.exp(-event.deltaY / 400), event.offsetX, event.offsetY);
+        app.show();
+      },
+      { passive: false },
+    );
     canvas.addEventListener("dblclick", () => {
       this.fit();
       app.show();

@@ -27,20 +27,44 @@ function metres(value, decimals = 4) {
 function showVerdict(app) {
   const { run } = app;
   const { verdict, subject } = run;
-  const word = verdict ? (verdict.ok ? "Kept its promises" : "Failed") : run.ended ? "No verdict" : "Under way";
+  const word = verdict
+    ? verdict.ok
+      ? "Kept its promises"
+      : "Failed"
+    : run.ended
+      ? "No verdict"
+      : "Under way";
   const badge = byId("badge");
   badge.textContent = `${verdict ? (verdict.ok ? "✓ " : "✗ ") : "… "}${word}`;
   badge.className = verdict ? (verdict.ok ? "good" : "bad") : "open";
   byId("reason").textContent = verdict?.reason ?? "";
-  const facts = subject ? [subject.scenario?.name, `seed ${subject.seed}`, `law ${subject.scenario?.law?.law ?? "unknown"}`, `${run.bodies.size} robots`, subject.run] : [];
+  const facts = subject
+    ? [
+        subject.scenario?.name,
+        `seed ${subject.seed}`,
+        `law ${subject.scenario?.law?.law ?? "unknown"}`,
+        `${run.bodies.size} robots`,
+        subject.run,
+      ]
+    : [];
   byId("facts").textContent = facts.filter(Boolean).join("  ·  ");
   document.title = `${verdict ? (verdict.ok ? "✓ " : "✗ ") : ""}${subject?.scenario?.name ?? "Clew"}, seed ${subject?.seed ?? "?"} – Clew`;
-  byId("figures").replaceChildren(...figuresOf(run).map(([name, value, beside]) =>
-    element("div", {}, element("dt", {}, name), element("dd", {}, value, element("small", {}, beside)))));
+  byId("figures").replaceChildren(
+    ...figuresOf(run).map(([name, value, beside]) =>
+      element("div", {}, element("dt", {}, name), element("dd", {}, value, element("small", {}, beside))),
+    ),
+  );
   const flaws = byId("flaws");
   flaws.hidden = run.flaws.length === 0;
-  flaws.replaceChildren(element("b", {}, "Not complete"), element("ul", {}, ...run.flaws.slice(0, 20).map((flaw) => element("li", {}, flaw)),
-    ...(run.flaws.length > 20 ? [element("li", {}, `and ${run.flaws.length - 20} more`)] : [])));
+  flaws.replaceChildren(
+    element("b", {}, "Not complete"),
+    element(
+      "ul",
+      {},
+      ...run.flaws.slice(0, 20).map((flaw) => element("li", {}, flaw)),
+      ...(run.flaws.length > 20 ? [element("li", {}, `and ${run.flaws.length - 20} more`)] : []),
+    ),
+  );
 }
 
 /** @param {Run} run @returns {[string, string, string][]} name, value, what stands beside it */
@@ -48,28 +72,61 @@ function figuresOf(run) {
   const { verdict } = run;
   const least = Math.min(...[...run.bodies.values()].map((body) => body.clearance.least));
   const clearance = verdict?.clearance_m_min ?? (Number.isFinite(least) ? least : null);
-  const apart = verdict?.separation_m_min ?? (Number.isFinite(run.separation.least) ? run.separation.least : null);
-  const required = (/** @type {number | undefined | null} */ value) => (value ? `${value.toFixed(3)} m required` : "has to be above 0");
+  const apart =
+    verdict?.separation_m_min ?? (Number.isFinite(run.separation.least) ? run.separation.least : null);
+  const required = (/** @type {number | undefined | null} */ value) =>
+    value ? `${value.toFixed(3)} m required` : "has to be above 0";
   /** @type {[string, string, string][]} */
   const figures = [
     ["Clearance", metres(clearance), required(run.subject?.clearance_m_required)],
     ["Separation", metres(apart), required(run.subject?.separation_m_required)],
-    ["Steps", String(Math.max(run.positions.length - 1, 0)), `${(run.kind("scan.served").t ?? []).length} scans of all robots`],
-    ["Time", `${run.end.toFixed(1)} s`, verdict ? `${verdict.path_m?.toFixed(2)} m driven by all` : "simulated"],
+    [
+      "Steps",
+      String(Math.max(run.positions.length - 1, 0)),
+      `${(run.kind("scan.served").t ?? []).length} scans of all robots`,
+    ],
+    [
+      "Time",
+      `${run.end.toFixed(1)} s`,
+      verdict ? `${verdict.path_m?.toFixed(2)} m driven by all` : "simulated",
+    ],
   ];
   if (!verdict) return figures;
-  figures.splice(2, 0, ["Arrived", `${verdict.robots_arrived} of ${verdict.robots}`, verdict.goal_reached ? "goal reached" : "goal not reached"]);
+  figures.splice(2, 0, [
+    "Arrived",
+    `${verdict.robots_arrived} of ${verdict.robots}`,
+    verdict.goal_reached ? "goal reached" : "goal not reached",
+  ]);
   const lost = Object.values(verdict.messages?.injected ?? {}).reduce((sum, each) => sum + each, 0);
-  figures.push(["Messages", String(verdict.messages?.sent ?? "–"), `${lost} taken by faults, ${verdict.messages?.unaccounted ?? "–"} unaccounted`]);
-  if (verdict.violations) figures.push(["Broken promises", String(verdict.violations), broken(verdict.violations_by_invariant)]);
-  if (verdict.deaths?.length) figures.push(["Deaths", String(verdict.deaths.length), `${verdict.successions?.length ?? 0} successions, ${verdict.heals?.length ?? 0} heals`]);
-  if (verdict.table_rms_m !== null && verdict.table_rms_m !== undefined) figures.push(["Table I", metres(verdict.table_rms_m), "RMS from the paper's"]);
+  figures.push([
+    "Messages",
+    String(verdict.messages?.sent ?? "–"),
+    `${lost} taken by faults, ${verdict.messages?.unaccounted ?? "–"} unaccounted`,
+  ]);
+  if (verdict.violations)
+    figures.push(["Broken promises", String(verdict.violations), broken(verdict.violations_by_invariant)]);
+  if (verdict.deaths?.length)
+    figures.push([
+      "Deaths",
+      String(verdict.deaths.length),
+      `${counted(verdict.successions?.length ?? 0, "succession")}, ${counted(verdict.heals?.length ?? 0, "heal")}`,
+    ]);
+  if (verdict.table_rms_m !== null && verdict.table_rms_m !== undefined)
+    figures.push(["Table I", metres(verdict.table_rms_m), "RMS from the paper's"]);
   return figures;
+}
+
+/** @param {number} count @param {string} noun */
+function counted(count, noun) {
+  return `${count} ${noun}${count === 1 ? "" : "s"}`;
 }
 
 /** @param {Record<string, number>} counts */
 function broken(counts) {
-  return Object.entries(counts ?? {}).filter(([, count]) => count).map(([name, count]) => `${name} ${count}×`).join(", ");
+  return Object.entries(counts ?? {})
+    .filter(([, count]) => count)
+    .map(([name, count]) => `${name} ${count}×`)
+    .join(", ");
 }
 
 /** How things are at the time shown. @param {App} app */
@@ -78,7 +135,9 @@ function showNow(app) {
   const strand = strandAt(run, time);
   const step = Math.max(positionAt(run, time), 0);
   byId("clock").textContent = `${time.toFixed(2)} s`;
-  byId("strand-now").textContent = strand ? `step ${step} · strand ${orderOf(strand.order)}` : "no strand has formed yet";
+  byId("strand-now").textContent = strand
+    ? `step ${step} · strand ${orderOf(strand.order)}`
+    : "no strand has formed yet";
   const chosen = run.bodies.get(app.robot);
   byId("robot-now").textContent = chosen ? robotNow(run, chosen, strand, time) : nearestNow(run, time);
 }
@@ -103,7 +162,10 @@ function nearestNow(run, time) {
 function robotNow(run, body, strand, time) {
   body.goTo(time);
   const place = strand ? strand.order.indexOf(body.robot) : -1;
-  const said = [`robot ${body.robot}${place === 0 ? ", which leads" : ""}: ${doingAt(run, body, time)}`, `${metres(body.clearance.at(time), 3)} clear`];
+  const said = [
+    `robot ${body.robot}${place === 0 ? ", which leads" : ""}: ${doingAt(run, body, time)}`,
+    `${metres(body.clearance.at(time), 3)} clear`,
+  ];
   const progress = strand ? progressAt(run, body, strand.epoch, time, body.x, body.y) : NaN;
   if (!Number.isNaN(progress)) said.push(`${progress.toFixed(2)} m along the path`);
   const authority = place > 0 ? authorityAt(run, strand, place, time) : NaN;

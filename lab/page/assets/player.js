@@ -41,7 +41,10 @@ class Player {
   step(by) {
     const { positions } = this.app.run;
     const { time } = this.app;
-    const found = by > 0 ? positions.find((each) => each.t_s > time + 1e-6) : positions.findLast((each) => each.t_s < time - 1e-6);
+    const found =
+      by > 0
+        ? positions.find((each) => each.t_s > time + 1e-6)
+        : positions.findLast((each) => each.t_s < time - 1e-6);
     this.app.seek(found?.t_s ?? (by > 0 ? this.app.run.end : 0));
   }
 
@@ -49,7 +52,8 @@ class Player {
   moment(by) {
     const { all } = this.app.run.moments;
     const { time } = this.app;
-    const found = by > 0 ? all.find((each) => each.t > time + 1e-6) : all.findLast((each) => each.t < time - 1e-6);
+    const found =
+      by > 0 ? all.find((each) => each.t > time + 1e-6) : all.findLast((each) => each.t < time - 1e-6);
     if (found) this.app.seek(found.t);
   }
 }
@@ -60,16 +64,41 @@ const KEYS_HELP = [
   { keys: ["ArrowLeft", "ArrowRight"], names: "← →", does: "0.1 s back, on; with Shift 1 s", act: () => {} },
   { keys: ["["], names: "[", does: "the switching position before", act: (_, player) => player.step(-1) },
   { keys: ["]"], names: "]", does: "the next switching position", act: (_, player) => player.step(1) },
-  { keys: ["p"], names: "p", does: "the moment before: a fault, a death, a heal", act: (_, player) => player.moment(-1) },
+  {
+    keys: ["p"],
+    names: "p",
+    does: "the moment before: a fault, a death, a heal",
+    act: (_, player) => player.moment(-1),
+  },
   { keys: ["n"], names: "n", does: "the next moment", act: (_, player) => player.moment(1) },
   { keys: ["Home"], names: "Home", does: "the start", act: (app) => app.seek(0) },
-  { keys: ["End"], names: "End", does: "the end; follows a run that goes on", act: (app) => app.seek(app.run.end) },
+  {
+    keys: ["End"],
+    names: "End",
+    does: "the end; follows a run that goes on",
+    act: (app) => app.seek(app.run.end),
+  },
   { keys: ["-"], names: "−", does: "slower", act: (_, player) => player.faster(-1) },
   { keys: ["+", "="], names: "+", does: "faster", act: (_, player) => player.faster(1) },
-  { keys: ["1", "2", "3", "4", "5", "6", "7", "8", "9"], names: "1 to 9", does: "choose a robot; again: none", act: chooseByKey },
+  {
+    keys: ["1", "2", "3", "4", "5", "6", "7", "8", "9"],
+    names: "1 to 9",
+    does: "choose a robot; again: none",
+    act: chooseByKey,
+  },
   { keys: ["0", "Escape"], names: "0, Esc", does: "choose none", act: (app) => app.choose(0, app.focus) },
-  { keys: ["f"], names: "f", does: "the whole map", act: (app) => (app.panes.forEach((pane) => pane.fit()), app.show()) },
-  { keys: ["c"], names: "c", does: "the other run, where there are two", act: (app) => app.choose(app.robot, (app.focus + 1) % app.runs.length) },
+  {
+    keys: ["f"],
+    names: "f",
+    does: "the whole map",
+    act: (app) => (app.panes.forEach((pane) => pane.fit()), app.show()),
+  },
+  {
+    keys: ["c"],
+    names: "c",
+    does: "the other run, where there are two",
+    act: (app) => app.choose(app.robot, (app.focus + 1) % app.runs.length),
+  },
   { keys: ["d"], names: "d", does: "dark, light", act: () => toggleTheme() },
   { keys: ["?", "h"], names: "?, h", does: "this help", act: () => toggleHelp() },
 ];

@@ -22,6 +22,7 @@ class Run {
   constructor() {
     /** @type {any} */
     this.subject = null;
+    this.scenario = sound(null);
     /** @type {any} */
     this.verdict = null;
     /** @type {string[]} */
@@ -52,30 +53,31 @@ class Run {
     this.losses = new Losses();
   }
 
-  /** The scenario, unchecked: any of it may be missing. */
-  get scenario() {
-    return this.subject?.scenario ?? {};
-  }
-
   get robots() {
     return [...this.bodies.keys()].sort((one, other) => one - other);
   }
 
   get radius() {
-    return this.scenario.fleet?.robot_radius_m ?? 0.1;
+    const radius = this.scenario.fleet?.robot_radius_m;
+    return isNumber(radius) ? radius : 0;
   }
 
   get epsilon() {
-    return this.scenario.law?.epsilon_m ?? 0;
+    const epsilon = this.scenario.law?.epsilon_m;
+    return isNumber(epsilon) ? epsilon : 0;
   }
 
   get mu0() {
-    return this.scenario.law?.mu0_m ?? 0;
+    const mu0 = this.scenario.law?.mu0_m;
+    return isNumber(mu0) ? mu0 : 0;
   }
 
   /** Take a batch in. @param {any} batch */
   take(batch) {
-    if (batch.subject) this.subject = batch.subject;
+    if (batch.subject) {
+      this.subject = batch.subject;
+      this.scenario = sound(batch.subject.scenario);
+    }
     for (const track of batch.tracks ?? []) this.body(track.robot).add(track);
     for (const each of batch.clearances ?? []) this.body(each.robot).clearance.add(each.t, each.least);
     if (batch.separations) {
@@ -88,7 +90,8 @@ class Run {
     for (const link of batch.links ?? []) change(this.links, `${link.one}-${link.other}`, link);
     this.strands.push(...(batch.strands ?? []));
     this.strands.sort((one, other) => one.t_s - other.t_s);
-    for (const [epoch, corners] of Object.entries(batch.paths ?? {})) this.paths.set(Number(epoch), arcs(corners));
+    for (const [epoch, corners] of Object.entries(batch.paths ?? {}))
+      this.paths.set(Number(epoch), arcs(corners));
     this.positions.push(...(batch.positions ?? []));
     for (const [kind, columns] of Object.entries(batch.entries ?? {})) this.takeEntries(kind, columns);
     this.end = Math.max(this.end, batch.end_s ?? 0);

@@ -1,4 +1,4 @@
-// More layers of a map: what the leader saw and chose, links, halos, and the robots themselves.
+// More layers of a map: what the leader saw and chose, what stands in the way, links.
 
 /** @param {Scene} scene */
 function drawSight({ context, view, run, t, px, plans }) {
@@ -22,7 +22,8 @@ function drawSight({ context, view, run, t, px, plans }) {
   context.setLineDash([]);
   context.globalAlpha = 1;
   const chosen = gaps[steps.gap[row]];
-  if (chosen && seen[chosen.right] && seen[chosen.left]) drawGap(context, view, px, seen[chosen.right].tangent_2, seen[chosen.left].tangent_1, chosen.width_m);
+  if (chosen && seen[chosen.right] && seen[chosen.left])
+    drawGap(context, view, px, seen[chosen.right].tangent_2, seen[chosen.left].tangent_1, chosen.width_m);
   drawHeading(context, px, [steps.x_m[row], steps.y_m[row]], pair(steps.target[row]));
 }
 
@@ -70,6 +71,26 @@ function drawHeading(context, px, from, to) {
   context.fill();
 }
 
+const CHECKED_S = 1.5; // a segment that is not clear is checked again every second
+
+/** Segments that the robots behind the leader have found not clear. @param {Scene} scene */
+function drawBlocked({ context, view, run, t, px }) {
+  const checks = run.kind("segment.checked");
+  for (const body of run.bodies.values()) {
+    const row = run.lookup("segment.checked", body.robot).at(t);
+    if (row < 0 || checks.clear[row] || t - checks.t[row] > CHECKED_S) continue;
+    const [x, y] = checks.target[row];
+    context.strokeStyle = colour.bad;
+    context.lineWidth = 2 * px;
+    context.setLineDash([2 * px, 3 * px]);
+    stroke(context, [body.x, body.y], [x, y]);
+    context.setLineDash([]);
+    onScreen(context, () =>
+      label(context, ...view.toScreen(x, y), `✕ ${checks.clearance_m[row].toFixed(2)} m`, colour.bad),
+    );
+  }
+}
+
 /** @param {Scene} scene */
 function drawLinks({ context, run, t, px, strand }) {
   if (!strand) return;
@@ -95,62 +116,6 @@ function circle(context, x, y, radius) {
   context.beginPath();
   context.arc(x, y, radius, 0, 2 * Math.PI);
   context.stroke();
-}
-
-/** @param {Scene} scene */
-function drawHalos({ context, run, px }) {
-  context.lineWidth = px;
-  context.setLineDash([3 * px, 2.5 * px]);
-  for (const body of run.bodies.values()) {
-    context.strokeStyle = colourOf(body.robot);
-    circle(context, body.x, body.y, run.radius + run.epsilon);
-  }
-  context.setLineDash([]);
-}
-
-/** Robots, over all else: a disc with its number and a tick ahead; the leader has a second ring, the dead a cross. @param {Scene} scene */
-function drawRobots({ context, view, run, t, px, robot, strand }) {
-  const radius = Math.max(run.radius, 4 * px); // a point would not be seen
-  for (const body of run.bodies.values()) {
-    if (Number.isNaN(body.x)) continue;
-    const isDead = stateAt(run.lanes.get(body.robot), t) === "dead";
-    context.fillStyle = isDead ? colour.card : colourOf(body.robot);
-    context.strokeStyle = isDead ? colour.bad : colour.card;
-    context.lineWidth = (isDead ? 2 : 1) * px;
-    context.beginPath();
-    context.arc(body.x, body.y, radius, 0, 2 * Math.PI);
-    context.fill();
-    context.stroke();
-    context.strokeStyle = isDead ? colour.bad : colourOf(body.robot);
-    context.lineWidth = 2.5 * px;
-    const [cos, sin] = [Math.cos(body.heading), Math.sin(body.heading)];
-    stroke(context, [body.x + radius * cos, body.y + radius * sin], [body.x + 1.45 * radius * cos, body.y + 1.45 * radius * sin]);
-    context.lineWidth = 1.5 * px;
-    if (strand?.order[0] === body.robot) circle(context, body.x, body.y, radius + 3 * px);
-    if (robot === body.robot) {
-      context.strokeStyle = colour.ink;
-      circle(context, body.x, body.y, radius + 6 * px);
-    }
-    if (isDead) for (const side of [-1, 1]) stroke(context, [body.x - 0.7 * radius, body.y - 0.7 * side * radius], [body.x + 0.7 * radius, body.y + 0.7 * side * radius]);
-    numberRobot(context, view, body, radius, isDead);
-  }
-}
-
-/** @param {CanvasRenderingContext2D} context @param {View} view @param {Body} body @param {number} radius @param {boolean} isDead */
-function numberRobot(context, view, body, radius, isDead) {
-  const reach = radius * view.scale;
-  onScreen(context, () => {
-    const [x, y] = view.toScreen(body.x, body.y);
-    if (reach < 9 || isDead) {
-      label(context, x + reach + 9, y - reach - 3, String(body.robot), isDead ? colour.bad : colourOf(body.robot));
-      return;
-    }
-    context.font = font(Math.min(reach * 1.05, 15), "700");
-    context.textAlign = "center";
-    context.textBaseline = "middle";
-    context.fillStyle = colour.card;
-    context.fillText(String(body.robot), x, y + 0.5);
-  });
 }
 
 /** Draw in pixels for once. @param {CanvasRenderingContext2D} context @param {() => void} draw */

@@ -90,7 +90,8 @@ function along(start, end, s) {
 /** @param {{x: number, y: number, s: number}[]} path @param {number} s @returns {[number, number]} */
 function pointAt(path, s) {
   for (let i = 1; i < path.length; i++) {
-    if (path[i].s >= s && path[i].s > path[i - 1].s) return along(path[i - 1], path[i], Math.max(s, path[i - 1].s));
+    if (path[i].s >= s && path[i].s > path[i - 1].s)
+      return along(path[i - 1], path[i], Math.max(s, path[i - 1].s));
   }
   const last = path[path.length - 1];
   return [last.x, last.y];

@@ -24,7 +24,14 @@ class View {
   apply(context) {
     const ratio = window.devicePixelRatio || 1;
     const s = this.scale * ratio;
-    context.setTransform(s, 0, 0, -s, (this.width / 2) * ratio - this.x * s, (this.height / 2) * ratio + this.y * s);
+    context.setTransform(
+      s,
+      0,
+      0,
+      -s,
+      (this.width / 2) * ratio - this.x * s,
+      (this.height / 2) * ratio + this.y * s,
+    );
   }
 
   /** @param {number} x @param {number} y @returns {[number, number]} px */
@@ -57,12 +64,14 @@ class View {
 /** The part of the world in which a run happens. @param {Run} run */
 function boxOf(run) {
   const bounds = run.scenario.bounds;
-  if (bounds) return { left: bounds.x_m_min, right: bounds.x_m_max, bottom: bounds.y_m_min, top: bounds.y_m_max };
+  if (bounds)
+    return { left: bounds.x_m_min, right: bounds.x_m_max, bottom: bounds.y_m_min, top: bounds.y_m_max };
   const box = { left: Infinity, right: -Infinity, bottom: Infinity, top: -Infinity };
   for (const body of run.bodies.values()) {
-    for (let i = 0; i < body.t.length; i++) widen(box, body.xs.data[i], body.ys.data[i], run.radius + run.epsilon);
+    for (let i = 0; i < body.t.length; i++)
+      widen(box, body.xs.data[i], body.ys.data[i], run.radius + run.epsilon);
   }
-  for (const shape of run.scenario.obstacle ?? []) {
+  for (const shape of run.scenario.obstacle) {
     for (const [x, y, reach] of extentsOf(shape)) widen(box, x, y, reach);
   }
   const goal = run.scenario.goal;
@@ -90,7 +99,7 @@ function widen(box, x, y, by) {
 
 /** Places that a shape lies round, with how far. @param {any} shape @returns {[number, number, number][]} */
 function extentsOf(shape) {
-  if (shape.shape === "polygon") return (shape.vertices_m ?? []).map((/** @type {number[]} */ [x, y]) => [x, y, 0]);
-  const reach = shape.shape === "circle" ? shape.radius_m : Math.max(...(shape.semi_axes_m ?? [0]));
-  return shape.centre_m ? [[shape.centre_m[0], shape.centre_m[1], reach]] : [];
+  if (shape.shape === "polygon") return shape.vertices_m.map((/** @type {number[]} */ [x, y]) => [x, y, 0]);
+  const reach = shape.shape === "circle" ? shape.radius_m : Math.max(...shape.semi_axes_m);
+  return [[shape.centre_m[0], shape.centre_m[1], reach]];
 }
