@@ -81,6 +81,17 @@ def test_an_authority_is_at_its_arc_length_of_the_strands_path() -> None:
     assert drawn(Scene(PAPER, {}), grant, source="r1") == []  # an epoch whose path nobody knows
 
 
+def test_authorities_go_with_the_strand_that_they_were_of() -> None:
+    path = Path([Point(x_m=0.0, y_m=0.0), Point(x_m=2.0, y_m=0.0)])
+    scene = Scene(PAPER, {1: path, 2: path})
+    old = AuthorityGranted(to=2, epoch=1, authority_m=1.0)
+    drawn(scene, old, source="r1")
+    formed = StrandFormed(epoch=2, sensed=False, order=(2, 3), path_length_m=1.0)
+    assert drawn(scene, formed, source="r2") == [Thing("authority/2", ())]
+    assert drawn(scene, old, source="r1") == []  # it came late
+    assert drawn(scene, AuthorityGranted(to=3, epoch=2, authority_m=1.0), source="r2") != []
+
+
 def test_links_join_the_robots_of_the_newest_strand_ten_times_a_second() -> None:
     scene = Scene(PAPER, {})
     for robot in (1, 2, 3):

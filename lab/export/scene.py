@@ -56,6 +56,8 @@ class Scene:
     _order: tuple[int, ...] = ()
     _epoch: int = -1
     _places: dict[int, tuple[float, float]] = field(default_factory=dict)
+    _granted: set[str] = field(default_factory=set)
+    """The authorities that are drawn."""
     _drawn_s: float = -math.inf
     _moved: bool = False
 
@@ -83,9 +85,11 @@ class Scene:
                 self._moved = True
             case StrandFormed() as formed if formed.epoch > self._epoch:
                 self._order, self._epoch, self._moved = formed.order, formed.epoch, True
+                yield from (Thing(name, ()) for name in sorted(self._granted))  # of the epoch before: void
+                self._granted.clear()
             case StepPlanned() as plan:
                 yield self._step(plan)
-            case AuthorityGranted() as grant:
+            case AuthorityGranted() as grant if grant.epoch >= self._epoch:
                 yield from self._authority(grant)
             case RobotDied(robot=robot):
                 yield self._robot(robot, DEAD)
@@ -125,7 +129,9 @@ class Scene:
         if path is not None:
             end = _place(path.at(grant.authority_m))
             mark = Disc(end, DOT_SHARE * self.scenario.closest_m, AUTHORITY)
-            yield Thing(f"authority/{grant.to}", (mark, Label(end, f"{grant.to}", AUTHORITY)))
+            name = f"authority/{grant.to}"
+            self._granted.add(name)
+            yield Thing(name, (mark, Label(end, f"{grant.to}", AUTHORITY)))
 
     def _step(self, plan: StepPlanned) -> Thing:
         here, target = (plan.x_m, plan.y_m), _place(plan.target)
