@@ -1,8 +1,8 @@
 """The telling moments of an adversary's schedules, read in a timeline. Pure.
 
 Rule 1: robots that two calls leave out of each other's members have two calls open: both may be lawful.
-Rule 2: a robot's clock is its newest odometry: what it notes of odometry that it lost is dated when the clock
-        stood still, and how many those notes are says for how long it did.
+Rule 2: a robot's clock is its newest odometry; how many it notes in a row that it has lost says for how long
+        the clock stood still.
 Rule 3: an order is a former life's where its number is less than any that the new one may give.
 """
 
@@ -40,8 +40,9 @@ class _Robot:
     back_s: float | None = None
     """When its token came back that a cut from the router had taken."""
     still_s: float = 0.0
-    """When its clock stood still last, and for how many odometries."""
+    """When its clock stood still last, for how many odometries, and when it noted the last of these."""
     missed: int = 0
+    noted_s: float = 0.0
     ordered: int = 0
     """The number of the newest order that its body has taken."""
     former: int = 0
@@ -165,11 +166,12 @@ class Adversary:
     def _miss(self, robot: _Robot, t_s: float, record: FaultInjected) -> None:
         if record.fault not in {"drop", "delay", "partition"}:
             return
-        robot.missed = robot.missed + 1 if robot.still_s == t_s else 1
-        robot.still_s = t_s
+        if robot.missed == 0 or t_s - robot.noted_s > 1.5 * ODOMETRY_PERIOD_S:
+            robot.missed, robot.still_s = 0, t_s
+        robot.missed, robot.noted_s = robot.missed + 1, t_s
         away_s = robot.missed * ODOMETRY_PERIOD_S
         if away_s > LEASE_S and self._is_from_router(record.rule):
-            robot.back_s = t_s + away_s
+            robot.back_s = robot.still_s + away_s
 
     def _is_from_router(self, name: str) -> bool:
         rules = [rule for rule in self.plan.rules if isinstance(rule, Partition) and rule.name == name]

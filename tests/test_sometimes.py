@@ -149,7 +149,11 @@ def test_two_calls_meet_where_a_robot_joins_one_whose_own_call_left_it_out_as_it
 
 def test_a_token_comes_back_while_its_robot_is_cut_from_another_not_from_the_router() -> None:
     off: list[Told] = [
-        (2.0, "r1", FaultInjected(fault="partition", rule="off", key="body/r1/odometry", number=number))
+        (
+            2.0 + period_s * (number - 21),
+            "r1",
+            FaultInjected(fault="partition", rule="off", key="body/r1/odometry", number=number),
+        )
         for number in range(21, 36)
     ]
 
@@ -160,13 +164,14 @@ def test_a_token_comes_back_while_its_robot_is_cut_from_another_not_from_the_rou
     assert Sometimes.BACK_WHILE_CUT not in counted(*off, lost(3.7, "off"))
     assert Sometimes.BACK_WHILE_CUT not in counted(*off, lost(5.0, "cut"))
     assert Sometimes.BACK_WHILE_CUT not in counted(*off[:5], lost(2.7, "cut")), "it had kept its token"
+    assert Sometimes.BACK_WHILE_CUT in counted(*off, (8.0, "r1", off[0][2]), lost(3.7, "cut"))
 
 
 def test_a_clock_lags_for_as_long_as_there_is_odometry_that_its_robot_has_missed_since() -> None:
     strand = (0.0, "r1", formed(1, 1, 2, 3))
     missed: list[Told] = [
-        (2.0, "r1", FaultInjected(fault="drop", rule="d", key="body/r1/odometry", number=number))
-        for number in (21, 22, 23)
+        (0.1 * number, "r1", FaultInjected(fault="drop", rule="d", key="body/r1/odometry", number=number))
+        for number in (20, 21, 22)
     ]
     assert counted(strand, *missed, (2.35, WORLD, struck("kill", "r2")))[Sometimes.LAGGED_AT_DEATH] == 1
     assert Sometimes.LAGGED_AT_DEATH not in counted(strand, *missed, (2.45, WORLD, struck("kill", "r2")))
