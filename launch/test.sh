@@ -35,6 +35,6 @@ chosen=$(($# > 0))
 check ruff check
 check ruff format --check
 check mypy
-check_tests -m "not processes" "$@"
+check_tests -m "not processes" -n auto --dist worksteal "$@"
 check_tests -m processes "$@"
 exit "$failed"

@@ -71,10 +71,9 @@ def _values(info: inspect.Type) -> st.SearchStrategy[Any]:  # noqa: C901, PLR091
         case inspect.UnionType():
             return st.one_of([_values(each) for each in info.types])
         case inspect.VarTupleType():
-            least = info.min_length or 0
-            return st.lists(
-                _values(info.item_type), min_size=least, max_size=max(least, SEQUENCE_LENGTH_MAX)
-            ).map(tuple)
+            least, most = info.min_length or 0, info.max_length or SEQUENCE_LENGTH_MAX
+            few = max(least, min(most, SEQUENCE_LENGTH_MAX))
+            return st.lists(_values(info.item_type), min_size=least, max_size=few).map(tuple)
         case inspect.DictType():
             return st.dictionaries(_values(info.key_type), _values(info.value_type), max_size=4)
         case _:
