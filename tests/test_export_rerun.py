@@ -17,7 +17,7 @@ def test_rerun_itself_finds_the_file_sound(tmp_path: Path) -> None:
     run = lively(tmp_path / "run")
     said = clew("log", "export", run, "--to", "rrd")
     assert said.stdout.strip() == str(run / "events.rrd")
-    verify = [sys.executable, "-m", "rerun", "rrd", "verify", run / "events.rrd"]
+    verify = [sys.executable, "-m", "rerun", "rrd", "verify", str(run / "events.rrd")]
     assert subprocess.run(verify, check=False, timeout=END_S_MAX).returncode == 0
     for name in (b"/world/robot/5", b"/world/scan/5", b"/world/links/lines", b"/events/robot.died"):
         assert name in (run / "events.rrd").read_bytes()
