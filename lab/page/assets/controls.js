@@ -33,10 +33,13 @@ function listenToControls(app, player) {
     ),
   );
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => retheme(app));
-  new ResizeObserver(() => {
-    document.documentElement.style.setProperty("--timeline", `${byId("timeline").offsetHeight}px`);
+  const beside = new ResizeObserver(() => {
+    const { style } = document.documentElement; // the map takes what these leave of the screen
+    style.setProperty("--timeline", `${byId("timeline").offsetHeight}px`);
+    style.setProperty("--above", `${byId("panes").offsetTop}px`);
     app.show();
-  }).observe(byId("timeline"));
+  });
+  for (const id of ["timeline", "verdict", "flaws"]) beside.observe(byId(id));
   new ResizeObserver(() => app.show()).observe(byId("panes"));
   listenToLayers(app);
 }

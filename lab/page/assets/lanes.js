@@ -1,6 +1,6 @@
 // The time line: steps, what went wrong and what was mended, and a lane for each robot with what it did.
 
-const LANE = { left: 64, right: 16, axis: 20, band: 18, signs: 18, lane: 17, top: 4 };
+const LANE = { left: 64, right: 16, axis: 20, band: 18, signs: 18, top: 4 };
 
 /** How a lane shows what a robot does; without colour by the height and the texture of its bar. */
 const DOES = ["driving", "standing", "holding", "waiting", "lining up", "arrived", "dead"];
@@ -13,10 +13,15 @@ class Lanes {
     this.still = new Still();
     scrubbing(canvas, app, (x, width) => (x - LANE.left) / (width - LANE.left - LANE.right));
     canvas.addEventListener("click", (event) => {
-      const lane = Math.floor((event.offsetY - this.lanesTop) / LANE.lane);
+      const lane = Math.floor((event.offsetY - this.lanesTop) / this.laneHeight);
       const robot = app.run.robots[lane];
       if (event.offsetX < LANE.left && robot) app.choose(robot, app.focus);
     });
+  }
+
+  /** Of one robot; many share the place of a few [px]. */
+  get laneHeight() {
+    return this.app.run.bodies.size <= 8 ? 17 : this.app.run.bodies.size <= 14 ? 14 : 11;
   }
 
   get lanesTop() {
@@ -25,7 +30,7 @@ class Lanes {
 
   draw() {
     const { app } = this;
-    const tall = this.lanesTop + app.run.bodies.size * LANE.lane + LANE.axis;
+    const tall = this.lanesTop + app.run.bodies.size * this.laneHeight + LANE.axis;
     if (this.canvas.style.height !== `${tall}px`) this.canvas.style.height = `${tall}px`;
     const { context, width, height } = surfaceOf(this.canvas);
     if (width === 0) return;
@@ -62,16 +67,24 @@ class Lanes {
     this.drawSteps(context, width);
     drawSigns(this, context, width);
     run.robots.forEach((robot, lane) => {
-      const y = this.lanesTop + lane * LANE.lane;
+      const y = this.lanesTop + lane * this.laneHeight;
       const isChosen = robot === this.app.robot;
       context.fillStyle = isChosen ? colour.ink : colourOf(robot);
-      context.font = font(12, isChosen ? "800" : "600");
+      context.font = font(Math.min(12, this.laneHeight - 1), isChosen ? "800" : "600");
       context.textAlign = "right";
       context.textBaseline = "middle";
-      context.fillText(`${isChosen ? "▸ " : ""}r${robot}`, LANE.left - 8, y + LANE.lane / 2);
+      context.fillText(`${isChosen ? "▸ " : ""}r${robot}`, LANE.left - 8, y + this.laneHeight / 2);
       for (const part of doings(run, robot)) {
         const [from, to] = [this.x(part.from, width), this.x(part.to, width)];
-        drawDoing(context, part.does, from, Math.max(to - from, 0.5), y + 2, LANE.lane - 4, colourOf(robot));
+        drawDoing(
+          context,
+          part.does,
+          from,
+          Math.max(to - from, 0.5),
+          y + 1.5,
+          this.laneHeight - 3,
+          colourOf(robot),
+        );
       }
     });
   }
