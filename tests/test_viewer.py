@@ -13,11 +13,12 @@ from pathlib import Path
 
 import pytest
 
+from lab.view import channel as channels
 from lab.view import server as serving
 from lab.view.channel import Channel
 from lab.view.pages import site
 from lab.view.server import Server
-from lab.view.watch import Watch
+from lab.view.watch import Seen, Watch
 from tests.fleets import END_S_MAX, RUN_S_MAX, START_S_MAX, Fleet, wait_until
 from tests.logs import AT_REST, numbered, recorded
 from tests.views import address_of, told, view
@@ -86,6 +87,31 @@ async def test_every_page_is_told_the_whole_run_and_its_verdict_however_late_it_
     batches = [json.loads(text) for text in first]
     assert batches[0]["subject"]["scenario"]["name"] == "paper"
     assert batches[-1]["verdict"] == {"ok": True}
+
+
+async def test_who_is_asked_to_end_looks_once_more_and_tells_that(
+    run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(channels, "LOOK_S", START_S_MAX)
+    idle, loop, look = asyncio.Event(), asyncio.get_running_loop(), Watch.look
+
+    def noted(watch: Watch) -> list[Seen]:
+        seen = look(watch)
+        if not seen:
+            loop.call_soon_threadsafe(idle.set)
+        return seen
+
+    monkeypatch.setattr(Watch, "look", noted)
+    (run / VERDICT_FILE).unlink()
+    async with served(run) as (_, host, port):
+        reader, writer = await asyncio.open_connection(host, port)
+        writer.write(get(host, port))
+        await reader.readuntil(b'"subject"')
+        await asyncio.wait_for(idle.wait(), START_S_MAX)
+        (run / VERDICT_FILE).write_text("{}", encoding="utf-8")
+    assert b'"ended":true' in await reader.read()
+    writer.close()
+    await writer.wait_closed()
 
 
 def tell_much(channel: Channel) -> None:
