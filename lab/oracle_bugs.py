@@ -136,7 +136,7 @@ BUGS = (
         "no-majority",
         "who calls leaves robots out only where the rest are more than half",
         "agents/calls.py",
-        "members = answering if 2 * len(answering) > len(shown) else shown",
+        "members = answering if _may_leave_out(answering, shown) else shown",
         "members = answering",
     ),
     _bug(
@@ -187,8 +187,8 @@ BUGS = (
             ),
             Edit(
                 "world/bodies.py",
-                "        self._basis_s[body] = drive.basis_s",
-                "        self._basis_s[body] = now_s",
+                "        self._basis_s[body], self._until_s[body] = drive.basis_s, until_s",
+                "        self._basis_s[body], self._until_s[body] = now_s, until_s",
             ),
         ),
     ),
@@ -221,5 +221,34 @@ BUGS = (
         "agents/strand.py",
         "            handed=own.handed.number,\n            vertices=len(self.path),\n",
         "            handed=own.handed.number,\n            vertices=len(self.path) + 2,\n",
+    ),
+    _bug(
+        "tokens-come-back",
+        "members go on only as long as they may leave out whoever shows a token",
+        "agents/robot.py",
+        "if not members or self._calls.may_go_on(members, now_s):",
+        "if True:",
+    ),
+    Bug(
+        "dated-by-old-clock",
+        "a token that goes while a robot's clock stands still has gone when the robot knows the time again",
+        (
+            Edit("agents/presence.py", "self._gone_by_s.get(robot)\n", "self._went_s.get(robot)\n"),
+            Edit("agents/calls.py", "            self.presence.wake(now_s)\n", ""),
+        ),
+    ),
+    _bug(
+        "number-one-again",
+        "a restarted robot's orders are beyond its forerunner's also where its body has taken none of those",
+        "agents/driver.py",
+        "        number = max(self.odometry.ordered, int(self.odometry.t_s * NUMBERS_PER_S)) + LATE_ORDERS\n",
+        "        number = self.odometry.ordered + (LATE_ORDERS if self.odometry.ordered else 0)\n",
+    ),
+    _bug(
+        "hulls-hide-nothing",
+        "a leg on which the hull of another robot hides what is behind is not clear",
+        "agents/joining.py",
+        "    if hides_way(seen, ahead, mission):",
+        "    if False:",
     ),
 )

@@ -150,7 +150,7 @@ def test_two_calls_meet_where_a_robot_joins_one_whose_own_call_left_it_out_as_it
 def test_a_token_comes_back_while_its_robot_is_cut_from_another_not_from_the_router() -> None:
     off: list[Told] = [
         (
-            2.0 + period_s * (number - 21),
+            0.1 * number,
             "r1",
             FaultInjected(fault="partition", rule="off", key="body/r1/odometry", number=number),
         )
