@@ -1,7 +1,7 @@
 // Where one robot's body is: its track, as a column of places between which it goes straight and evenly.
 
 const CHUNK = 128; // places in one piece of a trail: few pieces to draw, little to draw point by point
-const PIECES_SHOWN = 60; // of a trail, the newest: some ten minutes of driving round corners
+const PIECES_SHOWN = 24; // of a trail, the newest: some ten minutes of driving round corners
 
 class Body {
   /** @param {number} robot */
