@@ -32,11 +32,13 @@ clew_stamp() {
     printf '%s %s %s\n' "$(cksum <"$clew_root/pyproject.toml")" "$version" "$clew_root"
 }
 
-# The environment for tests serves for runs as well, so a stamp with more is a stamp.
+# The environment for tests serves for tools and runs as well, so a stamp with more is a stamp.
+clew_holds() { [[ $1 == "$2" || " run  tools  dev " == *" $2 "*" $1 "* ]]; }
+
 clew_is_ready() {
     local extra=$1 made_for stamped
     [[ -r $clew_venv/clew.stamp ]] && { read -r made_for && read -r stamped; } <"$clew_venv/clew.stamp" || return 1
-    [[ $made_for == dev || $made_for == "$extra" ]] && [[ $stamped == "$(clew_stamp)" ]]
+    clew_holds "$made_for" "$extra" && [[ $stamped == "$(clew_stamp)" ]]
 }
 
 clew_find_python() {
@@ -52,7 +54,7 @@ clew_find_python() {
 
 clew_install() {
     local extra=$1 base=$2 requirement=$clew_root
-    [[ $extra == dev ]] && requirement="$clew_root[dev]"
+    [[ $extra == run ]] || requirement="$clew_root[$extra]"
     if command -v uv >/dev/null; then
         uv venv --quiet --no-project --allow-existing --python "$base" "$clew_venv" &&
             uv pip install --quiet --python "$python" --editable "$requirement"
@@ -68,8 +70,9 @@ clew_make() {
     clew_is_ready "$extra" && return
     base=$(clew_find_python) || exit
     if [[ -e $clew_venv/clew.stamp ]] && clew_stamp >/dev/null; then
-        # What the tests need stays; taking it away under a test that runs would break it.
-        [[ $(head -n 1 "$clew_venv/clew.stamp") == dev ]] && made_for=dev
+        # What there is stays; taking it away under a test that runs would break it.
+        read -r made_for <"$clew_venv/clew.stamp"
+        clew_holds "$made_for" "$extra" || made_for=$extra
         rm "$clew_venv/clew.stamp"
     else
         rm -rf "$clew_venv"
@@ -80,7 +83,8 @@ clew_make() {
     mv "$clew_venv/clew.stamp.new" "$clew_venv/clew.stamp"
 }
 
-# set_up run|dev: returns with an environment that holds what a run (or the tests) needs.
+# set_up run|tools|dev: returns with an environment that holds what a run needs, what figures and exports need
+# beside, or what the tests need.
 set_up() {
     clew_is_ready "$1" && return
     command -v flock >/dev/null || clew_refuse "flock (util-linux) is needed to set up"
