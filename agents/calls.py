@@ -133,7 +133,7 @@ class Calls:
                 return f"robot {robot} does not answer"
         stalled = lining.stalled(now_s, late_s=late_s)
         if stalled is not None and stalled != self._robot:
-            return f"robot {stalled} makes nothing of its turn"
+            return f"robot {stalled} keeps the others waiting"
         deaf_s = self._answer_s + late_s
         if lining.is_called and now_s - lining.began_s > deaf_s and lining.unheard_pairs():
             return "some members do not hear each other"

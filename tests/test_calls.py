@@ -158,7 +158,7 @@ def test_who_makes_nothing_of_its_turn_is_left_out_of_the_next_call() -> None:
             waits.hear(robot, said, now_s)
         stands(waits)
         reasons.append(made.wants_another(waits, now_s))
-    assert reasons[-1] == "robot 3 makes nothing of its turn"
+    assert reasons[-1] == "robot 3 keeps the others waiting"
     assert set(reasons[: round(10.0 * STALLS_S)]) == {None}
     assert made.call(waits, now_s)[1] == (1, 2, 4, 5)
 

@@ -11,7 +11,7 @@ from agents.berth import Berth
 from agents.commands import Announce, Command
 from agents.driver import Driver
 from agents.giving import MAKES_WAY_S
-from agents.lining import STALLS_S, Lining
+from agents.lining import SLOW_SHARE, STALLS_S, Lining
 from agents.scan import View
 from protocol.epochs import called_epoch
 from protocol.frames import Point, Pose
@@ -355,13 +355,44 @@ def test_where_somebody_is_left_out_who_may_stand_in_the_way_the_leader_first_wa
     assert lining.stuck_at_s == 6.0
 
 
+def test_who_is_slow_in_its_turn_stalls_after_a_while_however_steadily_it_drives() -> None:
+    lining, speed_mps = called(members=(1, 2, 3)), mission(robots=3, goal=GOAL).speed_mps
+    says(lining, PLACES[1], None, 5.0)
+    for robot in (2, 3):
+        lining.hear(robot, says_of_call(robot, leg_clear=False, gives=TURN if robot == 3 else None), 5.1)
+    stalled_s = []
+    for share in (1.1, 0.5):
+        lining.stalled(5.1)
+        for beat in range(1, 600):
+            now_s = 5.1 + beat / 10.0
+            made_m = share * SLOW_SHARE * speed_mps * (now_s - 5.1)
+            lining.hear(2, says_of_call(2, round(now_s * 10), leg_clear=False, turn=1, made_m=made_m), now_s)
+            if lining.stalled(now_s) is not None:
+                stalled_s.append((share, now_s))
+                break
+    assert stalled_s == [(0.5, pytest.approx(5.1 + 2.0 * STALLS_S, abs=0.2))]
+
+
+def test_who_does_not_look_at_its_leg_keeps_the_others_waiting() -> None:
+    lining = called(members=(1, 2, 3))
+    says(lining, PLACES[1], None, 5.0)
+    lining.hear(2, says_of_call(2, leg_clear=True), 5.1)
+    lining.hear(3, says_of_call(3, leg_clear=None), 5.1)
+    assert [lining.stalled(5.0 + wait_s) for wait_s in (1.0, STALLS_S - 0.1, STALLS_S + 0.1)] == [
+        None,
+        None,
+        3,
+    ]
+
+
 def test_who_makes_nothing_of_its_turn_for_long_stalls_and_who_plans_a_step_does_not() -> None:
     lining = called(members=(1, 2, 3))
     says(lining, PLACES[1], None, 5.0)
     for robot in (2, 3):
         lining.hear(robot, says_of_call(robot, leg_clear=False, gives=TURN if robot == 3 else None), 5.1)
     stalls = [lining.stalled(now_s) for now_s in (5.1, 5.1 + STALLS_S, 5.2 + STALLS_S)]
-    lining.hear(2, says_of_call(2, 2, leg_clear=False, turn=1, made_m=1.0), 5.2 + STALLS_S)
+    fast_m = 2.0 * STALLS_S * mission(robots=3, goal=GOAL).speed_mps
+    lining.hear(2, says_of_call(2, 2, leg_clear=False, turn=1, made_m=fast_m), 5.2 + STALLS_S)
     stalls += [lining.stalled(5.3 + wait_s) for wait_s in (STALLS_S, 2.0 * STALLS_S, 2.0 * STALLS_S + 0.1)]
     lining.hear(2, says_of_call(2, 3, leg_clear=False, turn=1, ended=1), 5.5 + 2.0 * STALLS_S)
     stalls.append(lining.stalled(5.5 + 2.0 * STALLS_S))
