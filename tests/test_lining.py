@@ -355,22 +355,23 @@ def test_where_somebody_is_left_out_who_may_stand_in_the_way_the_leader_first_wa
     assert lining.stuck_at_s == 6.0
 
 
-def test_who_is_slow_in_its_turn_stalls_after_a_while_however_steadily_it_drives() -> None:
+def stalls_at_s(share: float) -> float | None:
+    """When the other robots have waited for long enough for one that drives at this share of the speed."""
     lining, speed_mps = called(members=(1, 2, 3)), mission(robots=3, goal=GOAL).speed_mps
     says(lining, PLACES[1], None, 5.0)
     for robot in (2, 3):
-        lining.hear(robot, says_of_call(robot, leg_clear=False, gives=TURN if robot == 3 else None), 5.1)
-    stalled_s = []
-    for share in (1.1, 0.5):
-        lining.stalled(5.1)
-        for beat in range(1, 600):
-            now_s = 5.1 + beat / 10.0
-            made_m = share * SLOW_SHARE * speed_mps * (now_s - 5.1)
-            lining.hear(2, says_of_call(2, round(now_s * 10), leg_clear=False, turn=1, made_m=made_m), now_s)
-            if lining.stalled(now_s) is not None:
-                stalled_s.append((share, now_s))
-                break
-    assert stalled_s == [(0.5, pytest.approx(5.1 + 2.0 * STALLS_S, abs=0.2))]
+        lining.hear(robot, says_of_call(robot, leg_clear=False, gives=TURN if robot == 3 else None), 5.0)
+    for beat in range(1, 600):
+        now_s, made_m = 5.0 + beat / 10.0, share * speed_mps * beat / 10.0
+        lining.hear(2, says_of_call(2, 1 + beat, leg_clear=False, turn=1, made_m=made_m), now_s)
+        if lining.stalled(now_s) is not None:
+            return now_s
+    return None
+
+
+def test_who_is_slow_in_its_turn_stalls_after_a_while_however_steadily_it_drives() -> None:
+    assert stalls_at_s(1.1 * SLOW_SHARE) is None
+    assert stalls_at_s(0.5 * SLOW_SHARE) == pytest.approx(5.0 + 2.0 * STALLS_S, abs=0.3)
 
 
 def test_who_does_not_look_at_its_leg_keeps_the_others_waiting() -> None:
