@@ -63,9 +63,22 @@ start_world() {
     world=$started
 }
 
-# Its address goes to stderr; it takes what time the fleet leaves.
+# It takes what time the fleet leaves.
 start_viewer() {
-    start viewer nice "$python" -m lab.cli view --live "$run_folder" --lifeline >&2
+    start viewer nice "$python" -m lab.cli view --live "$run_folder" --lifeline >"$private/address"
+}
+
+# The run waits for it, to be watched from its first moment; but not for long, nor for one that has died.
+await_viewer() {
+    local viewer=$1 now until
+    now_us until
+    ((until += ready_us))
+    until [[ -s $private/address ]]; do
+        now_us now
+        ((now < until)) && kill -0 "$viewer" 2>/dev/null || return
+        pause
+    done
+    clew_say "the page is at $(<"$private/address")"
 }
 
 # Descriptor 7 is stderr itself, while what everybody says to it goes into the file `said`.
@@ -325,12 +338,13 @@ striker=$!
 heir=$!
 set +m
 disown "$striker" "$heir"
+((view)) && start_viewer && viewer=$started
 for ((number = 1; number <= own_routers; ++number)); do
     start_router "$number"
     await_router "$started"
 done
+((view)) && await_viewer "$viewer"
 start_world
-((view)) && start_viewer
 [[ $shows == table ]] && start_table
 start host "$python" -m agents --robots "1-$robots" "${robot_options[@]}" --sessions "$private" --lifeline >&2
 if [[ -n $latest ]]; then
