@@ -4,7 +4,7 @@ Rule 1: members are all robots that show a token. Who has not answered for long,
         is left out where the rest are more than half of those.
 Rule 2: who hears nobody does not call: nobody could answer, and it would only disturb.
 Rule 3: a leader calls for the same robot again after twice the time.
-Rule 4: a robot with which a link has fallen silent twice, though it shows a token, is not heard for a while.
+Rule 4: a robot with which a link has fallen silent twice, though both were there, is not heard for a while.
 Rule 5: members that leave others out go on only as long as these show no token, or they are more than half of
         those that do: tokens come back.
 """
@@ -16,6 +16,7 @@ from itertools import chain
 from agents.lining import Lining
 from agents.presence import GRACE_S, Presence
 from protocol.epochs import called_epoch
+from protocol.keys import WORLD_NUMBER
 from protocol.mission import Mission
 
 LISTENS_S = 1.5  # who has slept listens so long before it acts on a silence: a beacon comes every second
@@ -68,9 +69,10 @@ class Calls:
         """Something of an epoch has been heard from another robot."""
         self.newest, self._heard_at_s = max(self.newest, epoch), now_s
 
-    def broke(self, neighbour: int, now_s: float) -> None:
-        """Rule 4: a link has been given up, though the neighbour shows a token."""
-        self._broke.setdefault(neighbour, []).append(now_s)
+    def broke(self, neighbour: int, now_s: float, *, since_s: float) -> None:
+        """Rule 4: a link has been given up that was silent since then. Who was cut off may be heard again."""
+        if all(self.presence.has_shown_since(each, since_s) for each in (WORLD_NUMBER, neighbour)):
+            self._broke.setdefault(neighbour, []).append(now_s)
 
     def shunned(self, now_s: float) -> frozenset[int]:
         """Rule 4."""

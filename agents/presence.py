@@ -5,7 +5,6 @@ Rule 1: a token that has gone, or has come back as another process's, ends nothi
 Rule 2: a robot that does not see the world's token is cut off itself, and knows nothing of the others.
 """
 
-import math
 from collections.abc import Set
 
 from protocol.keys import WORLD_NUMBER
@@ -19,6 +18,7 @@ class Presence:
     def __init__(self) -> None:
         self._tokens: dict[int, set[str]] = {}
         self._newest: dict[int, str] = {}
+        self._came_s: dict[int, float] = {}
         self._went_s: dict[int, float] = {}
         """When a robot's last process stopped showing its token."""
         self._gone_by_s: dict[int, float] = {}
@@ -35,6 +35,7 @@ class Presence:
         else:
             self._went_s.setdefault(robot, now_s)  # another process: the one before is no more
         self._newest[robot] = incarnation
+        self._came_s[robot] = now_s
         self._tokens.setdefault(robot, set()).add(incarnation)
 
     def go(self, robot: int, incarnation: str, now_s: float) -> None:
@@ -75,9 +76,9 @@ class Presence:
         """Whether a robot shows one."""
         return bool(self._tokens.get(robot))
 
-    def is_same_since(self, robot: int, at_s: float) -> bool:
-        """Whether the process that shows a token is the one that did then."""
-        return self.shows(robot) and self._went_s.get(robot, -math.inf) < at_s
+    def has_shown_since(self, robot: int, at_s: float) -> bool:
+        """Whether a robot, or the world, has shown the same token from then on, as far as was seen."""
+        return self.shows(robot) and self._came_s[robot] <= at_s
 
     def is_lost(self, robot: int, heard_at_s: float, now_s: float) -> bool:
         """Rule 1: whether the process is no more that was last heard then."""

@@ -261,8 +261,7 @@ class Robot:
         commands = strand.watch(now_s)
         for link in strand.links:
             if link.silent_s(now_s) > mission.silence_s + mission.patience_s:
-                if self._calls.presence.is_same_since(link.neighbour, link.made_at_s):
-                    self._calls.broke(link.neighbour, now_s)
+                self._calls.broke(link.neighbour, now_s, since_s=now_s - link.silent_s(now_s))
                 return commands + self._break(link, "silence", now_s)
         return commands
 

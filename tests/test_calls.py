@@ -254,10 +254,20 @@ def test_a_robot_with_which_links_keep_falling_silent_is_shunned_for_a_while() -
     made = calls(2, 3)
     shunned = [made.shunned(0.0)]
     for at_s in range(BREAKS_MAX):
-        made.broke(2, float(at_s))
+        made.broke(2, float(at_s), since_s=0.0)
         shunned.append(made.shunned(float(at_s)))
     shunned.append(made.shunned(SHUNNED_S))
     assert shunned == [frozenset()] * BREAKS_MAX + [{2}, frozenset()]
+
+
+@pytest.mark.parametrize("away", [2, WORLD_NUMBER])
+def test_who_was_cut_off_while_a_link_was_silent_is_not_shunned_for_that(away: int) -> None:
+    made = calls(2, 3)
+    made.presence.go(away, "a", 1.0)
+    made.presence.come(away, "a", 5.0)
+    for at_s in (5.1, 5.2):
+        made.broke(2, at_s, since_s=0.5)
+    assert made.shunned(5.2) == frozenset()
 
 
 def test_who_was_there_and_did_not_do_is_called_in_again_only_after_a_while() -> None:

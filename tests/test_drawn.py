@@ -27,6 +27,10 @@ DRAWN = Path(__file__).parent / "drawn"
         ("robot-before-a-pocket", 6006, 16.367, ()),
         # Whoever asks for another order must not ask one that never answers.
         ("the-tail-cut-off-for-good", 673, 16.585, (5,)),
+        # Who was cut off while a link was silent is not to be shunned for that.
+        ("two-cut-off-by-turns", 2544, 20.072, ()),
+        # Who misses six of seven messages must not keep the others waiting.
+        ("a-leader-nearly-deaf", 2394, 9.177, (1,)),
     ],
 )
 def test_a_fleet_gets_over_what_it_once_did_not(

@@ -55,14 +55,13 @@ def test_a_robot_heard_at_the_very_odometry_at_which_another_process_took_its_pl
     assert not presence.is_lost(1, 5.1, 5.0 + GRACE_S), "it is the new one that was heard"
 
 
-def test_a_process_is_the_same_as_long_as_no_other_has_taken_its_place() -> None:
-    presence = connected(1, 2)
-    presence.go(1, "a", 5.0)
-    presence.come(1, "a", 5.1)
-    presence.come(2, "b", 5.0)
-    assert presence.is_same_since(1, 4.0)
-    assert not presence.is_same_since(2, 4.0)
-    assert presence.is_same_since(2, 5.1)
+def test_who_was_away_or_whose_place_another_process_took_has_not_shown_its_token_all_the_time() -> None:
+    presence = connected(1, 2, 3)
+    presence.go(2, "a", 5.0)
+    presence.come(2, "a", 5.1)
+    presence.come(3, "b", 5.1)
+    assert [presence.has_shown_since(robot, 5.0) for robot in (1, 2, 3, 4)] == [True, False, False, False]
+    assert [presence.has_shown_since(robot, 5.1) for robot in (2, 3)] == [True, True]
 
 
 def test_a_robot_that_is_heard_without_a_token_is_lost_only_when_that_ends() -> None:
