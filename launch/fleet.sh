@@ -52,6 +52,19 @@ start() {
     echo "$started" >"$private/pid.new" && mv "$private/pid.new" "$private/$name.pid" # never half a number
 }
 
+remember_signals() {
+    trap 'asked=130' INT
+    trap 'asked=143' TERM
+    trap 'asked=129' HUP
+}
+
+end_on_signals() {
+    trap 'end 130 INT' INT
+    trap 'end 143' TERM
+    trap 'end 129' HUP
+    [[ -z $asked ]] || end "$asked"
+}
+
 start_router() {
     start "router-$1" "$python" -m protocol --sessions "$private" --number "$1" --lifeline >&8
     ln -sfn "router-$active.pid" "$private/router.pid"
@@ -69,16 +82,19 @@ start_viewer() {
 }
 
 # The run waits for it, to be watched from its first moment; but not for long, nor for one that has died.
+# A signal is remembered meanwhile: in a trap that interrupts `read`, bash does not learn that its children have ended.
 await_viewer() {
     local viewer=$1 now until
+    remember_signals
     now_us until
     ((until += ready_us))
-    until [[ -s $private/address ]]; do
+    until [[ -s $private/address || -n $asked ]]; do
         now_us now
-        ((now < until)) && kill -0 "$viewer" 2>/dev/null || return
+        ((now < until)) && kill -0 "$viewer" 2>/dev/null || break
         pause
     done
-    clew_say "the page is at $(<"$private/address")"
+    [[ ! -s $private/address ]] || clew_say "the page is at $(<"$private/address")"
+    end_on_signals
 }
 
 # Descriptor 7 is stderr itself, while what everybody says to it goes into the file `said`.
@@ -308,10 +324,7 @@ done
 
 set_up run
 groups=() asked=
-# Until there is something to end, a signal is remembered.
-trap 'asked=130' INT
-trap 'asked=143' TERM
-trap 'asked=129' HUP
+remember_signals # until there is something to end
 trap clean_up EXIT
 
 # A socket's path has 107 characters at most, so a long TMPDIR does not serve.
@@ -323,10 +336,7 @@ settings=$(trap "" INT && "$python" -m lab.prepare "$private" "$@") || exit "${a
 eval "$settings" # robots, own_routers, world_options, robot_options, run_folder, made_folders, latest, as_json, view, shows
 [[ $shows != table || -t 1 ]] || shows=lines # as in `fleet.sh | tee`
 [[ $shows == lines ]] || hush
-trap 'end 130 INT' INT
-trap 'end 143' TERM
-trap 'end 129' HUP
-[[ -z $asked ]] || end "$asked"
+end_on_signals
 
 mkfifo "$private/lifeline" "$private/ready" "$private/strokes"
 exec 9<>"$private/lifeline" 8<>"$private/ready"
