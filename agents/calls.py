@@ -4,7 +4,8 @@ Rule 1: members are all robots that show a token. Who has not answered for long,
         is left out where the rest are more than half of those.
 Rule 2: who hears nobody does not call: nobody could answer, and it would only disturb.
 Rule 3: a leader calls for the same robot again after twice the time.
-Rule 4: a robot with which a link has fallen silent twice, though both were there, is not heard for a while.
+Rule 4: a robot with which a link has fallen silent twice, though both were there, is not heard for a while,
+        which doubles each time.
 Rule 5: members that leave others out go on only as long as these show no token, or they are more than half of
         those that do: tokens come back.
 """
@@ -46,6 +47,8 @@ class Calls:
         self._invited: Counter[int] = Counter()
         self._invites_at_s: dict[int, float] = {}
         self._broke: dict[int, list[float]] = {}
+        self._shuns: Counter[int] = Counter()
+        self._shunned_until_s: dict[int, float] = {}
         self._left_out_before: frozenset[int] = frozenset()
         self._settled_at_s = 0.0
         self._asked: tuple[Sequence[int], int] | None = None
@@ -71,16 +74,19 @@ class Calls:
 
     def broke(self, neighbour: int, now_s: float, *, since_s: float) -> None:
         """Rule 4: a link has been given up that was silent since then. Who was cut off may be heard again."""
-        if all(self.presence.has_shown_since(each, since_s) for each in (WORLD_NUMBER, neighbour)):
-            self._broke.setdefault(neighbour, []).append(now_s)
+        if not all(self.presence.has_shown_since(each, since_s) for each in (WORLD_NUMBER, neighbour)):
+            return
+        broke_s = self._broke.setdefault(neighbour, [])
+        broke_s.append(now_s)
+        if sum(
+            now_s - at_s < SHUNNED_S for at_s in broke_s
+        ) >= BREAKS_MAX and now_s >= self._shunned_until_s.get(neighbour, 0.0):
+            self._shuns[neighbour] += 1
+            self._shunned_until_s[neighbour] = now_s + SHUNNED_S * 2.0 ** (self._shuns[neighbour] - 1)
 
     def shunned(self, now_s: float) -> frozenset[int]:
         """Rule 4."""
-        return frozenset(
-            robot
-            for robot, times in self._broke.items()
-            if sum(now_s - at_s < SHUNNED_S for at_s in times) >= BREAKS_MAX
-        )
+        return frozenset(robot for robot, until_s in self._shunned_until_s.items() if now_s < until_s)
 
     @property
     def is_awake(self) -> bool:
@@ -190,8 +196,9 @@ class Calls:
         deaf = lining.is_called and now_s - lining.began_s > self._answer_s
         pairs = lining.unheard_pairs() if deaf else set()
         while pairs := {pair for pair in pairs if not out.intersection(pair)}:
-            worst = Counter(chain.from_iterable(pairs))
-            out.add(max(worst, key=lambda robot: (worst[robot], robot != self._robot, robot)))
+            worst, unheard = Counter(chain.from_iterable(pairs)), Counter(other for _, other in pairs)
+            # Of two that are as bad, the one that is not heard: the other may shun it for a reason.
+            out.add(max(worst, key=lambda robot: (worst[robot], unheard[robot], robot != self._robot, robot)))
         return out
 
 

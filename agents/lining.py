@@ -22,14 +22,11 @@ from agents.joining import leg_is_clear, without_hulls
 from agents.muster import Legs
 from agents.scan import View
 from agents.taking import Taking
+from agents.waiting import Waiting
 from protocol.arrays import Floats
 from protocol.frames import Point, Pose
-from protocol.messages import Muster, Turn
+from protocol.messages import Muster
 from protocol.mission import Mission
-
-STALLS_S = 20.0  # a decimetre takes 0.2 s, and a turn on the spot two
-SLOW_SHARE = 0.4  # of the speed, on average: robots join through corridors at 0.5 of it, and at 0.24
-# where they miss 6 of 7 messages (seeds 5784 and 2394 of a swarm).
 
 
 class Lining:
@@ -68,9 +65,8 @@ class Lining:
         self._heard_at_s: dict[int, float] = {}
         self._berths = berths
         self._leg_is_driven = False
-        self._turn_state: tuple[Turn, float] | None = None
-        self._turn_s = self._turn_state_s = now_s
-        self._now_s = 0.0
+        self._waiting = Waiting(robot, mission, self._roster, now_s)
+        self._now_s = now_s
 
     @property
     def is_called(self) -> bool:
@@ -168,30 +164,8 @@ class Lining:
         return self._heard_at_s.get(robot, self.began_s)
 
     def stalled(self, now_s: float, *, late_s: float = 0.0) -> int | None:
-        """Who keeps the others waiting for long, or so much longer, and may be deaf.
-
-        It has the turn and makes little of it; or has not looked at its leg, before there was a turn.
-        """
-        turn = self._roster.turn
-        mover = self._roster.heard.get(turn.robot) if turn is not None else None
-        state = None if turn is None or mover is None or mover.ended >= turn.number else (turn, mover.made_m)
-        if turn is None or state is None:
-            self._turn_state = None
-            return self._blind() if turn is None and now_s - self.began_s > STALLS_S + late_s else None
-        if self._turn_state is None or self._turn_state[0] != turn:
-            self._turn_s = now_s
-        if state != self._turn_state:
-            self._turn_state, self._turn_state_s = state, now_s
-        stands = now_s - self._turn_state_s > STALLS_S + late_s
-        due_m = (now_s - self._turn_s - STALLS_S - late_s) * SLOW_SHARE * self._mission.speed_mps
-        # Where obstacles move, it may have to wait for them.
-        is_slow = state[1] < due_m and not self._mission.obstacles_move
-        return turn.robot if stands or is_slow else None
-
-    def _blind(self) -> int | None:
-        """Who has not looked at its leg, as the order of the start has it."""
-        heard = self._roster.heard
-        return next((robot for robot in self._roster.start_order if heard[robot].leg_clear is None), None)
+        """Who keeps the others waiting for long, or so much longer, and may be deaf."""
+        return self._waiting.stalled(now_s, free_at_s=self.free_at_s, late_s=late_s)
 
     def unheard_pairs(self) -> set[tuple[int, int]]:
         """Which members have not heard which, as they say; who has said nothing has heard nobody."""
@@ -211,6 +185,7 @@ class Lining:
             scan: one that was taken where the robot stands, if there is a new one.
             now_s: the time.
         """
+        self._waiting.note(now_s)
         self._now_s = now_s
         announcer, pose = self._announcer, driver.odometry.pose
         if not announcer.has_spoken and not driver.standing:

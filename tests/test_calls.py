@@ -18,8 +18,9 @@ from agents.calls import (
     Calls,
 )
 from agents.driver import Driver
-from agents.lining import STALLS_S, Lining
+from agents.lining import Lining
 from agents.presence import GRACE_S
+from agents.waiting import SLOW_S
 from protocol.epochs import called_epoch
 from protocol.frames import Pose
 from protocol.keys import WORLD_NUMBER
@@ -109,6 +110,15 @@ def test_who_shows_no_token_counts_for_nothing() -> None:
     assert calls().call(lining([]), PATIENCE_S + 0.1)[1] == (1,)
 
 
+def test_of_two_that_do_not_both_hear_each_other_the_one_that_is_not_heard_is_left_out() -> None:
+    made, waits = calls(2, 3, 4, 5), Lining(1, MISSION, epoch=EPOCH, members=ALL)
+    late_s = ANSWERS * PATIENCE_S + 0.1
+    for robot in ALL[1:]:
+        hear(waits, robot, (1, 3, 4, 5) if robot == 3 else ALL, late_s)
+    stands(waits)
+    assert made.call(waits, late_s)[1] == (1, 3, 4, 5), "robot 3 may shun robot 2"
+
+
 @pytest.mark.parametrize(("deaf", "hearers"), [(3, (1, 2, 4, 5)), (5, (1, 2, 3, 4))])
 def test_a_member_that_others_do_not_hear_is_left_out(deaf: int, hearers: tuple[int, ...]) -> None:
     made = Lining(1, MISSION, epoch=EPOCH, members=ALL)
@@ -147,8 +157,9 @@ def test_who_makes_nothing_of_its_turn_is_left_out_of_the_next_call() -> None:
         Lining(1, MISSION, epoch=EPOCH, members=ALL),
         Turn(number=1, robot=3),
     )
+    waits.free_at_s = 0.0
     reasons = []
-    for beat in range(round(10.0 * STALLS_S) + 3):
+    for beat in range(round(10.0 * SLOW_S) + 3):
         now_s = beat / 10.0
         for robot in ALL[1:]:
             gives = turn if robot == 2 else None
@@ -159,7 +170,7 @@ def test_who_makes_nothing_of_its_turn_is_left_out_of_the_next_call() -> None:
         stands(waits)
         reasons.append(made.wants_another(waits, now_s))
     assert reasons[-1] == "robot 3 keeps the others waiting"
-    assert set(reasons[: round(10.0 * STALLS_S)]) == {None}
+    assert set(reasons[: round(10.0 * SLOW_S)]) == {None}
     assert made.call(waits, now_s)[1] == (1, 2, 4, 5)
 
 
@@ -250,14 +261,19 @@ def test_who_shows_no_token_is_not_called_in() -> None:
     assert not calls(2).invites(3, 0.0)
 
 
-def test_a_robot_with_which_links_keep_falling_silent_is_shunned_for_a_while() -> None:
+def test_a_robot_with_which_links_keep_falling_silent_is_shunned_for_a_while_and_then_for_twice_as_long() -> (
+    None
+):
     made = calls(2, 3)
-    shunned = [made.shunned(0.0)]
-    for at_s in range(BREAKS_MAX):
-        made.broke(2, float(at_s), since_s=0.0)
-        shunned.append(made.shunned(float(at_s)))
-    shunned.append(made.shunned(SHUNNED_S))
-    assert shunned == [frozenset()] * BREAKS_MAX + [{2}, frozenset()]
+    lasts_s = []
+    for began_s in (0.0, 100.0):
+        for at_s in range(BREAKS_MAX):
+            assert made.shunned(began_s + at_s) == frozenset()
+            made.broke(2, began_s + at_s, since_s=0.0)
+        shunned_s = [tenth for tenth in range(1000) if made.shunned(began_s + at_s + tenth / 10.0) == {2}]
+        assert shunned_s[0] == 0
+        lasts_s.append(len(shunned_s) / 10.0)
+    assert lasts_s == [SHUNNED_S, 2.0 * SHUNNED_S]
 
 
 @pytest.mark.parametrize("away", [2, WORLD_NUMBER])

@@ -31,6 +31,8 @@ DRAWN = Path(__file__).parent / "drawn"
         ("two-cut-off-by-turns", 2544, 20.072, ()),
         # Who misses six of seven messages must not keep the others waiting.
         ("a-leader-nearly-deaf", 2394, 9.177, (1,)),
+        # Who never answers, not who has the turn, keeps the others waiting.
+        ("one-that-never-answers", 2892, 17.196, (1,)),
     ],
 )
 def test_a_fleet_gets_over_what_it_once_did_not(

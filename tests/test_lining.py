@@ -11,7 +11,7 @@ from agents.berth import Berth
 from agents.commands import Announce, Command
 from agents.driver import Driver
 from agents.giving import MAKES_WAY_S
-from agents.lining import SLOW_SHARE, STALLS_S, Lining
+from agents.lining import Lining
 from agents.scan import View
 from protocol.epochs import called_epoch
 from protocol.frames import Point, Pose
@@ -353,48 +353,3 @@ def test_where_somebody_is_left_out_who_may_stand_in_the_way_the_leader_first_wa
     turns = [gives_itself_a_turn(lining, 6.0 + wait_s) for wait_s in (0.0, MAKES_WAY_S - 0.5, MAKES_WAY_S)]
     assert turns == [False, False, True]
     assert lining.stuck_at_s == 6.0
-
-
-def stalls_at_s(share: float) -> float | None:
-    """When the other robots have waited for long enough for one that drives at this share of the speed."""
-    lining, speed_mps = called(members=(1, 2, 3)), mission(robots=3, goal=GOAL).speed_mps
-    says(lining, PLACES[1], None, 5.0)
-    for robot in (2, 3):
-        lining.hear(robot, says_of_call(robot, leg_clear=False, gives=TURN if robot == 3 else None), 5.0)
-    for beat in range(1, 600):
-        now_s, made_m = 5.0 + beat / 10.0, share * speed_mps * beat / 10.0
-        lining.hear(2, says_of_call(2, 1 + beat, leg_clear=False, turn=1, made_m=made_m), now_s)
-        if lining.stalled(now_s) is not None:
-            return now_s
-    return None
-
-
-def test_who_is_slow_in_its_turn_stalls_after_a_while_however_steadily_it_drives() -> None:
-    assert stalls_at_s(1.1 * SLOW_SHARE) is None
-    assert stalls_at_s(0.5 * SLOW_SHARE) == pytest.approx(5.0 + 2.0 * STALLS_S, abs=0.3)
-
-
-def test_who_does_not_look_at_its_leg_keeps_the_others_waiting() -> None:
-    lining = called(members=(1, 2, 3))
-    says(lining, PLACES[1], None, 5.0)
-    lining.hear(2, says_of_call(2, leg_clear=True), 5.1)
-    lining.hear(3, says_of_call(3, leg_clear=None), 5.1)
-    assert [lining.stalled(5.0 + wait_s) for wait_s in (1.0, STALLS_S - 0.1, STALLS_S + 0.1)] == [
-        None,
-        None,
-        3,
-    ]
-
-
-def test_who_makes_nothing_of_its_turn_for_long_stalls_and_who_plans_a_step_does_not() -> None:
-    lining = called(members=(1, 2, 3))
-    says(lining, PLACES[1], None, 5.0)
-    for robot in (2, 3):
-        lining.hear(robot, says_of_call(robot, leg_clear=False, gives=TURN if robot == 3 else None), 5.1)
-    stalls = [lining.stalled(now_s) for now_s in (5.1, 5.1 + STALLS_S, 5.2 + STALLS_S)]
-    fast_m = 2.0 * STALLS_S * mission(robots=3, goal=GOAL).speed_mps
-    lining.hear(2, says_of_call(2, 2, leg_clear=False, turn=1, made_m=fast_m), 5.2 + STALLS_S)
-    stalls += [lining.stalled(5.3 + wait_s) for wait_s in (STALLS_S, 2.0 * STALLS_S, 2.0 * STALLS_S + 0.1)]
-    lining.hear(2, says_of_call(2, 3, leg_clear=False, turn=1, ended=1), 5.5 + 2.0 * STALLS_S)
-    stalls.append(lining.stalled(5.5 + 2.0 * STALLS_S))
-    assert stalls == [None, None, 2, None, None, 2, None]
