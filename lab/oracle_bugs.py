@@ -134,10 +134,10 @@ BUGS = (
     ),
     _bug(
         "no-majority",
-        "who calls leaves robots out only where the rest are more than half",
+        "robots are left out only where the rest are more than half, when they are called and afterwards",
         "agents/calls.py",
-        "members = answering if _may_leave_out(answering, shown) else shown",
-        "members = answering",
+        "    return 2 * len(members) > len(shown)\n",
+        "    return bool(members) and bool(shown)\n",
     ),
     _bug(
         "no-checksum",

@@ -64,10 +64,11 @@ def stale_clock(dice: Dice, window: Window) -> list[Rule]:
 
 
 def former_orders(dice: Dice, window: Window) -> list[Rule]:
-    """The orders of a robot come late, and it is restarted meanwhile, once or twice; often its very first."""
-    robot, least_s = dice.pick(names(window)), dice.scale(0.3, 2.0)
+    """The orders of a robot come late, and it is restarted, once or twice, often at its first; or it dies."""
+    robot, least_s = dice.pick(names(window)), dice.scale(0.3, 3.0)
     moment_s = dice.between(*EARLY_S) if dice.chance(0.5) else _moment_s(dice, window)
-    if dice.chance(0.4):  # who leads a queue gives the first order, at once, and a body takes it within 1 s
+    dies = dice.chance(0.4)
+    if not dies and dice.chance(0.6):  # who leads a queue gives the first order; bodies take it within 1 s
         robot, least_s, moment_s = names(window)[0], dice.between(0.4, 0.95), dice.between(0.15, 0.9)
     late = Delay(
         sender=(robot,),
@@ -76,8 +77,9 @@ def former_orders(dice: Dice, window: Window) -> list[Rule]:
         delay_s_max=round(least_s + dice.scale(0.02, 0.4), 3),
         **_within(window, _before_s(moment_s, dice.scale(0.5, 10.0)), dice.scale(5.0, 60.0)),
     )
-    rules: list[Rule] = [late, _again(robot, dice, window, moment_s)]
-    if dice.chance(0.6):
+    struck = _lost(robot, dice, window, moment_s) if dies else _again(robot, dice, window, moment_s)
+    rules: list[Rule] = [late, struck]
+    if not dies and dice.chance(0.6):
         rules.append(_again(robot, dice, window, round(moment_s + dice.scale(0.5, 40.0), 3)))
     return rules
 
