@@ -2,8 +2,11 @@
 
 Rule 1: it drives only while it may (`agents.lining`), and ends its turn standing: in place, or blocked.
 Rule 2: where obstacles move, a robot that gets no further looks again for a while before it is blocked.
-Rule 3: the leader that has given itself a turn goes one step, where others can come.
+Rule 3: a turn has so many steps at the most: what is seen from one place may undo what is seen from another.
+Rule 4: the leader that has given itself a turn goes one step, where others can come.
 """
+
+from collections import Counter
 
 from agents.announcer import Announcer
 from agents.commands import Command, Note
@@ -18,6 +21,7 @@ from protocol.messages import Turn
 from protocol.mission import Mission
 from protocol.timeline import RobotBlocked, RobotPlaced, StepPlanned
 
+TURN_STEPS_MAX = 64  # the longest crossing of a real scene took 41
 PATIENCE_S = 10.0  # where obstacles move: as long as with a way in the strand that is blocked
 LOOKS_AGAIN_S = 2.0  # who walks by has gone by then
 
@@ -32,6 +36,8 @@ class Taking:
         self._epoch = epoch
         self._joining: Joining | None = None
         self._step: StepPlanned | None = None
+        self._steps: Counter[int] = Counter()
+        """By turn."""
         self._got_clear = self._step_is_given_up = False
         self.has_moved = False
         self._stood_at: tuple[float, float, Turn] | None = None
@@ -77,6 +83,8 @@ class Taking:
         patient = self._mission.obstacles_move and not self._stays(pose, turn, now_s)
         if isinstance(planned, StepPlanned) and self._mission.obstacles_move and not patient:
             planned = NoStep("its way stays blocked")
+        if isinstance(planned, StepPlanned) and self._steps[turn.number] >= TURN_STEPS_MAX:
+            planned = NoStep(f"{TURN_STEPS_MAX} steps have not led to the strand's end")
         match planned:
             case InPlace():
                 announcer.look = without_hulls(scan, stands.all, self._mission)
@@ -91,6 +99,7 @@ class Taking:
                 announcer.say(pose=pose, ended=turn.number)
                 return [Note(RobotBlocked(turn=turn.number, reason=reason, x_m=pose.x_m, y_m=pose.y_m))]
             case _:
+                self._steps[turn.number] += 1
                 self._step, self.has_moved = planned, True
                 driver.to(planned.target, reach_m=planned.reach_m, epoch=self._epoch)
                 return [Note(planned)]

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from agents import taking
 from agents.joining import CLEAR_M, InPlace, Joining, Stands
 from agents.step import NoStep
 from lab.rehearsal import Rehearsal
@@ -179,6 +180,20 @@ def test_who_stands_in_a_corridor_behind_another_joins_after_it(tmp_path: Path) 
     assert rehearsal.world.ending is Ending.ARRIVED
     assert records(rehearsal, RobotBlocked)
     assert len(records(rehearsal, RobotPlaced)) == 2
+
+
+def test_a_turn_ends_after_so_many_steps_and_others_have_theirs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(taking, "TURN_STEPS_MAX", 1)
+    wall: list[Shape] = [box(3.0, 1.0, 0.15, 3.0)]
+    fleet = scenario(tmp_path, [(3.8, 2.5), (2.4, 2.5)], wall, (7.0, 2.5))
+    rehearsal = Rehearsal(fleet, 1, PERFECT).run()
+    blocked, *_ = records(rehearsal, RobotBlocked)
+    assert isinstance(blocked, RobotBlocked)
+    assert blocked.reason == "1 steps have not led to the strand's end"
+    joins = [step for step in records(rehearsal, StepPlanned) if isinstance(step, StepPlanned) and step.joins]
+    assert len(joins) >= 1
 
 
 def test_a_robot_behind_a_wall_goes_round_it_to_its_place(tmp_path: Path) -> None:

@@ -28,7 +28,7 @@ PLAN = Plan(name="much", rules=(*HARMLESS[:3], KILL, *HARMLESS[3:]))
 def planted(monkeypatch: pytest.MonkeyPatch) -> None:
     """A bug that shows only when a robot has to call a muster."""
 
-    def call(*_: object) -> tuple[int, tuple[int, ...]]:
+    def call(*_: object, **__: object) -> tuple[int, tuple[int, ...]]:
         raise AssertionError("planted")
 
     monkeypatch.setattr(Calls, "call", call)
@@ -101,7 +101,7 @@ def failed(tmp_path: Path, planted: None) -> Path:
 def test_a_run_that_now_fails_otherwise_is_not_shrunk_and_both_ways_are_said(
     failed: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def call(*_: object) -> tuple[int, tuple[int, ...]]:
+    def call(*_: object, **__: object) -> tuple[int, tuple[int, ...]]:
         raise KeyError("another")
 
     monkeypatch.setattr(Calls, "call", call)
