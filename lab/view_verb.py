@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from lab.log import Log
 from lab.run_folder import LATEST
 from lab.view.channel import Channel
 from lab.view.pages import site
@@ -48,7 +49,7 @@ def _places(runs: tuple[Path, ...], *, live: bool) -> tuple[Path, ...]:
     """Where runs are, or will be.
 
     Raises:
-        UsageError: none is named, more than fit, or one is not there and is not waited for.
+        UsageError: none is named, more than fit, one is not there and is not waited for, or is no log.
     """
     places = runs or ((LATEST,) if live else ())
     if not 1 <= len(places) <= RUNS_MAX:
@@ -58,6 +59,8 @@ def _places(runs: tuple[Path, ...], *, live: bool) -> tuple[Path, ...]:
             if not live:
                 raise UsageError(f"no run in {place}: {EVENTS_FILE} is not there; --live waits for it")
             click.echo(f"view: waiting for a run in {place}", err=True)
+        elif not live or place.is_file():
+            Log(place)
     return places
 
 

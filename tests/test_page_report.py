@@ -159,6 +159,31 @@ def test_a_page_that_cannot_be_written_is_refused(copy: Path, tmp_path: Path) ->
     assert "cannot write" in said.stderr
 
 
+@pytest.mark.parametrize("name", [EVENTS_FILE, VERDICT_FILE])
+def test_nothing_but_a_report_is_ever_replaced(copy: Path, name: str) -> None:
+    before = (copy / name).read_bytes()
+    said = report(copy, "--out", copy / name)
+    assert (said.exit_code, said.stdout) == (2, "")
+    assert "no report that could be replaced" in said.stderr
+    assert (copy / name).read_bytes() == before
+
+
+def test_a_report_is_replaced_by_a_newer_one_and_never_by_a_page_of_an_error(copy: Path) -> None:
+    assert [report(copy).exit_code, report(copy).exit_code] == [0, 0]
+    before = (copy / "report.html").read_bytes()
+    (copy / "broken").mkdir()
+    for bad, out in ((copy / VERDICT_FILE, ()), (copy / "broken", ("--out", copy / "report.html"))):
+        said = report(bad, *out)
+        assert said.exit_code == 2
+        assert "is left as it is" in said.stderr
+        assert (copy / "report.html").read_bytes() == before
+
+
+def test_a_file_that_is_no_log_makes_no_page(copy: Path) -> None:
+    assert report(copy / VERDICT_FILE).exit_code == 2
+    assert not (copy / "report.html").exists()
+
+
 def test_all_assets_are_in_the_page_and_small() -> None:
     assert {path.name for path in ASSETS.iterdir()} == {*SCRIPTS, *STYLES, "index.html"}
     assert max(len(path.read_text(encoding="utf-8").splitlines()) for path in ASSETS.iterdir()) <= 200

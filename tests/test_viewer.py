@@ -190,6 +190,8 @@ def test_view_prints_its_address_alone_and_ctrl_c_ends_it_with_130(run: Path, tm
     ("arguments", "complaint"),
     [
         (["nowhere"], "no run in nowhere"),
+        (["verdict.json"], "the first line is no header of a run"),
+        (["--live", "verdict.json"], "the first line is no header of a run"),
         ([], "name one run, or two"),
         (["run", "run", "run"], "name one run, or two"),
         (["run", "--port", "{taken}"], "cannot listen on 127.0.0.1"),
@@ -199,6 +201,7 @@ def test_what_cannot_be_viewed_is_one_line_and_exit_2(
     run: Path, tmp_path: Path, arguments: list[str], complaint: str
 ) -> None:
     assert run.name == "run"
+    (tmp_path / VERDICT_FILE).write_text("{}", encoding="utf-8")
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
         with view(*(each.replace("{taken}", port) for each in arguments), cwd=tmp_path) as viewer:

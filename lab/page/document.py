@@ -13,7 +13,10 @@ import base64
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from importlib.resources import files
+from pathlib import Path
 from string import Template
+
+from protocol.errors import UsageError
 
 SCRIPTS = (
     *("columns.js", "body.js", "moments.js", "losses.js", "scenario.js", "run.js", "strand.js"),
@@ -22,6 +25,10 @@ SCRIPTS = (
     *("app.js", "player.js", "controls.js", "main.js"),
 )
 STYLES = ("theme.css", "page.css", "words.css")
+
+HEAD_BYTES = 1024
+"""In which every page of ours has `MARK`."""
+MARK = b"<title>Clew</title>"
 
 GZIP = 16 + zlib.MAX_WBITS  # how zlib is asked for a gzip header
 EFFORT = 3  # of 9: 6 makes a file a sixth smaller, and takes three times as long
@@ -46,6 +53,19 @@ def document(
         more="".join(f"<script>\n{script}\n</script>\n" for script in scripts),
         story=blob(runs),
     )
+
+
+def is_document(path: Path) -> bool:
+    """Whether a file is a page of ours.
+
+    Raises:
+        UsageError: it cannot be read.
+    """
+    try:
+        with path.open("rb") as file:
+            return MARK in file.read(HEAD_BYTES)
+    except OSError as error:
+        raise UsageError(f"cannot read {path}: {error.strerror}") from error
 
 
 def blob(runs: Sequence[Iterable[bytes]]) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from lab.page.document import document
+from lab.page.document import document, is_document
 from lab.page.telling import Telling
 from protocol.errors import UsageError
 
@@ -20,12 +20,17 @@ REPORT_FILE = "report.html"
 def report(run: Path, *, out: Path | None) -> None:
     """Make one HTML file of a run, which shows what happened and why; it opens anywhere, requests nothing.
 
-    RUN is a run's folder, or its events.jsonl. Prints the file's path.
+    RUN is a run's folder, or its events.jsonl. Prints the file's path. Replaces nothing but a report.
     """
     if not run.exists():
         raise UsageError(f"no run in {run}: there is no such file or folder")
     path = out or (run if run.is_dir() else run.parent) / REPORT_FILE
+    exists = path.is_file()
+    if exists and not is_document(path):
+        raise UsageError(f"cannot write {path}: it is there, and no report that could be replaced")
     telling = Telling(run)
+    if not telling.is_there and (exists or run.is_file()):
+        raise UsageError(f"{telling.flaws[0]} ({path} is left as it is)")
     with _uncollected():
         page = document([telling.batches()])
     try:
