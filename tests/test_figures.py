@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from lab import timeline
 from lab.campaign_episode import Outcome, Surprise
@@ -125,6 +126,74 @@ def test_the_least_of_each_trace_is_the_verdicts(folder: Path, name: str) -> Non
     if verdict.moving_clearance_m_min is not None:
         least_m = np.nanmin(moving_clearance_m(drawn))
         assert least_m == pytest.approx(verdict.moving_clearance_m_min, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["paper", "killed", "pedestrian"])
+def test_the_verdicts_least_is_drawn(folder: Path, name: str) -> None:
+    verdict, drawn = read_verdict(folder / name), course(folder, name)
+    panels = painted(chart(drawn, "clearance"))
+    told = [verdict.clearance_m_min, verdict.moving_clearance_m_min]
+    for axes, least_m in zip(panels, told, strict=False):
+        assert least_m is not None
+        assert min(map(seen_m, axes.lines)) == pytest.approx(least_m, abs=1e-9)
+    (axes,) = painted(chart(drawn, "separation"))
+    assert min(map(seen_m, axes.lines)) == pytest.approx(verdict.separation_m_min, abs=1e-9)
+
+
+def seen_m(line: Line2D) -> float:
+    """The least of a trace that leaves ink: a point beside another, or one with a marker."""
+    if len(np.asarray(line.get_xdata())) < 3:  # a limit, a cross, a succession
+        return np.inf
+    apart_m = np.asarray(line.get_ydata())
+    known = np.pad(np.isfinite(apart_m), 1)
+    inked = known[1:-1] & (known[:-2] | known[2:])
+    if line.get_linestyle() == "None":
+        inked[:] = True
+    elif line.get_marker() != "None":
+        inked[line.get_markevery()] = True
+    return float(np.nanmin(np.where(inked, apart_m, np.inf)))
+
+
+def test_a_robot_that_drove_for_one_instant_leaves_ink(folder: Path) -> None:
+    drawn = course(folder, "pedestrian")
+    places_m = drawn.places_m.copy()
+    places_m[:50, 1], places_m[50:, 1] = places_m[0, 1], places_m[50, 1]
+    stood = replace(drawn, places_m=places_m)
+    (at_m,) = (each for each in moving_clearance_m(stood)[:, 1] if np.isfinite(each))
+    panel = painted(chart(stood, "clearance"))[1]
+    points = [line for line in panel.lines if line.get_marker() == "."]
+    assert [at_m] in [np.asarray(line.get_ydata()).tolist() for line in points]
+
+
+def test_the_trace_of_the_dead_goes_on_as_long_as_its_body(folder: Path) -> None:
+    drawn = course(folder, "killed")
+    moved = np.diff(drawn.places_m[:, 0], axis=0).any(axis=1)
+    stands_s = drawn.times_s[1:][moved].max()
+    assert stands_s > drawn.dead[1]
+    (axes,) = painted(chart(drawn, "clearance"))
+    (trace,) = (line for line in axes.lines if line.get_label() == "robot 1")
+    assert np.asarray(trace.get_xdata()).max() == stands_s
+    (cross,) = (line for line in axes.lines if line.get_marker() == "x")
+    assert drawn.dead[1] <= np.asarray(cross.get_xdata())[0] < stands_s
+
+
+@pytest.mark.parametrize(
+    ("name", "said", "heights"),
+    [("pedestrian", "required, 0.040 m", 2), ("paper", "required, above 0 m", 0)],
+)
+def test_the_separation_required_is_the_verdicts_and_its_axis_has_plain_numbers(
+    folder: Path, name: str, said: str, heights: int
+) -> None:
+    drawn = chart(course(folder, name), "separation")
+    assert said in words(drawn)
+    (axes,) = painted(drawn)
+    required_m = read_verdict(folder / name).separation_m_required
+    limits = [line for line in axes.lines if str(line.get_label()).startswith("required")]
+    assert [np.asarray(line.get_ydata()).tolist() for line in limits] == [[required_m] * heights]
+    assert isinstance(axes.figure, Figure)
+    axes.figure.draw_without_rendering()
+    assert {text.get_text() for text in axes.get_yticklabels(minor=True)} <= {""}
+    assert all(float(text.get_text()) > 0.0 for text in axes.get_yticklabels())
 
 
 def test_a_trace_that_is_thinned_keeps_its_nearest_point() -> None:

@@ -78,6 +78,13 @@ class Course:
         end_s = float(self.times_s.max(initial=0.0))
         return [(end_s, next(iter(self.order_at(end_s)), 0))] if len(self.times_s) else []
 
+    def body_end_s(self, robot: int) -> float:
+        """Until when there is something to tell of its body: the dead drive on until they are stopped."""
+        if robot not in self.dead:
+            return float("inf")
+        moved = np.diff(self.places_m[:, robot - 1], axis=0, prepend=self.places_m[:1, robot - 1]).any(axis=1)
+        return max(self.dead[robot], float(self.times_s[moved].max(initial=0.0)))
+
     def order_at(self, t_s: float) -> tuple[int, ...]:
         """The newest strand by then, leader first; nobody before the first has formed."""
         return next((order for from_s, order in reversed(self.orders) if from_s <= t_s), ())

@@ -5,7 +5,8 @@ from itertools import pairwise
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import ScalarFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from numpy.typing import NDArray
 
 from lab.figures.course import Course
 from lab.figures.distances import draw_limits
@@ -13,10 +14,14 @@ from lab.figures.looks import looks_of
 from lab.figures.style import BLACK, COLUMN_IN, Chart, LeftOut, legend_below, limit
 from protocol.arrays import Floats
 from world.clearance import separations
+from world.monitor import Promises
 
 PANEL_IN, LEGEND_IN = 1.9, 0.6
 POINTS_MAX = 500  # along a trace: two to each point (1/72 in) of a column's width
+ALONE_PT = 2.0
+TICKS = (1.0, 2.0, 5.0)  # of each power of ten
 TOUCH_M = 1e-3  # what is nearer is drawn there: a logarithm knows no contact
+ROOM = 1.4  # on a logarithm, above and below
 NEAR = 8.0  # times the limit: what is further away is cut off, for nobody is near
 
 
@@ -54,14 +59,15 @@ def separation(course: Course) -> Chart | LeftOut:
     def paint(figure: Figure) -> None:
         (axes,) = _panels(figure, 1)
         ahead_m, least_m = separations_m(course)
+        required_m = Promises.of(course.scenario).separation_m_required
+        _scale(axes, np.column_stack((ahead_m, least_m)), required_m)
         _draw(axes, course, ahead_m)
         axes.plot(*thinned(course.times_s, least_m), color=BLACK, linewidth=1.0, label="least of any two")
-        separation_m = course.scenario.fleet.separation_m
-        limit(axes, separation_m, "least allowed")
+        if required_m > 0.0:
+            limit(axes, required_m, f"required, {required_m:.3f} m")
+        else:  # a logarithm knows no 0
+            axes.plot([], [], linestyle="", label="required, above 0 m")
         _finish(axes, course, "to the robot ahead [m]")
-        axes.set_yscale("log")  # strands stretch to metres, and the least allowed is centimetres
-        axes.yaxis.set_major_formatter(ScalarFormatter())
-        axes.set_ylim(bottom=0.7 * max(min(separation_m, float(least_m.min())), TOUCH_M))
         legend_below(figure, columns=4)
 
     return Chart("separation", (COLUMN_IN, PANEL_IN + LEGEND_IN), paint)
@@ -117,17 +123,47 @@ def _panels(figure: Figure, count: int) -> list[Axes]:
 
 
 def _draw(axes: Axes, course: Course, apart_m: Floats) -> None:
-    """A line for each robot, until it dies, and a cross there."""
+    """A line for each robot until its body stands for good: its marker at the least, a cross at its death.
+
+    What is known at one instant and at none beside it is a point: a line needs two.
+    """
     for robot, (look, label) in looks_of(course).items():
-        lived = course.times_s <= course.dead.get(robot, np.inf)
-        own_s, own_m = course.times_s[lived], apart_m[lived, robot - 1]
+        until_s, died_s = course.body_end_s(robot), course.dead.get(robot)
+        lived = course.times_s <= until_s
+        own_s, own_m = thinned(course.times_s[lived], apart_m[lived, robot - 1])
         if np.isnan(own_m).all():
             continue  # it was never near anything of that kind
         axes.plot(
-            *thinned(own_s, own_m), color=look.colour, linestyle=look.dashes, lw=look.width_pt, label=label
+            own_s,
+            own_m,
+            color=look.colour,
+            linestyle=look.dashes,
+            linewidth=look.width_pt,
+            marker=look.marker,
+            markevery=[int(np.nanargmin(own_m))],
+            label=label,
         )
-        if robot in course.dead and len(own_s):
-            axes.plot(own_s[-1], own_m[-1], "x", color=BLACK, markersize=5.0, zorder=3.0, clip_on=False)
+        alone = _alone(own_m)
+        axes.plot(own_s[alone], own_m[alone], ".", color=look.colour, markersize=ALONE_PT)
+        if died_s is not None:
+            row = min(int(np.searchsorted(own_s, died_s)), len(own_s) - 1)
+            axes.plot(own_s[row], own_m[row], "x", color=BLACK, markersize=5.0, zorder=3.0, clip_on=False)
+
+
+def _alone(apart_m: Floats) -> NDArray[np.bool_]:
+    """Which of a trace are numbers between two that are not."""
+    known: NDArray[np.bool_] = np.pad(np.isfinite(apart_m), 1)
+    return known[1:-1] & ~known[:-2] & ~known[2:]
+
+
+def _scale(axes: Axes, apart_m: Floats, required_m: float) -> None:
+    """A logarithm, for strands stretch to metres, and what is required is centimetres."""
+    lowest_m = max(min(required_m or np.inf, float(np.nanmin(apart_m))), TOUCH_M)
+    axes.set_yscale("log")
+    axes.set_ylim(lowest_m / ROOM, max(lowest_m, float(np.nanmax(apart_m))) * ROOM)
+    axes.yaxis.set_major_locator(LogLocator(subs=TICKS))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda length_m, _: f"{length_m:g}"))
+    axes.yaxis.set_minor_formatter(NullFormatter())
 
 
 def _finish(axes: Axes, course: Course, label: str) -> None:
