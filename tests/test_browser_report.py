@@ -14,6 +14,7 @@ from lab.view.browser import PHONE, chromium
 from tests.browser import Sight, needs_chromium, sight
 from tests.campaigns import clew
 from tests.fleets import ROOT, RUN_S_MAX
+from world.recorder import EVENTS_FILE
 
 pytestmark = [pytest.mark.processes, needs_chromium]
 
@@ -131,6 +132,52 @@ def test_keys_play_step_choose_and_move(shown: Sight) -> None:
     press("End")
     assert shown.page.evaluate("clew.time === clew.runs[0].end")
     assert shown.troubles == []
+
+
+@pytest.fixture(scope="module")
+def planned(report: str) -> list[tuple[float, int]]:
+    """When each step of the strand was planned [s], with the number that the log gives it."""
+    lines = (Path(report.removeprefix("file://")).parent / EVENTS_FILE).read_bytes().splitlines()
+    entries = (json.loads(line) for line in lines)
+    plans = [each for each in entries if each["kind"] == "step.planned" and not each["joins"]]
+    return [(plan["t_s"], plan["step"]) for plan in plans]
+
+
+def test_band_headline_list_and_table_name_each_step_as_the_log_does(
+    shown: Sight, planned: list[tuple[float, int]]
+) -> None:
+    bands = shown.page.evaluate("clew.runs[0].steps.map((each) => [each.from, each.step])")
+    assert bands == [[pytest.approx(t_s), step] for t_s, step in planned]
+    rows = shown.page.locator("#steps tbody th").all_inner_texts()
+    assert rows == ["start", *(str(step) for _, step in planned)]
+    for t_s, step in planned:
+        shown.page.evaluate(f"clew.seek({t_s + 0.05}); clew.draw()")
+        assert shown.page.locator("#strand-now").inner_text().startswith(f"step {step} ·")
+        assert shown.page.locator("#steps [aria-current] th").inner_text() == str(step)
+        assert f"plans step {step}:" in shown.page.locator("#moments [aria-current]").inner_text()
+
+
+def test_a_step_that_its_leader_does_not_live_to_end_is_said_to_be_broken_off(shown: Sight) -> None:
+    shown.page.evaluate("""
+      const run = new clew.runs[0].constructor();
+      const at = (step, source, t) => ({ t: [t * 1000], source: [source], step: [step], joins: [false] });
+      run.takeEntries("step.planned", at(1, "r1", 1));
+      run.take({ lanes: [{ robot: 1, t_s: 2, state: "dead" }], end_s: 9 });
+      run.takeEntries("step.planned", at(2, "r2", 4));
+      clew.steps = run.steps.map(({ step, from, to, end }) => [step, from, to, end]);
+    """)
+    assert shown.page.evaluate("clew.steps") == [[1, 1, 2, "broken off"], [2, 4, 9, ""]]
+
+
+def test_the_bracket_keys_go_to_every_step_that_was_planned(
+    shown: Sight, planned: list[tuple[float, int]]
+) -> None:
+    shown.page.keyboard.press("Home")
+    times_s = set()
+    while (time_s := shown.page.evaluate("clew.time")) < planned[-1][0]:
+        times_s.add(time_s)
+        shown.page.keyboard.press("]")
+    assert times_s >= {t_s for t_s, _ in planned[:-1]}
 
 
 def test_the_verdict_stands_on_top_in_words(shown: Sight) -> None:

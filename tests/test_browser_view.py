@@ -98,6 +98,30 @@ def test_a_deep_link_into_a_served_run_lands_at_its_moment(
         shown.wait("clew.time === 12.3 && clew.robot === 3")
 
 
+def test_a_deep_link_lands_though_the_newest_moment_is_just_the_one_it_leads_to(
+    browser: Browser, runs: list[Path], tmp_path: Path
+) -> None:
+    events = tmp_path / "events.jsonl"
+    lines = (runs[0] / "events.jsonl").read_bytes().splitlines(keepends=True)
+    times_s = [0.0, *(json.loads(line)["t_s"] for line in lines[1:])]
+    asked_s = 4.0
+    until = next(i for i, t_s in enumerate(times_s) if t_s >= asked_s)
+    events.write_bytes(b"".join(lines[:until]))
+    with served(events, cwd=tmp_path) as address, sight(browser) as shown:
+        shown.show(f"{address}#t={times_s[until]}")
+        with events.open("ab") as file:
+            file.write(lines[until])
+        shown.wait(f"clew.runs[0].end === {times_s[until]}")
+        with events.open("ab") as file:
+            file.writelines(lines[until + 1 :])
+        shown.wait(f"clew.runs[0].end > {times_s[until] + 5.0}")
+        assert shown.page.evaluate("clew.time") == times_s[until]
+        assert shown.page.locator("#live").get_attribute("aria-pressed") == "false"
+        shown.page.keyboard.press("End")
+        shown.wait("clew.time > 10.0")
+        assert shown.troubles == []
+
+
 def off_m(shown: Sight, run: int, row: int) -> float:
     """How far a run's leader is now from where it stood at this switching position."""
     there = f"clew.runs[{run}].positions[{row}]"

@@ -19,7 +19,7 @@ from string import Template
 from protocol.errors import UsageError
 
 SCRIPTS = (
-    *("columns.js", "body.js", "moments.js", "losses.js", "scenario.js", "run.js", "strand.js"),
+    *("columns.js", "body.js", "moments.js", "losses.js", "scenario.js", "run.js", "steps.js", "strand.js"),
     *("look.js", "view.js", "ground.js", "layers.js", "sight.js", "robots.js", "pane.js"),
     *("charts.js", "chart_still.js", "doings.js", "lanes.js", "panels.js", "tables.js"),
     *("app.js", "player.js", "controls.js", "main.js"),

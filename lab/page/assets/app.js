@@ -56,9 +56,15 @@ class App {
 
   /** @param {number} time of the run in focus [s] */
   seek(time) {
-    this.follows = !this.run.ended && time >= this.run.end - 1e-9;
+    this.follows = false;
     this.time = Math.min(Math.max(time, 0), this.run.end);
     this.show();
+  }
+
+  /** To the end; of a run that goes on, stay there. */
+  follow() {
+    this.seek(this.run.end);
+    this.follows = !this.run.ended;
   }
 
   /** @param {number} robot 0: none @param {number} index of its run */
@@ -104,16 +110,4 @@ class App {
     this.drawn++;
     for (const tell of this.onTime) tell();
   }
-}
-
-/** When a run was as far in its steps as another at a time. @param {Run} from @param {Run} to @param {number} time */
-function aligned(from, to, time) {
-  const step = positionAt(from, time);
-  const [there, here] = [to.positions, from.positions];
-  if (step < 0 || there.length === 0) return Math.min(time, to.end);
-  if (step >= there.length) return to.end;
-  const start = there[step].t_s;
-  const next = there[step + 1]?.t_s ?? to.end;
-  const span = (here[step + 1]?.t_s ?? from.end) - here[step].t_s;
-  return span > 0 ? start + ((time - here[step].t_s) / span) * (next - start) : start;
 }

@@ -7,7 +7,7 @@ function listenToControls(app, player) {
   on("play", () => player.toggle());
   on("step-back", () => player.step(-1));
   on("step-on", () => player.step(1));
-  on("live", () => app.seek(app.run.end));
+  on("live", () => app.follow());
   on("theme", () => toggleTheme());
   on("help-open", () => toggleHelp());
   on("help-close", () => toggleHelp());

@@ -91,7 +91,6 @@ class Lanes {
 
   /** @param {CanvasRenderingContext2D} context @param {number} width */
   drawSteps(context, width) {
-    const { positions } = this.app.run;
     context.font = font(11, "600");
     context.textAlign = "center";
     context.textBaseline = "middle";
@@ -99,16 +98,18 @@ class Lanes {
     context.textAlign = "right";
     context.fillText("step", LANE.left - 8, LANE.top + LANE.band / 2);
     context.textAlign = "center";
-    for (let i = 1; i < positions.length; i++) {
-      const [from, to] = [this.x(positions[i - 1].t_s, width), this.x(positions[i].t_s, width)];
-      context.globalAlpha = i % 2 ? 0.16 : 0.28;
+    for (const [i, { step, end, ...span }] of this.app.run.steps.entries()) {
+      const [from, to] = [this.x(span.from, width), this.x(span.to, width)];
+      context.globalAlpha = i % 2 ? 0.28 : 0.16;
       context.fillStyle = colour.promise;
       context.fillRect(from, LANE.top, to - from, LANE.band - 3);
       context.globalAlpha = 1;
       context.fillStyle = colour.ink;
       if (to - from > 13)
-        context.fillText(String(positions[i].step), (from + to) / 2, LANE.top + LANE.band / 2 - 1);
-      context.fillRect(to - 0.5, LANE.top, 1, LANE.band - 3);
+        context.fillText(String(step), (from + to) / 2, LANE.top + LANE.band / 2 - 1);
+      if (!end) continue; // it is under way
+      context.fillStyle = end === "finished" ? colour.ink : colour.bad;
+      context.fillRect(to - 0.5, LANE.top, end === "finished" ? 1 : 3, LANE.band - 3);
     }
   }
 }

@@ -133,10 +133,9 @@ function broken(counts) {
 function showNow(app) {
   const { run, time } = app;
   const strand = strandAt(run, time);
-  const step = Math.max(positionAt(run, time), 0);
   byId("clock").textContent = `${time.toFixed(2)} s`;
   byId("strand-now").textContent = strand
-    ? `step ${step} · strand ${orderOf(strand.order)}`
+    ? `${stepWords(run, time)} · strand ${orderOf(strand.order)}`
     : "no strand has formed yet";
   const chosen = run.bodies.get(app.robot);
   byId("robot-now").textContent = chosen ? robotNow(run, chosen, strand, time) : nearestNow(run, time);

@@ -37,15 +37,12 @@ class Player {
     this.app.show();
   }
 
-  /** To the next switching position, or the one before. @param {number} by 1 or -1 */
+  /** To where the next step begins or ends, or the one before. @param {number} by 1 or -1 */
   step(by) {
-    const { positions } = this.app.run;
+    const times = boundariesOf(this.app.run);
     const { time } = this.app;
-    const found =
-      by > 0
-        ? positions.find((each) => each.t_s > time + 1e-6)
-        : positions.findLast((each) => each.t_s < time - 1e-6);
-    this.app.seek(found?.t_s ?? (by > 0 ? this.app.run.end : 0));
+    const found = by > 0 ? times.find((t) => t > time + 1e-6) : times.findLast((t) => t < time - 1e-6);
+    this.app.seek(found ?? (by > 0 ? this.app.run.end : 0));
   }
 
   /** To the next moment, or the one before. @param {number} by 1 or -1 */
@@ -62,8 +59,8 @@ class Player {
 const KEYS_HELP = [
   { keys: [" ", "k"], names: "Space, k", does: "play, pause", act: (_, player) => player.toggle() },
   { keys: ["ArrowLeft", "ArrowRight"], names: "← →", does: "0.1 s back, on; with Shift 1 s", act: () => {} },
-  { keys: ["["], names: "[", does: "the switching position before", act: (_, player) => player.step(-1) },
-  { keys: ["]"], names: "]", does: "the next switching position", act: (_, player) => player.step(1) },
+  { keys: ["["], names: "[", does: "back to where a step ended or began", act: (_, player) => player.step(-1) },
+  { keys: ["]"], names: "]", does: "on to where a step ends or begins", act: (_, player) => player.step(1) },
   {
     keys: ["p"],
     names: "p",
@@ -76,7 +73,7 @@ const KEYS_HELP = [
     keys: ["End"],
     names: "End",
     does: "the end; follows a run that goes on",
-    act: (app) => app.seek(app.run.end),
+    act: (app) => app.follow(),
   },
   { keys: ["-"], names: "−", does: "slower", act: (_, player) => player.faster(-1) },
   { keys: ["+", "="], names: "+", does: "faster", act: (_, player) => player.faster(1) },

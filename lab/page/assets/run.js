@@ -49,12 +49,18 @@ class Run {
     this.paths = new Map();
     /** @type {any[]} */
     this.positions = [];
+    /** @type {Step[] | null} made when asked for */
+    this.known = null;
     this.moments = new Moments();
     this.losses = new Losses();
   }
 
   get robots() {
     return [...this.bodies.keys()].sort((one, other) => one - other);
+  }
+
+  get steps() {
+    return (this.known ??= stepsOf(this));
   }
 
   get radius() {
@@ -74,6 +80,7 @@ class Run {
 
   /** Take a batch in. @param {any} batch */
   take(batch) {
+    this.known = null;
     if (batch.subject) {
       this.subject = batch.subject;
       this.scenario = sound(batch.subject.scenario);

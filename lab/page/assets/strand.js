@@ -53,13 +53,6 @@ function stepAt(run, robot, t) {
   return Object.fromEntries(Object.entries(steps).map(([name, values]) => [name, values[row]]));
 }
 
-/** The newest switching position by then; -1: none. @param {Run} run @param {number} t */
-function positionAt(run, t) {
-  let place = run.positions.length - 1;
-  while (place >= 0 && run.positions[place].t_s > t) place--;
-  return place;
-}
-
 /**
  * The part of a path between two arc lengths, for a canvas.
  * @param {CanvasRenderingContext2D} context @param {{x: number, y: number, s: number}[]} path

@@ -7,48 +7,58 @@ function showSteps(app) {
   const { run } = app;
   const paper = run.scenario.table_m;
   const obstacles = Math.min(run.scenario.obstacle.length, COLUMNS_MAX);
-  const names = [
-    "position",
-    "t [s]",
-    "leader",
-    "length",
-    "promised",
-    "kept",
-    ...Array.from({ length: obstacles }, (_, i) => `obstacle ${i + 1}`),
-  ];
+  const names = ["step", "from [s]", "to [s]", "leader", "length", "promised", "kept"];
   const head = element("tr", {}, ...names.map((name) => element("th", { scope: "col" }, name)));
-  const rows = run.positions.map((position, i) => {
-    const planned = stepBefore(run, position);
-    const cells = [
-      position.t_s.toFixed(2),
-      `r${position.robot}`,
-      planned ? planned.length_m.toFixed(3) : "–",
-      planned?.promised_clearance_m == null ? "–" : planned.promised_clearance_m.toFixed(3),
-      position.clearance_m == null ? "–" : position.clearance_m.toFixed(3),
-    ].map((text) => element("td", {}, text));
-    const nearest = Math.min(...position.distances_m);
-    for (let column = 0; column < obstacles; column++) {
-      const here = position.distances_m[column];
-      if (here === undefined) continue;
-      const cell = element("td", here === nearest ? { class: "nearest" } : {}, here.toFixed(3));
-      if (paper?.[i]?.[column] !== undefined) cell.append(element("small", {}, paper[i][column].toFixed(3)));
-      cells.push(cell);
-    }
-    const link = element("button", { type: "button" }, String(i + 1));
-    link.addEventListener("click", () => app.seek(position.t_s));
+  for (let i = 1; i <= obstacles; i++)
+    head.append(element("th", { scope: "col", title: `distance to obstacle ${i}` }, `to ${i}`));
+  const rows = rowsOf(run).map(({ step, position }) => {
+    const texts = step ? stepCells(run, step) : ["", position.t_s.toFixed(2), `r${position.robot}`, "", ""];
+    const cells = [...texts, metres(position?.clearance_m, 3).replace(" m", "")].map((text) =>
+      element("td", {}, text),
+    );
+    cells.push(...distanceCells(position, paper?.[run.positions.indexOf(position)], obstacles));
+    const link = element("button", { type: "button" }, step ? String(step.step) : "start");
+    link.addEventListener("click", () => app.seek(step ? step.from : position.t_s));
     return element("tr", {}, element("th", { scope: "row" }, link), ...cells);
   });
   byId("steps").replaceChildren(element("thead", {}, head), element("tbody", {}, ...rows));
   const left = run.scenario.obstacle.length - obstacles;
   byId("steps-about").textContent =
-    "Distance from the leader's centre to each obstacle at each switching position [m], the nearest underlined" +
-    (paper ? "; small: what the paper's Table I prints." : ".") +
+    "Distance from the leader's centre to each obstacle where each step ended [m], the nearest underlined" +
+    (paper ? "; small: what the paper's Table I prints, whose position 1 is the start." : ".") +
     (left > 0 ? ` ${left} more obstacles are left out.` : "");
 }
 
-/** The plan of the step that ended at a position. @param {Run} run @param {any} position */
-function stepBefore(run, position) {
-  return position.step === 0 ? null : stepAt(run, position.robot, position.t_s - 1e-6);
+/** The start, and then a row for each step. @param {Run} run @returns {{step?: Step, position?: any}[]} */
+function rowsOf(run) {
+  const start = run.positions.find((each) => each.step === 0);
+  return [
+    ...(start ? [{ position: start }] : []),
+    ...run.steps.map((step) => ({ step, position: run.positions[step.position] })),
+  ];
+}
+
+/** @param {Run} run @param {Step} step */
+function stepCells(run, step) {
+  const plans = run.kind("step.planned");
+  return [
+    step.from.toFixed(2),
+    step.end === "" ? "under way" : step.to.toFixed(2) + (step.end === "finished" ? "" : ` ${step.end}`),
+    `r${step.robot}`,
+    plans.length_m[step.row].toFixed(3),
+    plans.promised_clearance_m[step.row]?.toFixed(3) ?? "–",
+  ];
+}
+
+/** @param {any} position @param {number[] | undefined} printed @param {number} count */
+function distanceCells(position, printed, count) {
+  const nearest = position ? Math.min(...position.distances_m) : NaN;
+  return Array.from({ length: count }, (_, column) => {
+    const here = position?.distances_m[column];
+    const cell = element("td", here === nearest ? { class: "nearest" } : {}, here?.toFixed(3) ?? "–");
+    if (printed?.[column] !== undefined) cell.append(element("small", {}, printed[column].toFixed(3)));
+    return cell;
+  });
 }
 
 /**
@@ -67,10 +77,12 @@ function mark(list, newest) {
 /** @type {Map<HTMLElement, Element | undefined>} */
 const marked = new Map();
 
-/** Mark the row of the newest position. @param {App} app */
+/** Mark the row of the newest step. @param {App} app */
 function markStep(app) {
   const body = byId("steps").lastElementChild;
-  mark(byId("steps"), body?.children[positionAt(app.run, app.time)]);
+  const newest = newestStep(app.run, app.time);
+  const place = rowsOf(app.run).findIndex(({ step }) => step === newest); // without one, that of the start
+  mark(byId("steps"), body?.children[place]);
 }
 
 const MOMENTS_SHOWN = 400; // in the list; all are on the time line
