@@ -5,6 +5,8 @@ Rule 2: it checks each segment against a scan of its own; where obstacles move, 
         own leg.
 """
 
+import math
+
 from agents.commands import Command, Note
 from agents.driver import Driver
 from agents.follower import Follower
@@ -22,6 +24,8 @@ class Advance:
         self._driver = driver
         self._senses = senses
         self._follower = follower
+        self.kept_back_at_s = math.inf
+        """Since when it has stood and may not go on for robots behind."""
 
     def along(
         self, strand: Strand, authority_m: float, now_s: float, *, final: bool
@@ -42,10 +46,13 @@ class Advance:
             return [], driver.standing
         reach_m = strand.grants.claim_m(reach_m, progress_m=ordered_m)
         if reach_m <= ordered_m + THERE_M:
-            return [], False  # a robot behind stands in the way, and may not go first
+            # A robot behind stands in the way, and may not go first.
+            self.kept_back_at_s = min(self.kept_back_at_s, now_s) if driver.standing else math.inf
+            return [], False
         watched = self._mission.obstacles_move and driver.progress_m >= strand.own_leg_m - THERE_M
         if not watched and not self._follower.is_clear(reach_m):
             return self._check(strand, now_s), False
+        self.kept_back_at_s = math.inf
         driver.to(strand.path.at(reach_m), reach_m=reach_m, epoch=strand.epoch)
         return [], False
 

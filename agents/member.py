@@ -7,9 +7,9 @@ Rule 2: the first robot of the strand leads. Where its tail wants to come back, 
         a way; else it makes room.
 Rule 3: where obstacles move, a robot looks while it drives (`agents.watch`).
 Rule 4: ground that a robot has driven or checked itself stays clear for it, whichever way it goes.
-Rule 5: a robot whose way has been blocked for too long says so, and so does each robot ahead of it. The
-        first then stops where it is and has the strand dissolve, so often at the most; the others stop when
-        they hear of it.
+Rule 5: a robot whose way has been blocked for too long says so, and so does each robot ahead of it; a first
+        that backs up may be kept back by robots behind. The first then stops where it is and has the strand
+        dissolve, so often at the most; the others stop when they hear of it.
 """
 
 import numpy as np
@@ -196,6 +196,8 @@ class Member:
         """Rule 5: which robot's way is blocked, its own or that of one behind it."""
         stopped_at_s = min(self.follower.refused_at_s, self._watch.still_since_s)
         patience_s = STILL_S_MAX if self._mission.obstacles_move else BLOCKED_S
+        if self.strand.ahead is None and self.strand.quiet_s(now_s) >= patience_s:
+            stopped_at_s = min(stopped_at_s, self._advance.kept_back_at_s)
         if not self._held and now_s - stopped_at_s >= patience_s:
             return self.strand.robot
         return self.strand.blocked_behind

@@ -31,6 +31,8 @@ DRAWN = Path(__file__).parent / "drawn"
         ("two-cut-off-by-turns", 2544, 20.072, ()),
         # Who misses six of seven messages must not keep the others waiting.
         ("a-leader-nearly-deaf", 2394, 9.177, (1,)),
+        # The way back out of a pocket leads past the others that are still in it.
+        ("out-of-a-pocket-round-a-loop", 869, 12.499, ()),
         # Who never answers, not who has the turn, keeps the others waiting.
         ("one-that-never-answers", 2892, 17.196, (1,)),
     ],
