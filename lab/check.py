@@ -97,7 +97,9 @@ def scenario_of(timeline: Timeline | Log) -> Scenario:
     try:
         return msgspec.convert(timeline.header.scenario, Scenario)
     except (msgspec.ValidationError, UsageError) as error:
-        raise UsageError(f"the header's scenario cannot be judged by: {error}") from error
+        if not timeline.header.scenario:
+            raise UsageError("line 1, the header, is damaged: it holds no scenario to judge by") from error
+        raise UsageError(f"line 1: the header's scenario cannot be judged by: {error}") from error
 
 
 def sentences(finding: Finding) -> list[str]:

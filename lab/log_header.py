@@ -50,7 +50,7 @@ def header_of(first: bytes, second: bytes, path: Path) -> tuple[Header, str | No
     except UsageError as error:
         if not is_entry(first) and not is_entry(second):
             raise
-        return _salvaged(first), f"{error}; what it does not say is not known"
+        return _salvaged(first), f"line 1 is damaged: {error}; what it does not say is not known"
 
 
 def read_header(text: bytes, path: Path) -> Header:

@@ -291,6 +291,23 @@ def test_a_torn_line_and_a_newer_schema_are_said_and_the_rest_is_drawn(folder: P
     assert len(told.stdout.splitlines()) == 5
 
 
+def test_where_line_1_is_damaged_it_is_said_and_what_entries_alone_tell_is_drawn(
+    folder: Path, tmp_path: Path
+) -> None:
+    _, entries = (folder / "killed" / EVENTS_FILE).read_bytes().split(b"\n", 1)
+    headless = tmp_path / EVENTS_FILE
+    headless.write_bytes(b'{"kind": "run.started", "sche\n' + entries)
+    told = clew("figures", headless, "--format", "svg")
+    assert told.exit_code == 0
+    assert "not complete: line 1 is damaged" in told.stderr
+    assert "not drawn: clearance: the log does not say where obstacles were" in told.stderr
+    assert {Path(line).stem for line in told.stdout.splitlines()} == {"region", "steps", "separation"}
+    assert "required" not in (tmp_path / "figures" / "separation.svg").read_text(encoding="utf-8")
+    checked = clew("log", "check", headless)
+    assert checked.exit_code == 2
+    assert "line 1, the header, is damaged" in checked.stderr
+
+
 def test_a_run_in_which_nobody_moved_has_no_distances_and_the_rest_is_drawn(tmp_path: Path) -> None:
     told = clew("figures", recorded(tmp_path / "run", numbered(AT_REST)), "--format", "svg")
     assert told.exit_code == 0

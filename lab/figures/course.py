@@ -95,13 +95,13 @@ class Course:
         return np.array([np.interp(t_s, self.times_s, column) for column in flat.T]).reshape(-1, 2)
 
 
-def course_of(read: Timeline) -> Course:
-    """The course of the run that a timeline tells of.
+def course_of(read: Timeline, stand_in: Scenario | None = None) -> Course:
+    """The course of the run that a timeline tells of, or of its entries and a scenario to stand in.
 
     Raises:
-        UsageError: the header's scenario is none, or of another version.
+        UsageError: the header's scenario is none, or of another version, and nothing stands in.
     """
-    scenario = scenario_of(read)
+    scenario = stand_in or scenario_of(read)
     evidence, tally = Evidence(), Tally()
     stands: list[Stand] = []
     lost: list[tuple[float, int]] = []

@@ -7,6 +7,7 @@ from lab import timeline
 from lab.campaign import CAMPAIGN_FILE
 from lab.figures import campaign as of_campaign
 from lab.figures import run as of_run
+from lab.figures.bare import stand_in
 from lab.figures.course import course_of
 from lab.figures.outcomes import read_campaign
 from lab.figures.style import Chart, LeftOut, render
@@ -31,7 +32,14 @@ def charts_in(source: Path) -> tuple[Charts, tuple[str, ...]]:
         outcomes, flaws = read_campaign(path)
         return of_campaign.charts_of(outcomes), flaws
     read = timeline.read(path)
-    return of_run.charts_of(course_of(read)), read.flaws
+    try:
+        return of_run.charts_of(course_of(read)), read.flaws
+    except UsageError as error:
+        scenario = stand_in(read)
+        if scenario is None:
+            raise
+        flaws = (*read.flaws, str(error))
+    return of_run.charts_without_scenario(course_of(read, scenario)), flaws
 
 
 def write(charts: Charts, out: Path, formats: tuple[str, ...]) -> list[Path]:

@@ -16,6 +16,7 @@ from protocol.arrays import Floats
 from world.clearance import separations
 from world.monitor import Promises
 
+CLEARANCE = "clearance"
 PANEL_IN, LEGEND_IN = 1.9, 0.6
 POINTS_MAX = 500  # along a trace: two to each point (1/72 in) of a column's width
 ALONE_PT = 2.0
@@ -28,14 +29,14 @@ NEAR = 8.0  # times the limit: what is further away is cut off, for nobody is ne
 def clearance(course: Course) -> Chart | LeftOut:
     """Each robot's clearance: from obstacles that never move, and while it drives, from those that do."""
     if len(course.times_s) == 0:
-        return LeftOut("clearance", "no body was placed")
+        return LeftOut(CLEARANCE, "no body was placed")
     panels = []
     if course.scenario.obstacles:
         panels.append(("clearance [m]", course.clearance_m, True))
     if course.scenario.moving:
         panels.append(("to what moves, driving [m]", moving_clearance_m(course), False))
     if not panels:
-        return LeftOut("clearance", "there is no obstacle")
+        return LeftOut(CLEARANCE, "there is no obstacle")
 
     def paint(figure: Figure) -> None:
         for axes, (label, apart_m, has_limits) in zip(_panels(figure, len(panels)), panels, strict=True):
@@ -46,11 +47,14 @@ def clearance(course: Course) -> Chart | LeftOut:
             _show_near(axes, apart_m, course.scenario.law.epsilon_m)
         legend_below(figure, columns=4)
 
-    return Chart("clearance", (COLUMN_IN, PANEL_IN * len(panels) + LEGEND_IN), paint)
+    return Chart(CLEARANCE, (COLUMN_IN, PANEL_IN * len(panels) + LEGEND_IN), paint)
 
 
-def separation(course: Course) -> Chart | LeftOut:
-    """How far each robot is behind the one ahead of it, hull to hull, and the least of any two."""
+def separation(course: Course, *, hulls_known: bool = True) -> Chart | LeftOut:
+    """How far each robot is behind the one ahead of it, hull to hull, and the least of any two.
+
+    Where hulls are not known they are points, and nothing is known to be required.
+    """
     if len(course.times_s) == 0:
         return LeftOut("separation", "no body was placed")
     if len(course.robots) == 1:
@@ -65,10 +69,10 @@ def separation(course: Course) -> Chart | LeftOut:
         axes.plot(*thinned(course.times_s, least_m), color=BLACK, linewidth=1.0, label="least of any two")
         if required_m > 0.0:
             limit(axes, required_m, f"required, {required_m:.3f} m")
-        else:  # a logarithm knows no 0
+        elif hulls_known:  # a logarithm knows no 0
             axes.plot([], [], linestyle="", label="required, above 0 m")
-        _finish(axes, course, "to the robot ahead [m]")
-        legend_below(figure, columns=4)
+        _finish(axes, course, f"to the robot ahead{'' if hulls_known else ', centres'} [m]")
+        legend_below(figure, columns=3)
 
     return Chart("separation", (COLUMN_IN, PANEL_IN + LEGEND_IN), paint)
 
