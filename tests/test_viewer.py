@@ -11,6 +11,7 @@ from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from lab.view import channel as channels
@@ -20,7 +21,7 @@ from lab.view.pages import site
 from lab.view.server import Server
 from lab.view.watch import Seen, Watch
 from tests.fleets import END_S_MAX, RUN_S_MAX, START_S_MAX, Fleet, wait_until
-from tests.logs import AT_REST, numbered, recorded
+from tests.logs import AT_REST, GOOD, numbered, recorded
 from tests.views import address_of, told, view
 from world.verdict import VERDICT_FILE
 
@@ -30,7 +31,7 @@ LINES = numbered(AT_REST)
 @pytest.fixture
 def run(tmp_path: Path) -> Path:
     folder = recorded(tmp_path / "run", LINES)
-    (folder / VERDICT_FILE).write_text('{"ok": true}', encoding="utf-8")
+    (folder / VERDICT_FILE).write_bytes(msgspec.json.encode(GOOD))
     return folder
 
 
@@ -86,7 +87,7 @@ async def test_every_page_is_told_the_whole_run_and_its_verdict_however_late_it_
     assert first == second
     batches = [json.loads(text) for text in first]
     assert batches[0]["subject"]["scenario"]["name"] == "paper"
-    assert batches[-1]["verdict"] == {"ok": True}
+    assert batches[-1]["verdict"] == json.loads(msgspec.json.encode(GOOD))
 
 
 async def test_who_is_asked_to_end_looks_once_more_and_tells_that(

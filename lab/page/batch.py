@@ -101,7 +101,7 @@ class Position(Struct, frozen=True, kw_only=True):
     clearance_m: float | None
     """The least in the step that ended here; None: row 0, or no obstacle."""
     distances_m: tuple[float, ...]
-    """To each obstacle of the scenario, from the centre, as in the paper's Table I."""
+    """To each obstacle of the scenario, from the centre, as in the paper's Table I; not rounded."""
 
 
 class Batch(Struct, frozen=True, kw_only=True, omit_defaults=True):

@@ -36,6 +36,8 @@ class Clearances:
 
     ground: Ground
     radius_m: float
+    least_m: float = math.inf
+    """Of all hulls so far."""
     _last: dict[int, Floats] = field(default_factory=dict)
     _count: int = 0
 
@@ -58,6 +60,7 @@ class Clearances:
         self._count += len(rows)
         kept = _lowest(least_m, self._count)
         least_m = least_m[kept] - self.radius_m
+        self.least_m = min(self.least_m, float(least_m.min()))
         return Clearance(robot=robot, t=column(rows[kept, 0], MS), least=column(least_m, TENTH_MM))
 
 
@@ -79,6 +82,10 @@ class Separations:
 
     movers: Movers
     radius_m: float
+    apart_m: float = math.inf
+    """The least so far between two hulls."""
+    passed_m: float = math.inf
+    """The least so far between a hull that moved and a moving obstacle."""
     _samples: dict[int, Floats] = field(default_factory=dict)
     """(n, 3): what has not been looked at, and the newest that has."""
     _looked_s: float = -math.inf
@@ -104,6 +111,8 @@ class Separations:
         apart = list(_nearest_pairs(instants_s, places_m, names, self.radius_m))
         passed = list(self._passings(instants_s, places_m, names)) if self.movers.names else []
         self._forget(float(instants_s[-1]))
+        self.apart_m = min([self.apart_m, *(float(least_m.min()) for _, least_m, _, _ in apart)])
+        self.passed_m = min([self.passed_m, *(float(least_m.min()) for _, least_m, _, _ in passed)])
         return self._nearness(apart), self._nearness(passed)
 
     def _nearness(self, curves: list[Curve]) -> Nearness | None:

@@ -29,6 +29,7 @@ from lab.page.batch import (
 from lab.page.distances import Clearances, Separations
 from lab.page.entries import Entries
 from lab.page.lanes import Lanes
+from lab.page.judged import Measured, contradictions, unread
 from lab.page.strands import Positions, Strands
 from lab.page.tracks import Tracks, pack
 from protocol.errors import UsageError
@@ -57,6 +58,7 @@ class Story:
             self._separations = Separations(self._scenario.movers, radius_m)
         self._changes: list[Lane | LinkChange | Strand | Position] = []
         self._verdict: dict[str, Any] | None = None
+        self._steps = 0
         self._heard = 0
         self._end_s = 0.0
         self._news = True
@@ -79,13 +81,19 @@ class Story:
         if (strand := self._strands.hear(source, entry)) is not None:
             self._changes.append(strand)
         if source == WORLD:
-            self._changes.extend(self._positions.hear(entry))
+            positions = list(self._positions.hear(entry))
+            self._steps += sum(position.step > 0 for position in positions)
+            self._changes.extend(positions)
 
     def add(self, *, verdict: dict[str, Any] | None = None, flaws: Sequence[str] = ()) -> None:
-        """Take in the verdict as it stands in its file, and what more is known to be wrong with the log."""
+        """Take in the verdict as it stands in its file, and what more is known to be wrong with the log.
+
+        What is no verdict is only named as a flaw.
+        """
         self._news = True
-        self._verdict = verdict if verdict is not None else self._verdict
-        self.flaws = (*self.flaws, *flaws)
+        why = None if verdict is None else unread(verdict)
+        self._verdict = self._verdict if verdict is None or why is not None else verdict
+        self.flaws = (*self.flaws, *flaws, *([] if why is None else [why]))
 
     def batch(self, *, ended: bool = False) -> bytes | None:
         """What is new, as JSON; None where nothing is. `ended`: nothing more will come."""
@@ -96,6 +104,8 @@ class Story:
             (None, None) if self._separations is None else self._separations.pack(ended=ended)
         )
         batch = Batch(
+        if ended and self._verdict is not None:
+            self._compare(self._verdict)
             format=FORMAT,
             subject=self._subject,
             tracks=tracks,
@@ -118,6 +128,18 @@ class Story:
         return msgspec.json.encode(batch)
 
     def _motion(self) -> tuple[tuple[Track, ...], tuple[Clearance, ...]]:
+    def _compare(self, verdict: dict[str, Any]) -> None:
+        """Name what the log, of which all has been heard, says otherwise than the verdict."""
+        if self._clearances is None or self._separations is None:
+            return  # nothing is judged, and that is a flaw by itself
+        measured = Measured(
+            clearance_m=self._clearances.least_m,
+            moving_clearance_m=self._separations.passed_m,
+            separation_m=self._separations.apart_m,
+            steps=self._steps,
+        )
+        self.flaws = (*self.flaws, *contradictions(measured, verdict, whole=not self.flaws))
+
         tracks, clearances = list[Track](), list[Clearance]()
         for t_s, pose in self._tracks.newest.values():
             self._strands.stand(t_s, pose)

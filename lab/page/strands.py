@@ -122,5 +122,5 @@ class Positions:
             x_m=place.x_m,
             y_m=place.y_m,
             clearance_m=clearance_m,
-            distances_m=tuple(round(distance_m, DECIMALS) for distance_m in distances_m),
+            distances_m=tuple(distances_m),
         )

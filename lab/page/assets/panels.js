@@ -82,12 +82,12 @@ function figuresOf(run) {
     ["Separation", metres(apart), required(run.subject?.separation_m_required)],
     [
       "Steps",
-      String(Math.max(run.positions.length - 1, 0)),
-      `${(run.kind("scan.served").t ?? []).length} scans of all robots`,
+      String(verdict?.switching_steps ?? Math.max(run.positions.length - 1, 0)),
+      `${verdict?.planning_events ?? (run.kind("scan.served").t ?? []).length} planning events of all robots`,
     ],
     [
       "Time",
-      `${run.end.toFixed(1)} s`,
+      `${(verdict?.sim_s ?? run.end).toFixed(1)} s`,
       verdict ? `${verdict.path_m?.toFixed(2)} m driven by all` : "simulated",
     ],
   ];

@@ -125,8 +125,9 @@ function markMoment(app) {
 
 /** @param {App} app */
 function showMessages(app) {
-  const books = [...app.run.losses.books]
-    .filter(([, book]) => book.sent > 0)
+  const books = app.run.losses
+    .told()
+    .filter(([, { sent, received }]) => sent || received)
     .sort(([one], [other]) => one.localeCompare(other, "en", { numeric: true }));
   const head = element(
     "tr",
@@ -135,24 +136,24 @@ function showMessages(app) {
       element("th", { scope: "col" }, name),
     ),
   );
-  const rows = books.map(([link, { sent, received, injected, closed }]) =>
+  const rows = books.map(([link, book]) =>
     element(
       "tr",
       {},
       element("th", { scope: "row" }, link.replace(">", "→")),
-      ...(closed
-        ? [
-            String(sent),
-            String(received),
-            String(injected),
-            `${((100 * Math.max(sent - received, 0)) / sent).toFixed(1)} %`,
-          ]
-        : [String(sent), "–", "–", "–"]
-      ).map((text) => element("td", {}, text)),
+      ...bookCells(book).map((text) => element("td", {}, text)),
     ),
   );
   byId("messages").replaceChildren(element("thead", {}, head), element("tbody", {}, ...rows));
   byId("messages-about").textContent = books.length
-    ? "State messages of each link, by the books that its two robots closed with; a robot that died closed none."
+    ? "State messages of each link, by the books that its two robots closed with. A process that died closed none."
     : "Robots close their books at the end of a run.";
+}
+
+/** @param {Told} book */
+function bookCells({ sent, received, injected }) {
+  if (sent === null || received === null)
+    return [String(sent ?? "–"), String(received ?? "–"), "–", "not known: its process died"];
+  const lost = sent > 0 ? ((100 * (sent - received)) / sent).toFixed(1) : "0.0";
+  return [String(sent), String(received), String(injected), `${lost} %`];
 }
