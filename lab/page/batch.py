@@ -23,7 +23,8 @@ class Subject(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """What was run, of which nothing changes."""
 
     run: str
-    seed: int
+    seed: int | None = None
+    """None: the header is damaged, and does not say."""
     speed: float | None
     started_at: str
     scenario: dict[str, Any]

@@ -14,6 +14,7 @@ from typing import Any
 
 import msgspec
 
+from lab.log_header import UNKNOWN
 from lab.page import lanes, strands
 from lab.page.batch import (
     FORMAT,
@@ -28,8 +29,8 @@ from lab.page.batch import (
 )
 from lab.page.distances import Clearances, Separations
 from lab.page.entries import Entries
-from lab.page.lanes import Lanes
 from lab.page.judged import Measured, contradictions, unread
+from lab.page.lanes import Lanes
 from lab.page.strands import Positions, Strands
 from lab.page.tracks import Tracks, pack
 from protocol.errors import UsageError
@@ -57,8 +58,8 @@ class Story:
             self._clearances = Clearances(self._scenario.ground, radius_m)
             self._separations = Separations(self._scenario.movers, radius_m)
         self._changes: list[Lane | LinkChange | Strand | Position] = []
-        self._verdict: dict[str, Any] | None = None
         self._steps = 0
+        self._verdict: dict[str, Any] | None = None
         self._heard = 0
         self._end_s = 0.0
         self._news = True
@@ -103,9 +104,9 @@ class Story:
         separations, passings = (
             (None, None) if self._separations is None else self._separations.pack(ended=ended)
         )
-        batch = Batch(
         if ended and self._verdict is not None:
             self._compare(self._verdict)
+        batch = Batch(
             format=FORMAT,
             subject=self._subject,
             tracks=tracks,
@@ -127,7 +128,6 @@ class Story:
         self._changes.clear()
         return msgspec.json.encode(batch)
 
-    def _motion(self) -> tuple[tuple[Track, ...], tuple[Clearance, ...]]:
     def _compare(self, verdict: dict[str, Any]) -> None:
         """Name what the log, of which all has been heard, says otherwise than the verdict."""
         if self._clearances is None or self._separations is None:
@@ -140,6 +140,7 @@ class Story:
         )
         self.flaws = (*self.flaws, *contradictions(measured, verdict, whole=not self.flaws))
 
+    def _motion(self) -> tuple[tuple[Track, ...], tuple[Clearance, ...]]:
         tracks, clearances = list[Track](), list[Clearance]()
         for t_s, pose in self._tracks.newest.values():
             self._strands.stand(t_s, pose)
@@ -157,7 +158,7 @@ def _subject(header: Header, scenario: Scenario | None) -> Subject:
     promises = None if scenario is None else Promises.of(scenario)
     return Subject(
         run=header.run,
-        seed=header.seed,
+        seed=None if _is_unknown(header) else header.seed,
         speed=header.speed,
         started_at=header.started_at,
         scenario=header.scenario,
@@ -165,6 +166,11 @@ def _subject(header: Header, scenario: Scenario | None) -> Subject:
         clearance_m_required=None if promises is None else promises.clearance_m_required,
         separation_m_required=None if promises is None else promises.separation_m_required,
     )
+
+
+def _is_unknown(header: Header) -> bool:
+    """Whether what was run is not said."""
+    return header.scenario_hash == UNKNOWN.scenario_hash and header.seed == UNKNOWN.seed
 
 
 def _scenario_of(header: Header | None) -> tuple[Scenario | None, tuple[str, ...]]:

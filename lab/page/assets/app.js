@@ -42,7 +42,7 @@ class App {
     }
     this.runs[index].take(batch);
     this.hasNews = true;
-    if (this.follows && index === this.focus) this.time = this.run.end;
+    if (this.follows && index === this.focus) this.time = this.run.newest;
     this.show();
   }
 
@@ -63,7 +63,7 @@ class App {
 
   /** To the end; of a run that goes on, stay there. */
   follow() {
-    this.seek(this.run.end);
+    this.seek(this.run.newest);
     this.follows = !this.run.ended;
   }
 

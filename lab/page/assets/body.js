@@ -3,6 +3,8 @@
 const CHUNK = 128; // places in one piece of a trail: few pieces to draw, little to draw point by point
 const PIECES_SHOWN = 24; // of a trail, the newest: some ten minutes of driving round corners
 
+const UNTIL_SAMPLED_S = 0.15; // a body that moves is sampled every 0.1 s: until then it goes on as it did
+
 class Body {
   /** @param {number} robot */
   constructor(robot) {
@@ -51,7 +53,8 @@ class Body {
     this.x = xs.data[i] + share * (xs.data[next] - xs.data[i]);
     this.y = ys.data[i] + share * (ys.data[next] - ys.data[i]);
     this.heading = headings.data[i] + share * (headings.data[next] - headings.data[i]);
-    this.isMoving = this.movesFrom(i);
+    const isLast = next === i && t - this.t.data[i] < UNTIL_SAMPLED_S;
+    this.isMoving = this.movesFrom(i) || (isLast && i > 0 && this.movesFrom(i - 1));
   }
 
   /** Whether it drives or turns between a place and the next. @param {number} i */

@@ -5,7 +5,7 @@
  *   `key`: the robot whose colour and dash it has; 0: it is of the whole fleet
  * @typedef {{value: number, name: string, dash: number[]}} Mark a height that means something
  * @typedef {{id: string, title: string, about: string, series: (run: Run) => Series[], marks: (run: Run) => Mark[],
- *   top: (run: Run, most: number, least: number) => number, decimals: number, none: string}} Plot
+ *   top: (run: Run, most: number, least: number) => number, decimals: number, none: (run: Run) => string}} Plot
  */
 
 /** @type {Plot[]} */
@@ -22,7 +22,7 @@ const PLOTS = [
     ],
     top: (run, most, least) => Math.min(most, Math.max(5 * run.epsilon, 1.5 * least)),
     decimals: 3,
-    none: "no obstacle stands still",
+    none: (run) => (run.subject?.clearance_m_required == null ? NOT_KNOWN : "no obstacle stands still"),
   },
   {
     id: "separation",
@@ -45,7 +45,7 @@ const PLOTS = [
     top: (run, most, least) =>
       Math.min(most, Math.max(8 * (run.subject?.separation_m_required ?? 0), 4 * least)),
     decimals: 3,
-    none: "one robot alone",
+    none: (run) => (run.subject?.separation_m_required == null ? NOT_KNOWN : "one robot alone"),
   },
   {
     id: "stretch",
@@ -58,7 +58,7 @@ const PLOTS = [
         : [],
     top: (run, most) => Math.max(most, 1.1 * (run.scenario.fleet?.link_length_m_max ?? 0)),
     decimals: 2,
-    none: "nothing was granted",
+    none: () => "nothing was granted",
   },
   {
     id: "losses",
@@ -74,7 +74,7 @@ const PLOTS = [
     marks: () => [],
     top: (_, most) => Math.max(most, 4),
     decimals: 0,
-    none: "no fault took a message of a link",
+    none: () => "no fault took a message of a link",
   },
 ];
 
@@ -145,7 +145,7 @@ class Chart {
     this.most = this.plot.top(run, most, lowest ? lowest.curve.least : 0) || 1;
     const isDistance = this.plot.decimals === 3;
     this.least.textContent =
-      isDistance && lowest ? leastOf(lowest) : this.series.length ? "" : this.plot.none;
+      isDistance && lowest ? leastOf(lowest) : this.series.length ? "" : this.plot.none(run);
     this.figure.classList.toggle("empty", this.series.length === 0);
     this.canvas.setAttribute(
       "aria-label",

@@ -28,9 +28,9 @@ function listenToControls(app, player) {
     ),
   );
   byId("signs").append(
-    ...Object.values(SIGNS).map(({ sign, name, row }) =>
-      element("li", {}, element("i", { class: `row${row}` }, sign), ` ${name}`),
-    ),
+    ...Object.values(SIGNS)
+      .filter(({ row }) => row <= 1)
+      .map(({ sign, name, row }) => element("li", {}, element("i", { class: `row${row}` }, sign), ` ${name}`)),
   );
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => retheme(app));
   const beside = new ResizeObserver(() => {

@@ -2,7 +2,7 @@
 
 /**
  * How a kind is shown. `row` is its row above the lanes: 0 what went wrong or was done to the run, 1 how the strand
- * came through it.
+ * came through it; others are in the list alone.
  * @typedef {{sign: string, name: string, row: number, says: (rows: Columns, i: number) => string}} Sign
  */
 
@@ -144,7 +144,7 @@ const SIGNS = {
     row: 1,
     says: (rows, i) => `${rows.source[i]} has reached the goal`,
   },
-  "run.ended": { sign: "▐", name: "end", row: 1, says: (rows, i) => rows.reason[i] },
+  "run.ended": { sign: "▐", name: "end", row: 3, says: (rows, i) => rows.reason[i] },
 };
 
 /** What a step says in the list; the time line has a band of its own for steps. @type {Sign} */

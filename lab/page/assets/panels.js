@@ -29,7 +29,9 @@ function showVerdict(app) {
   const { verdict, subject } = run;
   const word = verdict
     ? verdict.ok
-      ? "Kept its promises"
+      ? subject?.clearance_m_required === 0
+        ? "OK, clearance not promised"
+        : "Kept its promises"
       : "Failed"
     : run.ended
       ? "No verdict"
@@ -37,12 +39,12 @@ function showVerdict(app) {
   const badge = byId("badge");
   badge.textContent = `${verdict ? (verdict.ok ? "✓ " : "✗ ") : "… "}${word}`;
   badge.className = verdict ? (verdict.ok ? "good" : "bad") : "open";
-  byId("reason").textContent = verdict?.reason ?? "";
+  byId("reason").textContent = [verdict?.reason, shortfall(run, clearanceOf(run))].filter(Boolean).join(". ");
   const facts = subject
     ? [
         subject.scenario?.name,
-        `seed ${subject.seed}`,
-        `law ${subject.scenario?.law?.law ?? "unknown"}`,
+        `seed ${subject.seed ?? NOT_KNOWN}`,
+        `law ${subject.scenario?.law?.law ?? NOT_KNOWN}`,
         `${run.bodies.size} robots`,
         subject.run,
       ]
@@ -67,18 +69,23 @@ function showVerdict(app) {
   );
 }
 
+/** The least of the run; null: not known. @param {Run} run @returns {number | null} */
+function clearanceOf(run) {
+  const least = Math.min(...[...run.bodies.values()].map((body) => body.clearance.least));
+  return run.verdict?.clearance_m_min ?? (Number.isFinite(least) ? least : null);
+}
+
 /** @param {Run} run @returns {[string, string, string][]} name, value, what stands beside it */
 function figuresOf(run) {
   const { verdict } = run;
-  const least = Math.min(...[...run.bodies.values()].map((body) => body.clearance.least));
-  const clearance = verdict?.clearance_m_min ?? (Number.isFinite(least) ? least : null);
+  if (!verdict && run.bodies.size === 0) return []; // nothing is known of it
   const apart =
     verdict?.separation_m_min ?? (Number.isFinite(run.separation.least) ? run.separation.least : null);
   const required = (/** @type {number | undefined | null} */ value) =>
-    value ? `${value.toFixed(3)} m required` : "has to be above 0";
+    value ? `${value.toFixed(3)} m required` : value === 0 ? "has to be above 0" : `required: ${NOT_KNOWN}`;
   /** @type {[string, string, string][]} */
   const figures = [
-    ["Clearance", metres(clearance), required(run.subject?.clearance_m_required)],
+    ["Clearance", metres(clearanceOf(run)), required(run.subject?.clearance_m_required)],
     ["Separation", metres(apart), required(run.subject?.separation_m_required)],
     [
       "Steps",
@@ -91,8 +98,12 @@ function figuresOf(run) {
       verdict ? `${verdict.path_m?.toFixed(2)} m driven by all` : "simulated",
     ],
   ];
+  if (run.scenario.moving.length) {
+    const passed = verdict?.moving_clearance_m_min ?? (run.passing.value.length ? run.passing.least : null);
+    figures.splice(1, 0, ["Clear of movers", metres(passed), "while it drives: above 0"]);
+  }
   if (!verdict) return figures;
-  figures.splice(2, 0, [
+  figures.splice(figures.length - 2, 0, [
     "Arrived",
     `${verdict.robots_arrived} of ${verdict.robots}`,
     verdict.goal_reached ? "goal reached" : "goal not reached",
@@ -147,16 +158,6 @@ function orderOf(order) {
   return told.join(" ‹ ");
 }
 
-/** @param {Run} run @param {number} time */
-function nearestNow(run, time) {
-  let [who, least] = [0, Infinity];
-  for (const body of run.bodies.values()) {
-    const value = body.clearance.at(time);
-    if (value < least) [who, least] = [body.robot, value];
-  }
-  return who ? `nearest to an obstacle: robot ${who}, ${metres(least, 3)} clear` : "";
-}
-
 /** @param {Run} run @param {Body} body @param {any} strand @param {number} time */
 function robotNow(run, body, strand, time) {
   body.goTo(time);
@@ -165,6 +166,8 @@ function robotNow(run, body, strand, time) {
     `robot ${body.robot}${place === 0 ? ", which leads" : ""}: ${doingAt(run, body, time)}`,
     `${metres(body.clearance.at(time), 3)} clear`,
   ];
+  const moving = fromMovers(run, body.x, body.y, time);
+  if (moving < Infinity) said.push(`${metres(moving, 3)} from what moves`);
   const progress = strand ? progressAt(run, body, strand.epoch, time, body.x, body.y) : NaN;
   if (!Number.isNaN(progress)) said.push(`${progress.toFixed(2)} m along the path`);
   const authority = place > 0 ? authorityAt(run, strand, place, time) : NaN;

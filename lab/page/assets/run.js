@@ -13,6 +13,8 @@ const KEYS = {
   "authority.granted": (rows, i) => `${robotOf(rows.source[i])}>${rows.to[i]}`,
 };
 
+const LAG_S = 0.5; // twice what poses have been seen to come late by, and more
+
 /** @param {string} source @returns {number} 0: the world */
 function robotOf(source) {
   return source.startsWith("r") ? Number(source.slice(1)) : 0;
@@ -57,6 +59,13 @@ class Run {
 
   get robots() {
     return [...this.bodies.keys()].sort((one, other) => one - other);
+  }
+
+  /** The newest time at which it is known where robots are: what they say may come before their poses do. */
+  get newest() {
+    if (this.ended) return this.end;
+    const known = Math.max(0, ...[...this.bodies.values()].map((body) => body.t.last ?? 0));
+    return Math.max(known, this.end - LAG_S); // where all stand, nothing is sampled
   }
 
   get steps() {

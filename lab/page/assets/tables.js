@@ -26,7 +26,19 @@ function showSteps(app) {
   byId("steps-about").textContent =
     "Distance from the leader's centre to each obstacle where each step ended [m], the nearest underlined" +
     (paper ? "; small: what the paper's Table I prints, whose position 1 is the start." : ".") +
-    (left > 0 ? ` ${left} more obstacles are left out.` : "");
+    (left > 0 ? ` ${left} more obstacles are left out.` : "") +
+    (run.steps.some(({ row }) => leadsAway(run, run.kind("step.planned"), row))
+      ? " *: something has come nearer than that, and the step leads away from it."
+      : "");
+}
+
+/**
+ * Whether a step promises less than the run requires: it begins nearer than that to something that has come up to the
+ * robot, and leads away. @param {Run} run @param {Columns} plans @param {number} row
+ */
+function leadsAway(run, plans, row) {
+  const promised = plans.promised_clearance_m[row];
+  return promised !== null && promised < (run.subject?.clearance_m_required ?? 0);
 }
 
 /** The start, and then a row for each step. @param {Run} run @returns {{step?: Step, position?: any}[]} */
@@ -46,7 +58,7 @@ function stepCells(run, step) {
     step.end === "" ? "under way" : step.to.toFixed(2) + (step.end === "finished" ? "" : ` ${step.end}`),
     `r${step.robot}`,
     plans.length_m[step.row].toFixed(3),
-    plans.promised_clearance_m[step.row]?.toFixed(3) ?? "–",
+    (plans.promised_clearance_m[step.row]?.toFixed(3) ?? "–") + (leadsAway(run, plans, step.row) ? " *" : ""),
   ];
 }
 
@@ -104,7 +116,7 @@ function showMoments(app) {
         { type: "button" },
         element("time", {}, moment.t.toFixed(2)),
         element("i", { class: `row${moment.sign.row}` }, moment.sign.sign),
-        element("span", {}, sentence(moment)),
+        element("span", {}, sentence(moment), why(app.run, moment)),
       );
       link.addEventListener("click", () => app.seek(moment.t));
       return element("li", {}, link);
@@ -112,6 +124,12 @@ function showMoments(app) {
   );
   byId("moments-about").textContent =
     told.length < all.length ? `${told.length} of ${all.length}, those of the rarest kinds.` : "";
+}
+
+/** Why a step promises less than it has to keep. @param {Run} run @param {Moment} moment */
+function why(run, { kind, rows, i }) {
+  const isSo = kind === "step.planned" && leadsAway(run, rows, i);
+  return isSo ? ": something has come nearer, and it leads away from that" : "";
 }
 
 /** Mark the newest moment and have it in sight of the list. @param {App} app */

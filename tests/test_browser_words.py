@@ -1,0 +1,115 @@
+"""What the page says in words and figures: of moving obstacles, of the dead, and of what is not known."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser
+
+from lab import timeline
+from lab.check import scenario_of
+from lab.report import read_verdict, verdict_sentence
+from lab.view.browser import chromium
+from tests.browser import Sight, needs_chromium, sight
+from tests.pages import page_of, rehearsed
+from world.recorder import EVENTS_FILE
+
+pytestmark = [pytest.mark.processes, needs_chromium]
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def killed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return rehearsed(tmp_path_factory.mktemp("words") / "run", "grove", faults="leader-killed")
+
+
+def show(shown: Sight, run: Path) -> None:
+    """Its report, which is made anew."""
+    page = run / "shown.html"
+    page.write_text(page_of(run), encoding="utf-8")
+    shown.page.goto(page.as_uri())
+    shown.page.evaluate("clew.opened")
+    shown.page.evaluate("clew.draw()")
+
+
+def text(shown: Sight, selector: str) -> str:
+    return shown.page.locator(selector).inner_text()
+
+
+def test_the_nearest_obstacle_may_be_one_that_moves(browser: Browser, tmp_path: Path) -> None:
+    run = rehearsed(tmp_path / "run", "pedestrian")
+    with sight(browser) as shown:
+        show(shown, run)
+        least_m = read_verdict(run).moving_clearance_m_min
+        assert least_m is not None
+        assert f"{least_m:.4f} m" in text(shown, "#figures")
+        shown.page.evaluate("clew.seek(clew.runs[0].passing.leastAt); clew.draw()")
+        said = text(shown, "#robot-now")
+        assert said.startswith("nearest to a moving obstacle: robot ")
+        assert float(said.split(", ")[1].split()[0]) <= least_m + 0.001
+        assert shown.troubles == []
+
+
+def test_a_dead_robot_is_near_to_nothing(browser: Browser, killed: Path) -> None:
+    with sight(browser) as shown:
+        show(shown, killed)
+        shown.page.evaluate("clew.runs[0].body(1).clearance.push(4, 0.001); clew.seek(6); clew.draw()")
+        assert "robot 1," not in text(shown, "#robot-now")
+        assert "nearest" in text(shown, "#robot-now")
+
+
+def test_what_a_damaged_header_does_not_say_is_said_to_be_not_known(
+    browser: Browser, killed: Path, tmp_path: Path
+) -> None:
+    header, rest = (killed / EVENTS_FILE).read_bytes().split(b"\n", 1)
+    (tmp_path / EVENTS_FILE).write_bytes(header[:300] + b"\n" + rest)
+    (tmp_path / "empty").mkdir()
+    with sight(browser) as shown:
+        for run in (tmp_path, tmp_path / "empty"):
+            show(shown, run)
+            said = text(shown, "body")
+            assert "not known" in said
+            for guess in ("seed 0", "above 0", "one robot alone", "no obstacle stands still"):
+                assert guess not in said
+        assert shown.troubles == []
+
+
+def test_a_law_that_promises_no_clearance_is_said_to_and_what_it_falls_short_of(
+    browser: Browser, tmp_path: Path
+) -> None:
+    run = rehearsed(tmp_path / "run", "paper")
+    sentence = verdict_sentence(read_verdict(run), scenario_of(timeline.read(run)))
+    short = sentence.split("this is ")[1].split(" short of")[0]
+    with sight(browser) as shown:
+        show(shown, run)
+        said = text(shown, "#verdict")
+        assert "Kept its promises" not in said
+        assert f"promises no clearance: {read_verdict(run).clearance_m_min:.4f} m is {short} short of" in said
+
+
+def test_the_end_is_neither_a_fault_nor_mended(browser: Browser, killed: Path) -> None:
+    with sight(browser) as shown:
+        show(shown, killed)
+        last = shown.page.locator("#moments li").last.locator("i")
+        assert last.get_attribute("class") == "row3"
+
+
+def test_a_live_page_shows_robots_where_they_are_known_to_be_and_as_they_were(
+    browser: Browser, killed: Path
+) -> None:
+    with sight(browser) as shown:
+        show(shown, killed)
+        shown.page.evaluate("""
+          clew.run = new clew.runs[0].constructor();
+          const track = { robot: 2, t: [8000, 300], x: [0, 100], y: [0, 0], heading: [0, 0] };
+          clew.run.take({ tracks: [track], end_s: 8.64 });
+          clew.run.goTo(8.3);
+        """)
+        assert shown.page.evaluate("[clew.run.newest, clew.run.body(2).isMoving]") == [8.3, True]
+        shown.page.evaluate("clew.run.take({ end_s: 12 }); clew.run.goTo(clew.run.newest)")
+        assert shown.page.evaluate("[clew.run.newest, clew.run.body(2).isMoving]") == [11.5, False]
