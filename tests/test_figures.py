@@ -16,6 +16,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.text import Annotation
 
 from lab import timeline
 from lab.campaign_episode import Outcome, Surprise
@@ -24,14 +25,16 @@ from lab.figures import campaign as of_campaign
 from lab.figures.course import Course, course_of
 from lab.figures.distances import from_hull_m
 from lab.figures.run import charts_of
+from lab.figures.stands import stands_of
 from lab.figures.style import COLUMN_IN, PAGE_IN, Chart, LeftOut, render
 from lab.figures.traces import POINTS_MAX, moving_clearance_m, separations_m, thinned
 from lab.report import read_verdict
 from lab.swarm_faults import FaultClass
-from protocol.timeline import PoseSampled
+from protocol.timeline import OrderAccepted, PoseSampled, StepAbandoned
 from tests.campaigns import clew, closed
 from tests.logs import AT_REST, numbered, recorded
 from world.ending import Ending
+from world.evidence import Evidence
 from world.recorder import EVENTS_FILE
 from world.table import measure
 from world.tally import Tally
@@ -90,7 +93,49 @@ def test_figure_4_draws_the_distances_of_table_1(folder: Path, name: str) -> Non
     assert len(told) == min(6, table_m.shape[1])
     for label in told:
         column_m = table_m[:, int(label.split()[1]) - 1] - drawn.scenario.fleet.robot_radius_m
-        assert np.array_equal(np.asarray(lines[label].get_ydata()), column_m)
+        drawn_m = np.asarray(lines[label].get_ydata())
+        at_table = [stand.place in tally.switching_positions for stand in drawn.stands]
+        assert np.array_equal(drawn_m[at_table], column_m)
+        assert all(at_table) == (name == "paper")
+
+
+def test_switching_positions_bear_the_numbers_of_steps_also_where_one_broke_off(folder: Path) -> None:
+    drawn = course(folder, "killed")
+    begun = [str(planned.plan.step) for planned in drawn.plans]
+    assert [stand.name for stand in drawn.stands] == ["1", "1 end", *begun[1:], f"{begun[-1]} end"]
+    region = painted(chart(drawn, "region"))[0]
+    numbered_m = {text.get_text(): text.xy for text in region.texts if isinstance(text, Annotation)}
+    for planned in drawn.plans:
+        assert numbered_m[str(planned.plan.step)] == pytest.approx(
+            (planned.plan.x_m, planned.plan.y_m), abs=1e-3
+        )
+    ticks = [label.get_text() for label in painted(chart(drawn, "distances"))[0].get_xticklabels()]
+    assert ticks == [stand.name for stand in drawn.stands]
+
+
+def test_a_step_that_was_abandoned_or_whose_leader_died_ends_where_its_body_was() -> None:
+    lines = numbered(
+        (
+            ("world", began(1, step=1, epoch=1, x_m=0.0)),
+            ("r1", StepAbandoned(step=1, epoch=1, x_m=0.4, y_m=0.0)),
+            ("world", began(1, step=2, epoch=1, x_m=0.4)),
+            ("world", PoseSampled(robot=1, x_m=0.7, y_m=0.0, heading_rad=0.0)),
+            ("world", began(2, step=2, epoch=2, x_m=-0.3)),
+        )
+    )
+    evidence = Evidence()
+    for source, entry in lines:
+        evidence.hear(source, entry)
+    stands = stands_of(lines, {1: 1, 2: 2}, evidence)
+    assert [(stand.name, stand.robot, stand.place.x_m) for stand in stands] == [
+        ("1", 1, 0.0), ("2", 1, 0.4), ("2 end", 1, 0.7), ("2", 2, -0.3),
+    ]  # fmt: skip
+
+
+def began(robot: int, *, step: int, epoch: int, x_m: float) -> OrderAccepted:
+    return OrderAccepted(
+        robot=robot, number=1, epoch=epoch, step=step, x_m=x_m, y_m=0.0, target=None, reach_m=0.0
+    )
 
 
 def test_figure_4_tells_apart_the_obstacles_that_were_nearest(folder: Path) -> None:
@@ -233,6 +278,19 @@ def test_every_switching_step_has_its_panel_with_the_gap_chosen(folder: Path) ->
         (gap,) = (line for line in axes.lines if line.get_linestyle() == "--")
         width_m = np.hypot(*np.diff(np.asarray(gap.get_xydata()), axis=0)[0])
         assert width_m == pytest.approx(planned.plan.gaps[planned.plan.gap].width_m, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["paper", "killed", "pedestrian"])
+def test_panels_of_steps_leave_little_of_the_page_empty(folder: Path, name: str) -> None:
+    drawn = chart(course(folder, name), "steps")
+    figure = Figure(figsize=drawn.size_in, layout="constrained")
+    drawn.paint(figure)
+    figure.draw_without_rendering()
+    panels = [axes for axes in figure.axes if axes.get_title()]
+    first = figure.axes[0].get_subplotspec()
+    assert first is not None
+    wide = sum(axes.get_position().width for axes in panels[: first.get_gridspec().ncols])
+    assert wide > 0.9
 
 
 @pytest.mark.parametrize("name", ["killed", "closed"])

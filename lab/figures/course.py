@@ -9,25 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from lab.check import scenario_of
+from lab.figures.stands import Stand, stands_of
 from lab.timeline import Timeline
 from protocol.arrays import Floats
-from protocol.frames import Point
-from protocol.keys import WORLD, robot_number
-from protocol.timeline import Entry, OrderAccepted, RouteLost, StepFinished, StepPlanned, StrandFormed
+from protocol.keys import robot_number
+from protocol.timeline import RouteLost, StepPlanned, StrandFormed
 from world.evidence import Evidence
 from world.judgement import intervals
 from world.recovery import Recovery
 from world.scenario import Scenario
 from world.tally import Tally
-
-
-@dataclass(frozen=True, slots=True)
-class Stand:
-    """The leader at a switching position [world frame]."""
-
-    t_s: float
-    robot: int
-    place: Point
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +42,7 @@ class Course:
     clearance_m: Floats
     """`(k, n)`: of each hull since the instant before, to the nearest obstacle that never moves."""
     stands: tuple[Stand, ...]
-    """The switching positions, as in Table I: the start, and the end of each step."""
+    """The switching positions, in the order in which a leader came there."""
     plans: tuple[Planned, ...]
     orders: tuple[tuple[float, tuple[int, ...]], ...]
     """From when on which strand, leader first."""
@@ -103,17 +94,15 @@ def course_of(read: Timeline, stand_in: Scenario | None = None) -> Course:
     """
     scenario = stand_in or scenario_of(read)
     evidence, tally = Evidence(), Tally()
-    stands: list[Stand] = []
     lost: list[tuple[float, int]] = []
     for source, entry in read.lines:
         evidence.hear(source, entry)
         tally.hear(source, entry)
-        if (stand := _stand(source, entry, is_first=not stands)) is not None:
-            stands.append(stand)
         if isinstance(entry.record, RouteLost) and (robot := robot_number(source)) is not None:
             lost.append((entry.t_s, robot))
     strands = _strands(read)
     moves = list(intervals(evidence, scenario.ground, scenario.fleet.robots))
+    leaders = {epoch: order[0] for epoch, (_, order) in strands.items()}
     shape = (len(moves), scenario.fleet.robots)
     clear_m = np.array([clear_m for *_, clear_m in moves]).reshape(shape)
     return Course(
@@ -121,26 +110,13 @@ def course_of(read: Timeline, stand_in: Scenario | None = None) -> Course:
         times_s=np.array([t_s for t_s, *_ in moves]),
         places_m=np.array([ends_m for _, _, ends_m, _ in moves]).reshape(*shape, 2),
         clearance_m=clear_m - scenario.fleet.robot_radius_m,
-        stands=tuple(stands),
-        plans=_plans(read, {epoch: order[0] for epoch, (_, order) in strands.items()}),
+        stands=stands_of(read.lines, leaders, evidence),
+        plans=_plans(read, leaders),
         orders=tuple(sorted(strands.values())),
         route_lost=tuple(lost),
         recovery=Recovery(tally.recovery),
         restarted=frozenset(tally.restarted),
     )
-
-
-def _stand(source: str, entry: Entry, *, is_first: bool) -> Stand | None:
-    """The switching position that an entry tells of, as `Tally` has them, with who and when."""
-    if source != WORLD:
-        return None
-    match entry.record:
-        case OrderAccepted(step=1) as begun if is_first:
-            return Stand(entry.t_s, begun.robot, Point(x_m=begun.x_m, y_m=begun.y_m))
-        case StepFinished() as step:
-            return Stand(entry.t_s, step.robot, Point(x_m=step.x_m, y_m=step.y_m))
-        case _:
-            return None
 
 
 def _strands(read: Timeline) -> dict[int, tuple[float, tuple[int, ...]]]:

@@ -1,9 +1,10 @@
 """The paper's Figure 4: the leader's distance to each obstacle at each switching position [m]."""
 
+import math
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from lab.figures.course import Course
 from lab.figures.style import COLUMN_IN, GREY, LOOKS, Chart, LeftOut, legend_below, limit
@@ -75,7 +76,8 @@ def _paint(figure: Figure, course: Course) -> None:
     draw_limits(axes, course)
     axes.set(xlabel="switching position", ylabel="leader's distance [m]")
     axes.set_ylim(0.0, 1.05 * float(hull_m[:, nearest].max()))
-    axes.xaxis.set_major_locator(MaxNLocator(nbins=POSITIONS_TOLD, integer=True, min_n_ticks=1))
+    told = positions[:: math.ceil(len(positions) / POSITIONS_TOLD)]
+    axes.set_xticks(told, [course.stands[position - 1].name for position in told])
     axes.margins(x=0.03)
     legend_below(figure, columns=3)
 

@@ -47,7 +47,7 @@ class Frame:
         return bool((place_m >= self.low_m).all() and (place_m <= self.high_m).all())
 
 
-def frame_of(course: Course) -> Frame:
+def frame_of(course: Course, margin: float = MARGIN) -> Frame:
     """All of the ground, or where the run crossed but a little of it, that part."""
     scenario = course.scenario
     run_m = _run_m(course)
@@ -56,7 +56,7 @@ def frame_of(course: Course) -> Frame:
     shown_m = whole_m if run_span_m > WHOLE_SHARE * whole_span_m else run_m
     span_m = np.ptp(shown_m, axis=0)
     # A run along a line gets some ground to both sides of it.
-    margin_m = np.maximum(MARGIN * span_m.max(), (0.35 * span_m.max() - span_m) / 2.0)
+    margin_m = np.maximum(margin * span_m.max(), (0.35 * span_m.max() - span_m) / 2.0)
     return Frame(shown_m.min(axis=0) - margin_m, shown_m.max(axis=0) + margin_m)
 
 

@@ -99,11 +99,11 @@ def _number_stands(axes: Axes, course: Course) -> None:
         side = 1.0 if index % 2 else -1.0
         offset_pt = side * LABEL_PT * np.array((-way_m[1], way_m[0])) / length_m
         axes.annotate(
-            str(index + 1),
+            course.stands[index].name,
             (place_m[0], place_m[1]),
             (offset_pt[0], offset_pt[1]),
             textcoords="offset points",
-            ha="center",
+            ha=("right", "center", "left")[round(offset_pt[0] / LABEL_PT) + 1],  # away from the way
             va="center",
             fontsize=5.5,
             path_effects=[HALO],

@@ -13,10 +13,11 @@ from matplotlib.lines import Line2D
 from lab.figures.course import Course, Planned
 from lab.figures.ground import OVER, Frame, draw_ground, frame_of
 from lab.figures.region import draw_robots, gap_ends
-from lab.figures.style import BLACK, BLUE, HAIR_PT, PAGE_IN, Chart, LeftOut, legend_below
+from lab.figures.style import BLACK, BLUE, COLUMN_IN, HAIR_PT, PAGE_IN, Chart, LeftOut, legend_below
 
 PANELS_MAX = 12
-TITLE_IN, LEGEND_IN = 0.22, 0.35
+TITLE_IN, LEGEND_IN, PAD_IN = 0.16, 0.25, 0.03
+MARGIN = 0.02  # of the longer side: panels stand close together
 TALL, WIDE = 1.5, 0.4  # frames so much higher than wide, or less: more panels in a row, or fewer
 HEAD_PT = 5.0  # of the arrow: the shortest steps are as long
 SEEN: dict[str, Any] = {"color": BLACK, "marker": ".", "markersize": 2.0, "linewidth": HAIR_PT}
@@ -28,13 +29,15 @@ def steps(course: Course) -> Chart | LeftOut:
     """The switching steps of a run; of many, some that are evenly spread over the run."""
     if not course.plans:
         return LeftOut("steps", "the leader has not planned a switching step")
-    frame = frame_of(course)
+    frame = frame_of(course, MARGIN)
     shown = evenly(course.plans, PANELS_MAX)
-    columns = 6 if frame.aspect > TALL else 2 if frame.aspect < WIDE else 4
+    columns = min(len(shown), 6 if frame.aspect > TALL else 2 if frame.aspect < WIDE else 3)
+    width_in = COLUMN_IN if columns == 1 else PAGE_IN
     rows = math.ceil(len(shown) / columns)
-    height_in = rows * (PAGE_IN / columns * frame.aspect + TITLE_IN) + LEGEND_IN
+    height_in = rows * (width_in / columns * frame.aspect + TITLE_IN) + LEGEND_IN
 
     def paint(figure: Figure) -> None:
+        figure.set_layout_engine("constrained", w_pad=PAD_IN, h_pad=PAD_IN, wspace=0.0, hspace=0.0)
         panels = figure.subplots(rows, columns, squeeze=False).ravel()
         for axes in panels:
             axes.set_axis_off()
@@ -44,7 +47,7 @@ def steps(course: Course) -> Chart | LeftOut:
             axes.set_title(said, fontsize=6.0, pad=2.0)
         legend_below(figure, columns=5, handles=_legend(course, len(shown)))
 
-    return Chart("steps", (PAGE_IN, height_in), paint)
+    return Chart("steps", (width_in, height_in), paint)
 
 
 def evenly(plans: Sequence[Planned], most: int) -> list[Planned]:
