@@ -55,6 +55,35 @@ def test_the_nearest_obstacle_may_be_one_that_moves(browser: Browser, tmp_path: 
         assert shown.troubles == []
 
 
+def test_passings_of_what_moves_have_a_chart_of_their_own_where_something_does(
+    browser: Browser, killed: Path, tmp_path: Path
+) -> None:
+    with sight(browser) as shown:
+        show(shown, rehearsed(tmp_path / "run", "pedestrian"))
+        chart = shown.page.locator(".chart", has_text="To moving obstacles")
+        assert chart.is_visible()
+        assert f"least {read_verdict(tmp_path / 'run').moving_clearance_m_min:.4f} m" in chart.inner_text()
+        show(shown, killed)
+        assert not chart.is_visible()
+
+
+def test_a_curve_that_is_cut_off_at_the_top_is_marked(browser: Browser, killed: Path) -> None:
+    with sight(browser) as shown:
+        show(shown, killed)
+        assert "▴ over" in shown.page.locator(".chart", has_text="Separation").inner_text()
+
+
+def test_a_chart_that_has_been_empty_is_shown_when_it_has_something_to_show(
+    browser: Browser, killed: Path
+) -> None:
+    with sight(browser) as shown:
+        show(shown, killed)
+        canvas = shown.page.locator(".chart", has_text="Messages lost").locator("canvas")
+        assert not canvas.is_visible()
+        shown.page.evaluate("clew.runs[0].losses.take(1, 'link/r1/r2/state', 'drop'); clew.take(0, {})")
+        canvas.wait_for()
+
+
 def test_a_dead_robot_is_near_to_nothing(browser: Browser, killed: Path) -> None:
     with sight(browser) as shown:
         show(shown, killed)

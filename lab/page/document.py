@@ -21,7 +21,16 @@ from protocol.errors import UsageError
 SCRIPTS = (
     *("columns.js", "body.js", "moments.js", "losses.js", "scenario.js", "run.js", "steps.js", "strand.js"),
     *("look.js", "view.js", "ground.js", "layers.js", "sight.js", "robots.js", "pane.js"),
-    *("charts.js", "chart_still.js", "doings.js", "lanes.js", "panels.js", "nearness.js", "tables.js"),
+    *(
+        "plots.js",
+        "charts.js",
+        "chart_still.js",
+        "doings.js",
+        "lanes.js",
+        "panels.js",
+        "nearness.js",
+        "tables.js",
+    ),
     *("app.js", "player.js", "controls.js", "main.js"),
 )
 STYLES = ("theme.css", "page.css", "words.css")

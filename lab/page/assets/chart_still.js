@@ -4,6 +4,7 @@
 function drawStill(chart, context, width, height) {
   drawTimeAxis(context, chart.app.end, MARGIN.left, width - MARGIN.right, height - MARGIN.bottom);
   drawHeights(chart, context, width, height);
+  for (const mark of chart.plot.marks(chart.app.run)) drawMark(chart, context, width, height, mark); // below curves
   const chosen = chart.app.robot;
   context.save();
   context.beginPath();
@@ -20,7 +21,25 @@ function drawStill(chart, context, width, height) {
     if (each.key === chosen) drawCurve(chart, context, width, height, each, false);
   context.restore();
   nameCurves(chart, context, width, height);
-  for (const mark of chart.plot.marks(chart.app.run)) drawMark(chart, context, width, height, mark);
+  if (chart.isCut) markCuts(chart, context, width, height);
+}
+
+const CUT_PX = 26; // between two signs that a curve goes on above the top
+
+/** Where curves leave by the top, and where they come back. @param {Chart} chart @param {CanvasRenderingContext2D} context @param {number} width @param {number} height */
+function markCuts(chart, context, width, height) {
+  context.font = font(9);
+  context.textAlign = "center";
+  context.textBaseline = "top";
+  for (const { key, curve } of chart.series) {
+    context.fillStyle = colourOf(key);
+    let at = -CUT_PX;
+    for (let i = 0; i < curve.value.length; i++) {
+      const x = chart.x(curve.t.data[i], width);
+      if (curve.value.data[i] <= chart.most || x - at < CUT_PX) continue;
+      context.fillText("▴", (at = x), MARGIN.top - 8);
+    }
+  }
 }
 
 /** @param {Chart} chart @param {CanvasRenderingContext2D} context @param {number} width @param {number} height */

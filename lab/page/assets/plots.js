@@ -1,0 +1,112 @@
+// What there is to be seen against time: clearance, separation, passings, stretch of links, messages lost.
+
+/**
+ * @typedef {{name: string, key: number, curve: Curve, steps?: boolean, who?: (i: number) => string}} Series
+ *   `key`: the robot whose colour and dash it has; 0: it is of the whole fleet
+ * @typedef {{value: number, name: string, dash: number[]}} Mark a height that means something
+ * @typedef {{id: string, title: string, about: string, series: (run: Run) => Series[], marks: (run: Run) => Mark[],
+ *   top: (run: Run, most: number, least: number) => number, decimals: number, none: (run: Run) => string,
+ *   isOf?: (run: Run) => boolean}} Plot `isOf`: whether a run has such a thing at all
+ */
+
+/** @type {Plot[]} */
+const PLOTS = [
+  {
+    id: "clearance",
+    title: "Clearance of each robot [m]",
+    about: "hull to the nearest obstacle that never moves, the least since the sample before",
+    series: (run) =>
+      run.robots.map((robot) => ({ name: `r${robot}`, key: robot, curve: run.body(robot).clearance })),
+    marks: (run) => [
+      { value: run.epsilon, name: "ε", dash: [] },
+      { value: run.epsilon - run.mu0, name: "ε − μ0", dash: [5, 3] },
+    ],
+    top: (run, most, least) => Math.min(most, Math.max(5 * run.epsilon, 1.5 * least)),
+    decimals: 3,
+    none: (run) => (run.subject?.clearance_m_required == null ? NOT_KNOWN : "no obstacle stands still"),
+  },
+  {
+    id: "separation",
+    title: "Separation [m]",
+    about: "the two hulls nearest to each other",
+    series: (run) => [
+      {
+        name: "hulls",
+        key: 0,
+        curve: run.separation,
+        who: (i) => `r${run.apart.robot[i]} and r${run.apart.other[i]}`,
+      },
+    ],
+    marks: (run) =>
+      run.subject?.separation_m_required
+        ? [{ value: run.subject.separation_m_required, name: "required", dash: [5, 3] }]
+        : [],
+    top: (run, most, least) =>
+      Math.min(most, Math.max(8 * (run.subject?.separation_m_required ?? 0), 4 * least)),
+    decimals: 3,
+    none: (run) => (run.subject?.separation_m_required == null ? NOT_KNOWN : "one robot alone"),
+  },
+  {
+    id: "passing",
+    title: "To moving obstacles [m]",
+    about: "the nearest that a hull which drove came to a moving obstacle; it has to be above 0, one that stands may be touched",
+    series: (run) => [{ name: "nearest", key: 0, curve: run.passing, who: () => "driving" }],
+    marks: () => [],
+    top: (run, most, least) => Math.min(most, Math.max(8 * run.epsilon, 4 * least)),
+    decimals: 3,
+    none: () => "nobody drove",
+    isOf: (run) => run.scenario.moving.length > 0,
+  },
+  {
+    id: "stretch",
+    title: "Stretch of links [m]",
+    about: "how far each robot is short of what it has been granted; beyond the limit the robot ahead holds",
+    series: stretches,
+    marks: (run) =>
+      run.scenario.fleet?.link_length_m_max
+        ? [{ value: run.scenario.fleet.link_length_m_max, name: "limit", dash: [5, 3] }]
+        : [],
+    top: (run, most) => Math.max(most, 1.1 * (run.scenario.fleet?.link_length_m_max ?? 0)),
+    decimals: 2,
+    none: () => "nothing was granted",
+  },
+  {
+    id: "losses",
+    title: "Messages lost, by link",
+    about: "state messages that faults took away or damaged, so far",
+    series: (run) =>
+      [...run.losses.taken].map(([link, curve]) => ({
+        name: link,
+        key: Number(link.split(" ")[0]),
+        curve,
+        steps: true,
+      })),
+    marks: () => [],
+    top: (_, most) => Math.max(most, 4),
+    decimals: 0,
+    none: () => "no fault took a message of a link",
+  },
+];
+
+/** How far each robot is short of its grant, at the places of its track. @param {Run} run @returns {Series[]} */
+function stretches(run) {
+  /** @type {Series[]} */
+  const found = [];
+  for (const body of run.bodies.values()) {
+    const curve = new Curve();
+    let place = 0;
+    for (let i = 0; i < body.t.length; i++) {
+      const t = body.t.data[i];
+      while (place + 1 < run.strands.length && run.strands[place + 1].t_s <= t) place++;
+      const strand = run.strands[place];
+      const rank = strand ? strand.order.indexOf(body.robot) : -1;
+      if (rank < 1) continue;
+      const short =
+        authorityAt(run, strand, rank, t) -
+        progressAt(run, body, strand.epoch, t, body.xs.data[i], body.ys.data[i]);
+      if (!Number.isNaN(short)) curve.push(t, Math.max(short, 0));
+    }
+    if (curve.value.length) found.push({ name: `r${body.robot}`, key: body.robot, curve });
+  }
+  return found.sort((one, other) => one.key - other.key);
+}
