@@ -5,8 +5,11 @@ import os
 import sys
 from collections.abc import Callable
 from contextlib import aclosing
+from difflib import get_close_matches
+from fnmatch import filter as filter_names
 from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import get_args
 
 import click
 import msgspec
@@ -17,10 +20,12 @@ from lab.log_line import WHEN, is_coloured, one_line
 from lab.log_verbs import RUN
 from lab.options import AS_JSON
 from lab.timeline import Choice, kind_of
-from protocol.timeline import Entry
+from protocol.timeline import Entry, Record
 from world.recorder import line
 
 Say = Callable[[str, Entry], None]
+KINDS = tuple(each.__struct_config__.tag for each in get_args(Record))
+AT_ONCE = 1000  # lines: each that is written for itself costs a system call
 
 
 @click.command()
@@ -51,29 +56,65 @@ def cat(
     With --follow, RUN may still go on, or not even be there yet.
     """
     chosen, coloured = msgspec.convert(choice, Choice), is_coloured(color) and not as_json
+    printer = _Printer(1 if following or sys.stdout.isatty() else AT_ONCE, coloured=coloured)
 
     def say(source: str, entry: Entry) -> None:
         kind = kind_of(entry.record)
         if chosen.takes(source, entry) and not any(fnmatchcase(kind, pattern) for pattern in without):
             said = line(source, entry).decode().rstrip() if as_json else None
-            click.echo(said or one_line(source, entry, coloured=coloured), color=coloured)
+            printer.say(said or one_line(source, entry, coloured=coloured))
 
     try:
         if following:
             asyncio.run(_follow(run, say))
+            flaws: tuple[str, ...] = ()  # told as they came
         else:
-            _read(run, say)
+            flaws = _read(run, say)
+        printer.flush()
+        for flaw in flaws:
+            _warn(flaw)
+        if not printer.has_said:
+            click.echo(_none_matches(chosen.kind), err=True)
     except BrokenPipeError:
         # Whoever reads has had enough, as `head` has; Python would complain when it flushes at its end.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _read(run: Path, say: Say) -> None:
+class _Printer:
+    """Prints lines: each as it comes, or so many at once."""
+
+    def __init__(self, at_once: int, *, coloured: bool) -> None:
+        self.has_said = False
+        self._at_once, self._coloured = at_once, coloured
+        self._lines: list[str] = []
+
+    def say(self, said: str) -> None:
+        self.has_said = True
+        self._lines.append(said)
+        if len(self._lines) >= self._at_once:
+            self.flush()
+
+    def flush(self) -> None:
+        if self._lines:
+            click.echo("\n".join(self._lines), color=self._coloured)
+            self._lines.clear()
+
+
+def _none_matches(patterns: tuple[str, ...]) -> str:
+    """That nothing was chosen; of a kind that there is not, which are near."""
+    said = "no entry matches"
+    for pattern in patterns:
+        if not filter_names(KINDS, pattern):
+            near = ", ".join(get_close_matches(pattern, KINDS))
+            said += f"; there is no kind {pattern!r}" + (f", but {near}" if near else "")
+    return said
+
+
+def _read(run: Path, say: Say) -> tuple[str, ...]:
     read = Log(run)
     for source, entry in read.lines:
         say(source, entry)
-    for flaw in read.flaws:
-        _warn(flaw)
+    return read.flaws
 
 
 async def _follow(run: Path, say: Say) -> None:

@@ -79,14 +79,14 @@ def _sentences(asked: tuple[str, ...], found: Difference | None, *, coloured: bo
     what = _some(found.fields) if found.a and found.b else "one has ended"
     yield f"the first difference is behind {found.entry} entries in common: {what}"
     for each in found.before:
-        yield "  " + one_line(*each, coloured=coloured)
+        yield "  " + one_line(*each, coloured=coloured, exact=True)
     for sign, colour, here, after in (
         ("-", "red", found.a, found.after_a),
         ("+", "green", found.b, found.after_b),
     ):
         for each in [] if here is None else [here, *after]:
             mark = click.style(sign, fg=colour) if coloured else sign
-            yield f"{mark} {one_line(*each, coloured=coloured)}"
+            yield f"{mark} {one_line(*each, coloured=coloured, exact=True)}"
 
 
 def _some(names: tuple[str, ...]) -> str:

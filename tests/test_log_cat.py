@@ -9,12 +9,16 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import get_args
 
+import click
 import pytest
 from click.testing import CliRunner, Result
 
 from lab.cli import main
 from lab.log_line import COLOURS, is_coloured
-from protocol.timeline import FaultInjected, Record, RobotReleased, ScanServed
+from protocol.frames import Point
+from protocol.mission import Law
+from protocol.timeline import FaultInjected, Record, RobotReleased, ScanServed, StepPlanned
+from protocol.timeline.steps import SeenObstacle
 from tests.fleets import END_S_MAX, ROOT, START_S_MAX
 from tests.logs import AT_REST, GOOD, numbered, recorded
 from tests.terminals import Terminal
@@ -115,6 +119,44 @@ def test_long_lists_are_counted_for_people_and_whole_for_programs(tmp_path: Path
     run = recorded(tmp_path / "scanned", numbered((("world", scan),)))
     assert "ranges_m=[360 items]" in clew(run).stdout
     assert clew(run, "--json").stdout.count("4.0") == 360
+
+
+def test_a_step_is_a_line_that_people_can_read_and_whole_for_programs(tmp_path: Path) -> None:
+    seen = SeenObstacle(tangent_1=Point(x_m=1 / 3, y_m=0.0), tangent_2=Point(x_m=1.0, y_m=0.0), chord_m=2 / 3)
+    plan = StepPlanned(
+        step=1, epoch=1, law=Law.CERTIFIED, x_m=2.231900877152494, y_m=1e-7, obstacles=(seen,) * 12, gaps=(),
+        gap=None, heading_rad=0.0, length_m=1.0, target=Point(x_m=2 / 3, y_m=0.0), reach_m=1.0,
+        promised_clearance_m=0.1, cost_to_go_m=None,
+    )  # fmt: skip
+    run = recorded(tmp_path / "planned", numbered((("r1", plan),)))
+    said = clew(run).stdout
+    assert "x_m=2.2319 y_m=1e-7 obstacles=[12 items] gaps=[]" in said
+    assert 'target={"x_m":0.6667,"y_m":0.0}' in said
+    assert "2.231900877152494" in clew(run, "--json").stdout
+
+
+@pytest.mark.parametrize(
+    ("choice", "said"),
+    [
+        (("--kind", "pose.sampeld"), "no entry matches; there is no kind 'pose.sampeld', but pose.sampled"),
+        (("--robot", "77"), "no entry matches"),
+        (("--from", "9", "--to", "3"), "no entry matches"),
+        (("--kind", "step.*"), "no entry matches"),
+    ],
+)
+def test_a_choice_that_nothing_matches_is_said(run: Path, choice: tuple[str, ...], said: str) -> None:
+    told = clew(run, *choice)
+    assert told.stdout == ""
+    assert told.stderr.splitlines()[-1].startswith(said)
+    assert ("there is no kind" in told.stderr) == ("there is no kind" in said)
+
+
+def test_a_pipe_gets_many_lines_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run = recorded(tmp_path / "long", numbered((("r1", RobotReleased()),) * 2500))
+    counts: list[int] = []
+    monkeypatch.setattr(click, "echo", lambda text, **_: counts.append(text.count("\n") + 1))
+    clew(run, "--source", "r1")
+    assert counts[:3] == [1000, 1000, 500]
 
 
 def test_reader_that_has_had_enough_is_no_error(tmp_path: Path) -> None:
