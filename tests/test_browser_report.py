@@ -192,6 +192,25 @@ def test_a_phone_scrolls_down_and_never_sideways(browser: Browser, report: str) 
         assert wide == [PHONE[0], PHONE[0]]
 
 
+@pytest.mark.parametrize("size", [(1080, 1920), (1400, 2600), (1400, 900)])
+def test_the_map_fills_its_card_and_leaves_nothing_empty_below(
+    browser: Browser, report: str, size: tuple[int, int]
+) -> None:
+    with sight(browser, size=size) as shown:
+        shown.show(report)
+        bottom = "document.querySelector('%s').getBoundingClientRect().bottom"
+        below = f"{bottom % '#stage'} - {bottom % '#panes canvas'}"
+        assert shown.page.evaluate(below) < 40  # px
+
+
+def test_on_a_phone_that_lies_on_its_side_the_time_line_covers_nothing(browser: Browser, report: str) -> None:
+    with sight(browser, size=(844, 390)) as shown:
+        shown.show(report)
+        top = "document.querySelector('#timeline').getBoundingClientRect().top"
+        stage_end = "document.querySelector('#stage').getBoundingClientRect().bottom"
+        assert shown.page.evaluate(f"{top} >= {stage_end}")
+
+
 def test_it_is_dark_where_the_browser_is_and_light_again_by_its_key(browser: Browser, report: str) -> None:
     brightness = (
         "getComputedStyle(document.body).backgroundColor.match(/\\d+/g).slice(0, 3)"

@@ -155,6 +155,7 @@ def test_a_page_shows_the_next_run_when_latest_leads_to_it(
     with served("--live", cwd=tmp_path) as address, sight(browser) as shown:
         shown.page.goto(address)
         assert "Waiting" in shown.page.locator("#notice").inner_text()
+        assert not shown.page.locator("#timeline").is_visible()
         for run in runs:
             latest.with_name("link").symlink_to(run)
             latest.with_name("link").replace(latest)

@@ -70,7 +70,7 @@ def test_passings_of_what_moves_have_a_chart_of_their_own_where_something_does(
 def test_a_curve_that_is_cut_off_at_the_top_is_marked(browser: Browser, killed: Path) -> None:
     with sight(browser) as shown:
         show(shown, killed)
-        assert "▴ over" in shown.page.locator(".chart", has_text="Separation").inner_text()
+        assert "▴ > 0." in shown.page.locator(".chart", has_text="Separation").inner_text()
 
 
 def test_a_chart_that_has_been_empty_is_shown_when_it_has_something_to_show(

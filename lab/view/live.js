@@ -11,6 +11,7 @@
   notice.setAttribute("role", "status");
   notice.textContent = "Waiting for a run to begin.";
   document.body.prepend(notice);
+  document.getElementById("badge").textContent = "… Waiting";
 
   const say = (text) => {
     notice.textContent = text;

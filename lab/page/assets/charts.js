@@ -46,7 +46,7 @@ class Chart {
     this.isCut = most > this.most;
     const isDistance = this.plot.decimals === 3;
     const said = isDistance && lowest ? leastOf(lowest) : this.series.length ? "" : this.plot.none(run);
-    this.least.textContent = this.isCut ? `${said}; ▴ over ${this.most.toFixed(2)} m` : said;
+    this.least.textContent = this.isCut ? `${said}; ▴ > ${this.most.toFixed(2)} m` : said;
     this.figure.hidden = !(this.plot.isOf?.(run) ?? true);
     this.figure.classList.toggle("empty", this.series.length === 0);
     this.canvas.setAttribute(

@@ -116,7 +116,8 @@ class Pane {
     this.view.isFitted = true;
     this.fitted = this.app.refreshed;
     const box = boxOfAll(this.app.runs); // the same for all: what is to be compared is drawn to one scale
-    byId("panes").style.setProperty("--aspect", String((box.top - box.bottom) / (box.right - box.left)));
+    const aspect = (box.top - box.bottom) / (box.right - box.left) / this.app.runs.length;
+    byId("panes").style.setProperty("--aspect", String(aspect));
     this.view.fit(box);
   }
 

@@ -13,8 +13,8 @@
 const PLOTS = [
   {
     id: "clearance",
-    title: "Clearance of each robot [m]",
-    about: "hull to the nearest obstacle that never moves, the least since the sample before",
+    title: "Clearance [m]",
+    about: "of each robot: hull to the nearest obstacle that never moves, the least since the sample before",
     series: (run) =>
       run.robots.map((robot) => ({ name: `r${robot}`, key: robot, curve: run.body(robot).clearance })),
     marks: (run) => [
