@@ -19,20 +19,25 @@ class Told:
     """Sentences, of which the first are kept and the rest are counted."""
 
     def __init__(self) -> None:
-        self._first: list[str] = []
+        self.first: list[str] = []
         self._more_count = 0
 
     def add(self, sentence: str) -> None:
         """Keep it, or count it."""
-        if len(self._first) < TOLD_MAX:
-            self._first.append(sentence)
+        if len(self.first) < TOLD_MAX:
+            self.first.append(sentence)
         else:
             self._more_count += 1
 
-    def __iter__(self) -> Iterator[str]:
-        yield from self._first
+    @property
+    def more(self) -> Iterator[str]:
+        """How many there are behind the first."""
         if self._more_count:
             yield f"and {self._more_count} more like these"
+
+    def __iter__(self) -> Iterator[str]:
+        yield from self.first
+        yield from self.more
 
 
 class Numbers:

@@ -3,26 +3,26 @@
 Rule 1: what stands before the file's last newline is whole and stays. What follows it is torn: it is read
         again until it is whole, because a world that resumes cuts it off and writes something else there.
 Rule 2: whatever can be read is given; what cannot is a flaw with its line, and never an exception.
-Rule 3: a run has ended when its verdict stands beside the timeline, or `run.ended` has been read and no
-        verdict comes for `VERDICT_S`. A world that died for good ends nothing: then the caller has to.
+Rule 3: a run is over when its verdict stands beside the timeline, or nobody writes any more: `lab/vigil.py`.
+Rule 4: what is wrong with the log of a run that is over is what `lab/log.py` says of it, in the same words.
 """
 
 import asyncio
-import itertools
-from collections.abc import AsyncGenerator
+from collections.abc import AsyncGenerator, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from lab.findings import Findings
 from lab.log import LINE_BYTES_MAX
-from lab.log_header import UNREADABLE, read_header
+from lab.log_header import UNREADABLE, header_or_rest, is_entry
+from lab.vigil import Vigil
 from protocol.errors import UsageError
-from protocol.timeline import Entry, RunEnded
+from protocol.timeline import Entry
 from world.lines import read_line
-from world.recorder import EVENTS_FILE, SCHEMA, Header
+from world.recorder import EVENTS_FILE, Header
 from world.verdict import VERDICT_FILE
 
 LOOK_S = 0.1  # wall clock, between two looks at the file: as often as a table or a page is drawn
-VERDICT_S = 10.0  # wall clock: the world judges a million entries in less
 READ_BYTES = 1 << 20  # at once, so that a run that is followed late is shown in parts
 
 
@@ -43,18 +43,33 @@ class News:
     """The run's, in the first news that brings lines; None in all others."""
     heard: tuple[Heard, ...]
     flaws: tuple[str, ...]
+    """None is told twice, and of a sort no more than the first: the rest is counted in the last news."""
+
+    def __bool__(self) -> bool:
+        """Whether it has brought anything."""
+        return bool(self.header or self.heard or self.flaws)
 
 
 @dataclass(slots=True)
 class Follower:
     """How much has been read. Pure: the caller reads the file, from `whole_bytes` on."""
 
+    path: Path = Path(EVENTS_FILE)
+    """What flaws call the file."""
     whole_bytes: int = 0
     torn_bytes: int = 0
     """How long the text is that stood behind the last newline."""
-    ended: bool = False
-    """Whether `run.ended` has been read."""
     _lines: int = 0
+    _skips: bool = False
+    """Whether we are within a line that is too long."""
+    _findings: Findings | None = None
+    """None: the first line has not been read."""
+    _flaws_told: int = 0
+
+    @property
+    def ended(self) -> bool:
+        """Whether `run.ended` has been read."""
+        return self._findings is not None and self._findings.ended is not None
 
     @property
     def wanted_bytes(self) -> int:
@@ -64,37 +79,67 @@ class Follower:
     def take(self, text: bytes) -> News:
         """The news in what stands in the file from `whole_bytes` on."""
         *whole, torn = text.split(b"\n")
+        if self._skips:
+            # What is left of a line that is too long goes: up to its newline, or all of it.
+            torn = torn if whole else b""
+            self._skips, whole = not whole, whole[1:]
+        before, heard = self._findings, list[Heard]()
+        for line in whole:
+            heard.extend(self._read(line))
+        if len(torn) >= LINE_BYTES_MAX:
+            self._lines += 1
+            self._begun(torn).too_long(self._lines, LINE_BYTES_MAX)
+            self._skips, torn = True, b""
         self.whole_bytes += len(text) - len(torn)
         self.torn_bytes = len(torn)
-        header, heard, flaws = None, list[Heard](), list[str]()
-        for line in whole:
-            self._lines += 1
-            try:
-                if self._lines == 1:
-                    header = read_header(line, Path(EVENTS_FILE))
-                    if header.schema != SCHEMA:
-                        flaws.append(f"its schema is {header.schema!r}, this program reads {SCHEMA!r}")
-                else:
-                    source, entry = read_line(line)
-                    heard.append(Heard(line, source, entry))
-                    self.ended = self.ended or isinstance(entry.record, RunEnded)
-            except (UsageError, *UNREADABLE) as error:
-                flaws.append(f"line {self._lines} cannot be read: {error}")
-        return News(header, tuple(heard), tuple(flaws))
+        header = self._findings.header if self._findings is not None and before is None else None
+        return News(header, tuple(heard), self._fresh_flaws())
+
+    def _read(self, line: bytes) -> Iterator[Heard]:
+        self._lines += 1
+        findings = self._begun(line)
+        if self._lines == 1 and not is_entry(line):
+            return
+        try:
+            source, entry = read_line(line)
+        except UNREADABLE as error:
+            findings.misread(self._lines, line, error)
+        else:
+            findings.hear(source, entry)
+            yield Heard(line, source, entry)
+
+    def _begun(self, line: bytes) -> Findings:
+        """The findings, which begin with the first line."""
+        if self._findings is None:
+            header, damage = header_or_rest(line, self.path)
+            self._findings = Findings(header, damage)
+        return self._findings
+
+    def _fresh_flaws(self) -> tuple[str, ...]:
+        """What is certain and has not been told."""
+        certain = () if self._findings is None else tuple(self._findings.at_once())
+        fresh, self._flaws_told = certain[self._flaws_told :], len(certain)
+        return fresh
 
     def miss(self, size_bytes: int) -> News:
         """The news that the file is shorter than what was read of it; what comes next is read."""
         gone_bytes, self.whole_bytes, self.torn_bytes = self.whole_bytes - size_bytes, size_bytes, 0
+        self._skips = False
         return News(None, (), (f"{gone_bytes} bytes that had been read are no longer in the file",))
 
     def close(self) -> News:
-        """The last news, of a run that has ended."""
-        torn = (f"line {self._lines + 1} is torn: dropped",) if self.torn_bytes else ()
-        return News(None, (), torn)
+        """The last news, of a run that is over: whatever else is wrong with its log."""
+        if self._findings is None:
+            what = "the first line is torn" if self.torn_bytes else "it is empty"
+            return News(None, (), (f"{self.path}: {what}: no header of a run",))
+        if self.torn_bytes:
+            self._findings.torn(self._lines + 1)
+        flaws = tuple(self._findings.flaws(self.path.parent))
+        return News(None, (), flaws[self._flaws_told :])
 
 
 async def follow(run: Path) -> AsyncGenerator[News]:
-    """What is new in a run's timeline, until the run has ended; waits for a run that is not there yet.
+    """What is new in a run's timeline, until the run is over; waits for a run that is not there yet.
 
     Args:
         run: its folder, or its `events.jsonl`. A link like `runs/latest` is followed once, at the beginning.
@@ -102,14 +147,15 @@ async def follow(run: Path) -> AsyncGenerator[News]:
     Raises:
         UsageError: it is there and cannot be read.
     """
-    path, follower, patience = _timeline_of(run), Follower(), itertools.count()
+    path = _timeline_of(run)
+    follower, vigil = Follower(path), Vigil(path)
     while True:
         # Before the look: what the world has recorded by then is seen.
-        judged = path.with_name(VERDICT_FILE).exists()
+        is_over = path.with_name(VERDICT_FILE).exists() or vigil.is_over(ended=follower.ended)
         news = look(path, follower)
-        if news.heard or news.header or news.flaws:
+        if news:
             yield news
-        elif judged or (follower.ended and next(patience) * LOOK_S > VERDICT_S):
+        elif is_over:
             break
         else:
             await asyncio.sleep(LOOK_S)
@@ -128,8 +174,13 @@ def look(path: Path, follower: Follower) -> News:
         if size_bytes < follower.whole_bytes:
             return follower.miss(size_bytes)
         with path.open("rb") as file:
-            file.seek(follower.whole_bytes)
-            return follower.take(file.read(follower.wanted_bytes))
+            while True:
+                wanted_bytes = follower.wanted_bytes
+                file.seek(follower.whole_bytes)
+                text = file.read(wanted_bytes)
+                # A line that is longer than that is no news yet, and no end either.
+                if (news := follower.take(text)) or len(text) < wanted_bytes:
+                    return news
     except FileNotFoundError:
         return News(None, (), ())
     except OSError as error:

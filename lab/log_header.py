@@ -45,11 +45,17 @@ def header_of(first: bytes, second: bytes, path: Path) -> tuple[Header, str | No
     Raises:
         UsageError: rule 1.
     """
+    header, damage = header_or_rest(first, path)
+    if damage is not None and not is_entry(first) and not is_entry(second):
+        read_header(first, path)
+    return header, damage
+
+
+def header_or_rest(first: bytes, path: Path) -> tuple[Header, str | None]:
+    """What the first line says of a log, whatever stands there, and what is wrong with it."""
     try:
         return read_header(first, path), None
     except UsageError as error:
-        if not is_entry(first) and not is_entry(second):
-            raise
         return _salvaged(first), f"line 1 is damaged: {error}; what it does not say is not known"
 
 

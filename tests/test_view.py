@@ -10,7 +10,7 @@ from lab.follow import News
 from lab.view.feed import ANEW, Feed
 from lab.view.pages import policy, site
 from lab.view.site import Document, Site, Telling, answer, head, hosts_of
-from lab.view.watch import Began, Judged, Seen, Watch
+from lab.view.watch import Began, Over, Seen, Watch
 from tests.logs import AT_REST, numbered, recorded
 from world.recorder import EVENTS_FILE
 from world.verdict import VERDICT_FILE
@@ -72,7 +72,7 @@ def test_the_verdict_is_told_once_it_is_whole_and_behind_all_entries(run: Path) 
     assert numbers(watch.look())
     assert watch.look() == []
     (run / VERDICT_FILE).write_text('{"ok": true}', encoding="utf-8")
-    assert watch.look() == [Judged({"ok": True}, ())]
+    assert watch.look() == [Over({"ok": True}, ())]
     assert watch.look() == []
 
 
@@ -83,7 +83,7 @@ def test_of_a_log_that_ended_torn_that_is_told_with_the_verdict(run: Path) -> No
     watch = Watch(run)
     watch.look()
     (judged,) = watch.look()
-    assert isinstance(judged, Judged)
+    assert isinstance(judged, Over)
     assert any("is torn" in flaw for flaw in judged.flaws)
 
 

@@ -47,6 +47,7 @@ class Story:
     def __init__(self, header: Header | None) -> None:
         self._scenario, self.flaws = _scenario_of(header)
         """What is wrong with the run, as far as it is known, in sentences."""
+        self._flaws_told: tuple[str, ...] = ()
         self._subject = None if header is None else _subject(header, self._scenario)
         self._entries, self._tracks = Entries(), Tracks()
         self._lanes, self._strands = Lanes(), Strands()
@@ -122,9 +123,10 @@ class Story:
             end_s=self._end_s,
             ended=ended,
             verdict=self._verdict,
-            flaws=self.flaws,
+            flaws=() if self.flaws == self._flaws_told else self.flaws,
         )
         self._subject, self._verdict, self._news = None, None, False
+        self._flaws_told = self.flaws
         self._changes.clear()
         return msgspec.json.encode(batch)
 

@@ -24,7 +24,7 @@ class Telling:
 
     def __init__(self, run: Path) -> None:
         """A run's folder, or its `events.jsonl`."""
-        self._verdict, flaw = _verdict_of(run)
+        self._verdict, flaw = verdict_of(run)
         self.flaws: tuple[str, ...] = () if flaw is None else (flaw,)
         """What is wrong with the run, in sentences; complete when all has been told."""
         self._log: Log | None = None
@@ -55,8 +55,8 @@ def _some(batch: bytes | None) -> Iterator[bytes]:
         yield batch
 
 
-def _verdict_of(run: Path) -> tuple[dict[str, Any] | None, str | None]:
-    """The verdict as it stands beside the timeline, and what is wrong with it."""
+def verdict_of(run: Path) -> tuple[dict[str, Any] | None, str | None]:
+    """The verdict as it stands beside the timeline, and what is wrong with it. `run`: as `Telling` has it."""
     if run.is_file() and run.name != EVENTS_FILE:
         return None, None  # a copy under another name may be of another run
     path = (run if run.is_dir() else run.parent) / VERDICT_FILE

@@ -10,7 +10,7 @@ from typing import assert_never
 from lab.follow import LOOK_S, News
 from lab.page.story import Story
 from lab.view.feed import Feed, Place
-from lab.view.watch import Began, Judged, Watch
+from lab.view.watch import Began, Over, Watch
 
 
 @dataclass(slots=True)
@@ -48,7 +48,7 @@ class Channel:
                     yield seen
                 case News():
                     yield from self._packed(seen)
-                case Judged():
+                case Over():
                     story = self._story or Story(None)
                     story.add(verdict=seen.verdict, flaws=seen.flaws)
                     yield from filter(None, [story.batch(ended=True)])
