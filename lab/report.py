@@ -63,8 +63,9 @@ def rms_line(paper_m: Rows, verdict: Verdict) -> str:
 
 def figures_line(verdict: Verdict) -> str:
     """What the run took."""
+    steps = "switching step" if verdict.switching_steps == 1 else "switching steps"
     return (
-        f"{verdict.switching_steps} switching steps, {verdict.planning_events} planning events, "
+        f"{verdict.switching_steps} {steps} finished, {verdict.planning_events} planning events, "
         f"{verdict.path_m:.2f} m driven by all; {verdict.sim_s:.1f} s simulated in {verdict.wall_s:.1f} s; "
         f"{verdict.events.recorded} events, {verdict.events.missing} missing; "
         f"{verdict.messages.sent} messages, {verdict.messages.unaccounted} unaccounted for"

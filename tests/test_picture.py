@@ -2,12 +2,13 @@
 
 import io
 import re
+from dataclasses import replace
 
 import msgspec
 import pytest
 from rich.console import Console
 
-from lab.terminal.picture import WORDS, choose, picture
+from lab.terminal.picture import COLUMNS, WORDS, choose, picture, table
 from lab.terminal.scoreboard import Row, Scoreboard
 from lab.terminal.standing import State
 from protocol.timeline import GoalReached, Record, RobotAppeared, RobotDied, StrandFormed
@@ -38,7 +39,9 @@ def many() -> Scoreboard:
 
 def drawn(board: Scoreboard, *, height: int, width: int = 80, ended: bool = False) -> list[str]:
     console = Console(width=width, height=height, record=True, file=io.StringIO())
-    console.print(picture(board, GOOD if ended else None, ("the viewer is at http://x",), height=height))
+    console.print(
+        picture(board, GOOD if ended else None, ("the viewer is at http://x",), height=height, width=width)
+    )
     return console.export_text().splitlines()
 
 
@@ -109,3 +112,23 @@ def test_leader_comes_before_the_silent_and_those_before_the_tail() -> None:
     assert [each.robot for each in choose(rows, 2)] == [1]
     assert [each.robot for each in choose(rows, 4)] == [1, 4, 6]
     assert [each.robot for each in choose(rows, 5)] == [1, 4, 6, 8]
+
+
+@pytest.mark.parametrize("width", [30, 40, 50, 60, 70, 80])
+def test_a_narrow_terminal_has_fewer_columns_and_none_is_cut(width: int) -> None:
+    full = replace(
+        row(12, 0, State.ARRIVED),
+        step=12,
+        driven_m=101.25,
+        share=1.0,
+        clearance_m=0.1,
+        clearance_m_min=0.05,
+        lost=1234,
+    )
+    console = Console(width=width, record=True, file=io.StringIO())
+    console.print(table([full], width))
+    head, said = console.export_text().splitlines()
+    assert set(head.split()) <= set(COLUMNS)
+    assert {"robot", "state", "least"} <= set(head.split())
+    assert ("…" in said, "0.050 m" in said) == (False, True)
+    assert ("lost" in head) == (width >= 80)

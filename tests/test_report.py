@@ -3,7 +3,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from lab.report import main, recovery_lines, rms_line, table_lines, verdict_sentence
+from lab.report import figures_line, main, recovery_lines, rms_line, table_lines, verdict_sentence
 from tests.logs import AT_REST, GOOD, PAPER, numbered, recorded
 from world.recovery import Death, Heal, Succession
 from world.scenario import load
@@ -80,3 +80,10 @@ def test_what_went_wrong_and_was_mended_is_told() -> None:
         "the strand healed at t=6.0 s, of 2 robots",
     ]
     assert list(recovery_lines(GOOD)) == []
+
+
+@pytest.mark.parametrize(
+    ("steps", "said"), [(1, "1 switching step finished, "), (2, "2 switching steps finished, ")]
+)
+def test_one_step_is_a_step_and_they_are_those_finished(steps: int, said: str) -> None:
+    assert figures_line(msgspec.structs.replace(GOOD, switching_steps=steps)).startswith(said)

@@ -62,7 +62,8 @@ class Watch:
     def draw(self, live: Live) -> None:
         """Show what is known."""
         if self._board is not None:
-            drawn = picture(self._board, self._verdict, self._said.newest, height=live.console.height)
+            width, height = live.console.size
+            drawn = picture(self._board, self._verdict, self._said.newest, height=height, width=width)
             live.update(drawn, refresh=True)
 
 

@@ -8,6 +8,7 @@ Rule 2: colour says nothing that words do not.
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 from rich.console import Group, RenderableType
 from rich.table import Table
@@ -50,11 +51,13 @@ WORDS = {
     State.ABSENT: _Word("not there yet", "dim"),
 }
 COLUMNS = ("robot", "place", "state", "step", "driven", "way", "clearance", "least", "lost")
+DROPPED = ("lost", "step", "driven", "place", "way", "clearance")  # in this order, where not all have room
+GAP = 2  # between two columns
 STATE_WIDTH = 13  # of "waits for r12": the table does not jump when somebody waits
 
 
 def picture(
-    board: Scoreboard, verdict: Verdict | None, said: Sequence[str], *, height: int
+    board: Scoreboard, verdict: Verdict | None, said: Sequence[str], *, height: int, width: int
 ) -> RenderableType:
     """The picture.
 
@@ -63,6 +66,7 @@ def picture(
         verdict: on the run; None while it goes on.
         said: the newest words of the fleet's parts. When it has ended, its launcher tells all of them.
         height: lines that the terminal has.
+        width: characters that a line has.
     """
     above = [] if verdict is not None else [_line(words, style="yellow") for words in said]
     below = [_line(event, style="dim") for event in board.events][-EVENTS_SHOWN:]
@@ -72,7 +76,9 @@ def picture(
     rows = board.rows
     chosen = choose(rows, room)
     rest = [row for row in rows if row not in chosen]
-    return Group(*above, *head(board, verdict), table(chosen), *([summed_up(rest)] if rest else []), *below)
+    return Group(
+        *above, *head(board, verdict), table(chosen, width), *([summed_up(rest)] if rest else []), *below
+    )
 
 
 def head(board: Scoreboard, verdict: Verdict | None) -> list[Text]:
@@ -81,7 +87,7 @@ def head(board: Scoreboard, verdict: Verdict | None) -> list[Text]:
     what = f"{header.scenario['name']}  {header.scenario['law']['law']}  seed {header.seed}  "
     # A called epoch is a number of twelve digits that says nothing to people.
     epoch = "after a call" if is_called(board.epoch) else str(board.epoch)
-    where = f"t = {board.t_s:.1f} s  step {board.step}  epoch {epoch}"
+    where = f"t = {board.t_s:.1f} s  step {board.step} planned  epoch {epoch}"
     return [_line(what + where, style="bold"), _how_it_goes(board, verdict)]
 
 
@@ -119,25 +125,35 @@ def summed_up(rest: Sequence[Row]) -> Text:
     return _line(f"and {len(rest)} more: {said}{least}")
 
 
-def table(rows: Sequence[Row]) -> Table:
-    """The rows."""
+def table(rows: Sequence[Row], width: int) -> Table:
+    """The rows, with as many columns as have room whole."""
+    told = [cells(row) for row in rows]
+    names = list(COLUMNS)
+    for name in DROPPED:
+        widths = [_width(each, [row[each] for row in told]) for each in names]
+        if sum(widths) + GAP * (len(widths) - 1) > width:
+            names.remove(name)
     drawn = Table(box=None, pad_edge=False, header_style="underline")
-    for name in COLUMNS:
-        if name == "state":
-            drawn.add_column(name, no_wrap=True, min_width=STATE_WIDTH)
-        else:
-            drawn.add_column(name, justify="right", no_wrap=True, min_width=len(name))
-    for row in rows:
-        drawn.add_row(*cells(row))
+    for name in names:
+        justify: Literal["left", "right"] = "left" if name == "state" else "right"
+        drawn.add_column(name, justify=justify, no_wrap=True, min_width=_width(name, []))
+    for row in told:
+        drawn.add_row(*(row[name] for name in names))
     return drawn
 
 
-def cells(row: Row) -> list[Text]:
-    """One row."""
+def _width(name: str, column: Sequence[Text]) -> int:
+    """What a column takes."""
+    least = STATE_WIDTH if name == "state" else len(name)
+    return max(least, *(text.cell_len for text in column), 0)
+
+
+def cells(row: Row) -> dict[str, Text]:
+    """One row, by the names of columns."""
     word = WORDS[row.state]
     about = " ".join(map(robot_name, row.about))
     place = "" if row.place is None else "leader" if row.place == 0 else str(row.place + 1)
-    return [
+    said = (
         Text(robot_name(row.robot)),
         Text(place),
         Text(f"{word.said} {about}".rstrip(), style=word.style),
@@ -147,7 +163,8 @@ def cells(row: Row) -> list[Text]:
         Text(_metres(row.clearance_m)),
         Text(_metres(row.clearance_m_min)),
         Text(str(row.lost or "")),
-    ]
+    )
+    return dict(zip(COLUMNS, said, strict=True))
 
 
 def _metres(distance_m: float | None) -> str:
