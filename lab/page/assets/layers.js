@@ -113,7 +113,8 @@ function activeStep(run, robot, t) {
   const steps = run.kind("step.planned");
   for (const kind of ["step.finished", "step.abandoned"]) {
     const end = run.lookup(kind, robot).at(t);
-    if (end >= 0 && run.kind(kind).t[end] >= steps.t[row]) return -1;
+    const ends = run.kind(kind); // a step may be planned at the instant at which the one before it ends
+    if (end >= 0 && ends.t[end] >= steps.t[row] && ends.step[end] === steps.step[row]) return -1;
   }
   const body = run.body(robot);
   const [x, y] = pair(steps.target[row]);
