@@ -15,14 +15,14 @@ import msgspec
 from lab.export.columns import Column, Part, Plain, columns_of
 from lab.export.exported import Exported
 from lab.export.place import whole_folder
-from lab.export.tables import TYPES, fill
+from lab.export.tables import TYPES, fill, names_of
 from lab.log import Log
 from world.recorder import Header
 
 
 def export(log: Log, out: Path) -> Exported:
     """Write a log as a folder of CSV files."""
-    with whole_folder(out, ".csv") as folder:
+    with whole_folder(out, names_of(".csv")) as folder:
         _write_header(folder / "run.started.csv", log.header)
         with ExitStack() as files:
             tables = {

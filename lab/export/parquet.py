@@ -15,7 +15,7 @@ from pyarrow.parquet import ParquetWriter
 from lab.export.columns import ByKey, Column, Many, Part, Plain, Type, columns_of
 from lab.export.exported import Exported
 from lab.export.place import whole_folder
-from lab.export.tables import TYPES, fill
+from lab.export.tables import TYPES, fill, names_of
 from lab.log import Log
 from world.recorder import Header
 
@@ -25,7 +25,7 @@ PLAIN = {Plain.NUMBER: pa.float64(), Plain.COUNT: pa.int64(), Plain.TEXT: pa.str
 def export(log: Log, out: Path) -> Exported:
     """Write a log as a folder of Parquet files."""
     run = {"clew.run": msgspec.json.encode(log.header)}
-    with whole_folder(out, ".parquet") as folder:
+    with whole_folder(out, names_of(".parquet")) as folder:
         _write_header(folder / "run.started.parquet", log.header)
         with ExitStack() as files:
             tables = {}

@@ -1,16 +1,25 @@
 """Where an export is written: under a name of its own first, so that nobody finds half of one.
 
-Rule 1: what is replaced is a former export: a file, or a folder of files, with the export's own suffix.
+Rule 1: what is replaced is a former export: a file with the export's own suffix, or a folder in which nothing
+        stands but files that the export itself would name so.
+Rule 2: the hidden folder is locked for as long as the export lives. What nobody locks was left by one that
+        was killed, and the next export to the same place takes it away.
 """
 
 import contextlib
+import fcntl
+import glob
+import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from protocol.errors import UsageError
+
+PART = ".part"
+NEW, OLD = "new", "old"
 
 
 @contextmanager
@@ -28,21 +37,31 @@ def whole_file(out: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def whole_folder(out: Path, suffix: str) -> Iterator[Path]:
+def whole_folder(out: Path, names: Collection[str]) -> Iterator[Path]:
     """A folder to fill, which becomes `out` when all went well; else nothing is left of it.
 
     Raises:
-        UsageError: it cannot be written, or `out` holds something else than files with this suffix.
+        UsageError: it cannot be written, or `out` holds something else than files of these names.
     """
-    if out.exists() and not (out.is_dir() and all(each.suffix == suffix for each in out.iterdir())):
-        raise UsageError(f"--out {out}: it holds something else than {suffix} files, which would be lost")
+    foreign = _foreign(out, names)
+    if foreign is not None:
+        raise UsageError(
+            f"--out {out}: it is no former export and would be lost: {foreign} is none of its files"
+        )
     with _beside(out) as draft:
-        filled = draft / "new"
+        filled = draft / NEW
         filled.mkdir()
         yield filled
         if out.exists():
-            out.rename(draft / "old")
+            out.rename(draft / OLD)
         filled.rename(out)
+
+
+def _foreign(out: Path, names: Collection[str]) -> str | None:
+    """What stands at `out` that no export has written; None: nothing."""
+    if not out.is_dir():
+        return out.name if out.exists() else None
+    return next((each.name for each in out.iterdir() if each.name not in names or not each.is_file()), None)
 
 
 @contextmanager
@@ -50,13 +69,39 @@ def _beside(out: Path) -> Iterator[Path]:
     """A hidden folder on the same file system, which goes away with all that is left in it."""
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        draft = Path(tempfile.mkdtemp(prefix=f".{out.name}.", suffix=".part", dir=out.parent))
+        for left in out.parent.glob(f".{glob.escape(out.name)}.*{PART}"):
+            _clear(left, {NEW, OLD, out.name})
+        draft = Path(tempfile.mkdtemp(prefix=f".{out.name}.", suffix=PART, dir=out.parent))
     except OSError as error:
         raise UsageError(f"--out {out}: cannot be written: {error.strerror}") from error
     try:
-        yield draft
+        with _locked(draft):
+            yield draft
     except OSError as error:
         raise UsageError(f"--out {out}: cannot be written: {error.strerror or error}") from error
     finally:
         with contextlib.suppress(OSError):
             shutil.rmtree(draft)
+
+
+def _clear(left: Path, ours: Collection[str]) -> None:
+    """Rule 2; a folder that holds anything else than these is somebody else's."""
+    with contextlib.suppress(OSError):  # another export may be at it, or have locked it
+        if all(each.name in ours for each in left.iterdir()):
+            with _locked(left):
+                shutil.rmtree(left)
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    """Locked by us, until the end of the context or of this process.
+
+    Raises:
+        OSError: somebody else has locked it.
+    """
+    held = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    finally:
+        os.close(held)

@@ -10,7 +10,9 @@ from lab.export.columns import row_of
 from protocol.timeline import Record
 from protocol.timeline.base import Kind
 from world.lines import Line
+from world.recorder import Header
 
+HEADER = str(Header.__struct_config__.tag)
 ROWS_AT_ONCE = 20_000  # pose.sampled's take 15 MB so
 
 
@@ -23,6 +25,11 @@ class Table(Protocol):
 
 TYPES: dict[str, type[Kind]] = {str(each.__struct_config__.tag): each for each in get_args(Record)}
 """The types of entries by their kinds."""
+
+
+def names_of(suffix: str) -> frozenset[str]:
+    """What the files of an export are called: the header's, and one for each kind."""
+    return frozenset(f"{kind}{suffix}" for kind in (HEADER, *TYPES))
 
 
 def fill(tables: Mapping[str, Table], lines: Iterable[Line]) -> int:

@@ -1,6 +1,10 @@
 """`clew log export`: a timeline for other tools."""
 
+import contextlib
 import json
+import signal
+import sys
+from collections.abc import Iterator
 from dataclasses import asdict
 from importlib import import_module
 from pathlib import Path
@@ -12,6 +16,7 @@ from lab.export.extra import need
 from lab.log import Log
 from lab.options import AS_JSON
 from protocol.errors import UsageError
+from protocol.exit_codes import ExitCode
 
 FORMATS = {
     "mcap": ("foxglove", "lab.export.mcap_file", "events.mcap"),
@@ -42,10 +47,21 @@ def export(run: Path, *, to: str, out: Path | None, as_json: bool) -> None:
     place = log.path.parent / name if out is None else out
     if Path(name).suffix and place.suffix != Path(name).suffix:
         raise UsageError(f"--out {place}: the name of such a file ends in {Path(name).suffix}")
-    exported: Exported = import_module(writer).export(log, place)
+    with _terminable():
+        exported: Exported = import_module(writer).export(log, place)
     if as_json:
         click.echo(json.dumps({"out": str(place)} | asdict(exported)))
     else:
         click.echo(place)
     for flaw in exported.flaws:
         click.echo(f"not complete: {flaw}", err=True)
+
+
+@contextlib.contextmanager
+def _terminable() -> Iterator[None]:
+    """SIGTERM ends us as Ctrl-C does: nothing is left of what was not finished."""
+    before = signal.signal(signal.SIGTERM, lambda *_: sys.exit(ExitCode.TERMINATED))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
