@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from lab.extras import install_line
 from tests.campaigns import clew
 from tests.exports import lively
 from tests.fleets import END_S_MAX
@@ -27,4 +28,4 @@ def test_rerun_itself_finds_the_file_sound(tmp_path: Path) -> None:
 def test_where_rerun_is_missing_the_extra_is_named(tmp_path: Path) -> None:
     said = clew("log", "export", lively(tmp_path / "run"), "--to", "rrd")
     assert said.exit_code == 2
-    assert said.stderr == "Error: this export needs rerun, the extra `rerun`: pip install '.[rerun]'\n"
+    assert said.stderr == f"Error: this export needs rerun, the extra `rerun`: {install_line('rerun')}\n"

@@ -18,6 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Annotation
 
 from lab import timeline
+from lab.extras import install_line
 from lab.figures.course import Course, course_of
 from lab.figures.distances import from_hull_m
 from lab.figures.run import charts_of
@@ -376,7 +377,7 @@ def test_without_matplotlib_a_line_names_the_extra(folder: Path, monkeypatch: py
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     told = clew("figures", folder / "paper")
     assert told.exit_code == 2
-    assert "pip install '.[plot]'" in told.stderr
+    assert install_line("plot") in told.stderr
 
 
 def test_a_figure_leaves_matplotlibs_settings_as_they_were(folder: Path) -> None:

@@ -2,6 +2,7 @@
 
 from importlib import import_module
 
+from lab.extras import install_line
 from protocol.errors import UsageError
 
 
@@ -14,6 +15,4 @@ def need(module: str, *, extra: str) -> None:
     try:
         import_module(module)
     except ImportError as error:
-        raise UsageError(
-            f"this export needs {module}, the extra `{extra}`: pip install '.[{extra}]'"
-        ) from error
+        raise UsageError(f"this export needs {module}, the extra `{extra}`: {install_line(extra)}") from error

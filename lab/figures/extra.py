@@ -1,5 +1,6 @@
 """What can be known of figures without matplotlib, which they need and nothing else does."""
 
+from lab.extras import install_line
 from protocol.errors import UsageError
 
 FORMATS = ("svg", "pdf", "png")
@@ -14,4 +15,4 @@ def need_matplotlib() -> None:
     try:
         import matplotlib as mpl  # noqa: F401, PLC0415 - whether it is there; nobody else waits a second for it
     except ImportError as error:
-        raise UsageError("figures need matplotlib, the extra `plot`: pip install '.[plot]'") from error
+        raise UsageError(f"figures need matplotlib, the extra `plot`: {install_line('plot')}") from error
