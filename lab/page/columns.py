@@ -13,7 +13,7 @@ from protocol.frames import Point
 
 MS, MM, MRAD, TENTH_MM = 1e3, 1e3, 1e3, 1e4
 
-DECIMALS = 4  # a tenth of a millimetre, of a millisecond, of a milliradian: finer than anything is drawn
+DECIMALS = 6  # two more than are ever printed: what is rounded twice may come out one off
 
 
 def column(values: ArrayLike, per_unit: float) -> Column:
