@@ -19,6 +19,7 @@ from lab.log_diff import (
 )
 from lab.log_line import WHEN, is_coloured, one_line
 from lab.options import AS_JSON
+from lab.rehearse import EPOCH
 from world.lines import Line
 from world.recorder import line
 
@@ -64,6 +65,9 @@ def diff(ctx: click.Context, a: Path, b: Path, *, by: str, within: float, color:
         coloured = is_coloured(color)
         for said in _sentences(asked, found, coloured=coloured):
             click.echo(said, color=coloured)
+        started = (ours.header.started_at, theirs.header.started_at)
+        if found is not None and by == "entry" and EPOCH not in started:
+            click.echo("no two live runs have the same entries: --by step compares what came of them", err=True)
     if found is None:
         for flaw in chain(ours.flaws, theirs.flaws):
             click.echo(f"not complete: {flaw}", err=True)

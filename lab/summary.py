@@ -26,6 +26,8 @@ class Summary(Struct, frozen=True, kw_only=True):
     """What `clew log info` says; null is what the log does not."""
 
     run: str
+    folder: str
+    """Where its log stands."""
     scenario: str | None
     law: str | None
     robots: int | None
@@ -52,6 +54,7 @@ def summarise(read: Timeline | Log, run: Path) -> Summary:
         sim_s = max(sim_s, entry.t_s)
     return Summary(
         run=header.run,
+        folder=str((run if run.is_dir() else run.parent).resolve()),
         scenario=header.scenario.get("name"),
         law=_field(header.scenario, "law", "law"),
         robots=_field(header.scenario, "fleet", "robots"),

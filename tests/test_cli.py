@@ -9,6 +9,7 @@ from click.testing import CliRunner, Result
 from lab.cli import main
 from protocol.timeline import PoseSampled, StepFinished
 from tests.logs import AT_REST, GOOD, numbered, recorded
+from world.recorder import EVENTS_FILE
 from world.scenario import schema
 from world.verdict import VERDICT_FILE
 
@@ -54,6 +55,14 @@ def test_info_shows_the_verdict_that_stands_beside_the_log(run: Path, named: str
     said = json.loads(clew("log", "info", run / named, "--json").stdout)
     assert said["verdict"] == {"ok": False, "exit_code": 1, "reason": "robot 3 died"}
     assert re.search(r"verdict +FAILED: robot 3 died", clew("log", "info", run / named).stdout)
+
+
+def test_info_says_in_which_folder_a_run_stands(tmp_path: Path) -> None:
+    run = recorded(tmp_path / "mine", numbered(AT_REST))
+    (tmp_path / "latest").symlink_to(run)
+    for named in (run, run / EVENTS_FILE, tmp_path / "latest"):
+        assert json.loads(clew("log", "info", named, "--json").stdout)["folder"] == str(run)
+    assert re.search(r"folder +/", clew("log", "info", run).stdout)
 
 
 def test_info_takes_no_verdict_for_a_copy_which_may_be_of_another_run(run: Path) -> None:

@@ -127,3 +127,14 @@ def test_no_such_run_is_one_line_and_exit_2(tmp_path: Path) -> None:
     run = recorded(tmp_path / "run", LINES)
     said = clew("log", "diff", run, tmp_path / "nothing")
     assert (said.exit_code, said.stdout, said.stderr.count("\n")) == (2, "", 1)
+
+
+def test_two_live_runs_that_part_are_told_of_steps_and_rehearsals_are_not(
+    tmp_path: Path, twins: tuple[Path, Path, Path]
+) -> None:
+    one = recorded(tmp_path / "one", LINES)
+    other = recorded(tmp_path / "other", moved(LINES, 0, x_m=3.0))
+    assert "--by step" in clew("log", "diff", one, other).stderr
+    assert "--by step" not in clew("log", "diff", one, other, "--by", "step").stderr
+    assert clew("log", "diff", one, one).stderr == ""
+    assert clew("log", "diff", twins[0], twins[2]).stderr == ""
