@@ -67,7 +67,7 @@ def diff(ctx: click.Context, a: Path, b: Path, *, by: str, within: float, color:
             click.echo(said, color=coloured)
         started = (ours.header.started_at, theirs.header.started_at)
         if found is not None and by == "entry" and EPOCH not in started:
-            click.echo("no two live runs have the same entries: --by step compares what came of them", err=True)
+            click.echo("entries of two live runs always differ: --by step compares what came of them", err=True)
     if found is None:
         for flaw in chain(ours.flaws, theirs.flaws):
             click.echo(f"not complete: {flaw}", err=True)
