@@ -6,6 +6,7 @@ import msgspec
 from msgspec import Struct
 
 from lab.log import Log
+from lab.plain import plain
 from lab.timeline import Timeline
 from protocol.errors import UsageError
 from protocol.timeline import PromiseBroken
@@ -105,12 +106,12 @@ def scenario_of(timeline: Timeline | Log) -> Scenario:
 def sentences(finding: Finding) -> list[str]:
     """A finding for people: a line for each thing wrong, how the run ended, and the sum of it last."""
     broken = [
-        f"t={breach.t_s:.3f} s: {breach.broken.invariant}, robot {breach.broken.robot}: {breach.broken.why}"
-        f"{_lengths(breach.broken)}"
+        f"t={breach.t_s:.3f} s: {breach.broken.invariant}, robot {breach.broken.robot}: "
+        f"{plain(breach.broken.why)}{_lengths(breach.broken)}"
         for breach in finding.breaches
     ]
     flaws = [f"not complete: {flaw}" for flaw in finding.flaws]
-    ended = [] if finding.ended is None else [f"ended: {finding.ended}"]
+    ended = [] if finding.ended is None else [f"ended: {plain(finding.ended)}"]
     counts = ", ".join(f"{invariant} {count}" for invariant, count in finding.violations_by_invariant.items())
     least = (
         f"clearance {_metres(finding.clearance_m_min)} ({finding.clearance_m_required:.4f} m required), "

@@ -4,7 +4,10 @@ Data goes to stdout, the rest to stderr. Exit codes: 0 good, 1 a promise broke o
 2 it cannot be done as asked, 130 interrupted.
 """
 
+import errno
 import json
+import os
+import sys
 
 import click
 
@@ -22,6 +25,7 @@ from lab.log_diff_verb import diff
 from lab.log_verbs import log
 from lab.oracle_verb import oracle
 from lab.page.report_verb import report
+from lab.plain import plain
 from lab.rehearse_verb import rehearse
 from lab.replay_verb import replay
 from lab.shrink_verb import shrink_verb
@@ -42,11 +46,17 @@ class _Verbs(click.Group):
         try:
             return super().invoke(ctx)
         except UsageError as error:
-            raise _Refusal(str(error)) from error
+            raise _Refusal("\n".join(map(plain, str(error).splitlines()))) from error
         except RecordingFailedError as error:  # whose exit code, 1, is click's own
             raise click.ClickException(str(error)) from error
         except KeyboardInterrupt:
             ctx.exit(ExitCode.INTERRUPTED)
+        except OSError as error:
+            if error.filename is not None or error.errno == errno.EPIPE:
+                raise
+            # What was opened is named, so this is stdout: Python would complain once more at its end.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            raise click.ClickException(f"cannot write: {error.strerror}") from error
 
 
 @click.group(cls=_Verbs)

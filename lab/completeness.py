@@ -9,6 +9,7 @@ from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from lab.plain import plain
 from protocol.timeline import Entry, RobotStarted
 
 TOLD_MAX = 20
@@ -16,7 +17,7 @@ TOLD_MAX = 20
 
 
 class Told:
-    """Sentences, of which the first are kept and the rest are counted."""
+    """Sentences, plain, of which the first are kept and the rest are counted."""
 
     def __init__(self) -> None:
         self.first: list[str] = []
@@ -25,7 +26,7 @@ class Told:
     def add(self, sentence: str) -> None:
         """Keep it, or count it."""
         if len(self.first) < TOLD_MAX:
-            self.first.append(sentence)
+            self.first.append(plain(sentence))
         else:
             self._more_count += 1
 

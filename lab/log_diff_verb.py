@@ -19,6 +19,7 @@ from lab.log_diff import (
 )
 from lab.log_line import WHEN, is_coloured, one_line
 from lab.options import AS_JSON
+from lab.plain import plain
 from lab.rehearse import EPOCH
 from world.lines import Line
 from world.recorder import line
@@ -67,7 +68,9 @@ def diff(ctx: click.Context, a: Path, b: Path, *, by: str, within: float, color:
             click.echo(said, color=coloured)
         started = (ours.header.started_at, theirs.header.started_at)
         if found is not None and by == "entry" and EPOCH not in started:
-            click.echo("entries of two live runs always differ: --by step compares what came of them", err=True)
+            click.echo(
+                "entries of two live runs always differ: --by step compares what came of them", err=True
+            )
     if found is None:
         for flaw in chain(ours.flaws, theirs.flaws):
             click.echo(f"not complete: {flaw}", err=True)
@@ -95,7 +98,7 @@ def _sentences(asked: tuple[str, ...], found: Difference | None, *, coloured: bo
 
 def _some(names: tuple[str, ...]) -> str:
     more = len(names) - FIELDS_SHOWN
-    return ", ".join(names[:FIELDS_SHOWN]) + (f" and {more} more" if more > 0 else "")
+    return plain(", ".join(names[:FIELDS_SHOWN])) + (f" and {more} more" if more > 0 else "")
 
 
 def _as_json(asked: tuple[str, ...], found: Difference | None) -> dict[str, Any]:

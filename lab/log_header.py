@@ -11,6 +11,7 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
+from lab.plain import plain
 from protocol.errors import UsageError
 from world.lines import Stamp
 from world.recorder import SCHEMA, Header
@@ -56,7 +57,7 @@ def header_or_rest(first: bytes, path: Path) -> tuple[Header, str | None]:
     try:
         return read_header(first, path), None
     except UsageError as error:
-        return _salvaged(first), f"line 1 is damaged: {error}; what it does not say is not known"
+        return _salvaged(first), plain(f"line 1 is damaged: {error}; what it does not say is not known")
 
 
 def read_header(text: bytes, path: Path) -> Header:

@@ -6,6 +6,7 @@ import sys
 import click
 import msgspec
 
+from lab.plain import plain
 from lab.timeline import kind_of
 from protocol.timeline import Entry
 
@@ -68,7 +69,7 @@ def one_line(source: str, entry: Entry, *, coloured: bool = False, exact: bool =
     said = " ".join(f"{name}={_short(value, exact=exact)}" for name, value in fields.items())
     if coloured:
         kind = click.style(kind, fg=COLOURS[kind_of(entry.record).partition(".")[0]])
-    return f"{entry.t_s:9.3f} {source:>6} {kind} {said}".rstrip()
+    return f"{entry.t_s:9.3f} {plain(source):>6} {kind} {said}".rstrip()
 
 
 def _short(value: object, *, exact: bool) -> str:
@@ -77,7 +78,7 @@ def _short(value: object, *, exact: bool) -> str:
         nested = not exact and any(isinstance(item, dict) for item in value)
         if len(value) > (NESTED_SHOWN if nested else ITEMS_SHOWN):
             return f"[{len(value)} items]"
-    return msgspec.json.encode(value if exact else _rounded(value)).decode()
+    return plain(msgspec.json.encode(value if exact else _rounded(value)).decode())
 
 
 def _rounded(value: object) -> object:

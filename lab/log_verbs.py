@@ -12,6 +12,7 @@ from lab.check import check, sentences
 from lab.export.verb import export
 from lab.log import Log
 from lab.options import AS_JSON
+from lab.plain import plain
 from lab.summary import Judged, Summary, summarise
 
 RUN = click.argument("run", type=click.Path(path_type=Path))
@@ -55,18 +56,23 @@ def _print_summary(summary: Summary) -> None:
     console = Console()
     facts = Table(show_header=False, box=None)
     for name in ("run", "folder", "scenario", "law", "robots", "seed", "sim_s", "ended"):
-        facts.add_row(name, Text(str(getattr(summary, name))))
-    facts.add_row("verdict", Text(_judged(summary.verdict)))
+        facts.add_row(name, _said(str(getattr(summary, name))))
+    facts.add_row("verdict", _said(_judged(summary.verdict)))
     facts.add_row("entries", str(summary.entries))
-    facts.add_row("versions", ", ".join(f"{name} {value}" for name, value in summary.versions.items()))
-    facts.add_row("sources", ", ".join(f"{name} {count}" for name, count in summary.sources.items()))
+    facts.add_row("versions", _said(", ".join(f"{name} {said}" for name, said in summary.versions.items())))
+    facts.add_row("sources", _said(", ".join(f"{name} {count}" for name, count in summary.sources.items())))
     kinds = Table("kind", "entries")
     for kind, count in summary.kinds.items():
         kinds.add_row(kind, str(count))
     console.print(facts)
     console.print(kinds)
     for flaw in summary.flaws:
-        console.print(f"not complete: {flaw}", style="bold", markup=False)
+        console.print(Text(f"not complete: {flaw}"), style="bold")
+
+
+def _said(text: str) -> Text:
+    """What a log says: not in rich's markup either."""
+    return Text(plain(text))
 
 
 def _judged(verdict: Judged | None) -> str:

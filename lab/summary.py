@@ -8,6 +8,7 @@ import msgspec
 from msgspec import Struct
 
 from lab.log import Log
+from lab.plain import plain
 from lab.report import read_verdict
 from lab.timeline import Timeline, kind_of
 from world.recorder import EVENTS_FILE
@@ -86,5 +87,5 @@ def _verdict(run: Path) -> tuple[Judged | None, tuple[str, ...]]:
     except FileNotFoundError:
         return None, ()
     except (OSError, msgspec.MsgspecError) as error:
-        return None, (f"{VERDICT_FILE} cannot be read: {error}",)
+        return None, (plain(f"{VERDICT_FILE} cannot be read: {error}"),)
     return Judged(ok=verdict.ok, exit_code=verdict.exit_code, reason=verdict.reason), ()
