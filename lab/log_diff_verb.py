@@ -69,7 +69,7 @@ def diff(ctx: click.Context, a: Path, b: Path, *, by: str, within: float, color:
         started = (ours.header.started_at, theirs.header.started_at)
         if found is not None and by == "entry" and EPOCH not in started:
             click.echo(
-                "entries of two live runs always differ: --by step compares what came of them", err=True
+                "entries of two live runs always differ: --by step says what came of them", err=True
             )
     if found is None:
         for flaw in chain(ours.flaws, theirs.flaws):
