@@ -121,6 +121,12 @@ def test_a_law_that_promises_no_clearance_is_said_to_and_what_it_falls_short_of(
         assert f"promises no clearance: {read_verdict(run).clearance_m_min:.4f} m is {short} short of" in said
 
 
+def test_the_folder_of_a_run_is_named(browser: Browser, killed: Path) -> None:
+    with sight(browser) as shown:
+        show(shown, killed)
+        assert f"in {killed.name}" in text(shown, "#facts")
+
+
 def test_the_end_is_neither_a_fault_nor_mended(browser: Browser, killed: Path) -> None:
     with sight(browser) as shown:
         show(shown, killed)

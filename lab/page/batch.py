@@ -23,6 +23,8 @@ class Subject(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """What was run, of which nothing changes."""
 
     run: str
+    folder: str = ""
+    """The name of the folder in which it stands, or of a log by itself."""
     seed: int | None = None
     """None: the header is damaged, and does not say."""
     speed: float | None

@@ -44,11 +44,12 @@ from world.scenario import Scenario
 class Story:
     """What has been heard of a run and not been told yet."""
 
-    def __init__(self, header: Header | None) -> None:
+    def __init__(self, header: Header | None, folder: str = "") -> None:
+        """Of the run that this header begins, in the folder of this name."""
         self._scenario, self.flaws = _scenario_of(header)
         """What is wrong with the run, as far as it is known, in sentences."""
         self._flaws_told: tuple[str, ...] = ()
-        self._subject = None if header is None else _subject(header, self._scenario)
+        self._subject = None if header is None else _subject(header, folder, self._scenario)
         self._entries, self._tracks = Entries(), Tracks()
         self._lanes, self._strands = Lanes(), Strands()
         self._positions = Positions(None if self._scenario is None else self._scenario.ground)
@@ -156,10 +157,11 @@ class Story:
         return tuple(tracks), tuple(clearances)
 
 
-def _subject(header: Header, scenario: Scenario | None) -> Subject:
+def _subject(header: Header, folder: str, scenario: Scenario | None) -> Subject:
     promises = None if scenario is None else Promises.of(scenario)
     return Subject(
         run=header.run,
+        folder=folder,
         seed=None if _is_unknown(header) else header.seed,
         speed=header.speed,
         started_at=header.started_at,

@@ -24,6 +24,7 @@ class Telling:
 
     def __init__(self, run: Path) -> None:
         """A run's folder, or its `events.jsonl`."""
+        self._folder = folder_of(run)
         self._verdict, flaw = verdict_of(run)
         self.flaws: tuple[str, ...] = () if flaw is None else (flaw,)
         """What is wrong with the run, in sentences; complete when all has been told."""
@@ -40,7 +41,7 @@ class Telling:
 
     def batches(self) -> Iterator[bytes]:
         """The whole run, for `clew.take`."""
-        story = Story(None if self._log is None else self._log.header)
+        story = Story(None if self._log is None else self._log.header, self._folder)
         for count, (source, entry) in enumerate(() if self._log is None else self._log.lines, start=1):
             story.hear(source, entry)
             if count % AT_ONCE == 0:
@@ -48,6 +49,12 @@ class Telling:
         story.add(verdict=self._verdict, flaws=(*(() if self._log is None else self._log.flaws), *self.flaws))
         self.flaws = story.flaws
         yield from _some(story.batch(ended=True))
+
+
+def folder_of(run: Path) -> str:
+    """What the page calls the place of a run: its folder's name, or that of a log by itself."""
+    place = run.resolve()
+    return place.parent.name if place.name == EVENTS_FILE else place.name
 
 
 def _some(batch: bytes | None) -> Iterator[bytes]:

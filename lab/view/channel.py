@@ -9,6 +9,7 @@ from typing import assert_never
 
 from lab.follow import LOOK_S, News
 from lab.page.story import Story
+from lab.page.telling import folder_of
 from lab.view.feed import Feed, Place
 from lab.view.watch import Began, Over, Watch
 
@@ -20,6 +21,7 @@ class Channel:
     watch: Watch
     feed: Feed = field(default_factory=Feed)
     _story: Story | None = None
+    _folder: str = ""
     _news: asyncio.Event = field(default_factory=asyncio.Event)
     _over: bool = False
 
@@ -44,7 +46,7 @@ class Channel:
         for seen in self.watch.look():
             match seen:
                 case Began():
-                    self._story = None
+                    self._story, self._folder = None, folder_of(seen.events)
                     yield seen
                 case News():
                     yield from self._packed(seen)
@@ -57,7 +59,7 @@ class Channel:
 
     def _packed(self, news: News) -> Iterator[bytes]:
         if self._story is None:
-            self._story = Story(news.header)
+            self._story = Story(news.header, self._folder)
         for heard in news.heard:
             self._story.hear(heard.source, heard.entry)
         if news.flaws:

@@ -57,7 +57,7 @@ class Pane {
     this.caption.hidden = !several;
     if (several) {
       const word = run.verdict ? (run.verdict.ok ? "✓" : "✗") : "";
-      this.caption.textContent = `${"ABCDEFGH"[this.index]}  ${run.subject?.run ?? ""}  ${word}  t = ${t.toFixed(2)} s, ${stepWords(run, t)}`;
+      this.caption.textContent = `${"ABCDEFGH"[this.index]}  ${run.subject?.folder || run.subject?.run || ""}  ${word}  t = ${t.toFixed(2)} s, ${stepWords(run, t)}`;
       this.figure.classList.toggle("chosen", app.focus === this.index);
     }
     const name = `Map of run ${run.subject?.run ?? ""}: ${run.bodies.size} robots`;

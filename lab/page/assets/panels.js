@@ -47,6 +47,7 @@ function showVerdict(app) {
         `law ${subject.scenario?.law?.law ?? NOT_KNOWN}`,
         `${run.bodies.size} robots`,
         subject.run,
+        subject.folder && subject.folder !== subject.run ? `in ${subject.folder}` : "",
       ]
     : [];
   byId("facts").textContent = facts.filter(Boolean).join("  ·  ");
