@@ -6,8 +6,12 @@ Rule 3: a log of another schema is read as far as this program knows its kinds a
 """
 
 from collections.abc import Iterator
+from hashlib import blake2b
 from io import BufferedReader
 from pathlib import Path
+from typing import Any
+
+import msgspec
 
 from lab.findings import Findings
 from lab.log_header import UNREADABLE, header_of, is_entry
@@ -22,7 +26,8 @@ LINE_BYTES_MAX = 1 << 25  # 32 MiB
 class Log:
     """A log that is read line by line, anew each time: a million entries take no memory.
 
-    `flaws` and `ended` say what `Timeline`'s do, once the lines have been gone through to the end.
+    `flaws` and `ended` say what `Timeline`'s do, once the lines have been gone through to the end. `unread` is
+    the same then for logs of which the same cannot be read, whatever the clocks said.
     """
 
     def __init__(self, run: Path) -> None:
@@ -34,16 +39,18 @@ class Log:
         self._headless = is_entry(first)
         self.flaws: tuple[str, ...] = ()
         self.ended: str | None = None
+        self.unread = b""
 
     @property
     def lines(self) -> Iterator[Line]:
         """The entries that can be read, with their sources, in the recorder's order."""
-        findings = Findings(self.header, self._damage)
+        findings, unread = Findings(self.header, self._damage), blake2b()
         with self._open() as file:
             for number, text in enumerate(_texts(file), start=1):
                 if number == 1 and not self._headless:
                     continue
                 if text[-1:] != b"\n":
+                    unread.update(text)
                     if len(text) < LINE_BYTES_MAX:
                         findings.torn(number)
                     else:
@@ -52,11 +59,13 @@ class Log:
                 try:
                     source, entry = read_line(text)
                 except UNREADABLE as error:
+                    unread.update(_timeless(text))
                     findings.misread(number, text, error)
                 else:
                     findings.hear(source, entry)
                     yield source, entry
         self.flaws, self.ended = tuple(findings.flaws(self.path.parent)), findings.ended
+        self.unread = unread.digest()
 
     def _open(self) -> BufferedReader:
         try:
@@ -64,6 +73,16 @@ class Log:
         except OSError as error:
             where = f"{self.path.parent}: {self.path.name}" if self._in_folder else str(self.path)
             raise UsageError(f"no run in {where}: {error.strerror}") from error
+
+
+def _timeless(text: bytes) -> bytes:
+    """A line that is no entry for us, without its hybrid clock, where it has one."""
+    try:
+        fields = msgspec.json.decode(text, type=dict[str, Any])
+    except UNREADABLE:
+        return text
+    fields.pop("hlc", None)
+    return msgspec.json.encode(fields, order="sorted")
 
 
 def _texts(file: BufferedReader) -> Iterator[bytes]:

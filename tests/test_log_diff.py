@@ -50,6 +50,8 @@ def test_two_rehearsals_of_one_seed_are_the_same(twins: tuple[Path, Path, Path])
     assert json.loads(clew("log", "diff", one, same, "--json").stdout) == {
         "same": True,
         "header": [],
+        "unread": False,
+        "flaws": {"a": [], "b": []},
         "difference": None,
     }
 
@@ -121,6 +123,47 @@ def test_log_that_is_not_whole_is_said_to_be(tmp_path: Path) -> None:
     said = clew("log", "diff", run, run)
     assert said.exit_code == 0
     assert "torn" in said.stderr
+
+
+@pytest.mark.parametrize("by", ["entry", "step"])
+def test_runs_that_differ_in_what_cannot_be_read_are_not_the_same(tmp_path: Path, by: str) -> None:
+    one, other = (recorded(tmp_path / name, LINES) for name in ("one", "other"))
+    with (other / EVENTS_FILE).open("ab") as file:
+        file.write(b"{bad}\n")
+    said = clew("log", "diff", one, other, "--by", by)
+    assert said.exit_code == 1
+    assert said.stdout == "what cannot be read of them differs\nno entry differs\n"
+    assert said.stderr.startswith(f"b is not complete: line {len(LINES) + 2} cannot be read: ")
+    found = json.loads(clew("log", "diff", one, other, "--by", by, "--json").stdout)
+    assert (found["same"], found["unread"], found["flaws"]["a"]) == (False, True, [])
+    assert len(found["flaws"]["b"]) == 1
+
+
+def test_of_entries_of_another_program_clocks_are_no_difference_and_all_else_is(tmp_path: Path) -> None:
+    runs = []
+    for name, hlc, mood in (("one", 1, "good"), ("later", 2, "good"), ("other", 2, "bad")):
+        runs.append(recorded(tmp_path / name, LINES))
+        with (runs[-1] / EVENTS_FILE).open("a", encoding="utf-8") as file:
+            strange = {
+                "t_s": 9.0,
+                "hlc": str(hlc),
+                "source": "r1",
+                "n": 1,
+                "kind": "robot.felt",
+                "mood": mood,
+            }
+            file.write(json.dumps(strange) + "\n")
+    one, later, other = runs
+    assert clew("log", "diff", one, later).exit_code == 0
+    assert clew("log", "diff", later, other).exit_code == 1
+
+
+def test_what_is_wrong_behind_the_first_difference_is_named_too(tmp_path: Path) -> None:
+    one = recorded(tmp_path / "one", LINES)
+    other = recorded(tmp_path / "other", moved(LINES, 0, x_m=9.0)[:-1])
+    said = clew("log", "diff", one, other)
+    assert said.exit_code == 1
+    assert "b is not complete: no run.ended" in said.stderr
 
 
 def test_no_such_run_is_one_line_and_exit_2(tmp_path: Path) -> None:
