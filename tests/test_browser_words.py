@@ -121,6 +121,17 @@ def test_a_law_that_promises_no_clearance_is_said_to_and_what_it_falls_short_of(
         assert f"promises no clearance: {read_verdict(run).clearance_m_min:.4f} m is {short} short of" in said
 
 
+def test_a_step_that_promises_less_than_is_required_says_why(browser: Browser, killed: Path) -> None:
+    why = "leads away from"
+    with sight(browser) as shown:
+        show(shown, killed)
+        assert why not in text(shown, "#moments") + text(shown, "#steps-about")
+        shown.page.evaluate("clew.runs[0].kind('step.planned').promised_clearance_m[0] = 0; clew.take(0, {})")
+        shown.wait(f"document.querySelector('#moments').innerText.includes('{why}')")
+        assert why in text(shown, "#steps-about")
+        assert "0.000 *" in text(shown, "#steps")
+
+
 def test_the_folder_of_a_run_is_named(browser: Browser, killed: Path) -> None:
     with sight(browser) as shown:
         show(shown, killed)
