@@ -1,7 +1,7 @@
 """`clew log diff`: where two runs part."""
 
+from collections import deque
 from collections.abc import Iterator
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -55,31 +55,45 @@ def diff(ctx: click.Context, a: Path, b: Path, *, by: str, within: float, color:
     """
     ours, theirs = Log(a), Log(b)
     asked = headers_apart(ours.header, theirs.header)
-    if by == "step":
-        but = NO_DIFFERENCE_OF_STEPS
-        found = first_difference(steps_of(ours.lines), steps_of(theirs.lines), but=but, within=within)
-    else:
-        found = first_difference(ours.lines, theirs.lines, but=NO_DIFFERENCE, within=within)
+    found = _found(ours, theirs, by_step=by == "step", within=within)
+    unread = ours.unread != theirs.unread
+    same = found is None and not asked and not unread
+    flaws = {"a": ours.flaws, "b": theirs.flaws}
     if as_json:
-        click.echo(msgspec.json.encode(_as_json(asked, found)).decode())
+        said = {"same": same, "header": asked, "unread": unread, "flaws": flaws, "difference": _raws(found)}
+        click.echo(msgspec.json.encode(said).decode())
     else:
         coloured = is_coloured(color)
-        for said in _sentences(asked, found, coloured=coloured):
-            click.echo(said, color=coloured)
+        if asked:
+            click.echo(f"asked for different runs: {_some(asked)}")
+        if unread:
+            click.echo("what cannot be read of them differs")
+        for sentence in _sentences(found, same=same, coloured=coloured):
+            click.echo(sentence, color=coloured)
         started = (ours.header.started_at, theirs.header.started_at)
         if found is not None and by == "entry" and EPOCH not in started:
             click.echo("entries of two live runs always differ: --by step says what came of them", err=True)
-    if found is None:
-        for flaw in chain(ours.flaws, theirs.flaws):
-            click.echo(f"not complete: {flaw}", err=True)
-    ctx.exit(0 if found is None and not asked else 1)
+    for which, each in flaws.items():
+        for flaw in each:
+            click.echo(f"{which} is not complete: {flaw}", err=True)
+    ctx.exit(0 if same else 1)
 
 
-def _sentences(asked: tuple[str, ...], found: Difference | None, *, coloured: bool) -> Iterator[str]:
-    if asked:
-        yield f"asked for different runs: {_some(asked)}"
+def _found(ours: Log, theirs: Log, *, by_step: bool, within: float) -> Difference | None:
+    """Where they part; both are read to their ends, so that what is wrong with them is known."""
+    a, b = ours.lines, theirs.lines
+    if by_step:
+        found = first_difference(steps_of(a), steps_of(b), but=NO_DIFFERENCE_OF_STEPS, within=within)
+    else:
+        found = first_difference(a, b, but=NO_DIFFERENCE, within=within)
+    for rest in (a, b):
+        deque(rest, maxlen=0)
+    return found
+
+
+def _sentences(found: Difference | None, *, same: bool, coloured: bool) -> Iterator[str]:
     if found is None:
-        yield "no entry differs" if asked else "the same"
+        yield "the same" if same else "no entry differs"
         return
     what = _some(found.fields) if found.a and found.b else "one has ended"
     yield f"the first difference is behind {found.entry} entries in common: {what}"
@@ -99,19 +113,19 @@ def _some(names: tuple[str, ...]) -> str:
     return plain(", ".join(names[:FIELDS_SHOWN])) + (f" and {more} more" if more > 0 else "")
 
 
-def _as_json(asked: tuple[str, ...], found: Difference | None) -> dict[str, Any]:
-    said: dict[str, Any] = {"same": found is None and not asked, "header": asked, "difference": None}
-    if found is not None:
-        said["difference"] = {
-            "entry": found.entry,
-            "fields": found.fields,
-            "a": _raw(found.a),
-            "b": _raw(found.b),
-            "before": [_raw(each) for each in found.before],
-            "after_a": [_raw(each) for each in found.after_a],
-            "after_b": [_raw(each) for each in found.after_b],
-        }
-    return said
+def _raws(found: Difference | None) -> dict[str, Any] | None:
+    """A difference with its entries as the log has them."""
+    if found is None:
+        return None
+    return {
+        "entry": found.entry,
+        "fields": found.fields,
+        "a": _raw(found.a),
+        "b": _raw(found.b),
+        "before": [_raw(each) for each in found.before],
+        "after_a": [_raw(each) for each in found.after_a],
+        "after_b": [_raw(each) for each in found.after_b],
+    }
 
 
 def _raw(entry: Line | None) -> msgspec.Raw | None:
