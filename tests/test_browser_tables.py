@@ -142,9 +142,10 @@ def test_table_1_has_the_papers_number_beside_each_obstacles_own_and_the_nearest
     read = timeline.read(paper)
     scenario, stood = scenario_of(read), tally_of(read).switching_positions
     assert scenario.table_m is not None
+    cells = "[...row.children].slice(7)"
+    texts = "[cell.firstChild.textContent, cell.querySelector('small').textContent, cell.className]"
     rows = pages[paper].page.evaluate(
-        "[...document.querySelectorAll('#steps tbody tr')].map((row) => "
-        "[...row.children].slice(7).map((cell) => [cell.firstChild.textContent, cell.querySelector('small').textContent, cell.className]))"
+        f"[...document.querySelectorAll('#steps tbody tr')].map((row) => {cells}.map((cell) => {texts}))"
     )
     for row, measured_m, printed_m in zip(rows, measure(scenario, stood), scenario.table_m, strict=True):
         nearest = measured_m.index(min(measured_m))

@@ -8,7 +8,7 @@ import msgspec
 import pytest
 from rich.console import Console
 
-from lab.terminal.picture import COLUMNS, WORDS, choose, picture, table
+from lab.terminal.picture import COLUMNS, WORDS, choose, picture, summed_up, table
 from lab.terminal.scoreboard import Row, Scoreboard
 from lab.terminal.standing import State
 from protocol.timeline import GoalReached, Record, RobotAppeared, RobotDied, StrandFormed
@@ -132,3 +132,16 @@ def test_a_narrow_terminal_has_fewer_columns_and_none_is_cut(width: int) -> None
     assert {"robot", "state", "least"} <= set(head.split())
     assert ("…" in said, "0.050 m" in said) == (False, True)
     assert ("lost" in head) == (width >= 80)
+
+
+def test_clearance_now_and_the_least_so_far_have_their_own_columns() -> None:
+    console = Console(width=80, record=True, file=io.StringIO())
+    console.print(table([replace(row(3, 1, State.FOLLOWING), clearance_m=0.321, clearance_m_min=0.123)], 80))
+    head, said = console.export_text().splitlines()
+    for name, value in (("clearance", "0.321 m"), ("least", "0.123 m")):
+        assert said.index(value) + len(value) == head.index(name) + len(name)
+
+
+def test_the_least_of_those_that_are_summed_up_is_the_least_of_them_all() -> None:
+    rest = [replace(row(robot, robot, State.ARRIVED), clearance_m_min=0.1 * robot) for robot in (3, 2, 4)]
+    assert "least clearance 0.200 m" in summed_up([*rest, row(5, 5, State.ABSENT)]).plain

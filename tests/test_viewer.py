@@ -8,7 +8,7 @@ import re
 import signal
 import socket
 from collections.abc import AsyncIterator, Iterator
-from contextlib import asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager
 from pathlib import Path
 
 import msgspec
@@ -151,6 +151,31 @@ async def test_a_page_that_takes_nothing_is_let_go_and_makes_room(
             assert await status(host, port) == 503
             while await status(host, port) != 200:
                 pass
+
+
+async def test_a_page_that_has_gone_makes_room_though_nothing_happens(
+    run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(serving, "PAGES_MAX", 1)
+    async with served(run) as (_, host, port):
+        async with connected(host, port, get(host, port)) as page:
+            assert b"200" in await page.readline()
+            assert await status(host, port) == 503
+        async with asyncio.timeout(START_S_MAX):
+            while await status(host, port) != 200:
+                pass
+
+
+async def test_who_connects_and_says_nothing_keeps_nobody_out(
+    run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(serving, "PAGES_MAX", 2)
+    monkeypatch.setattr(serving, "ASKING_MAX", 2)
+    async with served(run) as (_, host, port), AsyncExitStack() as silent:
+        first, *_ = [await silent.enter_async_context(connected(host, port, b"")) for _ in range(5)]
+        assert await status(host, port) == 200
+        with pytest.raises((ConnectionError, asyncio.IncompleteReadError)):
+            await first.readexactly(1)  # long before ASK_S is over
 
 
 async def test_a_request_that_never_ends_is_let_go(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
