@@ -25,6 +25,7 @@ from lab.figures.run import charts_of
 from lab.figures.style import COLUMN_IN, PAGE_IN, Chart, LeftOut, render
 from lab.figures.traces import POINTS_MAX, moving_clearance_m, separations_m, thinned
 from lab.report import read_verdict
+from protocol.arrays import Floats
 from protocol.timeline import PoseSampled
 from tests.campaigns import clew, closed
 from tests.logs import AT_REST, numbered, recorded
@@ -261,7 +262,7 @@ def test_each_panel_has_what_moves_where_it_was_when_the_step_was_planned(tmp_pa
     clew("rehearse", "door", "--seed", "3", "--out", tmp_path / "door")
     drawn = course(tmp_path, "door")
     panels = [axes for axes in painted(chart(drawn, "steps")) if axes.get_title()]
-    places_m, drawn_m = [], []
+    places_m, drawn_m = list[Floats](), list[Floats]()
     for axes, planned in zip(panels, drawn.plans, strict=True):
         [moving] = [patch for patch in axes.patches if patch.get_hatch()]
         box = moving.get_path().get_extents(moving.get_patch_transform())

@@ -184,3 +184,4 @@ def test_nothing_runs_in_the_page_but_what_it_was_sent_with() -> None:
     assert policy("<script>1</script>") != policy("<script>2</script>")
     (scripts,) = [part for part in page.policy.split("; ") if part.startswith("script-src")]
     assert "unsafe" not in scripts
+    assert {"default-src 'none'", "base-uri 'none'", "frame-ancestors 'none'"} <= set(page.policy.split("; "))
