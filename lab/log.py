@@ -26,8 +26,8 @@ LINE_BYTES_MAX = 1 << 25  # 32 MiB
 class Log:
     """A log that is read line by line, anew each time: a million entries take no memory.
 
-    `flaws` and `ended` say what `Timeline`'s do, once the lines have been gone through to the end. `unread` is
-    the same then for logs of which the same cannot be read, whatever the clocks said.
+    `flaws` and `ended` say what `Timeline`'s do, once the lines have been gone through to the end. `unread`
+    is the same then for logs of which the same cannot be read, whatever the clocks said.
     """
 
     def __init__(self, run: Path) -> None:

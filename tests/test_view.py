@@ -167,6 +167,24 @@ def test_whatever_else_is_asked_is_refused(path: str, method: str, host: str, st
     assert said.status == status
 
 
+@pytest.mark.parametrize("path", ["/", "/events/0"])
+@pytest.mark.parametrize("site", ["cross-site", "same-site"])  # a server on another port is of our site
+def test_what_a_page_of_another_origin_has_its_browser_ask_for_is_refused(path: str, site: str) -> None:
+    said = asked(path, sec_fetch_site=site, sec_fetch_mode="no-cors", sec_fetch_dest="script")
+    assert isinstance(said, Document)
+    assert said.status == HTTPStatus.FORBIDDEN
+    framed = asked(path, sec_fetch_site=site, sec_fetch_mode="navigate", sec_fetch_dest="iframe")
+    assert isinstance(framed, Document)
+    assert framed.status == HTTPStatus.FORBIDDEN
+
+
+def test_our_page_the_user_and_a_link_from_anywhere_are_answered() -> None:
+    assert asked("/events/0", sec_fetch_site="same-origin", sec_fetch_mode="cors") == Telling(0, None)
+    assert asked("/", sec_fetch_site="none", sec_fetch_mode="navigate") == SITE["/"]
+    linked = asked("/", sec_fetch_site="cross-site", sec_fetch_mode="navigate", sec_fetch_dest="document")
+    assert linked == SITE["/"]
+
+
 @pytest.mark.parametrize("path", ["/", "/events/0", "/nothing"])
 def test_no_answer_may_be_read_by_another_origin(path: str) -> None:
     said = dict(head(asked(path)).headers)
@@ -180,8 +198,8 @@ def test_nothing_runs_in_the_page_but_what_it_was_sent_with() -> None:
     assert isinstance(page, Document)
     assert "script-src 'sha256-" in page.policy
     assert "connect-src 'self'" in page.policy
+    assert {"default-src 'none'", "base-uri 'none'", "frame-ancestors 'none'"} <= set(page.policy.split("; "))
     assert "'unsafe-eval'" not in page.policy
     assert policy("<script>1</script>") != policy("<script>2</script>")
     (scripts,) = [part for part in page.policy.split("; ") if part.startswith("script-src")]
     assert "unsafe" not in scripts
-    assert {"default-src 'none'", "base-uri 'none'", "frame-ancestors 'none'"} <= set(page.policy.split("; "))

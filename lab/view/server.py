@@ -25,6 +25,7 @@ ASK_S = 10.0  # for a request to be whole
 PATIENCE_S = 30.0
 LAST_WORD_S = 0.2  # for the last messages; the launcher waits 0.4 s for whom it has asked to end
 PAGES_MAX = 64  # at once; a browser opens six at most
+ASKING_MAX = 64  # at once, whose request is not whole yet: it takes a browser no time
 PIECE_BYTES = 65_536
 
 
@@ -36,6 +37,8 @@ class Server:
     channels: Sequence[Channel]
     _hosts: frozenset[bytes] = frozenset()
     _pages: set[asyncio.Task[None]] = field(default_factory=set)
+    _asking: dict[asyncio.Task[None], None] = field(default_factory=dict)
+    """Those of them whose request is not whole yet, the oldest first."""
 
     async def serve(self, port: int, ready: Callable[[str], None], lifeline: int | None) -> ExitCode:
         """Serve; returns the exit code of whoever asks us to end.
@@ -79,17 +82,24 @@ class Server:
         task = asyncio.current_task()
         assert task is not None
         self._pages.add(task)
+        self._asking[task] = None
+        if len(self._asking) > ASKING_MAX:
+            # Who connects and says nothing takes nobody's room but that of others who say nothing.
+            next(iter(self._asking)).cancel()
         try:
-            await self._converse(reader, writer)
+            await self._converse(task, reader, writer)
             writer.close()
         except (OSError, TimeoutError):
             pass  # it has gone, or takes nothing
         finally:
             self._pages.discard(task)
+            self._asking.pop(task, None)
             if not writer.is_closing():
                 writer.transport.abort()
 
-    async def _converse(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def _converse(
+        self, task: asyncio.Task[None], reader: asyncio.StreamReader, writer: asyncio.StreamWriter
+    ) -> None:
         connection = h11.Connection(h11.SERVER, HEAD_BYTES_MAX)
 
         async def send(event: h11.Event) -> None:
@@ -97,6 +107,9 @@ class Server:
             await asyncio.wait_for(writer.drain(), PATIENCE_S)
 
         said = await self._answer(connection, reader)
+        self._asking.pop(task, None)
+        if len(self._pages) - len(self._asking) > PAGES_MAX:
+            said = refusal(HTTPStatus.SERVICE_UNAVAILABLE)
         await send(head(said))
         if isinstance(said, Document):
             await send(h11.Data(data=said.body))
@@ -110,14 +123,12 @@ class Server:
                 await telling
                 await send(h11.EndOfMessage())
         finally:
-            for task in (telling, gone):
-                task.cancel()
+            for each in (telling, gone):
+                each.cancel()
             await asyncio.gather(telling, gone, return_exceptions=True)
 
     async def _answer(self, connection: h11.Connection, reader: asyncio.StreamReader) -> Document | Telling:
         """What is said to the one request of a connection."""
-        if len(self._pages) > PAGES_MAX:
-            return refusal(HTTPStatus.SERVICE_UNAVAILABLE)
         try:
             async with asyncio.timeout(ASK_S):
                 while (event := connection.next_event()) is h11.NEED_DATA:

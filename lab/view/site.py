@@ -4,7 +4,9 @@ Rule 1: it answers GET, and only what is in its site by exactly that path: no pa
         what somebody asks for.
 Rule 2: it answers only who calls it by its own address. A page of another origin whose name has been
         re-pointed to us (DNS rebinding) calls us by that name, and is refused.
-Rule 3: nothing is said that would let another origin read an answer, and a page of ours loads from us alone.
+Rule 3: it answers nothing that a page of another origin has its browser ask for: not even that it is there.
+        A link may lead to us from anywhere.
+Rule 4: nothing is said that would let another origin read an answer, and a page of ours loads from us alone.
 """
 
 from collections.abc import Mapping
@@ -57,6 +59,8 @@ def answer(request: h11.Request, site: Site, hosts: frozenset[bytes]) -> Documen
     headers = dict(request.headers)
     if headers.get(b"host") not in hosts:
         return refusal(HTTPStatus.MISDIRECTED_REQUEST)
+    if not _is_of_ours(headers):
+        return refusal(HTTPStatus.FORBIDDEN)
     if request.method != b"GET":
         return Document(b"", status=HTTPStatus.METHOD_NOT_ALLOWED)  # HEAD is one of them, and has no body
     found = site.get(request.target.partition(b"?")[0].decode("latin-1"))
@@ -66,6 +70,13 @@ def answer(request: h11.Request, site: Site, hosts: frozenset[bytes]) -> Documen
         newest_id = headers.get(b"last-event-id")
         return Telling(found, None if newest_id is None else newest_id.decode("latin-1"))
     return found
+
+
+def _is_of_ours(headers: Mapping[bytes, bytes]) -> bool:
+    """Whether our page asks, or the user: a browser says so, and a page cannot have it say otherwise."""
+    if headers.get(b"sec-fetch-site", b"none") in {b"same-origin", b"none"}:
+        return True
+    return headers.get(b"sec-fetch-mode") == b"navigate" and headers.get(b"sec-fetch-dest") == b"document"
 
 
 def refusal(status: HTTPStatus) -> Document:
