@@ -1,6 +1,7 @@
 """MCAP: a log in Foxglove's types, for what shows and plays runs; and every entry as JSON beside.
 
-Rule 1: every entry, and the header, is one message on `/events/KIND`, byte for byte its line in the log.
+Rule 1: every entry, and the header, is one message on `/events/KIND`, as the recorder writes it. A field that
+        this program does not know, in a log of a newer one or edited by hand, is left out.
 Rule 2: messages stand in the order of their times; what an entry tells of comes before the entry itself.
 """
 
