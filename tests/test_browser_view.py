@@ -160,7 +160,7 @@ def test_a_page_shows_the_next_run_when_latest_leads_to_it(
             latest.with_name("link").symlink_to(run)
             latest.with_name("link").replace(latest)
             shown.wait(f"clew.runs[0]?.subject?.seed === {run.name} && {ENDED}")
-            assert f"in {run.name}" in shown.page.locator("#facts").inner_text()
+            shown.wait(f"document.querySelector('#facts').innerText.endsWith('in {run.name}')")
         assert not shown.page.locator("#notice").is_visible()
         assert shown.troubles == []
 
