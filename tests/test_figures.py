@@ -1,8 +1,7 @@
-"""Figures for print: they draw what was judged, the same run gives the same bytes, bad input is said."""
+"""Figures for print: they draw what was judged, and the same run gives the same bytes."""
 
 import json
 import os
-import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -18,18 +17,14 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Annotation
 
 from lab import timeline
-from lab.extras import install_line
 from lab.figures.course import Course, course_of
 from lab.figures.distances import from_hull_m
 from lab.figures.run import charts_of
 from lab.figures.style import COLUMN_IN, PAGE_IN, Chart, LeftOut, render
 from lab.figures.traces import POINTS_MAX, moving_clearance_m, separations_m, thinned
 from lab.report import read_verdict
-from protocol.arrays import Floats
 from protocol.timeline import PoseSampled
 from tests.campaigns import clew, closed
-from tests.logs import AT_REST, numbered, recorded
-from world.recorder import EVENTS_FILE
 from world.table import measure
 from world.tally import Tally
 
@@ -249,29 +244,6 @@ def test_every_switching_step_has_its_panel_with_the_gap_chosen(folder: Path) ->
         assert width_m == pytest.approx(planned.plan.gaps[planned.plan.gap].width_m, abs=1e-6)
 
 
-def test_lines_stand_where_clearance_has_to_be_kept(folder: Path) -> None:
-    drawn = course(folder, "killed")
-    law = drawn.scenario.law
-    [axes] = painted(chart(drawn, "distances"))
-    heights_m = {str(line.get_label()): set(np.asarray(line.get_ydata()).tolist()) for line in axes.lines}
-    assert heights_m[r"$\varepsilon$"] == {law.epsilon_m}
-    assert heights_m[r"$\varepsilon - \mu_0$"] == {law.epsilon_m - law.mu0_m}
-
-
-def test_each_panel_has_what_moves_where_it_was_when_the_step_was_planned(tmp_path: Path) -> None:
-    clew("rehearse", "door", "--seed", "3", "--out", tmp_path / "door")
-    drawn = course(tmp_path, "door")
-    panels = [axes for axes in painted(chart(drawn, "steps")) if axes.get_title()]
-    places_m, drawn_m = list[Floats](), list[Floats]()
-    for axes, planned in zip(panels, drawn.plans, strict=True):
-        [moving] = [patch for patch in axes.patches if patch.get_hatch()]
-        box = moving.get_path().get_extents(moving.get_patch_transform())
-        drawn_m.append(np.mean(box.get_points(), axis=0))
-        places_m.extend(drawn.scenario.movers.places_m(planned.t_s))
-    assert np.diff(drawn_m, axis=0) == pytest.approx(np.diff(places_m, axis=0), abs=1e-6)
-    assert np.ptp(places_m, axis=0).max() > 0.1
-
-
 @pytest.mark.parametrize("name", ["paper", "killed", "pedestrian"])
 def test_panels_of_steps_leave_little_of_the_page_empty(folder: Path, name: str) -> None:
     drawn = chart(course(folder, name), "steps")
@@ -328,80 +300,6 @@ def test_figures_stand_in_the_runs_folder_and_every_file_is_named(folder: Path) 
     assert {Path(path).suffix for path in said["written"]} == {".svg", ".png"}
     assert all(Path(path).parent == folder / "paper" / "figures" for path in said["written"])
     assert all(Path(path).exists() for path in said["written"])
-
-
-def test_a_torn_line_and_a_newer_schema_are_said_and_the_rest_is_drawn(folder: Path, tmp_path: Path) -> None:
-    text = (folder / "paper" / EVENTS_FILE).read_bytes()
-    newer = tmp_path / EVENTS_FILE
-    newer.write_bytes(text[: len(text) // 2].replace(b"clew-timeline/1", b"clew-timeline/2", 1))
-    told = clew("figures", newer, "--format", "svg")
-    assert told.exit_code == 0
-    assert re.search(r"not complete: line \d+ is torn", told.stderr)
-    assert "clew-timeline/2" in told.stderr
-    assert len(told.stdout.splitlines()) == 5
-
-
-def test_where_line_1_is_damaged_it_is_said_and_what_entries_alone_tell_is_drawn(
-    folder: Path, tmp_path: Path
-) -> None:
-    _, entries = (folder / "killed" / EVENTS_FILE).read_bytes().split(b"\n", 1)
-    headless = tmp_path / EVENTS_FILE
-    headless.write_bytes(b'{"kind": "run.started", "sche\n' + entries)
-    told = clew("figures", headless, "--format", "svg")
-    assert told.exit_code == 0
-    assert "not complete: line 1 is damaged" in told.stderr
-    assert "not drawn: clearance: the log does not say where obstacles were" in told.stderr
-    assert {Path(line).stem for line in told.stdout.splitlines()} == {"region", "steps", "separation"}
-    assert "required" not in (tmp_path / "figures" / "separation.svg").read_text(encoding="utf-8")
-    checked = clew("log", "check", headless)
-    assert checked.exit_code == 2
-    assert "line 1, the header, is damaged" in checked.stderr
-
-
-def test_a_run_in_which_nobody_moved_has_no_distances_and_the_rest_is_drawn(tmp_path: Path) -> None:
-    told = clew("figures", recorded(tmp_path / "run", numbered(AT_REST)), "--format", "svg")
-    assert told.exit_code == 0
-    assert "not drawn: distances: the leader has not begun a switching step\n" in told.stderr
-    drawn = {Path(line).stem for line in told.stdout.splitlines()}
-    assert drawn == {"region", "clearance", "separation"}
-
-
-@pytest.mark.parametrize(
-    ("name", "content", "why"),
-    [
-        ("empty/", None, "neither a run (events.jsonl) nor a campaign (campaign.json)"),
-        ("nothing", None, "there is no such run or campaign"),
-        ("notes.txt", "hello", "no header of a run"),
-        ("campaign.json", "{}", "no campaign that this program can read"),
-        ("campaign.json", '{"episodes": 3}', "no campaign that this program can read"),
-    ],
-)
-def test_what_is_neither_run_nor_campaign_is_refused_in_a_line(
-    tmp_path: Path, name: str, content: str | None, why: str
-) -> None:
-    path = tmp_path / name
-    if name.endswith("/"):
-        path.mkdir()
-    elif content is not None:
-        path.write_text(content, encoding="utf-8")
-    told = clew("figures", path)
-    assert told.exit_code == 2
-    assert why in told.stderr
-    assert (len(told.stderr.splitlines()), told.stdout) == (1, "")
-
-
-def test_a_format_that_nobody_knows_and_a_folder_that_is_a_file_are_refused(folder: Path) -> None:
-    for option, value in (("--format", "svg,gif"), ("--out", str(folder / "paper" / EVENTS_FILE))):
-        told = clew("figures", folder / "paper", option, value)
-        assert told.exit_code == 2
-        assert len(told.stderr.splitlines()) == 1
-
-
-def test_without_matplotlib_a_line_names_the_extra(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    told = clew("figures", folder / "paper")
-    assert told.exit_code == 2
-    assert install_line("plot") in told.stderr
 
 
 def test_a_figure_leaves_matplotlibs_settings_as_they_were(folder: Path) -> None:
