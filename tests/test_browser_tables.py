@@ -2,11 +2,13 @@
 
 import itertools
 import json
+import math
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from lab import timeline
@@ -17,6 +19,7 @@ from lab.view.browser import chromium
 from protocol.frames import Point
 from protocol.timeline import (
     FaultInjected,
+    PoseSampled,
     RobotSettled,
     StepFinished,
     StepPlanned,
@@ -260,21 +263,30 @@ def test_the_gap_that_is_marked_is_the_one_that_was_chosen(pages: dict[Path, Sig
     assert [mark.text for mark in marks if mark.does == "text"] == [f"gap {gap.width_m:.2f} m"]
 
 
-def test_arc_length_along_the_path_is_what_the_robot_has_driven(pages: dict[Path, Sight], busy: Path) -> None:
+def test_arc_length_along_the_path_is_that_of_the_step_less_what_is_left_of_it(
+    pages: dict[Path, Sight], busy: Path
+) -> None:
     shown = pages[busy]
-    steps = [entry for _, entry in timeline.read(busy).lines if isinstance(entry.record, StepFinished)]
-    for entry in steps[2:5]:
-        assert isinstance(entry.record, StepFinished)
-        planned = [
-            other.record
-            for _, other in timeline.read(busy).lines
-            if isinstance(other.record, StepPlanned) and other.record.step == entry.record.step
+    lines = timeline.read(busy).lines
+    steps = [
+        (entry.t_s + 0.5, source, entry.record)
+        for source, entry in lines
+        if isinstance(entry.record, StepPlanned)
+    ]
+    for t_s, source, step in steps:
+        robot = int(source[1:])
+        poses = [
+            (entry.t_s, entry.record.x_m, entry.record.y_m)
+            for _, entry in lines
+            if isinstance(entry.record, PoseSampled) and entry.record.robot == robot
         ]
-        robot = entry.record.robot
-        shown.page.evaluate(f"clew.seek({entry.t_s - 0.005}); clew.choose({robot}); clew.draw()")
+        times_s, *axes_m = np.array(poses).T
+        here_m = [float(np.interp(t_s, times_s, axis_m)) for axis_m in axes_m]
+        shown.page.evaluate(f"clew.seek({t_s}); clew.choose({robot}); clew.draw()")
         said = shown.page.locator("#robot-now").inner_text()
         along_m = float(said.split(" m along the path")[0].rsplit(" ", 1)[1])
-        assert along_m == pytest.approx(planned[-1].reach_m, abs=0.015)
+        left_m = math.dist(here_m, (step.target.x_m, step.target.y_m))
+        assert along_m == pytest.approx(step.reach_m - left_m, abs=0.01)
     shown.page.evaluate("clew.choose(0)")
 
 
