@@ -100,7 +100,7 @@ def test_a_deep_link_lands_at_its_moment(browser: Browser, report: str) -> None:
     with sight(browser) as shown:
         shown.show(f"{report}#t=12.3&robot=3")
         shown.wait("clew.time === 12.3 && clew.robot === 3")
-        assert shown.page.locator("#clock").inner_text().startswith("12.3")
+        shown.wait("document.querySelector('#clock').innerText.startsWith('12.3')")
 
 
 def test_the_address_follows_what_is_shown_so_that_it_can_be_sent_on(shown: Sight) -> None:
