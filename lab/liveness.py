@@ -42,6 +42,8 @@ def unlively(
         return None
     arrived = arrived_together(entries, core)
     healed_s = None if world.over_s < quiet_s else healed_at_s(entries, core, quiet_s)
+    if healed_s is not None and arrived:
+        healed_s = min(healed_s, world.over_s)  # it ended before the time to heal was up
     late = healed_s is not None and healed_s - quiet_s > HEAL_S_MAX
     if arrived and not late:
         return None

@@ -275,3 +275,11 @@ def test_a_strand_formed_by_who_never_heard_of_it_binds_nobody_else() -> None:
     others: list[Line] = [("r2", 4.1, BACK)]
     broken = judge([*START, *LED, *FOLLOWED, TURNED[0], *others, *LED_BACK, *FOLLOWED_BACK])
     assert [(each.invariant, each.robot) for each in broken] == [("S3", 1)]
+
+
+def test_an_order_of_a_strand_whose_bodies_were_never_seen_is_a_violation_and_no_crash() -> None:
+    evidence = Evidence()
+    for n, (source, t_s, record) in enumerate([START[2], LED[1]], start=1):
+        evidence.hear(source, Entry(n=n, t_s=t_s, hlc="", record=record))
+    assert not any(evidence.poses[robot] for robot in FORMED.order), "asked for, and not there"
+    assert [broken.invariant for _, broken in judge_authority(evidence, EXACT)] == ["S3"]

@@ -105,7 +105,7 @@ class Evidence:
 
     def path(self, strand: StrandFormed) -> Path | None:
         """The strand's path, rule 1; None where a robot of it was never seen, or it never turned round."""
-        if not all(robot in self.poses for robot in strand.order):
+        if not all(self.poses.get(robot) for robot in strand.order):
             return None
         return self._path(strand.order, strand.epoch)
 
