@@ -159,6 +159,7 @@ def _again(robot: str, dice: Dice, window: Window, from_s: float) -> Restart:
 def _lost(robot: str, dice: Dice, window: Window, from_s: float) -> Rule:
     """The robot is no more for the others from then on: for good in one of two."""
     from_s = from_s if window.until_s is None else min(from_s, round(window.until_s - SOON_S, 3))
+    from_s = max(SOON_S, from_s)  # before it has come, there is no fleet yet
     soon_s = round(from_s + SOON_S, 3)
     gone_s = dice.scale(*TOKEN_GONE_S)
     match dice.whole(1, 6):
@@ -168,6 +169,6 @@ def _lost(robot: str, dice: Dice, window: Window, from_s: float) -> Rule:
         case 2:
             return _again(robot, dice, window, from_s)
         case 3:
-            return Partition(group=(robot,), others=(ROUTER,), **_within(window, max(SOON_S, from_s), gone_s))
+            return Partition(group=(robot,), others=(ROUTER,), **_within(window, from_s, gone_s))
         case _:
             return Kill(target=robot, from_s=from_s, until_s=soon_s)
