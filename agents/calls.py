@@ -78,9 +78,8 @@ class Calls:
             return
         broke_s = self._broke.setdefault(neighbour, [])
         broke_s.append(now_s)
-        if sum(
-            now_s - at_s < SHUNNED_S for at_s in broke_s
-        ) >= BREAKS_MAX and now_s >= self._shunned_until_s.get(neighbour, 0.0):
+        lately = sum(now_s - at_s < SHUNNED_S for at_s in broke_s)
+        if lately >= BREAKS_MAX and neighbour not in self.shunned(now_s):
             self._shuns[neighbour] += 1
             self._shunned_until_s[neighbour] = now_s + SHUNNED_S * 2.0 ** (self._shuns[neighbour] - 1)
 

@@ -19,6 +19,7 @@ from agents.commands import Command, Note
 from agents.driver import Driver
 from agents.events import LinkHeard
 from agents.follower import Follower
+from agents.forming import as_record
 from agents.giving import COMES_BACK_S
 from agents.leader import DeadEnd, LookCloser, Plan, Wait
 from agents.memory import Memory
@@ -41,7 +42,6 @@ from protocol.timeline import (
     StepAbandoned,
     StepPlanned,
     StrandDissolved,
-    StrandFormed,
     StrandHealed,
     StrandReversed,
 )
@@ -254,13 +254,7 @@ class Member:
         self._held, self._turns = False, old.reversal.turns
         self._out_at_m = self.strand.laid_m
         driver.begin(self.strand.start_m)
-        formed = StrandFormed(
-            epoch=self.strand.epoch,
-            sensed=False,
-            order=self.strand.order,
-            path_length_m=self.strand.laid_m,
-        )
-        return [Note(formed)]
+        return [Note(as_record(self.strand, sensed=False, bent=False))]
 
     def _back_up(self, now_s: float) -> list[Command]:
         """Rule 2: drive along the path that there is, so that the robots behind can."""

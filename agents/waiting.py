@@ -34,8 +34,9 @@ class Waiting:
         """Take in who answers the turn at this moment; to be called again and again."""
         turn, passed_s = self._roster.turn, now_s - self._noted_s
         self._noted_s = now_s
-        for robot, muster in self._roster.heard.items() if turn is not None else ():
-            assert turn is not None
+        if turn is None:
+            return
+        for robot, muster in self._roster.heard.items():
             answers = muster.turn >= turn.number and muster.echo_s >= now_s - self._mission.silence_s
             if robot not in {turn.robot, self._robot} and not answers:
                 self._away_s[robot] += passed_s

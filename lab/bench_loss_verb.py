@@ -89,7 +89,7 @@ def loss(
 
 def _draw(points: list[LossPoint], title: str) -> None:
     from lab.figures.loss import loss_chart  # noqa: PLC0415 - nobody else is to wait for matplotlib
-    from lab.figures.style import render  # noqa: PLC0415 - for the same reason
+    from lab.figures.style import render  # noqa: PLC0415 - it brings matplotlib in
 
     FIGURE.write_bytes(render(loss_chart(points, title), ("svg",))["svg"])
 

@@ -1,6 +1,5 @@
-"""Reads the timeline of a run, `events.jsonl`: whole into memory, or entry by entry."""
+"""The timeline of a run in memory, and which of its entries to show; `lab.log` reads one entry by entry."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -60,15 +59,6 @@ def read(run: Path) -> Timeline:
     """
     log = Log(run)
     return Timeline(log.header, tuple(log.lines), log.flaws)
-
-
-def entries(run: Path) -> Iterator[Line]:
-    """The entries of a run one by one, given its folder or its `events.jsonl`; the unreadable are left out.
-
-    Raises:
-        UsageError: there is no such run, or its first line is no header of ours.
-    """
-    return Log(run).lines
 
 
 def kind_of(record: Record) -> str:

@@ -2,8 +2,13 @@
 
 import os
 import signal
+from collections.abc import Iterator
+from pathlib import Path
 
+import pytest
 from hypothesis import settings
+
+from tests.fleets import Fleet
 
 # No claim here is about time, and on a loaded machine any single example may take longer than 200 ms.
 # What lands must not hang on luck, so under CI the examples are always the same; elsewhere they are new.
@@ -12,3 +17,11 @@ settings.load_profile("clew")
 
 # A shell's job in the background ignores the interrupt, and so would every process that a test starts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture
+def fleet(tmp_path: Path) -> Iterator[Fleet]:
+    """Real processes, of which none is left when the test is over."""
+    fleet = Fleet(tmp_path)
+    yield fleet
+    fleet.destroy()

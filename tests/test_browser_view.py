@@ -36,13 +36,6 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     return [folder / "1", folder / "2"]
 
 
-@pytest.fixture
-def fleet(tmp_path: Path) -> Iterator[Fleet]:
-    fleet = Fleet(tmp_path)
-    yield fleet
-    fleet.destroy()
-
-
 @contextmanager
 def served(*arguments: str | Path, cwd: Path) -> Iterator[str]:
     """The address of a viewer."""

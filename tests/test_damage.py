@@ -118,13 +118,6 @@ async def test_what_is_heard_on_a_damaged_wire_was_sent(faults: Faults, until_re
     assert len(heard.heard) > len(heard.refused)
 
 
-@pytest.fixture
-def fleet(tmp_path: Path) -> Iterator[Fleet]:
-    fleet = Fleet(tmp_path)
-    yield fleet
-    fleet.destroy()
-
-
 def test_fleet_arrives_over_a_slow_wire_that_was_damaging_for_a_while(fleet: Fleet) -> None:
     outer, inner = port_of(free_endpoint()), port_of(free_endpoint())
     endpoint, listen = f"tcp/127.0.0.1:{outer}", f"tcp/127.0.0.1:{inner}"

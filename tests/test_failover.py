@@ -28,13 +28,6 @@ GAP_S_MAX = 1.0  # what a robot may go unheard; measured are 4 to 40 ms
 processes = pytest.mark.processes
 
 
-@pytest.fixture
-def fleet(tmp_path: Path) -> Iterator[Fleet]:
-    fleet = Fleet(tmp_path)
-    yield fleet
-    fleet.destroy()
-
-
 def pid_of(fleet: Fleet, name: str) -> int:
     """The process that the launcher says has this name."""
     (private,) = fleet.temporary.glob("clew.*")

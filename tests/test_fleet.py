@@ -17,13 +17,6 @@ from tests.fleets import END_S_MAX, ROOT, RUN_S_MAX, START_S_MAX, Fleet, Outcome
 pytestmark = pytest.mark.processes
 
 
-@pytest.fixture
-def fleet(tmp_path: Path) -> Iterator[Fleet]:
-    fleet = Fleet(tmp_path)
-    yield fleet
-    fleet.destroy()
-
-
 @pytest.fixture(scope="module")
 def paper(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Fleet, Outcome]]:
     fleet = Fleet(tmp_path_factory.mktemp("paper"))

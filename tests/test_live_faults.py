@@ -5,7 +5,6 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +14,6 @@ from tests.fleets import END_S_MAX, ROOT, RUN_S_MAX, START_S_MAX, Fleet, wait_un
 from tests.test_fleet import clew
 
 pytestmark = pytest.mark.processes
-
-
-@pytest.fixture
-def fleet(tmp_path: Path) -> Iterator[Fleet]:
-    made = Fleet(tmp_path)
-    yield made
-    made.destroy()
 
 
 def plan(folder: Path, *rules: str) -> str:

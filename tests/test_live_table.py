@@ -27,13 +27,6 @@ def terminal() -> Iterator[Terminal]:
     terminal.close()
 
 
-@pytest.fixture
-def fleet(tmp_path: Path) -> Iterator[Fleet]:
-    fleet = Fleet(tmp_path)
-    yield fleet
-    fleet.destroy()
-
-
 def begin(fleet: Fleet, terminal: Terminal, *arguments: str, term: str = "xterm-256color") -> None:
     """Start a fleet as a user does who sits at this terminal."""
     fleet.start_on(terminal.theirs, *arguments, TERM=term)

@@ -4,7 +4,6 @@ import contextlib
 import re
 import subprocess
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -21,13 +20,6 @@ GROVE = ("grove", "-n", str(ROBOTS), "--speed", "4")  # 17 s of the run, 4 s of 
 LOSS = drop(0.1)  # of all packets that go one way
 RESET = "meta l4proto tcp counter reject with tcp reset"
 RESETS = 10  # all connections, and as many attempts to come back
-
-
-@pytest.fixture
-def fleet(tmp_path: Path) -> Iterator[Fleet]:
-    fleet = Fleet(tmp_path)
-    yield fleet
-    fleet.destroy()
 
 
 @pytest.fixture

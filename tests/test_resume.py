@@ -3,7 +3,6 @@
 import json
 import os
 import signal
-from collections.abc import Iterator
 from pathlib import Path
 
 import msgspec
@@ -248,13 +247,6 @@ def test_a_file_that_is_no_timeline_is_refused(tmp_path: Path) -> None:
 
 
 # --- the whole ------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def fleet(tmp_path: Path) -> Iterator[Fleet]:
-    fleet = Fleet(tmp_path)
-    yield fleet
-    fleet.destroy()
 
 
 @pytest.mark.processes

@@ -7,7 +7,7 @@ import os
 import re
 import signal
 import socket
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
 from pathlib import Path
 
@@ -191,13 +191,6 @@ async def test_a_request_that_never_ends_is_let_go(run: Path, monkeypatch: pytes
 async def test_who_speaks_no_http_is_told_so(run: Path, said: bytes) -> None:
     async with served(run) as (_, host, port), connected(host, port, said) as reader:
         assert (await reader.readline()).startswith((b"HTTP/1.1 400", b"HTTP/1.1 431"))
-
-
-@pytest.fixture
-def fleet(tmp_path: Path) -> Iterator[Fleet]:
-    fleet = Fleet(tmp_path)
-    yield fleet
-    fleet.destroy()
 
 
 @pytest.mark.processes

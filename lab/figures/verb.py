@@ -39,7 +39,7 @@ def figures(source: Path, *, out: Path | None, formats: tuple[str, ...], as_json
     """
     need_matplotlib()
     from lab.figures.draw import charts_in, write  # noqa: PLC0415 - nobody else is to wait for matplotlib
-    from lab.figures.style import LeftOut  # noqa: PLC0415 - for the same reason
+    from lab.figures.style import LeftOut  # noqa: PLC0415 - it brings matplotlib in
 
     charts, flaws = charts_in(source)
     for flaw in flaws:
