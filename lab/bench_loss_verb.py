@@ -20,8 +20,8 @@ from lab.bench_loss import (
     slowdown,
     table,
 )
+from lab.extras import need
 from lab.faults_doc import DOCUMENT
-from lab.figures.extra import need_matplotlib
 from lab.live import run_fleet
 from lab.options import AS_JSON
 from lab.plan_text import FAULTS_FILE, plan_text
@@ -65,7 +65,7 @@ def loss(
     """
     known = load(scenario)
     if write:
-        need_matplotlib()  # said before the fleets cross, not after
+        need("matplotlib", extra="plot", by="figures need")  # said before the fleets cross, not after
     points: list[LossPoint] = []
     for reach in Reach:
         for rate in RATES:

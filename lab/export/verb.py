@@ -12,7 +12,7 @@ from pathlib import Path
 import click
 
 from lab.export.exported import Exported
-from lab.export.extra import need
+from lab.extras import need
 from lab.log import Log
 from lab.options import AS_JSON
 from protocol.errors import UsageError
@@ -42,7 +42,7 @@ def export(run: Path, *, to: str, out: Path | None, as_json: bool) -> None:
     """
     needed, writer, name = FORMATS[to]
     if needed is not None:
-        need(needed, extra=EXTRAS.get(to, to))
+        need(needed, extra=EXTRAS.get(to, to), by="this export needs")
     log = Log(run)
     place = log.path.parent / name if out is None else out
     if Path(name).suffix and place.suffix != Path(name).suffix:

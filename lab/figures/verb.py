@@ -5,11 +5,12 @@ from pathlib import Path
 
 import click
 
-from lab.figures.extra import FORMATS, need_matplotlib
+from lab.extras import need
 from lab.options import AS_JSON
 from protocol.errors import UsageError
 
 FOLDER = "figures"
+FORMATS = ("svg", "pdf", "png")
 
 
 def _formats(_ctx: click.Context, _param: click.Parameter, said: str) -> tuple[str, ...]:
@@ -37,7 +38,7 @@ def figures(source: Path, *, out: Path | None, formats: tuple[str, ...], as_json
 
     Prints the files that it wrote. What cannot be drawn is named on stderr, and the rest is drawn.
     """
-    need_matplotlib()
+    need("matplotlib", extra="plot", by="figures need")
     from lab.figures.draw import charts_in, write  # noqa: PLC0415 - nobody else is to wait for matplotlib
     from lab.figures.style import LeftOut  # noqa: PLC0415 - it brings matplotlib in
 
