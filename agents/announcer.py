@@ -14,7 +14,7 @@ from agents.scan import View
 from agents.strand import URGENT_S
 from protocol.arrays import Floats
 from protocol.frames import Pose
-from protocol.messages import Muster, Turn
+from protocol.messages import Attempt, Muster, Turn
 from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
 
@@ -30,7 +30,7 @@ class Announcer:
         epoch: int,
         named: tuple[int, ...],
         members: tuple[int, ...],
-        attempt: int,
+        attempt: Attempt,
     ) -> None:
         self.robot = robot
         self._mission = mission

@@ -100,18 +100,18 @@ class Calls:
         )
 
     def call(
-        self, lining: Lining | None, now_s: float, *, among: Set[int] | None = None
+        self, lining: Lining | None, now_s: float, *, among: tuple[int, ...] = ()
     ) -> tuple[int, tuple[int, ...]]:
         """Rule 1: the epoch and the members of a call, made now.
 
         Args:
             lining: one that has come to nothing, if this robot was in one.
             now_s: the time.
-            among: who has answered, where no more than another order is asked for.
+            among: who has answered, where no more than another order is asked for; empty: anybody.
         """
         shown = self.presence.showing(now_s) | {self._robot}
         answering = shown if lining is None else shown - self._left_out(lining, now_s)
-        answering = answering if among is None else answering & among
+        answering = answering & set(among) if among else answering
         members = answering if _may_leave_out(answering, shown) else shown
         return called_epoch(self.newest, self._robot, now_s), tuple(sorted(members))
 
@@ -157,8 +157,9 @@ class Calls:
 
     def invites(self, robot: int, now_s: float) -> bool:
         """Rule 3: whether to call a robot in that asks for it; asked means done."""
-        if not self.presence.shows(robot) or now_s < self._invites_at_s.get(robot, 0.0):
-            return False
+        too_early = now_s < self._invites_at_s.get(robot, 0.0)
+        if too_early or not self.presence.shows(robot) or robot in self.shunned(now_s):
+            return False  # whom it does not hear it would call in vain
         self._invites_at_s[robot] = now_s + INVITES_S * 2.0 ** self._invited[robot]
         self._invited[robot] += 1
         return True

@@ -4,6 +4,9 @@ Rule 1: it gives a turn to the nearest that is not in place, those apart that it
         the next when that one has said that its turn has ended.
 Rule 2: where all have had theirs in vain it gives its own place up, once, and the turn back to the robot
         ahead, which tries others first; the leader gives itself a turn, once, to go where others can come.
+Rule 3: where that is in vain, too, those in place go on without the others, if they are more than half and
+        nobody is nearer to the goal than their leader: there may be room farther on. Else another order
+        is tried.
 """
 
 import numpy as np
@@ -28,6 +31,8 @@ class Giving:
         self._blocked: set[int] = set()
         self._gave_up = self._lost = False
         self.wants_another_order = False
+        self.goes_on_with: tuple[int, ...] = ()
+        """Rule 3: who is in place, leader first; empty as long as the others may still come."""
         self.stuck_at_s: float | None = None
         """Since when nobody who remains finds a way to a place behind this robot, the last in place."""
 
@@ -83,6 +88,9 @@ class Giving:
                 announcer.say(gives=Turn(number=number, robot=strand[-2]), ended=number, rank=None)
             else:
                 announcer.say(gives=Turn(number=number, robot=announcer.robot))
+            return []
+        if roster.leads_on(strand):
+            self.goes_on_with = strand
             return []
         if is_order(roster.next_attempt, len(roster.members)):
             self.wants_another_order = True

@@ -32,6 +32,7 @@ def _clearance_m(seen: View, end: Floats, mission: Mission, unsure_m: Floats) ->
     off_m = distances_to_segments(seen.hit_points, seen.position, end)
     here_m = np.hypot(*(seen.hit_points - seen.position).T)
     # What is too near already, and the way leads away from, must not keep the robot there.
-    left = (here_m < mission.robot_radius_m + mission.clear_m) & (off_m >= here_m - TOUCHING_M)
+    near = here_m - unsure_m < mission.robot_radius_m + mission.clear_m
+    left = near & (off_m >= here_m - TOUCHING_M)
     least_m = float((off_m - unsure_m)[~left].min(initial=mission.range_m_max))
     return least_m - mission.robot_radius_m

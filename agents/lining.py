@@ -25,7 +25,7 @@ from agents.taking import Taking
 from agents.waiting import Waiting
 from protocol.arrays import Floats
 from protocol.frames import Point, Pose
-from protocol.messages import Muster
+from protocol.messages import FIRST_ATTEMPT, Attempt, Muster
 from protocol.mission import Mission
 
 
@@ -42,7 +42,7 @@ class Lining:
         members: tuple[int, ...] = (),
         shunned: Set[int] = frozenset(),
         berths: tuple[Berth, ...] = (),
-        attempt: int = 0,
+        attempt: Attempt = FIRST_ATTEMPT,
     ) -> None:
         self.epoch = epoch
         """Of all that is said and ordered while the strand forms, whose own epoch is the next."""
@@ -61,7 +61,6 @@ class Lining:
         self._giving = Giving(announcer, mission)
         self._taking = Taking(announcer, self._giving, mission, epoch)
         self.attempt = attempt
-        """How many orders of these members have been tried in vain."""
         self._heard_at_s: dict[int, float] = {}
         self._berths = berths
         self._leg_is_driven = False
@@ -99,8 +98,13 @@ class Lining:
         return self._giving.wants_another_order
 
     @property
-    def next_attempt(self) -> int:
-        """The number of the order that is tried after this one."""
+    def goes_on_with(self) -> tuple[int, ...]:
+        """Who is in place, leader first, where these go on without the others; else empty."""
+        return self._giving.goes_on_with
+
+    @property
+    def next_attempt(self) -> Attempt:
+        """What is left to try when this order has been tried in vain."""
         return self._roster.next_attempt
 
     @property
@@ -198,7 +202,7 @@ class Lining:
         if announcer.said.members:
             announcer.say(hears=tuple(sorted(self._roster.heard)))
         self._sense(scan)
-        commands = self._taking.take(driver, scan, now_s, may_drive=self._may_drive)
+        commands = self._taking.take(driver, self._trusted(scan), now_s, may_drive=self._may_drive)
         commands += self._giving.give(now_s)
         turn = self._roster.turn
         announcer.say(turn=turn.number if turn is not None else 0, order=self.order)
@@ -246,6 +250,11 @@ class Lining:
         return berth.leg(own.progress_m, theirs.progress_m)
 
     # --- rules 4 and 5 -------------------------------------------------------------------------------
+
+    def _trusted(self, scan: View | None) -> View | None:
+        """A scan to drive by: it shows whoever is left out where that one stands."""
+        fresh = scan is not None and self.free_at_s is not None and scan.t_s >= self.free_at_s
+        return scan if fresh else None
 
     @property
     def _may_drive(self) -> bool:

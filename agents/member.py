@@ -83,6 +83,7 @@ class Member:
         self._mission = mission
         self._driver = driver
         self._senses = senses
+        senses.trust_from(free_at_s)
         self._watch = Watch(mission, driver, senses)
         self._memory = memory
         self.strand = strand
@@ -305,7 +306,7 @@ class Member:
         if leader.is_done(self._position()):
             strand.back_by_m = 0.0
             return [Note(GoalReached(**self._here())), *self._arrive()]
-        if self._lost or now_s < self._plans_again_s:
+        if self._lost or self.wants_another_order or now_s < self._plans_again_s:
             return []
         scan = self._senses.take(revolutions=self._revolutions)
         if scan is None:

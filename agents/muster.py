@@ -8,8 +8,8 @@ Rule 3: from the leader on, each next place goes to the nearest robot not yet pl
         ties by lowest number. This is the order of the start; it stays as it is once it can be known.
         In a muster that was called, those who still stand at their places in the newest strand go first, in
         its order; but at first one is tried where those lead that stand nearer to its front than to its end,
-        if nobody has to move for it. Where orders have been tried in vain, the second nearest to the goal
-        leads, then the farthest.
+        if nobody has to move for it. Where orders have been tried in vain, the one leads that is nearest to
+        the goal of those who have not yet.
 Rule 4: in place are, from the front on, as many of that order as have a clear leg to the robot ahead that
         does not fold back, or still stand behind it in the strand that they were in; then those that came
         to a place by a turn. Who has ended a turn is no more where it stood at the start.
@@ -25,13 +25,13 @@ import numpy as np
 
 from protocol.arrays import Floats, Indices, distances_to_segments, segments_apart
 from protocol.frames import Point, Pose
-from protocol.messages import Former, Muster, Turn
+from protocol.messages import FIRST_ATTEMPT, Attempt, Former, Muster, Turn
 
 Places = Mapping[int, Pose]
 Legs = Mapping[int, Sequence[Point]]
 """Corners of a robot's way to the one ahead, by robot; who is not named goes straight."""
 NO_LEGS: Legs = {}
-ORDERS_MAX = 3  # each takes as long as all turns of it
+ORDERS_MAX = 5  # each takes as long as all turns of it
 
 
 def chain(places: Places, leader: int) -> tuple[int, ...]:
@@ -46,14 +46,9 @@ def chain(places: Places, leader: int) -> tuple[int, ...]:
     return tuple(order)
 
 
-def next_order(attempt: int) -> int:
-    """The number of the order that another robot leads, after this one."""
-    return max(attempt, 1) + 1
-
-
-def is_order(attempt: int, robots: int) -> bool:
-    """Whether so few robots have an order of that number."""
-    return attempt <= min(ORDERS_MAX, robots)
+def is_order(attempt: Attempt, robots: int) -> bool:
+    """Whether so many robots have an order that is still to be tried."""
+    return len(attempt.led) < min(ORDERS_MAX, robots)
 
 
 def order_without_goal(places: Places, obstacle_m: Mapping[int, float]) -> tuple[int, ...]:
@@ -138,8 +133,7 @@ class Roster:
     goal: Point | None
     least_m: float
     """Least distance between the centres of two robots in the strand."""
-    attempt: int = 0
-    """How many orders have been tried in vain: after the first at least two, since its trial has been."""
+    attempt: Attempt = FIRST_ATTEMPT
     heard: dict[int, Muster] = field(default_factory=dict)
     start_order: tuple[int, ...] = ()
     """Rule 3, leader first; empty until it can be known."""
@@ -215,9 +209,10 @@ class Roster:
         return None
 
     @property
-    def next_attempt(self) -> int:
-        """The number of the order that is tried after this one."""
-        return 1 if self.in_front else next_order(self.attempt)
+    def next_attempt(self) -> Attempt:
+        """What is left to try when this order has been tried in vain; to be asked when it is known."""
+        leader = () if self.in_front else self.start_order[:1]
+        return Attempt(trial=False, led=self.attempt.led + leader)
 
     @property
     def trial_failed(self) -> bool:
@@ -225,14 +220,26 @@ class Roster:
         kept = len(self.in_front) + len(self._stayed)
         return bool(self.in_front) and 0 < self._at_start < kept
 
-    def _other_order(self, places: Places) -> tuple[int, ...]:
-        """Rule 3, where an order has been tried in vain."""
+    def leads_on(self, strand: tuple[int, ...]) -> bool:
+        """Whether those in place are more than half, and nobody is nearer to the goal than their leader."""
+        places = self.places
+        most = 2 * len(strand) > len(self.members)
+        if not most or places is None or self.goal is None:
+            return False
+        return strand[0] == self._nearest(places)
+
+    def _nearest(self, robots: Places) -> int:
+        """Who of them is nearest to the goal, if there is one."""
 
         def to_goal_m(robot: int) -> float:
-            return 0.0 if self.goal is None else _apart_m(places[robot], self.goal)
+            return 0.0 if self.goal is None else _apart_m(robots[robot], self.goal)
 
-        nearest = sorted(places, key=lambda robot: (to_goal_m(robot), robot))
-        return chain(places, nearest[1 if self.attempt == 2 else -1])  # the nearest leads as a rule
+        return min(robots, key=lambda robot: (to_goal_m(robot), robot))
+
+    def _other_order(self, places: Places) -> tuple[int, ...]:
+        """Rule 3, where an order has been tried in vain."""
+        waiting = {robot: pose for robot, pose in places.items() if robot not in self.attempt.led}
+        return chain(places, self._nearest(waiting))
 
     def _former_order(self, places: Places) -> tuple[int, ...]:
         """Rule 3, in a muster that was called."""
@@ -247,7 +254,7 @@ class Roster:
             return ()
         self._stayed = stayed = tuple(ranked[rank] for rank in sorted(ranked))
         rest = {robot: pose for robot, pose in places.items() if robot not in stayed}
-        if self.attempt == 0:
+        if self.attempt.trial:
             front = {robot: pose for robot, pose in rest.items() if self._is_in_front(pose, places)}
             self.in_front = chain({**front, stayed[0]: places[stayed[0]]}, stayed[0])[:0:-1]
         back = {robot: pose for robot, pose in rest.items() if robot not in self.in_front}
@@ -264,7 +271,7 @@ class Roster:
         places = self.places
         if places is None:
             return ()
-        if self.attempt > 1:
+        if self.attempt.led:
             return self._other_order(places)
         if former := self._former_order(places):
             return former

@@ -28,15 +28,17 @@ from agents.forming import as_record, lined_up
 from agents.lining import Lining
 from agents.member import Member
 from agents.memory import Memory
-from agents.muster import is_order, next_order
+from agents.muster import is_order
 from agents.senses import Senses
 from agents.watch import Watch
 from protocol.epochs import is_called_since, of_one_call
 from protocol.link import Link
 from protocol.messages import (
+    FIRST_ATTEMPT,
     FORMERS_MAX,
     AheadState,
     Announcement,
+    Attempt,
     Beacon,
     BehindState,
     Muster,
@@ -69,7 +71,7 @@ class Robot:
         self._left = -1
         self._led_by: int | None = None
         self._berths: tuple[Berth, ...] = ()
-        self._attempt = 0
+        self._next_attempt = FIRST_ATTEMPT
         self._said_at_s = -BEACON_S
 
     @property
@@ -233,14 +235,14 @@ class Robot:
 
     def _heal(self, now_s: float) -> list[Command]:
         """Rule 5."""
-        calls = self._calls
-        if not calls.is_awake:
+        if not self._calls.is_awake:
             return []
         if self._member is not None:
             return self._leave_strand(self._member, now_s)
         if self._lining is not None:
             return self._leave_lining(self._lining, now_s)
-        if now_s - calls.beacon_at_s > ASIDE_S + RANK_S * self._robot and calls.is_heard(now_s):
+        quiet_s = now_s - self._calls.beacon_at_s
+        if quiet_s > ASIDE_S + RANK_S * self._robot and self._calls.is_heard(now_s):
             return self._call("nobody leads", now_s)
         return []
 
@@ -248,9 +250,11 @@ class Robot:
         why = self._calls.wants_another(lining, now_s)
         if why is not None:
             return self._call(why, now_s)
+        why = "no way to a place behind this robot"
+        if lining.goes_on_with:
+            return self._call(why, now_s, attempt=lining.attempt, among=lining.goes_on_with)
         if lining.wants_another_order:
-            why = "no way to a place behind this robot"
-            return self._call(why, now_s, attempt=lining.next_attempt)
+            return self._call(why, now_s, attempt=lining.next_attempt, among=lining.members)
         return []
 
     def _look_at_links(self, now_s: float) -> list[Command]:
@@ -268,7 +272,8 @@ class Robot:
     def _leave_strand(self, member: Member, now_s: float) -> list[Command]:
         """Leave it where a neighbour's process is no more, or where another robot may know a way on."""
         if member.wants_another_order:
-            return self._call("this robot knows no way on", now_s, attempt=next_order(self._attempt))
+            why, among = "this robot knows no way on", member.strand.order
+            return self._call(why, now_s, attempt=self._next_attempt, among=among)
         for link in member.strand.links:
             if self._calls.presence.is_lost(link.neighbour, max(link.heard_at_s, link.made_at_s), now_s):
                 return self._break(link, "token", now_s)
@@ -278,13 +283,14 @@ class Robot:
         broken = LinkBroken(neighbour=link.neighbour, cause=cause, silent_s=link.silent_s(now_s))
         return [Note(broken), *self._call(f"robot {link.neighbour} is lost", now_s)]
 
-    def _call(self, why: str, now_s: float, *, attempt: int = 0) -> list[Command]:
-        """Call a muster; for another order, numbered `attempt`, of those alone that have answered."""
-        calls, among = self._calls, set(self._members) if attempt else None
-        if not (self._driver.awake and calls.is_awake and calls.is_heard(now_s)):
+    def _call(
+        self, why: str, now_s: float, *, attempt: Attempt = FIRST_ATTEMPT, among: tuple[int, ...] = ()
+    ) -> list[Command]:
+        """Call a muster: of all, or of those alone that have answered, for another order."""
+        if not (self._driver.awake and self._calls.is_awake and self._calls.is_heard(now_s)):
             self._stand_aside(now_s)
             return []
-        epoch, members = calls.call(self._lining, now_s, among=among)
+        epoch, members = self._calls.call(self._lining, now_s, among=among)
         if self._robot not in members:  # it is the one that the others do not hear: one of them will call
             self._stand_aside(now_s)
             return []
@@ -292,7 +298,7 @@ class Robot:
         called = MusterCalled(epoch=epoch, members=members, why=why)
         return [Note(called), *self._bind(epoch, members, now_s, attempt)]
 
-    def _bind(self, epoch: int, members: tuple[int, ...], now_s: float, attempt: int) -> list[Command]:
+    def _bind(self, epoch: int, members: tuple[int, ...], now_s: float, attempt: Attempt) -> list[Command]:
         """Leave whatever this robot is in, for a muster that has been called."""
         self._leave()
         self._calls.bind(members)
@@ -376,9 +382,9 @@ class Robot:
             strand,
             self._memory,
             free_at_s=lining.free_at_s,
-            other_orders=lining.is_called and is_order(next_order(lining.attempt), len(order)),
+            other_orders=lining.is_called and is_order(lining.next_attempt, len(order)),
         )
-        self._berths, self._attempt = lining.berths, lining.attempt
+        self._berths, self._next_attempt = lining.berths, lining.next_attempt
         self._lining = None
         self._driver.begin(strand.start_m)
         bent = bool(lining.legs) and order[0] == self._robot
@@ -386,6 +392,7 @@ class Robot:
         if lining.is_called and order[0] == self._robot != self._led_by:
             commands.append(Note(LeaderSucceeded(epoch=strand.epoch, before=self._led_by)))
         self._led_by = order[0]
-        if strand.ahead is not None and lining.look is not None and self._mission.law.promises_clearance:
-            commands.append(self._member.take_look(lining.look, now_s))
+        look, promises = lining.look, self._mission.law.promises_clearance
+        if strand.ahead is not None and promises and look is not None and look.t_s >= lining.free_at_s:
+            commands.append(self._member.take_look(look, now_s))
         return self._member, commands

@@ -1,6 +1,6 @@
 """A scan as arrays: where it was taken, and the boundary of what it saw."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -22,6 +22,8 @@ class View:
     """(n,)"""
     hits: Flags
     """Whether there was anything within the range (n,)."""
+    t_s: float
+    """When it was taken."""
 
     @cached_property
     def points(self) -> Floats:
@@ -41,14 +43,15 @@ class View:
 
     def without(self, seen: Flags) -> "View":
         """The same scan with some of its directions taken for empty."""
-        return View(self.position, self.bearings_rad, self.ranges_m, self.hits & ~seen)
+        return replace(self, hits=self.hits & ~seen)
 
 
 def view(scan: Scan, *, range_m_max: float) -> View:
     """Make arrays of a scan; what is further away than the range counts as not seen."""
     ranges = np.minimum(np.array(scan.ranges_m), range_m_max)
     bearings = scan_bearings_rad(len(ranges))
-    return View(np.array([scan.pose.x_m, scan.pose.y_m]), bearings, ranges, ranges < range_m_max)
+    position = np.array([scan.pose.x_m, scan.pose.y_m])
+    return View(position, bearings, ranges, ranges < range_m_max, scan.t_s)
 
 
 def on_ground(points: Floats, corners: Floats, *, within_m: float) -> Flags:

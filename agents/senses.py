@@ -1,7 +1,8 @@
 """A robot's questions to its sensor: asked until answered, and an answer is believed once.
 
 A question or its answer may be lost, and one that was repeated may be answered twice, the second time when
-the robot stands somewhere else. So a scan is good only where it was taken.
+the robot stands somewhere else. So a scan is good only where it was taken. And who has been left out of a
+muster may have moved since: it stands from a known time on, and only scans from then on are good.
 """
 
 from agents.commands import AskScan, Command
@@ -21,6 +22,7 @@ class Senses:
         self._driver = driver
         self._scan: Scan | None = None
         self._asked_at_s = -float("inf")
+        self._trusted_from_s = -float("inf")
 
     def hear(self, scan: Scan) -> None:
         """Take in what the sensor answers."""
@@ -29,6 +31,10 @@ class Senses:
     def forget(self) -> None:
         """What has been seen so far is not to be believed any more."""
         self._scan = None
+
+    def trust_from(self, since_s: float) -> None:
+        """Whoever is not in the strand stands since then: no scan that is older is believed any more."""
+        self._trusted_from_s = max(self._trusted_from_s, since_s)
 
     def ask(self, now_s: float, *, revolutions: int | None = None) -> list[Command]:
         """Ask for a scan, if not just asked: as usual, or of so many revolutions."""
@@ -52,7 +58,7 @@ class Senses:
     def take(self, *, revolutions: int = 1) -> View | None:
         """The scan that has come, if it was taken here and is as fine as that. It is used once."""
         scan, self._scan = self._scan, None
-        if scan is None or scan.pose != self._driver.odometry.pose:
+        if scan is None or scan.t_s < self._trusted_from_s or scan.pose != self._driver.odometry.pose:
             return None
         if len(scan.ranges_m) < revolutions * self._mission.directions:
             return None

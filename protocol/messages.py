@@ -51,6 +51,18 @@ class Former(Struct, frozen=True, kw_only=True):
     progress_m: Length
 
 
+class Attempt(Struct, frozen=True, kw_only=True):
+    """An order in which the members of a muster are to line up, by those that were tried in vain."""
+
+    trial: bool = True
+    """Whether one may be tried at first for which nobody has to move."""
+    led: Lineage = ()
+    """Who has led in vain, the first first."""
+
+
+FIRST_ATTEMPT = Attempt()
+
+
 class Muster(Struct, frozen=True, kw_only=True, tag="muster"):
     """A robot's announcement, to all: where it stands, what it sees, and how far the lining up is."""
 
@@ -79,8 +91,8 @@ class Muster(Struct, frozen=True, kw_only=True, tag="muster"):
     """The strand, leader first; empty until all are in place as far as it knows."""
     members: Lineage = ()
     """Who lines up; empty: all robots of the mission."""
-    attempt: Count = 0
-    """How many orders of these members have been tried in vain."""
+    attempt: Attempt = FIRST_ATTEMPT
+    """Which orders of these members have been tried in vain."""
     made_m: Length = 0.0
     """How far it has driven in this lining up: whether it makes something of its turn."""
     formers: Annotated[tuple[Former, ...], Meta(max_length=FORMERS_MAX)] = ()

@@ -12,7 +12,7 @@ from agents.lining import Lining
 from agents.muster import Roster, folds_back, line_of
 from protocol.epochs import called_epoch
 from protocol.frames import Point, Pose
-from protocol.messages import LEG_CORNERS_MAX, Former, Muster, Odometry, Phase
+from protocol.messages import FIRST_ATTEMPT, LEG_CORNERS_MAX, Attempt, Former, Muster, Odometry, Phase
 from protocol.mission import Law
 from protocol.path import Path
 from tests.one_step import under
@@ -92,7 +92,7 @@ def muster(pose: Pose, former: Former | None, leg: tuple[Point, ...] = ()) -> Mu
     )
 
 
-def roster(formers: dict[int, Former], attempt: int = 0) -> Roster:
+def roster(formers: dict[int, Former], attempt: Attempt = FIRST_ATTEMPT) -> Roster:
     made = Roster((1, 2, 3, 4), GOAL, LEAST_M, attempt)
     for robot, pose in HAIRPIN.items():
         made.hear(robot, muster(pose, formers.get(robot)))
@@ -105,7 +105,9 @@ def test_who_has_stayed_is_in_place_in_the_order_that_was_though_the_strand_fold
 
 
 def test_without_a_place_in_a_strand_a_robot_comes_after_those_that_have_one() -> None:
-    made = roster({robot: former for robot, former in RANKS.items() if robot != 2}, attempt=1)
+    made = roster(
+        {robot: former for robot, former in RANKS.items() if robot != 2}, attempt=Attempt(trial=False)
+    )
     assert made.start_order == (1, 3, 4, 2)
 
 
@@ -128,12 +130,15 @@ def test_who_stands_nearer_to_the_front_of_those_who_have_stayed_leads_them_wher
 def test_where_somebody_would_have_to_move_for_that_the_order_is_the_one_that_was() -> None:
     stayed = {2: Former(epoch=3, rank=0, progress_m=2.0), 3: Former(epoch=3, rank=1, progress_m=1.0)}
     tried = []
-    for attempt in (0, 1):
+    for attempt in (FIRST_ATTEMPT, Attempt(trial=False)):
         made = Roster((1, 2, 3), GOAL, LEAST_M, attempt)
         for robot, x_m in {1: 2.0, 2: 1.0, 3: 0.0}.items():
             made.hear(robot, replace(muster(at(x_m, 0.0), stayed.get(robot)), leg_clear=robot != 2))
         tried.append((made.start_order, made.trial_failed, made.next_attempt))
-    assert tried == [((1, 2, 3), True, 1), ((2, 3, 1), False, 2)]
+    assert tried == [
+        ((1, 2, 3), True, Attempt(trial=False)),
+        ((2, 3, 1), False, Attempt(trial=False, led=(2,))),
+    ]
 
 
 @pytest.mark.parametrize(

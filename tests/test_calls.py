@@ -276,6 +276,14 @@ def test_a_robot_with_which_links_keep_falling_silent_is_shunned_for_a_while_and
     assert lasts_s == [SHUNNED_S, 2.0 * SHUNNED_S]
 
 
+def test_who_is_shunned_is_called_in_when_it_is_heard_again_and_not_before() -> None:
+    made = calls(2, 3)
+    for at_s in range(BREAKS_MAX):
+        made.broke(2, float(at_s), since_s=0.0)
+    until_s = BREAKS_MAX - 1.0 + SHUNNED_S
+    assert [made.invites(2, now_s) for now_s in (until_s - 0.1, until_s)] == [False, True]
+
+
 @pytest.mark.parametrize("away", [2, WORLD_NUMBER])
 def test_who_was_cut_off_while_a_link_was_silent_is_not_shunned_for_that(away: int) -> None:
     made = calls(2, 3)

@@ -16,6 +16,15 @@ from world.scenario import load
 DRAWN = Path(__file__).parent / "drawn"
 
 
+def rehearsed(name: str, seed: int) -> tuple[Rehearsal, str]:
+    """The run, in which no invariant was broken, and the line that replays it."""
+    world, plan = DRAWN / f"{name}.toml", DRAWN / f"{name}.faults.toml"
+    again = f"replay with  ./launch/clew rehearse {world} --faults {plan} --seed {seed}"
+    rehearsal = Rehearsal(load(str(world)), seed, load_plan(str(plan))).run()
+    assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == (), again
+    return rehearsal, again
+
+
 @pytest.mark.parametrize(
     ("name", "seed", "quiet_s", "outside"),
     [
@@ -35,14 +44,31 @@ DRAWN = Path(__file__).parent / "drawn"
         ("out-of-a-pocket-round-a-loop", 869, 12.499, ()),
         # Who never answers, not who has the turn, keeps the others waiting.
         ("one-that-never-answers", 2892, 17.196, (1,)),
+        # The tail leads after a dead end, and only the one that it has behind it knows a way.
+        ("led-by-the-tail-in-a-corridor", 2346, 15.049, ()),
+        # One finds no way to a place, whoever leads; there is room for it when the others have gone on.
+        ("no-room-for-the-last", 4891, 17.455, ()),
+        # Who shuns a robot must not call it in.
+        ("called-in-by-one-that-shuns-it", 1614, 18.838, ()),
     ],
 )
 def test_a_fleet_gets_over_what_it_once_did_not(
     name: str, seed: int, quiet_s: float, outside: tuple[int, ...]
 ) -> None:
-    world, plan = DRAWN / f"{name}.toml", DRAWN / f"{name}.faults.toml"
-    again = f"replay with  ./launch/clew rehearse {world} --faults {plan} --seed {seed}"
-    rehearsal = Rehearsal(load(str(world)), seed, load_plan(str(plan))).run()
-    assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == (), again
+    rehearsal, again = rehearsed(name, seed)
     said = unlively(rehearsal.world, rehearsal.entries, quiet_s=quiet_s, outside=frozenset(outside))
     assert said is None, again
+
+
+@pytest.mark.parametrize(
+    ("name", "seed"),
+    [
+        # A body comes to rest beside a leg after the scan that shows the leg clear, before anybody drives.
+        ("a-body-that-came-to-rest-late", 6337),
+        # Who knows no way on, and does not believe a silence yet, must not look again and again at once.
+        ("a-leader-that-has-slept", 6498),
+    ],
+)
+def test_a_fleet_keeps_its_promises_where_it_once_did_not(name: str, seed: int) -> None:
+    rehearsal, again = rehearsed(name, seed)
+    assert rehearsal.world.ending, again

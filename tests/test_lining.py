@@ -1,5 +1,6 @@
 """Lining up as a conversation: what one robot says, and a whole fleet over a network that loses messages."""
 
+import dataclasses
 from collections.abc import Mapping
 
 import pytest
@@ -15,7 +16,7 @@ from agents.lining import Lining
 from agents.scan import View
 from protocol.epochs import called_epoch
 from protocol.frames import Point, Pose
-from protocol.messages import Muster, Odometry, Phase, Turn
+from protocol.messages import Attempt, Muster, Odometry, Phase, Turn
 from protocol.mission import Law, Mission
 from protocol.path import Path
 from tests.one_step import look_around, under
@@ -283,6 +284,17 @@ def test_nobody_drives_before_whoever_is_left_out_must_stand() -> None:
     assert drives == [False, False, True]
 
 
+def test_nobody_joins_by_a_scan_from_before_whoever_is_left_out_must_stand() -> None:
+    lining = in_turn()
+    lining.free_at_s = 5.6
+    seen = look_around(BOX, mission(robots=3, goal=GOAL), PLACES[2])
+    ranks = []
+    for taken_s in (5.5, 5.6):
+        said = says(lining, PLACES[2], dataclasses.replace(seen, t_s=taken_s), 5.2 + taken_s / 10.0)
+        ranks.append([muster.rank for muster in said])
+    assert ranks == [[None], [1]]
+
+
 def test_who_has_the_turn_drives_only_while_all_others_echo_what_it_said_of_late() -> None:
     lining = in_turn()
     lining.free_at_s = 5.0
@@ -311,7 +323,9 @@ def test_a_robot_knows_its_own_place_before_it_reckons_the_order() -> None:
     )
     others = {2: Pose(x_m=1.0, y_m=3.0, heading_rad=0.0), 3: Pose(x_m=5.5, y_m=1.0, heading_rad=0.0)}
     fleet, berth = mission(robots=3, goal=GOAL), Berth(1, 0, 1.0, path, speed_mps=0.3)
-    lining = Lining(1, fleet, 5.0, epoch=EPOCH, members=(1, 2, 3), berths=(berth,), attempt=1)
+    lining = Lining(
+        1, fleet, 5.0, epoch=EPOCH, members=(1, 2, 3), berths=(berth,), attempt=Attempt(trial=False)
+    )
     for robot, pose in others.items():
         lining.hear(robot, says_of_call(robot, pose=pose, leg_clear=True), 5.0)
     says(lining, here, None, 5.1)

@@ -16,7 +16,7 @@ from agents.muster import (
     order_without_goal,
 )
 from protocol.frames import Point, Pose
-from protocol.messages import Former, Muster, Turn
+from protocol.messages import Attempt, Former, Muster, Turn
 
 GOAL = Point(x_m=5.0, y_m=0.0)
 
@@ -279,11 +279,26 @@ def test_a_robot_that_is_not_of_the_fleet_is_not_heard() -> None:
     assert roster.places is None
 
 
-@pytest.mark.parametrize(("attempt", "order"), [(2, (2, 1, 3)), (3, (3, 2, 1))])
-def test_where_an_order_was_tried_in_vain_the_second_nearest_to_the_goal_leads_then_the_farthest(
-    attempt: int, order: tuple[int, ...]
+@pytest.mark.parametrize(
+    ("led", "order"), [((1,), (2, 1, 3)), ((2,), (1, 2, 3)), ((3, 1), (2, 1, 3)), ((1, 2), (3, 2, 1))]
+)
+def test_where_orders_were_tried_in_vain_the_nearest_to_the_goal_leads_of_those_who_have_not_yet(
+    led: tuple[int, ...], order: tuple[int, ...]
 ) -> None:
-    roster = Roster((1, 2, 3), GOAL, LEAST_M, attempt)
+    roster = Roster((1, 2, 3), GOAL, LEAST_M, Attempt(trial=False, led=led))
     for robot, pose in standing(*QUEUE).items():
         roster.hear(robot, said(pose, formers=(Former(epoch=1, rank=3 - robot, progress_m=float(robot)),)))
     assert roster.start_order == order, "whatever strand they were in"
+    assert roster.next_attempt == Attempt(trial=False, led=(*led, order[0]))
+
+
+@pytest.mark.parametrize(
+    ("strand", "goes_on"), [((1, 2), True), ((1,), False), ((2, 3), False)], ids=["most", "one", "not first"]
+)
+def test_those_in_place_go_on_without_the_others_if_they_are_most_and_nobody_is_nearer_to_the_goal(
+    strand: tuple[int, ...], *, goes_on: bool
+) -> None:
+    roster = Roster((1, 2, 3), GOAL, LEAST_M)
+    for robot, pose in standing(*QUEUE).items():
+        roster.hear(robot, said(pose))
+    assert roster.leads_on(strand) is goes_on

@@ -50,6 +50,16 @@ def test_a_scan_from_elsewhere_is_not_believed_and_not_kept_either() -> None:
     assert senses.take() is None
 
 
+def test_a_scan_from_before_those_left_out_must_stand_is_not_believed_however_late_it_comes() -> None:
+    senses, _ = standing()
+    senses.trust_from(2.0)
+    senses.trust_from(1.0)
+    senses.hear(scan(t_s=1.9))
+    assert senses.take() is None
+    senses.hear(scan(t_s=2.0))
+    assert senses.take() is not None
+
+
 def test_a_scan_that_is_coarser_than_asked_for_is_a_late_answer_to_another_question() -> None:
     senses, _ = standing()
     senses.hear(scan(revolutions=2))
