@@ -3,7 +3,7 @@
 Rule 1: members are all robots that show a token. Who has not answered for long, or is not heard by others,
         is left out where the rest are more than half of those.
 Rule 2: who hears nobody does not call: nobody could answer, and it would only disturb.
-Rule 3: a leader calls for the same robot again after twice the time.
+Rule 3: a leader calls for the same robot again after twice the time, but not after more than `INVITES_S_MAX`.
 Rule 4: a robot with which a link has fallen silent twice, though both were there, is not heard for a while,
         which doubles each time.
 Rule 5: members that leave others out go on only as long as these show no token, or they are more than half of
@@ -26,6 +26,7 @@ ASIDE_S = 3.0  # three beacons
 ANSWERS = 2.0  # times `patience_s` for a member to answer: where a link has three tries, a muster has six
 RANK_S = 0.3  # so much later than the robot before it a robot calls where several may: a round trip and more
 INVITES_S = 2.0  # before the same robot is called in for the second time
+INVITES_S_MAX = 30.0  # half of what a strand may take to heal: what made it fail may be over
 FAILED_TURNS = 2  # so that it is called in again after four times as long
 SHUNNED_S = 30.0  # half of what a strand may take to heal
 BREAKS_MAX = 2
@@ -160,9 +161,12 @@ class Calls:
         too_early = now_s < self._invites_at_s.get(robot, 0.0)
         if too_early or not self.presence.shows(robot) or robot in self.shunned(now_s):
             return False  # whom it does not hear it would call in vain
-        self._invites_at_s[robot] = now_s + INVITES_S * 2.0 ** self._invited[robot]
+        self._next_invitation(robot, now_s)
         self._invited[robot] += 1
         return True
+
+    def _next_invitation(self, robot: int, now_s: float) -> None:
+        self._invites_at_s[robot] = now_s + min(INVITES_S * 2.0 ** self._invited[robot], INVITES_S_MAX)
 
     def free_at_s(self, members: tuple[int, ...], now_s: float) -> float:
         """When whoever is left out stands for good, now that all members are bound.
@@ -175,7 +179,7 @@ class Calls:
         self._left_out_before = frozenset(left_out)
         for robot in newly & self.presence.robots:  # rule 3, for one that is there and did not do
             self._invited[robot] += FAILED_TURNS
-            self._invites_at_s[robot] = now_s + INVITES_S * 2.0 ** self._invited[robot]
+            self._next_invitation(robot, now_s)
         if newly:
             stands_s = mission.silence_s + mission.deadman_s
             row_s = (len(newly) - 1) * (mission.silence_s + mission.patience_s)

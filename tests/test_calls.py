@@ -11,6 +11,7 @@ from agents.calls import (
     BREAKS_MAX,
     FAILED_TURNS,
     INVITES_S,
+    INVITES_S_MAX,
     LISTENS_S,
     RANK_S,
     SHUNNED_S,
@@ -245,11 +246,12 @@ def test_who_has_slept_listens_before_it_believes_a_silence() -> None:
 # --- coming back ------------------------------------------------------------------------------------
 
 
-def test_who_asks_again_and_again_is_called_in_after_twice_the_time_each_time() -> None:
+def test_who_asks_again_and_again_is_called_in_after_twice_the_time_each_time_up_to_a_limit() -> None:
     made = calls(2)
-    tenths = range(round(10.0 * INVITES_S * 16.0))
+    tenths = range(round(10.0 * (15.0 * INVITES_S + 2.5 * INVITES_S_MAX)))
     called_s = [tenth / 10.0 for tenth in tenths if made.invites(2, tenth / 10.0)]
-    assert called_s == [0.0, INVITES_S, 3.0 * INVITES_S, 7.0 * INVITES_S, 15.0 * INVITES_S]
+    doubled_s = [0.0, INVITES_S, 3.0 * INVITES_S, 7.0 * INVITES_S, 15.0 * INVITES_S]
+    assert called_s == [*doubled_s, doubled_s[-1] + INVITES_S_MAX, doubled_s[-1] + 2.0 * INVITES_S_MAX]
 
 
 def test_one_that_keeps_failing_does_not_keep_another_from_being_called_in() -> None:
