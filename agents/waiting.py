@@ -3,6 +3,8 @@
 Rule 1: before there is a turn: who has not looked at its leg.
 Rule 2: in a turn, from when it may be driven: who has it and stands for long, or is slow; but where another
         has not answered it for most of the time, it is that one, since the first may not drive then.
+Rule 3: where nobody has a turn: who has to give the next one; when all are in place, who does not say so, or
+        who has to lead.
 """
 
 from collections import defaultdict
@@ -29,6 +31,9 @@ class Waiting:
         """The newest turn, and how far it has been driven; since when, `_turn_s` and `_made_s`."""
         self._away_s: defaultdict[int, float] = defaultdict(float)
         """For how long a robot has not answered that turn."""
+        self._idle: tuple[Turn | None, tuple[int, ...]] | None = None
+        """Between two turns: the last one, and who is in place; since when, `_idle_s`."""
+        self._idle_s = now_s
 
     def note(self, now_s: float) -> None:
         """Take in who answers the turn at this moment; to be called again and again."""
@@ -49,15 +54,15 @@ class Waiting:
             free_at_s: when robots may drive; None: that is not known yet.
             late_s: for how much longer to wait than others do.
         """
-        turn = self._roster.turn
-        if turn is None:
-            return self._blind() if now_s - self._began_s > SLOW_S + late_s else None
-        mover = self._roster.heard.get(turn.robot)
-        if mover is None or mover.ended >= turn.number:
+        turn, may_drive = self._roster.turn, free_at_s is not None and now_s >= free_at_s
+        blind = self._blind() if turn is None and now_s - self._began_s > SLOW_S + late_s else None
+        if blind is not None:
+            return blind
+        mover = self._roster.heard.get(turn.robot) if turn is not None else None
+        if turn is None or mover is None or mover.ended >= turn.number:
             self._made = None
-            return None
-        made = (turn, mover.made_m)
-        may_drive = free_at_s is not None and now_s >= free_at_s
+            return self._idler(now_s, STALLS_S + late_s, may_drive=may_drive)
+        self._idle, made = None, (turn, mover.made_m)
         if not may_drive or self._made is None or self._made[0] != turn:
             self._turn_s = now_s
             self._away_s.clear()
@@ -78,3 +83,15 @@ class Waiting:
         """Rule 2."""
         worst = max(self._away_s, key=lambda robot: self._away_s[robot], default=turn.robot)
         return worst if 2.0 * self._away_s[worst] > now_s - self._turn_s else turn.robot
+
+    def _idler(self, now_s: float, patience_s: float, *, may_drive: bool) -> int | None:
+        """Rule 3."""
+        roster = self._roster
+        strand = roster.strand
+        if not may_drive or self._idle != (roster.turn, strand):
+            self._idle, self._idle_s = (roster.turn, strand), now_s
+        if not strand or now_s - self._idle_s <= patience_s:
+            return None
+        if len(strand) < len(roster.members):
+            return strand[-1]
+        return next((robot for robot in strand if roster.heard[robot].order != strand), strand[0])

@@ -48,6 +48,8 @@ def rehearsed(name: str, seed: int) -> tuple[Rehearsal, str]:
         ("led-by-the-tail-in-a-corridor", 2346, 15.049, ()),
         # One finds no way to a place, whoever leads; there is room for it when the others have gone on.
         ("no-room-for-the-last", 4891, 17.455, ()),
+        # The robot that has to give the first turn hears next to nothing, and does not do it.
+        ("the-giver-nearly-deaf", 8811, 16.328, (1,)),
         # Who shuns a robot must not call it in.
         ("called-in-by-one-that-shuns-it", 1614, 18.838, ()),
     ],

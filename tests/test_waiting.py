@@ -1,6 +1,7 @@
 """Who keeps the others waiting in a lining up, as a conversation of three robots."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 
 import pytest
 
@@ -22,6 +23,7 @@ def waited(
     answers: bool = True,
     leg_clear: bool | None = False,
     turn: Turn | None = TURN,
+    order: Mapping[int, tuple[int, ...]] = MappingProxyType({}),
     for_s: float = 60.0,
 ) -> tuple[float, int] | None:
     """When robot 1 has waited for long enough, and for whom; robot 3 has given robot 2 the turn."""
@@ -40,6 +42,7 @@ def waited(
                     turn=0 if turn is None or (robot == 3 and not answers) else turn.number,
                     made_m=made_m(now_s) if robot == 2 else 0.0,
                     echo_s=now_s,
+                    order=order.get(robot, ()),
                 ),
             )
         waiting.note(now_s)
@@ -76,4 +79,14 @@ def test_where_another_does_not_answer_the_turn_it_is_that_one() -> None:
 
 def test_who_does_not_look_at_its_leg_keeps_the_others_waiting_before_there_is_a_turn() -> None:
     assert waited(turn=None, leg_clear=None) == pytest.approx((SLOW_S, 2), abs=0.2)
-    assert waited(turn=None, leg_clear=True) is None
+
+
+def test_who_does_not_give_the_next_turn_keeps_the_others_waiting() -> None:
+    assert waited(turn=None) == pytest.approx((FREE_AT_S + STALLS_S, 1), abs=0.2)
+
+
+def test_when_all_are_in_place_it_is_who_does_not_say_so_and_else_who_does_not_lead() -> None:
+    strand = (1, 2, 3)
+    for robot, order in ((2, {1: strand, 3: strand}), (1, dict.fromkeys(strand, strand))):
+        stalls = waited(turn=None, leg_clear=True, order=order)
+        assert stalls == pytest.approx((FREE_AT_S + STALLS_S, robot), abs=0.2)
