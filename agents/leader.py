@@ -7,9 +7,11 @@ Rule 2: under the certified law no step is planned nearer than the strand's dist
         been granted to robots behind. (The paper's laws know nothing of robots behind.)
 Rule 3: where only the strand itself is in the way, the leader waits until it has closed up, and else has it
         turn round (`DeadEnd`).
-Rule 4: a way that is not there is said (`NoStep`), never searched for by wandering.
+Rule 4: a way that is not there is said (`NoStep`), never searched for by wandering. Who plans from one place
+        again and again wanders, whatever each step promises; by the certified law, where nothing moves.
 """
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -42,6 +44,9 @@ SEEN_MAX = 250  # obstacles and gaps in a timeline entry, which has to fit into 
 GAIN_M = 0.01  # a step that saves less of the way is not worth a stop
 CLOSER = 4  # times the revolutions of the scanner: an obstacle's unseen part is a quarter
 WAY_CELLS = 4000  # more than any way that a scan shows part of
+ROOM_STEPS_MAX = 5  # round a hairpin some steps free no ground behind; to and fro in one place none does
+AGAIN_CELLS = 2.0  # of the map: so near is the same place
+AGAIN_MAX = 12  # ten steps of `GAIN_M` lead out of it; honest leaders come to one place 4 times at the most
 SPOTS_MAX = 100  # closed from one place: a way that the certificate refuses so often is none
 
 
@@ -76,6 +81,13 @@ class Leader:
         self.map = Map(mission, np.array([start.x_m, start.y_m]))
         self.steps = 0
         """Switching steps planned so far."""
+        self._planned_in = 0
+        self._planned_at: list[Floats] = []
+        """From where steps have been planned, in that epoch."""
+        self._room: tuple[int, float] = (0, 0.0)
+        """In which epoch, and up to where ground had been granted, when a step last made room."""
+        self._room_steps = 0
+        """Steps planned since then to make more."""
         self.bodies_may_move = False
         """Whether what stands in the way may be a robot that comes back."""
 
@@ -113,12 +125,30 @@ class Leader:
             step = self._step_to(self._goal, view.without(robots), walls, ground, settled=settled)
         if not isinstance(step, Step):
             return step
+        if self._wanders(view.position, epoch):
+            return self._no_way("every step from here has led back here")
         self.steps += 1
         behind = on_ground(view.points, ground.behind, within_m=hull_reach_m)
         return self._record(step, sight, ground, behind, epoch)
 
+    def _wanders(self, here: Floats, epoch: int) -> bool:
+        """Rule 4; asked means that a step is planned from here, if not."""
+        if self._planned_in != epoch:
+            self._planned_in, self._planned_at = epoch, []
+        near_m = AGAIN_CELLS * self.map.cell_m
+        again = sum(math.dist(here, place) <= near_m for place in self._planned_at)
+        if again >= AGAIN_MAX and self._mission.law is Law.CERTIFIED and not self._mission.obstacles_move:
+            return True
+        self._planned_at.append(here)
+        return False
+
     def make_room(self, view: View, ground: Ground, *, epoch: int, room_m: float) -> StepPlanned | NoStep:
-        """The next step away, so that the robots behind can come so much further; along the shortest way."""
+        """The next step away, so that the robots behind can come so much further; along the shortest way.
+
+        Steps after which no more could be granted to them make no room: after so many there is none.
+        """
+        if self._room[0] != epoch or ground.granted_m > self._room[1]:
+            self._room, self._room_steps = (epoch, ground.granted_m), 0
         sight = look(view, self._mission)
         walls = Walls.joined(scan_walls(view, self._mission), ground.walls, *self._bounds())
         keep_m, cell_m = self._mission.robot_keep_m, self.map.cell_m
@@ -128,9 +158,10 @@ class Leader:
         if place is not None:
             off_place = self.map.cost_to_go(place, tolerance_m=cell_m, taken=ground.taken, keep_m=keep_m)
             step = certified_step_to_goal(view, walls, off_place, gain_m=GAIN_M)
-        if step is None:
+        if step is None or self._room_steps == ROOM_STEPS_MAX:
             return NoStep("both ends of the strand are in dead ends, and neither can make room for the other")
         self.steps += 1
+        self._room_steps += 1
         behind = on_ground(view.points, ground.behind, within_m=self._mission.hull_reach_m)
         return self._record(replace(step, cost_to_go_m=None), sight, ground, behind, epoch)
 

@@ -42,6 +42,8 @@ def rehearsed(name: str, seed: int) -> tuple[Rehearsal, str]:
         ("a-leader-nearly-deaf", 2394, 9.177, (1,)),
         # The way back out of a pocket leads past the others that are still in it.
         ("out-of-a-pocket-round-a-loop", 869, 12.499, ()),
+        # A leader that makes room to and fro makes none, and has to have the one in its way called in.
+        ("room-made-to-and-fro", 3560, 14.339, ()),
         # Who never answers, not who has the turn, keeps the others waiting.
         ("one-that-never-answers", 2892, 17.196, (1,)),
         # The tail leads after a dead end, and only the one that it has behind it knows a way.

@@ -1,5 +1,6 @@
 """What the leader makes of a scan: every case has its stated answer."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -7,14 +8,14 @@ import pytest
 from msgspec.structs import replace
 
 from agents.ground import Ground
-from agents.leader import DeadEnd, Leader, Wait
+from agents.leader import AGAIN_MAX, GAIN_M, ROOM_STEPS_MAX, DeadEnd, Leader, Wait
 from agents.step import Crossed, NoStep
 from protocol.frames import Point, Pose
 from protocol.mission import Bounds, Law, Mission
 from protocol.outbox import Outbox
 from protocol.path import Path
 from protocol.timeline import StepPlanned
-from tests.one_step import ORIGIN, Driven, alone, plan, step_through, under, wall
+from tests.one_step import ORIGIN, Driven, alone, look_around, plan, step_through, under, wall
 from world.shapes import Circle, Shape
 
 ROBOT = under(Law.CERTIFIED, robot_radius_m=0.1)
@@ -94,6 +95,34 @@ def test_a_leader_that_nobody_is_behind_never_waits_and_never_turns_round() -> N
     mission = to(3.0, 0.0)
     for settled in (False, True):
         assert isinstance(plan(Leader(mission, ORIGIN), ring, mission, alone(), settled=settled), NoStep)
+
+
+def test_a_leader_that_every_step_has_led_back_to_one_place_knows_no_way_on() -> None:
+    mission = to(3.0, 0.0)
+    leader = Leader(mission, ORIGIN)
+    answers = [plan(leader, [], mission, alone()) for _ in range(AGAIN_MAX + 1)]
+    assert [isinstance(answer, StepPlanned) for answer in answers] == [True] * AGAIN_MAX + [False]
+    assert isinstance(answers[-1], NoStep)
+
+
+def test_a_leader_that_gains_least_with_every_step_goes_on() -> None:
+    mission = to(3.0, 0.0)
+    leader = Leader(mission, ORIGIN)
+    for step in range(2 * AGAIN_MAX):
+        at = Pose(x_m=step * GAIN_M, y_m=0.0, heading_rad=0.0)
+        assert isinstance(plan(leader, [], mission, alone(at), at=at), StepPlanned)
+
+
+def test_steps_that_free_no_ground_for_the_robots_behind_make_room_only_so_often() -> None:
+    mission, ground = to(3.0, 0.0), queue_behind()
+    leader, view = Leader(mission, ORIGIN), look_around([], mission, ORIGIN)
+
+    def makes_room(ground: Ground) -> bool:
+        return isinstance(leader.make_room(view, ground, epoch=1, room_m=0.5), StepPlanned)
+
+    in_vain = [makes_room(ground) for _ in range(ROOM_STEPS_MAX + 1)]
+    assert in_vain == [True] * ROOM_STEPS_MAX + [False]
+    assert makes_room(dataclasses.replace(ground, granted_m=0.75))
 
 
 @pytest.mark.parametrize("goal", [(0.0, 2.0), (1.0, -1.0), (0.5, 1.5)])
