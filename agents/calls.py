@@ -1,7 +1,7 @@
 """When a robot calls all who live to line up again, and whom; docs/strand.md, Healing. Pure.
 
 Rule 1: members are all robots that show a token. Who has not answered for long, or is not heard by others,
-        is left out where the rest are more than half of those.
+        is left out where the rest are more than half of those. Who misses much itself waits for longer.
 Rule 2: who hears nobody does not call: nobody could answer, and it would only disturb.
 Rule 3: a leader calls for the same robot again after twice the time, but not after more than `INVITES_S_MAX`.
 Rule 4: a robot with which a link has fallen silent twice, though both were there, is not heard for a while,
@@ -24,6 +24,7 @@ LISTENS_S = 1.5  # who has slept listens so long before it acts on a silence: a 
 SLEPT_S = 0.8  # without an odometry: eight of them
 ASIDE_S = 3.0  # three beacons
 ANSWERS = 2.0  # times `patience_s` for a member to answer: where a link has three tries, a muster has six
+GAPS = 2.0  # times as long as others were not heard, and then were
 RANK_S = 0.3  # so much later than the robot before it a robot calls where several may: a round trip and more
 INVITES_S = 2.0  # before the same robot is called in for the second time
 INVITES_S_MAX = 30.0  # half of what a strand may take to heal: what made it fail may be over
@@ -59,6 +60,10 @@ class Calls:
     def _answer_s(self) -> float:
         """How long a member may take to answer."""
         return ANSWERS * self._mission.patience_s
+
+    def _hearing_s(self, lining: Lining, robot: int) -> float:
+        """How long it may take to hear a member: longer, to a limit, where this robot misses others."""
+        return max(self._answer_s, min(GAPS * lining.gap_s(beside=robot), GAPS * self._answer_s))
 
     def enter(self, now_s: float) -> None:
         """The robot is entered: it may have slept."""
@@ -137,7 +142,7 @@ class Calls:
                 continue
             if self.presence.is_lost(robot, heard_at_s, now_s - late_s):
                 return f"robot {robot} is lost"
-            if now_s - heard_at_s > self._answer_s + late_s:
+            if now_s - heard_at_s > self._hearing_s(lining, robot) + late_s:
                 return f"robot {robot} does not answer"
         stalled = lining.stalled(now_s, late_s=late_s)
         if stalled is not None and stalled != self._robot:
@@ -193,7 +198,7 @@ class Calls:
         out = {
             robot
             for robot in lining.members
-            if robot != self._robot and now_s - lining.heard_at_s(robot) > self._answer_s
+            if robot != self._robot and now_s - lining.heard_at_s(robot) > self._hearing_s(lining, robot)
         }
         stalled = lining.stalled(now_s)
         out |= set() if stalled is None else {stalled}

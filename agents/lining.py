@@ -62,6 +62,8 @@ class Lining:
         self._taking = Taking(announcer, self._giving, mission, epoch)
         self.attempt = attempt
         self._heard_at_s: dict[int, float] = {}
+        self._gaps_s: dict[int, float] = {}
+        """For how long a member was not heard, at most, between two times that it was."""
         self._berths = berths
         self._leg_is_driven = False
         self._waiting = Waiting(robot, mission, self._roster, now_s)
@@ -161,11 +163,18 @@ class Lining:
         if robot in self._shunned or muster.echo_s > now_s or muster.members != self._announcer.said.members:
             return
         if robot != self._robot and muster.epoch == self.epoch and self._roster.hear(robot, muster):
-            self._heard_at_s[robot] = max(now_s, muster.t_s)
+            at_s = max(now_s, muster.t_s)
+            gap_s = at_s - self._heard_at_s.get(robot, at_s)
+            self._gaps_s[robot] = max(gap_s, self._gaps_s.get(robot, 0.0))
+            self._heard_at_s[robot] = at_s
 
     def heard_at_s(self, robot: int) -> float:
         """When a member was heard last, or this lining up began."""
         return self._heard_at_s.get(robot, self.began_s)
+
+    def gap_s(self, *, beside: int) -> float:
+        """For how long, at most, one of the others was not heard and then was."""
+        return max((gap_s for robot, gap_s in self._gaps_s.items() if robot != beside), default=0.0)
 
     def stalled(self, now_s: float, *, late_s: float = 0.0) -> int | None:
         """Who keeps the others waiting for long, or so much longer, and may be deaf."""

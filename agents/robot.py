@@ -264,8 +264,10 @@ class Robot:
         strand, mission = self._member.strand, self._mission
         commands = strand.watch(now_s)
         for link in strand.links:
-            if link.silent_s(now_s) > mission.silence_s + mission.patience_s:
-                self._calls.broke(link.neighbour, now_s, since_s=now_s - link.silent_s(now_s))
+            silent_s = link.silent_s(now_s)
+            if silent_s > mission.silence_s + mission.patience_s or strand.keeps_waiting(link):
+                if strand.stands_out(link):
+                    self._calls.broke(link.neighbour, now_s, since_s=now_s - silent_s)
                 return commands + self._break(link, "silence", now_s)
         return commands
 

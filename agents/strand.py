@@ -11,6 +11,8 @@ Rule 4: the strand turns round as a whole (`Reversal`). The leader decides; each
         place when it first hears the robot that is now ahead of it.
 Rule 5: the strand dissolves as a whole in the same way (`Dissolution`); then all line up (`agents.robot`).
 Rule 6: what the leader hands on goes from each robot to the one behind, until that has acknowledged it.
+Rule 7: a neighbour whose link is silent for much of the time, though never for long, keeps the strand
+        waiting, if this robot's other link is not.
 """
 
 from dataclasses import dataclass
@@ -29,6 +31,8 @@ from protocol.timeline import LinkHeard as LinkHeardAgain
 from protocol.timeline import LinkSilent
 
 TOLD_VERTICES_MAX = 256  # a message's share of a long path; the rest follows when this has been acknowledged
+SILENT_SHARE_MAX = 0.4  # of the time: no one silence that a link gets over comes to so much
+STANDS_OUT = 4.0  # times as silent as the other link
 URGENT_S = 0.1  # an odometry: so often a robot speaks while a link is not fresh enough to last
 
 
@@ -193,10 +197,20 @@ class Strand:
         """Rule 2: note which links have fallen silent."""
         commands: list[Command] = []
         for link in self.links:
+            link.note(now_s, silence_s=self._mission.silence_s)
             if not link.silent and link.silent_s(now_s) > self._mission.silence_s:
                 link.silent = True
                 commands.append(Note(LinkSilent(neighbour=link.neighbour, silent_s=link.silent_s(now_s))))
         return commands
+
+    def stands_out(self, link: Link[AheadState] | Link[BehindState]) -> bool:
+        """Whether the other link, if any, is silent for so much less that it is not this robot's doing."""
+        others = [other for other in self.links if other is not link]
+        return all(STANDS_OUT * other.silent_share < link.silent_share for other in others)
+
+    def keeps_waiting(self, link: Link[AheadState] | Link[BehindState]) -> bool:
+        """Rule 7. Where all links are alike, as where all messages may be lost, there is nothing to gain."""
+        return len(self.links) > 1 and link.silent_share > SILENT_SHARE_MAX and self.stands_out(link)
 
     def hear(self, heard: LinkHeard, now_s: float) -> list[Command]:
         """Take in a neighbour's state; one of another epoch, or of nobody beside us, is void."""

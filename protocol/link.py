@@ -3,14 +3,18 @@
 Rule 1: the newest state by (epoch, number) is kept; older ones and repeats change nothing.
 Rule 2: a link is fresh as long as the neighbour has echoed something that this robot said not long ago. So
         one that works one way only is silent at both ends, and what was on its way for long renews nothing.
+Rule 3: what part of the time it has been silent is a mean in which the last `LATELY_S` count most.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from protocol.messages import AheadState, BehindState
 
 State = TypeVar("State", AheadState, BehindState)
+
+LATELY_S = 10.0  # more than two silences that a link gets over
 
 
 @dataclass(slots=True)
@@ -26,6 +30,9 @@ class Link(Generic[State]):
     """When the neighbour said the newest that was heard, by its clock: what it is echoed."""
     heard_at_s: float = 0.0
     """When the newest was heard, or said where that is later: the neighbour has echoed nothing since."""
+    silent_share: float = 0.0
+    """Rule 3."""
+    _noted_s: float = -1.0
     _echoed_s: float = -1.0
     _number: int = 0
 
@@ -49,3 +56,10 @@ class Link(Generic[State]):
     def silent_s(self, now_s: float) -> float:
         """How old the newest is that the neighbour has echoed [s]."""
         return now_s - max(self._echoed_s, self.made_at_s)
+
+    def note(self, now_s: float, *, silence_s: float) -> None:
+        """Rule 3: take in whether it is silent now; to be called again and again."""
+        passed_s = now_s - max(self._noted_s, self.made_at_s)
+        self._noted_s = now_s
+        is_silent = self.silent_s(now_s) > silence_s
+        self.silent_share += (is_silent - self.silent_share) * -math.expm1(-passed_s / LATELY_S)

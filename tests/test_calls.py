@@ -10,6 +10,7 @@ from agents.calls import (
     ANSWERS,
     BREAKS_MAX,
     FAILED_TURNS,
+    GAPS,
     INVITES_S,
     INVITES_S_MAX,
     LISTENS_S,
@@ -58,10 +59,10 @@ def lining(answers: Iterable[int], *, robot: int = 1, members: tuple[int, ...] =
     return made
 
 
-def hear(into: Lining, robot: int, hears: Iterable[int], now_s: float) -> None:
+def hear(into: Lining, robot: int, hears: Iterable[int], now_s: float, *, number: int = 1) -> None:
     """Another robot announces itself, and whom it has heard."""
     said = Muster(
-        number=1, epoch=EPOCH, pose=HERE, members=into.members, hears=tuple(sorted(hears)), t_s=now_s
+        number=number, epoch=EPOCH, pose=HERE, members=into.members, hears=tuple(sorted(hears)), t_s=now_s
     )
     into.hear(robot, said, now_s)
 
@@ -200,6 +201,22 @@ def test_of_those_that_may_call_each_waits_for_those_before_it(rank: int) -> Non
     patience_s = PATIENCE_S + rank * RANK_S
     assert made.wants_another(waits, patience_s) is None
     assert made.wants_another(waits, patience_s + 0.01) == "robot 5 does not answer"
+
+
+def test_who_misses_what_others_say_waits_for_longer_before_it_says_that_one_does_not_answer() -> None:
+    made, waits = calls(2, 3), Lining(1, MISSION, epoch=EPOCH, members=(1, 2, 3))
+    missed_s = 5.0
+    for number, now_s in enumerate((0.1, 0.1 + missed_s, 5.2, 9.0), start=1):
+        hear(waits, 2, (1, 2, 3), now_s, number=number)
+    hear(waits, 3, (1, 2, 3), 0.1)
+    stands(waits)
+    patience_s = 0.1 + GAPS * missed_s
+    assert patience_s > PATIENCE_S
+    assert [made.wants_another(waits, at_s) for at_s in (patience_s, patience_s + 0.1)] == [
+        None,
+        "robot 3 does not answer",
+    ]
+    assert made.call(waits, patience_s + 0.1)[1] == (1, 2)
 
 
 def test_members_that_do_not_hear_each_other_are_a_reason_when_they_had_time_to() -> None:

@@ -44,6 +44,10 @@ def rehearsed(name: str, seed: int) -> tuple[Rehearsal, str]:
         ("out-of-a-pocket-round-a-loop", 869, 12.499, ()),
         # A leader that makes room to and fro makes none, and has to have the one in its way called in.
         ("room-made-to-and-fro", 3560, 14.339, ()),
+        # Who is nearly mute keeps the strand waiting, half of the time though never for long.
+        ("a-robot-nearly-mute-in-the-strand", 4782, 20.065, (3,)),
+        # Who is nearly deaf must not say of those that it misses that they do not answer.
+        ("a-robot-nearly-deaf-that-calls", 5364, 16.447, (4,)),
         # Who never answers, not who has the turn, keeps the others waiting.
         ("one-that-never-answers", 2892, 17.196, (1,)),
         # The tail leads after a dead end, and only the one that it has behind it knows a way.

@@ -1,11 +1,13 @@
+import math
 from collections.abc import Sequence
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from protocol.frames import Pose
-from protocol.link import Link
+from protocol.link import LATELY_S, Link
 from protocol.messages import AheadState, BehindState
 
 HERE = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
@@ -193,3 +195,15 @@ def test_who_has_not_been_heard_for_the_time_of_a_lease_holds_none(
         for name, link, now_s in (("ahead", aheads, true_s), ("behind", behinds, behind_s)):
             if link.established and link.silent_s(now_s) <= SILENCE_S:
                 assert true_s <= last_heard_s[name] + SILENCE_S + 1e-9
+
+
+def test_what_part_of_the_time_a_link_is_silent_is_forgotten_as_it_was_learnt() -> None:
+    link, shares = made(), []
+    for second in range(1, 60):
+        if second > 30:
+            link.hear(state(1, 0.0, echo_s=float(second)), second, now_s=float(second))
+        link.note(float(second), silence_s=SILENCE_S)
+        shares.append(link.silent_share)
+    assert shares[0] == 0.0, "not silent yet"
+    assert shares[29] == pytest.approx(1.0 - math.exp(-29.0 / LATELY_S))
+    assert shares[-1] == pytest.approx(shares[29] * math.exp(-29.0 / LATELY_S))

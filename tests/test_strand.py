@@ -9,7 +9,7 @@ from agents.events import LinkHeard
 from agents.forming import lined_up
 from agents.grants import GRANT_M_MIN
 from agents.leader import Leader
-from agents.strand import URGENT_S, Strand
+from agents.strand import SILENT_SHARE_MAX, URGENT_S, Strand
 from protocol.frames import Point, Pose, Vertex
 from protocol.messages import AheadState, BehindState
 from protocol.mission import Law
@@ -323,6 +323,43 @@ def test_each_link_falls_silent_for_itself() -> None:
     strand.hear(LinkHeard(1, 1, behind(echo_s=0.75)), 0.75)
     assert strand.watch(1.5) == [Note(LinkSilent(neighbour=3, silent_s=1.5))]
     assert strand.watch(2.0) == [Note(LinkSilent(neighbour=1, silent_s=1.25))]
+
+
+def after_a_minute(*, ahead_every_s: float, behind_every_s: float) -> Strand:
+    """The middle of three, whose neighbours are heard so often each, and never longer apart."""
+    strand = place(2)
+    for tenth in range(1, 600):
+        now_s = tenth / 10.0
+        if tenth % round(10.0 * ahead_every_s) == 0:
+            strand.hear(LinkHeard(3, tenth, ahead(echo_s=now_s)), now_s)
+        if tenth % round(10.0 * behind_every_s) == 0:
+            strand.hear(LinkHeard(1, tenth, behind(echo_s=now_s)), now_s)
+        strand.watch(now_s)
+    return strand
+
+
+def test_a_neighbour_that_falls_silent_again_and_again_keeps_the_strand_waiting() -> None:
+    strand = after_a_minute(ahead_every_s=HEARTBEAT_S, behind_every_s=2.5 * SILENCE_S)
+    assert strand.ahead is not None
+    assert strand.behind is not None
+    assert strand.behind.silent_s(59.9) < MISSION.patience_s, "never for long"
+    assert [strand.keeps_waiting(link) for link in (strand.ahead, strand.behind)] == [False, True]
+
+
+def test_where_both_neighbours_fall_silent_neither_keeps_the_strand_waiting() -> None:
+    strand = after_a_minute(ahead_every_s=2.5 * SILENCE_S, behind_every_s=2.5 * SILENCE_S)
+    assert [strand.keeps_waiting(link) for link in strand.links] == [False, False]
+    assert [strand.stands_out(link) for link in strand.links] == [False, False]
+
+
+def test_a_robot_with_one_link_gives_it_up_only_after_a_long_silence() -> None:
+    leader = place(3)
+    for second in range(1, 60):
+        leader.hear(LinkHeard(2, second, behind(echo_s=second - SILENCE_S)), float(second))
+        leader.watch(second + 0.9)
+    (link,) = leader.links
+    assert link.silent_share > SILENT_SHARE_MAX
+    assert not leader.keeps_waiting(link)
 
 
 @pytest.mark.parametrize("number", [1, 2])
