@@ -8,7 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tests.shape_strategies import ORACLE_ERROR_M, as_shapely, coordinates_m, grounds, patiently, points
-from world.clearance import clearance, distances, separations
+from world.clearance import clearance, distances, is_far, separations
 from world.ellipses import point_distances
 from world.shapes import Ellipse, Polygon, Shape, ground_of
 
@@ -39,6 +39,18 @@ def test_what_is_near_is_measured_all_the_same_where_only_that_matters(
     told_m = clearance(ground_of(shapes), starts, ends, near_m=near_m)
     assert (told_m[exact_m <= near_m] == exact_m[exact_m <= near_m]).all()
     assert (told_m[exact_m > near_m] > near_m).all()
+
+
+@patiently
+@given(grounds, moves, st.floats(0.0, 2.0))
+def test_what_is_far_is_no_nearer_than_that(
+    shapes: list[Shape], driven: list[tuple[Place, Place]], near_m: float
+) -> None:
+    ground = ground_of(shapes)
+    starts, ends = (np.array(side) for side in zip(*driven, strict=True))
+    outside = (clearance(ground, starts, starts) > 0.0).all()
+    exact_m = clearance(ground, starts, ends)
+    assert not (outside and is_far(ground, starts, ends, near_m)) or (exact_m > near_m - ORACLE_ERROR_M).all()
 
 
 @patiently

@@ -29,6 +29,13 @@ def clearance(ground: Ground, starts: Floats, ends: Floats, *, near_m: float = m
     return np.minimum(least_m, _to_edges(ground, starts, ends, moves_m, near_m))
 
 
+def is_far(ground: Ground, starts: Floats, ends: Floats, near_m: float) -> bool:
+    """Whether straight moves that start in no obstacle are certain to come to none so near; in doubt, not."""
+    discs = ground.discs
+    to_centres_m = distances_to_segments(discs[:, :2], starts[:, None], ends[:, None])
+    return bool((to_centres_m - discs[:, 2] > near_m).all())
+
+
 def distances(ground: Ground, point_in_world: Floats) -> Floats:
     """The distance from one point to each obstacle, in the scenario's order."""
     apart_m = np.full(ground.shape_count, math.inf)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from protocol.arrays import Floats, distances_to_segments
 from protocol.mission import Bounds
 from protocol.timeline import PromiseBroken
-from world.clearance import clearance, separations
+from world.clearance import clearance, is_far, separations
 from world.movers import Movers
 from world.scenario import Scenario
 from world.shapes import Ground
@@ -82,6 +82,8 @@ class Monitor:
     _moved: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, dtype=bool))
     _pairs: tuple[Rows, Rows] = field(default_factory=lambda: (np.empty(0, np.intp), np.empty(0, np.intp)))
     _slack_m: float = -1.0
+    _clear_ways_m: Floats = field(default_factory=lambda: np.empty((0, 4)))
+    """The newest way of each body that is known to be clear; nan where none is."""
     _broken: set[Topic] = field(default_factory=set)
 
     @classmethod
@@ -127,25 +129,45 @@ class Monitor:
             *self._judge_pairs(starts_m, ends_m, t_s),
         ]
 
-    def is_safe(self, starts_m: Floats, ends_m: Floats) -> bool:
+    def is_safe(self, starts_m: Floats, ends_m: Floats, *, courses_m: Floats | None = None) -> bool:
         """Whether moves on from what was watched last, or parts of them, break no promise; in doubt, not.
 
         Nothing is taken down of them: they may yet be otherwise.
+
+        Args:
+            starts_m: (N, 2) [world frame].
+            ends_m: likewise.
+            courses_m: (N, 4), from x, y to x, y: a straight way of each body that its move is part of. One
+                that is clear is not looked at again.
         """
         if self._broken or self.movers.names:
             return False
-        promises = self.promises
         moved = np.flatnonzero((starts_m != ends_m).any(axis=1))
         if len(moved) == 0:
             return True
-        kept_m = promises.radius_m + promises.clearance_m_required
-        clear_m = clearance(self.ground, starts_m[moved], ends_m[moved], near_m=kept_m)
-        if not (clear_m > kept_m).all():
-            return False
-        if not (self._inside_m(ends_m) > 0.0).all():  # where they start has been seen before
+        clear = courses_m is not None and self._are_clear(moved, courses_m)
+        if not clear and not self._are_clear(moved, np.hstack((starts_m, ends_m))):
             return False
         _, _, apart_m = self._pairs_apart(starts_m, ends_m)
-        return bool((apart_m > promises.separation_m_required).all())
+        return bool((apart_m > self.promises.separation_m_required).all())
+
+    def _are_clear(self, rows: Rows, ways_m: Floats) -> bool:
+        """Whether ways of bodies keep off obstacles and inside the bounds; that they do is remembered."""
+        if len(self._clear_ways_m) == 0:
+            self._clear_ways_m = np.full_like(ways_m, math.nan)
+        new = rows[(self._clear_ways_m[rows] != ways_m[rows]).any(axis=1)]
+        if len(new) == 0:
+            return True
+        starts_m, ends_m = ways_m[new, :2], ways_m[new, 2:]
+        # Places on a way are rounded, the way's own distance is not.
+        kept_m = self.promises.radius_m + self.promises.clearance_m_required + ROUNDING_M
+        far = is_far(self.ground, starts_m, ends_m, kept_m)
+        if not far and not (clearance(self.ground, starts_m, ends_m, near_m=kept_m) > kept_m).all():
+            return False
+        if not (self._inside_m(ends_m) > ROUNDING_M).all():  # where they start has been seen before
+            return False
+        self._clear_ways_m[new] = ways_m[new]
+        return True
 
     def _judge_clearance(self) -> list[PromiseBroken]:
         required_m = self.promises.clearance_m_required
