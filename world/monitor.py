@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from protocol.arrays import Floats, distances_to_segments
 from protocol.mission import Bounds
 from protocol.timeline import PromiseBroken
-from world.clearance import clearance, is_far, separations
+from world.clearance import clearance, keep_off, separations
 from world.movers import Movers
 from world.scenario import Scenario
 from world.shapes import Ground
@@ -164,10 +164,10 @@ class Monitor:
         starts_m, ends_m = ways_m[new, :2], ways_m[new, 2:]
         # Places on a way are rounded, the way's own distance is not.
         kept_m = self.promises.radius_m + self.promises.clearance_m_required + ROUNDING_M
-        far = is_far(self.ground, starts_m, ends_m, kept_m)
-        if not far and not (clearance(self.ground, starts_m, ends_m, near_m=kept_m) > kept_m).all():
+        # Where they start has been seen before.
+        if not keep_off(self.ground, starts_m, ends_m, kept_m):
             return False
-        if not (self._inside_m(ends_m) > ROUNDING_M).all():  # where they start has been seen before
+        if not (self._inside_m(ends_m) > ROUNDING_M).all():
             return False
         self._clear_ways_m[new] = ways_m[new]
         return True

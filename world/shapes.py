@@ -124,7 +124,7 @@ class Ground:
 
     @cached_property
     def discs(self) -> Floats:
-        """`(k, 3)`: x, y, radius of discs that all outlines lie in, one for each circle, ellipse and edge."""
+        """`(k, 3)`: x, y, radius of a disc round each circle, then round each ellipse, then each edge."""
         middles, half_lengths_m = self.edge_middles
         of_ellipses = np.column_stack((self.ellipses[:, :2], self.ellipse_reach_m[0]))
         return np.vstack((self.circles, of_ellipses, np.column_stack((middles, half_lengths_m))))
