@@ -26,7 +26,7 @@ def distances_to_segments(points: Floats, starts: Floats, ends: Floats) -> Float
     x, y = points[..., 0] - starts[..., 0], points[..., 1] - starts[..., 1]
     dx, dy = ends[..., 0] - starts[..., 0], ends[..., 1] - starts[..., 1]
     square = dx * dx + dy * dy
-    share = np.clip((x * dx + y * dy) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
+    share = ((x * dx + y * dy) / np.where(square > 0.0, square, 1.0)).clip(0.0, 1.0)
     return np.asarray(np.hypot(x - share * dx, y - share * dy))
 
 

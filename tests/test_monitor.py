@@ -94,15 +94,20 @@ def test_no_pair_that_comes_near_is_overlooked_though_not_all_are_compared_each_
 
 
 @quietly
-@given(places, places, st.lists(st.floats(0, 1), max_size=4))
+@given(places, places, st.lists(st.floats(0, 1), max_size=4), st.sampled_from([None, 1.0, 1.5]))
 def test_moves_that_are_safe_break_nothing_in_whatever_parts_they_are_made(
-    starts: list[tuple[float, float]], ends: list[tuple[float, float]], cuts: list[float]
+    starts: list[tuple[float, float]],
+    ends: list[tuple[float, float]],
+    cuts: list[float],
+    course_share: float | None,
 ) -> None:
     begin, end = np.array(starts), np.array(ends)
+    courses_m = None if course_share is None else np.hstack((begin, begin + course_share * (end - begin)))
     watcher = monitor(bounds=Bounds(x_m_min=-2.5, y_m_min=-2.0, x_m_max=4.5, y_m_max=2.0))
     broken_before = watcher.watch(begin, begin, t_s=0.0)
-    safe = watcher.is_safe(begin, end)
+    safe = watcher.is_safe(begin, end, courses_m=courses_m)
     assert not (safe and broken_before)
+    assert watcher.is_safe(begin, end, courses_m=courses_m) is safe
     parts = [begin + cut * (end - begin) for cut in sorted([0.0, *cuts, 1.0])]
     broken = play(watcher, *([(x, y) for x, y in part.tolist()] for part in parts))
     assert not (safe and broken)
@@ -116,6 +121,14 @@ def test_what_is_safe_in_the_open_is_not_through_an_obstacle_or_a_robot_nor_out_
         assert watcher.is_safe(begin, np.array([(x_m, y_m), (0.0, 1.0)])) is safe
     play(watcher, begin.tolist(), [(1.5, 0.6), (0.0, 1.0)])
     assert not watcher.is_safe(begin, begin)  # a promise is broken: it must be seen when it is kept again
+
+
+def test_a_move_may_be_safe_on_a_course_that_is_not() -> None:
+    watcher, begin, end = monitor(), np.array([(0.0, 0.0)]), np.array([(0.5, 0.3)])
+    courses_m = np.array([(0.0, 0.0, 2.0, 1.2)])
+    watcher.watch(begin, begin, t_s=0.0)
+    assert watcher.is_safe(begin, end, courses_m=courses_m)
+    assert not watcher.is_safe(begin, courses_m[:, 2:], courses_m=courses_m)
 
 
 def test_clearance_is_judged_between_the_ends_of_a_move() -> None:

@@ -217,7 +217,8 @@ class Arena:
             moves_m = moves.ends_m - moves.starts_m
             ticks = min(self.bodies.straight_ticks(np.hypot(*moves_m.T)), OUTLOOK_TICKS_MAX)
             self._outlook_until = self._ticks + ticks
-            self._is_safe = self._monitor.is_safe(moves.starts_m, moves.starts_m + (1 + ticks) * moves_m)
+            ends_m = moves.starts_m + (1 + ticks) * moves_m
+            self._is_safe = self._monitor.is_safe(moves.starts_m, ends_m, courses_m=self.bodies.courses_m)
         if self._is_safe:
             return []
         return [self.note(each) for each in self._monitor.watch(moves.starts_m, moves.ends_m, t_s=self.now_s)]

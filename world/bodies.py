@@ -104,6 +104,11 @@ class Bodies:
         x_m, y_m = self.place_m[body].tolist()
         return Pose(x_m=x_m, y_m=y_m, heading_rad=float(self.heading_rad[body]))
 
+    @property
+    def courses_m(self) -> Floats:
+        """(N, 4) [world frame]: from x, y to x, y, the straight way on which alone each body drives."""
+        return np.hstack((self._origin_m, self._landing_m))
+
     def straight_ticks(self, steps_m: Floats) -> int:
         """How many more ticks like the last one no body will have landed, as far as orders say now.
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from protocol.arrays import Floats, distances_to_segments
 from protocol.mission import Bounds
 from protocol.timeline import PromiseBroken
-from world.clearance import clearance, separations
+from world.clearance import clearance, keep_off, separations
 from world.movers import Movers
 from world.scenario import Scenario
 from world.shapes import Ground
@@ -29,7 +29,7 @@ from world.shapes import Ground
 Rows = NDArray[np.intp]
 Topic = tuple[str, int, int | None]  # what is judged, of which robot, against which other or obstacle
 
-PAIR_SLACK_M = 0.5  # half a second at full speed: longer lists of pairs cost more than comparing all
+PAIR_SLACK_M = 2.0  # a second's outlook and a second's way of two bodies at 0.5 m/s
 ROUNDING_M = 1e-9  # what adding up ticks may be off by; far below any tolerance
 
 
@@ -81,7 +81,12 @@ class Monitor:
     _watched_s: float = 0.0
     _moved: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, dtype=bool))
     _pairs: tuple[Rows, Rows] = field(default_factory=lambda: (np.empty(0, np.intp), np.empty(0, np.intp)))
-    _slack_m: float = -1.0
+    _compared_m: Floats = field(default_factory=lambda: np.empty((0, 2)))
+    """Where bodies were when all pairs were compared."""
+    _slack_m: float = 0.0
+    """How much nearer than they were then two bodies may come, and no other pairs need to be looked at."""
+    _clear_ways_m: Floats = field(default_factory=lambda: np.empty((0, 4)))
+    """The newest way of each body that is known to be clear; nan where none is."""
     _broken: set[Topic] = field(default_factory=set)
 
     @classmethod
@@ -127,25 +132,45 @@ class Monitor:
             *self._judge_pairs(starts_m, ends_m, t_s),
         ]
 
-    def is_safe(self, starts_m: Floats, ends_m: Floats) -> bool:
+    def is_safe(self, starts_m: Floats, ends_m: Floats, *, courses_m: Floats | None = None) -> bool:
         """Whether moves on from what was watched last, or parts of them, break no promise; in doubt, not.
 
         Nothing is taken down of them: they may yet be otherwise.
+
+        Args:
+            starts_m: (N, 2) [world frame].
+            ends_m: likewise.
+            courses_m: (N, 4), from x, y to x, y: a straight way of each body that its move is part of. One
+                that is clear is not looked at again.
         """
         if self._broken or self.movers.names:
             return False
-        promises = self.promises
         moved = np.flatnonzero((starts_m != ends_m).any(axis=1))
         if len(moved) == 0:
             return True
-        kept_m = promises.radius_m + promises.clearance_m_required
-        clear_m = clearance(self.ground, starts_m[moved], ends_m[moved], near_m=kept_m)
-        if not (clear_m > kept_m).all():
-            return False
-        if not (self._inside_m(ends_m) > 0.0).all():  # where they start has been seen before
+        clear = courses_m is not None and self._are_clear(moved, courses_m)
+        if not clear and not self._are_clear(moved, np.hstack((starts_m, ends_m))):
             return False
         _, _, apart_m = self._pairs_apart(starts_m, ends_m)
-        return bool((apart_m > promises.separation_m_required).all())
+        return bool((apart_m > self.promises.separation_m_required).all())
+
+    def _are_clear(self, rows: Rows, ways_m: Floats) -> bool:
+        """Whether ways of bodies keep off obstacles and inside the bounds; that they do is remembered."""
+        if len(self._clear_ways_m) == 0:
+            self._clear_ways_m = np.full_like(ways_m, math.nan)
+        new = rows[(self._clear_ways_m[rows] != ways_m[rows]).any(axis=1)]
+        if len(new) == 0:
+            return True
+        starts_m, ends_m = ways_m[new, :2], ways_m[new, 2:]
+        # Places on a way are rounded, the way's own distance is not.
+        kept_m = self.promises.radius_m + self.promises.clearance_m_required + ROUNDING_M
+        # Where they start has been seen before.
+        if not keep_off(self.ground, starts_m, ends_m, kept_m):
+            return False
+        if not (self._inside_m(ends_m) > ROUNDING_M).all():
+            return False
+        self._clear_ways_m[new] = ways_m[new]
+        return True
 
     def _judge_clearance(self) -> list[PromiseBroken]:
         required_m = self.promises.clearance_m_required
@@ -238,20 +263,24 @@ class Monitor:
     def _near_pairs(self, starts_m: Floats, ends_m: Floats) -> tuple[Rows, Rows]:
         """The pairs that may be nearer than is required or than any was before.
 
-        All pairs are compared only when bodies have moved far enough for others to have come near:
-        that is quadratic, and 1000 bodies have half a million pairs.
+        All pairs are compared only when a body has moved, or is to move, far enough for others to have come
+        near: that is quadratic, and 1000 bodies have half a million pairs.
         """
-        step_m = float(np.hypot(*(ends_m - starts_m).T).max())
-        self._slack_m -= 2 * step_m  # two bodies may move towards each other
-        if self._slack_m < 0.0:
+        if len(self._compared_m) == 0 or 2.0 * self._off_compared_m(starts_m, ends_m) > self._slack_m:
+            self._compared_m = starts_m
+            self._slack_m = PAIR_SLACK_M + 2.0 * self._off_compared_m(starts_m, ends_m)
             apart_m = separations(starts_m, starts_m) - 2 * self.promises.radius_m
             near_m = max(
                 self.promises.separation_m_required, min(self.least_separation.distance_m, apart_m.min())
             )
-            self._slack_m = PAIR_SLACK_M
-            one, other = np.nonzero(np.triu(apart_m <= near_m + PAIR_SLACK_M + 2 * step_m, k=1))
+            one, other = np.nonzero(np.triu(apart_m <= near_m + self._slack_m, k=1))
             self._pairs = (one, other)
         return self._pairs
+
+    def _off_compared_m(self, starts_m: Floats, ends_m: Floats) -> float:
+        """How far any body is off where it was when all pairs were compared, at either end of its move."""
+        off_m = np.concatenate((starts_m - self._compared_m, ends_m - self._compared_m))
+        return float(np.hypot(off_m[:, 0], off_m[:, 1]).max())
 
     def _newly(
         self,

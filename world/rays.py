@@ -65,13 +65,11 @@ def _cast_at_edges(edges: Floats, origin: Floats, cosine: Floats, sine: Floats) 
     if winding(edges, origin[None])[2].sum() != 0.0:
         return np.zeros_like(cosine)
     x, y = (edges[:, 0::2] - origin[0]).T[..., None], (edges[:, 1::2] - origin[1]).T[..., None]
-    along_m = x * cosine + y * sine  # (2, k, m): both ends of each edge, seen along each ray
-    beside_m = y * cosine - x * sine
+    beside_m = y * cosine - x * sine  # (2, k, m): both ends of each edge, seen along each ray
     # Neighbouring edges get the very same number for their common vertex, so no ray slips through.
-    straddles = np.minimum(beside_m[0], beside_m[1]) <= 0.0
-    straddles &= np.maximum(beside_m[0], beside_m[1]) >= 0.0
-    edge, ray = np.nonzero(straddles)
-    along_m, beside_m = along_m[:, edge, ray], beside_m[:, edge, ray]
+    edge, ray = np.nonzero(beside_m[0] * beside_m[1] <= 0.0)
+    beside_m = beside_m[:, edge, ray]
+    along_m = x[:, edge, 0] * cosine[ray] + y[:, edge, 0] * sine[ray]
     run = beside_m[0] - beside_m[1]
     share = beside_m[0] / np.where(run == 0.0, 1.0, run)  # an edge along the ray: its first end counts
     ranges_m = along_m[0] + share * (along_m[1] - along_m[0])

@@ -4,6 +4,7 @@ Rule 1: a scenario that exists is sound; its construction refuses bad relations.
 Rule 2: a scenario goes whole into the timeline's header and comes back the same.
 """
 
+from functools import cached_property
 from hashlib import blake2b
 from typing import Annotated, Any
 
@@ -35,7 +36,7 @@ SURE_BERTHS = 12.0
 """Where one revolution may miss thin obstacles so near, in least distances of a centre, more are taken."""
 
 
-class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, dict=True):
     """The ground, the fleet, its senses and drives, the law, and what counts as done."""
 
     name: Annotated[str, Meta(min_length=1, max_length=200, description="what verdicts call it")]
@@ -86,12 +87,12 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         checks.clear_of(self.ground, self.fleet, poses, self.goal, standoff_m)
         checks.untouched(self.movers, self.fleet, poses)
 
-    @property
+    @cached_property
     def ground(self) -> Ground:
         """The obstacles that never move, packed into arrays."""
         return ground_of(self.obstacles)
 
-    @property
+    @cached_property
     def movers(self) -> Movers:
         """The moving obstacles, packed likewise."""
         return Movers.of(self.moving)
@@ -106,7 +107,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         """How near a robot's centre may come to an obstacle: r + epsilon."""
         return self.fleet.robot_radius_m + self.law.epsilon_m
 
-    @property
+    @cached_property
     def revolutions(self) -> int:
         """How many of the scanner make a scan; under a law that promises nothing one, as in the paper."""
         if not self.law.law.promises_clearance:
@@ -123,7 +124,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         """Directions of a scan, of all its revolutions."""
         return self.sensor.directions * self.revolutions
 
-    @property
+    @cached_property
     def range_m_used(self) -> float:
         """The range of the scans that robots get: as far as the sensor is sure to see every obstacle."""
         return min(self.sensor.range_m_max, sure_range_m(self.seen_shapes, self.rays))
@@ -133,7 +134,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         """Where the sensor's error is clipped."""
         return NOISE_SIGMAS * self.sensor.range_sigma_m
 
-    @property
+    @cached_property
     def blind_per_range(self) -> float:
         """How far an obstacle may reach unseen past a ray that hit it, per metre of range."""
         return blind_per_range(self.seen_shapes, self.rays)

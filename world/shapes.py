@@ -122,6 +122,13 @@ class Ground:
         starts, ends = self.edges[:, :2], self.edges[:, 2:]
         return (starts + ends) / 2.0, np.hypot(*(ends - starts).T) / 2.0
 
+    @cached_property
+    def discs(self) -> Floats:
+        """`(k, 3)`: x, y, radius of a disc round each circle, then round each ellipse, then each edge."""
+        middles, half_lengths_m = self.edge_middles
+        of_ellipses = np.column_stack((self.ellipses[:, :2], self.ellipse_reach_m[0]))
+        return np.vstack((self.circles, of_ellipses, np.column_stack((middles, half_lengths_m))))
+
 
 def ground_of(shapes: Sequence[Shape]) -> Ground:
     """Pack shapes into arrays."""
