@@ -206,8 +206,13 @@ class Calls:
         pairs = lining.unheard_pairs() if deaf else set()
         while pairs := {pair for pair in pairs if not out.intersection(pair)}:
             worst, unheard = Counter(chain.from_iterable(pairs)), Counter(other for _, other in pairs)
-            # Of two that are as bad, the one that is not heard: the other may shun it for a reason.
-            out.add(max(worst, key=lambda robot: (worst[robot], unheard[robot], robot != self._robot, robot)))
+            # Of two that are as bad, the one that has not done before; else the one that is not heard: the
+            # other may shun it for a reason.
+            guilt = {
+                robot: (pairs_of, self._invited[robot], unheard[robot], robot != self._robot, robot)
+                for robot, pairs_of in worst.items()
+            }
+            out.add(max(guilt, key=lambda robot: guilt[robot]))
         return out
 
 

@@ -121,6 +121,16 @@ def test_of_two_that_do_not_both_hear_each_other_the_one_that_is_not_heard_is_le
     assert made.call(waits, late_s)[1] == (1, 3, 4, 5), "robot 3 may shun robot 2"
 
 
+def test_of_two_that_are_as_bad_the_one_that_was_left_out_before_is_left_out_again() -> None:
+    made, waits = calls(2, 3, 4, 5), Lining(1, MISSION, epoch=EPOCH, members=ALL)
+    made.free_at_s((1, 2, 4, 5), 0.0)
+    late_s = ANSWERS * PATIENCE_S + 0.1
+    for robot in ALL[1:]:
+        hear(waits, robot, (1, 3, 4, 5) if robot == 3 else ALL, late_s)
+    stands(waits)
+    assert made.call(waits, late_s)[1] == (1, 2, 4, 5), "robot 3 may be the one that hears nobody"
+
+
 @pytest.mark.parametrize(("deaf", "hearers"), [(3, (1, 2, 4, 5)), (5, (1, 2, 3, 4))])
 def test_a_member_that_others_do_not_hear_is_left_out(deaf: int, hearers: tuple[int, ...]) -> None:
     made = Lining(1, MISSION, epoch=EPOCH, members=ALL)
