@@ -144,6 +144,11 @@ class Map:
             self._hits = self._hits[~gone]
             self._lay(self._grid.low, self._grid.high)
 
+    def forget(self) -> None:
+        """Nothing that was seen is remembered; what was closed for good stays closed."""
+        self._hits = np.empty((0, 2))
+        self._lay(self._grid.low, self._grid.high)
+
     def _reach_out_to(self, points: Floats) -> None:
         """Rule 5: have the grid reach beyond these points by the sensor's range."""
         if len(points) == 0 or self._grid.has(points).all():

@@ -9,6 +9,7 @@ Rule 3: where only the strand itself is in the way, the leader waits until it ha
         turn round (`DeadEnd`).
 Rule 4: a way that is not there is said (`NoStep`), never searched for by wandering. Who plans from one place
         again and again wanders, whatever each step promises; by the certified law, where nothing moves.
+Rule 5: where bodies may have moved, and no way is left, the map begins anew, once an epoch.
 """
 
 import math
@@ -84,6 +85,8 @@ class Leader:
         self._planned_in = 0
         self._planned_at: list[Floats] = []
         """From where steps have been planned, in that epoch."""
+        self._forgot = False
+        """Whether it has begun its map anew, in that epoch."""
         self._room: tuple[int, float] = (0, 0.0)
         """In which epoch, and up to where ground had been granted, when a step last made room."""
         self._room_steps = 0
@@ -111,6 +114,8 @@ class Leader:
             epoch: the strand's.
             settled: whether the robots behind have come as near as they will.
         """
+        if self._planned_in != epoch:
+            self._planned_in, self._planned_at, self._forgot = epoch, [], False
         off_path_m = np.hypot(*(view.position - _path_end(ground)))
         lawful = off_path_m <= self._mission.mu0_m or not self._mission.law.promises_clearance
         assert lawful, f"planned {off_path_m} m from where the path ends"
@@ -125,16 +130,14 @@ class Leader:
             step = self._step_to(self._goal, view.without(robots), walls, ground, settled=settled)
         if not isinstance(step, Step):
             return step
-        if self._wanders(view.position, epoch):
+        if self._wanders(view.position):
             return self._no_way("every step from here has led back here")
         self.steps += 1
         behind = on_ground(view.points, ground.behind, within_m=hull_reach_m)
         return self._record(step, sight, ground, behind, epoch)
 
-    def _wanders(self, here: Floats, epoch: int) -> bool:
+    def _wanders(self, here: Floats) -> bool:
         """Rule 4; asked means that a step is planned from here, if not."""
-        if self._planned_in != epoch:
-            self._planned_in, self._planned_at = epoch, []
         near_m = AGAIN_CELLS * self.map.cell_m
         again = sum(math.dist(here, place) <= near_m for place in self._planned_at)
         if again >= AGAIN_MAX and self._mission.law is Law.CERTIFIED and not self._mission.obstacles_move:
@@ -229,9 +232,13 @@ class Leader:
         """There is none left. Where obstacles move, what has been refused may be free at the next look.
 
         Not before: a spot that is open again with every scan is gone to, and refused, for ever.
+        What bodies that have moved on leave in the map may stay in the shadow of others (rule 5).
         """
         if self._world_changes:
             self.map.reopen()
+        if self.bodies_may_move and not self._forgot:
+            self._forgot = True
+            self.map.forget()
         return NoStep(reason)
 
     @property

@@ -56,6 +56,8 @@ def rehearsed(name: str, seed: int) -> tuple[Rehearsal, str]:
         ("no-room-for-the-last", 4891, 17.455, ()),
         # The robot that has to give the first turn hears next to nothing, and does not do it.
         ("the-giver-nearly-deaf", 8811, 16.328, (1,)),
+        # What a body leaves in the map, in the shadow of another, closes the only gap when it has moved on.
+        ("the-trace-of-a-body-that-moved-on", 10609, 11.659, ()),
         # Who shuns a robot must not call it in.
         ("called-in-by-one-that-shuns-it", 1614, 18.838, ()),
     ],
