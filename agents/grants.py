@@ -11,7 +11,7 @@ from protocol.authority import authority_m, claim_m
 from protocol.link import Link
 from protocol.messages import BehindState
 from protocol.mission import Mission
-from protocol.path import Path
+from protocol.path import THERE_M, Path
 from protocol.timeline import AuthorityGranted
 
 GRANT_M_MIN = 0.05  # a grant worth a message: a tenth of a second at 0.5 m/s
@@ -104,14 +104,13 @@ class Grants:
         if taken == self._taken:
             return []  # nothing has moved, so nothing has become free
         self._taken = taken
-        free_m = authority_m(
-            growth.planned,
-            from_m=max(self.tail_m, self.granted_m),
-            progress_m=progress_m,
-            keep_m=self.keep_m,
-        )
+        from_m, enough_m = max(self.tail_m, self.granted_m), 0.0 if arrived else GRANT_M_MIN
+        # Along the path is no shorter than straight: what is free ends `keep_m` before this robot, or sooner.
+        most_m = max(from_m, progress_m - self.keep_m + THERE_M)
+        if most_m <= self.granted_m + enough_m:
+            return []
+        free_m = authority_m(growth.planned, from_m=from_m, progress_m=progress_m, keep_m=self.keep_m)
         free_m = min(free_m, self._path.end_m)  # what is planned beyond has not been told
-        enough_m = 0.0 if arrived else GRANT_M_MIN
         if free_m <= self.granted_m + enough_m:
             return []
         self.granted_m = free_m

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -98,14 +99,10 @@ class Lattice:
     half_m: Floats
     """Half the way to each (8,)."""
 
-    @classmethod
-    def of(cls, grid: Grid) -> "Lattice":
+    @staticmethod
+    def of(grid: Grid) -> "Lattice":
         """The lattice of a grid."""
-        cells = np.arange(math.prod(grid.shape), dtype=np.int32)
-        wide = np.pad(cells.reshape(grid.shape), 1, constant_values=-1)
-        around = np.delete(sliding_window_view(wide, (3, 3)).reshape(-1, 9), 4, axis=1)
-        off_m = np.delete(np.hypot(*(np.indices((3, 3)) - 1)).ravel(), 4) * grid.cell_m
-        return cls(np.where(around < 0, cells[:, None], around), off_m / 2.0)
+        return _lattice(grid.shape, grid.cell_m)
 
     def priced(self, price: Floats) -> csr_array:
         """Each cell joined to its neighbours at the mean price of both; infinite is that of closed cells."""
@@ -115,3 +112,12 @@ class Lattice:
         costs *= self.half_m
         first = np.arange(0, costs.size + 1, len(self.half_m), dtype=np.int32)
         return csr_array((costs.reshape(-1), self.joined.reshape(-1), first), shape=(flat.size, flat.size))
+
+
+@lru_cache(maxsize=2)  # ground that turns out to be free is laid anew, over the same cells
+def _lattice(shape: tuple[int, int], cell_m: float) -> Lattice:
+    cells = np.arange(math.prod(shape), dtype=np.int32)
+    wide = np.pad(cells.reshape(shape), 1, constant_values=-1)
+    around = np.delete(sliding_window_view(wide, (3, 3)).reshape(-1, 9), 4, axis=1)
+    off_m = np.delete(np.hypot(*(np.indices((3, 3)) - 1)).ravel(), 4) * cell_m
+    return Lattice(np.where(around < 0, cells[:, None], around), off_m / 2.0)

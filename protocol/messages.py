@@ -32,7 +32,7 @@ class Phase(StrEnum):
 
     def later(self, other: "Phase") -> "Phase":
         """The one of the two that a run comes to last."""
-        return max(self, other, key=list(Phase).index)
+        return self if other is self else max(self, other, key=list(Phase).index)
 
 
 class Turn(Struct, frozen=True, kw_only=True):

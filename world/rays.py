@@ -5,10 +5,13 @@ import math
 import numpy as np
 from numpy.random import Generator
 
-from protocol.arrays import Floats
+from protocol.arrays import Floats, Indices
 from world.ellipses import unit_vectors
 from world.rings import winding
 from world.shapes import Ground
+
+TOUCHING_M = 1e-9  # nearer than this to a rim counts as on it: rounding of metres
+GRAZING_RAD = 1e-6  # more than the rounding of an arc sine near 1, the square root of a double's last bit
 
 
 def cast(
@@ -24,7 +27,7 @@ def cast(
     Args:
         ground: the obstacles.
         origin_in_world: `(2,)`; inside a shape every range is 0.
-        bearings_rad: `(m,)`.
+        bearings_rad: `(m,)`, in [-pi, pi].
         range_m_max: where rays end.
         discs: hulls of other bodies, `(k, 3)`: x, y, radius. One of radius 0 is a point: no ray hits it.
     """
@@ -36,7 +39,7 @@ def cast(
     cosine, sine = np.cos(bearings_rad), np.sin(bearings_rad)
     ranges_m = np.minimum(
         _cast_at_ellipses(round_shapes, origin_in_world, cosine, sine, range_m_max),
-        _cast_at_edges(ground.edges, origin_in_world, cosine, sine),
+        _cast_at_edges(ground, origin_in_world, bearings_rad, cosine, sine),
     )
     return np.minimum(ranges_m, range_m_max)
 
@@ -61,21 +64,45 @@ def _cast_at_ellipses(
     return first_m
 
 
-def _cast_at_edges(edges: Floats, origin: Floats, cosine: Floats, sine: Floats) -> Floats:
+def _cast_at_edges(
+    ground: Ground, origin: Floats, bearings_rad: Floats, cosine: Floats, sine: Floats
+) -> Floats:
+    edges, (middles, half_lengths_m) = ground.edges, ground.edge_middles
     if winding(edges, origin[None])[2].sum() != 0.0:
         return np.zeros_like(cosine)
-    x, y = (edges[:, 0::2] - origin[0]).T[..., None], (edges[:, 1::2] - origin[1]).T[..., None]
-    beside_m = y * cosine - x * sine  # (2, k, m): both ends of each edge, seen along each ray
+    edge, ray = _in_sight(middles - origin, half_lengths_m, bearings_rad)
+    x, y = (edges[:, 0::2] - origin[0]).T, (edges[:, 1::2] - origin[1]).T
+    beside_m = y[:, edge] * cosine[ray] - x[:, edge] * sine[ray]  # (2, p): both ends, seen along the ray
     # Neighbouring edges get the very same number for their common vertex, so no ray slips through.
-    edge, ray = np.nonzero(beside_m[0] * beside_m[1] <= 0.0)
-    beside_m = beside_m[:, edge, ray]
-    along_m = x[:, edge, 0] * cosine[ray] + y[:, edge, 0] * sine[ray]
+    straddles = beside_m[0] * beside_m[1] <= 0.0
+    edge, ray, beside_m = edge[straddles], ray[straddles], beside_m[:, straddles]
+    along_m = x[:, edge] * cosine[ray] + y[:, edge] * sine[ray]
     run = beside_m[0] - beside_m[1]
     share = beside_m[0] / np.where(run == 0.0, 1.0, run)  # an edge along the ray: its first end counts
     ranges_m = along_m[0] + share * (along_m[1] - along_m[0])
     first_m = np.full(len(cosine), math.inf)
     np.minimum.at(first_m, ray, np.where(ranges_m >= 0.0, ranges_m, math.inf))
     return first_m
+
+
+def _in_sight(centres: Floats, radii_m: Floats, bearings_rad: Floats) -> tuple[Indices, Indices]:
+    """Which rays from the origin may meet which disc, as pairs: index of disc, index of ray.
+
+    A disc far away takes up few of all directions. An origin in a disc, or on its rim, sees it all around.
+    """
+    off_m = np.hypot(centres[:, 0], centres[:, 1])
+    outside = off_m > radii_m + TOUCHING_M
+    sine = np.where(outside, radii_m, 0.0) / np.where(outside, off_m, 1.0)
+    half_rad = np.where(outside, np.arcsin(sine) + GRAZING_RAD, math.pi)
+    low_rad = np.arctan2(centres[:, 1], centres[:, 0]) - half_rad
+    low_rad = np.where(low_rad < -math.pi, low_rad + math.tau, low_rad)
+    order = np.argsort(bearings_rad)
+    twice_round_rad = np.concatenate((bearings_rad[order], bearings_rad[order] + math.tau))
+    first = np.searchsorted(twice_round_rad, low_rad)
+    beyond = np.searchsorted(twice_round_rad, low_rad + 2.0 * half_rad, side="right")
+    counts = np.minimum(beyond - first, len(order))
+    place = np.arange(counts.sum()) + np.repeat(first - (np.cumsum(counts) - counts), counts)
+    return np.repeat(np.arange(len(counts)), counts), order[place % len(order)]
 
 
 def noisy(
