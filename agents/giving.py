@@ -5,8 +5,8 @@ Rule 1: it gives a turn to the nearest that is not in place, those apart that it
 Rule 2: where all have had theirs in vain it gives its own place up, once, and the turn back to the robot
         ahead, which tries others first; the leader gives itself a turn, once, to go where others can come.
 Rule 3: where that is in vain, too, those in place go on without the others, if they are more than half and
-        nobody is nearer to the goal than their leader: there may be room farther on. Else another order
-        is tried.
+        nobody is nearer to the goal than their leader, who is not there yet: there may be room farther
+        on. Else another order is tried.
 """
 
 import numpy as np
@@ -89,7 +89,7 @@ class Giving:
             else:
                 announcer.say(gives=Turn(number=number, robot=announcer.robot))
             return []
-        if roster.leads_on(strand):
+        if roster.leads_on(strand, tolerance_m=self._mission.goal_tolerance_m):
             self.goes_on_with = strand
             return []
         if is_order(roster.next_attempt, len(roster.members)):

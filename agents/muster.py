@@ -220,13 +220,16 @@ class Roster:
         kept = len(self.in_front) + len(self._stayed)
         return bool(self.in_front) and 0 < self._at_start < kept
 
-    def leads_on(self, strand: tuple[int, ...]) -> bool:
-        """Whether those in place are more than half, and nobody is nearer to the goal than their leader."""
+    def leads_on(self, strand: tuple[int, ...], *, tolerance_m: float) -> bool:
+        """Whether those in place are more than half, and of all their leader is the nearest to the goal.
+
+        Who is there, to the tolerance, has nowhere to lead them.
+        """
         places = self.places
         most = 2 * len(strand) > len(self.members)
-        if not most or places is None or self.goal is None:
+        if not most or places is None or self.goal is None or strand[0] != self._nearest(places):
             return False
-        return strand[0] == self._nearest(places)
+        return _apart_m(places[strand[0]], self.goal) > tolerance_m
 
     def _nearest(self, robots: Places) -> int:
         """Who of them is nearest to the goal, if there is one."""

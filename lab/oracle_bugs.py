@@ -30,12 +30,13 @@ def _bug(name: str, rule: str, file: str, before: str, after: str) -> Bug:
 
 
 BUGS = (
-    _bug(
+    Bug(
         "no-separation",
         "authority ends `keep` short of its granter's ground",
-        "agents/grants.py",
-        "            keep_m=self.keep_m,\n",
-        "            keep_m=0.0,\n",
+        (
+            Edit("agents/grants.py", "progress_m - self.keep_m + THERE_M)", "progress_m)"),
+            Edit("agents/grants.py", "keep_m=self.keep_m)", "keep_m=0.0)"),
+        ),
     ),
     _bug(
         "path-is-authority",

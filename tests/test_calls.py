@@ -6,19 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.calls import (
-    ANSWERS,
-    BREAKS_MAX,
-    FAILED_TURNS,
-    GAPS,
-    INVITES_S,
-    INVITES_S_MAX,
-    LISTENS_S,
-    RANK_S,
-    SHUNNED_S,
-    SLEPT_S,
-    Calls,
-)
+from agents.calls import ANSWERS, GAPS, LISTENS_S, RANK_S, SLEPT_S
 from agents.driver import Driver
 from agents.lining import Lining
 from agents.presence import GRACE_S
@@ -27,24 +15,14 @@ from protocol.epochs import called_epoch
 from protocol.frames import Pose
 from protocol.keys import WORLD_NUMBER
 from protocol.messages import Muster, Odometry, Phase, Turn
-from protocol.mission import Law
-from tests.one_step import under
+from tests.calls_stage import MISSION, calls
 
-MISSION = under(Law.CERTIFIED, robots=5, robot_radius_m=0.1)
 PATIENCE_S = ANSWERS * MISSION.patience_s
 STANDS_S = MISSION.silence_s + MISSION.deadman_s
 ROW_S = MISSION.silence_s + MISSION.patience_s
 EPOCH = called_epoch(0, 1, 0.0)
 HERE = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
 ALL = (1, 2, 3, 4, 5)
-
-
-def calls(*shown: int, robot: int = 1, now_s: float = 0.0) -> Calls:
-    """A robot's, which is connected and sees the tokens of some others."""
-    made = Calls(robot, MISSION)
-    for source in (WORLD_NUMBER, *shown):
-        made.presence.come(source, "a", now_s)
-    return made
 
 
 def lining(answers: Iterable[int], *, robot: int = 1, members: tuple[int, ...] = ALL) -> Lining:
@@ -268,68 +246,6 @@ def test_who_has_slept_listens_before_it_believes_a_silence() -> None:
         made.enter(now_s)
         awake.append(made.is_awake)
     assert awake == [True, True, True, False, False, False, True]
-
-
-# --- coming back ------------------------------------------------------------------------------------
-
-
-def test_who_asks_again_and_again_is_called_in_after_twice_the_time_each_time_up_to_a_limit() -> None:
-    made = calls(2)
-    tenths = range(round(10.0 * (15.0 * INVITES_S + 2.5 * INVITES_S_MAX)))
-    called_s = [tenth / 10.0 for tenth in tenths if made.invites(2, tenth / 10.0)]
-    doubled_s = [0.0, INVITES_S, 3.0 * INVITES_S, 7.0 * INVITES_S, 15.0 * INVITES_S]
-    assert called_s == [*doubled_s, doubled_s[-1] + INVITES_S_MAX, doubled_s[-1] + 2.0 * INVITES_S_MAX]
-
-
-def test_one_that_keeps_failing_does_not_keep_another_from_being_called_in() -> None:
-    made = calls(2, 3)
-    assert [made.invites(robot, 0.0) for robot in (2, 2, 3)] == [True, False, True]
-
-
-def test_who_shows_no_token_is_not_called_in() -> None:
-    assert not calls(2).invites(3, 0.0)
-
-
-def test_a_robot_with_which_links_keep_falling_silent_is_shunned_for_a_while_and_then_for_twice_as_long() -> (
-    None
-):
-    made = calls(2, 3)
-    lasts_s = []
-    for began_s in (0.0, 100.0):
-        for at_s in range(BREAKS_MAX):
-            assert made.shunned(began_s + at_s) == frozenset()
-            made.broke(2, began_s + at_s, since_s=0.0)
-        shunned_s = [tenth for tenth in range(1000) if made.shunned(began_s + at_s + tenth / 10.0) == {2}]
-        assert shunned_s[0] == 0
-        lasts_s.append(len(shunned_s) / 10.0)
-    assert lasts_s == [SHUNNED_S, 2.0 * SHUNNED_S]
-
-
-def test_who_is_shunned_is_called_in_when_it_is_heard_again_and_not_before() -> None:
-    made = calls(2, 3)
-    for at_s in range(BREAKS_MAX):
-        made.broke(2, float(at_s), since_s=0.0)
-    until_s = BREAKS_MAX - 1.0 + SHUNNED_S
-    assert [made.invites(2, now_s) for now_s in (until_s - 0.1, until_s)] == [False, True]
-
-
-@pytest.mark.parametrize("away", [2, WORLD_NUMBER])
-def test_who_was_cut_off_while_a_link_was_silent_is_not_shunned_for_that(away: int) -> None:
-    made = calls(2, 3)
-    made.presence.go(away, "a", 1.0)
-    made.presence.come(away, "a", 5.0)
-    for at_s in (5.1, 5.2):
-        made.broke(2, at_s, since_s=0.5)
-    assert made.shunned(5.2) == frozenset()
-
-
-def test_who_was_there_and_did_not_do_is_called_in_again_only_after_a_while() -> None:
-    made = calls(2, 3, 4)
-    made.free_at_s((1, 2, 3), 10.0)
-    made.presence.come(5, "a", 10.5)
-    again_s = 10.0 + INVITES_S * 2.0**FAILED_TURNS
-    assert [made.invites(4, now_s) for now_s in (10.5, again_s - 0.1, again_s)] == [False, False, True]
-    assert made.invites(5, 10.5), "it had gone, and has just come back"
 
 
 # --- who is left out must stand ---------------------------------------------------------------------
