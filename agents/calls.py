@@ -28,7 +28,7 @@ GAPS = 2.0  # times as long as others were not heard, and then were
 RANK_S = 0.3  # so much later than the robot before it a robot calls where several may: a round trip and more
 INVITES_S = 2.0  # before the same robot is called in for the second time
 INVITES_S_MAX = 30.0  # half of what a strand may take to heal: what made it fail may be over
-FAILED_TURNS = 2  # so that it is called in again after four times as long
+FAILED_TURNS = 1  # so much more often it is doubled for who is left out though it is there
 SHUNNED_S = 30.0  # half of what a strand may take to heal
 BREAKS_MAX = 2
 

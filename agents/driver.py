@@ -68,6 +68,11 @@ class Driver:
         there = self.standing and self._drive.target is not None
         self.progress_m = max(self.progress_m, reach_m if there else reach_m - remaining_m)
 
+    @property
+    def was_sent(self) -> bool:
+        """Whether it has been sent anywhere since the strand formed; the body may be on its way, unheard."""
+        return self._sent_to is not None
+
     def start_again(self) -> None:
         """Rule 1: this process takes the place of one that has died."""
         number = max(self.odometry.ordered, int(self.odometry.t_s * NUMBERS_PER_S)) + LATE_ORDERS

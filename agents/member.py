@@ -102,6 +102,12 @@ class Member:
         self.wants_another_order = False
         """Whether it leads and knows no way on, and another robot might."""
         self._heals = is_called(strand.epoch)
+        self._moved_before = False
+
+    @property
+    def has_moved(self) -> bool:
+        """Whether it may have left the place where the strand formed, in this epoch or before it turned round."""
+        return self._moved_before or self._driver.was_sent
 
     def hear(self, heard: LinkHeard, now_s: float) -> list[Command]:
         """Take in a neighbour's state; the first of the next epoch turns this robot round."""
@@ -246,6 +252,7 @@ class Member:
     def _turn_round(self, now_s: float, first: AheadState | None) -> list[Command]:
         """Take the place in the next epoch's strand."""
         old, driver = self.strand, self._driver
+        self._moved_before = self.has_moved
         assert old.reversal is not None, "a strand turns round when all have been told"
         self.strand = old.turned_round(driver.progress_m, now_s, first)
         self.follower.turn_round(

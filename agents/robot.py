@@ -46,7 +46,6 @@ from protocol.messages import (
     Plea,
 )
 from protocol.mission import Mission
-from protocol.path import THERE_M
 from protocol.timeline import LeaderSucceeded, LinkBroken, MusterCalled, MusterJoined
 
 LATE_S = 5.0  # with half of all odometry lost, a robot that was there from the start has had some
@@ -329,8 +328,7 @@ class Robot:
             progress_m = min(self._driver.progress_m, strand.path.end_m)
             rank = strand.order.index(self._robot)
             berth = Berth(strand.epoch, rank, progress_m, strand.path, speed_mps)
-            stayed = progress_m <= strand.start_m + THERE_M
-            self._berths = (berth, *(self._berths if stayed else ()))[:FORMERS_MAX]
+            self._berths = (berth, *(() if self._member.has_moved else self._berths))[:FORMERS_MAX]
         elif self._lining is not None:
             self._berths = self._lining.berths
         self._member = None

@@ -75,6 +75,8 @@ def test_a_fleet_gets_over_what_it_once_did_not(
     [
         # A body comes to rest beside a leg after the scan that shows the leg clear, before anybody drives.
         ("a-body-that-came-to-rest-late", 6337),
+        # Who has backed up in a strand that turned round has left the place that it had before.
+        ("a-place-from-before-the-turn", 1447),
         # Who knows no way on, and does not believe a silence yet, must not look again and again at once.
         ("a-leader-that-has-slept", 6498),
     ],

@@ -76,6 +76,7 @@ class TurningStage:
         self.bodies = {
             robot: Body(places[robot].x_m, places[robot].y_m, self.drivers[robot].drive) for robot in ORDER
         }
+        self._began = {robot: (body.x_m, body.y_m) for robot, body in self.bodies.items()}
         self.members: dict[int, Member] = {}
         for robot, driver in self.drivers.items():
             strand = lined_up(robot, ORDER, places, MISSION, 0.0)
@@ -186,8 +187,9 @@ class TurningStage:
                 assert granted.path.told_from(0, shared) == granter.path.told_from(0, shared)
 
     def _check_place(self, robot: int, member: Member, rounding_m: float) -> None:
-        """Who stands knows where along the path it stands, and who drives does not believe to be further."""
+        """Who stands knows where along the path it stands, and whoever has left its first place knows that."""
         driver, body, path = self.drivers[robot], self.bodies[robot], member.strand.path
+        assert member.has_moved or (body.x_m, body.y_m) == self._began[robot]
         if driver.standing:
             at = path.at(driver.progress_m)
             assert math.hypot(at.x_m - body.x_m, at.y_m - body.y_m) <= rounding_m
