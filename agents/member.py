@@ -106,7 +106,7 @@ class Member:
 
     @property
     def has_moved(self) -> bool:
-        """Whether it may have left the place where the strand formed, in this epoch or before it turned round."""
+        """Whether it may have left the place where the strand formed, also before it turned round."""
         return self._moved_before or self._driver.was_sent
 
     def hear(self, heard: LinkHeard, now_s: float) -> list[Command]:

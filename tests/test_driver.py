@@ -139,6 +139,18 @@ def test_after_a_stop_on_the_way_the_rest_of_the_way_is_counted_from_where_the_b
     assert driver.progress_m == pytest.approx(2.0 * STRIDE_M)
 
 
+def test_who_has_been_sent_somewhere_knows_it_before_its_body_is_heard_and_when_it_has_stopped() -> None:
+    driver, body = awake()
+    sent = [driver.was_sent]
+    to(driver, 0.5)
+    sent.append(driver.was_sent)
+    driver.stand()
+    driver.hear(body.live())
+    sent.append(driver.was_sent)
+    driver.begin(0.0)
+    assert [*sent, driver.was_sent] == [False, True, True, False]
+
+
 def test_the_same_odometry_again_changes_nothing() -> None:
     driver, body = awake()
     to(driver, 1.0)

@@ -187,7 +187,7 @@ class TurningStage:
                 assert granted.path.told_from(0, shared) == granter.path.told_from(0, shared)
 
     def _check_place(self, robot: int, member: Member, rounding_m: float) -> None:
-        """Who stands knows where along the path it stands, and whoever has left its first place knows that."""
+        """Who stands knows where along the path, and who has left its first place knows that."""
         driver, body, path = self.drivers[robot], self.bodies[robot], member.strand.path
         assert member.has_moved or (body.x_m, body.y_m) == self._began[robot]
         if driver.standing:
