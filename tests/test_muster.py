@@ -280,7 +280,14 @@ def test_a_robot_that_is_not_of_the_fleet_is_not_heard() -> None:
 
 
 @pytest.mark.parametrize(
-    ("led", "order"), [((1,), (2, 1, 3)), ((2,), (1, 2, 3)), ((3, 1), (2, 1, 3)), ((1, 2), (3, 2, 1))]
+    ("led", "order"),
+    [
+        ((1,), (2, 1, 3)),
+        ((2,), (1, 2, 3)),
+        ((3, 1), (2, 1, 3)),
+        ((1, 2), (3, 2, 1)),
+        ((1, 2, 3), (1, 2, 3)),  # who had not led is no member any more
+    ],
 )
 def test_where_orders_were_tried_in_vain_the_nearest_to_the_goal_leads_of_those_who_have_not_yet(
     led: tuple[int, ...], order: tuple[int, ...]
