@@ -242,9 +242,8 @@ class Roster:
     def _other_order(self, places: Places) -> tuple[int, ...]:
         """Rule 3, where an order has been tried in vain."""
         waiting = {robot: pose for robot, pose in places.items() if robot not in self.attempt.led}
-        return chain(
-            places, self._nearest(waiting or places)
-        )  # those who have not may be no members any more
+        # Who has not led yet may be no member any more.
+        return chain(places, self._nearest(waiting or places))
 
     def _former_order(self, places: Places) -> tuple[int, ...]:
         """Rule 3, in a muster that was called."""
