@@ -17,6 +17,7 @@ Rule 7: where so many that are left out show tokens again that the members are n
         and call.
 """
 
+import math
 from typing import assert_never
 
 from agents.berth import Berth
@@ -119,7 +120,7 @@ class Robot:
     def _begin(self, odometry: Odometry, now_s: float) -> None:
         """Rule 6, with the first odometry."""
         if self._since_s is None:
-            self._since_s = 0.0
+            self._since_s = -math.inf
             if self._again or odometry.ordered > 0 or odometry.t_s > LATE_S:
                 self._since_s = now_s
                 self._stand_aside(now_s)

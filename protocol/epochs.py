@@ -8,7 +8,7 @@ Rule 2: a called epoch is of a higher generation than any that its caller has he
 
 COUNTS = 10_000  # re-formations without a call: each takes seconds, so this is a day of nothing else
 CALLERS = 10_000  # five times `ROBOTS_MAX`, so that the figures can be read
-PER_S = 10  # generations: nobody is started again within a tenth of a second
+PER_S = 10  # generations: robots speak so often
 
 
 def called_epoch(newest: int, caller: int, now_s: float) -> int:
@@ -23,8 +23,11 @@ def is_called(epoch: int) -> bool:
 
 
 def is_called_since(epoch: int, since_s: float) -> bool:
-    """Whether it was called after a time, or by somebody who had heard of one that was."""
-    return epoch // (COUNTS * CALLERS) > since_s * PER_S
+    """Whether it was called after a time, or by somebody who had heard of one that was.
+
+    In doubt, by the length of a generation, it was not.
+    """
+    return epoch // (COUNTS * CALLERS) > since_s * PER_S + 1.0
 
 
 def of_one_call(one: int, other: int) -> bool:

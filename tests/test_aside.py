@@ -135,7 +135,7 @@ def started_again(odometry: OdometryHeard, *, again: bool = True) -> tuple[Robot
 def test_who_is_started_again_begins_aside_and_answers_only_calls_made_since() -> None:
     robot, commands = started_again(odometry(STARTED_S))
     assert [type(each) for each in said(commands)] == [Plea]
-    before, since = (called_epoch(0, 1, now_s) for now_s in (STARTED_S - 0.2, STARTED_S + 0.2))
+    before, since = (called_epoch(0, 1, now_s) for now_s in (STARTED_S - 0.01, STARTED_S + 0.2))
     assert not joined(hears(robot, called(before, 1, 2, 3), STARTED_S + 0.1))
     assert joined(hears(robot, called(since, 1, 2, 3), STARTED_S + 0.3)) == [since]
 

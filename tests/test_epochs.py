@@ -46,13 +46,14 @@ def test_one_robot_that_remembers_nothing_never_calls_the_same_epoch_again(
     assert called_epoch(0, caller, now_s + started_again_s) > first
 
 
-@given(epochs, callers, times, counts)
-def test_a_call_made_since_a_time_is_told_from_those_before_whatever_its_caller_had_heard_of(
-    newest: int, caller: int, now_s: float, count: int
+@given(epochs, callers, times, counts, st.floats(0.0, 1.0))
+def test_a_call_made_since_a_time_is_told_from_all_before_whatever_its_caller_had_heard_of(
+    newest: int, caller: int, since_s: float, count: int, before_s: float
 ) -> None:
-    assert is_called_since(called_epoch(newest, caller, now_s) + count, now_s)
-    before = called_epoch(0, caller, now_s) + count
-    assert not is_called_since(before, now_s + 2.0 / PER_S)
+    after = called_epoch(newest, caller, since_s + 1.0 / PER_S + 0.01)
+    assert is_called_since(after + count, since_s), "a generation later"
+    before = called_epoch(0, caller, max(0.0, since_s - before_s))
+    assert not is_called_since(before + count, since_s)
 
 
 @given(called, counts, counts)
