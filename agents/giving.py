@@ -4,6 +4,8 @@ Rule 1: it gives a turn to the nearest that is not in place, those apart that it
         the next when that one has said that its turn has ended.
 Rule 2: where all have had theirs in vain it gives its own place up, once, and the turn back to the robot
         ahead, which tries others first; the leader gives itself a turn, once, to go where others can come.
+        In a muster that was called, and leaves nobody out, another order is tried at once if the one that
+        would lead it stands in front, and is among those that find no way: they can come to it.
 Rule 3: where that is in vain, too, those in place go on without the others, if they are more than half and
         nobody is nearer to the goal than their leader, who is not there yet: there may be room farther
         on. Else another order is tried.
@@ -77,6 +79,10 @@ class Giving:
         """
         announcer = self._announcer
         roster = announcer.roster
+        all_are_here = len(roster.members) == self._mission.robots
+        if announcer.said.members and all_are_here and roster.leads_next in waiting:
+            self.wants_another_order = True
+            return []
         self.stuck_at_s = now_s if self.stuck_at_s is None else self.stuck_at_s
         if len(roster.members) < self._mission.robots:
             patience_s = COMES_BACK_S if self._gave_up else MAKES_WAY_S

@@ -239,11 +239,23 @@ class Roster:
 
         return min(robots, key=lambda robot: (to_goal_m(robot), robot))
 
+    @property
+    def leads_next(self) -> int | None:
+        """Who would lead the next order and stands in front, nearer to the goal than the leader of this."""
+        places = self.places
+        if places is None or self.goal is None or not is_order(self.next_attempt, len(self.members)):
+            return None
+        nearest = self._nearest(self._not_yet_led(places))
+        return None if nearest == self.start_order[0] else nearest
+
+    def _not_yet_led(self, places: Places) -> Places:
+        """Who has not led in vain; all where that is nobody, since whoever it was may have gone."""
+        waiting = {robot: pose for robot, pose in places.items() if robot not in self.attempt.led}
+        return waiting or places
+
     def _other_order(self, places: Places) -> tuple[int, ...]:
         """Rule 3, where an order has been tried in vain."""
-        waiting = {robot: pose for robot, pose in places.items() if robot not in self.attempt.led}
-        # Who has not led yet may be no member any more.
-        return chain(places, self._nearest(waiting or places))
+        return chain(places, self._nearest(self._not_yet_led(places)))
 
     def _former_order(self, places: Places) -> tuple[int, ...]:
         """Rule 3, in a muster that was called."""

@@ -58,6 +58,8 @@ def rehearsed(name: str, seed: int) -> tuple[Rehearsal, str]:
         ("the-giver-nearly-deaf", 8811, 16.328, (1,)),
         # What a body leaves in the map, in the shadow of another, closes the only gap when it has moved on.
         ("the-trace-of-a-body-that-moved-on", 10609, 11.659, ()),
+        # Who comes back in front, round a corner, finds no way to the tail; the others can come to it.
+        ("in-front-and-round-a-corner", 12858, 10.509, ()),
         # Who shuns a robot must not call it in.
         ("called-in-by-one-that-shuns-it", 1614, 18.838, ()),
     ],

@@ -300,6 +300,20 @@ def test_where_orders_were_tried_in_vain_the_nearest_to_the_goal_leads_of_those_
 
 
 @pytest.mark.parametrize(
+    ("goal_m", "led", "leads_next"), [(2.5, (), None), (1.0, (), 2), (-1.0, (), 3), (1.0, (2,), None)]
+)
+def test_who_leads_next_and_stands_in_front_is_nearer_to_the_goal_than_the_leader(
+    goal_m: float, led: tuple[int, ...], leads_next: int | None
+) -> None:
+    """Robot 1 has led the others, and stands at 2 m, they behind it."""
+    roster = Roster((1, 2, 3), Point(x_m=goal_m, y_m=0.0), LEAST_M, Attempt(trial=False, led=led))
+    for robot, pose in standing(*QUEUE).items():
+        former = Former(epoch=1, rank=robot - 1, progress_m=3.0 - robot)
+        roster.hear(robot, said(pose, formers=() if led else (former,)))
+    assert roster.leads_next == leads_next
+
+
+@pytest.mark.parametrize(
     ("strand", "tolerance_m", "goes_on"),
     [((1, 2), 2.9, True), ((1,), 2.9, False), ((2, 3), 2.9, False), ((1, 2), 3.1, False)],
     ids=["most", "one", "not first", "at the goal"],
