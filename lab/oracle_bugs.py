@@ -245,11 +245,4 @@ BUGS = (
         "        number = max(self.odometry.ordered, int(self.odometry.t_s * NUMBERS_PER_S)) + LATE_ORDERS\n",
         "        number = self.odometry.ordered + (LATE_ORDERS if self.odometry.ordered else 0)\n",
     ),
-    _bug(
-        "hulls-hide-nothing",
-        "a leg on which the hull of another robot hides what is behind is not clear",
-        "agents/joining.py",
-        "    if hides_way(seen, ahead, mission):",
-        "    if False:",
-    ),
 )
