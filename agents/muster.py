@@ -56,17 +56,23 @@ def order_without_goal(places: Places, obstacle_m: Mapping[int, float]) -> tuple
     return chain(places, min(places, key=lambda robot: (obstacle_m[robot], robot)))
 
 
+def nearest_to(goal: Point | None, places: Places) -> int:
+    """Who is nearest to a goal, ties by lowest number; without a goal the lowest number."""
+
+    def to_goal_m(robot: int) -> float:
+        return 0.0 if goal is None else _apart_m(places[robot], goal)
+
+    return min(places, key=lambda robot: (to_goal_m(robot), robot))
+
+
 def order_with_goal(places: Places, goal: Point) -> tuple[int, ...]:
     """Rules 2 and 3."""
 
-    def to_goal_m(robot: int) -> float:
-        return _apart_m(places[robot], goal)
-
     def way_m(order: Sequence[int]) -> float:
         links = pairwise(order)
-        return sum(_apart_m(places[a], places[b]) for a, b in links) + to_goal_m(order[0])
+        return sum(_apart_m(places[a], places[b]) for a, b in links) + _apart_m(places[order[0]], goal)
 
-    nearest = chain(places, min(places, key=lambda robot: (to_goal_m(robot), robot)))
+    nearest = chain(places, nearest_to(goal, places))
     from_its_end = chain(places, nearest[-1])
     candidates = (nearest, from_its_end, chain(places, from_its_end[-1]))
     return min(candidates, key=lambda order: (way_m(order), order[0]))
@@ -227,17 +233,9 @@ class Roster:
         """
         places = self.places
         most = 2 * len(strand) > len(self.members)
-        if not most or places is None or self.goal is None or strand[0] != self._nearest(places):
+        if not most or places is None or self.goal is None or strand[0] != nearest_to(self.goal, places):
             return False
         return _apart_m(places[strand[0]], self.goal) > tolerance_m
-
-    def _nearest(self, robots: Places) -> int:
-        """Who of them is nearest to the goal, if there is one."""
-
-        def to_goal_m(robot: int) -> float:
-            return 0.0 if self.goal is None else _apart_m(robots[robot], self.goal)
-
-        return min(robots, key=lambda robot: (to_goal_m(robot), robot))
 
     @property
     def leads_next(self) -> int | None:
@@ -245,7 +243,7 @@ class Roster:
         places = self.places
         if places is None or self.goal is None or not is_order(self.next_attempt, len(self.members)):
             return None
-        nearest = self._nearest(self._not_yet_led(places))
+        nearest = nearest_to(self.goal, self._not_yet_led(places))
         return None if nearest == self.start_order[0] else nearest
 
     def _not_yet_led(self, places: Places) -> Places:
@@ -255,7 +253,7 @@ class Roster:
 
     def _other_order(self, places: Places) -> tuple[int, ...]:
         """Rule 3, where an order has been tried in vain."""
-        return chain(places, self._nearest(self._not_yet_led(places)))
+        return chain(places, nearest_to(self.goal, self._not_yet_led(places)))
 
     def _former_order(self, places: Places) -> tuple[int, ...]:
         """Rule 3, in a muster that was called."""
