@@ -31,6 +31,7 @@ INVITES_S_MAX = 30.0  # half of what a strand may take to heal: what made it fai
 FAILED_TURNS = 1  # so much more often it is doubled for who is left out though it is there
 SHUNNED_S = 30.0  # half of what a strand may take to heal
 BREAKS_MAX = 2
+ASKS_S = 2.0  # two pleas
 
 
 class Calls:
@@ -51,6 +52,8 @@ class Calls:
         self._broke: dict[int, list[float]] = {}
         self._shuns: Counter[int] = Counter()
         self._shunned_until_s: dict[int, float] = {}
+        self._pleaded: dict[int, tuple[int, float]] = {}
+        """Who has asked to be called: the newest epoch that it had heard of, and when."""
         self._left_out_before: frozenset[int] = frozenset()
         self._settled_at_s = 0.0
         self._asked: tuple[Sequence[int], int] | None = None
@@ -78,6 +81,10 @@ class Calls:
         """Something of an epoch has been heard from another robot."""
         self.newest, self._heard_at_s = max(self.newest, epoch), now_s
 
+    def pleads(self, robot: int, epoch: int, now_s: float) -> None:
+        """A robot that has heard of an epoch, and is not in it, asks to be called."""
+        self._pleaded[robot] = (epoch, now_s)
+
     def broke(self, neighbour: int, now_s: float, *, since_s: float) -> None:
         """Rule 4: a link has been given up that was silent since then. Who was cut off may be heard again."""
         if not all(self.presence.has_shown_since(each, since_s) for each in (WORLD_NUMBER, neighbour)):
@@ -88,6 +95,12 @@ class Calls:
         if lately >= BREAKS_MAX and neighbour not in self.shunned(now_s):
             self._shuns[neighbour] += 1
             self._shunned_until_s[neighbour] = now_s + SHUNNED_S * 2.0 ** (self._shuns[neighbour] - 1)
+
+    def forgive(self, members: Sequence[int]) -> None:
+        """There is no way without those who are not members: their bodies may be what is in it."""
+        self._shunned_until_s = {
+            robot: until_s for robot, until_s in self._shunned_until_s.items() if robot in members
+        }
 
     def shunned(self, now_s: float) -> frozenset[int]:
         """Rule 4."""
@@ -213,7 +226,12 @@ class Calls:
                 for robot, pairs_of in worst.items()
             }
             out.add(max(guilt, key=lambda robot: guilt[robot]))
-        return out
+        return {robot for robot in out if not self._asks(robot, lining, now_s)}
+
+    def _asks(self, robot: int, lining: Lining, now_s: float) -> bool:
+        """Rule 1: whether it has heard of the call that it has not answered, and may be called for it again."""
+        epoch, at_s = self._pleaded.get(robot, (0, -float("inf")))
+        return epoch >= lining.epoch and now_s - at_s <= ASKS_S and self.invites(robot, now_s)
 
 
 def _may_leave_out(members: Set[int], shown: Set[int]) -> bool:

@@ -95,6 +95,12 @@ class Lining:
         return self._giving.stuck_at_s
 
     @property
+    def finds_no_way(self) -> bool:
+        """Whether this robot has had a turn in vain, or nobody who remains finds a way to a place behind it."""
+        said = self._announcer.said
+        return self.stuck_at_s is not None or (said.ended > 0 and said.rank is None)
+
+    @property
     def wants_another_order(self) -> bool:
         """Whether this order has been tried in vain, and there are others."""
         return self._giving.wants_another_order
@@ -160,7 +166,7 @@ class Lining:
 
     def hear(self, robot: int, muster: Muster, now_s: float) -> None:
         """Take in what another robot announces; in another lining up it is void."""
-        if robot in self._shunned or muster.echo_s > now_s or muster.members != self._announcer.said.members:
+        if robot in self._shunned or muster.members != self._announcer.said.members:
             return
         if robot != self._robot and muster.epoch == self.epoch and self._roster.hear(robot, muster):
             at_s = max(now_s, muster.t_s)
@@ -270,4 +276,5 @@ class Lining:
         turn, free_at_s = self._announcer.own_turn, self.free_at_s
         if turn is None or free_at_s is None or self._now_s < free_at_s:
             return False
-        return self._roster.all_stand_in(turn, since_s=self._now_s - self._mission.silence_s)
+        since_s = self._now_s - self._mission.silence_s
+        return self._roster.all_stand_in(turn, since_s=since_s, now_s=self._now_s)

@@ -187,12 +187,29 @@ class Roster:
         """Who gave a turn."""
         return next(robot for robot, muster in self.heard.items() if muster.gives == turn)
 
-    def all_stand_in(self, turn: Turn, *, since_s: float) -> bool:
-        """Whether every other robot has said that it stands in this turn, in answer to what is so new."""
+    def all_stand_in(self, turn: Turn, *, since_s: float, now_s: float) -> bool:
+        """Whether every other robot has said that it stands in this turn, in answer to what is so new.
+
+        Times are by the clock of whoever has the turn; nothing that it is yet to say can have been answered.
+        """
         others = [muster for robot, muster in self.heard.items() if robot != turn.robot]
         return len(others) == len(self.members) - 1 and all(
-            muster.turn >= turn.number and muster.echo_s >= since_s for muster in others
+            muster.turn >= turn.number and since_s <= muster.echo_s <= now_s for muster in others
         )
+
+    def mover_said_s(self, until_s: float) -> float:
+        """When whoever has the turn said the newest thing that is known of, by its clock; 0: nothing.
+
+        From that robot, or from one that has heard it: who misses much of what one says may hear another. An
+        echo of what is said only after `until_s` is not passed on: it would be answered for ever.
+        """
+        turn = self.turn
+        if turn is None:
+            return 0.0
+        mover = self.heard.get(turn.robot)
+        echoes = [muster.echo_s for muster in self.heard.values() if muster.turn == turn.number]
+        heard_s = [echo_s for echo_s in echoes if echo_s <= until_s]
+        return max([0.0 if mover is None else mover.t_s, *heard_s])
 
     def agreed(self) -> bool:
         """Rule 5: whether all have announced the strand that this roster gives."""

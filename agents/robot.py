@@ -198,6 +198,7 @@ class Robot:
         return []
 
     def _hear_plea(self, robot: int, plea: Plea, now_s: float) -> list[Command]:
+        self._calls.pleads(robot, plea.epoch, now_s)
         if not self._has_place_for(robot, plea) or not self._calls.invites(robot, now_s):
             return []
         return self._call(f"robot {robot} asks to join", now_s)
@@ -218,8 +219,7 @@ class Robot:
         lining, state = self._lining, heard.state
         if lining is None or not isinstance(state, AheadState) or state.epoch != lining.epoch + 1:
             return []
-        order = lining.order
-        if not order or order[0] == self._robot or lining.free_at_s is None:
+        if lining.order[:1] in ((), (self._robot,)) or lining.free_at_s is None:
             return []
         member, commands = self._form(lining, now_s)
         return commands + member.hear(heard, now_s)
@@ -304,14 +304,13 @@ class Robot:
         """Leave whatever this robot is in, for a muster that has been called."""
         self._leave()
         self._calls.bind(members)
-        shunned = self._calls.shunned(now_s)
         self._lining = Lining(
             self._robot,
             self._mission,
             now_s,
             epoch=epoch,
             members=members,
-            shunned=shunned,
+            shunned=self._calls.shunned(now_s),
             berths=self._berths,
             attempt=attempt,
         )
@@ -353,6 +352,8 @@ class Robot:
             lining.free_at_s = self._calls.free_at_s(lining.members, now_s)
         scan = self._senses.take() if self._driver.standing else None
         commands = lining.act(self._driver, scan, now_s)
+        if lining.finds_no_way:
+            self._calls.forgive(lining.members)
         if lining.wants_scan(self._driver):
             commands += self._senses.ask(now_s)
         if lining.all_are_bound:

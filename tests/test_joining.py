@@ -140,14 +140,14 @@ def test_robots_that_started_anywhere_arrive(tmp_path: Path, seed: int) -> None:
 
 
 def ticks_until_formed(rehearsal: Rehearsal) -> Iterator[float]:
-    """The instants until some robot knows the strand."""
+    """The instants until some robot knows the strand: at that very one it may set out."""
     seen = 0  # entries grow by thousands: each is looked at once
     for now_s in rehearsal.ticks():
-        yield now_s
         news = rehearsal.entries[seen:]
         if any(isinstance(entry.record, StrandFormed) for _, entry in news):
             return
         seen += len(news)
+        yield now_s
 
 
 def records(rehearsal: Rehearsal, kind: type) -> list[object]:

@@ -250,12 +250,6 @@ def test_who_is_shunned_is_not_heard() -> None:
     assert lining.heard_at_s(2) == lining.began_s == 5.0
 
 
-def test_an_echo_of_what_has_not_been_said_yet_is_not_believed_nor_anything_that_came_with_it() -> None:
-    lining = called(members=(1, 2, 3))
-    lining.hear(2, says_of_call(2, echo_s=9.0), 5.1)
-    assert lining.heard_at_s(2) == lining.began_s
-
-
 def in_turn() -> Lining:
     """Robot 2, which has the turn to join robot 1; all others say that they stand in it."""
     fleet = mission(robots=3, goal=Point(x_m=-9.0, y_m=0.0))
@@ -305,6 +299,38 @@ def test_who_has_the_turn_drives_only_while_all_others_echo_what_it_said_of_late
     lining.hear(3, says_of_call(3, 3, leg_clear=False, turn=1, echo_s=6.2), 6.4)
     drives.append(looks_to_drive(lining, 6.5))
     assert drives == [True, False, False, True]
+
+
+def test_an_echo_of_what_is_yet_to_be_said_is_no_answer_to_who_has_the_turn() -> None:
+    lining = in_turn()
+    lining.free_at_s = 5.0
+    lining.hear(3, says_of_call(3, 3, leg_clear=False, turn=1, echo_s=9.0), 5.4)
+    drives = [looks_to_drive(lining, 5.5)]
+    lining.hear(3, says_of_call(3, 4, leg_clear=False, turn=1, echo_s=5.4), 5.6)
+    drives.append(looks_to_drive(lining, 5.7))
+    assert drives == [False, True]
+
+
+def third(*, echo_s: float, now_s: float, mover_t_s: float = 0.0) -> float:
+    """What robot 3 echoes while robot 2 has the turn, when robot 1 has echoed so much."""
+    lining = Lining(3, mission(robots=3, goal=GOAL), 5.0, epoch=EPOCH, members=(1, 2, 3))
+    says(lining, PLACES[3], None, 5.0)
+    lining.hear(2, says_of_call(2, turn=1, t_s=mover_t_s), 5.1)
+    lining.hear(1, says_of_call(1, gives=TURN, turn=1, echo_s=echo_s), 5.1)
+    return says(lining, PLACES[3], None, now_s)[-1].echo_s
+
+
+def test_what_a_robot_has_not_heard_itself_it_echoes_where_another_has_heard_it() -> None:
+    assert third(mover_t_s=5.0, echo_s=6.0, now_s=6.1) == 6.0
+    assert third(mover_t_s=6.0, echo_s=5.0, now_s=6.1) == 6.0
+
+
+def test_who_misses_odometry_too_echoes_what_another_has_heard_by_a_clock_a_little_ahead() -> None:
+    assert third(mover_t_s=5.0, echo_s=6.5, now_s=6.1) == 6.5
+
+
+def test_an_echo_that_no_clock_can_account_for_is_not_passed_on() -> None:
+    assert third(mover_t_s=5.0, echo_s=60.0, now_s=6.1) == 5.0
 
 
 def test_who_has_been_heard_by_whom_shows_which_two_do_not_hear_each_other() -> None:

@@ -237,11 +237,11 @@ def test_a_turn_may_be_used_when_all_others_have_said_that_they_know_of_it() -> 
     roster = looked(places, True, False, False)
     roster.hear(1, said(places[1], 2, turn=4, gives=turn))
     assert roster.turn == turn
-    assert not roster.all_stand_in(turn, since_s=0.0)
+    assert not roster.all_stand_in(turn, since_s=0.0, now_s=9.0)
     roster.hear(3, said(places[3], 2, turn=3))
-    assert not roster.all_stand_in(turn, since_s=0.0)
+    assert not roster.all_stand_in(turn, since_s=0.0, now_s=9.0)
     roster.hear(3, said(places[3], 3, turn=4))
-    assert roster.all_stand_in(turn, since_s=0.0)
+    assert roster.all_stand_in(turn, since_s=0.0, now_s=9.0)
 
 
 def test_a_turn_may_be_used_only_while_all_others_answer_to_what_was_said_of_late() -> None:
@@ -249,7 +249,11 @@ def test_a_turn_may_be_used_only_while_all_others_answer_to_what_was_said_of_lat
     roster = looked(places, True, False, False)
     roster.hear(1, said(places[1], 2, turn=1, gives=turn, echo_s=5.0))
     roster.hear(3, said(places[3], 2, turn=1, echo_s=4.0))
-    assert [roster.all_stand_in(turn, since_s=since_s) for since_s in (3.9, 4.0, 4.1)] == [True, True, False]
+    assert [roster.all_stand_in(turn, since_s=since_s, now_s=9.0) for since_s in (3.9, 4.0, 4.1)] == [
+        True,
+        True,
+        False,
+    ]
 
 
 def test_the_strand_is_agreed_only_when_all_have_announced_that_very_strand() -> None:
