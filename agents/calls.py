@@ -1,11 +1,12 @@
 """When a robot calls all who live to line up again, and whom; docs/strand.md, Healing. Pure.
 
 Rule 1: members are all robots that show a token. Who has not answered for long, or is not heard by others,
-        is left out where the rest are more than half of those. Who misses much itself waits for longer.
+        is left out where the rest are more than half of those. Who misses much itself waits for longer. Who
+        asks to be called, though it knows of this call, cannot answer it any more: it is called again.
 Rule 2: who hears nobody does not call: nobody could answer, and it would only disturb.
 Rule 3: a leader calls for the same robot again after twice the time, but not after more than `INVITES_S_MAX`.
 Rule 4: a robot with which a link has fallen silent twice, though both were there, is not heard for a while,
-        which doubles each time.
+        which doubles each time; but it is where no way is found without it: its body may be in the way.
 Rule 5: members that leave others out go on only as long as these show no token, or they are more than half of
         those that do: tokens come back.
 """
@@ -97,7 +98,7 @@ class Calls:
             self._shunned_until_s[neighbour] = now_s + SHUNNED_S * 2.0 ** (self._shuns[neighbour] - 1)
 
     def forgive(self, members: Sequence[int]) -> None:
-        """There is no way without those who are not members: their bodies may be what is in it."""
+        """Rule 4: no way is found without those who are not members."""
         self._shunned_until_s = {
             robot: until_s for robot, until_s in self._shunned_until_s.items() if robot in members
         }
@@ -229,7 +230,7 @@ class Calls:
         return {robot for robot in out if not self._asks(robot, lining, now_s)}
 
     def _asks(self, robot: int, lining: Lining, now_s: float) -> bool:
-        """Rule 1: whether it has heard of the call that it has not answered, and may be called for it again."""
+        """Rule 1: whether it knows of the call that it has not answered, and may be called again."""
         epoch, at_s = self._pleaded.get(robot, (0, -float("inf")))
         return epoch >= lining.epoch and now_s - at_s <= ASKS_S and self.invites(robot, now_s)
 

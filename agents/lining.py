@@ -96,7 +96,7 @@ class Lining:
 
     @property
     def finds_no_way(self) -> bool:
-        """Whether this robot has had a turn in vain, or nobody who remains finds a way to a place behind it."""
+        """Whether this robot has had a turn in vain, or nobody who remains finds a way to behind it."""
         said = self._announcer.said
         return self.stuck_at_s is not None or (said.ended > 0 and said.rank is None)
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.calls import ANSWERS, GAPS, LISTENS_S, RANK_S, SLEPT_S
+from agents.calls import ANSWERS, ASKS_S, GAPS, INVITES_S, LISTENS_S, RANK_S, SLEPT_S
 from agents.driver import Driver
 from agents.lining import Lining
 from agents.presence import GRACE_S
@@ -72,6 +72,27 @@ def test_a_call_is_newer_than_whatever_has_been_heard() -> None:
 def test_who_has_not_answered_is_left_out_of_the_next_call() -> None:
     after_s = PATIENCE_S + 0.1
     assert calls(2, 3, 4, 5).call(lining([2, 3, 4]), after_s)[1] == (1, 2, 3, 4)
+
+
+@pytest.mark.parametrize(
+    ("knows_of", "since_s", "members"),
+    [(EPOCH, ASKS_S, ALL), (EPOCH - 1, ASKS_S, (1, 2, 3, 4)), (EPOCH, ASKS_S + 0.1, (1, 2, 3, 4))],
+    ids=["of this call", "of an older one", "of this, but long ago"],
+)
+def test_who_has_not_answered_but_asks_to_be_called_knowing_of_this_call_is_called_again(
+    knows_of: int, since_s: float, members: tuple[int, ...]
+) -> None:
+    made, after_s = calls(2, 3, 4, 5), PATIENCE_S + 0.1
+    made.pleads(5, knows_of, after_s - since_s)
+    assert made.call(lining([2, 3, 4]), after_s)[1] == members
+
+
+def test_who_asks_again_and_again_and_never_answers_is_left_out_in_between() -> None:
+    made, called = calls(2, 3, 4, 5), []
+    for after_s in (PATIENCE_S + 0.1, PATIENCE_S + 0.2, PATIENCE_S + 0.1 + INVITES_S):
+        made.pleads(5, EPOCH, after_s)
+        called.append(5 in made.call(lining([2, 3, 4]), after_s)[1])
+    assert called == [True, False, True]
 
 
 def test_before_its_patience_is_over_a_silent_member_is_not_left_out() -> None:

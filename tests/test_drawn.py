@@ -62,6 +62,10 @@ def rehearsed(name: str, seed: int) -> tuple[Rehearsal, str]:
         ("in-front-and-round-a-corner", 12858, 10.509, ()),
         # Who shuns a robot must not call it in.
         ("called-in-by-one-that-shuns-it", 1614, 18.838, ()),
+        # The body of a robot that is shunned stands in the way of the one that shuns it.
+        ("shunned-in-a-pockets-mouth", 3410, 17.826, (2,)),
+        # Two that have come back cannot answer the call that the others wait in; they can say so.
+        ("back-after-the-call", 18613, 17.813, (5,)),
     ],
 )
 def test_a_fleet_gets_over_what_it_once_did_not(

@@ -47,6 +47,15 @@ def test_who_is_shunned_is_called_in_when_it_is_heard_again_and_not_before() -> 
     assert [made.invites(2, now_s) for now_s in (until_s - 0.1, until_s)] == [False, True]
 
 
+def test_who_is_shunned_is_heard_again_where_no_way_is_found_without_it() -> None:
+    made = calls(2, 3, 4)
+    for robot in (2, 3):
+        for at_s in range(BREAKS_MAX):
+            made.broke(robot, float(at_s), since_s=0.0)
+    made.forgive((1, 3, 4))
+    assert made.shunned(BREAKS_MAX) == {3}, "who lines up with this robot is shunned for what it did"
+
+
 @pytest.mark.parametrize("away", [2, WORLD_NUMBER])
 def test_who_was_cut_off_while_a_link_was_silent_is_not_shunned_for_that(away: int) -> None:
     made = calls(2, 3)

@@ -1,8 +1,10 @@
 """Lining up as a conversation: what one robot says, and a whole fleet over a network that loses messages."""
 
 import dataclasses
+import math
 from collections.abc import Mapping
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -287,6 +289,21 @@ def test_nobody_joins_by_a_scan_from_before_whoever_is_left_out_must_stand() -> 
         said = says(lining, PLACES[2], dataclasses.replace(seen, t_s=taken_s), 5.2 + taken_s / 10.0)
         ranks.append([muster.rank for muster in said])
     assert ranks == [[None], [1]]
+
+
+def test_who_has_had_its_turn_in_vain_finds_no_way() -> None:
+    lining = in_turn()
+    lining.free_at_s = 5.2
+    found = [lining.finds_no_way]
+    posts: list[Shape] = [
+        Circle(centre_m=(2.0 + 0.5 * math.cos(angle), 0.5 * math.sin(angle)), radius_m=0.15)
+        for angle in np.linspace(0.0, 2.0 * math.pi, 12)
+    ]
+    shut_in = look_around(posts, mission(robots=3, goal=GOAL), PLACES[2])
+    said = says(lining, PLACES[2], dataclasses.replace(shut_in, t_s=5.3), 5.3)
+    found.append(lining.finds_no_way)
+    assert [(muster.ended, muster.rank) for muster in said] == [(1, None)]
+    assert found == [False, True]
 
 
 def test_who_has_the_turn_drives_only_while_all_others_echo_what_it_said_of_late() -> None:
