@@ -328,12 +328,12 @@ def test_an_echo_of_what_is_yet_to_be_said_is_no_answer_to_who_has_the_turn() ->
     assert drives == [False, True]
 
 
-def third(*, echo_s: float, now_s: float, mover_t_s: float = 0.0) -> float:
-    """What robot 3 echoes while robot 2 has the turn, when robot 1 has echoed so much."""
+def third(*, echo_s: float, now_s: float, mover_t_s: float = 0.0, in_turn: int = 1) -> float:
+    """What robot 3 echoes while robot 2 has turn 1, when robot 1 has echoed so much in some turn."""
     lining = Lining(3, mission(robots=3, goal=GOAL), 5.0, epoch=EPOCH, members=(1, 2, 3))
     says(lining, PLACES[3], None, 5.0)
     lining.hear(2, says_of_call(2, turn=1, t_s=mover_t_s), 5.1)
-    lining.hear(1, says_of_call(1, gives=TURN, turn=1, echo_s=echo_s), 5.1)
+    lining.hear(1, says_of_call(1, gives=TURN, turn=in_turn, echo_s=echo_s), 5.1)
     return says(lining, PLACES[3], None, now_s)[-1].echo_s
 
 
@@ -344,6 +344,10 @@ def test_what_a_robot_has_not_heard_itself_it_echoes_where_another_has_heard_it(
 
 def test_who_misses_odometry_too_echoes_what_another_has_heard_by_a_clock_a_little_ahead() -> None:
     assert third(mover_t_s=5.0, echo_s=6.5, now_s=6.1) == 6.5
+
+
+def test_an_echo_of_whoever_had_the_turn_before_is_not_passed_on() -> None:
+    assert third(mover_t_s=5.0, echo_s=6.0, now_s=6.1, in_turn=0) == 5.0
 
 
 def test_an_echo_that_no_clock_can_account_for_is_not_passed_on() -> None:
