@@ -22,6 +22,8 @@ class Berth:
     path: Path
     """As far as it knew it."""
     speed_mps: float
+    arrived: bool = False
+    """Whether that was its place at the goal, behind the robots ahead."""
 
     def former(self, pose: Pose) -> Former:
         """Where it stands now, on the same path a little further on."""

@@ -6,9 +6,9 @@ Rule 2: where all have had theirs in vain it gives its own place up, once, and t
         ahead, which tries others first; the leader gives itself a turn, once, to go where others can come.
         In a muster that was called, and leaves nobody out, another order is tried at once if the one that
         would lead it stands in front, and is among those that find no way: they can come to it.
-Rule 3: where that is in vain, too, those in place go on without the others, if they are more than half and
-        nobody is nearer to the goal than their leader, who is not there yet: there may be room farther
-        on. Else another order is tried.
+Rule 3: where that is in vain, too, those in place go on without the others, if they are more than half,
+        nobody is nearer to the goal than their leader, and the last of them had not arrived there: there may
+        be room farther on, and if there is none, they at least arrive. Else another order is tried.
 """
 
 import numpy as np
@@ -27,8 +27,9 @@ COMES_BACK_S = 15.0  # who is left out, and stands in the way
 class Giving:
     """Which turns one robot gives."""
 
-    def __init__(self, announcer: Announcer, mission: Mission) -> None:
+    def __init__(self, announcer: Announcer, mission: Mission, *, arrived: bool) -> None:
         self._announcer = announcer
+        self._arrived = arrived
         self._mission = mission
         self._blocked: set[int] = set()
         self._gave_up = self._lost = False
@@ -95,7 +96,7 @@ class Giving:
             else:
                 announcer.say(gives=Turn(number=number, robot=announcer.robot))
             return []
-        if roster.leads_on(strand, tolerance_m=self._mission.goal_tolerance_m):
+        if not self._arrived and roster.leads_on(strand):
             self.goes_on_with = strand
             return []
         if is_order(roster.next_attempt, len(roster.members)):

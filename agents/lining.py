@@ -58,7 +58,7 @@ class Lining:
         )
         self._announcer = announcer
         self._roster = announcer.roster
-        self._giving = Giving(announcer, mission)
+        self._giving = Giving(announcer, mission, arrived=bool(berths) and berths[0].arrived)
         self._taking = Taking(announcer, self._giving, mission, epoch)
         self.attempt = attempt
         self._heard_at_s: dict[int, float] = {}

@@ -96,7 +96,9 @@ class Member:
         self._gives_up = False
         self._plans_again_s = 0.0
         self._stuck_at_s = np.inf
-        self._held = self._arrived = self._lost = False
+        self._held = self._lost = False
+        self.arrived = False
+        """Whether it has come to its place at the goal, behind the robots ahead."""
         self._free_at_s = free_at_s
         self._other_orders = other_orders
         self.wants_another_order = False
@@ -153,7 +155,7 @@ class Member:
             driver.progress_m,
             driver.odometry.pose,
             driver.standing,
-            self._arrived,
+            self.arrived,
             self._memory.handover,
             blocked,
         )
@@ -282,7 +284,7 @@ class Member:
     # --- leading ------------------------------------------------------------------------------------
 
     def _lead(self, now_s: float) -> list[Command]:
-        if self._arrived or self._lost or not self._driver.standing:
+        if self.arrived or self._lost or not self._driver.standing:
             return []
         step, strand = self._step, self.strand
         under_way = step is not None and step.epoch == strand.epoch and not self._gives_up
@@ -383,9 +385,9 @@ class Member:
         return self._arrive() if there and strand.ahead.state.arrived else commands
 
     def _arrive(self) -> list[Command]:
-        if self._arrived:
+        if self.arrived:
             return []
-        self._arrived = True
+        self.arrived = True
         return [Note(RobotArrived(progress_m=self._driver.progress_m))]
 
     def _position(self) -> Floats:

@@ -243,16 +243,11 @@ class Roster:
         kept = len(self.in_front) + len(self._stayed)
         return bool(self.in_front) and 0 < self._at_start < kept
 
-    def leads_on(self, strand: tuple[int, ...], *, tolerance_m: float) -> bool:
-        """Whether those in place are more than half, and of all their leader is the nearest to the goal.
-
-        Who is there, to the tolerance, has nowhere to lead them.
-        """
+    def leads_on(self, strand: tuple[int, ...]) -> bool:
+        """Whether those in place are more than half, and of all their leader is the nearest to the goal."""
         places = self.places
         most = 2 * len(strand) > len(self.members)
-        if not most or places is None or self.goal is None or strand[0] != nearest_to(self.goal, places):
-            return False
-        return _apart_m(places[strand[0]], self.goal) > tolerance_m
+        return most and places is not None and strand[0] == nearest_to(self.goal, places)
 
     @property
     def leads_next(self) -> int | None:

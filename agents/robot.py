@@ -327,7 +327,7 @@ class Robot:
             strand, speed_mps = self._member.strand, self._mission.speed_mps
             progress_m = min(self._driver.progress_m, strand.path.end_m)
             rank = strand.order.index(self._robot)
-            berth = Berth(strand.epoch, rank, progress_m, strand.path, speed_mps)
+            berth = Berth(strand.epoch, rank, progress_m, strand.path, speed_mps, self._member.arrived)
             self._berths = (berth, *(() if self._member.has_moved else self._berths))[:FORMERS_MAX]
         elif self._lining is not None:
             self._berths = self._lining.berths

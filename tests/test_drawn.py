@@ -10,6 +10,7 @@ import pytest
 from lab.liveness import unlively
 from lab.rehearsal import Rehearsal
 from protocol.faults.plan import load as load_plan
+from world.ending import Ending
 from world.judgement import judge
 from world.scenario import load
 
@@ -66,6 +67,8 @@ def rehearsed(name: str, seed: int) -> tuple[Rehearsal, str]:
         ("shunned-in-a-pockets-mouth", 3410, 17.826, (2,)),
         # Two that have come back cannot answer the call that the others wait in; they can say so.
         ("back-after-the-call", 18613, 17.813, (5,)),
+        # Who can never come must not keep those from arriving that are nearly there.
+        ("locked-out-by-two-bodies", 1619, 13.412, (5,)),
     ],
 )
 def test_a_fleet_gets_over_what_it_once_did_not(
@@ -92,3 +95,8 @@ def test_a_fleet_gets_over_what_it_once_did_not(
 def test_a_fleet_keeps_its_promises_where_it_once_did_not(name: str, seed: int) -> None:
     rehearsal, again = rehearsed(name, seed)
     assert rehearsal.world.ending, again
+
+
+def test_those_that_have_arrived_try_every_order_for_one_that_is_locked_out_and_then_say_so() -> None:
+    rehearsal, again = rehearsed("locked-out-by-two-bodies", 1619)
+    assert rehearsal.world.ending is Ending.ROUTE_LOST, again
