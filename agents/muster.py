@@ -246,8 +246,9 @@ class Roster:
     def leads_on(self, strand: tuple[int, ...]) -> bool:
         """Whether those in place are more than half, and of all their leader is the nearest to the goal."""
         places = self.places
-        most = 2 * len(strand) > len(self.members)
-        return most and places is not None and strand[0] == nearest_to(self.goal, places)
+        if 2 * len(strand) <= len(self.members) or places is None or self.goal is None:
+            return False
+        return strand[0] == nearest_to(self.goal, places)
 
     @property
     def leads_next(self) -> int | None:

@@ -329,3 +329,10 @@ def test_those_in_place_go_on_without_the_others_if_they_are_most_and_nobody_is_
     for robot, pose in standing(*QUEUE).items():
         roster.hear(robot, said(pose))
     assert roster.leads_on(strand) is goes_on
+
+
+def test_without_a_goal_nobody_goes_on_without_the_others() -> None:
+    roster = Roster((1, 2, 3), None, LEAST_M)
+    for robot, pose in standing(*QUEUE).items():
+        roster.hear(robot, said(pose))
+    assert not roster.leads_on((1, 2))
