@@ -1,6 +1,7 @@
 """What one robot says in a lining up, and what it knows of the others.
 
-It announces itself on every change and on every heartbeat; so any announcement may be lost.
+It announces itself on every change, and again and again; so any announcement may be lost. All others wait
+for it, so it does that as often as all can hear each other, and in large fleets on every heartbeat.
 """
 
 import math
@@ -17,6 +18,8 @@ from protocol.frames import Pose
 from protocol.messages import Attempt, Muster, Turn
 from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
+
+HEARD_PER_S = 100.0  # announcements, by each robot: what ten say that speak with every odometry
 
 
 class Announcer:
@@ -43,6 +46,8 @@ class Announcer:
             members=named,
             attempt=attempt,
         )
+        often_s = max(URGENT_S, len(members) / HEARD_PER_S)
+        self._again_s = min(often_s, mission.heartbeat_s)
         self._announced = 0
         self._announced_at_s = -math.inf
         self.look: View | None = None
@@ -59,18 +64,10 @@ class Announcer:
             self.said = replace(self.said, **{"number": self.said.number + 1, **news})
             self.roster.hear(self.robot, self.said)
 
-    @property
-    def _heartbeat_s(self) -> float:
-        """While somebody has a turn, all that he waits for is said more often."""
-        turn = self.roster.turn
-        mover = self.roster.heard.get(turn.robot) if turn is not None else None
-        waits = turn is not None and (mover is None or mover.ended < turn.number)
-        return URGENT_S if waits else self._mission.heartbeat_s
-
     def announce(self, now_s: float) -> list[Command]:
         """Say what is new, or that nothing is."""
         if self.said.number == self._announced:
-            if now_s - self._announced_at_s < self._heartbeat_s:
+            if now_s - self._announced_at_s < self._again_s:
                 return []
             self.say(number=self.said.number + 1)
         self._announced, self._announced_at_s = self.said.number, now_s

@@ -39,7 +39,11 @@ class Watch:
         self._driver = driver
         self._senses = senses
         self.still_since_s = math.inf
-        """Since when the body, under way, has not moved: what comes too late permits nothing either."""
+        """Since when the body, under way, has not moved, but for the time between in which it had to stand.
+
+        What comes too late permits nothing either.
+        """
+        self._still_s = self._noted_s = 0.0
         self._unsure_since_s = math.inf  # the newest scans, however late, permitted nothing
         self._pose: Pose | None = None
         self._looked_at_s = 0.0
@@ -54,9 +58,12 @@ class Watch:
         driver = self._driver
         if not self._mission.obstacles_move or driver.standing or driver.drive.target is None:
             self.still_since_s = self._unsure_since_s = math.inf
+            self._noted_s = now_s
             return []
         moves, self._pose = driver.odometry.pose != self._pose, driver.odometry.pose
-        self.still_since_s = math.inf if moves else min(self.still_since_s, now_s)
+        self._still_s = 0.0 if moves else self._still_s + now_s - self._noted_s
+        self._noted_s = now_s
+        self.still_since_s = math.inf if moves else now_s - self._still_s
         glimpse = self._senses.glimpse(driver.ordered_s)
         if glimpse is not None:
             seen, taken_at_s = glimpse

@@ -10,7 +10,7 @@ import pytest
 from lab.liveness import unlively
 from lab.rehearsal import Rehearsal
 from protocol.faults.plan import load as load_plan
-from world.ending import Ending
+from protocol.timeline import MusterCalled, RobotArrived
 from world.judgement import judge
 from world.scenario import load
 
@@ -97,6 +97,15 @@ def test_a_fleet_keeps_its_promises_where_it_once_did_not(name: str, seed: int) 
     assert rehearsal.world.ending, again
 
 
-def test_those_that_have_arrived_try_every_order_for_one_that_is_locked_out_and_then_say_so() -> None:
+def test_who_is_locked_out_is_left_behind_at_first_and_has_other_orders_tried_when_the_rest_have_arrived() -> (
+    None
+):
     rehearsal, again = rehearsed("locked-out-by-two-bodies", 1619)
-    assert rehearsal.world.ending is Ending.ROUTE_LOST, again
+    records = [(entry.t_s, entry.record) for _, entry in rehearsal.entries]
+    arrived_s = next(at_s for at_s, record in records if isinstance(record, RobotArrived))
+    in_vain = [
+        (at_s > arrived_s, record.members)
+        for at_s, record in records
+        if isinstance(record, MusterCalled) and record.why.startswith("no way to a place")
+    ]
+    assert in_vain[:2] == [(False, (1, 2)), (True, (1, 2, 5))], again

@@ -34,10 +34,14 @@ from tests.one_step import look_around
 from world.shapes import Circle
 
 
-def test_a_robot_says_where_it_stands_at_once_and_again_on_every_heartbeat() -> None:
-    lining = Lining(1, mission(robots=2, goal=GOAL))
-    said = [says(lining, PLACES[1], None, now_s) for now_s in (0.0, 0.1, 0.2, 0.25, 0.3, 0.5)]
-    assert said == [[at(1, 1)], [], [], [at(1, 2, t_s=0.25)], [], [at(1, 3, t_s=0.5)]]
+@pytest.mark.parametrize(("robots", "again_s"), [(2, 0.1), (10, 0.1), (20, 0.2), (100, 0.25), (1000, 0.25)])
+def test_a_robot_says_where_it_stands_at_once_and_again_as_often_as_all_can_hear(
+    robots: int, again_s: float
+) -> None:
+    lining = Lining(1, mission(robots=robots, goal=GOAL))
+    tried_s = (0.0, again_s - 0.01, again_s, 2.0 * again_s - 0.01, 2.0 * again_s)
+    said = [says(lining, PLACES[1], None, now_s) for now_s in tried_s]
+    assert said == [[at(1, 1)], [], [at(1, 2, t_s=again_s)], [], [at(1, 3, t_s=2.0 * again_s)]]
 
 
 def test_with_a_goal_the_leader_does_not_sense() -> None:
