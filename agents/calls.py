@@ -7,7 +7,9 @@ Rule 2: who hears nobody does not call: nobody could answer, and it would only d
 Rule 3: a leader calls for the same robot again after twice the time, but not after more than `INVITES_S_MAX`.
 Rule 4: a robot with which a link has fallen silent twice, though both were there, is not heard for a while,
         which doubles each time; but it is where no way is found without it: its body may be in the way.
-Rule 5: members that leave others out go on only as long as these show no token, or they are more than half of
+Rule 5: whoever is left out stands so long after all members were bound. A clock that is told by odometry may
+        lag, by as much as odometry is late: so it is asked for one that knows of an order given then.
+Rule 6: members that leave others out go on only as long as these show no token, or they are more than half of
         those that do: tokens come back.
 """
 
@@ -15,6 +17,7 @@ from collections import Counter
 from collections.abc import Sequence, Set
 from itertools import chain
 
+from agents.driver import Driver
 from agents.lining import Lining
 from agents.presence import GRACE_S, Presence
 from protocol.epochs import called_epoch
@@ -71,11 +74,8 @@ class Calls:
 
     def enter(self, now_s: float) -> None:
         """The robot is entered: it may have slept."""
-        if now_s > self._entered_s:
-            self.presence.date(now_s)
         if now_s - self._entered_s > SLEPT_S:
             self._awake_since_s = now_s
-            self.presence.wake(now_s)
         self._entered_s = now_s
 
     def hear(self, epoch: int, now_s: float) -> None:
@@ -136,7 +136,7 @@ class Calls:
         return called_epoch(self.newest, self._robot, now_s), tuple(sorted(members))
 
     def may_go_on(self, members: Sequence[int], now_s: float) -> bool:
-        """Rule 5: whether they may still leave the others out, by the tokens that there are now."""
+        """Rule 6: whether they may still leave the others out, by the tokens that there are now."""
         if self._asked != (members, self.presence.version):
             self._asked = (members, self.presence.version)
             shown = self.presence.robots | {self._robot}
@@ -187,24 +187,33 @@ class Calls:
     def _next_invitation(self, robot: int, now_s: float) -> None:
         self._invites_at_s[robot] = now_s + min(INVITES_S * 2.0 ** self._invited[robot], INVITES_S_MAX)
 
+    def settle(self, lining: Lining, driver: Driver, now_s: float) -> None:
+        """Rule 5: have a lining up know when its members may drive, now that all are bound."""
+        if self._newly_left_out(lining.members):
+            if lining.asked is None:
+                lining.asked = driver.stand_anew(epoch=lining.epoch)
+            if driver.odometry.ordered < lining.asked:
+                return
+        lining.free_at_s = self.free_at_s(lining.members, now_s)
+
+    def _newly_left_out(self, members: tuple[int, ...]) -> frozenset[int]:
+        return frozenset(range(1, self._mission.robots + 1)) - set(members) - self._left_out_before
+
     def free_at_s(self, members: tuple[int, ...], now_s: float) -> float:
-        """When whoever is left out stands for good, now that all members are bound.
+        """When whoever is left out stands for good, at a time since when all members are bound.
 
         Of a row that is cut off each comes to stand when the one beside it has left the strand.
         """
         mission = self._mission
-        left_out = set(range(1, mission.robots + 1)) - set(members)
-        newly = left_out - self._left_out_before
-        self._left_out_before = frozenset(left_out)
+        newly = self._newly_left_out(members)
+        self._left_out_before = frozenset(range(1, mission.robots + 1)) - set(members)
         for robot in newly & self.presence.robots:  # rule 3, for one that is there and did not do
             self._invited[robot] += FAILED_TURNS
             self._next_invitation(robot, now_s)
         if newly:
             stands_s = mission.silence_s + mission.deadman_s
             row_s = (len(newly) - 1) * (mission.silence_s + mission.patience_s)
-            went_s = (self.presence.gone_by_s(robot) for robot in newly)
-            latest_s = max(now_s if at_s is None else at_s for at_s in went_s)
-            self._settled_at_s = max(self._settled_at_s, latest_s + row_s + stands_s)
+            self._settled_at_s = max(self._settled_at_s, now_s + row_s + stands_s)
         return max(now_s, self._settled_at_s)
 
     def _left_out(self, lining: Lining, now_s: float) -> set[int]:

@@ -101,6 +101,14 @@ class Driver:
         if not self.standing and self._drive.target is not None:
             self._renew(None, reach_m=self.progress_m, epoch=self._drive.epoch, step=0)
 
+    def stand_anew(self, *, epoch: int) -> int:
+        """Order the body to stand, though it does; returns the order's number.
+
+        An odometry that knows of it was made after this moment, however late odometry may be.
+        """
+        self._renew(None, reach_m=self.progress_m, epoch=epoch, step=0)
+        return self._drive.number
+
     @property
     def _at_target_s(self) -> float:
         """When the body may be at the target in hand: what was permitted covers no more."""

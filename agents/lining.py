@@ -49,6 +49,8 @@ class Lining:
         self.members = members or tuple(range(1, mission.robots + 1))
         self.free_at_s = None if members else now_s
         """Rule 5: when whoever has the turn, or leads, may drive; None until that is known."""
+        self.asked: int | None = None
+        """The order to stand that was given when all were bound, if one was needed (`agents.calls`)."""
         self.began_s = now_s
         self._shunned = shunned
         self._robot = robot

@@ -183,7 +183,7 @@ class Member:
         if driver.progress_m - self.strand.path.end_m >= GROWN_M_MIN:
             self.strand.growth.come_to(driver.progress_m)
         looks = self._watch.look(self.strand.robots_beside, now_s)
-        if self._watch.is_in_vain(now_s) and self._step is not None:
+        if self._step is not None and self._watch.gives_up(now_s):
             self._gives_up = True
             driver.stand()
             return []

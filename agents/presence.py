@@ -21,8 +21,6 @@ class Presence:
         self._came_s: dict[int, float] = {}
         self._went_s: dict[int, float] = {}
         """When a robot's last process stopped showing its token."""
-        self._gone_by_s: dict[int, float] = {}
-        """The same, by the first odometry after: the clock may have lagged when it was noticed."""
         self.version = 0
         """Counts what has come and gone."""
 
@@ -31,7 +29,6 @@ class Presence:
         self.version += 1
         if self._newest.get(robot, incarnation) == incarnation:
             self._went_s.pop(robot, None)
-            self._gone_by_s.pop(robot, None)
         else:
             self._went_s.setdefault(robot, now_s)  # another process: the one before is no more
         self._newest[robot] = incarnation
@@ -44,18 +41,6 @@ class Presence:
         self._tokens.get(robot, set()).discard(incarnation)
         if not self._tokens.get(robot):
             self._went_s[robot] = now_s
-            self._gone_by_s.pop(robot, None)
-
-    def date(self, now_s: float) -> None:
-        """An odometry has told the time: what was noticed before it has happened by then."""
-        for robot in self._went_s.keys() - self._gone_by_s.keys():
-            self._gone_by_s[robot] = now_s
-
-    def wake(self, now_s: float) -> None:
-        """This robot has slept, or was cut off: who shows no token now may have shown one until just now."""
-        for robot in self._went_s:
-            if not self.shows(robot):
-                self._went_s[robot] = self._gone_by_s[robot] = now_s
 
     @property
     def connected(self) -> bool:
@@ -89,7 +74,3 @@ class Presence:
             # Both times are those of an odometry: heard at the same one, it was the process before.
             return heard_at_s <= went_s and now_s >= went_s + GRACE_S
         return now_s >= max(went_s, heard_at_s) + GRACE_S
-
-    def gone_by_s(self, robot: int) -> float | None:
-        """When the token had gone of a robot that shows none; None where that is not known, or it does."""
-        return None if self.shows(robot) else self._gone_by_s.get(robot)

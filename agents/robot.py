@@ -112,7 +112,7 @@ class Robot:
         if not self._driver.awake:
             return commands
         dated = isinstance(event, OdometryHeard)
-        commands += self._stay_lawful(now_s) + self._heal(now_s) + self._act(now_s, dated=dated)
+        commands += self._stay_lawful(now_s) + self._heal(now_s) + self._act(now_s)
         if dated or self._driver.drive != before:
             commands.append(Order(self._driver.drive))
         return commands
@@ -126,13 +126,13 @@ class Robot:
                 self._stand_aside(now_s)
                 self._driver.start_again()
 
-    def _act(self, now_s: float, *, dated: bool) -> list[Command]:
-        """Do what the state asks for; `dated`: an odometry has just told the time, which may lag else."""
+    def _act(self, now_s: float) -> list[Command]:
+        """Do what the state asks for."""
         member = self._member
         if member is not None and member.dissolves and member.strand.behind is None:
             self._line_up_again(member, now_s)
         if self._lining is not None:
-            return self._line_up(self._lining, now_s, dated=dated)
+            return self._line_up(self._lining, now_s)
         if self._member is None:
             self._driver.stand()
             return self._say_now_and_then(Plea(epoch=self._calls.newest, t_s=now_s), now_s)
@@ -347,9 +347,9 @@ class Robot:
         members = () if everybody else tuple(sorted(strand.order))
         self._lining = Lining(self._robot, self._mission, now_s, epoch=strand.epoch + 1, members=members)
 
-    def _line_up(self, lining: Lining, now_s: float, *, dated: bool) -> list[Command]:
-        if dated and lining.free_at_s is None and lining.all_are_bound:
-            lining.free_at_s = self._calls.free_at_s(lining.members, now_s)
+    def _line_up(self, lining: Lining, now_s: float) -> list[Command]:
+        if lining.free_at_s is None and lining.all_are_bound:
+            self._calls.settle(lining, self._driver, now_s)
         scan = self._senses.take() if self._driver.standing else None
         commands = lining.act(self._driver, scan, now_s)
         if lining.finds_no_way:
@@ -358,7 +358,7 @@ class Robot:
             commands += self._senses.ask(now_s)
         if lining.all_are_bound:
             commands += self._watch.look(lining.beside, now_s)
-            if self._watch.is_in_vain(now_s):
+            if self._watch.gives_up(now_s):
                 lining.give_up_step(self._driver)
         if lining.may_lead and lining.free_at_s is not None:
             commands += self._form(lining, now_s)[1]

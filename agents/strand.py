@@ -34,6 +34,7 @@ TOLD_VERTICES_MAX = 256  # a message's share of a long path; the rest follows wh
 SILENT_SHARE_MAX = 0.4  # of the time: no one silence that a link gets over comes to so much
 STANDS_OUT = 4.0  # times as silent as the other link
 URGENT_S = 0.1  # an odometry: so often a robot speaks while a link is not fresh enough to last
+ROUNDING_S = 1e-6  # of the differences of times: less than a tick
 
 
 @dataclass(slots=True)
@@ -251,7 +252,7 @@ class Strand:
             self.reversal,
             self.dissolution,
         )
-        if news == self._told and now_s - self._told_at_s < self._tell_s(now_s):
+        if news == self._told and now_s - self._told_at_s < self._tell_s(now_s) - ROUNDING_S:
             return commands
         self._told, self._told_at_s = news, now_s
         if self.behind is not None:

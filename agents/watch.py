@@ -79,9 +79,12 @@ class Watch:
         self._looked_at_s = driver.odometry.t_s
         return self._senses.look(now_s)
 
-    def is_in_vain(self, now_s: float) -> bool:
-        """Whether the step in hand had better be given up."""
-        return now_s - self._unsure_since_s > GIVE_UP_S or now_s - self.still_since_s > STILL_S_MAX
+    def gives_up(self, now_s: float) -> bool:
+        """Whether the step in hand had better be given up; asked means done."""
+        if now_s - self._unsure_since_s <= GIVE_UP_S and now_s - self.still_since_s <= STILL_S_MAX:
+            return False
+        self._still_s = 0.0
+        return True
 
 
 def good_for_s(view: View, target: Floats, robots: Flags, mission: Mission) -> float:

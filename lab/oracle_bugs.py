@@ -83,8 +83,8 @@ BUGS = (
     _bug(
         "no-settling",
         "nobody drives in a new epoch before those left out must stand",
-        "agents/robot.py",
-        "lining.free_at_s = self._calls.free_at_s(lining.members, now_s)",
+        "agents/calls.py",
+        "lining.free_at_s = self.free_at_s(lining.members, now_s)",
         "lining.free_at_s = now_s",
     ),
     _bug(
@@ -230,13 +230,12 @@ BUGS = (
         "if not members or self._calls.may_go_on(members, now_s):",
         "if True:",
     ),
-    Bug(
+    _bug(
         "dated-by-old-clock",
-        "a token that goes while a robot's clock stands still has gone when the robot knows the time again",
-        (
-            Edit("agents/presence.py", "self._gone_by_s.get(robot)\n", "self._went_s.get(robot)\n"),
-            Edit("agents/calls.py", "            self.presence.wake(now_s)\n", ""),
-        ),
+        "since when those left out stand is dated by an odometry that knows of an order given after all were bound",
+        "agents/calls.py",
+        "            if driver.odometry.ordered < lining.asked:\n                return\n",
+        "",
     ),
     _bug(
         "number-one-again",

@@ -35,7 +35,7 @@ class Body:
             told = Odometry(t_s=self.now_s, pose=pose, moving=False, finished=finished, phase=Phase.RUNNING)
             self.driver.hear(told)
             self.watch.look(list, self.now_s)
-        return self.watch.is_in_vain(self.now_s)
+        return self.watch.gives_up(self.now_s)
 
     def go(self) -> None:
         self.driver.to(AHEAD, reach_m=2.0, epoch=1)
