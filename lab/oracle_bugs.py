@@ -232,7 +232,7 @@ BUGS = (
     ),
     _bug(
         "dated-by-old-clock",
-        "since when those left out stand is dated by an odometry that knows of an order given after all were bound",
+        "when those left out stand is dated by an odometry that knows of an order given when all were bound",
         "agents/calls.py",
         "            if driver.odometry.ordered < lining.asked:\n                return\n",
         "",

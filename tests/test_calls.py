@@ -5,8 +5,9 @@ from collections.abc import Iterable
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
-from agents.calls import ANSWERS, ASKS_S, GAPS, INVITES_S, LISTENS_S, RANK_S, SLEPT_S
+from agents.calls import ANSWERS, ASKS_S, GAPS, INVITES_S, LISTENS_S, RANK_S, SLEPT_S, Calls
 from agents.driver import Driver
 from agents.lining import Lining
 from agents.presence import GRACE_S
@@ -22,6 +23,7 @@ STANDS_S = MISSION.silence_s + MISSION.deadman_s
 ROW_S = MISSION.silence_s + MISSION.patience_s
 EPOCH = called_epoch(0, 1, 0.0)
 HERE = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
+STANDS = Odometry(t_s=0.0, pose=HERE, moving=False, finished=0, phase=Phase.RUNNING)
 ALL = (1, 2, 3, 4, 5)
 
 
@@ -48,7 +50,7 @@ def hear(into: Lining, robot: int, hears: Iterable[int], now_s: float, *, number
 def stands(into: Lining) -> None:
     """The robot itself says where it stands, and whom it has heard."""
     driver = Driver(speed_mps=MISSION.speed_mps)
-    driver.hear(Odometry(t_s=0.0, pose=HERE, moving=False, finished=0, phase=Phase.RUNNING))
+    driver.hear(STANDS)
     into.act(driver, None, 0.0)
 
 
@@ -276,21 +278,39 @@ def test_where_nobody_is_left_out_all_may_drive_as_soon_as_all_are_bound() -> No
     assert calls(2, 3, 4, 5).free_at_s(ALL, 7.0) == 7.0
 
 
-def test_who_has_gone_stands_when_its_lease_and_then_its_body_must_have_run_out() -> None:
+def test_who_is_left_out_stands_when_its_lease_and_then_its_body_must_have_run_out() -> None:
     made = calls(2, 3, 4, 5)
-    made.presence.go(5, "a", 5.9)
-    made.presence.date(6.0)
-    assert made.free_at_s((1, 2, 3, 4), 6.5) == 6.0 + STANDS_S
+    made.presence.go(5, "a", 2.0)
+    assert made.free_at_s((1, 2, 3, 4), 6.5) == 6.5 + STANDS_S
     assert made.free_at_s((1, 2, 3, 4), 20.0) == 20.0
 
 
-def test_of_those_that_have_gone_the_last_decides() -> None:
-    made = calls(2, 3, 4, 5)
-    made.presence.go(4, "a", 4.9)
-    made.presence.date(5.0)
-    made.presence.go(5, "a", 5.9)
-    made.presence.date(6.0)
-    assert made.free_at_s((1, 2, 3), 6.5) == 6.0 + ROW_S + STANDS_S
+def settled(made: Calls, waits: Lining, driver: Driver, now_s: float, *, ordered: int) -> float | None:
+    """When members may drive, as far as is known when an odometry comes that knows of so many orders."""
+    number = driver.drive.number
+    driver.hear(replace(STANDS, t_s=now_s, ordered=ordered, finished=min(ordered, number)))
+    made.settle(waits, driver, now_s)
+    return waits.free_at_s
+
+
+def test_since_when_it_stands_is_dated_by_an_odometry_that_knows_of_an_order_given_when_all_were_bound() -> (
+    None
+):
+    made, driver = calls(2, 3, 4), Driver(speed_mps=MISSION.speed_mps)
+    waits = Lining(1, MISSION, epoch=EPOCH, members=ALL[:4])
+    old = settled(made, waits, driver, 7.0, ordered=0)
+    asks = driver.drive
+    old_too = settled(made, waits, driver, 7.1, ordered=asks.number - 1)
+    assert (old, old_too, driver.drive.number) == (None, None, asks.number), "they may be far from new"
+    assert (asks.target, asks.epoch) == (None, EPOCH)
+    assert settled(made, waits, driver, 9.0, ordered=asks.number) == 9.0 + STANDS_S
+
+
+def test_where_nobody_is_left_out_no_order_has_to_be_heard_of() -> None:
+    driver = Driver(speed_mps=MISSION.speed_mps)
+    waits = Lining(1, MISSION, epoch=EPOCH, members=ALL)
+    assert settled(calls(2, 3, 4, 5), waits, driver, 7.0, ordered=0) == 7.0
+    assert driver.drive.number == 0
 
 
 def test_members_go_on_only_as_long_as_they_may_leave_out_the_others_that_show_tokens() -> None:
@@ -307,17 +327,6 @@ def test_members_go_on_only_as_long_as_they_may_leave_out_the_others_that_show_t
 def test_of_a_row_that_is_left_out_each_may_come_to_stand_when_the_one_beside_it_has(left_out: int) -> None:
     members = ALL[: 5 - left_out]
     assert calls(2, 3, 4, 5).free_at_s(members, 7.0) == 7.0 + STANDS_S + (left_out - 1) * ROW_S
-
-
-def test_who_never_showed_a_token_may_have_driven_until_now() -> None:
-    assert calls(2, 3, 4).free_at_s((1, 2, 3, 4), 7.0) == 7.0 + STANDS_S
-
-
-def test_a_token_that_has_come_back_says_nothing_of_when_its_robot_stands() -> None:
-    made = calls(2, 3, 4, 5)
-    made.presence.go(5, "a", 2.0)
-    made.presence.come(5, "b", 3.0)
-    assert made.free_at_s((1, 2, 3, 4), 7.0) == 7.0 + STANDS_S
 
 
 def test_who_was_left_out_before_is_not_waited_for_again_but_for_as_long_as_then() -> None:
@@ -338,7 +347,4 @@ def test_who_has_stood_aside_waits_for_all_that_are_left_out_whoever_was_so_befo
     made = calls(2, 4, 5)
     made.free_at_s((1, 2, 4, 5), 10.0)
     made.stand_aside(20.0)
-    made.presence.come(3, "a", 21.0)
-    made.presence.go(3, "a", 26.9)
-    made.presence.date(27.0)
-    assert made.free_at_s((1, 2, 4, 5), 27.4) == 27.0 + STANDS_S
+    assert made.free_at_s((1, 2, 4, 5), 27.4) == 27.4 + STANDS_S

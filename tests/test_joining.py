@@ -131,7 +131,7 @@ def test_robots_that_start_anywhere_line_up(tmp_path: Path, seed: int) -> None:
     assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == (), again
 
 
-@pytest.mark.parametrize("seed", [1, 3, 7])
+@pytest.mark.parametrize("seed", [1, 3, 6])
 def test_robots_that_started_anywhere_arrive(tmp_path: Path, seed: int) -> None:
     rehearsal = Rehearsal(anywhere(tmp_path, seed), seed, LOSSY).run()
     again = replay("test_robots_that_started_anywhere_arrive", seed)

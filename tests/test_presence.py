@@ -36,8 +36,6 @@ def test_a_token_that_went_is_shown_no_more_and_one_that_never_came_may_go() -> 
     presence.go(1, "a", 5.0)
     presence.go(3, "a", 5.0)
     assert (presence.robots, presence.shows(1), presence.shows(2)) == ({2}, False, True)
-    presence.date(5.1)
-    assert (presence.gone_by_s(1), presence.gone_by_s(2), presence.gone_by_s(4)) == (5.1, None, None)
 
 
 def test_a_robot_is_lost_when_its_token_has_gone_and_it_is_heard_no_more() -> None:
@@ -76,7 +74,6 @@ def test_a_token_that_comes_back_ends_nothing() -> None:
     presence.go(1, "a", 5.0)
     presence.come(1, "a", 5.2)
     assert not presence.is_lost(1, 4.0, 99.0)
-    assert presence.gone_by_s(1) is None
 
 
 @pytest.mark.parametrize("old_goes_first", [True, False])
@@ -119,20 +116,3 @@ def test_a_token_that_has_only_just_gone_still_counts_since_all_go_one_by_one_wh
     presence.go(1, "a", 5.0)
     seen = [sorted(presence.showing(now_s)) for now_s in (5.0, 5.0 + GRACE_S / 2.0, 5.0 + GRACE_S)]
     assert seen == [[1, 2], [1, 2], [2]]
-
-
-def test_a_token_is_known_to_have_gone_by_the_next_odometry_not_by_a_clock_that_may_lag() -> None:
-    presence = connected(1)
-    presence.go(1, "a", 4.0)
-    assert presence.gone_by_s(1) is None, "it may be far later than the last odometry said"
-    presence.date(5.6)
-    presence.date(5.7)
-    assert presence.gone_by_s(1) == 5.6
-
-
-def test_who_was_cut_off_itself_takes_all_that_show_no_token_for_just_gone() -> None:
-    presence = connected(1)
-    presence.go(1, "a", 3.0)
-    presence.date(3.1)
-    presence.wake(10.0)
-    assert presence.gone_by_s(1) == 10.0
