@@ -231,13 +231,6 @@ BUGS = (
         "if True:",
     ),
     _bug(
-        "dated-by-old-clock",
-        "when those left out stand is dated by an odometry that knows of an order given when all were bound",
-        "agents/calls.py",
-        "            if driver.odometry.ordered < lining.asked:\n                return\n",
-        "",
-    ),
-    _bug(
         "number-one-again",
         "a restarted robot's orders are beyond its forerunner's also where its body has taken none of those",
         "agents/driver.py",
