@@ -89,6 +89,16 @@ def test_a_finished_step_says_the_least_clearance_of_all_of_it_however_often_it_
     assert stage.world.tally.switching_steps == 1
 
 
+def test_a_step_that_is_ordered_again_at_its_end_was_finished_once() -> None:
+    stage = running()
+    stage.order(1, AHEAD, step=1)
+    records = stage.tick(SECOND)
+    for number, target, step in ((2, None, 0), (3, AHEAD, 1), (4, Point(x_m=0.6, y_m=0.0), 2)):
+        records += stage.order(1, target, number=number, step=step) + stage.tick(SECOND)
+    assert [each.step for each in records if isinstance(each, StepFinished)] == [1, 2]
+    assert [each.number for each in records if isinstance(each, OrderFinished)] == [1, 3, 4]
+
+
 def test_a_robot_that_follows_finishes_orders_and_no_steps() -> None:
     stage = running()
     stage.order(2, Point(x_m=-0.5, y_m=0.0))

@@ -61,6 +61,8 @@ class Arena:
         """Where each body has veered since it took its order, and where it was then."""
         self._outlook_until, self._is_safe = 0, False
         self._steps = [0] * len(robots)
+        self._finished: list[tuple[int, int] | None] = [None] * len(robots)
+        """The step that each body finished last, by epoch and number: it may be ordered again at its end."""
         self._ticks = 0
         self.now_s = 0.0
         """Simulated time."""
@@ -243,8 +245,9 @@ class Arena:
             y_m=y_m,
             clearance_m=clearance_m,
         )
-        if order.step == 0:
+        if order.step == 0 or self._finished[body] == (order.epoch, order.step):
             return [done]
+        self._finished[body] = (order.epoch, order.step)
         step = StepFinished(robot=body + 1, step=order.step, x_m=x_m, y_m=y_m, clearance_m=clearance_m)
         return [done, step]
 
