@@ -5,8 +5,8 @@ Rule 1: members are all robots that show a token. Who has not answered for long,
         asks to be called, though it knows of this call, cannot answer it any more: it is called again.
 Rule 2: who hears nobody does not call: nobody could answer, and it would only disturb.
 Rule 3: a leader calls for the same robot again after twice the time, but not after more than `INVITES_S_MAX`.
-Rule 4: a robot with which a link has fallen silent twice, though both were there, is not heard for a while,
-        which doubles each time; but it is where no way is found without it: its body may be in the way.
+Rule 4: a robot with which a link falls silent twice in a while, though both are there, is not heard for some
+        time, twice as long each time; but it is where no way is found without it: its body may be in the way.
 Rule 5: whoever is left out stands so long after all members were bound. A clock that is told by odometry may
         lag, by as much as odometry is late: so it is asked for one that knows of an order given then.
 Rule 6: members that leave others out go on only as long as these show no token, or they are more than half of
@@ -35,6 +35,7 @@ INVITES_S_MAX = 30.0  # half of what a strand may take to heal: what made it fai
 FAILED_TURNS = 1  # so much more often it is doubled for who is left out though it is there
 SHUNNED_S = 30.0  # half of what a strand may take to heal
 BREAKS_MAX = 2
+BREAKS_S = 60.0  # in which: a strand may take so long to heal
 ASKS_S = 2.0  # two pleas
 
 
@@ -92,7 +93,7 @@ class Calls:
             return
         broke_s = self._broke.setdefault(neighbour, [])
         broke_s.append(now_s)
-        lately = sum(now_s - at_s < SHUNNED_S for at_s in broke_s)
+        lately = sum(now_s - at_s < BREAKS_S for at_s in broke_s)
         if lately >= BREAKS_MAX and neighbour not in self.shunned(now_s):
             self._shuns[neighbour] += 1
             self._shunned_until_s[neighbour] = now_s + SHUNNED_S * 2.0 ** (self._shuns[neighbour] - 1)

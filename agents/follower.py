@@ -6,6 +6,8 @@ Rule 2: before it enters a segment it checks it against a scan of its own: the s
         robot stands, and where the leader stood). Its own leg, up to where the robot ahead stood at first,
         no leader has certified: there the check itself has to certify `epsilon - mu0`, with half of
         the tolerance left for the drive. Under a law that promises nothing robots that follow do not sense.
+        Where robots are left out, their bodies may have come to rest beside ground that was driven before:
+        then the whole promise has to be seen, with what the range may be wrong by and some of the tolerance.
 Rule 3: a segment that is not clear is checked again every `RECHECK_S`; meanwhile the robot stands.
 """
 
@@ -22,14 +24,22 @@ from protocol.path import THERE_M, Path
 from protocol.timeline import SegmentChecked
 
 RECHECK_S = 1.0
+DRIVE_SHARE = 0.75  # of the tolerance; a quarter is left for the drive, ten times what drives are off by
 DRIVE_M_MIN = 0.05  # a grant of less, short of a vertex, waits for the next one
 
 
 class Follower:
     """What a robot that follows remembers from segment to segment."""
 
-    def __init__(self, mission: Mission, start_m: float) -> None:
+    def __init__(self, mission: Mission, start_m: float, *, some_are_left_out: bool = False) -> None:
         self._mission = mission
+        less_m = (
+            DRIVE_SHARE * mission.mu0_m - mission.range_error_m_max
+            if some_are_left_out
+            else 2.0 * mission.mu0_m
+        )
+        self._clear_m_min = mission.clear_m - less_m
+        """Rule 2: what has to be seen to be free beside a segment that another robot has driven."""
         self._clear_from_m = start_m
         self._clear_until_m = start_m
         self._checked_at_s = -math.inf
@@ -93,7 +103,7 @@ class Follower:
         vertex = path[path.next_vertex(progress_m + THERE_M)]
         seen = self._without_robots(view, path, progress_m, max(authority_m, own_leg_m))
         clearance_m = seen_clearance_m(seen, _xy(vertex), self._mission)
-        clear = clearance_m >= self._mission.clear_m - 2.0 * self._mission.mu0_m
+        clear = clearance_m >= self._clear_m_min
         if progress_m < own_leg_m - THERE_M:
             end = _xy(path.at(min(vertex.s_m, own_leg_m)))
             certain_m = certain_clearance_m(seen, end, self._mission)

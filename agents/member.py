@@ -87,7 +87,8 @@ class Member:
         self._watch = Watch(mission, driver, senses)
         self._memory = memory
         self.strand = strand
-        self.follower = Follower(mission, strand.start_m)
+        left_out = len(strand.order) < mission.robots
+        self.follower = Follower(mission, strand.start_m, some_are_left_out=left_out)
         self._advance = Advance(mission, driver, senses, self.follower)
         self._step: StepPlanned | None = None
         self._revolutions = mission.revolutions

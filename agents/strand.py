@@ -31,7 +31,7 @@ from protocol.timeline import LinkHeard as LinkHeardAgain
 from protocol.timeline import LinkSilent
 
 TOLD_VERTICES_MAX = 256  # a message's share of a long path; the rest follows when this has been acknowledged
-SILENT_SHARE_MAX = 0.25  # of the time: of one silence a link gets over 3.9 s, of 5 that it may last
+SILENT_SHARE_MAX = 0.35  # of the time: no one silence that a link gets over comes to more than 0.33
 STANDS_OUT = 4.0  # times as silent as the other link
 URGENT_S = 0.1  # an odometry: so often a robot speaks while a link is not fresh enough to last
 ROUNDING_S = 1e-6  # of the differences of times: less than a tick

@@ -89,6 +89,8 @@ def test_a_fleet_gets_over_what_it_once_did_not(
         ("a-place-from-before-the-turn", 1447),
         # Who is started again must not answer a call that was made before, by a tenth of a second even.
         ("a-call-from-just-before-a-restart", 18906),
+        # Who is left out has come to rest beside ground that others have driven before.
+        ("a-body-beside-driven-ground", 1538),
         # Who knows no way on, and does not believe a silence yet, must not look again and again at once.
         ("a-leader-that-has-slept", 6498),
     ],

@@ -251,3 +251,16 @@ def test_however_often_the_strand_turns_nothing_is_clear_that_is_not_on_what_was
             if clear_m > sign * (at_x - zero_x) + 1e-6 and follower.is_clear(clear_m):
                 place_x = zero_x + sign * clear_m
                 assert driven[0] - 1e-5 <= place_x <= driven[1] + 1e-5
+
+
+@pytest.mark.parametrize(
+    ("beyond_mu0", "some_are_left_out", "clear"),
+    [(-1.5, False, True), (-1.5, True, False), (-0.5, True, True), (-2.5, False, False)],
+)
+def test_where_robots_are_left_out_the_whole_promise_has_to_be_seen_beside_driven_ground(
+    beyond_mu0: float, *, some_are_left_out: bool, clear: bool
+) -> None:
+    follower = Follower(MISSION, start_m=0.0, some_are_left_out=some_are_left_out)
+    gap_m = MISSION.clear_m + beyond_mu0 * MISSION.mu0_m
+    body = disc(0.5, 2.0 * RADIUS_M + gap_m)
+    assert check(follower, body).clear is clear

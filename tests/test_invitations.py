@@ -2,7 +2,7 @@
 
 import pytest
 
-from agents.calls import BREAKS_MAX, FAILED_TURNS, INVITES_S, INVITES_S_MAX, SHUNNED_S
+from agents.calls import BREAKS_MAX, BREAKS_S, FAILED_TURNS, INVITES_S, INVITES_S_MAX, SHUNNED_S
 from protocol.keys import WORLD_NUMBER
 from tests.calls_stage import calls
 
@@ -37,6 +37,15 @@ def test_a_robot_with_which_links_keep_falling_silent_is_shunned_for_a_while_and
         assert shunned_s[0] == 0
         lasts_s.append(len(shunned_s) / 10.0)
     assert lasts_s == [SHUNNED_S, 2.0 * SHUNNED_S]
+
+
+def test_links_that_fall_silent_now_and_then_are_no_reason_to_shun_anybody() -> None:
+    made = calls(2, 3)
+    for at_s in (0.0, BREAKS_S, 2.0 * BREAKS_S):
+        made.broke(2, at_s, since_s=0.0)
+    assert made.shunned(2.0 * BREAKS_S) == frozenset()
+    made.broke(2, 3.0 * BREAKS_S - 0.1, since_s=0.0)
+    assert made.shunned(3.0 * BREAKS_S) == {2}
 
 
 def test_who_is_shunned_is_called_in_when_it_is_heard_again_and_not_before() -> None:
