@@ -26,7 +26,7 @@ from world.scenario import Scenario
 pytestmark = [pytest.mark.processes, needs_chromium]
 
 BUSY = str(Path(__file__).with_name("busy.faults.toml"))
-DRIVEN_S, HEALED_S = 2.03, 14.01  # five on their way; three, without the leader and the tail that died
+DRIVEN_S, HEALED_S = 1.83, 14.01  # five on their way; three, without the leader and the tail that died
 Kind = TypeVar("Kind", bound=Record)
 
 OFF_M = 0.002  # the page has places to the millimetre, and sums them up
