@@ -24,7 +24,7 @@ from protocol.path import THERE_M, Path
 from protocol.timeline import SegmentChecked
 
 RECHECK_S = 1.0
-DRIVE_SHARE = 0.75  # of the tolerance; a quarter is left for the drive, ten times what drives are off by
+DRIVE_SHARE = 0.75  # of the tolerance; a quarter is left for the drive, which in a swarm is off by far less
 DRIVE_M_MIN = 0.05  # a grant of less, short of a vertex, waits for the next one
 
 
