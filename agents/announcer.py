@@ -10,9 +10,10 @@ import numpy as np
 from msgspec.structs import replace
 
 from agents.commands import Announce, Command
+from agents.due import is_due
 from agents.muster import Roster
 from agents.scan import View
-from agents.strand import ROUNDING_S, URGENT_S
+from agents.strand import URGENT_S
 from protocol.arrays import Floats
 from protocol.frames import Pose
 from protocol.messages import Attempt, Muster, Turn
@@ -67,7 +68,7 @@ class Announcer:
     def announce(self, now_s: float) -> list[Command]:
         """Say what is new, or that nothing is."""
         if self.said.number == self._announced:
-            if now_s - self._announced_at_s < self._again_s - ROUNDING_S:
+            if not is_due(last_s=self._announced_at_s, every_s=self._again_s, now_s=now_s):
                 return []
             self.say(number=self.said.number + 1)
         self._announced, self._announced_at_s = self.said.number, now_s

@@ -99,10 +99,11 @@ class Calls:
             self._shunned_until_s[neighbour] = now_s + SHUNNED_S * 2.0 ** (self._shuns[neighbour] - 1)
 
     def forgive(self, members: Sequence[int]) -> None:
-        """Rule 4: no way is found without those who are not members."""
+        """Rule 4: no way is found without those who are not members: what they did does not count."""
         self._shunned_until_s = {
             robot: until_s for robot, until_s in self._shunned_until_s.items() if robot in members
         }
+        self._broke = {robot: broke_s for robot, broke_s in self._broke.items() if robot in members}
 
     def shunned(self, now_s: float) -> frozenset[int]:
         """Rule 4."""
@@ -231,9 +232,10 @@ class Calls:
         while pairs := {pair for pair in pairs if not out.intersection(pair)}:
             worst, unheard = Counter(chain.from_iterable(pairs)), Counter(other for _, other in pairs)
             # Of two that are as bad, the one that has not done before; else the one that is not heard: the
-            # other may shun it for a reason.
+            # other may shun it for a reason; else the one that this robot has missed for longer.
+            missed_s = {robot: lining.missed_s(robot, now_s) for robot in worst}
             guilt = {
-                robot: (pairs_of, self._invited[robot], unheard[robot], robot != self._robot, robot)
+                robot: (pairs_of, self._invited[robot], unheard[robot], missed_s[robot], robot)
                 for robot, pairs_of in worst.items()
             }
             out.add(max(guilt, key=lambda robot: guilt[robot]))

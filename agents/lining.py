@@ -184,6 +184,12 @@ class Lining:
         """For how long, at most, one of the others was not heard and then was."""
         return max((gap_s for robot, gap_s in self._gaps_s.items() if robot != beside), default=0.0)
 
+    def missed_s(self, robot: int, now_s: float) -> float:
+        """For how long, at most, a member was not heard; a robot always hears itself."""
+        if robot == self._robot:
+            return 0.0
+        return max(self._gaps_s.get(robot, 0.0), now_s - self.heard_at_s(robot))
+
     def stalled(self, now_s: float, *, late_s: float = 0.0) -> int | None:
         """Who keeps the others waiting for long, or so much longer, and may be deaf."""
         return self._waiting.stalled(now_s, free_at_s=self.free_at_s, late_s=late_s)

@@ -151,15 +151,9 @@ class Member:
             commands += self._turn_round(now_s, None)
         commands += self._move(now_s)
         commands += self._look(now_s)
-        driver = self._driver
-        own = Own(
-            driver.progress_m,
-            driver.odometry.pose,
-            driver.standing,
-            self.arrived,
-            self._memory.handover,
-            blocked,
-        )
+        driver, handover = self._driver, self._memory.handover
+        pose, standing = driver.odometry.pose, driver.standing
+        own = Own(driver.progress_m, pose, standing, self.arrived, handover, blocked)
         return commands + self.strand.tell(own, now_s)
 
     def _move(self, now_s: float) -> list[Command]:
@@ -168,7 +162,8 @@ class Member:
             return []
         if strand.silent or self._held or now_s < self._free_at_s:
             self._driver.stand()
-            return []
+            follows = strand.ahead is not None and now_s >= self._free_at_s
+            return self._advance.look_ahead(strand, now_s) if follows else []
         if self._heals:
             self._heals = False
             if strand.ahead is None:

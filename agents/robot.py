@@ -24,6 +24,7 @@ from agents.berth import Berth
 from agents.calls import ASIDE_S, RANK_S, Calls
 from agents.commands import Announce, Command, Note, Order
 from agents.driver import Driver
+from agents.due import is_due
 from agents.events import Event, LinkHeard, MusterHeard, OdometryHeard, ScanHeard, TokenCame, TokenWent
 from agents.forming import as_record, lined_up
 from agents.lining import Lining
@@ -111,9 +112,8 @@ class Robot:
                 assert_never(event)
         if not self._driver.awake:
             return commands
-        dated = isinstance(event, OdometryHeard)
         commands += self._stay_lawful(now_s) + self._heal(now_s) + self._act(now_s)
-        if dated or self._driver.drive != before:
+        if isinstance(event, OdometryHeard) or self._driver.drive != before:
             commands.append(Order(self._driver.drive))
         return commands
 
@@ -143,7 +143,7 @@ class Robot:
         return beacons + self._member.act(now_s)
 
     def _say_now_and_then(self, said: Beacon | Plea, now_s: float) -> list[Command]:
-        if now_s - self._said_at_s < BEACON_S:
+        if not is_due(last_s=self._said_at_s, every_s=BEACON_S, now_s=now_s):
             return []
         self._said_at_s = now_s
         return [Announce(said)]

@@ -7,6 +7,7 @@ muster may have moved since: it stands from a known time on, and only scans from
 
 from agents.commands import AskScan, Command
 from agents.driver import Driver
+from agents.due import is_due
 from agents.scan import View, view
 from protocol.messages import Scan
 from protocol.mission import Mission
@@ -38,7 +39,7 @@ class Senses:
 
     def ask(self, now_s: float, *, revolutions: int | None = None) -> list[Command]:
         """Ask for a scan, if not just asked: as usual, or of so many revolutions."""
-        if now_s - self._asked_at_s < RETRY_S:
+        if not is_due(last_s=self._asked_at_s, every_s=RETRY_S, now_s=now_s):
             return []
         self._asked_at_s = now_s
         return [AskScan(revolutions or self._mission.revolutions)]

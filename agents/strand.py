@@ -18,6 +18,7 @@ Rule 7: a neighbour whose link is silent for much of the time, though never for 
 from dataclasses import dataclass
 
 from agents.commands import Command, Note, Tell
+from agents.due import is_due
 from agents.events import LinkHeard
 from agents.grants import Grants
 from agents.growth import Growth
@@ -34,7 +35,6 @@ TOLD_VERTICES_MAX = 256  # a message's share of a long path; the rest follows wh
 SILENT_SHARE_MAX = 0.35  # of the time: no one silence that a link gets over comes to more than 0.33
 STANDS_OUT = 4.0  # times as silent as the other link
 URGENT_S = 0.1  # an odometry: so often a robot speaks while a link is not fresh enough to last
-ROUNDING_S = 1e-6  # of the differences of times: less than a tick
 
 
 @dataclass(slots=True)
@@ -252,7 +252,9 @@ class Strand:
             self.reversal,
             self.dissolution,
         )
-        if news == self._told and now_s - self._told_at_s < self._tell_s(now_s) - ROUNDING_S:
+        if news == self._told and not is_due(
+            last_s=self._told_at_s, every_s=self._tell_s(now_s), now_s=now_s
+        ):
             return commands
         self._told, self._told_at_s = news, now_s
         if self.behind is not None:

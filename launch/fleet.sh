@@ -117,6 +117,7 @@ show_cursor() { printf '\e[?25h' >&7; }
 
 mourn_table() {
     show_cursor
+    printf '\e[0m\r\n\e[J' >&7 # it may have died within a line: what is said next has one of its own
     clew_say "the table $(how "$1"); the run goes on"
 }
 

@@ -132,6 +132,20 @@ def test_of_two_that_are_as_bad_the_one_that_was_left_out_before_is_left_out_aga
     assert made.call(waits, late_s)[1] == (1, 2, 4, 5), "robot 3 may be the one that hears nobody"
 
 
+@pytest.mark.parametrize(("hardly_heard", "left"), [(2, (1, 3, 4, 5)), (3, (1, 2, 4, 5))])
+def test_of_two_that_shun_each_other_the_one_that_is_hardly_heard_is_left_out(
+    hardly_heard: int, left: tuple[int, ...]
+) -> None:
+    waits = Lining(1, MISSION, epoch=EPOCH, members=ALL)
+    hears = {2: (1, 2, 4, 5), 3: (1, 3, 4, 5), 4: ALL, 5: ALL}
+    for number, now_s in enumerate((1.0, 2.0, PATIENCE_S), start=1):
+        for robot in ALL[1:]:
+            if robot != hardly_heard or now_s != 2.0:
+                hear(waits, robot, hears[robot], now_s, number=number)
+    stands(waits)
+    assert calls(2, 3, 4, 5).call(waits, PATIENCE_S + 0.1)[1] == left
+
+
 @pytest.mark.parametrize(("deaf", "hearers"), [(3, (1, 2, 4, 5)), (5, (1, 2, 3, 4))])
 def test_a_member_that_others_do_not_hear_is_left_out(deaf: int, hearers: tuple[int, ...]) -> None:
     made = Lining(1, MISSION, epoch=EPOCH, members=ALL)

@@ -65,6 +65,17 @@ def test_who_is_shunned_is_heard_again_where_no_way_is_found_without_it() -> Non
     assert made.shunned(BREAKS_MAX) == {3}, "who lines up with this robot is shunned for what it did"
 
 
+def test_without_whom_no_way_is_found_is_not_shunned_for_what_it_did_before_that() -> None:
+    made = calls(2, 3)
+    for at_s in range(BREAKS_MAX):
+        made.broke(2, float(at_s), since_s=0.0)
+    made.forgive((1, 3))
+    made.broke(2, float(BREAKS_MAX), since_s=0.0)
+    assert made.shunned(BREAKS_MAX) == frozenset()
+    made.broke(2, BREAKS_MAX + 1.0, since_s=0.0)
+    assert made.shunned(BREAKS_MAX + 1.0) == {2}
+
+
 @pytest.mark.parametrize("away", [2, WORLD_NUMBER])
 def test_who_was_cut_off_while_a_link_was_silent_is_not_shunned_for_that(away: int) -> None:
     made = calls(2, 3)

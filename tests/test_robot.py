@@ -184,6 +184,20 @@ def test_a_follower_checks_the_segment_with_its_own_scan_before_it_enters_it() -
     assert order_of(robot.handle(odometry(1.2, FRONT, finished=1), 1.2)).reach_m == pytest.approx(2.0)
 
 
+def test_a_follower_has_the_next_segment_checked_while_a_link_is_silent_and_drives_when_it_is_not() -> None:
+    robot = at_the_front()
+    silence = [robot.handle(odometry(t_s, FRONT, finished=1), t_s) for t_s in (1.0, 1.6, 2.2)]
+    assert only(LinkSilent, silence[-1])
+    assert only(AskScan, silence[-1])
+    checked = robot.handle(empty_scan(2.2, FRONT), 2.2)
+    assert only(SegmentChecked, checked)[0].clear
+    waits = robot.handle(odometry(2.4, FRONT, finished=1), 2.4)
+    assert order_of(waits).reach_m == pytest.approx(0.5), "it has no order but the one that is done"
+    assert not only(AskScan, waits), "it has seen what it wanted to see"
+    heard = robot.handle(ahead(4, authority_m=2.0, echo_s=2.4), 2.5)
+    assert order_of(heard).reach_m == pytest.approx(2.0)
+
+
 def test_a_follower_drives_no_further_than_its_authority() -> None:
     robot = follower(authority_m=0.3)
     robot.handle(empty_scan(0.1, BACK), 0.1)
