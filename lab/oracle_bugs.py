@@ -199,7 +199,7 @@ BUGS = (
         (
             Edit(
                 "agents/advance.py",
-                "        if not watched and not self._follower.is_clear(reach_m):",
+                "        if self._needs_check(strand, reach_m):",
                 "        if False:",
             ),
             Edit(
