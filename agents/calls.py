@@ -18,6 +18,7 @@ from collections.abc import Sequence, Set
 from itertools import chain
 
 from agents.driver import Driver
+from agents.giving import COMES_BACK_S
 from agents.lining import Lining
 from agents.presence import GRACE_S, Presence
 from protocol.epochs import called_epoch
@@ -189,7 +190,16 @@ class Calls:
     def _next_invitation(self, robot: int, now_s: float) -> None:
         self._invites_at_s[robot] = now_s + min(INVITES_S * 2.0 ** self._invited[robot], INVITES_S_MAX)
 
-    def settle(self, lining: Lining, driver: Driver, now_s: float) -> None:
+    def attend(self, lining: Lining, driver: Driver, now_s: float) -> None:
+        """Have a lining up know what tokens and clocks say of those that are left out."""
+        left_out = frozenset(range(1, self._mission.robots + 1)) - set(lining.members)
+        went_by_s = now_s - COMES_BACK_S
+        gone = [self.presence.has_gone_by(robot, went_by_s) for robot in left_out]
+        lining.others_may_come_back = not all(gone)
+        if lining.free_at_s is None and lining.all_are_bound:
+            self._settle(lining, driver, now_s)
+
+    def _settle(self, lining: Lining, driver: Driver, now_s: float) -> None:
         """Rule 5: have a lining up know when its members may drive, now that all are bound."""
         if self._newly_left_out(lining.members):
             if lining.asked is None:

@@ -21,7 +21,7 @@ from protocol.mission import Mission
 from protocol.timeline import RouteLost
 
 MAKES_WAY_S = 5.0  # a process that is started again is there after two
-COMES_BACK_S = 15.0  # who is left out, and stands in the way
+COMES_BACK_S = 15.0  # who is left out, and stands in the way; who has gone for so long does not
 
 
 class Giving:
@@ -36,6 +36,8 @@ class Giving:
         self.wants_another_order = False
         self.goes_on_with: tuple[int, ...] = ()
         """Rule 3: who is in place, leader first; empty as long as the others may still come."""
+        self.others_may_come_back = True
+        """Whether some of those that are left out may be lined up with again before long."""
         self.stuck_at_s: float | None = None
         """Since when nobody who remains finds a way to a place behind this robot, the last in place."""
 
@@ -85,7 +87,7 @@ class Giving:
             self.wants_another_order = True
             return []
         self.stuck_at_s = now_s if self.stuck_at_s is None else self.stuck_at_s
-        if len(roster.members) < self._mission.robots:
+        if not all_are_here and self.others_may_come_back:
             patience_s = COMES_BACK_S if self._gave_up else MAKES_WAY_S
             if now_s - self.stuck_at_s < patience_s:
                 return []

@@ -97,6 +97,15 @@ class Lining:
         return self._giving.stuck_at_s
 
     @property
+    def others_may_come_back(self) -> bool:
+        """Whether some of those that are left out may be lined up with again before long."""
+        return self._giving.others_may_come_back
+
+    @others_may_come_back.setter
+    def others_may_come_back(self, may: bool) -> None:
+        self._giving.others_may_come_back = may
+
+    @property
     def finds_no_way(self) -> bool:
         """Whether this robot has had a turn in vain, or nobody who remains finds a way to behind it."""
         said = self._announcer.said

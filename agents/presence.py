@@ -61,6 +61,10 @@ class Presence:
         """Whether a robot shows one."""
         return bool(self._tokens.get(robot))
 
+    def has_gone_by(self, robot: int, at_s: float) -> bool:
+        """Whether a robot has shown no token since then, or this one has never seen any."""
+        return not self.shows(robot) and self._went_s.get(robot, at_s) <= at_s
+
     def has_shown_since(self, robot: int, at_s: float) -> bool:
         """Whether a robot, or the world, has shown the same token from then on, as far as was seen."""
         return self.shows(robot) and self._came_s[robot] <= at_s

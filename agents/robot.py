@@ -348,8 +348,7 @@ class Robot:
         self._lining = Lining(self._robot, self._mission, now_s, epoch=strand.epoch + 1, members=members)
 
     def _line_up(self, lining: Lining, now_s: float) -> list[Command]:
-        if lining.free_at_s is None and lining.all_are_bound:
-            self._calls.settle(lining, self._driver, now_s)
+        self._calls.attend(lining, self._driver, now_s)
         scan = self._senses.take() if self._driver.standing else None
         commands = lining.act(self._driver, scan, now_s)
         if lining.finds_no_way:

@@ -4,7 +4,8 @@ Rule 1: the core are the robots that live at the end and suffer nothing that las
         they have to be in one strand within `HEAL_S_MAX`, and arrive.
 Rule 2: bodies of the dead stand where they died. Where they leave somebody of the core no sure way to the
         goal, nothing is asked: all may have to stay, or say so.
-Rule 3: a way is sure that the full map shows with `SPARE_M` to spare on both sides.
+Rule 3: a way is sure that the full map shows with `SPARE_M` to spare on both sides. Whoever stands nearer to
+        something comes to one straight, and no nearer to anything than it stands.
 """
 
 import math
@@ -13,8 +14,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from scipy import ndimage
 
-from protocol.arrays import Flags, Floats
+from protocol.arrays import Flags, Floats, distances_to_segments
 from protocol.keys import robot_number
+from protocol.sweep import TOUCHING_M
 from protocol.timeline import Entry, FaultInjected, RobotArrived, StrandFormed
 from world.clearance import clearance
 from world.core import HEAL_S_MAX, World
@@ -47,7 +49,7 @@ def unlively(
     late = healed_s is not None and healed_s - quiet_s > HEAL_S_MAX
     if arrived and not late:
         return None
-    if not all_have_way(world, core):
+    if not all_have_way(world.scenario, world.bodies.place_m, core):
         return None
     if late:
         return f"all faults were over at t={quiet_s:.1f} s, and there was one strand at t={healed_s:.1f} s"
@@ -109,9 +111,8 @@ def _is_one(formed: dict[int, StrandFormed], core: Sequence[int]) -> bool:
     )
 
 
-def all_have_way(world: World, core: Sequence[int]) -> bool:
-    """Rules 2 and 3, at the end of the run."""
-    scenario, places_m = world.scenario, world.bodies.place_m
+def all_have_way(scenario: Scenario, places_m: Floats, core: Sequence[int]) -> bool:
+    """Rules 2 and 3, for robots that stand at such places `(n, 2)`."""
     bodies_m = np.array([place for row, place in enumerate(places_m) if row + 1 not in core]).reshape(-1, 2)
     free, xs_m, ys_m = _free_cells(scenario, bodies_m)
     if scenario.goal is None:
@@ -122,9 +123,11 @@ def all_have_way(world: World, core: Sequence[int]) -> bool:
     at_goal = free & (np.hypot(grid_x_m - goal_m[0], grid_y_m - goal_m[1]) <= tolerance_m)
     reached = set(np.unique(labels[at_goal]).tolist())
     for robot in core:
-        x_m, y_m = places_m[robot - 1]
-        near = free & (np.hypot(grid_x_m - x_m, grid_y_m - y_m) <= NEAR_M)
-        if not reached.intersection(np.unique(labels[near]).tolist()):
+        at_m = places_m[robot - 1]
+        near = free & (np.hypot(grid_x_m - at_m[0], grid_y_m - at_m[1]) <= NEAR_M)
+        cells_m = np.stack([grid_x_m[near], grid_y_m[near]], axis=-1)
+        begins = _comes_no_nearer(scenario, bodies_m, at_m, cells_m)
+        if not reached.intersection(np.unique(labels[near][begins]).tolist()):
             return False
     return True
 
@@ -136,7 +139,21 @@ def _free_cells(scenario: Scenario, bodies_m: Floats) -> tuple[Flags, Floats, Fl
     xs_m = np.arange(bounds.x_m_min + hull_m, bounds.x_m_max - hull_m, CELL_M)
     ys_m = np.arange(bounds.y_m_min + hull_m, bounds.y_m_max - hull_m, CELL_M)
     cells_m = np.stack(np.meshgrid(xs_m, ys_m), axis=-1).reshape(-1, 2)
-    free = clearance(scenario.ground, cells_m, cells_m) >= keep_m
-    for body_m in bodies_m:
-        free &= np.hypot(*(cells_m - body_m).T) >= keep_m + hull_m
+    free = _off_m(scenario, bodies_m, cells_m, cells_m) >= keep_m
     return free.reshape(len(ys_m), len(xs_m)), xs_m, ys_m
+
+
+def _comes_no_nearer(scenario: Scenario, bodies_m: Floats, at_m: Floats, cells_m: Floats) -> Flags:
+    """Rule 3: to which cells a robot comes straight, and no nearer to anything than it stands."""
+    starts = np.broadcast_to(at_m, cells_m.shape)
+    stands_m, comes_m = (_off_m(scenario, bodies_m, starts, ends) for ends in (starts, cells_m))
+    return np.asarray(comes_m >= np.minimum(stands_m, scenario.closest_m + SPARE_M) - TOUCHING_M)
+
+
+def _off_m(scenario: Scenario, bodies_m: Floats, starts: Floats, ends: Floats) -> Floats:
+    """How far straight moves `(n, 2)` of a robot's centre are from all obstacles and bodies' hulls."""
+    off_m = clearance(scenario.ground, starts, ends)
+    for body_m in bodies_m:
+        hull_off_m = distances_to_segments(body_m, starts, ends) - scenario.fleet.robot_radius_m
+        off_m = np.minimum(off_m, hull_off_m)
+    return off_m

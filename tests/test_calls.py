@@ -9,6 +9,7 @@ from msgspec.structs import replace
 
 from agents.calls import ANSWERS, ASKS_S, GAPS, INVITES_S, LISTENS_S, RANK_S, SLEPT_S, Calls
 from agents.driver import Driver
+from agents.giving import COMES_BACK_S
 from agents.lining import Lining
 from agents.presence import GRACE_S
 from agents.waiting import SLOW_S
@@ -303,7 +304,7 @@ def settled(made: Calls, waits: Lining, driver: Driver, now_s: float, *, ordered
     """When members may drive, as far as is known when an odometry comes that knows of so many orders."""
     number = driver.drive.number
     driver.hear(replace(STANDS, t_s=now_s, ordered=ordered, finished=min(ordered, number)))
-    made.settle(waits, driver, now_s)
+    made.attend(waits, driver, now_s)
     return waits.free_at_s
 
 
@@ -311,7 +312,7 @@ def test_since_when_it_stands_is_dated_by_an_odometry_that_knows_of_an_order_giv
     None
 ):
     made, driver = calls(2, 3, 4), Driver(speed_mps=MISSION.speed_mps)
-    waits = Lining(1, MISSION, epoch=EPOCH, members=ALL[:4])
+    waits = lining(ALL[1:4], members=ALL[:4])
     old = settled(made, waits, driver, 7.0, ordered=0)
     asks = driver.drive
     old_too = settled(made, waits, driver, 7.1, ordered=asks.number - 1)
@@ -322,9 +323,26 @@ def test_since_when_it_stands_is_dated_by_an_odometry_that_knows_of_an_order_giv
 
 def test_where_nobody_is_left_out_no_order_has_to_be_heard_of() -> None:
     driver = Driver(speed_mps=MISSION.speed_mps)
-    waits = Lining(1, MISSION, epoch=EPOCH, members=ALL)
+    waits = lining(ALL[1:])
     assert settled(calls(2, 3, 4, 5), waits, driver, 7.0, ordered=0) == 7.0
     assert driver.drive.number == 0
+
+
+def test_who_is_left_out_may_come_back_as_long_as_it_shows_a_token_and_for_a_while_after_that() -> None:
+    made, driver = calls(2, 3, 4, 5), Driver(speed_mps=MISSION.speed_mps)
+    waits = lining(ALL[1:3], members=ALL[:3])
+    driver.hear(STANDS)
+    made.presence.go(4, "a", 1.0)
+
+    def may_at(now_s: float) -> bool:
+        made.attend(waits, driver, now_s)
+        return waits.others_may_come_back
+
+    shows = may_at(3.0 * COMES_BACK_S)
+    made.presence.go(5, "a", 50.0)
+    gone = [may_at(now_s) for now_s in (50.0, 49.9 + COMES_BACK_S, 50.0 + COMES_BACK_S)]
+    made.presence.come(5, "b", 70.0)
+    assert [shows, *gone, may_at(99.0)] == [True, True, True, False, True]
 
 
 def test_members_go_on_only_as_long_as_they_may_leave_out_the_others_that_show_tokens() -> None:

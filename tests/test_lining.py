@@ -272,3 +272,9 @@ def test_where_somebody_is_left_out_who_may_stand_in_the_way_the_leader_first_wa
     turns = [gives_itself_a_turn(lining, 6.0 + wait_s) for wait_s in (0.0, MAKES_WAY_S - 0.5, MAKES_WAY_S)]
     assert turns == [False, False, True]
     assert lining.stuck_at_s == 6.0
+
+
+def test_who_has_gone_for_long_is_not_waited_for() -> None:
+    lining = alone_in_place()
+    lining.others_may_come_back = False
+    assert gives_itself_a_turn(lining, 6.0)

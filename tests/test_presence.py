@@ -62,6 +62,17 @@ def test_who_was_away_or_whose_place_another_process_took_has_not_shown_its_toke
     assert [presence.has_shown_since(robot, 5.1) for robot in (2, 3)] == [True, True]
 
 
+def test_who_has_gone_by_some_time_shows_no_token_and_has_shown_none_since() -> None:
+    presence = Presence()
+    presence.come(2, "a", 1.0)
+    before = presence.has_gone_by(2, 9.0)
+    presence.go(2, "a", 5.0)
+    gone = [presence.has_gone_by(2, at_s) for at_s in (4.9, 5.0)]
+    presence.come(2, "b", 8.0)
+    assert [before, *gone, presence.has_gone_by(2, 9.0)] == [False, False, True, False]
+    assert presence.has_gone_by(3, 9.0), "it has never come"
+
+
 def test_a_robot_that_is_heard_without_a_token_is_lost_only_when_that_ends() -> None:
     presence = connected(1)
     presence.go(1, "a", 5.0)
