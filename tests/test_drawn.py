@@ -70,6 +70,12 @@ def rehearsed(name: str, seed: int) -> tuple[Rehearsal, str]:
         ("back-after-the-call", 18613, 17.813, (5,)),
         # Who can never come must not keep those from arriving that are nearly there.
         ("locked-out-by-two-bodies", 1619, 13.412, (5,)),
+        # Who misses six of seven messages, scans too, must not wait for one scan after the other.
+        ("nearly-deaf-in-a-pockets-mouth", 11139, 19.277, (3,)),
+        # Of two that do not hear each other the one that others hear well must not be left out.
+        ("a-leader-nearly-mute", 6164, 20.229, (2,)),
+        # The dead do not come back: it is no use to wait for them whenever nobody finds a place.
+        ("waited-for-the-dead", 14064, 18.564, ()),
     ],
 )
 def test_a_fleet_gets_over_what_it_once_did_not(
