@@ -192,9 +192,8 @@ class Calls:
 
     def attend(self, lining: Lining, driver: Driver, now_s: float) -> None:
         """Have a lining up know what tokens and clocks say of those that are left out."""
-        left_out = frozenset(range(1, self._mission.robots + 1)) - set(lining.members)
         went_by_s = now_s - COMES_BACK_S
-        gone = [self.presence.has_gone_by(robot, went_by_s) for robot in left_out]
+        gone = [self.presence.has_gone_by(robot, went_by_s) for robot in self._outside(lining.members)]
         lining.others_may_come_back = not all(gone)
         if lining.free_at_s is None and lining.all_are_bound:
             self._settle(lining, driver, now_s)
@@ -208,8 +207,12 @@ class Calls:
                 return
         lining.free_at_s = self.free_at_s(lining.members, now_s)
 
+    def _outside(self, members: tuple[int, ...]) -> frozenset[int]:
+        """All robots but these."""
+        return frozenset(range(1, self._mission.robots + 1)).difference(members)
+
     def _newly_left_out(self, members: tuple[int, ...]) -> frozenset[int]:
-        return frozenset(range(1, self._mission.robots + 1)) - set(members) - self._left_out_before
+        return self._outside(members) - self._left_out_before
 
     def free_at_s(self, members: tuple[int, ...], now_s: float) -> float:
         """When whoever is left out stands for good, at a time since when all members are bound.
@@ -218,7 +221,7 @@ class Calls:
         """
         mission = self._mission
         newly = self._newly_left_out(members)
-        self._left_out_before = frozenset(range(1, mission.robots + 1)) - set(members)
+        self._left_out_before = self._outside(members)
         for robot in newly & self.presence.robots:  # rule 3, for one that is there and did not do
             self._invited[robot] += FAILED_TURNS
             self._next_invitation(robot, now_s)
@@ -243,9 +246,8 @@ class Calls:
             worst, unheard = Counter(chain.from_iterable(pairs)), Counter(other for _, other in pairs)
             # Of two that are as bad, the one that has not done before; else the one that is not heard: the
             # other may shun it for a reason; else the one that this robot has missed for longer.
-            missed_s = {robot: lining.missed_s(robot, now_s) for robot in worst}
             guilt = {
-                robot: (pairs_of, self._invited[robot], unheard[robot], missed_s[robot], robot)
+                robot: (pairs_of, self._invited[robot], unheard[robot], lining.missed_s(robot, now_s), robot)
                 for robot, pairs_of in worst.items()
             }
             out.add(max(guilt, key=lambda robot: guilt[robot]))

@@ -87,8 +87,7 @@ class Member:
         self._watch = Watch(mission, driver, senses)
         self._memory = memory
         self.strand = strand
-        left_out = len(strand.order) < mission.robots
-        self.follower = Follower(mission, strand.start_m, some_are_left_out=left_out)
+        self.follower = Follower(mission, strand.start_m, some_are_left_out=self._some_are_left_out)
         self._advance = Advance(mission, driver, senses, self.follower)
         self._step: StepPlanned | None = None
         self._revolutions = mission.revolutions
@@ -106,6 +105,10 @@ class Member:
         """Whether it leads and knows no way on, and another robot might."""
         self._heals = is_called(strand.epoch)
         self._moved_before = False
+
+    @property
+    def _some_are_left_out(self) -> bool:
+        return len(self.strand.order) < self._mission.robots
 
     @property
     def has_moved(self) -> bool:
@@ -306,7 +309,7 @@ class Member:
 
     def _plan(self, now_s: float) -> list[Command]:
         leader, strand = self._memory.leader(self._driver.odometry.pose), self.strand
-        leader.bodies_may_move |= len(strand.order) < self._mission.robots
+        leader.bodies_may_move |= self._some_are_left_out
         settled = strand.quiet_s(now_s) >= SETTLED_S
         if leader.is_done(self._position()):
             strand.back_by_m = 0.0
@@ -356,7 +359,7 @@ class Member:
         """Whether a way that is not there will not be: what moves into the way may move on."""
         self._stuck_at_s = min(self._stuck_at_s, now_s)
         patience_s = PATIENCE_S if self._mission.obstacles_move else 0.0
-        if len(self.strand.order) < self._mission.robots:
+        if self._some_are_left_out:
             patience_s = max(patience_s, COMES_BACK_S)
         return now_s - self._stuck_at_s >= patience_s
 
