@@ -24,7 +24,7 @@ from typing import Any
 from agents.shell import run
 from protocol.blows import HostOrder, ear, orders
 from protocol.ending import asked_to_end, until_ended
-from protocol.errors import UsageError
+from protocol.errors import SessionLostError, UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.strokes import Blow
 from protocol.faulty_transport import Conditions
@@ -60,6 +60,9 @@ def run_robot(robot: int, told: Orders, lifeline: int | None, *, again: bool = F
     except UsageError as error:
         _say(f"robot {robot}: {error}")
         return ExitCode.USAGE
+    except SessionLostError as error:
+        _say(f"robot {robot}: {error}")
+        return ExitCode.FAILED
 
 
 def run_host(robots: Sequence[int], told: Orders, lifeline: int | None) -> int:

@@ -78,6 +78,7 @@ async def run(
 
     Raises:
         UsageError: no router admits us.
+        SessionLostError: as `open_transport` says.
     """
     keys, name = session.keys, robot_name(robot)
     hear = [keys.link("*", name), keys.odometry(name), keys.muster("*"), keys.logged(name), keys.fault(name)]

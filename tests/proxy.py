@@ -20,6 +20,7 @@ from random import Random
 
 PIECE_BYTES_MAX = 4096  # of one read: some messages of a fleet
 PIECES_MAX = 256  # on their way: then the sender has to wait, as it would for a full window
+FRAME, MESSAGE_MASK = 0x05, 0x1F  # of a batch's first byte: the kind of the transport message that it holds
 LINGER_NOT = struct.pack("ii", 1, 0)  # closing sends a reset
 
 
@@ -45,6 +46,8 @@ class Faults:
     jitter_s: float = 0.0
     """At most this much is added to the delay."""
     rate_bytes_per_s: float | None = None
+    forged: bytes = b""
+    """Follows what Zenoh says in a frame that is all of the piece, as if the sender had said it."""
 
     def __post_init__(self) -> None:
         for name in ("flip_probability", "truncate_probability", "reset_probability"):
@@ -62,6 +65,14 @@ class Fate:
     """`flipped`, `truncated`, `reset`."""
 
 
+def lengthened(piece: bytes, by: bytes) -> bytes:
+    """A batch of Zenoh's over TCP, if it is a frame and whole, with this at its end."""
+    size_bytes = int.from_bytes(piece[:2], "little")
+    if len(piece) != 2 + size_bytes or size_bytes == 0 or piece[2] & MESSAGE_MASK != FRAME:
+        return piece
+    return (size_bytes + len(by)).to_bytes(2, "little") + piece[2:] + by
+
+
 def fate(piece: bytes, faults: Faults, random: Random) -> Fate:
     """What becomes of a piece that is not empty."""
     flips = random.random() < faults.flip_probability
@@ -70,6 +81,7 @@ def fate(piece: bytes, faults: Faults, random: Random) -> Fate:
     kept_bytes = random.randrange(len(piece))
     resets = random.random() < faults.reset_probability
     delay_s = faults.delay_s + random.uniform(0.0, faults.jitter_s)
+    piece = lengthened(piece, faults.forged)
     if flips:
         damaged = bytearray(piece)
         damaged[bit // 8] ^= 1 << bit % 8

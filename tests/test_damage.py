@@ -2,15 +2,17 @@
 
 import asyncio
 import shutil
+import signal
 import tempfile
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import pytest
 
 from lab.prepare import free_endpoint
+from protocol.errors import SessionLostError
 from protocol.messages import Message
 from protocol.session import write_sessions
 from protocol.transport import Arrival, Heard, Refused
@@ -31,6 +33,8 @@ from tests.wire import (
 pytestmark = pytest.mark.processes
 
 ROBOTS = ("r1", "r2", "r3")
+WIRES_MAX = 5  # in 17 of 300 talks Zenoh panicked
+UNHEARD_OF = Faults(forged=b"\x19\x01")  # the end of an interest, of which Zenoh has a client panic
 TALK_S_MAX = 60.0  # it takes some seconds, more where Zenoh has to open its links again and again
 GROVE = ("grove", "-n", str(len(ROBOTS)), "--speed", "2")  # 17 s of the run where nothing goes wrong
 ROUND_S = 0.005  # for what has been sent to arrive
@@ -82,9 +86,8 @@ class Talk:
         return [each for each in self.heard if self.said.get((each.key, each.number)) != each.message]
 
 
-async def talk(folder: Path, between: Proxy, faults: Faults, *, until_refused: int) -> Talk:
+async def converse(talk: Talk, folder: Path, between: Proxy, faults: Faults, *, until_refused: int) -> None:
     """Say different things on all kinds of keys, until enough has been refused."""
-    talk = Talk()
     async with asyncio.timeout(TALK_S_MAX):
         with ExitStack() as stack:
             world = stack.enter_context(world_transport(folder))
@@ -103,7 +106,6 @@ async def talk(folder: Path, between: Proxy, faults: Faults, *, until_refused: i
                     talk.hear(await each.arrivals(ROUND_S))
             for way in Way:
                 between.faults[way] = Faults()
-    return talk
 
 
 @pytest.mark.parametrize(
@@ -112,10 +114,37 @@ async def talk(folder: Path, between: Proxy, faults: Faults, *, until_refused: i
     ids=["flips", "cuts"],
 )
 async def test_what_is_heard_on_a_damaged_wire_was_sent(faults: Faults, until_refused: int) -> None:
+    refused = 0
+    for seed in range(1, WIRES_MAX + 1):
+        talk = Talk()
+        with damaged_wire(seed) as (folder, between), suppress(SessionLostError):
+            await converse(talk, folder, between, faults, until_refused=until_refused - refused)
+        assert talk.corrupt == []
+        assert len(talk.heard) > len(talk.refused)
+        if (refused := refused + len(talk.refused)) >= until_refused:
+            return
+    pytest.fail(f"{WIRES_MAX} times a session was lost before as much was refused")
+
+
+async def test_a_session_in_which_zenoh_panics_is_lost() -> None:
     with damaged_wire(seed=1) as (folder, between):
-        heard = await talk(folder, between, faults, until_refused=until_refused)
-    assert heard.corrupt == []
-    assert len(heard.heard) > len(heard.refused)
+        with pytest.raises(SessionLostError, match="Zenoh has panicked"):
+            await converse(Talk(), folder, between, UNHEARD_OF, until_refused=1)
+        assert between.faults[Way.UP] == UNHEARD_OF  # it was lost after that, and not at the start
+
+
+def test_world_and_robots_whose_sessions_are_lost_say_so_and_end(fleet: Fleet) -> None:
+    outer, inner = port_of(free_endpoint()), port_of(free_endpoint())
+    endpoint, listen = f"tcp/127.0.0.1:{outer}", f"tcp/127.0.0.1:{inner}"
+    with (
+        proxy_aside(inner, listen=outer, seed=1) as between,
+        Parts(fleet, len(ROBOTS), GROVE, endpoint, listen).started() as world,
+    ):
+        fleet.wait_for("step.planned")
+        between.faults[Way.DOWN] = UNHEARD_OF
+        assert world.wait(RUN_S_MAX) == -signal.SIGABRT  # a crash, after which the launcher starts it again
+    for who in ("world", *(f"robot {number}" for number in range(1, len(ROBOTS) + 1))):
+        assert f"{who}: Zenoh has panicked, and the session is lost" in said(fleet)
 
 
 def test_fleet_arrives_over_a_slow_wire_that_was_damaging_for_a_while(fleet: Fleet) -> None:

@@ -4,12 +4,13 @@ import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from random import Random
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.proxy import PIECE_BYTES_MAX, Fate, Faults, Proxy, Way, fate, proxy
+from tests.proxy import FRAME, PIECE_BYTES_MAX, Fate, Faults, Proxy, Way, fate, proxy
 
 DEADLINE_S = 20.0  # on a loaded machine; nothing here takes a tenth of it
 PIECES = st.binary(min_size=1, max_size=64)
@@ -93,10 +94,22 @@ def test_one_fault_more_moves_no_draw_of_the_others(pieces: list[bytes], seed: i
     assert [(each.piece, each.struck) for each in few] == [(each.piece, each.struck) for each in many]
 
 
+@given(PIECES)
+def test_what_is_forged_follows_in_a_whole_frame_alone(said: bytes) -> None:
+    frame = bytes([FRAME]) + said
+    whole = len(frame).to_bytes(2, "little") + frame
+    forging = Faults(forged=b"and that")
+    longer = (len(frame) + len(b"and that")).to_bytes(2, "little") + frame + b"and that"
+    assert fate(whole, forging, Random(1)).piece == longer
+    for other in (whole[:-1], whole + whole, b"\x01\x00\x04", b"\x00\x00"):
+        assert fate(other, forging, Random(1)).piece == other
+
+
 @pytest.mark.parametrize("name", ["flip_probability", "truncate_probability", "reset_probability"])
 def test_probability_above_one_is_refused(name: str) -> None:
+    too_likely: dict[str, Any] = {name: 1.5}
     with pytest.raises(ValueError, match=f"{name} must be within 0 and 1, got 1.5"):
-        Faults(**{name: 1.5})
+        Faults(**too_likely)
 
 
 async def test_without_faults_everything_comes_through() -> None:

@@ -2,10 +2,11 @@
 
 import argparse
 import logging
+import os
 import sys
 from pathlib import Path
 
-from protocol.errors import UsageError
+from protocol.errors import SessionLostError, UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import NO_FAULTS
 from protocol.faults.plan import load as load_plan
@@ -48,6 +49,9 @@ def main() -> int:
     except RecordingFailedError as error:
         logging.error("%s", error)
         return ExitCode.FAILED
+    except SessionLostError as error:
+        logging.error("%s", error)
+        os.abort()  # a crash, and not our verdict: the launcher starts the world again, which goes on
     logging.info("%s: %s", "ok" if verdict.ok else "FAILED", verdict.reason)
     return verdict.exit_code
 

@@ -80,6 +80,7 @@ def run(request: Request) -> Verdict:
     Raises:
         UsageError: no router admits us, or the run's folder will not do.
         RecordingFailedError: the timeline or the verdict cannot be written any more.
+        SessionLostError: as `open_transport` says; the timeline holds all until then.
     """
     return asyncio.run(_run(request))
 
