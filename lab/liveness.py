@@ -16,7 +16,6 @@ from scipy import ndimage
 
 from protocol.arrays import Flags, Floats, distances_to_segments
 from protocol.keys import robot_number
-from protocol.sweep import TOUCHING_M
 from protocol.timeline import Entry, FaultInjected, RobotArrived, StrandFormed
 from world.clearance import clearance
 from world.core import HEAL_S_MAX, World
@@ -25,6 +24,7 @@ from world.scenario import Scenario
 CELL_M = 0.03  # a fifth of the robots of a swarm
 SPARE_M = 0.05
 NEAR_M = 0.25  # a robot may stand so near to something that the sure way begins a little beside it
+ASKEW_M = 0.001  # no cell lies exactly sideways: the way to the best leads half a millimetre nearer to something
 
 
 def unlively(
@@ -147,7 +147,7 @@ def _comes_no_nearer(scenario: Scenario, bodies_m: Floats, at_m: Floats, cells_m
     """Rule 3: to which cells a robot comes straight, and no nearer to anything than it stands."""
     starts = np.broadcast_to(at_m, cells_m.shape)
     stands_m, comes_m = (_off_m(scenario, bodies_m, starts, ends) for ends in (starts, cells_m))
-    return np.asarray(comes_m >= np.minimum(stands_m, scenario.closest_m + SPARE_M) - TOUCHING_M)
+    return np.asarray(comes_m >= np.minimum(stands_m, scenario.closest_m + SPARE_M) - ASKEW_M)
 
 
 def _off_m(scenario: Scenario, bodies_m: Floats, starts: Floats, ends: Floats) -> Floats:

@@ -1,5 +1,7 @@
 """Whether a robot had a sure way to the goal, by the full map: `lab/liveness.py`."""
 
+import math
+
 import numpy as np
 import pytest
 from msgspec.structs import replace
@@ -57,3 +59,11 @@ def test_a_body_in_the_door_leaves_no_way() -> None:
     wide_m = SURE_M + 0.05
     assert has_way(wide_m, (0.0, 0.0))
     assert not has_way(wide_m, (0.0, 0.0), (2.0, 0.0))
+
+
+@pytest.mark.parametrize("apart_m", [0.01, 0.03, 0.06])
+@pytest.mark.parametrize("heading_rad", np.linspace(0.0, math.pi, 7))
+def test_who_stands_between_two_bodies_steps_out_sideways(apart_m: float, heading_rad: float) -> None:
+    here, radius_m = np.array([4.0, 0.5]), with_door(KEEP_M).fleet.robot_radius_m
+    beside_m = (KEEP_M + radius_m + apart_m) * np.array([math.cos(heading_rad), math.sin(heading_rad)])
+    assert has_way(KEEP_M, (4.0, 0.5), tuple(here + beside_m), tuple(here - beside_m))
