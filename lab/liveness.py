@@ -24,7 +24,7 @@ from world.scenario import Scenario
 CELL_M = 0.03  # a fifth of the robots of a swarm
 SPARE_M = 0.05
 NEAR_M = 0.25  # a robot may stand so near to something that the sure way begins a little beside it
-ASKEW_M = 0.001  # no cell lies exactly sideways: the way to the best leads half a millimetre nearer to something
+ASKEW_M = 0.001  # no cell lies exactly sideways: to the best it is half a millimetre nearer to something
 
 
 def unlively(

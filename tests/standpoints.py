@@ -1,6 +1,6 @@
 """Standpoints in random worlds: what a robot there sees, and what shapely says is true. Not a test file."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
 import numpy as np
@@ -23,6 +23,7 @@ RADIUS_M, EPSILON_M = 0.15, 0.05
 BERTH_M = RADIUS_M + EPSILON_M
 RANGE_M_MAX = 4.0
 SIZE_M = (3.0, 2.4)
+PLACES = st.tuples(st.floats(-0.5, SIZE_M[0] + 0.5), st.floats(0.0, SIZE_M[1]))
 SEEDS = 5  # of each kind; making a field takes longer than looking around in it
 HEADINGS_RAD = np.linspace(-np.pi, np.pi, 60, endpoint=False)
 HEADINGS = np.stack([np.cos(HEADINGS_RAD), np.sin(HEADINGS_RAD)], axis=1)
@@ -122,15 +123,15 @@ def standpoints(draw: st.DrawFn) -> Standpoint:
     It touches with its hull, or with its clearance; then the last bits of rounding decide.
     """
     shapes = field_shapes(draw(st.sampled_from(Kind)), draw(st.integers(0, SEEDS - 1)))
-    place = np.array([draw(st.floats(-0.5, SIZE_M[0] + 0.5)), draw(st.floats(0.0, SIZE_M[1]))])
+    places = draw(st.lists(PLACES, min_size=6, max_size=6))  # of which one in two is clear
     directions = draw(st.sampled_from([24, 90, 360]))
     error_m, chance = draw(st.sampled_from([0.0, 0.00125, 0.01])), draw(st.integers(0, 2**16))
     touch_m = draw(st.sampled_from([None, RADIUS_M + 1e-3, BERTH_M, BERTH_M + error_m + 1e-3]))
-    there = Standpoint(shapes, place, directions, error_m, chance)
+    candidates = [Standpoint(shapes, np.array(place), directions, error_m, chance) for place in places]
+    there = next((each for each in candidates if each.off_m > (touch_m or RADIUS_M)), candidates[0])
+    assume(there.off_m > (touch_m or RADIUS_M))
     if touch_m is not None:
-        assume(there.off_m > touch_m)
-        there = Standpoint(shapes, _drawn_up(there, touch_m), directions, error_m, chance)
-    assume(there.off_m >= RADIUS_M)
+        there = replace(there, position=_drawn_up(there, touch_m))
     assume(there.mission.range_m_max >= 2.0 * BERTH_M)  # as the loader does
     return there
 
