@@ -19,7 +19,7 @@ from pathlib import Path
 
 from lab.request import Request, parse, robot_options, world_options
 from lab.run_folder import LATEST, RUNS, folder_name, make_folder
-from protocol.errors import UsageError
+from protocol.errors import SessionLostError, UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.fit import check_fits
 from protocol.faults.plan import load as load_plan
@@ -131,6 +131,9 @@ def main(arguments: Sequence[str]) -> int:
     except UsageError as error:
         sys.stderr.write(f"fleet.sh: {error}\n")
         return ExitCode.USAGE
+    except SessionLostError as error:
+        sys.stderr.write(f"fleet.sh: {error}\n")
+        return ExitCode.FAILED
     sys.stdout.write("\n".join(assignments) + "\n")
     return 0
 

@@ -75,6 +75,10 @@ class Keys:
         """Liveliness token; the incarnation tells a restarted source from its forerunner."""
         return f"{self.root}/alive/{source}/{incarnation}"
 
+    def pulse(self, source: str) -> str:
+        """Where a process speaks to nobody, to find out whether its session still can."""
+        return f"{self.root}/pulse/{source}"
+
     def behind_root(self, key: str) -> str:
         """A key as it stands in the books: without what all keys of the run start with."""
         return key.removeprefix(self.root + "/")

@@ -8,12 +8,14 @@ Rule 3: everything is sent with congestion control DROP, which holds the loop up
         there and back), and of bursts of 1000 it lost a fifth and more, where batches lost nothing.
 Rule 4: only what came through the router is heard: a session would otherwise hear its own forgeries.
 Rule 5: where Zenoh panics, as it does at some bytes that no router should send, its locks stay poisoned and
-        the session is of no more use: its process ends, and the fleet goes on as after a crash.
+        the session is of no more use: its process ends, and the fleet goes on as after a crash. Who hears
+        nothing looks for that, since it may have nothing to say either, and its token would stay.
 """
 
 import asyncio
 import contextlib
 import json
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -30,6 +32,8 @@ from protocol.traffic import Traffic
 from protocol.transport import Appeared, Arrival, Asked, Heard, Refused, Vanished
 
 KEY_LENGTH_MAX = 200  # ours have less than 160 characters; the timeline takes no more
+
+PULSE_S = 0.2  # wall: a fifth of the silence after which a robot without a token is dead
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +56,9 @@ _Raw = zenoh.Sample | zenoh.Query | _Answer | _Token
 class ZenohTransport:
     """One process's session. Made by `open_transport`."""
 
-    def __init__(self, session: zenoh.Session) -> None:
+    def __init__(self, session: zenoh.Session, pulse_key: str) -> None:
         self._session = session
+        self._pulse_key, self._pulse_at_s = pulse_key, 0.0
         self._traffic = Traffic()
         self._arrived = asyncio.Event()
         loop = asyncio.get_running_loop()
@@ -72,7 +77,9 @@ class ZenohTransport:
 
     def put(self, key: str, message: Message) -> None:
         """Send to whoever subscribes to the key; may be lost, never blocks."""
-        payload = encode(message, self._traffic.send(key), key)
+        self._send(key, encode(message, self._traffic.send(key), key))
+
+    def _send(self, key: str, payload: bytes) -> None:
         with contextlib.suppress(zenoh.ZError):  # the session has been closed: lost, like any other
             self._session.put(
                 key,
@@ -102,6 +109,9 @@ class ZenohTransport:
                 while not (raw := self.inbox.drain()):
                     self._arrived.clear()  # it is set in this thread, so nothing can be missed here
                     await self._arrived.wait()
+        if not raw and time.monotonic() >= self._pulse_at_s:
+            self._pulse_at_s = time.monotonic() + PULSE_S
+            self._send(self._pulse_key, b"")
         return [self._arrival(each) for each in raw]
 
     def timestamp(self) -> str:
@@ -154,7 +164,7 @@ def open_transport(
         SessionLostError: Zenoh has panicked, here or in one of its own threads before.
     """
     with _panic_is_loss(), _connected(session) as connection:
-        transport = ZenohTransport(connection)
+        transport = ZenohTransport(connection, session.keys.pulse(session.name))
         callback = Callback(transport.inbox.append, indirect=False)
         for key in hear:
             connection.declare_subscriber(key, callback, allowed_origin=zenoh.Locality.REMOTE)

@@ -47,7 +47,7 @@ class Faults:
     """At most this much is added to the delay."""
     rate_bytes_per_s: float | None = None
     forged: bytes = b""
-    """Follows what Zenoh says in a frame that is all of the piece, as if the sender had said it."""
+    """Follows what Zenoh says in a frame with which the piece ends, as if the sender had said it."""
 
     def __post_init__(self) -> None:
         for name in ("flip_probability", "truncate_probability", "reset_probability"):
@@ -66,11 +66,14 @@ class Fate:
 
 
 def lengthened(piece: bytes, by: bytes) -> bytes:
-    """A batch of Zenoh's over TCP, if it is a frame and whole, with this at its end."""
-    size_bytes = int.from_bytes(piece[:2], "little")
-    if len(piece) != 2 + size_bytes or size_bytes == 0 or piece[2] & MESSAGE_MASK != FRAME:
+    """What Zenoh says over TCP, with this at the end of its last batch if that is a frame and whole."""
+    begin, end = 0, 0
+    while end < len(piece):
+        begin, end = end, end + 2 + int.from_bytes(piece[end : end + 2], "little")
+    batch = piece[begin + 2 :]
+    if end != len(piece) or not batch or batch[0] & MESSAGE_MASK != FRAME:
         return piece
-    return (size_bytes + len(by)).to_bytes(2, "little") + piece[2:] + by
+    return piece[:begin] + (len(batch) + len(by)).to_bytes(2, "little") + batch + by
 
 
 def fate(piece: bytes, faults: Faults, random: Random) -> Fate:

@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field, replace
+from itertools import count
 from pathlib import Path
 
 import pytest
@@ -38,6 +39,7 @@ UNHEARD_OF = Faults(forged=b"\x19\x01")  # the end of an interest, of which Zeno
 TALK_S_MAX = 60.0  # it takes some seconds, more where Zenoh has to open its links again and again
 GROVE = ("grove", "-n", str(len(ROBOTS)), "--speed", "2")  # 17 s of the run where nothing goes wrong
 ROUND_S = 0.005  # for what has been sent to arrive
+ROUNDS_MAX = 2000
 
 
 def port_of(endpoint: str) -> int:
@@ -95,13 +97,13 @@ async def converse(talk: Talk, folder: Path, between: Proxy, faults: Faults, *, 
             await next_arrivals(world, len(ROBOTS))
             for way in Way:
                 between.faults[way] = faults
-            count = 0
+            number = 0
             while len(talk.refused) < until_refused:
                 for name, robot in zip(ROBOTS, robots, strict=True):
-                    count += 1
-                    talk.say(world, KEYS.odometry(name), odometry(float(count)))
+                    number += 1
+                    talk.say(world, KEYS.odometry(name), odometry(float(number)))
                     for key in (KEYS.drive(name), KEYS.muster(name)):
-                        talk.say(robot, key, drive(count))
+                        talk.say(robot, key, drive(number))
                 for each in (world, *robots):
                     talk.hear(await each.arrivals(ROUND_S))
             for way in Way:
@@ -131,6 +133,26 @@ async def test_a_session_in_which_zenoh_panics_is_lost() -> None:
         with pytest.raises(SessionLostError, match="Zenoh has panicked"):
             await converse(Talk(), folder, between, UNHEARD_OF, until_refused=1)
         assert between.faults[Way.UP] == UNHEARD_OF  # it was lost after that, and not at the start
+
+
+async def stay_silent(folder: Path, between: Proxy, rounds: Iterator[int]) -> None:
+    """A robot that only listens, when it is told what nobody should say."""
+    with world_transport(folder) as world, robot_transport(folder, "r1") as robot:
+        await next_arrivals(world)
+        between.faults[Way.DOWN] = UNHEARD_OF
+        world.put(KEYS.odometry("r1"), odometry(0.0))
+        try:
+            while next(rounds) < ROUNDS_MAX:
+                await robot.arrivals(ROUND_S)
+        finally:
+            between.faults[Way.DOWN] = Faults()  # the world's session is to end well
+
+
+async def test_who_has_nothing_to_say_finds_out_that_its_session_is_lost() -> None:
+    rounds = count()
+    with damaged_wire(seed=1) as (folder, between), pytest.raises(SessionLostError):
+        await stay_silent(folder, between, rounds)
+    assert next(rounds) < ROUNDS_MAX, "it found out when it ended"
 
 
 def test_world_and_robots_whose_sessions_are_lost_say_so_and_end(fleet: Fleet) -> None:

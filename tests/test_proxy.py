@@ -94,15 +94,19 @@ def test_one_fault_more_moves_no_draw_of_the_others(pieces: list[bytes], seed: i
     assert [(each.piece, each.struck) for each in few] == [(each.piece, each.struck) for each in many]
 
 
-@given(PIECES)
-def test_what_is_forged_follows_in_a_whole_frame_alone(said: bytes) -> None:
-    frame = bytes([FRAME]) + said
-    whole = len(frame).to_bytes(2, "little") + frame
+def batch(said: bytes) -> bytes:
+    return len(said).to_bytes(2, "little") + said
+
+
+@given(st.lists(PIECES, max_size=3), PIECES)
+def test_what_is_forged_follows_in_the_last_batch_if_that_is_a_whole_frame(
+    before: list[bytes], said: bytes
+) -> None:
+    earlier, frame = b"".join(map(batch, before)), bytes([FRAME]) + said
     forging = Faults(forged=b"and that")
-    longer = (len(frame) + len(b"and that")).to_bytes(2, "little") + frame + b"and that"
-    assert fate(whole, forging, Random(1)).piece == longer
-    for other in (whole[:-1], whole + whole, b"\x01\x00\x04", b"\x00\x00"):
-        assert fate(other, forging, Random(1)).piece == other
+    assert fate(earlier + batch(frame), forging, Random(1)).piece == earlier + batch(frame + b"and that")
+    for other in (batch(frame)[:-1], batch(frame) + b"\x00\x00", batch(b"\x04")):
+        assert fate(earlier + other, forging, Random(1)).piece == earlier + other
 
 
 @pytest.mark.parametrize("name", ["flip_probability", "truncate_probability", "reset_probability"])

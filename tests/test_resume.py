@@ -22,6 +22,7 @@ from protocol.timeline import (
     RobotStarted,
     RunEnded,
     StepFinished,
+    TrafficCounted,
     WorldResumed,
 )
 from tests.fleets import RUN_S_MAX, Fleet
@@ -30,6 +31,7 @@ from tests.test_fleet import clew
 from tests.world_scenarios import scenario
 from tests.world_stage import Stage
 from world.arena import TICK_S
+from world.attendance import SILENCE_S
 from world.ending import Ending
 from world.events import ScanAsked, StopAsked, TokenCame
 from world.judgement import judge
@@ -174,6 +176,18 @@ def test_before_it_is_over_who_lives_may_show_its_token_again() -> None:
         arrived.handle(TokenCame(robot, "a"))
     arrived.look()
     assert arrived.at()[2] is Ending.ARRIVED
+
+
+def test_who_had_gone_as_it_was_told_when_the_run_was_over_has_not_died() -> None:
+    before = led(ticks=SECOND)
+    for robot in (1, 2):
+        before.write(robot, RobotArrived(progress_m=0.0))
+    before.write(1, TrafficCounted(sent={}, received={}, newest={}, refused={}, overflowed=0, unrecorded=0))
+    after = before.resumed()
+    after.handle(TokenCame(2, "a"))
+    after.look(after_wall_s=SILENCE_S)
+    assert after.at()[2] is Ending.ARRIVED
+    assert after.world.attendance.dead == set()
 
 
 def test_a_world_that_died_before_its_verdict_has_nothing_to_do_but_to_pass_it() -> None:

@@ -3,6 +3,7 @@
 import argparse
 import logging
 import os
+import resource
 import sys
 from pathlib import Path
 
@@ -51,6 +52,7 @@ def main() -> int:
         return ExitCode.FAILED
     except SessionLostError as error:
         logging.error("%s", error)
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # no file of this is to stay with the user
         os.abort()  # a crash, and not our verdict: the launcher starts the world again, which goes on
     logging.info("%s: %s", "ok" if verdict.ok else "FAILED", verdict.reason)
     return verdict.exit_code

@@ -3,7 +3,9 @@
 Rule 1: a robot is there from its first token on.
 Rule 2: a robot has died when it shows no token and has not been heard for `SILENCE_S`: a router that
         loses a token for a moment has killed nobody.
-Rule 3: a dead robot that shows a token lives again. If the token bears another incarnation it was started
+Rule 3: who has gone as it was told to, when the run was over, has not died; a world that goes on from its
+        timeline finds out there who that is.
+Rule 4: a dead robot that shows a token lives again. If the token bears another incarnation it was started
         again; else it was frozen, or cut off. One that was started again has died before, known or not.
 """
 
@@ -30,6 +32,8 @@ class Attendance:
     robots: frozenset[int]
     come: set[int] = field(default_factory=set)
     dead: set[int] = field(default_factory=set)
+    gone: frozenset[int] = frozenset()
+    """Rule 3."""
     _tokens: dict[int, set[str]] = field(default_factory=dict)
     _heard_s: dict[int, float] = field(default_factory=dict)
     _incarnations: dict[int, str] = field(default_factory=dict)
@@ -50,11 +54,18 @@ class Attendance:
         return {robot for robot, tokens in self._tokens.items() if tokens}
 
     def recall(
-        self, come: Set[int], dead: Set[int], incarnations: Mapping[int, str], *, wall_s: float
+        self,
+        come: Set[int],
+        dead: Set[int],
+        gone: Set[int],
+        incarnations: Mapping[int, str],
+        *,
+        wall_s: float,
     ) -> None:
-        """Who had come and died by what a timeline says; their tokens are seen again, or not."""
+        """Who had come, died and gone by what a timeline says; their tokens are seen again, or not."""
         self.come |= come
         self.dead |= dead
+        self.gone = frozenset(gone)
         self._incarnations.update(incarnations)
         for robot in come:
             self.hear(robot, wall_s=wall_s)
@@ -97,7 +108,7 @@ class Attendance:
 
     def bury(self, *, wall_s: float) -> list[int]:
         """The robots that have died since the last time."""
-        absent = [robot for robot in self.come if not self._tokens.get(robot) and robot not in self.dead]
+        absent = self.come - self.present - self.dead - self.gone
         newly_dead = sorted(robot for robot in absent if wall_s - self._heard_s[robot] >= SILENCE_S)
         self.dead.update(newly_dead)
         return newly_dead

@@ -122,7 +122,8 @@ class World:
         assert past is not None, "a run without a past starts"
         for source, entry in past.lines:
             self._learn(source, entry)
-        self.attendance.recall(past.come, past.dead, past.incarnations, wall_s=wall_s)
+        gone = self.tally.counted.keys()
+        self.attendance.recall(past.come, past.dead, gone, past.incarnations, wall_s=wall_s)
         if past.ended is not None:  # but for the verdict all was written
             self.ending = next(ending for ending in Ending if past.ended.startswith(ending))
             self.over_s, self.survivors = past.newest_s, frozenset(self.attendance.living)
@@ -233,7 +234,8 @@ class World:
         if self._routing.away_s(wall_s) > 0.0:
             return self.phase is Phase.RUNNING or self._routing.away_s(wall_s) < ROUTER_PATIENCE_WALL_S
         returning = wall_s - self._returned_wall_s < RETURN_WALL_S
-        return self._started and returning and not self.attendance.living <= self.attendance.present
+        unseen = self.attendance.living - self.attendance.gone - self.attendance.present
+        return self._started and returning and bool(unseen)
 
     def _look_after_robots(self, wall_s: float) -> list[Command]:
         deaths = [self._die(robot) for robot in self.attendance.bury(wall_s=wall_s)]
