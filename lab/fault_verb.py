@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, TypedDict, Unpack
 
 import click
+from msgspec import to_builtins
 
 from lab.log_verbs import RUN
 from lab.options import ROBOTS
@@ -36,8 +37,8 @@ HOW_MANY = click.option(
 def fault(ctx: click.Context, run: Path) -> None:
     """Make something go wrong in the fleet that is running in RUN, from now on.
 
-    A TARGET is a robot (3 or r3), or whoever is leader, middle or tail, or the router. Each fault is recorded
-    in the run's timeline as fault.injected, with the name that is printed.
+    A TARGET is a robot (3 or r3), or whoever is leader, middle or tail, or the router, or the world. Each
+    fault is recorded in the run's timeline as fault.injected, with the name that is printed.
     """
     ctx.obj = run
 
@@ -187,7 +188,8 @@ def _give_messages(run: Path, rule: dict[str, Any], messages: Limits) -> None:
 
 def _give(run: Path, rule: dict[str, Any], for_s: float | None = None) -> None:
     known: Rule = understand(rule, Rule, f"fault {rule['fault']}")  # type: ignore[arg-type] # a union of types
-    click.echo(wish(run, Wish(rule=known, for_s=for_s)))
+    wished = understand({"rule": to_builtins(known), "for_s": for_s}, Wish, f"fault {rule['fault']}")
+    click.echo(wish(run, wished))
 
 
 def _process(name: str) -> str:

@@ -61,6 +61,7 @@ class Rehearsal:
         check_rehearsable(plan, robots=scenario.fleet.robots)
         self.world = World(scenario, seed=seed, wall_s=0.0)
         self._seed = seed
+        self.plan = plan
         self._exchange = Exchange(plan, seed)
         self._strokes = Strokes(plan, seed)
         self._processes = Processes(scenario.mission(), inputs)

@@ -67,6 +67,7 @@ def verdict_on(rehearsal: Rehearsal, seed: int, *, started_at: str, wall_s: floa
             seed=seed,
             speed=None,
             started_at=started_at,
+            plan=rehearsal.plan,
             traffic=rehearsal.account,
             recorded=len(rehearsal.entries),
             missing={},

@@ -89,6 +89,8 @@ def recovery_lines(verdict: Verdict) -> Iterator[str]:
         yield f"robot {succession.robot} leads in the place of {before} {from_s}"
     for heal in verdict.heals:
         yield f"the strand healed at t={heal.recovered_s:.1f} s, of {len(heal.members)} robots"
+    if verdict.unstruck:
+        yield f"of the fault plan never struck: {', '.join(verdict.unstruck)}"
 
 
 def _mended(death: Death) -> str:

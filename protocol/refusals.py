@@ -43,7 +43,9 @@ def one_line(refusal: str, raw: object, wanted: type) -> str:
     if what.startswith("Invalid"):  # of an enum, a literal, or the field that says which shape it is
         choices = sorted({choice for kind in _kinds(wanted, path) for choice in _choices(kind)})
         return f"${path}: must be {_one_of(choices)}, got {short(value)}"
-    return f"${path}: {what}" if ", got" in what else f"${path}: {what}, got {short(value)}"
+    if ", got" in what or isinstance(value, dict):  # whatever relation breaks, all of an object says nothing
+        return f"${path}: {what}"
+    return f"${path}: {what}, got {short(value)}"
 
 
 def at(raw: object, path: str) -> object:

@@ -134,3 +134,8 @@ def test_no_such_run_is_one_line_and_exit_2(tmp_path: Path, verb: str) -> None:
 
 def test_schema_is_the_scenarios_own() -> None:
     assert json.loads(clew("schema").stdout) == json.loads(json.dumps(schema()))
+
+
+def test_a_fault_that_lasts_no_time_is_refused_in_our_words(tmp_path: Path) -> None:
+    said = clew("fault", tmp_path, "drop", "--for", "0s")
+    assert (said.exit_code, said.stderr) == (2, "Error: fault drop: $.for_s: must be > 0.0 s, got 0.0\n")

@@ -92,6 +92,11 @@ def test_what_cannot_be_is_refused_by_its_path_bound_and_value(tmp_path: Path, r
     assert refusal(tmp_path, rule).startswith(said)
 
 
+def test_a_relation_that_is_broken_is_said_without_all_of_the_rule(tmp_path: Path) -> None:
+    said = "$.rule[0]: for_s must be given where the world is frozen: nobody could thaw it"
+    assert refusal(tmp_path, 'fault = "freeze"\ntarget = "world"') == said
+
+
 def test_no_two_rules_have_one_name(tmp_path: Path) -> None:
     twice = 'fault = "drop"\nname = "a"\n[[rule]]\nfault = "kill"\ntarget = "tail"\nname = "a"'
     assert refusal(tmp_path, twice) == "$: no two rules may have one name, got a twice"

@@ -7,10 +7,10 @@ import pytest
 
 from protocol.errors import UsageError
 from protocol.faults.plan import Plan
-from protocol.faults.rules import Drop, Freeze, Kill, Rule, Slow, StepPoint
+from protocol.faults.rules import Drop, Freeze, Kill, Restart, Rule, Slow, StepPoint, Thaw
 from protocol.faults.strokes import Blow, Stroke
 from protocol.mischief import WHERE_FILE, Wish, wish
-from protocol.timeline import Entry, FaultInjected, Record, StrandFormed, WorldResumed
+from protocol.timeline import Entry, FaultInjected, Record, RobotStarted, StrandFormed, WorldResumed
 from world.control import heard
 from world.faults import GIVEN_MAX, TELL_S, Mischief
 
@@ -62,6 +62,50 @@ def test_what_cannot_be_done_by_hand_is_refused(rule: Rule, why: str) -> None:
     mischief = Mischief(Plan(name="none"), 1, robots=3)
     with pytest.raises(UsageError, match=why):
         mischief.give(rule, now_s=5.0, for_s=None)
+
+
+def struck(process: str, *blows: Blow) -> Mischief:
+    mischief = without_plan()
+    for blow in blows:
+        mischief.hear("world", entry(Stroke("given-1", blow, process).as_record()))
+    return mischief
+
+
+@pytest.mark.parametrize(
+    ("blows", "rule", "why"),
+    [
+        ([Blow.KILL], Kill(target="r3"), "r3 is dead; restart has it start again"),
+        ([Blow.FREEZE, Blow.KILL], Freeze(target="r3"), "r3 is dead"),
+        ([], Thaw(target="r3"), "r3 is not frozen"),
+        ([Blow.FREEZE, Blow.THAW], Thaw(target="r3"), "r3 is not frozen"),
+        ([], Kill(target="r1", robots=3), "fewer than 3 stand from there on"),
+    ],
+)
+def test_what_would_strike_nobody_is_refused(blows: list[Blow], rule: Rule, why: str) -> None:
+    with pytest.raises(UsageError, match=why):
+        struck("r3", *blows).give(rule, now_s=5.0, for_s=None)
+
+
+@pytest.mark.parametrize(
+    ("blows", "rule"),
+    [
+        ([Blow.KILL], Restart(target="r3")),
+        ([Blow.KILL, Blow.START], Kill(target="r3")),
+        ([Blow.FREEZE], Thaw(target="r3")),
+        ([Blow.FREEZE], Kill(target="r3")),
+    ],
+)
+def test_what_strikes_somebody_is_done(blows: list[Blow], rule: Rule) -> None:
+    mischief = struck("r3", *blows)
+    mischief.give(rule, now_s=5.0, for_s=None)
+    assert [stroke.process for stroke in mischief.due(5.0)] == ["r3"]
+
+
+def test_a_robot_that_was_killed_and_lives_again_can_be_struck() -> None:
+    mischief = struck("r3", Blow.KILL)
+    mischief.hear("r3", entry(RobotStarted(pid=1, incarnation="b")))
+    mischief.give(Kill(target="r3"), now_s=5.0, for_s=None)
+    assert [stroke.process for stroke in mischief.due(5.0)] == ["r3"]
 
 
 def test_a_rule_for_messages_holds_from_now_for_as_long_as_was_said() -> None:

@@ -101,6 +101,17 @@ def test_who_dies_while_the_world_is_away_is_missed_when_it_is_back(tmp_path: Pa
     assert (world.survivors, world.ending) == (frozenset({1, 2, 3, 4}), Ending.ARRIVED)
 
 
+def test_the_verdict_names_what_never_struck(tmp_path: Path) -> None:
+    rehearsal = rehearsed(
+        tmp_path,
+        Kill(target="r5", from_s=2.0),
+        Kill(target="r4", robots=3, from_s=2.0),  # nobody but the tail is behind it
+        Drop(probability=0.1, until_s=5.0),
+        Drop(from_s=500.0),
+    )
+    assert verdict_on(rehearsal, 1, started_at="", wall_s=0.0).unstruck == ("kill-2", "drop-4")
+
+
 @pytest.mark.parametrize("name", SHIPPED)
 def test_no_shipped_plan_makes_a_fleet_break_a_promise(name: str) -> None:
     rehearsal = Rehearsal(load_scenario("grove"), 1, load(name)).run()

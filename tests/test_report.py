@@ -70,7 +70,12 @@ def test_what_went_wrong_and_was_mended_is_told() -> None:
     heal = Heal(epoch=7, members=(2, 3), cause_s=3.0, detected_s=3.4, recovered_s=6.0)
     messages = msgspec.structs.replace(GOOD.messages, injected={"drop": 5})
     verdict = msgspec.structs.replace(
-        GOOD, messages=messages, deaths=(death, lost), successions=(succession,), heals=(heal,)
+        GOOD,
+        messages=messages,
+        deaths=(death, lost),
+        successions=(succession,),
+        heals=(heal,),
+        unstruck=("drop-2", "late"),
     )
     assert list(recovery_lines(verdict)) == [
         "messages that were taken away as asked: 5 by drop",
@@ -78,6 +83,7 @@ def test_what_went_wrong_and_was_mended_is_told() -> None:
         "robot 4 died by itself at t=8.0 s: nobody missed it",
         "robot 2 leads in the place of robot 1 from t=5.0 s on",
         "the strand healed at t=6.0 s, of 2 robots",
+        "of the fault plan never struck: drop-2, late",
     ]
     assert list(recovery_lines(GOOD)) == []
 

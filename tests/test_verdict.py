@@ -69,6 +69,7 @@ def verdict(
         judgement=judgement,
         messages=Messages(sent=10, received=10, injected={}, refused=0, unaccounted=0, left_out=()),
         events=Events(recorded=100, missing=missing),
+        unstruck=(),
         sim_s=9.5,
         wall_s=1.0,
         cpu_s=0.5,

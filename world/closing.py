@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from protocol.faults.plan import Plan
 from protocol.keys import WORLD, robot_name
 from world.books import Account, balance
 from world.core import World
@@ -17,6 +18,8 @@ class Circumstances:
     seed: int
     speed: float | None
     started_at: str
+    plan: Plan
+    """What was to go wrong."""
     traffic: Account | None
     """The world's own; None: it went on from its timeline, and its counts of before went with its process."""
     recorded: int
@@ -53,6 +56,7 @@ def verdict_of(world: World, circumstances: Circumstances) -> Verdict:
                 recorded=circumstances.recorded,
                 missing=missing + len(untold) + tally.unrecorded_count,
             ),
+            unstruck=tuple(name for name in circumstances.plan.names if name not in tally.struck),
             sim_s=world.over_s,
             wall_s=circumstances.wall_s,
             cpu_s=circumstances.cpu_s,

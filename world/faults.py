@@ -15,11 +15,11 @@ from protocol.errors import UsageError
 from protocol.faults.fit import misfits
 from protocol.faults.plan import Plan
 from protocol.faults.roles import Roles
-from protocol.faults.rules import MessageRule, ProcessRule, Rule
+from protocol.faults.rules import MessageRule, ProcessRule, Restart, Rule, Thaw
 from protocol.faults.strokes import Blow, Stroke, Strokes
-from protocol.keys import WORLD, robot_name
+from protocol.keys import WORLD, robot_name, robot_number
 from protocol.messages import Faults
-from protocol.timeline import Entry, FaultInjected, WorldResumed
+from protocol.timeline import Entry, FaultInjected, RobotStarted, WorldResumed
 
 TELL_S = 0.5  # simulated: how often robots are told anyway
 GIVEN_MAX = 100  # what a `Faults` may hold
@@ -38,6 +38,8 @@ class Mischief:
         self._by_hand: list[Strokes] = []
         self._rules: tuple[Rule, ...] = ()
         self._struck: dict[str, None] = {}
+        self._blows: dict[str, str] = {}
+        """What was done to a process last, of what stops it or has it go on."""
         self._slow_s: dict[str, float] = {}
         self._given = 0
         self._news = 0
@@ -55,6 +57,13 @@ class Mischief:
                 self._given = max(self._given, int(given[1]))
             case WorldResumed():
                 self._news += NEWS_MAX
+            case _:
+                pass
+        match entry.record:
+            case FaultInjected(fault="kill" | "start" | "freeze" | "thaw" as blow, process=str(process)):
+                self._blows[process] = blow
+            case RobotStarted():
+                self._blows.pop(source, None)
             case _:
                 pass
         match entry.record:
@@ -107,10 +116,20 @@ class Mischief:
                 "only a plan that a robot has from its start can strike it at a point of its step"
             )
         found = self._roles.find(rule.target, rule.robots)
-        if not found:
+        if len(found) < rule.robots:
             raise UsageError(f"nobody is {rule.target} yet, or fewer than {rule.robots} stand from there on")
+        for each in found:
+            self._check(rule, each)
         rules = tuple(replace(rule, name=f"{name}.{each}", target=each, robots=1) for each in found)
         return Strokes(Plan(name=name, rules=rules), self._seed)
+
+    def _check(self, rule: ProcessRule, process: str) -> None:
+        """That something can be done to a process: who is dead cannot be struck, but started again."""
+        blow = self._blows.get(process)
+        if blow == Blow.KILL and robot_number(process) is not None and not isinstance(rule, Restart):
+            raise UsageError(f"{process} is dead; restart has it start again")
+        if isinstance(rule, Thaw) and blow != Blow.FREEZE:
+            raise UsageError(f"{process} is not frozen")
 
     def of(self, process: str) -> Faults:
         """What a process is to know of faults."""

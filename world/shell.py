@@ -276,6 +276,7 @@ class _Life:
                 seed=self._request.seed,
                 speed=self._request.speed,
                 started_at=started_at,
+                plan=self._request.plan,
                 traffic=None
                 if self._past is not None
                 else Account(

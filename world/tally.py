@@ -52,6 +52,8 @@ class Tally:
     planning_events: int = 0
     """Scans served to robots: each is asked for in order to decide on a motion."""
     scans: int = 0
+    struck: set[str] = field(default_factory=set)
+    """The rules of fault plans that struck somebody or something."""
     _taken: dict[tuple[Book, int], str] = field(default_factory=dict)
     """What took a message away, by its book and number."""
 
@@ -70,6 +72,8 @@ class Tally:
 
     def hear(self, source: str, entry: Entry) -> None:
         """Take an entry in."""
+        if isinstance(entry.record, FaultInjected):
+            self.struck.add(entry.record.rule)
         match entry.record:
             case FaultInjected(fault=fault, key=str(key), number=int(number)) if (
                 number and fault in TAKES_AWAY

@@ -53,6 +53,8 @@ class Facts:
     judgement: Judgement
     messages: Messages
     events: Events
+    unstruck: tuple[str, ...]
+    """Rules of the fault plan that never struck."""
     sim_s: float
     wall_s: float
     cpu_s: float
@@ -99,6 +101,8 @@ class Verdict(Struct, frozen=True, kw_only=True):
     deaths: tuple[Death, ...]
     successions: tuple[Succession, ...] = ()
     heals: tuple[Heal, ...] = ()
+    unstruck: tuple[str, ...] = ()
+    """Rules of the fault plan that never struck."""
 
 
 def pass_verdict(facts: Facts) -> Verdict:
@@ -140,6 +144,7 @@ def pass_verdict(facts: Facts) -> Verdict:
         deaths=recovery.deaths,
         successions=recovery.successions,
         heals=recovery.heals,
+        unstruck=facts.unstruck,
     )
 
 

@@ -33,6 +33,11 @@ class Plan(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
             raise ValueError(f"no two rules may have one name, got {', '.join(twice)} twice")
         force_setattr(self, "rules", named)  # names stay when the shrinker leaves other rules out
 
+    @property
+    def names(self) -> list[str]:
+        """What its rules are called, in their order."""
+        return [str(rule.name) for rule in self.rules]
+
 
 NO_FAULTS = Plan(name="none")
 
