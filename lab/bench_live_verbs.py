@@ -17,6 +17,7 @@ from lab.plan_text import FAULTS_FILE, plan_text
 from lab.timeline import read
 from protocol.exit_codes import ExitCode
 from world.recorder import EVENTS_FILE
+from world.scenario import load
 
 HEALED = b'"kind":"strand.healed"'  # as the recorder writes it
 PIPE_COLUMNS = 140  # the table's width where stdout is no terminal
@@ -33,8 +34,9 @@ def healing(ctx: click.Context, scenario: str, *, runs: int, as_json: bool) -> N
 
     A run is told to end when its strand has healed.
 
-    Exit code: 0 all times within their bounds, 1 one was not, or never came.
+    Exit code: 0 all times within their bounds, 1 one was not, or never came, 2 it cannot be done as asked.
     """
+    load(scenario)  # what cannot be loaded is said before fleets start, not by each of them
     rows: list[HealingFigures] = []
     for blow in LeaderBlow:
         measured: list[Healing | None] = []

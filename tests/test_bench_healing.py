@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lab.bench_healing import Healing, LeaderBlow, figures_of, healing_in
+from lab.live import Ended
 from lab.logbook import NTP64_PER_S
 from protocol.faults.fit import check_fits
 from protocol.timeline import Entry, FaultInjected, LeaderSucceeded, LinkBroken, Record, StrandHealed
@@ -79,6 +80,16 @@ def test_each_run_strikes_the_leader_at_a_moment_of_its_own(blow: LeaderBlow) ->
         check_fits(plan, robots=5)
         assert [(rule.fault, rule.target) for rule in plan.rules] == [(blow, "leader")]  # type: ignore[union-attr]  # of processes
     assert len({plan.rules[0].from_s for plan in plans}) == 20
+
+
+def test_a_scenario_that_is_none_is_one_line_and_no_fleet_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_fleet(*_: object, **__: object) -> Ended:
+        raise AssertionError("a fleet was started")
+
+    monkeypatch.setattr("lab.bench_live_verbs.run_fleet", no_fleet)
+    told = clew("bench", "healing", "nope")
+    assert (told.exit_code, told.stdout, told.stderr.count("\n")) == (2, "", 1)
+    assert "nope" in told.stderr
 
 
 @pytest.mark.processes
