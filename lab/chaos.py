@@ -1,7 +1,8 @@
 """Live chaos: real fleets under faults that a swarm has drawn, and what is asked of each. It only reads.
 
 Rule 1: what must not be, whatever is done to a fleet: a violation, live or judged again from the log; books
-        that do not balance; a log that is not whole; an end without a verdict; anything left behind.
+        that do not balance; a log that is not whole; a launcher that refuses, or does not end; an end
+        without a verdict; anything left behind.
 Rule 2: not to arrive is no such trouble, since faults may leave no way. It is named, with what replays it.
 """
 
@@ -20,6 +21,7 @@ from lab.report import read_verdict
 from lab.swarm import Swarm
 from lab.timeline import Timeline, read
 from protocol.errors import UsageError
+from protocol.exit_codes import ExitCode
 from protocol.timeline import FaultInjected, RobotDied, RobotRestarted, RobotReturned
 from world.books import Messages
 from world.ending import Ending
@@ -120,6 +122,8 @@ def troubles_of(verdict: Verdict | None, finding: Finding | None, ended: Ended) 
     """Rule 1, a sentence each."""
     if ended.code is None:
         yield "the launcher did not end when it was told to"
+    elif ended.code == ExitCode.USAGE:
+        yield ": ".join(("the launcher refused", *ended.said[-1:]))
     if verdict is None:
         yield "there is no verdict"
     elif verdict.violations:

@@ -17,7 +17,7 @@ from lab.campaign_episode import drawn_plan_path
 from lab.chaos import Chaos, ChaosRun, judge_run, replay_line, sum_up
 from lab.live import run_fleet
 from lab.options import AS_JSON, SEED
-from lab.run_folder import RUNS
+from lab.run_folder import RUNS, make_folder
 from lab.swarm import draw
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
@@ -39,7 +39,7 @@ START_S = 60.0  # and so much longer it may take to begin and to end
     help="Times real time.",
 )
 @click.option("--seed", type=SEED, default=1, show_default=True, help="Of the first; the next has one more.")
-@click.option("--out", type=click.Path(path_type=Path), help="Where worlds, plans and runs are kept.")
+@click.option("--out", type=click.Path(path_type=Path), help="New or empty: for worlds, plans and runs.")
 @AS_JSON
 @click.pass_context
 def chaos(ctx: click.Context, *, runs: int, speed: float, seed: int, out: Path | None, as_json: bool) -> None:
@@ -48,9 +48,10 @@ def chaos(ctx: click.Context, *, runs: int, speed: float, seed: int, out: Path |
     Folders of runs are kept that had trouble or did not arrive.
 
     Exit code: 0 no trouble, 1 trouble (a violation, books that do not balance, a log that is not whole,
-    something left behind), 2 it cannot be done as asked, 130 interrupted.
+    a launcher that refuses, something left behind), 2 it cannot be done as asked, 130 interrupted.
     """
     folder = out or RUNS / f"chaos-{datetime.now(UTC):%Y%m%dT%H%M%SZ}"
+    make_folder(folder)  # so what stands in it from now on, and may be removed, is of this call
     done: list[ChaosRun] = []
     interrupted = False
     try:
@@ -63,7 +64,6 @@ def chaos(ctx: click.Context, *, runs: int, speed: float, seed: int, out: Path |
         raise UsageError(f"cannot write into {folder}: {error.strerror or error}") from error
     result = sum_up(done, asked=runs, speed=f"{speed:g}", interrupted=interrupted)
     said = msgspec.json.format(msgspec.json.encode(result))
-    folder.mkdir(parents=True, exist_ok=True)
     (folder / CHAOS_FILE).write_bytes(said + b"\n")
     if as_json:
         click.echo(said.decode())

@@ -62,6 +62,8 @@ def test_everything_that_must_not_be_is_a_trouble_of_its_own(finding: Finding) -
     assert list(troubles_of(GOOD, torn, WELL)) == ["log check: 0 violations; line 3 is torn"]
     left = Ended(code=0, said=(), wall_s=1.0, leftovers=("python -m agents",))
     assert list(troubles_of(GOOD, finding, left)) == ["left behind: python -m agents"]
+    refused = Ended(code=2, said=("fleet.sh: no such plan",), wall_s=1.0, leftovers=())
+    assert list(troubles_of(GOOD, finding, refused)) == ["the launcher refused: fleet.sh: no such plan"]
     hung = Ended(code=None, said=(), wall_s=1.0, leftovers=())
     assert list(troubles_of(None, None, hung)) == [
         "the launcher did not end when it was told to",
@@ -121,6 +123,24 @@ def test_a_process_that_was_left_behind_is_named_and_ended(
     assert file == "socket"
     assert sleeper.wait(END_S_MAX) == -9
     assert processes_of(tmp_path) == {}
+
+
+def test_a_folder_in_which_anything_stands_is_refused_before_a_fleet_starts_and_stays_as_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("lab.chaos_verb.run_fleet", no_fleet)
+    former = recorded(tmp_path / "run-3", numbered(AT_REST)) / "events.jsonl"
+    before = former.read_bytes()
+    told = clew("chaos", "--runs", "1", "--seed", "3", "--out", tmp_path)
+    assert (told.exit_code, told.stdout) == (2, "")
+    said = f"Error: --out {tmp_path}: it is not empty, and a run never writes into another's folder\n"
+    assert told.stderr == said
+    assert [path for path in tmp_path.rglob("*") if path.is_file()] == [former]
+    assert former.read_bytes() == before
+
+
+def no_fleet(*_: object, **__: object) -> Ended:
+    raise AssertionError("a fleet was started")
 
 
 @pytest.mark.processes
