@@ -1,7 +1,7 @@
 """The command line for people: `launch/clew`, and `clew` inside the environment.
 
 Data goes to stdout, the rest to stderr. Exit codes: 0 good, 1 a promise broke or the log is not complete,
-2 it cannot be done as asked, 130 interrupted.
+2 it cannot be done as asked, 130, 143 or 129 ended by Ctrl-C, SIGTERM or SIGHUP.
 """
 
 import errno
@@ -11,6 +11,7 @@ import sys
 
 import click
 
+from lab.asked import AskedToEnd
 from lab.bench_live_verbs import healing
 from lab.bench_loss_verb import loss
 from lab.bench_page_verb import page
@@ -49,6 +50,8 @@ class _Verbs(click.Group):
             raise _Refusal("\n".join(map(plain, str(error).splitlines()))) from error
         except RecordingFailedError as error:  # whose exit code, 1, is click's own
             raise click.ClickException(str(error)) from error
+        except AskedToEnd as asked:
+            ctx.exit(asked.exit_code)
         except KeyboardInterrupt:
             ctx.exit(ExitCode.INTERRUPTED)
         except OSError as error:

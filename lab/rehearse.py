@@ -2,21 +2,19 @@
 
 Rule 1: the timeline is decided by scenario and seed to the last byte; what the wall clock says stands in the
         verdict alone (`started_at`, `wall_s`, `cpu_s`).
-Rule 2: SIGINT and SIGTERM end the rehearsed run as they end a live one: it is judged and has its verdict.
+Rule 2: SIGINT, SIGTERM and SIGHUP end the rehearsed run as they end a live one: it is judged, and has
+        its verdict.
 """
 
-import signal
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
-from types import FrameType
 
+from lab.asked import asked_to_end
 from lab.plan_text import FAULTS_FILE, plan_text
 from lab.rehearsal import Rehearsal
-from protocol.exit_codes import ExitCode
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.keys import WORLD
 from protocol.session import INPUTS
@@ -42,7 +40,7 @@ def rehearse(
     """
     started_at, started_wall_s = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
     rehearsal = Rehearsal(scenario, seed, plan, inputs=folder / INPUTS)
-    with open_events(folder) as file, _asked_to_end() as asked:
+    with open_events(folder) as file, asked_to_end() as asked:
         _save_plan(plan, folder)
         recorder = Recorder(file, _header(scenario, plan, seed))
         lives: Counter[str] = Counter()
@@ -101,19 +99,3 @@ def _record(
 def _header(scenario: Scenario, plan: Plan, seed: int) -> Header:
     run = f"rehearsal-{scenario.fingerprint()[:FINGERPRINT_LENGTH]}-{seed}"
     return header_of(scenario, plan, run=run, seed=seed, speed=None, started_at=EPOCH, hlc=f"0/{WORLD}")
-
-
-@contextmanager
-def _asked_to_end() -> Iterator[list[ExitCode]]:
-    """A list that gets an exit code when this process is asked to end."""
-    asked: list[ExitCode] = []
-
-    def ask(number: int, _frame: FrameType | None) -> None:
-        asked.append(ExitCode.INTERRUPTED if number == signal.SIGINT else ExitCode.TERMINATED)
-
-    before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield asked
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

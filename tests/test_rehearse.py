@@ -122,7 +122,12 @@ def test_no_run_is_rehearsed_into_the_folder_of_another(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("number", "code", "ended"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "told to end")]
+    ("number", "code", "ended"),
+    [
+        (signal.SIGINT, 130, "interrupted"),
+        (signal.SIGTERM, 143, "told to end"),
+        (signal.SIGHUP, 143, "told to end"),
+    ],
 )
 def test_a_signal_ends_the_run_and_it_has_its_verdict(
     tmp_path: Path, number: signal.Signals, code: int, ended: str

@@ -1,22 +1,18 @@
 """`clew log export`: a timeline for other tools."""
 
-import contextlib
 import json
-import signal
-import sys
-from collections.abc import Iterator
 from dataclasses import asdict
 from importlib import import_module
 from pathlib import Path
 
 import click
 
+from lab.asked import terminable
 from lab.export.exported import Exported
 from lab.extras import need
 from lab.log import Log
 from lab.options import AS_JSON
 from protocol.errors import UsageError
-from protocol.exit_codes import ExitCode
 
 FORMATS = {
     "mcap": ("foxglove", "lab.export.mcap_file", "events.mcap"),
@@ -35,6 +31,7 @@ EXTRAS = {"rrd": "rerun"}
     "--out", type=click.Path(path_type=Path), help="The file, or for csv and parquet the folder, to write."
 )
 @AS_JSON
+@terminable()
 def export(run: Path, *, to: str, out: Path | None, as_json: bool) -> None:
     """Write a timeline as MCAP, CSV, Parquet or Rerun's RRD; by default into the run's folder.
 
@@ -47,21 +44,10 @@ def export(run: Path, *, to: str, out: Path | None, as_json: bool) -> None:
     place = log.path.parent / name if out is None else out
     if Path(name).suffix and place.suffix != Path(name).suffix:
         raise UsageError(f"--out {place}: the name of such a file ends in {Path(name).suffix}")
-    with _terminable():
-        exported: Exported = import_module(writer).export(log, place)
+    exported: Exported = import_module(writer).export(log, place)
     if as_json:
         click.echo(json.dumps({"out": str(place)} | asdict(exported)))
     else:
         click.echo(place)
     for flaw in exported.flaws:
         click.echo(f"not complete: {flaw}", err=True)
-
-
-@contextlib.contextmanager
-def _terminable() -> Iterator[None]:
-    """SIGTERM ends us as Ctrl-C does: nothing is left of what was not finished."""
-    before = signal.signal(signal.SIGTERM, lambda *_: sys.exit(ExitCode.TERMINATED))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
