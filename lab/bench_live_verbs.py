@@ -10,6 +10,7 @@ import msgspec
 from rich.console import Console
 from rich.table import Table
 
+from lab.asked import terminable
 from lab.bench_healing import Healing, HealingFigures, LeaderBlow, Times, figures_of, healing_in
 from lab.live import run_fleet
 from lab.options import AS_JSON
@@ -29,12 +30,14 @@ WALL_S_MAX = 60.0  # of a run: the strand has healed within 10 s, or it does not
 @click.option("--runs", type=click.IntRange(1, 1000), default=20, show_default=True, help="Of each blow.")
 @AS_JSON
 @click.pass_context
+@terminable()
 def healing(ctx: click.Context, scenario: str, *, runs: int, as_json: bool) -> None:
     """Kill, and then freeze, leaders of live fleets at real time; how soon are they missed and succeeded?
 
     A run is told to end when its strand has healed.
 
-    Exit code: 0 all times within their bounds, 1 one was not, or never came, 2 it cannot be done as asked.
+    Exit code: 0 all times within their bounds, 1 one was not, or never came, 2 it cannot be done as asked,
+    130, 143 or 129 ended by Ctrl-C, SIGTERM or SIGHUP, and so was its fleet.
     """
     load(scenario)  # what cannot be loaded is said before fleets start, not by each of them
     rows: list[HealingFigures] = []

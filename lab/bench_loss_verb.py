@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 import msgspec
 
+from lab.asked import terminable
 from lab.bench_loss import (
     BOUND,
     BOUND_RATE,
@@ -55,13 +56,14 @@ LATE, START_S = 2.0, 60.0  # how much slower than asked, and to begin and to end
 @click.option("--write", is_flag=True, help="Write the table into docs/faults.md, and docs/loss.svg.")
 @AS_JSON
 @click.pass_context
+@terminable()
 def loss(
     ctx: click.Context, scenario: str, *, runs: int, live: int, speed: float, write: bool, as_json: bool
 ) -> None:
     """Have a fleet cross while 0 to 90 % of its messages are lost: between robots only, and all of them.
 
     Exit code: 0 no promise broke, and with half lost between robots it took at most 1.5 times as long;
-    1 otherwise.
+    1 otherwise, 130, 143 or 129 ended by Ctrl-C, SIGTERM or SIGHUP.
     """
     known = load(scenario)
     if write:

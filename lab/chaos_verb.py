@@ -12,6 +12,7 @@ import msgspec
 from rich.console import Console
 from rich.table import Table
 
+from lab.asked import AskedToEnd, terminable
 from lab.campaign import write_drawn
 from lab.campaign_episode import drawn_plan_path
 from lab.chaos import Chaos, ChaosRun, judge_run, replay_line, sum_up
@@ -42,34 +43,36 @@ START_S = 60.0  # and so much longer it may take to begin and to end
 @click.option("--out", type=click.Path(path_type=Path), help="New or empty: for worlds, plans and runs.")
 @AS_JSON
 @click.pass_context
+@terminable()
 def chaos(ctx: click.Context, *, runs: int, speed: float, seed: int, out: Path | None, as_json: bool) -> None:
     """Run live fleets through what the swarm of a campaign draws: loss, cuts, kills, freezes, restarts.
 
     Folders of runs are kept that had trouble or did not arrive.
 
     Exit code: 0 no trouble, 1 trouble (a violation, books that do not balance, a log that is not whole,
-    a launcher that refuses, something left behind), 2 it cannot be done as asked, 130 interrupted.
+    a launcher that refuses, something left behind), 2 it cannot be done as asked,
+    130, 143 or 129 ended by Ctrl-C, SIGTERM or SIGHUP, and so was its fleet.
     """
     folder = out or RUNS / f"chaos-{datetime.now(UTC):%Y%m%dT%H%M%SZ}"
     make_folder(folder)  # so what stands in it from now on, and may be removed, is of this call
     done: list[ChaosRun] = []
-    interrupted = False
+    asked: ExitCode | None = None
     try:
         for each in range(seed, seed + runs):
             done.append(_play(each, f"{speed:g}", folder))
             click.echo(_sentence(done[-1], len(done), runs), err=True)
-    except KeyboardInterrupt:
-        interrupted = True
+    except AskedToEnd as signal:
+        asked = signal.exit_code
     except OSError as error:
         raise UsageError(f"cannot write into {folder}: {error.strerror or error}") from error
-    result = sum_up(done, asked=runs, speed=f"{speed:g}", interrupted=interrupted)
+    result = sum_up(done, asked=runs, speed=f"{speed:g}", interrupted=asked is not None)
     said = msgspec.json.format(msgspec.json.encode(result))
     (folder / CHAOS_FILE).write_bytes(said + b"\n")
     if as_json:
         click.echo(said.decode())
     else:
         _print(result, folder)
-    ctx.exit(ExitCode.INTERRUPTED if interrupted else ExitCode.OK if result.ok else ExitCode.FAILED)
+    ctx.exit(asked or (ExitCode.OK if result.ok else ExitCode.FAILED))
 
 
 def _play(seed: int, speed: str, folder: Path) -> ChaosRun:

@@ -3,7 +3,8 @@
 Rule 1: each fleet has a folder of its own for temporary files. All its processes bear its name in their
         environment, whoever their parent is by now, so whoever bears it when the launcher has ended was left.
 Rule 2: what was left is ended here: the next fleet is not to suffer from it.
-Rule 3: a fleet has a session of its own. A Ctrl-C is ours alone, and ends it as it ends anything else.
+Rule 3: a fleet has a session of its own: who asks us to end asks us alone, and we end it first, undisturbed.
+        If we are killed nobody does, and it goes on to its own end.
 """
 
 import contextlib
@@ -15,6 +16,8 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+from lab.asked import AskedToEnd, asked_to_end
 
 LAUNCHER = Path(__file__).parents[1] / "launch" / "fleet.sh"
 
@@ -39,9 +42,17 @@ class Ended:
 def run_fleet(
     arguments: Sequence[str], *, wall_s_max: float, until: Callable[[], bool] = lambda: False
 ) -> Ended:
-    """Run a fleet until it ends; it is told to when the time is up, or `until` says so."""
+    """Run a fleet until it ends; it is told to when the time is up, or `until` says so.
+
+    Raises:
+        AskedToEnd: we were, and the fleet has gone.
+    """
     since_s = time.monotonic()
-    with tempfile.TemporaryFile() as stderr, tempfile.TemporaryDirectory(prefix="clew-live.") as temporary:
+    with (
+        asked_to_end() as asked,
+        tempfile.TemporaryFile() as stderr,
+        tempfile.TemporaryDirectory(prefix="clew-live.") as temporary,
+    ):
         launcher = subprocess.Popen(  # noqa: S603 - our own launcher, without a shell
             [LAUNCHER, *arguments],
             env={**os.environ, "TMPDIR": temporary},
@@ -51,12 +62,14 @@ def run_fleet(
             start_new_session=True,
         )
         try:
-            while not (_has_ended(launcher) or until() or time.monotonic() - since_s > wall_s_max):
+            while not (asked or _has_ended(launcher) or until() or time.monotonic() - since_s > wall_s_max):
                 pass
         finally:
             code = _end(launcher)
             wall_s = time.monotonic() - since_s
             leftovers = left_behind(Path(temporary))
+        if asked:
+            raise AskedToEnd(asked[0])
         stderr.seek(0)
         said = tuple(stderr.read().decode(errors="replace").splitlines())
         return Ended(code=code, said=said, wall_s=wall_s, leftovers=leftovers)

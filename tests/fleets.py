@@ -46,11 +46,15 @@ class Fleet:
     launcher: subprocess.Popen[str] | None = None
 
     def start(self, *arguments: str) -> subprocess.Popen[str]:
-        environment = {**os.environ, "TMPDIR": str(self.temporary), "CLEW_TEST_MARK": self.mark}
+        return self.start_with(str(LAUNCHER), *arguments)
+
+    def start_with(self, *command: str) -> subprocess.Popen[str]:
+        """Start it by another command than the launcher, which brings the launcher in."""
+        marked = {"TMPDIR": str(self.temporary), "CLEW_TEST_MARK": self.mark}
         self.launcher = subprocess.Popen(
-            [LAUNCHER, *arguments],
+            command,
             cwd=self.cwd,
-            env=environment,
+            env={**os.environ, "PYTHONPATH": str(ROOT), **marked},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

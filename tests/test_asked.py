@@ -2,11 +2,13 @@
 
 import signal
 from collections.abc import Iterator
+from pathlib import Path
 from types import FrameType
 
 import pytest
 
 from lab.asked import EXIT_CODES, AskedToEnd, asked_to_end, terminable
+from tests.campaigns import clew
 
 
 @pytest.fixture(autouse=True)
@@ -64,3 +66,19 @@ def test_what_was_to_be_ignored_still_is() -> None:
             assert asked == []
     finally:
         signal.signal(signal.SIGHUP, before)
+
+
+@pytest.mark.parametrize(
+    ("verb", "module"),
+    [
+        (("chaos", "--out", "ch"), "lab.chaos_verb.run_fleet"),
+        (("bench", "healing"), "lab.bench_live_verbs.run_fleet"),
+        (("bench", "loss", "--live", "1"), "lab.bench_loss_verb.rehearsed"),
+    ],
+)
+def test_a_verb_that_runs_fleets_ends_between_them_with_the_signals_code(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, verb: tuple[str, ...], module: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(module, lambda *_, **__: signal.raise_signal(signal.SIGTERM))
+    assert clew(*verb).exit_code == 143

@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -18,7 +19,7 @@ from lab.live import Ended, left_behind, processes_of, run_fleet
 from lab.swarm import draw
 from lab.timeline import read
 from tests.campaigns import clew
-from tests.fleets import END_S_MAX, RUN_S_MAX
+from tests.fleets import END_S_MAX, RUN_S_MAX, START_S_MAX, Fleet, wait_until
 from tests.logs import AT_REST, GOOD, numbered, recorded
 from world.books import Messages
 
@@ -150,6 +151,23 @@ def test_a_fleet_that_is_told_to_end_ends_and_leaves_nothing(tmp_path: Path) -> 
     ended = run_fleet(["grove", "--out", str(out)], wall_s_max=RUN_S_MAX, until=has_begun)
     assert (ended.code, ended.leftovers) == (143, ())
     assert ended.wall_s < RUN_S_MAX
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
+)
+def test_chaos_that_is_asked_to_end_ends_its_fleet_tells_and_leaves_nothing(
+    fleet: Fleet, number: signal.Signals, code: int
+) -> None:
+    chaos = fleet.start_with(sys.executable, "-m", "lab.cli", "chaos", "--speed", "1", "--out", "ch")
+    wait_until(lambda: (fleet.cwd / "ch" / "run-1" / "events.jsonl").exists() or None, START_S_MAX)
+    for _ in range(2):  # as `timeout` does
+        chaos.send_signal(number)
+    outcome = fleet.end(2 * END_S_MAX)  # the launcher's promise, and as much for the verb; a run takes longer
+    assert (outcome.code, fleet.leftovers()) == (code, [])
+    assert "INTERRUPTED: 0 of 50 runs" in outcome.out
+    assert json.loads((fleet.cwd / "ch" / "chaos.json").read_text(encoding="utf-8"))["interrupted"]
 
 
 @pytest.mark.processes
