@@ -72,6 +72,8 @@ class End(Struct, frozen=True, tag="end", array_like=True):
 
 
 _RECORD = Head | Input | Decision | End
+_BEGINNINGS = (b"\x96\xa2in\xcb", b"\x93\xa3out", b"\x92\xa3end")
+"""The first bytes of records: how many items there are, the tag, and of an input that a float follows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,7 +206,9 @@ class Recording:
         self.ended: str | None = None
         """Why it ends; None where its writer was killed, or the end has not been read yet."""
         self.flaw: str | None = None
-        """What is wrong with its last record; None where nothing is, or it has not been read yet."""
+        """What is wrong with the record that is read last; None where nothing is, or so far."""
+        self.damaged = False
+        """Whether the flaw is none that a killed writer leaves, which is a torn record at the very end."""
         try:
             self._size_bytes = path.stat().st_size
             self._records = self._read()
@@ -220,15 +224,15 @@ class Recording:
         heard: Input | None = None
         for record in self._records:
             match record:
-                case Input():
+                case Input() if heard is None and self.ended is None:
                     heard = record
-                case Decision() if heard is not None:
+                case Decision() if heard is not None and self.ended is None:
                     yield Turn(heard, record)
                     heard = None
-                case End(why):
+                case End(why) if self.ended is None:
                     self.ended = why
                 case _:
-                    self.flaw = "a record stands where it cannot"
+                    self.flaw, self.damaged = "a record stands where it cannot", True
                     return
         if heard is not None:
             yield Turn(heard, None)
@@ -244,9 +248,23 @@ class Recording:
                     whole_bytes = unpacker.tell()
             except (ValueError, RecursionError) as error:  # msgpack's and msgspec's are ValueErrors
                 self.flaw = f"the record at byte {whole_bytes} cannot be read: {error}"[:REASON_LENGTH_MAX]
+                self.damaged = True
                 return
             if whole_bytes < self._size_bytes:
-                self.flaw = f"its last record is torn: {self._size_bytes - whole_bytes} bytes dropped"
+                file.seek(whole_bytes)
+                self._judge_rest(whole_bytes, file.read(self._size_bytes - whole_bytes))
+
+    def _judge_rest(self, whole_bytes: int, rest: bytes) -> None:
+        """Say what bytes are that make no whole record: a torn one, unless others stand behind its beginning.
+
+        A byte that says how long something is may have been changed: then all that follows seems to be of one
+        record, of which the end is missing.
+        """
+        self.damaged = self.ended is not None or any(rest.find(begin, 1) >= 0 for begin in _BEGINNINGS)
+        if self.damaged:
+            self.flaw = f"the record at byte {whole_bytes} cannot be read: it has no end"
+        else:
+            self.flaw = f"its last record is torn: {len(rest)} bytes dropped"
 
 
 def _understood(heard: Input) -> Input:

@@ -3,6 +3,8 @@
 Rule 1: every process of every robot has a journal of its own (`agents.journal`) and a core of its own.
 Rule 2: decisions are compared as they stand in the journal, to the last bit of every number.
 Rule 3: a core that fails as it did then decides the same.
+Rule 4: "all the same" is said of whole journals only. A killed process may leave a torn last record or no
+        end; a journal that is damaged otherwise, or missing (`lab.replay_missing`), is a failure.
 """
 
 from collections.abc import Iterator
@@ -15,11 +17,13 @@ from msgspec import Struct
 
 from agents.journal import SUFFIX, Decision, Input, Recording, decision, failure
 from agents.robot import Robot
+from lab.replay_missing import Missing, missing, told
 from protocol.codec import packed
 from protocol.errors import UsageError
 from protocol.keys import robot_name
 from protocol.mischief import goes_on
 from protocol.session import INPUTS
+from world.recorder import EVENTS_FILE
 
 
 class Difference(Struct, frozen=True, kw_only=True):
@@ -48,6 +52,8 @@ class Replayed(Struct, frozen=True, kw_only=True):
     """How many were compared."""
     flaws: tuple[str, ...]
     """What is wrong with the journal; whatever could be read was compared."""
+    damaged: bool
+    """Whether one of them is none that a killed process leaves: what is behind it was not compared."""
     difference: Difference | None
 
 
@@ -57,6 +63,8 @@ class Replay(Struct, frozen=True, kw_only=True):
     ok: bool
     decisions: int
     robots: tuple[Replayed, ...]
+    missing: tuple[Missing, ...] | None
+    """Processes without a journal; None: there is no log that says which there were."""
 
 
 def replay(run: Path, robot: int | None = None) -> Replay:
@@ -69,16 +77,19 @@ def replay(run: Path, robot: int | None = None) -> Replay:
     found = list((run / INPUTS).glob(f"{name}-*{SUFFIX}"))
     robots: list[Replayed] = []
     going_on = goes_on(run)
-    for recording in sorted(map(Recording, found), key=lambda each: (each.head.robot, each.path.name)):
+    recordings = sorted(map(Recording, found), key=lambda each: (each.head.robot, each.path.name))
+    for recording in recordings:
         robots.append(replay_recording(recording, going_on=going_on))
         if robots[-1].difference is not None:
             break
     decisions = sum(each.decisions for each in robots)
-    if decisions == 0:
+    if decisions == 0 and not any(each.damaged for each in robots):
         whose = "no inputs" if robot is None else f"no inputs of robot {robot}"
         raise UsageError(f"{run}: {whose} to replay in {run / INPUTS}")
-    ok = all(each.difference is None for each in robots)
-    return Replay(ok=ok, decisions=decisions, robots=tuple(robots))
+    gone = missing(run, [each.head for each in recordings], robot)
+    ok = not any(each.difference is not None or each.damaged for each in robots)
+    ok = ok and all(each.excuse is not None for each in gone or ())
+    return Replay(ok=ok, decisions=decisions, robots=tuple(robots), missing=gone)
 
 
 def replay_recording(recording: Recording, *, going_on: bool = False) -> Replayed:
@@ -101,6 +112,7 @@ def replay_recording(recording: Recording, *, going_on: bool = False) -> Replaye
         incarnation=head.incarnation,
         decisions=compared,
         flaws=() if difference is not None else tuple(_flaws(recording, going_on=going_on)),
+        damaged=difference is None and recording.damaged,
         difference=difference,
     )
 
@@ -137,6 +149,9 @@ def _shown(decided: Decision) -> Any:  # noqa: ANN401 - plain data, for people a
 
 
 def _flaws(recording: Recording, *, going_on: bool) -> Iterator[str]:
+    if recording.damaged:
+        yield f"{recording.flaw}; no killed process leaves that, and what follows it is not compared"
+        return
     if recording.ended is None and going_on:
         yield "the run is still going on: this is what it decided up to now, unless its process has died"
         return
@@ -157,8 +172,14 @@ def sentences(replayed: Replay) -> Iterator[str]:
             yield f"{who}: the same {each.decisions} decisions"
         else:
             yield from _told(who, each.difference)
+    if replayed.missing is None:
+        yield f"no {EVENTS_FILE} says which processes there were: whether a journal is missing is not known"
+    yield from map(told, replayed.missing or ())
+    count = f"replayed: {replayed.decisions} decisions of {len(replayed.robots)} processes"
     if replayed.ok:
-        yield f"replayed: {replayed.decisions} decisions of {len(replayed.robots)} processes, all the same"
+        yield f"{count}, all the same"
+    elif all(each.difference is None for each in replayed.robots):
+        yield f"{count}, the same, but not all could be compared"
 
 
 def _told(who: str, difference: Difference) -> Iterator[str]:

@@ -19,7 +19,11 @@ from protocol.exit_codes import ExitCode
 def replay(ctx: click.Context, run: Path, *, robot: int | None, as_json: bool) -> None:
     """Give all that each robot heard to a fresh core, and compare each decision with the one recorded.
 
-    RUN is a run's folder, live or rehearsed. Exits 1 at the first difference, with both decisions.
+    RUN is a run's folder, live or rehearsed.
+
+    Exit code: 0 all the same, 1 a difference, at the first of which it stops, or not all could be compared: a
+    journal is damaged, or a robot that took part has none; 2 there is nothing to replay. A journal whose
+    process was killed may end anywhere.
     """
     replayed = replay_run(run, robot)
     if as_json:

@@ -57,8 +57,8 @@ def summarise(read: Timeline | Log, run: Path) -> Summary:
         run=header.run,
         folder=str((run if run.is_dir() else run.parent).resolve()),
         scenario=header.scenario.get("name"),
-        law=_field(header.scenario, "law", "law"),
-        robots=_field(header.scenario, "fleet", "robots"),
+        law=field_of(header.scenario, "law", "law"),
+        robots=field_of(header.scenario, "fleet", "robots"),
         seed=header.seed,
         scenario_hash=header.scenario_hash,
         versions=header.versions,
@@ -72,7 +72,7 @@ def summarise(read: Timeline | Log, run: Path) -> Summary:
     )
 
 
-def _field(scenario: dict[str, Any], section: str, key: str) -> Any:  # noqa: ANN401 - unchecked, as written
+def field_of(scenario: dict[str, Any], section: str, key: str) -> Any:  # noqa: ANN401 - unchecked, as written
     """A field of a scenario that another version may have written."""
     fields = scenario.get(section)
     return fields.get(key) if isinstance(fields, dict) else None
