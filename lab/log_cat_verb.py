@@ -33,7 +33,7 @@ AT_ONCE = 1000  # lines: each that is written for itself costs a system call
 @click.option("--source", multiple=True, help="Only entries by this source: world, r1, ...; may be repeated.")
 @click.option("--kind", multiple=True, help="Only this kind; 'step.*' works too; may be repeated.")
 @click.option("--without", multiple=True, help="All but this kind, as 'pose.*'; may be repeated.")
-@click.option("--robot", type=int, help="Only entries by this robot or about it.")
+@click.option("--robot", type=int, help="Only entries by this robot or about it, kills and freezes too.")
 @click.option("--step", type=int, help="Only this switching step of the leader.")
 @click.option("--from", "from_s", type=float, help="Only from this time on [simulated s].")
 @click.option("--to", "to_s", type=float, help="Only up to this time [simulated s].")

@@ -70,4 +70,7 @@ def kind_of(record: Record) -> str:
 
 def names(record: Record, robot: int) -> bool:
     """Whether a record says something of a robot other than the one that wrote it."""
-    return any(getattr(record, field, None) == robot for field in ("robot", "other", "to", "neighbour"))
+    return getattr(record, "process", None) == robot_name(robot) or any(
+        getattr(record, field, None) == robot
+        for field in ("robot", "other", "to", "neighbour", "blocked", "before")
+    )

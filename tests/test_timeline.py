@@ -10,12 +10,15 @@ from protocol.frames import Point
 from protocol.timeline import (
     AuthorityGranted,
     Entry,
+    FaultInjected,
+    LeaderSucceeded,
     OrderAccepted,
     PoseSampled,
     Record,
     RobotReleased,
     RobotStarted,
     RunEnded,
+    StrandDissolved,
 )
 from tests.logs import HEADER, numbered, recorded
 from world.lines import Line
@@ -117,6 +120,20 @@ EVERYTHING = Choice()
 def test_a_choice_takes_exactly_what_it_names(choice: Choice, chosen: list[int]) -> None:
     lines = lines_of()
     assert [index for index, (source, entry) in enumerate(lines) if choice.takes(source, entry)] == chosen
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        FaultInjected(fault="kill", rule="kill-1", process="r3"),
+        StrandDissolved(epoch=1, blocked=3),
+        LeaderSucceeded(epoch=2, before=3),
+    ],
+)
+def test_whatever_is_about_a_robot_is_chosen_with_it(record: Record) -> None:
+    entry = Entry(n=1, t_s=0.0, hlc="0/0", record=record)
+    assert Choice(robot=3).takes("r1", entry)
+    assert not Choice(robot=2).takes("r1", entry)
 
 
 def test_header_line_says_its_kind(tmp_path: Path) -> None:
