@@ -14,8 +14,17 @@ from pathlib import Path
 
 import msgspec
 from msgspec import Struct
+from msgspec.structs import replace
 
-from lab.campaign_episode import OUT_OF_TIME, SWARM, Episode, Outcome, Surprise, drawn_plan_path
+from lab.campaign_episode import (
+    OUT_OF_TIME,
+    SWARM,
+    Episode,
+    Outcome,
+    Surprise,
+    drawn_plan_path,
+    drawn_replay,
+)
 from lab.campaign_faults import ClassFigures, by_class, sum_of_sometimes
 from lab.campaign_figures import Figures, by_family, figures_of
 from lab.campaign_pool import outcomes_of
@@ -172,6 +181,13 @@ def write_drawn(seed: int, path: Path) -> None:
     Path(drawn_plan_path(str(path))).write_text(swarm.plan_text(), encoding="utf-8")
 
 
+def _with_drawn(outcome: Outcome, out: Path) -> Outcome:
+    """Write what the outcome's seed draws; from then on a rehearsal of that does the same."""
+    path = out / DRAWN_FOLDER / f"{outcome.seed}.toml"
+    write_drawn(outcome.seed, path)
+    return replace(outcome, replay=drawn_replay(str(path), outcome.seed))
+
+
 def _key(scene: Scene, seed: int, request: Request, source_hash: str) -> str:
     options = [seed, scene.robots, request.law, request.deployment, _plan_bytes(request.faults)]
     said = msgspec.json.encode([scene.family, scene.path.stem, *options, source_hash])
@@ -197,9 +213,10 @@ def _play(
     with path.open("ab", buffering=0) as file:
         if torn:
             file.write(b"\n")
-        for outcome in outcomes_of([each for each in episodes if each.key not in done], request.jobs):
+        for played in outcomes_of([each for each in episodes if each.key not in done], request.jobs):
+            outcome = played
             if request.faults == SWARM and (request.keep or outcome.surprise is not Surprise.NONE):
-                write_drawn(outcome.seed, request.out / DRAWN_FOLDER / f"{outcome.seed}.toml")
+                outcome = _with_drawn(outcome, request.out)
             file.write(msgspec.json.encode(outcome) + b"\n")
             done[outcome.key] = outcome
             surprises += outcome.surprise is not Surprise.NONE

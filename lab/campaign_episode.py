@@ -72,12 +72,13 @@ class Episode(Struct, frozen=True, kw_only=True):
 
     @property
     def replay(self) -> str:
-        """The command line that does the same alone."""
+        """The command line that does the same alone; what a swarm has drawn may not be written."""
+        if self.faults == SWARM:
+            return f"./launch/clew campaign --faults {SWARM} --seeds {self.seed} --keep"
         robots = "" if self.robots is None else f" -n {self.robots}"
         law = "" if self.law is None else f" --law {self.law}"
         deployment = "" if self.deployment is None else f" --deployment {self.deployment}"
-        plan = drawn_plan_path(self.path) if self.faults == SWARM else self.faults
-        faults = "" if plan is None else f" --faults {plan}"
+        faults = "" if self.faults is None else f" --faults {self.faults}"
         return f"./launch/clew rehearse {self.path}{robots}{law}{deployment}{faults} --seed {self.seed}"
 
 
@@ -163,6 +164,11 @@ def play(episode: Episode) -> Outcome:
 def drawn_plan_path(path: str) -> str:
     """Where the fault plan is written that was drawn with the scene that is written there."""
     return str(Path(path).with_suffix(".faults.toml"))
+
+
+def drawn_replay(path: str, seed: int) -> str:
+    """The command line that does what the seed has drawn, once that is written there."""
+    return f"./launch/clew rehearse {path} --faults {drawn_plan_path(path)} --seed {seed}"
 
 
 def surprise_of(verdict: Verdict, *, expected: int, no_route: bool, solvable: bool | None) -> Surprise:

@@ -61,6 +61,26 @@ def test_the_line_that_is_printed_replays_the_episode(kept: Path, tmp_path: Path
     assert (verdict["sim_s"], verdict["path_m"]) == (episode["sim_s"], episode["path_m"])
 
 
+def test_where_nothing_was_written_the_line_writes_it_first(
+    kept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    swarm(tmp_path / "out")
+    assert not (tmp_path / "out" / "drawn").exists(), "nothing surprises"
+    episode = told(tmp_path / "out")["episodes"][2]
+    line = json.loads((tmp_path / "out" / "episodes.jsonl").read_text(encoding="utf-8").splitlines()[2])
+    assert line["replay"] == episode["replay"]
+    monkeypatch.chdir(tmp_path)
+    assert clew(*shlex.split(episode["replay"])[1:]).exit_code == 0
+    (again,) = (tmp_path / "runs").iterdir()
+    (same,) = told(again)["episodes"]
+    assert (same["key"], same["sim_s"], same["path_m"]) == tuple(
+        episode[name] for name in ("key", "sim_s", "path_m")
+    )
+    assert (again / "drawn" / f"{episode['seed']}.toml").exists()
+    assert same["replay"].split()[:3] == ["./launch/clew", "rehearse", f"runs/{again.name}/drawn/17.toml"]
+    assert told(kept)["episodes"][2]["replay"].split()[1] == "rehearse", "--keep has written it"
+
+
 def test_the_same_again_plays_nothing_twice(kept: Path) -> None:
     lines = (kept / "episodes.jsonl").read_bytes()
     swarm(kept, "--keep")
