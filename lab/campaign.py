@@ -28,7 +28,7 @@ from lab.campaign_episode import (
 from lab.campaign_faults import ClassFigures, by_class, sum_of_sometimes
 from lab.campaign_figures import Figures, by_family, figures_of
 from lab.campaign_pool import outcomes_of
-from lab.campaign_scenes import Scene, find_scenes, tighten
+from lab.campaign_scenes import Scene, check_widest, find_scenes, tighten
 from lab.sometimes import never
 from lab.swarm import draw
 from protocol.errors import UsageError
@@ -91,8 +91,8 @@ def run(request: Request, watch: Callable[[int, int, int], None]) -> Campaign:
     """
     source_hash = hash_of_source()
     try:
-        request.out.mkdir(parents=True, exist_ok=True)
         episodes = list(_episodes(request, source_hash))
+        request.out.mkdir(parents=True, exist_ok=True)  # a campaign that is refused leaves none
         path = request.out / EPISODES_FILE
         keys = {episode.key for episode in episodes}
         done = {key: outcome for key, outcome in read_outcomes(path).items() if key in keys}
@@ -136,13 +136,16 @@ def _episodes(request: Request, source_hash: str) -> Iterator[Episode]:
         for seed in request.seeds:
             yield drawn_episode(seed, request.out, source_hash, wall_s_max=request.wall_s_max)
         return
-    for found in find_scenes(request.roots, request.robots):
+    all_found, plan = find_scenes(request.roots, request.robots), _plan_bytes(request.faults)
+    if request.tight is not None:
+        check_widest(all_found)
+    for found in all_found:
         scene = found
         if request.tight is not None:
             scene = tighten(found, request.tight, request.out / SCENES_FOLDER, request.deployment)
         for seed in request.seeds:
             yield Episode(
-                key=_key(scene, seed, request, source_hash),
+                key=_key(scene, seed, request, plan, source_hash),
                 path=str(scene.path),
                 family=scene.family,
                 seed=seed,
@@ -188,8 +191,8 @@ def _with_drawn(outcome: Outcome, out: Path) -> Outcome:
     return replace(outcome, replay=drawn_replay(str(path), outcome.seed))
 
 
-def _key(scene: Scene, seed: int, request: Request, source_hash: str) -> str:
-    options = [seed, scene.robots, request.law, request.deployment, _plan_bytes(request.faults)]
+def _key(scene: Scene, seed: int, request: Request, plan: bytes, source_hash: str) -> str:
+    options = [seed, scene.robots, request.law, request.deployment, plan]
     said = msgspec.json.encode([scene.family, scene.path.stem, *options, source_hash])
     return blake2b(scene.path.read_bytes() + said, digest_size=16).hexdigest()
 

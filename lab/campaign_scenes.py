@@ -4,7 +4,7 @@ Rule 1: a scene's family is the name of the folder that holds its file.
 Rule 2: a changed scene is a file like any other, so that a single rehearsal can replay it.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -46,16 +46,23 @@ def find_scenes(roots: Sequence[Path], robots: int | None) -> list[Scene]:
     return scenes
 
 
+def check_widest(scenes: Iterable[Scene]) -> None:
+    """Refuse scenes that cannot be made tight, before any is written.
+
+    Raises:
+        UsageError: one does not say how wide its widest path is.
+    """
+    for scene in scenes:
+        if scene.widest_path_radius_m is None:
+            raise UsageError(f"--tight: {scene.path}: has no stats.widest_path_radius")
+
+
 def tighten(scene: Scene, share: float, folder: Path, deployment: str | None) -> Scene:
     """The scene with a robot for which `r + epsilon` is this share of the widest path, written to the folder.
 
     Where the queue of robots at the start does not fit any more, the scene has fewer of them.
-
-    Raises:
-        UsageError: the file is no scene, or does not say how wide its widest path is.
     """
-    if scene.widest_path_radius_m is None:
-        raise UsageError(f"--tight: {scene.path}: has no stats.widest_path_radius")
+    assert scene.widest_path_radius_m is not None, "`check_widest` has seen it"
     raw = _read(scene.path)
     path = folder / scene.family / scene.path.name
     path.parent.mkdir(parents=True, exist_ok=True)

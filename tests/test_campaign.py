@@ -153,6 +153,7 @@ def test_no_scene_at_all_exits_2(tmp_path: Path) -> None:
     (tmp_path / "scenes").mkdir()
     assert campaign(tmp_path / "scenes").exit_code == 2
     assert campaign(tmp_path / "nowhere").exit_code == 2
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_tight_robot_just_fits_and_those_without_room_behind_it_are_left_out(scenes: Path) -> None:
@@ -183,6 +184,15 @@ def test_tight_needs_to_know_the_widest_path(scenes: Path) -> None:
     said = campaign(scenes, "--tight", "0.9")
     assert said.exit_code == 2
     assert "widest_path_radius" in said.stderr
+    assert not (scenes.parent / "out").exists()
+
+
+@pytest.mark.parametrize("more", [[], ["--tight", "0.9"]])
+def test_a_fault_plan_that_is_not_there_leaves_no_folder(scenes: Path, more: list[str]) -> None:
+    said = campaign(scenes, "--faults", "nope", *more)
+    assert said.exit_code == 2
+    assert "nope" in said.stderr
+    assert not (scenes.parent / "out").exists()
 
 
 @given(st.floats(0.001, 100.0))
