@@ -55,7 +55,7 @@ log.add_command(export)
 def _print_summary(summary: Summary) -> None:
     console = Console()
     facts = Table(show_header=False, box=None)
-    for name in ("run", "folder", "scenario", "law", "robots", "seed", "sim_s", "ended"):
+    for name in ("run", "folder", "scenario", "law", "robots", "seed", "sim_s", "last_entry_s", "ended"):
         facts.add_row(name, _said(str(getattr(summary, name))))
     facts.add_row("verdict", _said(_judged(summary.verdict)))
     facts.add_row("entries", str(summary.entries))

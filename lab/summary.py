@@ -12,7 +12,7 @@ from lab.plain import plain
 from lab.report import read_verdict
 from lab.timeline import Timeline, kind_of
 from world.recorder import EVENTS_FILE
-from world.verdict import VERDICT_FILE
+from world.verdict import VERDICT_FILE, Verdict
 
 
 class Judged(Struct, frozen=True, kw_only=True):
@@ -35,7 +35,10 @@ class Summary(Struct, frozen=True, kw_only=True):
     seed: int
     scenario_hash: str
     versions: dict[str, str]
-    sim_s: float
+    sim_s: float | None
+    """The verdict's: until the run was over."""
+    last_entry_s: float
+    """Simulated time of the newest entry: the run is over before its books are closed."""
     ended: str | None
     verdict: Judged | None
     entries: int
@@ -48,11 +51,11 @@ def summarise(read: Timeline | Log, run: Path) -> Summary:
     """The summary of a timeline that was read from this folder, or from its `events.jsonl`."""
     header = read.header
     verdict, flaws = _verdict(run)
-    kinds, sources, sim_s = Counter[str](), Counter[str](), 0.0
+    kinds, sources, last_entry_s = Counter[str](), Counter[str](), 0.0
     for source, entry in read.lines:
         kinds[kind_of(entry.record)] += 1
         sources[source] += 1
-        sim_s = max(sim_s, entry.t_s)
+        last_entry_s = max(last_entry_s, entry.t_s)
     return Summary(
         run=header.run,
         folder=str((run if run.is_dir() else run.parent).resolve()),
@@ -62,9 +65,10 @@ def summarise(read: Timeline | Log, run: Path) -> Summary:
         seed=header.seed,
         scenario_hash=header.scenario_hash,
         versions=header.versions,
-        sim_s=sim_s,
+        sim_s=None if verdict is None else verdict.sim_s,
+        last_entry_s=last_entry_s,
         ended=read.ended,
-        verdict=verdict,
+        verdict=None if verdict is None else _judged(verdict),
         entries=kinds.total(),
         sources=dict(sorted(sources.items())),
         kinds=dict(sorted(kinds.items())),
@@ -78,14 +82,17 @@ def field_of(scenario: dict[str, Any], section: str, key: str) -> Any:  # noqa: 
     return fields.get(key) if isinstance(fields, dict) else None
 
 
-def _verdict(run: Path) -> tuple[Judged | None, tuple[str, ...]]:
+def _verdict(run: Path) -> tuple[Verdict | None, tuple[str, ...]]:
     """The verdict beside a log, and what is wrong with it."""
     if run.is_file() and run.name != EVENTS_FILE:  # a copy under another name may be of another run
         return None, ()
     try:
-        verdict = read_verdict(run if run.is_dir() else run.parent)
+        return read_verdict(run if run.is_dir() else run.parent), ()
     except FileNotFoundError:
         return None, ()
     except (OSError, msgspec.MsgspecError) as error:
         return None, (plain(f"{VERDICT_FILE} cannot be read: {error}"),)
-    return Judged(ok=verdict.ok, exit_code=verdict.exit_code, reason=verdict.reason), ()
+
+
+def _judged(verdict: Verdict) -> Judged:
+    return Judged(ok=verdict.ok, exit_code=verdict.exit_code, reason=verdict.reason)

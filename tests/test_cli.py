@@ -48,6 +48,16 @@ def test_info_says_law_robots_and_how_the_run_ended(run: Path) -> None:
         assert re.search(line, clew("log", "info", run).stdout), line
 
 
+def test_the_time_of_a_run_is_the_verdicts_and_that_of_its_last_entry_has_another_name(run: Path) -> None:
+    said = json.loads(clew("log", "info", run, "--json").stdout)
+    assert (said["sim_s"], said["last_entry_s"]) == (None, 6.0), "only the verdict knows when it was over"
+    (run / VERDICT_FILE).write_bytes(msgspec.json.encode(GOOD))
+    said = json.loads(clew("log", "info", run, "--json").stdout)
+    assert (said["sim_s"], said["last_entry_s"]) == (GOOD.sim_s, 6.0)
+    for line in (r"sim_s +31.0", r"last_entry_s +6.0"):
+        assert re.search(line, clew("log", "info", run).stdout), line
+
+
 @pytest.mark.parametrize("named", ["", "events.jsonl"])
 def test_info_shows_the_verdict_that_stands_beside_the_log(run: Path, named: str) -> None:
     failed = msgspec.structs.replace(GOOD, ok=False, exit_code=1, reason="robot 3 died")
