@@ -46,6 +46,11 @@ class Failure:
     way: str
     reason: str
 
+    @property
+    def told(self) -> str:
+        """Both, for people; once where the way is the sentence itself."""
+        return self.reason if self.way == _masked(self.reason) else f"{self.way}: {self.reason}"
+
 
 def failure_of(case: Case) -> Failure | None:
     """Rehearse the case; returns how it fails, or None where it does not."""

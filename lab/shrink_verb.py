@@ -53,7 +53,7 @@ def shrink_verb(ctx: click.Context, run: Path, *, seed: int | None, out: Path | 
         now = "does not fail" if again is None else f"fails in another way: {again.reason}"
         click.echo(f"{run}: failed: {recorded.reason}; rehearsed again it {now}", err=True)
         ctx.exit(ExitCode.FAILED)
-    click.echo(f"shrink: {recorded.way}: {recorded.reason}", err=True)
+    click.echo(f"shrink: {recorded.told}", err=True)
     folder = out or _next(run / SHRUNK_FOLDER)
     make_folder(folder)  # before the work, not after it
     least = shrink(case, _Trials(recorded))
@@ -89,7 +89,7 @@ def _run(run: Path) -> tuple[Case, Failure | None]:
     try:
         verdict = read_verdict(run)
     except (OSError, msgspec.MsgspecError) as error:
-        raise UsageError(f"{run}: no verdict that says how it failed: {error}") from error
+        raise UsageError(f"{run}: no verdict that says how it failed: {_plainly(error)}") from error
     case = Case(
         scenario=understand(header.scenario, Scenario, str(run)),
         seed=header.seed,
@@ -110,8 +110,11 @@ def _episode(folder: Path, seed: int | None) -> tuple[Case, Failure | None]:
     """An episode of a swarm, and how it failed."""
     try:
         campaign = msgspec.json.decode((folder / CAMPAIGN_FILE).read_bytes(), type=Campaign)
+    except FileNotFoundError as error:
+        neither = f"neither a run (no {EVENTS_FILE}) nor a campaign (no {CAMPAIGN_FILE})"
+        raise UsageError(f"{folder}: {neither}") from error
     except (OSError, msgspec.MsgspecError) as error:
-        raise UsageError(f"{folder}: neither a run nor a campaign of this version: {error}") from error
+        raise UsageError(f"{folder}: no campaign of this version: {_plainly(error)}") from error
     if campaign.faults != SWARM:
         raise UsageError(f"{folder}: has no --faults {SWARM}; rehearse the episode, and shrink that run")
     if seed is None:
@@ -128,6 +131,11 @@ def _episode(folder: Path, seed: int | None) -> tuple[Case, Failure | None]:
         outside=swarm.outside,
     )
     return case, failure_told(outcome)
+
+
+def _plainly(error: OSError | msgspec.MsgspecError) -> str:
+    """What an error says, without a number and a path that the user knows."""
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
 def _next(folder: Path) -> Path:

@@ -1,3 +1,4 @@
+import json
 import shlex
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from protocol.faults.plan import Plan, load
 from protocol.faults.rules import Burst, Corrupt, Delay, Drop, Duplicate, Kill, Partition, Reorder, Rule, Slow
 from tests.campaigns import clew, scene
 from world.scenario import load as load_scenario
+from world.verdict import VERDICT_FILE
 
 HARMLESS: tuple[Rule, ...] = (
     Delay(delay_s_max=0.05),
@@ -111,6 +113,31 @@ def test_a_run_that_now_fails_otherwise_is_not_shrunk_and_both_ways_are_said(
     assert "rehearsed again it fails in another way: " in shrunk.stderr
     assert "another" in shrunk.stderr
     assert not (failed / "shrunk").exists()
+
+
+def test_a_sentence_that_is_itself_the_way_to_fail_is_printed_once(tmp_path: Path) -> None:
+    """Nothing of the fleet comes through, so the world waits for a strand until the time is up."""
+    plan = Plan(name="deaf", rules=(Drop(),))
+    (tmp_path / "deaf.toml").write_text(plan_text(plan), encoding="utf-8")
+    run, field = tmp_path / "run", scene(tmp_path / "small.json")
+    clew("rehearse", field, "-n", "2", "--faults", tmp_path / "deaf.toml", "--out", run)
+    reason = json.loads((run / VERDICT_FILE).read_text(encoding="utf-8"))["reason"]
+    assert clew("shrink", run).stderr.splitlines()[0] == f"shrink: {reason}"
+
+
+def test_a_folder_that_holds_neither_run_nor_campaign_is_refused_in_a_plain_sentence(tmp_path: Path) -> None:
+    said = clew("shrink", tmp_path)
+    assert said.exit_code == 2
+    assert "neither a run (no events.jsonl) nor a campaign (no campaign.json)" in said.stderr
+    assert "Errno" not in said.stderr
+
+
+def test_a_run_without_a_verdict_is_refused_in_a_plain_sentence(failed: Path) -> None:
+    (failed / VERDICT_FILE).unlink()
+    said = clew("shrink", failed)
+    assert said.exit_code == 2
+    assert "no verdict that says how it failed: No such file or directory" in said.stderr
+    assert "Errno" not in said.stderr
 
 
 def test_what_was_shrunk_before_stays(failed: Path) -> None:
