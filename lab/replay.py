@@ -150,7 +150,7 @@ def _shown(decided: Decision) -> Any:  # noqa: ANN401 - plain data, for people a
 
 def _flaws(recording: Recording, *, going_on: bool) -> Iterator[str]:
     if recording.damaged:
-        yield f"{recording.flaw}; no killed process leaves that, and what follows it is not compared"
+        yield f"{recording.flaw}; it is damaged, or of another version, and what follows is not compared"
         return
     if recording.ended is None and going_on:
         yield "the run is still going on: this is what it decided up to now, unless its process has died"
