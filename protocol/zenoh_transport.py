@@ -15,7 +15,6 @@ Rule 5: where Zenoh panics, as it does at some bytes that no router should send,
 import asyncio
 import contextlib
 import json
-import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -32,7 +31,6 @@ from protocol.traffic import Traffic
 from protocol.transport import Appeared, Arrival, Asked, Heard, Refused, Vanished
 
 KEY_LENGTH_MAX = 200  # ours have less than 160 characters; the timeline takes no more
-
 PULSE_S = 0.2  # wall: a fifth of the silence after which a robot without a token is dead
 
 
@@ -109,10 +107,15 @@ class ZenohTransport:
                 while not (raw := self.inbox.drain()):
                     self._arrived.clear()  # it is set in this thread, so nothing can be missed here
                     await self._arrived.wait()
-        if not raw and time.monotonic() >= self._pulse_at_s:
-            self._pulse_at_s = time.monotonic() + PULSE_S
-            self._send(self._pulse_key, b"")
+        if not raw:
+            self._feel_pulse(asyncio.get_running_loop().time())
         return [self._arrival(each) for each in raw]
+
+    def _feel_pulse(self, now_s: float) -> None:
+        """Rule 5, now and then."""
+        if now_s >= self._pulse_at_s:
+            self._pulse_at_s = now_s + PULSE_S
+            self._send(self._pulse_key, b"")
 
     def timestamp(self) -> str:
         """A new hybrid-logical-clock time stamp of this process."""
