@@ -3,6 +3,7 @@
 import asyncio
 import shutil
 import signal
+import subprocess
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
@@ -64,6 +65,18 @@ def damaged_wire(seed: int) -> Iterator[tuple[Path, Proxy]]:
             yield folder, between
     finally:
         shutil.rmtree(folder)
+
+
+@contextmanager
+def fleet_behind_proxy(fleet: Fleet) -> Iterator[tuple[subprocess.Popen[str], Proxy]]:
+    """The world of a whole fleet whose router is behind a proxy."""
+    outer, inner = port_of(free_endpoint()), port_of(free_endpoint())
+    endpoint, listen = f"tcp/127.0.0.1:{outer}", f"tcp/127.0.0.1:{inner}"
+    with (
+        proxy_aside(inner, listen=outer, seed=1) as between,
+        Parts(fleet, len(ROBOTS), GROVE, endpoint, listen).started() as world,
+    ):
+        yield world, between
 
 
 @dataclass(slots=True)
@@ -156,12 +169,7 @@ async def test_who_has_nothing_to_say_finds_out_that_its_session_is_lost() -> No
 
 
 def test_world_and_robots_whose_sessions_are_lost_say_so_and_end(fleet: Fleet) -> None:
-    outer, inner = port_of(free_endpoint()), port_of(free_endpoint())
-    endpoint, listen = f"tcp/127.0.0.1:{outer}", f"tcp/127.0.0.1:{inner}"
-    with (
-        proxy_aside(inner, listen=outer, seed=1) as between,
-        Parts(fleet, len(ROBOTS), GROVE, endpoint, listen).started() as world,
-    ):
+    with fleet_behind_proxy(fleet) as (world, between):
         fleet.wait_for("step.planned")
         between.faults[Way.DOWN] = UNHEARD_OF
         assert world.wait(RUN_S_MAX) == -signal.SIGABRT  # a crash, after which the launcher starts it again
@@ -170,13 +178,8 @@ def test_world_and_robots_whose_sessions_are_lost_say_so_and_end(fleet: Fleet) -
 
 
 def test_fleet_arrives_over_a_slow_wire_that_was_damaging_for_a_while(fleet: Fleet) -> None:
-    outer, inner = port_of(free_endpoint()), port_of(free_endpoint())
-    endpoint, listen = f"tcp/127.0.0.1:{outer}", f"tcp/127.0.0.1:{inner}"
     slow = Faults(delay_s=0.05, jitter_s=0.02)
-    with (
-        proxy_aside(inner, listen=outer, seed=1) as between,
-        Parts(fleet, len(ROBOTS), GROVE, endpoint, listen).started() as world,
-    ):
+    with fleet_behind_proxy(fleet) as (world, between):
         fleet.wait_for("step.planned")
         for way in Way:
             between.faults[way] = replace(slow, flip_probability=0.01)
