@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any, TypedDict, Unpack
 
 import click
-from msgspec import to_builtins
 
 from lab.log_verbs import RUN
 from lab.options import ROBOTS
@@ -187,9 +186,9 @@ def _give_messages(run: Path, rule: dict[str, Any], messages: Limits) -> None:
 
 
 def _give(run: Path, rule: dict[str, Any], for_s: float | None = None) -> None:
-    known: Rule = understand(rule, Rule, f"fault {rule['fault']}")  # type: ignore[arg-type] # a union of types
-    wished = understand({"rule": to_builtins(known), "for_s": for_s}, Wish, f"fault {rule['fault']}")
-    click.echo(wish(run, wished))
+    source = f"fault {rule['fault']}"
+    understand(rule, Rule, source)  # type: ignore[arg-type] # a union of types; so it is said by its own path
+    click.echo(wish(run, understand({"rule": rule, "for_s": for_s}, Wish, source)))
 
 
 def _process(name: str) -> str:
