@@ -73,14 +73,7 @@ class Tally:
     def hear(self, source: str, entry: Entry) -> None:
         """Take an entry in."""
         if isinstance(entry.record, FaultInjected):
-            self.struck.add(entry.record.rule)
-        match entry.record:
-            case FaultInjected(fault=fault, key=str(key), number=int(number)) if (
-                number and fault in TAKES_AWAY
-            ):
-                self._taken[(key, source), number] = fault
-            case _:
-                pass
+            self._hear_fault(source, entry.record)
         robot = robot_number(source)
         if tells(source, entry.record):
             self.recovery.append((entry.t_s, source, entry.record))
@@ -88,6 +81,11 @@ class Tally:
             self._hear_world(entry)
         elif robot is not None:
             self._hear_robot(robot, entry)
+
+    def _hear_fault(self, source: str, injected: FaultInjected) -> None:
+        self.struck.add(injected.rule)
+        if injected.key is not None and injected.number and injected.fault in TAKES_AWAY:
+            self._taken[(injected.key, source), injected.number] = injected.fault
 
     def _hear_world(self, entry: Entry) -> None:
         match entry.record:
