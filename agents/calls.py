@@ -7,8 +7,9 @@ Rule 2: who hears nobody does not call: nobody could answer, and it would only d
 Rule 3: a leader calls for the same robot again after twice the time, but not after more than `INVITES_S_MAX`.
 Rule 4: a robot with which a link falls silent twice in a while, though both are there, is not heard for some
         time, twice as long each time; but it is where no way is found without it: its body may be in the way.
-Rule 5: whoever is left out stands so long after all members were bound. A clock that is told by odometry may
-        lag, by as much as odometry is late: so it is asked for one that knows of an order given then.
+Rule 5: a robot that is left out stands so long after all members were bound, as far as this robot remembers;
+        the latest time that any member remembers counts (`agents.lining`). A clock that is told by odometry
+        may lag, by as much as odometry is late: so it is asked for one that knows of an order given then.
 Rule 6: members that leave others out go on only as long as these show no token, or they are more than half of
         those that do: tokens come back.
 """
@@ -195,7 +196,7 @@ class Calls:
         went_by_s = now_s - COMES_BACK_S
         gone = [self.presence.has_gone_by(robot, went_by_s) for robot in self._outside(lining.members)]
         lining.others_may_come_back = not all(gone)
-        if lining.free_at_s is None and lining.all_are_bound:
+        if lining.settled_at_s is None and lining.all_are_bound:
             self._settle(lining, driver, now_s)
 
     def _settle(self, lining: Lining, driver: Driver, now_s: float) -> None:
@@ -205,7 +206,7 @@ class Calls:
                 lining.asked = driver.stand_anew(epoch=lining.epoch)
             if driver.odometry.ordered < lining.asked:
                 return
-        lining.free_at_s = self.free_at_s(lining.members, now_s)
+        lining.settled_at_s = self.free_at_s(lining.members, now_s)
 
     def _outside(self, members: tuple[int, ...]) -> frozenset[int]:
         """All robots but these."""

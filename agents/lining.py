@@ -6,7 +6,9 @@ Rule 3: the last robot in place gives the turns (`agents.giving`).
 Rule 4: a robot drives only in its turn, when all others have said that they know of it, and while each of
         them has echoed something that it said within `silence_s` (`agents.taking`).
 Rule 5: in an epoch that was called nobody drives before all members stand in it and whoever is left out must
-        stand, too (docs/strand.md, Healing).
+        stand, too (docs/strand.md, Healing). Each member announces when that is, as far as it knows, and the
+        latest of these times counts: a robot that is left out now may have been a member of an epoch that
+        not all have heard of. A robot confirms the strand only when it knows that time, so that all know it.
 """
 
 from collections.abc import Set
@@ -47,8 +49,8 @@ class Lining:
         self.epoch = epoch
         """Of all that is said and ordered while the strand forms, whose own epoch is the next."""
         self.members = members or tuple(range(1, mission.robots + 1))
-        self.free_at_s = None if members else now_s
-        """Rule 5: when whoever has the turn, or leads, may drive; None until that is known."""
+        self.settled_at_s = None if members else now_s
+        """Rule 5: when all who are left out stand, as far as this robot knows; None until all are bound."""
         self.asked: int | None = None
         """The order to stand that was given when all were bound, if one was needed (`agents.calls`)."""
         self.began_s = now_s
@@ -80,6 +82,11 @@ class Lining:
     def all_are_bound(self) -> bool:
         """Whether all members stand in this epoch."""
         return self._roster.places is not None
+
+    @property
+    def free_at_s(self) -> float | None:
+        """Rule 5: when a robot that has the turn, or leads, may drive; None until that is known."""
+        return self._roster.free_at_s if self.is_called else self.settled_at_s
 
     @property
     def places(self) -> dict[int, Pose]:
@@ -232,12 +239,13 @@ class Lining:
         if announcer.own_turn is None:
             announcer.say(pose=pose)
         if announcer.said.members:
-            announcer.say(hears=tuple(sorted(self._roster.heard)))
+            announcer.say(hears=tuple(sorted(self._roster.heard)), free_s=self.settled_at_s)
         self._sense(scan)
         commands = self._taking.take(driver, self._trusted(scan), now_s, may_drive=self._may_drive)
         commands += self._giving.give(now_s)
         turn = self._roster.turn
-        announcer.say(turn=turn.number if turn is not None else 0, order=self.order)
+        order = () if self.free_at_s is None else self.order
+        announcer.say(turn=turn.number if turn is not None else 0, order=order)
         return commands + announcer.announce(now_s)
 
     # --- rule 2 -------------------------------------------------------------------------------------

@@ -168,6 +168,12 @@ class Roster:
         return {robot: muster.pose for robot, muster in sorted(self.heard.items())}
 
     @property
+    def free_at_s(self) -> float | None:
+        """The latest time at which a member knows all who are left out to stand; None until all have said."""
+        free_s = [muster.free_s for muster in self.heard.values() if muster.free_s is not None]
+        return max(free_s) if len(free_s) == len(self.members) else None
+
+    @property
     def strand(self) -> tuple[int, ...]:
         """Rule 4: who is in place, leader first; empty until all have looked at their legs."""
         at_start = self.start_order[: self._at_start]

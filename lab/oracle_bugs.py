@@ -84,8 +84,8 @@ BUGS = (
         "no-settling",
         "nobody drives in a new epoch before those left out must stand",
         "agents/calls.py",
-        "lining.free_at_s = self.free_at_s(lining.members, now_s)",
-        "lining.free_at_s = now_s",
+        "lining.settled_at_s = self.free_at_s(lining.members, now_s)",
+        "lining.settled_at_s = now_s",
     ),
     _bug(
         "turns-not-ended",

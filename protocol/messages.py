@@ -101,6 +101,8 @@ class Muster(Struct, frozen=True, kw_only=True, tag="muster"):
     """Corners of its way to the robot ahead, from its own place on, where that is not straight."""
     hears: Lineage = ()
     """Which members it has heard, where some have been left out; docs/strand.md, Healing."""
+    free_s: Seconds | None = None
+    """When all robots that are left out stand, as far as it knows; None until all members are bound."""
     t_s: Seconds = 0.0
     """When it was said, by the sender's clock."""
     echo_s: Seconds = 0.0

@@ -76,5 +76,5 @@ def called(*, members: tuple[int, ...], shunned: frozenset[int] = frozenset()) -
 
 
 def says_of_call(robot: int, number: int = 1, **news: object) -> Muster:
-    """What a robot says in that muster."""
-    return replace(at(robot, number), epoch=EPOCH, members=(1, 2, 3), **news)
+    """What a robot says in that muster, in which it knows all that are left out to stand."""
+    return replace(at(robot, number), epoch=EPOCH, members=(1, 2, 3), **({"free_s": 0.0} | news))

@@ -185,14 +185,21 @@ def test_who_makes_nothing_of_its_turn_is_left_out_of_the_next_call() -> None:
         Lining(1, MISSION, epoch=EPOCH, members=ALL),
         Turn(number=1, robot=3),
     )
-    waits.free_at_s = 0.0
+    waits.settled_at_s = 0.0
     reasons = []
     for beat in range(round(10.0 * SLOW_S) + 3):
         now_s = beat / 10.0
         for robot in ALL[1:]:
             gives = turn if robot == 2 else None
             said = Muster(
-                number=1 + beat, epoch=EPOCH, pose=HERE, members=ALL, hears=ALL, gives=gives, t_s=now_s
+                number=1 + beat,
+                epoch=EPOCH,
+                pose=HERE,
+                members=ALL,
+                hears=ALL,
+                gives=gives,
+                t_s=now_s,
+                free_s=0.0,
             )
             waits.hear(robot, said, now_s)
         stands(waits)
@@ -305,7 +312,7 @@ def settled(made: Calls, waits: Lining, driver: Driver, now_s: float, *, ordered
     number = driver.drive.number
     driver.hear(replace(STANDS, t_s=now_s, ordered=ordered, finished=min(ordered, number)))
     made.attend(waits, driver, now_s)
-    return waits.free_at_s
+    return waits.settled_at_s
 
 
 def test_since_when_it_stands_is_dated_by_an_odometry_that_knows_of_an_order_given_when_all_were_bound() -> (

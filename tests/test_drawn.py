@@ -97,6 +97,8 @@ def test_a_fleet_gets_over_what_it_once_did_not(
         ("a-call-from-just-before-a-restart", 18906),
         # Who is left out has come to rest beside ground that others have driven before.
         ("a-body-beside-driven-ground", 1538),
+        # Found by reading: a robot must not remember that another stands that has been in a later epoch.
+        ("left-out-of-two-epochs", 1),
         # Who knows no way on, and does not believe a silence yet, must not look again and again at once.
         ("a-leader-that-has-slept", 6498),
     ],

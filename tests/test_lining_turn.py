@@ -7,7 +7,18 @@ import numpy as np
 
 from agents.lining import Lining
 from protocol.frames import Point
-from tests.lining_stage import BOX, EPOCH, GOAL, PLACES, TURN, mission, says, says_of_call, wants_scan
+from tests.lining_stage import (
+    BOX,
+    EPOCH,
+    GOAL,
+    PLACES,
+    TURN,
+    mission,
+    says,
+    says_of_call,
+    scan_of,
+    wants_scan,
+)
 from tests.one_step import look_around
 from world.shapes import Circle, Shape
 
@@ -35,14 +46,46 @@ def looks_to_drive(lining: Lining, now_s: float) -> bool:
 def test_nobody_drives_before_whoever_is_left_out_must_stand() -> None:
     lining = in_turn()
     drives = [looks_to_drive(lining, 5.4)]
-    lining.free_at_s = 5.6
+    lining.settled_at_s = 5.6
     drives += [looks_to_drive(lining, now_s) for now_s in (5.5, 5.7)]
     assert drives == [False, False, True]
 
 
+def test_the_latest_time_that_any_member_knows_of_counts() -> None:
+    lining = in_turn()
+    lining.settled_at_s = 5.2
+    drives = [looks_to_drive(lining, 5.3)]
+    lining.hear(3, says_of_call(3, 3, leg_clear=False, turn=1, echo_s=5.3, free_s=5.6), 5.4)
+    drives += [looks_to_drive(lining, now_s) for now_s in (5.5, 5.7)]
+    assert drives == [True, False, True]
+
+
+def test_nobody_drives_before_all_members_have_said_when_those_that_are_left_out_stand() -> None:
+    lining = in_turn()
+    lining.settled_at_s = 5.2
+    lining.hear(3, says_of_call(3, 3, leg_clear=False, turn=1, echo_s=5.3, free_s=None), 5.4)
+    drives = [looks_to_drive(lining, 5.5)]
+    lining.hear(3, says_of_call(3, 4, leg_clear=False, turn=1, echo_s=5.5), 5.6)
+    drives.append(looks_to_drive(lining, 5.7))
+    assert drives == [False, True]
+
+
+def test_a_robot_confirms_the_strand_only_when_it_knows_that_all_others_stand() -> None:
+    fleet = mission(robots=3, goal=GOAL)
+    lining = Lining(1, fleet, 5.0, epoch=EPOCH, members=(1, 2, 3))
+    lining.settled_at_s = 5.0
+    says(lining, PLACES[1], None, 5.0)
+    for robot, free_s in ((2, 5.0), (3, None)):
+        lining.hear(robot, says_of_call(robot, leg_clear=True, free_s=free_s), 5.1)
+    orders = [says(lining, PLACES[1], scan_of(1, fleet), 5.2)[-1].order]
+    lining.hear(3, says_of_call(3, 2, leg_clear=True), 5.3)
+    orders.append(says(lining, PLACES[1], None, 5.4)[-1].order)
+    assert orders == [(), (3, 2, 1)]
+
+
 def test_nobody_joins_by_a_scan_from_before_whoever_is_left_out_must_stand() -> None:
     lining = in_turn()
-    lining.free_at_s = 5.6
+    lining.settled_at_s = 5.6
     seen = look_around(BOX, mission(robots=3, goal=GOAL), PLACES[2])
     ranks = []
     for taken_s in (5.5, 5.6):
@@ -53,7 +96,7 @@ def test_nobody_joins_by_a_scan_from_before_whoever_is_left_out_must_stand() -> 
 
 def test_who_has_had_its_turn_in_vain_finds_no_way() -> None:
     lining = in_turn()
-    lining.free_at_s = 5.2
+    lining.settled_at_s = 5.2
     found = [lining.finds_no_way]
     posts: list[Shape] = [
         Circle(centre_m=(2.0 + 0.5 * math.cos(angle), 0.5 * math.sin(angle)), radius_m=0.15)
@@ -68,7 +111,7 @@ def test_who_has_had_its_turn_in_vain_finds_no_way() -> None:
 
 def test_who_has_the_turn_drives_only_while_all_others_echo_what_it_said_of_late() -> None:
     lining = in_turn()
-    lining.free_at_s = 5.0
+    lining.settled_at_s = 5.0
     silence_s = mission(robots=3, goal=None).silence_s
     drives = [looks_to_drive(lining, 5.2 + silence_s - 0.1), looks_to_drive(lining, 5.2 + silence_s + 0.1)]
     lining.hear(1, says_of_call(1, 3, leg_clear=True, gives=TURN, turn=1, echo_s=6.2), 6.3)
@@ -80,7 +123,7 @@ def test_who_has_the_turn_drives_only_while_all_others_echo_what_it_said_of_late
 
 def test_an_echo_of_what_is_yet_to_be_said_is_no_answer_to_who_has_the_turn() -> None:
     lining = in_turn()
-    lining.free_at_s = 5.0
+    lining.settled_at_s = 5.0
     lining.hear(3, says_of_call(3, 3, leg_clear=False, turn=1, echo_s=9.0), 5.4)
     drives = [looks_to_drive(lining, 5.5)]
     lining.hear(3, says_of_call(3, 4, leg_clear=False, turn=1, echo_s=5.4), 5.6)
