@@ -82,6 +82,7 @@ class Advance:
             progress_m=self._driver.progress_m,
             authority_m=strand.authority_m,
             own_leg_m=strand.own_leg_m,
+            ahead_start_m=strand.ahead_start_m,
             now_s=now_s,
         )
         return [Note(checked)]

@@ -6,6 +6,8 @@ Rule 2: before it enters a segment it checks it against a scan of its own: the s
         robot stands, and where the leader stood). Its own leg, up to where the robot ahead stood at first,
         no leader has certified: there the check itself has to certify `epsilon - mu0`, with half of
         the tolerance left for the drive. Under a law that promises nothing robots that follow do not sense.
+        A robot that is left out may have died on a leg that counts as driven, so what stands short of where
+        the robot ahead stood at first is looked at there, too (docs/strand.md, Following).
         Where robots are left out, their bodies may have come to rest beside ground that was driven before:
         then the whole promise has to be seen, with what the range may be wrong by and some of the tolerance.
 Rule 3: a segment that is not clear is checked again every `RECHECK_S`; meanwhile the robot stands.
@@ -88,6 +90,7 @@ class Follower:
         progress_m: float,
         authority_m: float,
         own_leg_m: float,
+        ahead_start_m: float,
         now_s: float,
     ) -> SegmentChecked:
         """Rule 2: check the segment that begins here.
@@ -96,12 +99,14 @@ class Follower:
             view: a scan taken here.
             path: the path ahead.
             progress_m: where the robot is on it.
-            authority_m: how far it may go; what stands on the path beyond is a robot.
-            own_leg_m: up to here no robot has driven and no leader certified, and no robot stands.
+            authority_m: how far it may go.
+            own_leg_m: up to here no robot has driven and no leader certified.
+            ahead_start_m: where the robot ahead stood when the epoch began. What stands on the path beyond
+                here and beyond the authority is a robot of the strand.
             now_s: the time.
         """
         vertex = path[path.next_vertex(progress_m + THERE_M)]
-        seen = self._without_robots(view, path, progress_m, max(authority_m, own_leg_m))
+        seen = self._without_robots(view, path, progress_m, max(authority_m, ahead_start_m))
         clearance_m = seen_clearance_m(seen, _xy(vertex), self._mission)
         clear = clearance_m >= self._clear_m_min
         if progress_m < own_leg_m - THERE_M:

@@ -140,6 +140,7 @@ class Member:
             progress_m=strand.start_m,
             authority_m=strand.start_m,
             own_leg_m=strand.own_leg_m,
+            ahead_start_m=strand.ahead_start_m,
             now_s=now_s,
         )
         return Note(checked)

@@ -96,6 +96,8 @@ class Strand:
             link for link in (self.ahead, self.behind) if link is not None
         )
         """The links that there are."""
+        self.ahead_start_m = at.ahead_m
+        """Where the robot ahead stood when the epoch began: short of that nobody of the strand stands."""
         self.own_leg_m = at.ahead_m
         """Up to here, where the robot ahead stood at first, nobody has driven and no leader certified."""
         self.grants = Grants(

@@ -44,6 +44,7 @@ def check(
     *shapes: Shape,
     progress_m: float = 0.0,
     authority_m: float = AUTHORITY_M,
+    ahead_start_m: float = 0.0,
     now_s: float = 0.0,
     mission: Mission = MISSION,
 ) -> SegmentChecked:
@@ -52,7 +53,13 @@ def check(
     at = path.at(progress_m)
     view = look_around(shapes, mission, Pose(x_m=at.x_m, y_m=at.y_m, heading_rad=0.0))
     return follower.check(
-        view, path, progress_m=progress_m, authority_m=authority_m, own_leg_m=0.0, now_s=now_s
+        view,
+        path,
+        progress_m=progress_m,
+        authority_m=authority_m,
+        own_leg_m=0.0,
+        ahead_start_m=ahead_start_m,
+        now_s=now_s,
     )
 
 
@@ -157,6 +164,12 @@ def test_what_stands_where_no_robot_may_be_is_an_obstacle_even_on_the_path() -> 
     checked = check(fresh(), disc(1.0, 0.0))
     assert not checked.clear
     assert checked.clearance_m < 0.0
+
+
+def test_a_body_on_a_leg_that_was_driven_is_an_obstacle_up_to_where_the_robot_ahead_stood() -> None:
+    body, robot_ahead = disc(1.0, 0.0), disc(2.0, 0.0)
+    assert check(fresh(), robot_ahead, authority_m=0.0, ahead_start_m=2.0).clear
+    assert not check(fresh(), body, robot_ahead, authority_m=0.0, ahead_start_m=2.0).clear
 
 
 def test_a_dead_robot_that_rolled_off_the_path_ahead_is_an_obstacle() -> None:
