@@ -1,20 +1,16 @@
 """One robot. Pure: events in, commands out; no clock, no network, no chance.
 
-Rule 1: whatever happens, silent links are looked for first, then the event is taken in, then the robot
-        does what its state asks for. So a lost message costs time and nothing else: the next event
-        finds the same state and acts on it.
+Rule 1: whatever happens, silent links are looked for first, then the event is taken in, then the robot does
+        what its state asks for. So a lost message costs time only: the next event finds the same state.
 Rule 2: every odometry is answered with the newest drive order.
-Rule 3: a robot lines up (`agents.lining`), or has its place in the strand and does its part there
+Rule 3: it lines up (`agents.lining`), or has its place in the strand and does its part there
         (`agents.member`), or stands aside, in neither.
-Rule 4: when the strand has dissolved it lines up again, in the next epoch. The tail, which is told last,
-        opens that; every other robot that has been told joins in when it hears of it. So nobody lines up
-        before all stand for good, and the orders of one epoch end before the next one's begin.
+Rule 4: when the strand has dissolved it lines up again, in the next epoch, which the tail opens, since it is
+        told last. So all orders of one epoch end before the first of the next.
 Rule 5: a robot whose link is broken leaves the strand and calls all to line up (`agents.calls`). Who hears
         of a newer epoch leaves what it is in: for that one if it is a member, else it stands aside and asks.
-Rule 6: one that is started again begins aside, and answers only calls made since: what its forerunner has
-        said in an epoch, it knows nothing of.
-Rule 7: where so many that are left out show tokens again that the members are not more than half, they stand,
-        and call.
+Rule 6: one that is started again begins aside, and answers only calls that were made since.
+Rule 7: members that are no more than half of the robots that show tokens stand, and call.
 """
 
 import math
@@ -31,6 +27,7 @@ from agents.lining import Lining
 from agents.member import Member
 from agents.memory import Memory
 from agents.muster import is_order
+from agents.refusing import refusal
 from agents.senses import Senses
 from agents.watch import Watch
 from protocol.epochs import is_called_since, of_one_call
@@ -94,6 +91,10 @@ class Robot:
         self._calls.enter(now_s)
         before = self._driver.drive
         commands = self._look_at_links(now_s)
+        if refused := refusal(event, self._robot, now_s):
+            return commands + (
+                [] if self._since_s is None else [Note(refused)]
+            )  # it may not know the time yet
         match event:
             case OdometryHeard(odometry):
                 self._driver.hear(odometry)

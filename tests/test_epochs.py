@@ -1,7 +1,17 @@
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from protocol.epochs import CALLERS, COUNTS, PER_S, called_epoch, is_called, is_called_since, of_one_call
+from protocol.epochs import (
+    AHEAD_S,
+    CALLERS,
+    COUNTS,
+    PER_S,
+    called_epoch,
+    is_called,
+    is_called_since,
+    is_possible,
+    of_one_call,
+)
 from protocol.frames import ROBOTS_MAX
 
 callers = st.integers(1, ROBOTS_MAX)
@@ -67,3 +77,17 @@ def test_nobody_has_called_the_epochs_that_a_run_begins_in(count: int, caller: i
     assert not is_called(count)
     assert of_one_call(count, 0)
     assert not of_one_call(count, called_epoch(count, caller, now_s))
+
+
+@given(callers, times, counts, st.integers(0, round(AHEAD_S * PER_S) - 2))
+def test_every_epoch_of_calls_that_come_no_faster_than_robots_speak_is_possible(
+    caller: int, now_s: float, count: int, heard: int
+) -> None:
+    newest = (int(now_s * PER_S) + heard) * COUNTS * CALLERS
+    assert is_possible(called_epoch(newest, caller, now_s) + count, now_s)
+
+
+@given(times)
+def test_an_epoch_after_which_there_is_no_number_left_for_a_call_is_not_possible(now_s: float) -> None:
+    assert not is_possible(2**53, now_s)
+    assert not is_possible(called_epoch(0, 1, now_s + AHEAD_S + 1.0), now_s)

@@ -4,7 +4,7 @@ import pytest
 from msgspec.structs import replace
 
 from agents.commands import Announce, AskScan, Order, Tell
-from agents.events import MusterHeard
+from agents.events import LinkHeard, MusterHeard
 from agents.robot import Robot
 from agents.senses import RETRY_S
 from protocol.frames import Point, Pose
@@ -13,6 +13,7 @@ from protocol.mission import Law
 from protocol.timeline import (
     GoalReached,
     LinkSilent,
+    MessageRefused,
     RobotArrived,
     RobotHeld,
     RouteLost,
@@ -244,3 +245,25 @@ def test_a_robot_that_slept_finds_out_before_it_believes_anything() -> None:
     woken = robot.handle(odometry(9.0, BACK, moving=True), 9.0)
     assert only(LinkSilent, woken)
     assert order_of(woken).target is None
+
+
+# --- what cannot be --------------------------------------------------------------------------------
+
+
+def test_a_message_of_an_epoch_after_which_nobody_could_call_is_refused_and_changes_nothing() -> None:
+    robot = Robot(2, MISSION)
+    robot.handle(odometry(0.0, BACK), 0.0)
+    last = replace(muster(FRONT), epoch=2**53, members=(1, 2))
+    refused = only(MessageRefused, robot.handle(MusterHeard(1, last), 0.0))
+    link = ahead(1, authority_m=0.0)
+    far = LinkHeard(1, 1, replace(link.state, epoch=2**53))
+    refused += only(MessageRefused, robot.handle(far, 0.0))
+    assert [record.key for record in refused] == ["muster/r1", "link/r1/r2"]
+    assert robot.epoch == 0
+
+
+def test_before_it_knows_the_time_a_robot_neither_believes_such_a_message_nor_complains() -> None:
+    robot = Robot(2, MISSION)
+    assert robot.handle(MusterHeard(1, replace(muster(FRONT), epoch=2**53, members=(1, 2))), 0.0) == []
+    assert only(MessageRefused, robot.handle(odometry(0.0, BACK), 0.0)) == []
+    assert robot.epoch == 0
