@@ -1,1 +1,1 @@
-"""The top floor: preparing runs, reading their timelines, the command line."""
+"""The public package: preparing runs, reading their timelines, the command line."""

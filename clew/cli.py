@@ -11,31 +11,31 @@ import sys
 
 import click
 
-from lab.asked import AskedToEnd
-from lab.bench_live_verbs import healing
-from lab.bench_loss_verb import loss
-from lab.bench_page_verb import page
-from lab.bench_verb import bench
-from lab.campaign_verb import campaign
-from lab.chaos_verb import chaos
-from lab.fault_verb import fault
-from lab.field_verb import field
-from lab.figures.verb import figures
-from lab.log_cat_verb import cat
-from lab.log_diff_verb import diff
-from lab.log_verbs import log
-from lab.oracle_verb import oracle
-from lab.page.report_verb import report
-from lab.plain import plain
-from lab.rehearse_verb import rehearse
-from lab.replay_verb import replay
-from lab.shrink_verb import shrink_verb
-from lab.view_verb import view
+from clew.log.plain import plain
+from clew.verbs.bench import bench
+from clew.verbs.bench_healing import healing
+from clew.verbs.bench_loss import loss
+from clew.verbs.bench_page import page
+from clew.verbs.campaign import campaign
+from clew.verbs.chaos import chaos
+from clew.verbs.fault import fault
+from clew.verbs.field import field
+from clew.verbs.figures import figures
+from clew.verbs.log import log
+from clew.verbs.log_cat import cat
+from clew.verbs.log_diff import diff
+from clew.verbs.mutants import oracle
+from clew.verbs.rehearse import rehearse
+from clew.verbs.replay import replay
+from clew.verbs.report import report
+from clew.verbs.shrink import shrink_verb
+from clew.verbs.view import view
+from protocol.asked import AskedToEnd
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import schema as faults_schema
-from world.recorder import RecordingFailedError
-from world.scenario import schema as scenario_schema
+from world.record.recorder import RecordingFailedError
+from world.scenario.scenario import schema as scenario_schema
 
 
 class _Refusal(click.ClickException):

@@ -9,7 +9,7 @@ import math
 from msgspec.structs import replace
 
 from protocol.frames import Point
-from protocol.messages import Drive, Odometry
+from protocol.wire.messages import Drive, Odometry
 
 LATE_ORDERS = 1000  # more than a robot gives in what an order may be late by
 NUMBERS_PER_S = 10_000  # far more than it gives at all: so those of each life are beyond the one's before

@@ -5,12 +5,12 @@ the robot stands somewhere else. So a scan is good only where it was taken. And 
 muster may have moved since: it stands from a known time on, and only scans from then on are good.
 """
 
+from agents.body.driver import Driver
 from agents.commands import AskScan, Command
-from agents.driver import Driver
 from agents.due import is_due
-from agents.scan import View, view
-from protocol.messages import Scan
+from agents.navigation.scan import View, view
 from protocol.mission import Mission
+from protocol.wire.messages import Scan
 
 RETRY_S = 0.2  # the sensor itself answers within a tick, and the way there and back takes milliseconds
 

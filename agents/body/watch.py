@@ -13,11 +13,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from agents.certificate import scan_walls
+from agents.body.driver import Driver
+from agents.body.senses import Senses
 from agents.commands import Command
-from agents.driver import Driver
-from agents.scan import View, on_ground
-from agents.senses import Senses
+from agents.navigation.certificate import scan_walls
+from agents.navigation.scan import View, on_ground
 from protocol.arrays import Flags, Floats, segments_apart
 from protocol.frames import Pose
 from protocol.mission import WATCH_S, Mission

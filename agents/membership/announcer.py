@@ -11,14 +11,14 @@ from msgspec.structs import replace
 
 from agents.commands import Announce, Command
 from agents.due import is_due
-from agents.muster import Roster
-from agents.scan import View
-from agents.strand import URGENT_S
+from agents.membership.muster import Roster
+from agents.navigation.scan import View
+from agents.strand.strand import URGENT_S
 from protocol.arrays import Floats
 from protocol.frames import Pose
-from protocol.messages import Attempt, Muster, Turn
 from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
+from protocol.wire.messages import Attempt, Muster, Turn
 
 HEARD_PER_S = 100.0  # announcements, by each robot: what ten say that speak with every odometry
 

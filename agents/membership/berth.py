@@ -6,8 +6,8 @@ import numpy as np
 
 from protocol.arrays import nearest_on_segments
 from protocol.frames import Point, Pose
-from protocol.messages import LEG_CORNERS_MAX, Former
 from protocol.path import THERE_M, Path
+from protocol.wire.messages import LEG_CORNERS_MAX, Former
 
 COASTS_S = 2.0  # a robot that leaves a strand stands after that: its stop order, or the dead-man
 

@@ -8,8 +8,9 @@ Rule 3: a leader calls for the same robot again after twice the time, but not af
 Rule 4: a robot with which a link falls silent twice in a while, though both are there, is not heard for some
         time, twice as long each time; but it is where no way is found without it: its body may be in the way.
 Rule 5: a robot that is left out stands so long after all members were bound, as far as this robot remembers;
-        the latest time that any member remembers counts (`agents.lining`). A clock that is told by odometry
-        may lag, by as much as odometry is late: so it is asked for one that knows of an order given then.
+        the latest time that any member remembers counts (`agents.membership.lining`). A clock that is told by
+        odometry may lag, by as much as odometry is late: so it is asked for one that knows of an order given
+        then.
 Rule 6: members that leave others out go on only as long as these show no token, or they are more than half of
         those that do: tokens come back.
 """
@@ -18,10 +19,10 @@ from collections import Counter
 from collections.abc import Sequence, Set
 from itertools import chain
 
-from agents.driver import Driver
-from agents.giving import COMES_BACK_S
-from agents.lining import Lining
-from agents.presence import GRACE_S, Presence
+from agents.body.driver import Driver
+from agents.membership.lining import Lining
+from agents.membership.presence import GRACE_S, Presence
+from agents.strand.strand import COMES_BACK_S
 from protocol.epochs import called_epoch
 from protocol.keys import WORLD_NUMBER
 from protocol.mission import Mission

@@ -13,15 +13,15 @@ Rule 3: where that is in vain, too, those in place go on without the others, if 
 
 import numpy as np
 
-from agents.announcer import Announcer
 from agents.commands import Command, Note
-from agents.muster import is_order
-from protocol.messages import Turn
+from agents.membership.announcer import Announcer
+from agents.membership.muster import is_order
+from agents.strand.strand import COMES_BACK_S
 from protocol.mission import Mission
 from protocol.timeline import RouteLost
+from protocol.wire.messages import Turn
 
 MAKES_WAY_S = 5.0  # a process that is started again is there after two
-COMES_BACK_S = 15.0  # who is left out, and stands in the way; who has gone for so long does not
 
 
 class Giving:

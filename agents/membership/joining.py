@@ -15,11 +15,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agents.certificate import Walls, bounds_walls, certified_lengths_m, promised_clearance_m, scan_walls
-from agents.guidance import Map, shown_free
-from agents.leg import certain_clearance_m, certain_clearance_m_min
-from agents.scan import View, on_discs
-from agents.step import NoStep, Step, certified_step_to, certified_step_to_goal, refused_at
+from agents.navigation.certificate import (
+    Walls,
+    bounds_walls,
+    certified_lengths_m,
+    promised_clearance_m,
+    scan_walls,
+)
+from agents.navigation.guidance import Map, shown_free
+from agents.navigation.leg import certain_clearance_m, certain_clearance_m_min
+from agents.navigation.scan import View, on_discs
+from agents.navigation.step import NoStep, Step, certified_step_to, certified_step_to_goal, refused_at
 from protocol.arrays import Flags, Floats, distances_to_segments, segments_apart
 from protocol.frames import Point, wrap
 from protocol.mission import Law, Mission

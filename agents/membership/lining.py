@@ -1,10 +1,10 @@
 """One robot's part in the lining up: what it announces, when it may move, and when the strand has formed.
 
-Rule 1: it announces itself until it has its place (`agents.announcer`).
+Rule 1: it announces itself until it has its place (`agents.membership.announcer`).
 Rule 2: it senses where the order depends on it (without a goal), where it looks at its leg, and in its turn.
-Rule 3: the last robot in place gives the turns (`agents.giving`).
+Rule 3: the last robot in place gives the turns (`agents.membership.giving`).
 Rule 4: a robot drives only in its turn, when all others have said that they know of it, and while each of
-        them has echoed something that it said within `silence_s` (`agents.taking`).
+        them has echoed something that it said within `silence_s` (`agents.membership.taking`).
 Rule 5: in an epoch that was called nobody drives before all members stand in it and whoever is left out must
         stand, too (docs/strand.md, Healing). Each member announces when that is, as far as it knows, and the
         latest of these times counts: a robot that is left out now may have been a member of an epoch that
@@ -15,20 +15,20 @@ from collections.abc import Set
 
 import numpy as np
 
-from agents.announcer import Announcer
-from agents.berth import Berth
+from agents.body.driver import Driver
 from agents.commands import Command
-from agents.driver import Driver
-from agents.giving import Giving
-from agents.joining import leg_is_clear, without_hulls
-from agents.muster import Legs
-from agents.scan import View
-from agents.taking import Taking
-from agents.waiting import Waiting
+from agents.membership.announcer import Announcer
+from agents.membership.berth import Berth
+from agents.membership.giving import Giving
+from agents.membership.joining import leg_is_clear, without_hulls
+from agents.membership.muster import Legs
+from agents.membership.taking import Taking
+from agents.membership.waiting import Waiting
+from agents.navigation.scan import View
 from protocol.arrays import Floats
 from protocol.frames import Point, Pose
-from protocol.messages import FIRST_ATTEMPT, Attempt, Muster
 from protocol.mission import Mission
+from protocol.wire.messages import FIRST_ATTEMPT, Attempt, Muster
 
 
 class Lining:
@@ -52,7 +52,8 @@ class Lining:
         self.settled_at_s = None if members else now_s
         """Rule 5: when all who are left out stand, as far as this robot knows; None until all are bound."""
         self.asked: int | None = None
-        """The order to stand that was given when all were bound, if one was needed (`agents.calls`)."""
+        """The order to stand that was given when all were bound, if one was needed
+        (`agents.membership.calls`)."""
         self.began_s = now_s
         self._shunned = shunned
         self._robot = robot

@@ -25,7 +25,7 @@ import numpy as np
 
 from protocol.arrays import Floats, Indices, distances_to_segments, segments_apart
 from protocol.frames import Point, Pose
-from protocol.messages import FIRST_ATTEMPT, Attempt, Former, Muster, Turn
+from protocol.wire.messages import FIRST_ATTEMPT, Attempt, Former, Muster, Turn
 
 Places = Mapping[int, Pose]
 Legs = Mapping[int, Sequence[Point]]

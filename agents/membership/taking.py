@@ -1,6 +1,7 @@
 """A robot's turn in a lining up: the steps by which it joins the strand.
 
-Rule 1: it drives only while it may (`agents.lining`), and ends its turn standing: in place, or blocked.
+Rule 1: it drives only while it may (`agents.membership.lining`), and ends its turn standing: in place, or
+        blocked.
 Rule 2: where obstacles move, a robot that gets no further looks again for a while before it is blocked.
 Rule 3: a turn has so many steps at the most: what is seen from one place may undo what is seen from another.
 Rule 4: the leader that has given itself a turn goes one step, where others can come.
@@ -8,18 +9,18 @@ Rule 4: the leader that has given itself a turn goes one step, where others can 
 
 from collections import Counter
 
-from agents.announcer import Announcer
+from agents.body.driver import Driver
 from agents.commands import Command, Note
-from agents.driver import Driver
-from agents.giving import Giving
-from agents.joining import InPlace, Joining, Stands, without_hulls
-from agents.muster import line_of
-from agents.scan import View
-from agents.step import NoStep
+from agents.membership.announcer import Announcer
+from agents.membership.giving import Giving
+from agents.membership.joining import InPlace, Joining, Stands, without_hulls
+from agents.membership.muster import line_of
+from agents.navigation.scan import View
+from agents.navigation.step import NoStep
 from protocol.frames import Pose
-from protocol.messages import Turn
 from protocol.mission import Mission
 from protocol.timeline import RobotBlocked, RobotPlaced, StepPlanned
+from protocol.wire.messages import Turn
 
 TURN_STEPS_MAX = 64  # the longest crossing of a real scene took 41
 PATIENCE_S = 10.0  # where obstacles move: as long as with a way in the strand that is blocked

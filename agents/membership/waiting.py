@@ -9,9 +9,9 @@ Rule 3: where nobody has a turn: who has to give the next one; when all are in p
 
 from collections import defaultdict
 
-from agents.muster import Roster
-from protocol.messages import Turn
+from agents.membership.muster import Roster
 from protocol.mission import Mission
+from protocol.wire.messages import Turn
 
 STALLS_S = 20.0  # a decimetre takes 0.2 s, and a turn on the spot two
 SLOW_S = 10.0  # to look takes a second, with half of all messages lost three

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agents.scan import View
+from agents.navigation.scan import View
 from protocol.arrays import Flags, Floats, Indices, distances_to_segments, nearest_on_segments
 from protocol.mission import Bounds, Mission
 from protocol.sweep import travel_m

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agents.obstacles import Obstacle
+from agents.navigation.obstacles import Obstacle
 from protocol.arrays import Floats
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agents.certificate import Walls, ground_walls
+from agents.navigation.certificate import Walls, ground_walls
 from protocol.arrays import Floats
 from protocol.path import Path
 

@@ -17,11 +17,11 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from agents.grid import Grid, Lattice
-from agents.scan import View
+from agents.navigation.grid import Grid, Lattice
+from agents.navigation.scan import View
 from protocol.arrays import Flags, Floats, Indices
-from protocol.messages import SEEN_BYTES_MAX
 from protocol.mission import Mission
+from protocol.wire.messages import SEEN_BYTES_MAX
 
 CELL_M_MAX = 0.05
 CELLS_A_BERTH = 3.0  # 4 found no more ways, in no fewer steps, on 117 scenes of which 75 are near-critical

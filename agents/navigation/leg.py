@@ -6,7 +6,7 @@ So the hits alone say how clear it is.
 
 import numpy as np
 
-from agents.scan import View
+from agents.navigation.scan import View
 from protocol.arrays import Floats, distances_to_segments
 from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M

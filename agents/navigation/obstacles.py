@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agents.scan import View
+from agents.navigation.scan import View
 from protocol.arrays import Flags, Floats
 
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from protocol.arrays import Flags, Floats, distances_to_segments, scan_bearings_rad
-from protocol.messages import Scan
+from protocol.wire.messages import Scan
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agents.certificate import Walls, certified_lengths_m
-from agents.gaps import Gap, find_gaps, is_passable
-from agents.guidance import CostToGo
-from agents.laws import heading_rad, step_length_m
-from agents.obstacles import Obstacle, find_obstacles, passable_width_m
-from agents.scan import View
+from agents.navigation.certificate import Walls, certified_lengths_m
+from agents.navigation.gaps import Gap, find_gaps, is_passable
+from agents.navigation.guidance import CostToGo
+from agents.navigation.laws import heading_rad, step_length_m
+from agents.navigation.obstacles import Obstacle, find_obstacles, passable_width_m
+from agents.navigation.scan import View
 from protocol.arrays import Floats
 from protocol.frames import wrap
 from protocol.mission import Mission

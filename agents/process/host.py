@@ -5,7 +5,8 @@ Rule 2: asked to end, the host asks all its robots, waits, and kills what is lef
         it could not hear. Who then goes has done as it was asked.
 Rule 3: a robot outlives its host by no more than a moment: it holds the reading end of a pipe whose
         writing end is the host's alone.
-Rule 4: what the world has it do to a robot (`protocol.blows`) is no failure of that robot, nor of the host.
+Rule 4: what the world has it do to a robot (`protocol.faults.blows`) is no failure of that robot, nor of the
+        host.
 """
 
 import asyncio
@@ -21,15 +22,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from agents.shell import run
-from protocol.blows import HostOrder, ear, orders
+from agents.process.shell import run
 from protocol.ending import asked_to_end, until_ended
 from protocol.errors import SessionLostError, UsageError
 from protocol.exit_codes import ExitCode
+from protocol.faults.blows import HostOrder, ear, orders
 from protocol.faults.strokes import Blow
-from protocol.faulty_transport import Conditions
 from protocol.keys import robot_name
-from protocol.session import read_session
+from protocol.network.faulty_transport import Conditions
+from protocol.network.session import read_session
 
 KILL_AFTER_S = 2.0  # wall: a fleet has 5 s to end, and its launcher wants some of that
 HANDLED = (signal.SIGCHLD, signal.SIGTERM, signal.SIGINT)  # what a host hears, and a robot not from it

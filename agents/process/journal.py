@@ -21,11 +21,11 @@ from msgspec import Meta, Struct
 from agents.commands import Command
 from agents.events import Event
 from agents.robot import Robot
-from protocol.codec import REASON_LENGTH_MAX, packed
 from protocol.errors import UsageError
 from protocol.frames import Count, RobotId, Seconds
 from protocol.keys import robot_name
 from protocol.mission import Mission
+from protocol.wire.codec import REASON_LENGTH_MAX, packed
 
 SCHEMA = "clew-inputs/1"
 SUFFIX = ".clew"

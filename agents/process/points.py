@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from agents.commands import Command, Note, Order, Tell
 from agents.events import Event, OdometryHeard, ScanHeard
 from protocol.faults.rules import StepPoint
-from protocol.messages import BehindState, Drive, Odometry
 from protocol.timeline import StepPlanned
+from protocol.wire.messages import BehindState, Drive, Odometry
 
 
 class Points:

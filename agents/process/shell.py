@@ -25,16 +25,22 @@ from agents.events import (
     TokenCame,
     TokenWent,
 )
-from agents.failure import failed
-from agents.journal import Given, Head, Journal, decided, open_journal
-from agents.points import is_plan
+from agents.process.failure import failed
+from agents.process.journal import Given, Head, Journal, decided, open_journal
+from agents.process.points import is_plan
+from agents.process.victim import Victim
 from agents.robot import Robot
-from agents.victim import Victim
 from protocol.exit_codes import ExitCode
 from protocol.faults.strokes import Stroke
-from protocol.faulty_transport import Conditions, FaultyTransport
 from protocol.keys import WORLD, WORLD_NUMBER, Keys, robot_name, robot_number
-from protocol.messages import (
+from protocol.mission import Mission
+from protocol.network.faulty_transport import Conditions, FaultyTransport
+from protocol.network.outbox import Outbox
+from protocol.network.session import Session
+from protocol.network.transport import Appeared, Arrival, Heard, Refused, Transport, Vanished
+from protocol.network.zenoh_transport import open_transport
+from protocol.timeline import MessageRefused, Record, RobotSettled, RobotStarted, TrafficCounted
+from protocol.wire.messages import (
     AheadState,
     Ask,
     Beacon,
@@ -47,12 +53,6 @@ from protocol.messages import (
     Scan,
     ScanQuery,
 )
-from protocol.mission import Mission
-from protocol.outbox import Outbox
-from protocol.session import Session
-from protocol.timeline import MessageRefused, Record, RobotSettled, RobotStarted, TrafficCounted
-from protocol.transport import Appeared, Arrival, Heard, Refused, Transport, Vanished
-from protocol.zenoh_transport import open_transport
 
 TURN_S = 0.1  # wall: how often the outbox is looked at when nothing arrives
 MISSION_RETRY_S = 0.3  # wall

@@ -12,13 +12,13 @@ from pathlib import Path
 
 from agents.commands import Command
 from agents.events import Event
-from agents.points import Points
-from protocol.blows import HostOrder, tell_hosts
+from agents.process.points import Points
+from protocol.faults.blows import HostOrder, tell_hosts
 from protocol.faults.strokes import Blow, Stroke, Strokes
-from protocol.faulty_transport import Conditions
 from protocol.keys import robot_name
-from protocol.messages import Faults
+from protocol.network.faulty_transport import Conditions
 from protocol.timeline import Entry, Record
+from protocol.wire.messages import Faults
 
 SIGNALS = {Blow.KILL: signal.SIGKILL, Blow.FREEZE: signal.SIGSTOP}
 

@@ -8,11 +8,11 @@ Rule 3: where it has to stand, a link being silent, it looks already: who hears 
 
 import math
 
+from agents.body.driver import Driver
+from agents.body.senses import Senses
 from agents.commands import Command, Note
-from agents.driver import Driver
-from agents.follower import Follower
-from agents.senses import Senses
-from agents.strand import Strand
+from agents.strand.follower import Follower
+from agents.strand.strand import Strand
 from protocol.mission import Mission
 from protocol.path import THERE_M
 

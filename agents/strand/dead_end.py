@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from agents.ground import Ground
+from agents.navigation.ground import Ground
 from protocol.arrays import Floats
 
 PLACES_APART_BERTHS = 1.0  # how fine the path is searched, in least distances of a centre

@@ -17,8 +17,8 @@ import math
 
 import numpy as np
 
-from agents.leg import certain_clearance_m, certain_clearance_m_min, seen_clearance_m
-from agents.scan import View, on_ground
+from agents.navigation.leg import certain_clearance_m, certain_clearance_m_min, seen_clearance_m
+from agents.navigation.scan import View, on_ground
 from protocol.arrays import Floats
 from protocol.frames import Point, Vertex
 from protocol.mission import Mission

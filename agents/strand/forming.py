@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
-from agents.strand import Places, Strand
+from agents.strand.strand import Places, Strand
 from protocol.frames import Point, Pose
 from protocol.mission import Mission
 from protocol.path import Path, straightened

@@ -5,14 +5,14 @@ Rule 2: what is granted only grows, when it has grown enough to matter.
 """
 
 from agents.commands import Command, Note
-from agents.ground import Ground
-from agents.growth import Growth
-from protocol.authority import authority_m, claim_m
-from protocol.link import Link
-from protocol.messages import BehindState
+from agents.navigation.ground import Ground
+from agents.strand.growth import Growth
 from protocol.mission import Mission
 from protocol.path import THERE_M, Path
 from protocol.timeline import AuthorityGranted
+from protocol.wire.authority import authority_m, claim_m
+from protocol.wire.link import Link
+from protocol.wire.messages import BehindState
 
 GRANT_M_MIN = 0.05  # a grant worth a message: a tenth of a second at 0.5 m/s
 

@@ -17,12 +17,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from agents.certificate import Walls, bounds_walls, promised_clearance_m, scan_walls
-from agents.dead_end import way_back_m
-from agents.ground import Ground
-from agents.guidance import CostToGo, Map
-from agents.scan import View, on_ground
-from agents.step import (
+from agents.navigation.certificate import Walls, bounds_walls, promised_clearance_m, scan_walls
+from agents.navigation.ground import Ground
+from agents.navigation.guidance import CostToGo, Map
+from agents.navigation.scan import View, on_ground
+from agents.navigation.step import (
     Crossed,
     NoStep,
     Sight,
@@ -35,11 +34,12 @@ from agents.step import (
     paper_step,
     refused_at,
 )
+from agents.strand.dead_end import way_back_m
 from protocol.arrays import Flags, Floats
 from protocol.frames import Point, Pose
-from protocol.messages import RAYS_MAX
 from protocol.mission import Law, Mission
 from protocol.timeline import SeenGap, SeenObstacle, StepPlanned
+from protocol.wire.messages import RAYS_MAX
 
 SEEN_MAX = 250  # obstacles and gaps in a timeline entry, which has to fit into one message
 GAIN_M = 0.01  # a step that saves less of the way is not worth a stop

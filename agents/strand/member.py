@@ -5,7 +5,7 @@ Rule 1: a robot stands while a link is silent, before whoever was left out must 
 Rule 2: the first robot of the strand leads. Where its tail wants to come back, the first backs up along the
         path that there is until the tail has. Where there is no more path it leads for good, if it knows
         a way; else it makes room.
-Rule 3: where obstacles move, a robot looks while it drives (`agents.watch`).
+Rule 3: where obstacles move, a robot looks while it drives (`agents.body.watch`).
 Rule 4: ground that a robot has driven or checked itself stays clear for it, whichever way it goes.
 Rule 5: a robot whose way has been blocked for too long says so, and so does each robot ahead of it; a first
         that backs up may be kept back by robots behind. The first then stops where it is and has the strand
@@ -14,23 +14,21 @@ Rule 5: a robot whose way has been blocked for too long says so, and so does eac
 
 import numpy as np
 
-from agents.advance import Advance
+from agents.body.driver import Driver
+from agents.body.senses import Senses
+from agents.body.watch import STILL_S_MAX, Watch
 from agents.commands import Command, Note
-from agents.driver import Driver
 from agents.events import LinkHeard
-from agents.follower import Follower
-from agents.forming import as_record
-from agents.giving import COMES_BACK_S
-from agents.leader import DeadEnd, LookCloser, Plan, Wait
-from agents.memory import Memory
-from agents.scan import View
-from agents.senses import Senses
-from agents.step import Crossed, NoStep
-from agents.strand import Own, Strand
-from agents.watch import STILL_S_MAX, Watch
+from agents.navigation.scan import View
+from agents.navigation.step import Crossed, NoStep
+from agents.strand.advance import Advance
+from agents.strand.follower import Follower
+from agents.strand.forming import as_record
+from agents.strand.leader import DeadEnd, LookCloser, Plan, Wait
+from agents.strand.memory import Memory
+from agents.strand.strand import COMES_BACK_S, Own, Strand
 from protocol.arrays import Floats
 from protocol.epochs import is_called
-from protocol.messages import AheadState, Dissolution, Reversal
 from protocol.mission import Mission
 from protocol.path import THERE_M
 from protocol.timeline import (
@@ -45,6 +43,7 @@ from protocol.timeline import (
     StrandHealed,
     StrandReversed,
 )
+from protocol.wire.messages import AheadState, Dissolution, Reversal
 
 RELEASE_SHARE = 0.9  # of the link's length: so that a robot at the limit does not stop and go
 PATIENCE_S = 30.0  # with what stands in all ways on: who walks to and fro has come and gone by then

@@ -1,9 +1,9 @@
 """What a robot takes along from one strand to the next, whatever its place was in the one before."""
 
-from agents.leader import Leader
+from agents.strand.leader import Leader
 from protocol.frames import Pose
-from protocol.messages import Dissolution, Handover
 from protocol.mission import Mission
+from protocol.wire.messages import Dissolution, Handover
 
 
 class Memory:

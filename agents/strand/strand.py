@@ -2,9 +2,10 @@
 
 Rule 1: the path begins where the tail stood when the strand formed, and leads over all places to the
         leader's; so all robots measure the same arc length.
-Rule 2: a robot drives only while each of its links is fresh (`protocol.link`). This is checked before
+Rule 2: a robot drives only while each of its links is fresh (`protocol.wire.link`). This is checked before
         anything else whenever the robot is entered, so that one that was frozen finds out first.
-Rule 3: what is granted (`agents.grants`), and all else that is news, is sent at once, and on every heartbeat.
+Rule 3: what is granted (`agents.strand.grants`), and all else that is news, is sent at once, and on every
+        heartbeat.
 Rule 4: the strand turns round as a whole (`Reversal`). The leader decides; each robot says so to the one
         behind only when the one ahead has, and it stands itself and knows all of the path. So when the tail
         has heard it, all stand. The tail opens the next epoch, as its first robot, and each takes its new
@@ -20,16 +21,18 @@ from dataclasses import dataclass
 from agents.commands import Command, Note, Tell
 from agents.due import is_due
 from agents.events import LinkHeard
-from agents.grants import Grants
-from agents.growth import Growth
+from agents.strand.grants import Grants
+from agents.strand.growth import Growth
 from protocol.arrays import Floats
 from protocol.frames import Pose
-from protocol.link import Link
-from protocol.messages import AheadState, BehindState, Dissolution, Handover, Reversal
 from protocol.mission import Mission
 from protocol.path import THERE_M, Path
 from protocol.timeline import LinkHeard as LinkHeardAgain
 from protocol.timeline import LinkSilent
+from protocol.wire.link import Link
+from protocol.wire.messages import AheadState, BehindState, Dissolution, Handover, Reversal
+
+COMES_BACK_S = 15.0  # who is left out, and stands in the way; who has gone for so long does not
 
 TOLD_VERTICES_MAX = 256  # a message's share of a long path; the rest follows when this has been acknowledged
 SILENT_SHARE_MAX = 0.35  # of the time: no one silence that a link gets over comes to more than 0.33

@@ -13,7 +13,7 @@ from enum import StrEnum
 
 from msgspec import Struct
 
-from lab.logbook import NTP64_PER_S
+from clew.rehearsal.logbook import NTP64_PER_S
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Freeze, Kill
 from protocol.keys import robot_number

@@ -11,11 +11,11 @@ from statistics import median_low
 
 from msgspec import Struct
 
-from lab.rehearsal import Rehearsal
+from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.faults.rules import Drop, MessageKind
-from world.ending import Ending
-from world.scenario import Scenario
+from world.judge.ending import Ending
+from world.scenario.scenario import Scenario
 
 RATES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9)
 BOUND_RATE, BOUND = 0.5, 1.5  # at half of all loss on links, at most so many times the time without

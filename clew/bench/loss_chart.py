@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from lab.bench_loss import LossPoint, Reach, median_s, worst_s
-from lab.figures.style import BLUE, PAGE_IN, VERMILION, Chart, Look
+from clew.bench.loss import LossPoint, Reach, median_s, worst_s
+from clew.figures.style import BLUE, PAGE_IN, VERMILION, Chart, Look
 
 NAMES = {Reach.LINKS: "what robots say to each other", Reach.ALL: "every message"}
 LOOKS = {Reach.LINKS: Look(BLUE, "o", (0, ())), Reach.ALL: Look(VERMILION, "s", (0, (5.0, 1.5)))}

@@ -15,12 +15,13 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from agents import guidance, leader, step
-from agents.ground import Ground
-from agents.scan import View
-from lab.rehearsal import Rehearsal
-from lab.textbook import Textbook
-from world.scenario import Scenario
+from agents.navigation import guidance, step
+from agents.navigation.ground import Ground
+from agents.navigation.scan import View
+from agents.strand import leader
+from clew.bench.textbook import Textbook
+from clew.rehearsal.rehearsal import Rehearsal
+from world.scenario.scenario import Scenario
 
 Clock = Callable[[], float]
 

@@ -10,11 +10,11 @@ from statistics import median
 
 from msgspec import Struct
 
-from lab.network import Network
-from lab.rehearsal import Rehearsal
+from clew.rehearsal.network import Network
+from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import Plan
-from world.arena import TICK_S
-from world.scenario import Scenario
+from world.bodies.arena import TICK_S
+from world.scenario.scenario import Scenario
 
 Clock = Callable[[], float]
 

@@ -10,9 +10,9 @@ from scipy.ndimage import distance_transform_edt
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from agents.grid import Grid
-from agents.guidance import CELL_M_MAX, CELLS_A_BERTH, CELLS_MAX
-from agents.scan import View
+from agents.navigation.grid import Grid
+from agents.navigation.guidance import CELL_M_MAX, CELLS_A_BERTH, CELLS_MAX
+from agents.navigation.scan import View
 from protocol.arrays import Flags, Floats, Indices
 from protocol.mission import Mission
 

@@ -16,7 +16,9 @@ import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
-from lab.campaign_episode import (
+from clew.campaign.classes import ClassFigures, by_class, sum_of_sometimes
+from clew.campaign.coverage import never
+from clew.campaign.episode import (
     OUT_OF_TIME,
     SWARM,
     Episode,
@@ -25,20 +27,18 @@ from lab.campaign_episode import (
     drawn_plan_path,
     drawn_replay,
 )
-from lab.campaign_faults import ClassFigures, by_class, sum_of_sometimes
-from lab.campaign_figures import Figures, by_family, figures_of
-from lab.campaign_pool import outcomes_of
-from lab.campaign_scenes import Scene, check_widest, find_scenes, tighten
-from lab.sometimes import never
-from lab.swarm import draw
+from clew.campaign.families import Figures, by_family, figures_of
+from clew.campaign.pool import outcomes_of
+from clew.campaign.scenes import Scene, check_widest, find_scenes, tighten
+from clew.swarm.swarm import draw
 from protocol.errors import UsageError
 from protocol.faults import plan as plans
+from protocol.root import ROOT
 
 EPISODES_FILE, CAMPAIGN_FILE, SCENES_FOLDER = "episodes.jsonl", "campaign.json", "scenes"
 DRAWN_FOLDER = "drawn"
 SEEN_BY = 2000  # episodes of a swarm, in which everything that must happen at times has to
-SOURCE = Path(__file__).parents[1]
-PACKAGES = ("agents", "lab", "protocol", "world")
+PACKAGES = ("agents", "clew", "protocol", "world")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -126,8 +126,8 @@ def read_outcomes(path: Path) -> dict[str, Outcome]:
 def hash_of_source() -> str:
     """A hash of our own source: results of other code are not ours."""
     digest = blake2b(digest_size=16)
-    for path in sorted(path for package in PACKAGES for path in (SOURCE / package).rglob("*.py")):
-        digest.update(path.relative_to(SOURCE).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    for path in sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py")):
+        digest.update(path.relative_to(ROOT).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()
 
 

@@ -13,19 +13,19 @@ from pathlib import Path
 import msgspec
 from msgspec import Struct
 
-from lab.campaign_episode import drawn_plan_path
-from lab.check import Finding, check
-from lab.live import Ended
-from lab.liveness import arrived_together, just_killed
-from lab.report import read_verdict
-from lab.swarm import Swarm
-from lab.timeline import Timeline, read
+from clew.campaign.episode import drawn_plan_path
+from clew.campaign.liveness import arrived_together, just_killed
+from clew.fleet.live import Ended
+from clew.log.check import Finding, check
+from clew.log.timeline import Timeline, read
+from clew.swarm.swarm import Swarm
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.timeline import FaultInjected, RobotDied, RobotRestarted, RobotReturned
-from world.books import Messages
-from world.ending import Ending
-from world.verdict import Verdict
+from world.judge.books import Messages
+from world.judge.ending import Ending
+from world.judge.verdict import Verdict
+from world.record.run_files import read_verdict
 
 
 class ChaosRun(Struct, frozen=True, kw_only=True):
@@ -35,7 +35,7 @@ class ChaosRun(Struct, frozen=True, kw_only=True):
     mode: str
     ground: str
     classes: tuple[str, ...]
-    """Of faults; lab/swarm_faults.py."""
+    """Of faults; clew/swarm/classes.py."""
     robots: int
     code: int | None
     """The launcher's exit code; null: it had to be killed."""

@@ -10,10 +10,10 @@ from collections.abc import Mapping, Sequence
 from msgspec import Struct
 from rich.table import Table
 
-from lab.campaign_episode import Outcome, Surprise
-from lab.sometimes_names import Sometimes
-from lab.swarm import Mode
-from lab.swarm_faults import FaultClass
+from clew.campaign.coverage_names import Sometimes
+from clew.campaign.episode import Outcome, Surprise
+from clew.swarm.classes import FaultClass
+from clew.swarm.swarm import Mode
 
 ALL = "all"
 BOUND = 3.0  # -ln 0.05

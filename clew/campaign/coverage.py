@@ -7,8 +7,8 @@ Rule 2: all read the timeline alone, in the order of time; so a recorded run has
 from collections import Counter
 from collections.abc import Iterable, Mapping
 
-from lab.sometimes_adversary import Adversary
-from lab.sometimes_names import Sometimes
+from clew.campaign.coverage_adversary import Adversary
+from clew.campaign.coverage_names import Sometimes
 from protocol.faults.plan import Plan
 from protocol.faults.rules import MessageRule, ProcessRule, StepPoint
 from protocol.keys import WORLD, robot_number

@@ -9,9 +9,9 @@ Rule 3: an order is a former life's where its number is less than any that the n
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from agents.driver import LATE_ORDERS
-from lab.sometimes_names import Sometimes
-from lab.tokens import LEASE_S
+from agents.body.driver import LATE_ORDERS
+from clew.campaign.coverage_names import Sometimes
+from clew.rehearsal.tokens import LEASE_S
 from protocol.faults.plan import Plan
 from protocol.faults.rules import ROUTER, Partition
 from protocol.keys import WORLD, robot_number
@@ -24,7 +24,7 @@ from protocol.timeline import (
     Record,
     StrandFormed,
 )
-from world.arena import ODOMETRY_TICKS, TICK_S
+from world.bodies.arena import ODOMETRY_TICKS, TICK_S
 
 ODOMETRY_PERIOD_S = ODOMETRY_TICKS * TICK_S
 SOON_S = 1.0  # a lease, a beacon's period, a dead-man stop: what follows so soon still belongs to it

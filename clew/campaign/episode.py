@@ -18,18 +18,18 @@ from types import FrameType
 from msgspec import Struct
 from msgspec.structs import replace
 
-from lab.campaign_scenes import solvable
-from lab.liveness import unlively
-from lab.rehearsal import Rehearsal
-from lab.rehearse import EPOCH, verdict_on
-from lab.sometimes import sometimes
-from lab.swarm import Mode, Swarm, draw
+from clew.campaign.coverage import sometimes
+from clew.campaign.liveness import unlively
+from clew.campaign.scenes import solvable
+from clew.rehearsal.recorded import EPOCH, verdict_on
+from clew.rehearsal.rehearsal import Rehearsal
+from clew.swarm.swarm import Mode, Swarm, draw
 from protocol.faults import plan as plans
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.timeline import FaultInjected, RobotFailed
-from world.ending import Ending
-from world.scenario import Scenario, load
-from world.verdict import Verdict
+from world.judge.ending import Ending
+from world.judge.verdict import Verdict
+from world.scenario.scenario import Scenario, load
 
 SWARM = "swarm"
 """Instead of a plan: the seed draws one, and the world."""

@@ -8,18 +8,18 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from lab.campaign_episode import OUT_OF_TIME, Outcome, OutOfTimeError, Surprise, wall_clock_limit
-from lab.check import scenario_of
-from lab.liveness import unlively
-from lab.rehearsal import Rehearsal
-from lab.rehearse import EPOCH, verdict_on
-from lab.timeline import Timeline
+from clew.campaign.episode import OUT_OF_TIME, Outcome, OutOfTimeError, Surprise, wall_clock_limit
+from clew.campaign.liveness import unlively
+from clew.log.check import scenario_of
+from clew.log.timeline import Timeline
+from clew.rehearsal.recorded import EPOCH, verdict_on
+from clew.rehearsal.rehearsal import Rehearsal
 from protocol.errors import UsageError
 from protocol.faults.plan import Plan
 from protocol.timeline import Entry, RobotFailed
-from world.judgement import Breach, judge
-from world.scenario import Scenario
-from world.verdict import Verdict
+from world.judge.judgement import Breach, judge
+from world.judge.verdict import Verdict
+from world.scenario.scenario import Scenario
 
 WALL_S_MAX = 60.0  # for an episode of a third of a second: then it counts as one that has no end
 NO_END = "has no end"

@@ -6,7 +6,7 @@ from statistics import median
 from msgspec import Struct
 from rich.table import Table
 
-from lab.campaign_episode import Outcome, Surprise
+from clew.campaign.episode import Outcome, Surprise
 
 ALL = "all"
 

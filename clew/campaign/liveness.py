@@ -17,9 +17,9 @@ from scipy import ndimage
 from protocol.arrays import Flags, Floats, distances_to_segments
 from protocol.keys import robot_number
 from protocol.timeline import Entry, FaultInjected, RobotArrived, StrandFormed
-from world.clearance import clearance
 from world.core import HEAL_S_MAX, World
-from world.scenario import Scenario
+from world.geometry.clearance import clearance
+from world.scenario.scenario import Scenario
 
 CELL_M = 0.03  # a fifth of the robots of a swarm
 SPARE_M = 0.05

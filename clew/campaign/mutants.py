@@ -18,11 +18,12 @@ from tempfile import TemporaryDirectory
 import msgspec
 from msgspec import Struct
 
-from lab.campaign import PACKAGES, SOURCE, drawn_episode
-from lab.campaign_episode import Outcome, Surprise, play
-from lab.oracle_bugs import Bug
-from lab.oracle_hunt import WALL_S_MAX
+from clew.campaign.campaign import PACKAGES, drawn_episode
+from clew.campaign.episode import Outcome, Surprise, play
+from clew.campaign.mutants_hunt import WALL_S_MAX
+from clew.campaign.mutants_list import Bug
 from protocol.errors import UsageError
+from protocol.root import ROOT
 
 
 class Caught(Struct, frozen=True, kw_only=True):
@@ -83,7 +84,7 @@ def plant(bug: Bug, folder: Path) -> None:
         UsageError: the piece of source that it replaces is not there, or not once.
     """
     for package in PACKAGES:
-        shutil.copytree(SOURCE / package, folder / package, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(ROOT / package, folder / package, ignore=shutil.ignore_patterns("__pycache__"))
     for edit in bug.edits:
         path = folder / edit.file
         text = path.read_text(encoding="utf-8")
@@ -103,7 +104,7 @@ def _by(outcome: Outcome) -> str:
 
 
 def _outcomes(folder: Path, first: int, last: int) -> Iterator[Outcome]:
-    command = [sys.executable, "-m", "lab.oracle_hunt", str(first), str(last)]
+    command = [sys.executable, "-m", "clew.campaign.mutants_hunt", str(first), str(last)]
     with _started(command, folder) as process:
         assert process.stdout is not None, "it was asked for"
         for line in process.stdout:

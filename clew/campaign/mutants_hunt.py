@@ -1,6 +1,7 @@
 """Plays the episodes of a swarm, seed by seed, in the tree that it is started in: one outcome a line.
 
-`python -m lab.oracle_hunt FIRST LAST`, for `lab.oracle`, which starts it in a tree with a bug in it.
+`python -m clew.campaign.mutants_hunt FIRST LAST`, for `clew.campaign.mutants`, which starts it in a tree with
+a bug in it.
 """
 
 import sys
@@ -9,8 +10,8 @@ from pathlib import Path
 
 import msgspec
 
-from lab.campaign import drawn_episode
-from lab.campaign_episode import play
+from clew.campaign.campaign import drawn_episode
+from clew.campaign.episode import play
 
 WALL_S_MAX = 60.0  # an episode takes a third of a second: one that takes so long has no end
 

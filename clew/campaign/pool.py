@@ -15,7 +15,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 
-from lab.campaign_episode import CRASHED, Episode, Outcome, failed, play
+from clew.campaign.episode import CRASHED, Episode, Outcome, failed, play
 
 
 def outcomes_of(episodes: Sequence[Episode], jobs: int) -> Iterator[Outcome]:

@@ -12,8 +12,8 @@ from typing import Any
 import msgspec
 
 from protocol.errors import UsageError
-from world.scenario import Scenario, load
-from world.scene import EPSILON_M_MAX, EPSILON_RADII, ROBOTS
+from world.scenario.scenario import Scenario, load
+from world.scenario.scene import EPSILON_M_MAX, EPSILON_RADII, ROBOTS
 
 SCENE_SCHEMA = "clew-scene/1"
 SUFFIXES = {".json", ".toml"}

@@ -1,4 +1,4 @@
-"""Cuts the fault plan of a failing run down to the least that still fails in the same way (`lab.failures`).
+"""Cuts the fault plan of a failing run down to the least that still fails in the same way (`failures`).
 
 Rule 1: rules keep their names, and so their draws: less of a plan is a part of what it did.
 Rule 2: rules go first, in halves and then one by one; then windows and counts; then robots, with their names
@@ -10,7 +10,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from lab.failures import Case
+from clew.campaign.failures import Case
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Burst, MessageRule, Partition, Rule
 from protocol.keys import robot_name

@@ -8,7 +8,7 @@ from msgspec import inspect
 
 from protocol.timeline import Entry
 from protocol.timeline.base import Kind
-from world.lines import Stamp
+from world.record.lines import Stamp
 
 UNITS = ("radps", "mps", "rad", "m", "s")
 """What a field's name may end in: the house writes units last."""

@@ -12,12 +12,12 @@ from typing import Any, TextIO
 
 import msgspec
 
-from lab.export.columns import Column, Part, Plain, columns_of
-from lab.export.exported import Exported
-from lab.export.place import whole_folder
-from lab.export.tables import TYPES, fill, names_of
-from lab.log import Log
-from world.recorder import Header
+from clew.export.columns import Column, Part, Plain, columns_of
+from clew.export.exported import Exported
+from clew.export.place import whole_folder
+from clew.export.tables import TYPES, fill, names_of
+from clew.log.log import Log
+from world.record.recorder import Header
 
 
 def export(log: Log, out: Path) -> Exported:

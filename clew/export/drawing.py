@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from world.shapes import Circle, Ellipse, Polygon, Shape
+from world.geometry.shapes import Circle, Ellipse, Polygon, Shape
 
 Points = tuple[tuple[float, float], ...]
 CORNERS = 48  # of a round outline: 7.5 degrees each look round

@@ -7,7 +7,7 @@ import msgspec
 from foxglove import messages as fg
 from foxglove.messages import LinePrimitiveLineType, LogLevel, Timestamp
 
-from lab.export.drawing import Colour, Disc, Label, Stroke, Thing
+from clew.export.drawing import Colour, Disc, Label, Stroke, Thing
 from protocol.timeline import PoseSampled, ScanServed
 from protocol.timeline.base import Kind
 

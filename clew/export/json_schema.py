@@ -5,8 +5,8 @@ from typing import Any
 import msgspec
 
 from protocol.timeline.base import Kind
-from world.lines import Stamp
-from world.recorder import Header
+from world.record.lines import Stamp
+from world.record.recorder import Header
 
 Schema = dict[str, Any]
 

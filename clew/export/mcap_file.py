@@ -14,19 +14,19 @@ import foxglove
 import msgspec
 from foxglove import channels
 
-from lab.export import foxglove_types as types
-from lab.export.drawing import Thing
-from lab.export.exported import Exported
-from lab.export.json_schema import schema_of
-from lab.export.place import whole_file
-from lab.export.scene import Scene, readable_scenario
-from lab.export.survey import survey
-from lab.export.times import at_ns, started_ns
-from lab.log import Log
-from lab.timeline import kind_of
+from clew.export import foxglove_types as types
+from clew.export.drawing import Thing
+from clew.export.exported import Exported
+from clew.export.json_schema import schema_of
+from clew.export.place import whole_file
+from clew.export.scene import Scene, readable_scenario
+from clew.export.times import at_ns, started_ns
+from clew.log.log import Log
+from clew.log.timeline import kind_of
+from clew.story.in_order import survey
 from protocol.timeline import Entry, PoseSampled, ScanServed
 from protocol.timeline.base import Kind
-from world.recorder import Header, line
+from world.record.recorder import Header, line
 
 
 def export(log: Log, out: Path) -> Exported:

@@ -12,12 +12,12 @@ import msgspec
 import pyarrow as pa
 from pyarrow.parquet import ParquetWriter
 
-from lab.export.columns import ByKey, Column, Many, Part, Plain, Type, columns_of
-from lab.export.exported import Exported
-from lab.export.place import whole_folder
-from lab.export.tables import TYPES, fill, names_of
-from lab.log import Log
-from world.recorder import Header
+from clew.export.columns import ByKey, Column, Many, Part, Plain, Type, columns_of
+from clew.export.exported import Exported
+from clew.export.place import whole_folder
+from clew.export.tables import TYPES, fill, names_of
+from clew.log.log import Log
+from world.record.recorder import Header
 
 PLAIN = {Plain.NUMBER: pa.float64(), Plain.COUNT: pa.int64(), Plain.TEXT: pa.string(), Plain.FLAG: pa.bool_()}
 

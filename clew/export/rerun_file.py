@@ -6,13 +6,13 @@ from pathlib import Path
 import msgspec
 import rerun as rr
 
-from lab.export.drawing import Disc, Label, Stroke, Thing
-from lab.export.exported import Exported
-from lab.export.place import whole_file
-from lab.export.scene import Scene, readable_scenario
-from lab.export.survey import survey
-from lab.log import Log
-from lab.timeline import kind_of
+from clew.export.drawing import Disc, Label, Stroke, Thing
+from clew.export.exported import Exported
+from clew.export.place import whole_file
+from clew.export.scene import Scene, readable_scenario
+from clew.log.log import Log
+from clew.log.timeline import kind_of
+from clew.story.in_order import survey
 from protocol.timeline import Entry, PoseSampled, ScanServed
 
 TIMELINE = "sim"

@@ -9,9 +9,9 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from lab.check import scenario_of
-from lab.export.drawing import Colour, Disc, Label, Stroke, Thing, capsule, outline
-from lab.log import Log
+from clew.export.drawing import Colour, Disc, Label, Stroke, Thing, capsule, outline
+from clew.log.check import scenario_of
+from clew.log.log import Log
 from protocol.errors import UsageError
 from protocol.frames import Point
 from protocol.keys import robot_number
@@ -27,7 +27,7 @@ from protocol.timeline import (
     StepPlanned,
     StrandFormed,
 )
-from world.scenario import Scenario
+from world.scenario.scenario import Scenario
 
 PERIOD_S = 0.1  # as often as robots are told where their bodies are
 DOT_SHARE = 0.2  # of its halo, for the disc of a robot that is a point

@@ -6,11 +6,11 @@ from typing import Any, Protocol, get_args
 
 import msgspec
 
-from lab.export.columns import row_of
+from clew.export.columns import row_of
 from protocol.timeline import Record
 from protocol.timeline.base import Kind
-from world.lines import Line
-from world.recorder import Header
+from world.record.lines import Line
+from world.record.recorder import Header
 
 HEADER = str(Header.__struct_config__.tag)
 ROWS_AT_ONCE = 20_000  # pose.sampled's take 15 MB so

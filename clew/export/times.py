@@ -6,7 +6,7 @@ Rule 1: a simulated second is a second, whatever the run's speed; the first is w
 from datetime import UTC, datetime
 
 from protocol.errors import UsageError
-from world.recorder import Header
+from world.record.recorder import Header
 
 
 def started_ns(header: Header) -> int:

@@ -13,12 +13,12 @@ from typing import Annotated, Any
 from msgspec import Meta, Struct
 from numpy.random import Generator
 
-from lab.field_maze import maze, rectangle
-from lab.field_scatter import scatter
-from lab.field_shapes import DECIMALS, DRAWS, area_m2
+from clew.fields.maze import maze, rectangle
+from clew.fields.scatter import scatter
+from clew.fields.shapes import DECIMALS, DRAWS, area_m2
 from world.chance import stream
+from world.geometry.shapes import Circle, Polygon
 from world.options import SEED_MAX
-from world.shapes import Circle, Polygon
 
 ROBOTS = 5  # for whom the lanes have room
 SPACING_RADII = 3.0  # the rule of clew-scene/1 for the places of robots

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from lab.field_shapes import DECIMALS
+from clew.fields.shapes import DECIMALS
 from protocol.arrays import Flags
 
 Cell = tuple[int, int]

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.random import Generator
 
-from lab.field_shapes import Draw, Obstacle, area_m2, extent, moved
+from clew.fields.shapes import Draw, Obstacle, area_m2, extent, moved
 from protocol.arrays import Floats
-from world.clearance import clearance, distances
-from world.shapes import Circle, Polygon, ground_of
+from world.geometry.clearance import clearance, distances
+from world.geometry.shapes import Circle, Polygon, ground_of
 
 TRIES = 200  # in vain, one after another: then the field counts as full
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.random import Generator
 
 from protocol.arrays import Floats
-from world.shapes import Circle, Polygon
+from world.geometry.shapes import Circle, Polygon
 
 DECIMALS = 3  # of a coordinate in metres: fine enough to build, and the same on every machine
 SIZE_UNITS = (0.5, 3.0)  # from a post half as thick as the robot to a bush three times as thick

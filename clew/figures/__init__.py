@@ -1,1 +1,1 @@
-"""Figures of a run and of a campaign, for print. Only `verb` does without matplotlib."""
+"""Figures of a run and of a campaign, for print, by matplotlib."""

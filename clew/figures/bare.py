@@ -5,9 +5,9 @@ Rule 1: of its numbers none is drawn, but how many robots there are and where th
 
 import msgspec
 
-from lab.timeline import Timeline
+from clew.log.timeline import Timeline
 from protocol.timeline import PoseSampled
-from world.scenario import Scenario
+from world.scenario.scenario import Scenario
 
 LAWFUL = {
     "name": "unknown",

@@ -16,11 +16,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import ScalarFormatter
 from scipy.special import betaincinv
 
-from lab.campaign_episode import Outcome, Surprise
-from lab.campaign_figures import ALL, by_family
-from lab.figures.style import BLACK, BLUE, COLUMN_IN, HAIR_PT, LOOKS, VERMILION, Chart, LeftOut, legend_below
-from lab.swarm_faults import FaultClass
-from world.ending import Ending
+from clew.campaign.episode import Outcome, Surprise
+from clew.campaign.families import ALL, by_family
+from clew.figures.style import BLACK, BLUE, COLUMN_IN, HAIR_PT, LOOKS, VERMILION, Chart, LeftOut, legend_below
+from clew.swarm.classes import FaultClass
+from world.judge.ending import Ending
 
 Rows = Mapping[str, Sequence[Outcome]]
 Measure = Callable[[Outcome], float | None]

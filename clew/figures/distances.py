@@ -6,11 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from lab.figures.course import Course
-from lab.figures.style import COLUMN_IN, GREY, LOOKS, Chart, LeftOut, legend_below, limit
+from clew.figures.style import COLUMN_IN, GREY, LOOKS, Chart, LeftOut, legend_below, limit
+from clew.story.course import Course
 from protocol.arrays import Floats
-from world.clearance import distances as apart_m
-from world.table import measure
+from world.geometry.clearance import distances as apart_m
+from world.judge.table import measure
 
 NAME = "distances"
 SIZE_IN = (COLUMN_IN, 2.6)

@@ -3,16 +3,16 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from lab import timeline
-from lab.campaign import CAMPAIGN_FILE
-from lab.figures import campaign as of_campaign
-from lab.figures import run as of_run
-from lab.figures.bare import stand_in
-from lab.figures.course import course_of
-from lab.figures.outcomes import read_campaign
-from lab.figures.style import Chart, LeftOut, render
+from clew.campaign.campaign import CAMPAIGN_FILE
+from clew.figures import campaign as of_campaign
+from clew.figures import run as of_run
+from clew.figures.bare import stand_in
+from clew.figures.outcomes import read_campaign
+from clew.figures.style import Chart, LeftOut, render
+from clew.log import timeline
+from clew.story.course import course_of
 from protocol.errors import UsageError
-from world.recorder import EVENTS_FILE
+from world.record.recorder import EVENTS_FILE
 
 Charts = Sequence[Chart | LeftOut]
 

@@ -11,11 +11,11 @@ from matplotlib.patches import Patch, Rectangle
 from matplotlib.patches import Polygon as Ring
 from matplotlib.patheffects import withStroke
 
-from lab.figures.course import Course
-from lab.figures.style import BLACK, GREY, HAIR_PT, PALE
+from clew.figures.style import BLACK, GREY, HAIR_PT, PALE
+from clew.story.course import Course
 from protocol.arrays import Floats
-from world.scenario import Scenario
-from world.shapes import Circle, Ellipse, Polygon, Shape
+from world.geometry.shapes import Circle, Ellipse, Polygon, Shape
+from world.scenario.scenario import Scenario
 
 MOVES = "////"  # the hatching of obstacles that move
 ROOM = 0.03  # of the longer side: what a number needs

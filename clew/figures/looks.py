@@ -1,7 +1,7 @@
 """Which robot looks how: few each in their own way; of many only those who led."""
 
-from lab.figures.course import Course
-from lab.figures.style import GREY, HAIR_PT, LOOKS, Look
+from clew.figures.style import GREY, HAIR_PT, LOOKS, Look
+from clew.story.course import Course
 
 OTHER = Look(GREY, ".", (0, ()), HAIR_PT)
 

@@ -9,10 +9,10 @@ from pathlib import Path
 import msgspec
 from msgspec import Struct
 
-from lab.campaign import CAMPAIGN_FILE, EPISODES_FILE, read_outcomes
-from lab.campaign_episode import Outcome
+from clew.campaign.campaign import CAMPAIGN_FILE, EPISODES_FILE, read_outcomes
+from clew.campaign.episode import Outcome
 from protocol.errors import UsageError
-from world.recorder import EVENTS_FILE
+from world.record.recorder import EVENTS_FILE
 
 Read = tuple[tuple[Outcome, ...], tuple[str, ...]]
 """Outcomes, and what is wrong with the file."""

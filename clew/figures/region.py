@@ -12,11 +12,11 @@ from matplotlib.patches import Circle as Disc
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
-from lab.figures.course import Course, Planned
-from lab.figures.distances import named_obstacles
-from lab.figures.ground import MOVES, OVER, Frame, draw_ground, frame_of
-from lab.figures.looks import looks_of
-from lab.figures.style import BLACK, COLUMN_IN, GREY, HAIR_PT, PAGE_IN, PALE, Chart, legend_below
+from clew.figures.distances import named_obstacles
+from clew.figures.ground import MOVES, OVER, Frame, draw_ground, frame_of
+from clew.figures.looks import looks_of
+from clew.figures.style import BLACK, COLUMN_IN, GREY, HAIR_PT, PAGE_IN, PALE, Chart, legend_below
+from clew.story.course import Course, Planned
 from protocol.arrays import Floats
 
 HEIGHT_IN_MAX = 4.5

@@ -1,12 +1,12 @@
 """All figures of a run."""
 
-from lab.figures.course import Course
-from lab.figures.distances import NAME as DISTANCES
-from lab.figures.distances import distances
-from lab.figures.region import region
-from lab.figures.steps import steps
-from lab.figures.style import Chart, LeftOut
-from lab.figures.traces import CLEARANCE, clearance, separation
+from clew.figures.distances import NAME as DISTANCES
+from clew.figures.distances import distances
+from clew.figures.region import region
+from clew.figures.steps import steps
+from clew.figures.style import Chart, LeftOut
+from clew.figures.traces import CLEARANCE, clearance, separation
+from clew.story.course import Course
 
 WHY_LEFT_OUT = "the log does not say where obstacles were"
 

@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from lab.figures.course import Course, Planned
-from lab.figures.ground import OVER, Frame, draw_ground, frame_of
-from lab.figures.region import draw_robots, gap_ends
-from lab.figures.style import BLACK, BLUE, COLUMN_IN, HAIR_PT, PAGE_IN, Chart, LeftOut, legend_below
+from clew.figures.ground import OVER, Frame, draw_ground, frame_of
+from clew.figures.region import draw_robots, gap_ends
+from clew.figures.style import BLACK, BLUE, COLUMN_IN, HAIR_PT, PAGE_IN, Chart, LeftOut, legend_below
+from clew.story.course import Course, Planned
 
 PANELS_MAX = 12
 TITLE_IN, LEGEND_IN, PAD_IN = 0.16, 0.25, 0.03

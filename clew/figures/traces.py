@@ -8,13 +8,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from lab.figures.course import Course
-from lab.figures.distances import draw_limits
-from lab.figures.looks import looks_of
-from lab.figures.style import BLACK, COLUMN_IN, Chart, LeftOut, legend_below, limit
+from clew.figures.distances import draw_limits
+from clew.figures.looks import looks_of
+from clew.figures.style import BLACK, COLUMN_IN, Chart, LeftOut, legend_below, limit
+from clew.story.course import Course
 from protocol.arrays import Floats
-from world.clearance import separations
-from world.monitor import Promises
+from world.geometry.clearance import separations
+from world.judge.monitor import Promises
 
 CLEARANCE = "clearance"
 PANEL_IN, LEGEND_IN = 1.9, 0.6

@@ -1,1 +1,1 @@
-"""The live table: what a run's timeline says of each robot, on a terminal."""
+"""A live fleet: what it is asked for, how it is prepared, its table while it runs, its summary."""

@@ -17,9 +17,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from lab.asked import AskedToEnd, asked_to_end
+from protocol.asked import AskedToEnd, asked_to_end
+from protocol.root import ROOT
 
-LAUNCHER = Path(__file__).parents[1] / "launch" / "fleet.sh"
+LAUNCHER = ROOT / "launch" / "fleet.sh"
 
 END_S_MAX = 10.0  # from SIGTERM to the launcher's end: twice what it promises
 GONE_S_MAX = 1.0  # for processes that have been killed to be gone, on a machine that is busy

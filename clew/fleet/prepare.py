@@ -1,7 +1,7 @@
 """Checks everything that a run is asked for, before anything starts; `launch/fleet.sh` does the rest.
 
-`python -m lab.prepare PRIVATE OPTION...` writes the run's sessions into the folder PRIVATE, makes the run's
-folder last, and prints assignments for bash to evaluate.
+`python -m clew.fleet.prepare PRIVATE OPTION...` writes the run's sessions into the folder PRIVATE, makes the
+run's folder last, and prints assignments for bash to evaluate.
 
 Rule 1: what cannot work is one line on stderr and exit code 2, and leaves nothing behind.
 Rule 2: every value goes to bash through `shlex.quote`.
@@ -17,17 +17,17 @@ from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
-from lab.request import Request, parse, robot_options, world_options
-from lab.run_folder import LATEST, RUNS, folder_name, make_folder
+from clew.fleet.folder import LATEST, RUNS, folder_name, make_folder
+from clew.fleet.request import Request, parse, robot_options, world_options
 from protocol.errors import SessionLostError, UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.fit import check_fits
 from protocol.faults.plan import load as load_plan
-from protocol.interlink import PROTOCOL
 from protocol.keys import WORLD
-from protocol.session import INPUTS, Session, read_session, unix_socket_endpoint, write_sessions
-from protocol.zenoh_transport import open_transport
-from world.scenario import load
+from protocol.network.interlink import PROTOCOL
+from protocol.network.session import INPUTS, Session, read_session, unix_socket_endpoint, write_sessions
+from protocol.network.zenoh_transport import open_transport
+from world.scenario.scenario import load
 
 FLEET = "clew"  # the run, which stands in every key beside it, is what tells two fleets apart
 

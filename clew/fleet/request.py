@@ -10,7 +10,7 @@ from typing import NoReturn
 from protocol.errors import UsageError
 from protocol.frames import ROBOTS_MAX
 from protocol.mission import Law
-from protocol.session import ROUTERS_MAX
+from protocol.network.session import ROUTERS_MAX
 from world.options import DEPLOYMENTS, seed_of, speed_of
 
 

@@ -1,4 +1,4 @@
-"""What a run says when it has ended: `python -m lab.report RUN`.
+"""What a run says when it has ended: `python -m clew.fleet.summary RUN`.
 
 Table I beside what was measured, where the scenario has such a table; then the figures; then, as the last
 line, the verdict in a sentence and the run's folder.
@@ -11,16 +11,17 @@ from pathlib import Path
 
 import msgspec
 
-from lab import timeline
-from lab.check import scenario_of
-from lab.timeline import Timeline
+from clew.log import timeline
+from clew.log.check import scenario_of
+from clew.log.timeline import Timeline
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
-from world.recovery import Death
-from world.scenario import Scenario
-from world.table import Rows, measure
-from world.tally import Tally
-from world.verdict import VERDICT_FILE, Verdict
+from world.judge.recovery import Death
+from world.judge.table import Rows, measure
+from world.judge.tally import Tally
+from world.judge.verdict import Verdict
+from world.record.run_files import read_verdict
+from world.scenario.scenario import Scenario
 
 
 def report(run: str, read: Timeline, verdict: Verdict) -> Iterator[str]:
@@ -119,19 +120,9 @@ def verdict_sentence(verdict: Verdict, scenario: Scenario) -> str:
     )
 
 
-def read_verdict(folder: Path) -> Verdict:
-    """The verdict in a run's folder.
-
-    Raises:
-        OSError: there is none.
-        msgspec.MsgspecError: it is no verdict.
-    """
-    return msgspec.json.decode((folder / VERDICT_FILE).read_bytes(), type=Verdict)
-
-
 def main(arguments: Sequence[str]) -> int:
     """Print the report of a run; returns the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m lab.report", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m clew.fleet.summary", description=__doc__)
     parser.add_argument("run", metavar="RUN", help="a run's folder")
     run = parser.parse_args(arguments).run
     try:

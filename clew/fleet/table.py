@@ -1,4 +1,4 @@
-"""`python -m lab.terminal RUN`: the live table of a run, on stderr. `launch/fleet.sh` starts and ends it.
+"""`python -m clew.fleet.table RUN`: the live table of a run, on stderr. `launch/fleet.sh` starts and ends it.
 
 Rule 1: it reads the timeline and nothing else; no fleet waits for it, or knows of it.
 Rule 2: it goes when the verdict is there, when it is asked to, or when its launcher has gone; and what stands
@@ -16,14 +16,14 @@ import msgspec
 from rich.console import Console
 from rich.live import Live
 
-from lab.follow import Follower, look
-from lab.report import read_verdict
-from lab.terminal.picture import picture
-from lab.terminal.said import Said
-from lab.terminal.scoreboard import Scoreboard
+from clew.fleet.table_picture import picture
+from clew.fleet.table_rows import Scoreboard
+from clew.fleet.table_said import Said
+from clew.log.follow import Follower, look
 from protocol.ending import asked_to_end
-from world.recorder import EVENTS_FILE
-from world.verdict import Verdict
+from world.judge.verdict import Verdict
+from world.record.recorder import EVENTS_FILE
+from world.record.run_files import read_verdict
 
 DRAW_S = 0.2  # wall clock: five pictures a second look alive, and cost a few percent of a processor
 STDIN = 0
@@ -82,7 +82,7 @@ async def watch(run: Path, said: Path) -> None:
 
 def main(arguments: Sequence[str]) -> None:
     """Watch a run."""
-    parser = argparse.ArgumentParser(prog="python -m lab.terminal", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m clew.fleet.table", description=__doc__)
     parser.add_argument("run", type=Path, metavar="RUN", help="the run's folder, there or not yet")
     parser.add_argument(
         "--said", type=Path, required=True, metavar="FILE", help="what the parts of the fleet say"

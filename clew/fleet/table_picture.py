@@ -14,11 +14,11 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from lab.terminal.scoreboard import Row, Scoreboard
-from lab.terminal.standing import State
+from clew.fleet.table_rows import Row, Scoreboard
+from clew.story.standing import State
 from protocol.epochs import is_called
 from protocol.keys import robot_name
-from world.verdict import Verdict
+from world.judge.verdict import Verdict
 
 EVENTS_SHOWN = 5
 FRAME_LINES = 4  # the head's two, the table's own, and a free one for the cursor

@@ -13,9 +13,9 @@ from typing import Self
 
 import msgspec
 
-from lab.terminal.course import Course, along_m
-from lab.terminal.motion import Motion
-from lab.terminal.standing import Standing, State
+from clew.story.motion import Motion
+from clew.story.standing import Standing, State
+from clew.story.way import Course, along_m
 from protocol.frames import Point
 from protocol.keys import robot_number
 from protocol.timeline import (
@@ -29,10 +29,10 @@ from protocol.timeline import (
     StepPlanned,
     StrandFormed,
 )
-from world.progress import progress
-from world.recorder import Header
-from world.scenario import Scenario
-from world.verdict import finite
+from world.judge.verdict import finite
+from world.record.progress import progress
+from world.record.recorder import Header
+from world.scenario.scenario import Scenario
 
 NO_PROCESS = (State.DEAD, State.KILLED, State.FAILED)
 EVENTS_KEPT = 10  # more than there is room for below a table

@@ -5,16 +5,16 @@ from collections.abc import Iterable, Iterator
 import msgspec
 from msgspec import Struct
 
-from lab.log import Log
-from lab.plain import plain
-from lab.timeline import Timeline
+from clew.log.log import Log
+from clew.log.plain import plain
+from clew.log.timeline import Timeline
 from protocol.errors import UsageError
 from protocol.timeline import PromiseBroken
-from world.judgement import Breach, Judgement, judge
-from world.lines import Line
-from world.monitor import Promises
-from world.scenario import Scenario
-from world.verdict import finite
+from world.judge.judgement import Breach, Judgement, judge
+from world.judge.monitor import Promises
+from world.judge.verdict import finite
+from world.record.lines import Line
+from world.scenario.scenario import Scenario
 
 
 class Finding(Struct, frozen=True, kw_only=True):

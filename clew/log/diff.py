@@ -18,8 +18,8 @@ import msgspec
 from msgspec import Struct
 
 from protocol.timeline import GoalReached, Record, StepAbandoned, StepFinished, StepPlanned
-from world.lines import Line
-from world.recorder import Header
+from world.record.lines import Line
+from world.record.recorder import Header
 
 CONTEXT = 3  # entries on either side, as diff has lines
 NO_DIFFERENCE = frozenset({"pid", "incarnation", "away_s"})

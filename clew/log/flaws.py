@@ -11,11 +11,11 @@ from typing import get_args
 
 import msgspec
 
-from lab.completeness import Completeness, Told
-from lab.log_header import UNREADABLE, Stamped, other
-from protocol.mischief import goes_on
+from clew.log.completeness import Completeness, Told
+from clew.log.header import UNREADABLE, Stamped, other
+from protocol.faults.mischief import goes_on
 from protocol.timeline import Entry, Record, RunEnded
-from world.recorder import SCHEMA, Header
+from world.record.recorder import SCHEMA, Header
 
 KINDS = frozenset(each.__struct_config__.tag for each in get_args(Record))
 """All kinds that this program knows."""

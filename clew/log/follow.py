@@ -3,8 +3,10 @@
 Rule 1: what stands before the file's last newline is whole and stays. What follows it is torn: it is read
         again until it is whole, because a world that resumes cuts it off and writes something else there.
 Rule 2: whatever can be read is given; what cannot is a flaw with its line, and never an exception.
-Rule 3: a run is over when its verdict stands beside the timeline, or nobody writes any more: `lab/vigil.py`.
-Rule 4: what is wrong with the log of a run that is over is what `lab/log.py` says of it, in the same words.
+Rule 3: a run is over when its verdict stands beside the timeline, or nobody writes any more:
+        `clew/log/vigil.py`.
+Rule 4: what is wrong with the log of a run that is over is what `clew/log/log.py` says of it, in the same
+        words.
 """
 
 import asyncio
@@ -12,15 +14,15 @@ from collections.abc import AsyncGenerator, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from lab.findings import Findings
-from lab.log import LINE_BYTES_MAX
-from lab.log_header import UNREADABLE, header_or_rest, is_entry
-from lab.vigil import Vigil
+from clew.log.flaws import Findings
+from clew.log.header import UNREADABLE, header_or_rest, is_entry
+from clew.log.log import LINE_BYTES_MAX
+from clew.log.vigil import Vigil
 from protocol.errors import UsageError
 from protocol.timeline import Entry
-from world.lines import read_line
-from world.recorder import EVENTS_FILE, Header
-from world.verdict import VERDICT_FILE
+from world.judge.verdict import VERDICT_FILE
+from world.record.lines import read_line
+from world.record.recorder import EVENTS_FILE, Header
 
 LOOK_S = 0.1  # wall clock, between two looks at the file: as often as a table or a page is drawn
 READ_BYTES = 1 << 20  # at once, so that a run that is followed late is shown in parts

@@ -11,10 +11,10 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from lab.plain import plain
+from clew.log.plain import plain
 from protocol.errors import UsageError
-from world.lines import Stamp
-from world.recorder import SCHEMA, Header
+from world.record.lines import Stamp
+from world.record.recorder import SCHEMA, Header
 
 UNREADABLE = (msgspec.MsgspecError, ValueError, RecursionError)
 """What decoding raises: at a wrong field, at bytes that are no UTF-8, at brackets in brackets in brackets."""

@@ -13,11 +13,11 @@ from typing import Any
 
 import msgspec
 
-from lab.findings import Findings
-from lab.log_header import UNREADABLE, header_of, is_entry
+from clew.log.flaws import Findings
+from clew.log.header import UNREADABLE, header_of, is_entry
 from protocol.errors import UsageError
-from world.lines import Line, read_line
-from world.recorder import EVENTS_FILE
+from world.record.lines import Line, read_line
+from world.record.recorder import EVENTS_FILE
 
 LINE_BYTES_MAX = 1 << 25  # 32 MiB
 """Far more than any real entry has: a line without an end must not fill the memory."""

@@ -1,10 +1,11 @@
 """Replays robots of a run: what each heard, given to a fresh core, has to be decided as it was recorded.
 
-Rule 1: every process of every robot has a journal of its own (`agents.journal`) and a core of its own.
+Rule 1: every process of every robot has a journal of its own (`agents.process.journal`) and a core of its
+        own.
 Rule 2: decisions are compared as they stand in the journal, to the last bit of every number.
 Rule 3: a core that fails as it did then decides the same.
 Rule 4: "all the same" is said of whole journals only. A killed process may leave a torn last record or no
-        end; a journal that is damaged otherwise, or missing (`lab.replay_missing`), is a failure.
+        end; a journal that is damaged otherwise, or missing (`clew.log.replay_missing`), is a failure.
 """
 
 from collections.abc import Iterator
@@ -15,15 +16,15 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from agents.journal import SUFFIX, Decision, Input, Recording, decision, failure
+from agents.process.journal import SUFFIX, Decision, Input, Recording, decision, failure
 from agents.robot import Robot
-from lab.replay_missing import Missing, missing, told
-from protocol.codec import packed
+from clew.log.replay_missing import Missing, missing, told
 from protocol.errors import UsageError
+from protocol.faults.mischief import goes_on
 from protocol.keys import robot_name
-from protocol.mischief import goes_on
-from protocol.session import INPUTS
-from world.recorder import EVENTS_FILE
+from protocol.network.session import INPUTS
+from protocol.wire.codec import packed
+from world.record.recorder import EVENTS_FILE
 
 
 class Difference(Struct, frozen=True, kw_only=True):

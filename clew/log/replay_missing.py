@@ -10,9 +10,9 @@ from pathlib import Path
 
 from msgspec import Struct
 
-from agents.journal import Head
-from lab.log import Log
-from lab.summary import field_of
+from agents.process.journal import Head
+from clew.log.log import Log
+from clew.log.summary import field_of
 from protocol.errors import UsageError
 from protocol.frames import ROBOTS_MAX
 from protocol.keys import robot_number

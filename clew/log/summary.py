@@ -7,12 +7,12 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from lab.log import Log
-from lab.plain import plain
-from lab.report import read_verdict
-from lab.timeline import Timeline, kind_of
-from world.recorder import EVENTS_FILE
-from world.verdict import VERDICT_FILE, Verdict
+from clew.log.log import Log
+from clew.log.plain import plain
+from clew.log.timeline import Timeline, kind_of
+from world.judge.verdict import VERDICT_FILE, Verdict
+from world.record.recorder import EVENTS_FILE
+from world.record.run_files import read_verdict
 
 
 class Judged(Struct, frozen=True, kw_only=True):

@@ -1,14 +1,14 @@
-"""The timeline of a run in memory, and which of its entries to show; `lab.log` reads one entry by entry."""
+"""The timeline of a run in memory, and which of its entries to show; `log.Log` reads one entry by entry."""
 
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from lab.log import Log
+from clew.log.log import Log
 from protocol.keys import robot_name
 from protocol.timeline import Entry, Record, RunEnded
-from world.lines import Line
-from world.recorder import Header
+from world.record.lines import Line
+from world.record.recorder import Header
 
 
 @dataclass(frozen=True, slots=True)

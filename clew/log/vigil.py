@@ -13,8 +13,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from protocol.mischief import goes_on
-from world.verdict import VERDICT_FILE
+from protocol.faults.mischief import goes_on
+from world.judge.verdict import VERDICT_FILE
 
 QUIET_S = (
     10.0  # wall clock: a world judges a million entries in less, and the launcher starts a dead one sooner

@@ -1,20 +1,21 @@
-"""Writes the tables of `docs/faults.md` from the types of a fault plan: `python -m lab.faults_doc`.
+"""Writes the tables of `docs/faults.md` from the types of a fault plan: `python -m clew.manual.faults`.
 
 What stands in that page outside the two marks is written by hand, and stays.
 """
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, get_args
 
-from lab.field_tables import Schema, table
-from lab.scenario_doc import default, without_null
+from clew.manual.scenario import default, without_null
+from clew.manual.tables import Schema, table
 from protocol.faults.plan import PLANS, load, schema
 from protocol.faults.rules import MessageRule, ProcessRule
+from protocol.root import ROOT
 
-DOCUMENT = Path(__file__).parents[1] / "docs" / "faults.md"
+DOCUMENT = ROOT / "docs" / "faults.md"
 BEGIN = (
-    "<!-- from here on made from the types by `python -m lab.faults_doc`; a test keeps the two the same -->\n"
+    "<!-- from here on made from the types by `python -m clew.manual.faults`; "
+    "a test keeps the two the same -->\n"
 )
 END = "<!-- made until here -->\n"
 

@@ -1,18 +1,19 @@
-"""Writes `docs/scenario.md` from the types of a scenario: `python -m lab.scenario_doc`."""
+"""Writes `docs/scenario.md` from the types of a scenario: `python -m clew.manual.scenario`."""
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
-from lab.field_tables import Schema, name_of, table
-from world.scenario import schema
+from clew.manual.tables import Schema, name_of, table
+from protocol.root import ROOT
+from world.scenario.scenario import schema
 
-DOCUMENT = Path(__file__).parents[1] / "docs" / "scenario.md"
+DOCUMENT = ROOT / "docs" / "scenario.md"
 
 HEAD = """# A scenario file
 
-All that a run is made of, in TOML. This page is made from the types in `world/scenario.py`,
-`world/sections.py`, `world/shapes.py` and `world/moving.py` by `python -m lab.scenario_doc`; a test keeps the
+All that a run is made of, in TOML. This page is made from the types in `world/scenario/scenario.py`,
+`world/scenario/sections.py`, `world/geometry/shapes.py` and `world/geometry/moving.py` by
+`python -m clew.manual.scenario`; a test keeps the
 two the same. For editors there is the same as a JSON Schema, `launch/scenarios/scenario.schema.json` (begin
 the file with `#:schema` and its path); `clew schema` prints it.
 

@@ -1,19 +1,19 @@
-"""Writes `docs/timeline.md` from the types of `protocol/timeline/`: `python -m lab.timeline_doc`."""
+"""Writes `docs/timeline.md` from the types of `protocol/timeline/`: `python -m clew.manual.timeline`."""
 
-from pathlib import Path
 from typing import get_args
 
 import msgspec
 
-from lab.field_tables import Schema, name_of, nested, table
+from clew.manual.tables import Schema, name_of, nested, table
+from protocol.root import ROOT
 from protocol.timeline import Record
 
-DOCUMENT = Path(__file__).parents[1] / "docs" / "timeline.md"
+DOCUMENT = ROOT / "docs" / "timeline.md"
 
 HEAD = """# The timeline
 
 What happened in a run: `events.jsonl` in its folder, one JSON object a line. This page is made from the types
-in `protocol/timeline/` by `python -m lab.timeline_doc`; a test keeps the two the same.
+in `protocol/timeline/` by `python -m clew.manual.timeline`; a test keeps the two the same.
 
 The first line is the header, kind `run.started`: `schema` (`clew-timeline/1`), `run`, `seed`, `scenario`
 (whole, so that the log can be judged by itself), `scenario_hash`, `speed` (null: as fast as the robots

@@ -1,1 +1,1 @@
-"""The page that shows runs: what it is told (`story`), the file that holds it (`document`), its code."""
+"""The page that shows runs: the file that holds it (`document`), and its code."""

@@ -19,21 +19,38 @@ from string import Template
 from protocol.errors import UsageError
 
 SCRIPTS = (
-    *("columns.js", "body.js", "moments.js", "losses.js", "scenario.js", "run.js", "steps.js", "strand.js"),
-    *("look.js", "view.js", "ground.js", "layers.js", "sight.js", "robots.js", "pane.js"),
     *(
-        "plots.js",
-        "charts.js",
-        "chart_still.js",
-        "doings.js",
-        "lanes.js",
-        "panels.js",
-        "nearness.js",
-        "tables.js",
+        "run/columns.js",
+        "run/body.js",
+        "run/moments.js",
+        "run/losses.js",
+        "run/scenario.js",
+        "run/run.js",
+        "run/steps.js",
+        "run/strand.js",
+    ),
+    *(
+        "map/look.js",
+        "map/view.js",
+        "map/ground.js",
+        "map/layers.js",
+        "map/sight.js",
+        "map/robots.js",
+        "map/pane.js",
+    ),
+    *(
+        "panels/plots.js",
+        "panels/charts.js",
+        "panels/chart_still.js",
+        "panels/doings.js",
+        "panels/lanes.js",
+        "panels/panels.js",
+        "panels/nearness.js",
+        "panels/tables.js",
     ),
     *("app.js", "player.js", "controls.js", "main.js"),
 )
-STYLES = ("theme.css", "page.css", "words.css")
+STYLES = ("styles/theme.css", "styles/page.css", "styles/words.css")
 
 HEAD_BYTES = 1024
 """In which every page of ours has `MARK`."""
@@ -53,7 +70,7 @@ def document(
         scripts: JavaScript to run when the page is there; the page's own hooks are in `window.clew`.
         connects: whether scripts may send requests to where the page came from.
     """
-    assets = files("lab.page") / "assets"
+    assets = files("clew.page") / "assets"
     own = [(assets / name).read_text(encoding="utf-8") for name in SCRIPTS]
     return Template((assets / "index.html").read_text(encoding="utf-8")).substitute(
         policy=_policy(connects=connects),

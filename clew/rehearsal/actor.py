@@ -8,14 +8,14 @@ from msgspec import Struct
 
 from agents.commands import Command
 from agents.events import Event, OdometryHeard
-from agents.journal import Given, Journal
-from agents.points import Points
+from agents.process.journal import Given, Journal
+from agents.process.points import Points
 from agents.robot import Robot
-from lab.mail import Mail
+from clew.rehearsal.mail import Mail
 from protocol.faults.damage import Damage
-from protocol.inbox import INBOX_CAPACITY
-from protocol.messages import Message, Odometry, Phase
-from protocol.traffic import Traffic
+from protocol.network.inbox import INBOX_CAPACITY
+from protocol.network.traffic import Traffic
+from protocol.wire.messages import Message, Odometry, Phase
 
 
 class Arrival(Struct, frozen=True):

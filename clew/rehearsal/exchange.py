@@ -6,9 +6,9 @@ Rule 2: mail that came counts once at its receiver, when it comes: as received, 
 
 from msgspec import Struct
 
-from lab.actor import Actor, Arrival, Desk
-from lab.mail import Mail
-from lab.network import Network
+from clew.rehearsal.actor import Actor, Arrival, Desk
+from clew.rehearsal.mail import Mail
+from clew.rehearsal.network import Network
 from protocol.faults.fates import Fates
 from protocol.faults.plan import Plan
 from protocol.timeline import FaultInjected

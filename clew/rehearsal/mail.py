@@ -5,9 +5,9 @@ from msgspec.structs import replace
 
 from agents.events import Event as RobotEvent
 from agents.events import LinkHeard, MusterHeard, OdometryHeard, ScanHeard
-from protocol.codec import decode, encode
 from protocol.faults.damage import Damage
-from protocol.messages import (
+from protocol.wire.codec import decode, encode
+from protocol.wire.messages import (
     AheadState,
     Beacon,
     BehindState,

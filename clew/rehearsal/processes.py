@@ -8,10 +8,10 @@ Rule 2: a router that is down loses whatever is sent meanwhile; when it is back,
 from collections import Counter
 from pathlib import Path
 
-from agents.journal import Head, open_journal
+from agents.process.journal import Head, open_journal
 from agents.robot import Robot
-from lab.actor import Actor, Desk
-from lab.tokens import Tokens
+from clew.rehearsal.actor import Actor, Desk
+from clew.rehearsal.tokens import Tokens
 from protocol.errors import UsageError
 from protocol.faults.fates import Fates
 from protocol.faults.fit import check_fits

@@ -12,18 +12,18 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 
-from lab.asked import asked_to_end
-from lab.plan_text import FAULTS_FILE, plan_text
-from lab.rehearsal import Rehearsal
+from clew.rehearsal.rehearsal import Rehearsal
+from protocol.asked import asked_to_end
 from protocol.faults.plan import NO_FAULTS, Plan
+from protocol.faults.plan_text import FAULTS_FILE, plan_text
 from protocol.keys import WORLD
-from protocol.session import INPUTS
+from protocol.network.session import INPUTS
 from world.closing import Circumstances, verdict_of
-from world.progress import progress
-from world.recorder import Header, Recorder, RecordingFailedError, open_events
-from world.run_files import header_of, save_verdict
-from world.scenario import Scenario
-from world.verdict import Verdict
+from world.judge.verdict import Verdict
+from world.record.progress import progress
+from world.record.recorder import Header, Recorder, RecordingFailedError, open_events
+from world.record.run_files import header_of, save_verdict
+from world.scenario.scenario import Scenario
 
 EPOCH = "1970-01-01T00:00:00+00:00"  # when every rehearsal starts, by its own clock: `hlc` counts from there
 FINGERPRINT_LENGTH = 12  # 48 bits: enough to tell scenarios apart in the name of a run

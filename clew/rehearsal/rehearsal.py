@@ -1,7 +1,7 @@
 """The rehearsal: a whole fleet and its world in one process, in virtual time, decided by one seed.
 
-Rule 1: the cores are the ones that run live. Only the network is of its own kind (`lab.exchange`), and the
-        timeline needs no outbox: no entry is ever lost.
+Rule 1: the cores are the ones that run live. Only the network is of its own kind (`clew.rehearsal.exchange`),
+        and the timeline needs no outbox: no entry is ever lost.
 Rule 2: whatever a robot does on a live run beside its core (the newest odometry, the phases, the books), it
         does here as well: docs/run.md.
 Rule 3: nothing depends on the wall clock, on process ids, or on the order of a set.
@@ -18,16 +18,16 @@ from agents.events import Event as RobotEvent
 from agents.events import OdometryHeard
 from agents.events import TokenCame as TokenSeen
 from agents.events import TokenWent as TokenMissed
-from agents.failure import failed
-from agents.journal import Given, decided
-from agents.points import is_plan
-from lab import addresses
-from lab.actor import Actor, Arrival, Desk
-from lab.exchange import Exchange
-from lab.logbook import Logbook
-from lab.mail import Mail
-from lab.processes import Processes, check_rehearsable
-from lab.tokens import Change
+from agents.process.failure import failed
+from agents.process.journal import Given, decided
+from agents.process.points import is_plan
+from clew.rehearsal import addresses
+from clew.rehearsal.actor import Actor, Arrival, Desk
+from clew.rehearsal.exchange import Exchange
+from clew.rehearsal.logbook import Logbook
+from clew.rehearsal.mail import Mail
+from clew.rehearsal.processes import Processes, check_rehearsable
+from clew.rehearsal.tokens import Change
 from protocol.errors import MessageRefusedError
 from protocol.exit_codes import ExitCode
 from protocol.faults.fates import Fates
@@ -35,15 +35,15 @@ from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.faults.rules import ROUTER, StepPoint
 from protocol.faults.strokes import Stroke, Strokes
 from protocol.keys import WORLD, WORLD_NUMBER
-from protocol.messages import Message, Phase, ScanQuery
 from protocol.timeline import Entry, MessageRefused, Record, RobotSettled, RobotStarted, TrafficCounted
-from world.books import Account
+from protocol.wire.messages import Message, Phase, ScanQuery
 from world.commands import Command as WorldCommand
 from world.commands import Note, ServeScan, TellOdometry
 from world.core import World
 from world.events import EntryWritten, MessageDropped, StopAsked, TokenCame, TokenWent
 from world.events import Event as WorldEvent
-from world.scenario import Scenario
+from world.judge.books import Account
+from world.scenario.scenario import Scenario
 
 NO_PROCESS = 0  # the process id of a robot that has none of its own
 

@@ -9,7 +9,7 @@ Rule 3: nobody sees its own.
 import math
 from dataclasses import dataclass
 
-LEASE_S = 1.0  # `LEASE_MS` of `protocol.settings`
+LEASE_S = 1.0  # `LEASE_MS` of `protocol.network.settings`
 
 
 @dataclass(frozen=True, slots=True)

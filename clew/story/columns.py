@@ -8,7 +8,7 @@ from msgspec import Struct
 from msgspec.structs import asdict
 from numpy.typing import ArrayLike
 
-from lab.page.batch import Column
+from clew.story.batch import Column
 from protocol.frames import Point
 
 MS, MM, MRAD, TENTH_MM = 1e3, 1e3, 1e3, 1e4

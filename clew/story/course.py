@@ -8,17 +8,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lab.check import scenario_of
-from lab.figures.stands import Stand, stands_of
-from lab.timeline import Timeline
+from clew.log.check import scenario_of
+from clew.log.timeline import Timeline
+from clew.story.stands import Stand, stands_of
 from protocol.arrays import Floats
 from protocol.keys import robot_number
 from protocol.timeline import RouteLost, StepPlanned, StrandFormed
-from world.evidence import Evidence
-from world.judgement import intervals
-from world.recovery import Recovery
-from world.scenario import Scenario
-from world.tally import Tally
+from world.judge.evidence import Evidence
+from world.judge.judgement import intervals
+from world.judge.recovery import Recovery
+from world.judge.tally import Tally
+from world.scenario.scenario import Scenario
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,13 +13,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lab.page.batch import Clearance, Nearness
-from lab.page.columns import MS, TENTH_MM, column
-from lab.page.tracks import ODOMETRY_PERIOD_S
+from clew.story.batch import Clearance, Nearness
+from clew.story.columns import MS, TENTH_MM, column
+from clew.story.tracks import ODOMETRY_PERIOD_S
 from protocol.arrays import Floats, Indices, distances_to_segments
-from world.clearance import clearance
-from world.movers import Movers
-from world.shapes import Ground
+from world.geometry.clearance import clearance
+from world.geometry.movers import Movers
+from world.geometry.shapes import Ground
 
 CURVE_POINTS = 60_000  # of one kind, in all: several for each pixel of a screen and robot
 HOLD_S = 2 * ODOMETRY_PERIOD_S

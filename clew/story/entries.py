@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from operator import attrgetter
 from typing import Any
 
-from lab.page.columns import MS, column, plain
+from clew.story.columns import MS, column, plain
 from protocol.timeline import Entry, Record
 
 Packed = dict[str, dict[str, list[Any]]]

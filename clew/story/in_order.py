@@ -12,12 +12,12 @@ from itertools import islice
 
 import numpy as np
 
-from lab.log import Log
-from lab.page.strands import Strands
+from clew.log.log import Log
+from clew.story.strands import Strands
 from protocol.arrays import Floats
 from protocol.path import Path
 from protocol.timeline import Entry, PoseSampled
-from world.lines import Line
+from world.record.lines import Line
 
 
 @dataclass(frozen=True, slots=True)

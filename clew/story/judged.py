@@ -12,7 +12,7 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from world.verdict import VERDICT_FILE, Verdict
+from world.judge.verdict import VERDICT_FILE, Verdict
 
 SAME_M = 5e-5  # half of the last digit that the page prints; twelve runs differed by less than 1e-15
 

@@ -11,7 +11,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from lab.page.batch import Lane, LinkChange
+from clew.story.batch import Lane, LinkChange
 from protocol.faults.strokes import Blow
 from protocol.keys import robot_number
 from protocol.timeline import (

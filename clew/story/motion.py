@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from protocol.frames import Point
-from world.clearance import clearance
-from world.shapes import Ground
+from world.geometry.clearance import clearance
+from world.geometry.shapes import Ground
 
 
 @dataclass(slots=True)

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from protocol.frames import Point
 from protocol.keys import WORLD, robot_number
 from protocol.timeline import OrderAccepted, StepAbandoned, StepFinished
-from world.evidence import Evidence
-from world.lines import Line
+from world.judge.evidence import Evidence
+from world.record.lines import Line
 
 SAME_M = 1e-3  # a body that turns on the spot stays there; no step is so short
 

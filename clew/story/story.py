@@ -14,9 +14,9 @@ from typing import Any
 
 import msgspec
 
-from lab.log_header import UNKNOWN
-from lab.page import lanes, strands
-from lab.page.batch import (
+from clew.log.header import UNKNOWN
+from clew.story import lanes, strands
+from clew.story.batch import (
     FORMAT,
     Batch,
     Clearance,
@@ -27,18 +27,18 @@ from lab.page.batch import (
     Subject,
     Track,
 )
-from lab.page.distances import Clearances, Separations
-from lab.page.entries import Entries
-from lab.page.judged import Measured, contradictions, unread
-from lab.page.lanes import Lanes
-from lab.page.strands import Positions, Strands
-from lab.page.tracks import Tracks, pack
+from clew.story.distances import Clearances, Separations
+from clew.story.entries import Entries
+from clew.story.judged import Measured, contradictions, unread
+from clew.story.lanes import Lanes
+from clew.story.strands import Positions, Strands
+from clew.story.tracks import Tracks, pack
 from protocol.errors import UsageError
 from protocol.keys import WORLD
 from protocol.timeline import Entry, PoseSampled
-from world.monitor import Promises
-from world.recorder import Header
-from world.scenario import Scenario
+from world.judge.monitor import Promises
+from world.record.recorder import Header
+from world.scenario.scenario import Scenario
 
 
 class Story:

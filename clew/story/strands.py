@@ -1,7 +1,7 @@
 """The strand through time: its order and its path in each epoch, and where its leader stood.
 
 Rule 1: a strand is there from when the first of its robots has recorded its place in it.
-Rule 2: paths are made as S3 is judged: `world.evidence`.
+Rule 2: paths are made as S3 is judged: `world.judge.evidence`.
 """
 
 from collections.abc import Iterator
@@ -10,8 +10,8 @@ from typing import get_args
 
 import numpy as np
 
-from lab.page.batch import Position, Strand
-from lab.page.columns import DECIMALS
+from clew.story.batch import Position, Strand
+from clew.story.columns import DECIMALS
 from protocol.frames import Point
 from protocol.keys import robot_number
 from protocol.path import Path
@@ -27,9 +27,9 @@ from protocol.timeline import (
     StrandFormed,
     StrandReversed,
 )
-from world.clearance import distances
-from world.evidence import Evidence
-from world.shapes import Ground
+from world.geometry.clearance import distances
+from world.geometry.shapes import Ground
+from world.judge.evidence import Evidence
 
 Laying = StepPlanned | StepAbandoned | StrandFormed | StrandReversed | StrandDissolved | MusterCalled
 """What a path depends on, besides each robot's first order of an epoch."""
@@ -96,7 +96,7 @@ class Strands:
 
 @dataclass(slots=True)
 class Positions:
-    """The rows of the step table, by the rule of `world.tally`."""
+    """The rows of the step table, by the rule of `world.judge.tally`."""
 
     ground: Ground | None
     _begun: bool = False

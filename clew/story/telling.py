@@ -10,11 +10,11 @@ from typing import Any
 
 import msgspec
 
-from lab.log import Log
-from lab.page.story import Story
+from clew.log.log import Log
+from clew.story.story import Story
 from protocol.errors import UsageError
-from world.recorder import EVENTS_FILE
-from world.verdict import VERDICT_FILE
+from world.judge.verdict import VERDICT_FILE
+from world.record.recorder import EVENTS_FILE
 
 AT_ONCE = 20_000  # entries: some 10 MB of them
 

@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lab.page.batch import Track
-from lab.page.columns import MM, MRAD, MS, column
+from clew.story.batch import Track
+from clew.story.columns import MM, MRAD, MS, column
 from protocol.arrays import Flags, Floats
 from protocol.timeline import PoseSampled
-from world.arena import ODOMETRY_TICKS, TICK_S
+from world.bodies.arena import ODOMETRY_TICKS, TICK_S
 
 ODOMETRY_PERIOD_S = ODOMETRY_TICKS * TICK_S
 EVEN = np.array([1e-7, 1e-7, 1e-6])  # m, m, rad: nearer than this to the way between its neighbours is on it

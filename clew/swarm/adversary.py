@@ -8,8 +8,8 @@ Rule 2: each class is a schedule that once had bodies move under two calls, unde
 import math
 from typing import TypedDict
 
-from lab.dice import Dice
-from lab.swarm_window import SOON_S, Window, names
+from clew.swarm.dice import Dice
+from clew.swarm.window import SOON_S, Window, names
 from protocol.faults.rules import ROUTER, Delay, Drop, Freeze, Kill, MessageKind, Partition, Restart, Rule
 from protocol.keys import WORLD
 

@@ -7,11 +7,9 @@ Rule 2: in a window that closes, all that a class does is over when it closes; a
 from collections.abc import Callable
 from enum import StrEnum
 
-from lab import swarm_adversary as adversary
-from lab import swarm_messages as messages
-from lab import swarm_processes as processes
-from lab.dice import Dice
-from lab.swarm_window import Window
+from clew.swarm import adversary, messages, processes
+from clew.swarm.dice import Dice
+from clew.swarm.window import Window
 from protocol.faults.rules import Rule
 
 

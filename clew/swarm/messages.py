@@ -1,7 +1,7 @@
 """What a swarm does to messages: how the rules of each class are drawn. Pure."""
 
-from lab.dice import Dice
-from lab.swarm_window import Window, names, times
+from clew.swarm.dice import Dice
+from clew.swarm.window import Window, names, times
 from protocol.faults.rules import (
     ROUTER,
     Burst,

@@ -2,8 +2,8 @@
 
 from typing import TypedDict
 
-from lab.dice import Dice
-from lab.swarm_window import SOON_S, Window, names
+from clew.swarm.dice import Dice
+from clew.swarm.window import SOON_S, Window, names
 from protocol.faults.rules import ROUTER, Freeze, Kill, Restart, Rule, Slow, StepPoint
 from protocol.keys import WORLD
 

@@ -4,7 +4,7 @@ Rule 1: some classes of faults are off altogether, so that the others are seen w
 Rule 2: one seed in two is in safety mode: anything goes, to the end, and invariants alone are asked for.
 Rule 3: the others are in liveness mode. All faults are over at `quiet_s`, but for the dead, and for one robot
         at most that goes on suffering (`outside`) while those without it are more than half of the living.
-        Then they must heal and arrive (`lab.liveness`).
+        Then they must heal and arrive (`clew.campaign.liveness`).
 Rule 4: in some seeds an adversary plays: one or two classes whose faults lie around one moment, and of the
         others fewer, so that their noise does not hide what these do.
 """
@@ -14,17 +14,17 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-from lab.dice import Dice
-from lab.plan_text import plan_text
-from lab.swarm_faults import ADVERSARY, WEATHER, FaultClass, draw_rules
-from lab.swarm_window import SOON_S, Window
-from lab.swarm_world import Ground, as_loaded, draw_world
-from lab.toml_text import toml_text
+from clew.swarm.classes import ADVERSARY, WEATHER, FaultClass, draw_rules
+from clew.swarm.dice import Dice
+from clew.swarm.window import SOON_S, Window
+from clew.swarm.world import Ground, as_loaded, draw_world
 from protocol.faults.plan import Plan
+from protocol.faults.plan_text import plan_text
 from protocol.faults.rules import Drop, Kill, Partition, Rule
+from protocol.files.toml_text import toml_text
 from protocol.keys import robot_name
 from world.core import HEAL_S_MAX
-from world.scenario import Scenario
+from world.scenario.scenario import Scenario
 
 SAFETY_S = 45.0  # three times what a fleet takes that suffers nothing: what is to go wrong has, by then
 QUIET_S = (8.0, 20.0)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from lab.dice import Dice
+from clew.swarm.dice import Dice
 from protocol.keys import robot_name
 
 SOON_S = 0.5  # five odometries: whoever is to be struck is there by then, or is spared

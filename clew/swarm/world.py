@@ -1,19 +1,19 @@
 """Worlds of a swarm: small, so that an episode is short; drawn by the seed alone. Pure.
 
 Rule 1: in the open, passages are wide enough for a fleet to pass one dead body; in corridors and pockets they
-        are not, and whoever asks whether there was a way has to look (`lab.liveness`).
+        are not, and whoever asks whether there was a way has to look (`clew.campaign.liveness`).
 """
 
 from enum import StrEnum
 from typing import Any
 
-from lab.dice import Dice
-from lab.field import Field, Kind, scene
-from lab.field_maze import rectangle
-from protocol.reading import understand
-from world.deployment import deployed
-from world.scenario import Scenario
-from world.scene import as_scenario
+from clew.fields.field import Field, Kind, scene
+from clew.fields.maze import rectangle
+from clew.swarm.dice import Dice
+from protocol.files.reading import understand
+from world.scenario.deployment import deployed
+from world.scenario.scenario import Scenario
+from world.scenario.scene import as_scenario
 
 RADIUS_M = 0.15  # as in most scenes from public data
 ROBOTS = (3, 5)  # three is the least that has a middle; five the paper's, and all that lanes have room for

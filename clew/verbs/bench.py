@@ -9,17 +9,17 @@ import msgspec
 from rich.console import Console
 from rich.table import Table
 
-from lab.bench import PlanFigures, Sample, figures, samples
-from lab.bench_rehearsal import speed
-from lab.campaign_scenes import find_scenes
-from lab.field import Field, Kind, scene
-from lab.options import AS_JSON
+from clew.bench.plan import PlanFigures, Sample, figures, samples
+from clew.bench.rehearsal import speed
+from clew.campaign.scenes import find_scenes
+from clew.fields.field import Field, Kind, scene
+from clew.verbs.options import AS_JSON
 from protocol.errors import UsageError
 from protocol.faults.plan import NO_FAULTS, uniform
 from protocol.faults.plan import load as load_plan
-from protocol.reading import understand
-from world.scenario import Scenario, load
-from world.scene import as_scenario
+from protocol.files.reading import understand
+from world.scenario.scenario import Scenario, load
+from world.scenario.scene import as_scenario
 
 LOSS = 0.3
 FIELD_SEED = 1  # of the fields that are measured where no scenes are named

@@ -10,15 +10,15 @@ import msgspec
 from rich.console import Console
 from rich.table import Table
 
-from lab.asked import terminable
-from lab.bench_healing import Healing, HealingFigures, LeaderBlow, Times, figures_of, healing_in
-from lab.live import run_fleet
-from lab.options import AS_JSON
-from lab.plan_text import FAULTS_FILE, plan_text
-from lab.timeline import read
+from clew.bench.healing import Healing, HealingFigures, LeaderBlow, Times, figures_of, healing_in
+from clew.fleet.live import run_fleet
+from clew.log.timeline import read
+from clew.verbs.options import AS_JSON
+from protocol.asked import terminable
 from protocol.exit_codes import ExitCode
-from world.recorder import EVENTS_FILE
-from world.scenario import load
+from protocol.faults.plan_text import FAULTS_FILE, plan_text
+from world.record.recorder import EVENTS_FILE
+from world.scenario.scenario import load
 
 HEALED = b'"kind":"strand.healed"'  # as the recorder writes it
 PIPE_COLUMNS = 140  # the table's width where stdout is no terminal

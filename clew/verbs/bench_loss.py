@@ -7,8 +7,7 @@ from pathlib import Path
 import click
 import msgspec
 
-from lab.asked import terminable
-from lab.bench_loss import (
+from clew.bench.loss import (
     BOUND,
     BOUND_RATE,
     RATES,
@@ -21,18 +20,19 @@ from lab.bench_loss import (
     slowdown,
     table,
 )
-from lab.extras import need
-from lab.faults_doc import DOCUMENT
-from lab.live import run_fleet
-from lab.options import AS_JSON
-from lab.plan_text import FAULTS_FILE, plan_text
-from lab.report import read_verdict
+from clew.fleet.live import run_fleet
+from clew.manual.faults import DOCUMENT
+from clew.verbs.extras import need
+from clew.verbs.options import AS_JSON
+from protocol.asked import terminable
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
-from world.ending import Ending
+from protocol.faults.plan_text import FAULTS_FILE, plan_text
+from world.judge.ending import Ending
 from world.options import SPEED_MAX
-from world.scenario import Scenario, load
+from world.record.run_files import read_verdict
+from world.scenario.scenario import Scenario, load
 
 FIGURE = DOCUMENT.with_name("loss.svg")
 LATE, START_S = 2.0, 60.0  # how much slower than asked, and to begin and to end, a busy machine may be
@@ -90,8 +90,8 @@ def loss(
 
 
 def _draw(points: list[LossPoint], title: str) -> None:
-    from lab.figures.loss import loss_chart  # noqa: PLC0415 - nobody else is to wait for matplotlib
-    from lab.figures.style import render  # noqa: PLC0415 - it brings matplotlib in
+    from clew.bench.loss_chart import loss_chart  # noqa: PLC0415 - nobody else is to wait for matplotlib
+    from clew.figures.style import render  # noqa: PLC0415 - it brings matplotlib in
 
     FIGURE.write_bytes(render(loss_chart(points, title), ("svg",))["svg"])
 

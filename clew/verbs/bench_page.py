@@ -9,12 +9,12 @@ import click
 import msgspec
 from msgspec import Struct
 
-from lab.options import AS_JSON
-from lab.page.document import document
-from lab.page.telling import Telling
-from lab.rehearse import rehearse
-from lab.view.browser import chromium, window
-from world.scenario import Scenario
+from clew.page.document import document
+from clew.page.serve.browser import chromium, window
+from clew.rehearsal.recorded import rehearse
+from clew.story.telling import Telling
+from clew.verbs.options import AS_JSON
+from world.scenario.scenario import Scenario
 
 ROBOTS, RUN_S = 20, 600.0
 SPEED_MPS = 0.5

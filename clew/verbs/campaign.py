@@ -11,12 +11,12 @@ import click
 from rich.console import Console
 from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from lab.campaign import CAMPAIGN_FILE, Campaign, Request, cores, run
-from lab.campaign_episode import SWARM
-from lab.campaign_faults import class_table, sometimes_table
-from lab.campaign_figures import table
-from lab.options import AS_JSON, DEPLOYMENT, LAW, ROBOTS
-from lab.run_folder import RUNS
+from clew.campaign.campaign import CAMPAIGN_FILE, Campaign, Request, cores, run
+from clew.campaign.classes import class_table, sometimes_table
+from clew.campaign.episode import SWARM
+from clew.campaign.families import table
+from clew.fleet.folder import RUNS
+from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, ROBOTS
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from world.options import SEED_MAX

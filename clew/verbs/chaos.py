@@ -12,14 +12,14 @@ import msgspec
 from rich.console import Console
 from rich.table import Table
 
-from lab.asked import AskedToEnd, terminable
-from lab.campaign import write_drawn
-from lab.campaign_episode import drawn_plan_path
-from lab.chaos import Chaos, ChaosRun, judge_run, replay_line, sum_up
-from lab.live import run_fleet
-from lab.options import AS_JSON, SEED
-from lab.run_folder import RUNS, make_folder
-from lab.swarm import draw
+from clew.campaign.campaign import write_drawn
+from clew.campaign.chaos import Chaos, ChaosRun, judge_run, replay_line, sum_up
+from clew.campaign.episode import drawn_plan_path
+from clew.fleet.folder import RUNS, make_folder
+from clew.fleet.live import run_fleet
+from clew.swarm.swarm import draw
+from clew.verbs.options import AS_JSON, SEED
+from protocol.asked import AskedToEnd, terminable
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from world.options import SPEED_MAX

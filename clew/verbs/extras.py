@@ -4,11 +4,9 @@ import shlex
 import sys
 from importlib import import_module
 from importlib.util import find_spec
-from pathlib import Path
 
 from protocol.errors import UsageError
-
-ROOT = Path(__file__).parents[1]
+from protocol.root import ROOT
 
 
 def install_line(extra: str) -> str:

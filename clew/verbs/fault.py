@@ -6,12 +6,12 @@ from typing import Any, TypedDict, Unpack
 
 import click
 
-from lab.log_verbs import RUN
-from lab.options import ROBOTS
+from clew.verbs.log import RUN
+from clew.verbs.options import ROBOTS
+from protocol.faults.mischief import Wish, wish
 from protocol.faults.rules import Rule
+from protocol.files.reading import understand
 from protocol.keys import robot_number
-from protocol.mischief import Wish, wish
-from protocol.reading import understand
 
 
 def seconds(text: str | float) -> float:

@@ -4,9 +4,9 @@ import json
 
 import click
 
-from lab.field import DENSITY, ROBOT_RADIUS_M, SIZE_M, WIDTH_RADII, Field, Kind, scene
-from lab.options import SEED
-from protocol.reading import understand
+from clew.fields.field import DENSITY, ROBOT_RADIUS_M, SIZE_M, WIDTH_RADII, Field, Kind, scene
+from clew.verbs.options import SEED
+from protocol.files.reading import understand
 
 
 @click.command()

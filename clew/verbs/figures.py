@@ -5,8 +5,8 @@ from pathlib import Path
 
 import click
 
-from lab.extras import need
-from lab.options import AS_JSON
+from clew.verbs.extras import need
+from clew.verbs.options import AS_JSON
 from protocol.errors import UsageError
 
 FOLDER = "figures"
@@ -39,8 +39,8 @@ def figures(source: Path, *, out: Path | None, formats: tuple[str, ...], as_json
     Prints the files that it wrote. What cannot be drawn is named on stderr, and the rest is drawn.
     """
     need("matplotlib", extra="plot", by="figures need")
-    from lab.figures.draw import charts_in, write  # noqa: PLC0415 - nobody else is to wait for matplotlib
-    from lab.figures.style import LeftOut  # noqa: PLC0415 - it brings matplotlib in
+    from clew.figures.draw import charts_in, write  # noqa: PLC0415 - nobody else is to wait for matplotlib
+    from clew.figures.style import LeftOut  # noqa: PLC0415 - it brings matplotlib in
 
     charts, flaws = charts_in(source)
     for flaw in flaws:

@@ -8,12 +8,12 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from lab.check import check, sentences
-from lab.export.verb import export
-from lab.log import Log
-from lab.options import AS_JSON
-from lab.plain import plain
-from lab.summary import Judged, Summary, summarise
+from clew.log.check import check, sentences
+from clew.log.log import Log
+from clew.log.plain import plain
+from clew.log.summary import Judged, Summary, summarise
+from clew.verbs.log_export import export
+from clew.verbs.options import AS_JSON
 
 RUN = click.argument("run", type=click.Path(path_type=Path))
 

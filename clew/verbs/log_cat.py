@@ -14,14 +14,14 @@ from typing import get_args
 import click
 import msgspec
 
-from lab.follow import follow
-from lab.log import Log
-from lab.log_line import WHEN, is_coloured, one_line
-from lab.log_verbs import RUN
-from lab.options import AS_JSON
-from lab.timeline import Choice, kind_of
+from clew.log.follow import follow
+from clew.log.line import WHEN, is_coloured, one_line
+from clew.log.log import Log
+from clew.log.timeline import Choice, kind_of
+from clew.verbs.log import RUN
+from clew.verbs.options import AS_JSON
 from protocol.timeline import Entry, Record
-from world.recorder import line
+from world.record.recorder import line
 
 Say = Callable[[str, Entry], None]
 KINDS = tuple(each.__struct_config__.tag for each in get_args(Record))

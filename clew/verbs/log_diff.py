@@ -8,8 +8,7 @@ from typing import Any
 import click
 import msgspec
 
-from lab.log import Log
-from lab.log_diff import (
+from clew.log.diff import (
     NO_DIFFERENCE,
     NO_DIFFERENCE_OF_STEPS,
     Difference,
@@ -17,12 +16,13 @@ from lab.log_diff import (
     headers_apart,
     steps_of,
 )
-from lab.log_line import WHEN, is_coloured, one_line
-from lab.options import AS_JSON
-from lab.plain import plain
-from lab.rehearse import EPOCH
-from world.lines import Line
-from world.recorder import line
+from clew.log.line import WHEN, is_coloured, one_line
+from clew.log.log import Log
+from clew.log.plain import plain
+from clew.rehearsal.recorded import EPOCH
+from clew.verbs.options import AS_JSON
+from world.record.lines import Line
+from world.record.recorder import line
 
 FIELDS_SHOWN = 8  # of a scan, 360 rays may differ
 PATH = click.Path(path_type=Path)

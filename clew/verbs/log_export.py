@@ -7,18 +7,18 @@ from pathlib import Path
 
 import click
 
-from lab.asked import terminable
-from lab.export.exported import Exported
-from lab.extras import need
-from lab.log import Log
-from lab.options import AS_JSON
+from clew.export.exported import Exported
+from clew.log.log import Log
+from clew.verbs.extras import need
+from clew.verbs.options import AS_JSON
+from protocol.asked import terminable
 from protocol.errors import UsageError
 
 FORMATS = {
-    "mcap": ("foxglove", "lab.export.mcap_file", "events.mcap"),
-    "csv": (None, "lab.export.csv_files", "csv"),
-    "parquet": ("pyarrow", "lab.export.parquet", "parquet"),
-    "rrd": ("rerun", "lab.export.rerun_file", "events.rrd"),
+    "mcap": ("foxglove", "clew.export.mcap_file", "events.mcap"),
+    "csv": (None, "clew.export.csv_files", "csv"),
+    "parquet": ("pyarrow", "clew.export.parquet", "parquet"),
+    "rrd": ("rerun", "clew.export.rerun_file", "events.rrd"),
 }
 """What has to be installed, what writes it, and what it is called in the run's folder."""
 EXTRAS = {"rrd": "rerun"}

@@ -7,9 +7,9 @@ import msgspec
 from rich.console import Console
 from rich.table import Table
 
-from lab.options import AS_JSON
-from lab.oracle import Caught, hunt
-from lab.oracle_bugs import BUGS
+from clew.campaign.mutants import Caught, hunt
+from clew.campaign.mutants_list import BUGS
+from clew.verbs.options import AS_JSON
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 

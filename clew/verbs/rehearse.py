@@ -6,16 +6,16 @@ from pathlib import Path
 
 import click
 
-from lab import timeline
-from lab.options import AS_JSON, DEPLOYMENT, FAULTS, LAW, ROBOTS, SEED
-from lab.processes import check_rehearsable
-from lab.rehearse import rehearse as rehearse_into
-from lab.report import report
-from lab.run_folder import RUNS, folder_name, make_folder, make_latest
+from clew.fleet.folder import RUNS, folder_name, make_folder, make_latest
+from clew.fleet.summary import report
+from clew.log import timeline
+from clew.rehearsal.processes import check_rehearsable
+from clew.rehearsal.recorded import rehearse as rehearse_into
+from clew.verbs.options import AS_JSON, DEPLOYMENT, FAULTS, LAW, ROBOTS, SEED
 from protocol.faults.plan import NO_FAULTS
 from protocol.faults.plan import load as load_plan
-from world.scenario import load
-from world.verdict import VERDICT_FILE
+from world.judge.verdict import VERDICT_FILE
+from world.scenario.scenario import load
 
 
 @click.command()

@@ -5,9 +5,9 @@ from pathlib import Path
 import click
 import msgspec
 
-from lab.options import AS_JSON, ROBOTS
-from lab.replay import replay as replay_run
-from lab.replay import sentences
+from clew.log.replay import replay as replay_run
+from clew.log.replay import sentences
+from clew.verbs.options import AS_JSON, ROBOTS
 from protocol.exit_codes import ExitCode
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import click
 
-from lab.page.document import document, is_document
-from lab.page.telling import Telling
+from clew.page.document import document, is_document
+from clew.story.telling import Telling
 from protocol.errors import UsageError
 
 REPORT_FILE = "report.html"

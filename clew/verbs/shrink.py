@@ -6,24 +6,24 @@ from pathlib import Path
 import click
 import msgspec
 
-from lab import timeline
-from lab.campaign import CAMPAIGN_FILE, Campaign
-from lab.campaign_episode import SWARM
-from lab.failures import Case, Failure, failure_in, failure_of, failure_told
-from lab.options import SEED
-from lab.plan_text import FAULTS_FILE, plan_text
-from lab.report import read_verdict
-from lab.run_folder import make_folder
-from lab.shrink import shrink
-from lab.swarm import Mode, draw
-from lab.toml_text import toml_text
+from clew.campaign.campaign import CAMPAIGN_FILE, Campaign
+from clew.campaign.episode import SWARM
+from clew.campaign.failures import Case, Failure, failure_in, failure_of, failure_told
+from clew.campaign.shrink import shrink
+from clew.fleet.folder import make_folder
+from clew.log import timeline
+from clew.swarm.swarm import Mode, draw
+from clew.verbs.options import SEED
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
 from protocol.faults.plan import load as load_plan
-from protocol.reading import understand
-from world.recorder import EVENTS_FILE, Header
-from world.scenario import Scenario
+from protocol.faults.plan_text import FAULTS_FILE, plan_text
+from protocol.files.reading import understand
+from protocol.files.toml_text import toml_text
+from world.record.recorder import EVENTS_FILE, Header
+from world.record.run_files import read_verdict
+from world.scenario.scenario import Scenario
 
 SHRUNK_FOLDER, WORLD_FILE = "shrunk", "world.toml"
 

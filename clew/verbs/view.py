@@ -6,14 +6,14 @@ from pathlib import Path
 
 import click
 
-from lab.log import Log
-from lab.run_folder import LATEST
-from lab.view.channel import Channel
-from lab.view.pages import site
-from lab.view.server import Server
-from lab.view.watch import Watch
+from clew.fleet.folder import LATEST
+from clew.log.log import Log
+from clew.page.serve.channel import Channel
+from clew.page.serve.pages import site
+from clew.page.serve.server import Server
+from clew.page.serve.watch import Watch
 from protocol.errors import UsageError
-from world.recorder import EVENTS_FILE
+from world.record.recorder import EVENTS_FILE
 
 RUNS_MAX = 2  # what fits side by side
 STDIN = 0

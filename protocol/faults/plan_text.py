@@ -5,9 +5,9 @@ from typing import Any
 import msgspec
 from msgspec.structs import fields
 
-from lab.toml_text import toml_text
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Rule
+from protocol.files.toml_text import toml_text
 
 FAULTS_FILE = "faults.toml"
 

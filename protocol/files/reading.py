@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from protocol.errors import UsageError
-from protocol.refusals import one_line, short
+from protocol.files.refusals import one_line, short
 
 T = TypeVar("T")
 

@@ -15,17 +15,17 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
 
-from protocol.codec import decode, encode
 from protocol.errors import MessageRefusedError
 from protocol.faults.damage import Damage
 from protocol.faults.fates import Fate, Fates
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.faults.rules import Rule
 from protocol.keys import Keys
-from protocol.messages import Faults, Message, Odometry
+from protocol.network.traffic import Traffic
+from protocol.network.transport import Appeared, Arrival, Asked, Heard, Refused, Transport, Vanished
 from protocol.timeline import FaultInjected
-from protocol.traffic import Traffic
-from protocol.transport import Appeared, Arrival, Asked, Heard, Refused, Transport, Vanished
+from protocol.wire.codec import decode, encode
+from protocol.wire.messages import Faults, Message, Odometry
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,8 +8,8 @@ Rule 3: only who is asked learns a user's name. So the second knows the first by
         them, which must be none that it listens on: nobody else can come by it.
 """
 
-from protocol.access import Json
 from protocol.keys import Keys
+from protocol.network.access import Json
 
 ROUTER = "router"
 """The user that the second router is to the first."""

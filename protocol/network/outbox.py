@@ -11,9 +11,9 @@ Rule 4: a full outbox takes no new entry, and counts it. To drop an old one inst
 from collections import deque
 from dataclasses import dataclass
 
-from protocol.codec import SIZE_MAX_BYTES, packed
-from protocol.messages import LogBatch, Logged
 from protocol.timeline import Entry, Record
+from protocol.wire.codec import SIZE_MAX_BYTES, packed
+from protocol.wire.messages import LogBatch, Logged
 
 BATCH_ENTRIES_MAX = 256  # what a `LogBatch` may hold
 BATCH_BYTES_MAX = SIZE_MAX_BYTES - 256  # the rest is the envelope's, which takes less than 40

@@ -9,8 +9,8 @@ from pathlib import Path
 import zenoh
 
 from protocol.errors import UsageError
-from protocol.session import RouterSession, check_endpoint
-from protocol.settings import router_settings
+from protocol.network.session import RouterSession, check_endpoint
+from protocol.network.settings import router_settings
 
 ZENOH_SOURCE = re.compile(r" at /\S+\.rs:\d+\.?")  # Zenoh's errors end in a line of its own source
 

@@ -16,8 +16,8 @@ from msgspec import Meta, Struct
 
 from protocol.errors import UsageError
 from protocol.frames import ROBOTS_MAX
-from protocol.interlink import ROUTER
 from protocol.keys import WORLD, Keys, robot_name
+from protocol.network.interlink import ROUTER
 
 Chunk = Annotated[str, Meta(pattern=r"\A[A-Za-z0-9_.-]{1,64}\Z")]  # one chunk of a key, no wildcard
 ENDPOINT = r"\A[a-z-]+/\S+\Z"  # Zenoh's: a protocol and an address

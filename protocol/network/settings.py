@@ -6,11 +6,11 @@ Rule 1: nothing is found by scouting, nothing goes through shared memory (it wou
 
 from pathlib import Path
 
-from protocol.access import Json, access_rules
-from protocol.codec import SIZE_MAX_BYTES
 from protocol.frames import ROBOTS_MAX
-from protocol.interlink import ROUTER, with_other_router
-from protocol.session import USERS_FILE, RouterSession, Session
+from protocol.network.access import Json, access_rules
+from protocol.network.interlink import ROUTER, with_other_router
+from protocol.network.session import USERS_FILE, RouterSession, Session
+from protocol.wire.codec import SIZE_MAX_BYTES
 
 LEASE_MS = 1000  # 200 ms gave false deaths on a loaded machine, 500 ms and more none
 OPEN_TIMEOUT_MS = 1000  # the default, 10 s, is how long a frozen router would hold us up
@@ -41,7 +41,7 @@ def client_settings(session: Session) -> Json:
 
 def router_settings(session: RouterSession, folder: Path, number: int = 1) -> Json:
     """For the fleet's first router or its second: whom the folder's users file names, what the rules name."""
-    asks = number > 1  # `protocol.interlink`
+    asks = number > 1  # `protocol.network.interlink`
     access, between = access_rules(session.keys, robots=session.robots), session.interlink
     if between is not None:
         access = with_other_router(access, session.keys, asks=asks)

@@ -10,8 +10,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from protocol.messages import Message
-from protocol.traffic import Traffic
+from protocol.network.traffic import Traffic
+from protocol.wire.messages import Message
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,14 +21,14 @@ from dataclasses import dataclass
 import zenoh
 from zenoh.handlers import Callback
 
-from protocol.codec import decode, encode
 from protocol.errors import MessageRefusedError, SessionLostError, UsageError
-from protocol.inbox import INBOX_CAPACITY, Inbox
-from protocol.messages import Message
-from protocol.session import Session
-from protocol.settings import ASK_TIMEOUT_MS, client_settings
-from protocol.traffic import Traffic
-from protocol.transport import Appeared, Arrival, Asked, Heard, Refused, Vanished
+from protocol.network.inbox import INBOX_CAPACITY, Inbox
+from protocol.network.session import Session
+from protocol.network.settings import ASK_TIMEOUT_MS, client_settings
+from protocol.network.traffic import Traffic
+from protocol.network.transport import Appeared, Arrival, Asked, Heard, Refused, Vanished
+from protocol.wire.codec import decode, encode
+from protocol.wire.messages import Message
 
 KEY_LENGTH_MAX = 200  # ours have less than 160 characters; the timeline takes no more
 PULSE_S = 0.2  # wall: a fifth of the silence after which a robot without a token is dead

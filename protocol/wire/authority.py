@@ -6,8 +6,9 @@ Rule 3: it ends where the path first comes nearer than `keep_m` to any ground th
         occupy or is known to be going to: from the granter's progress to the end of the path it knows.
         Arc length alone does not do, since a hairpin brings two far arc lengths near.
 Rule 4: under the certified law the leader's next step keeps `keep_m` from all ground it has granted, which
-        is what makes rule 3 never ask for a grant back (`agents.certificate`); so what has been granted
-        need not be looked at again. The paper's laws know nothing of robots behind, and promise nothing.
+        is what makes rule 3 never ask for a grant back (`agents.navigation.certificate`); so what has been
+        granted need not be looked at again. The paper's laws know nothing of robots behind, and promise
+        nothing.
 Rule 5: a robot itself drives no nearer than `keep_m` to ground that robots behind may drive on. Where the
         path is the leader's own (rule 4) this never stops anybody; where robots line up from scattered
         places, their way to the front may lead past one that stands and cannot go first.

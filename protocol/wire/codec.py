@@ -16,7 +16,7 @@ import msgspec
 
 from protocol.errors import MessageRefusedError
 from protocol.frames import Count
-from protocol.messages import Message
+from protocol.wire.messages import Message
 
 SCHEMA_VERSION = 2
 SIZE_MAX_BYTES = 65_536  # a scan in 7200 directions, the largest we allow, takes 64.9 kB

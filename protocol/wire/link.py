@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from protocol.messages import AheadState, BehindState
+from protocol.wire.messages import AheadState, BehindState
 
 State = TypeVar("State", AheadState, BehindState)
 

@@ -10,20 +10,18 @@ import msgspec
 import numpy as np
 import pytest
 
-from lab import timeline
-from lab.check import scenario_of
-from lab.report import read_verdict
-from lab.timeline import Timeline
-from lab.view.browser import chromium
+from clew.log import timeline
+from clew.log.check import scenario_of
+from clew.log.timeline import Timeline
+from clew.page.serve.browser import chromium
 from protocol.arrays import Floats, distances_to_segments, scan_bearings_rad
 from protocol.frames import Point
 from protocol.timeline import AuthorityGranted, PoseSampled, Record, RobotDied, ScanServed, StepPlanned
-from tests.browser import Sight, needs_chromium, sight
-from tests.canvas import Mark, drawn, layer, record
-from tests.pages import page_of, rehearsed, told
-from world.scenario import Scenario
-
-pytestmark = [pytest.mark.processes, needs_chromium]
+from tests.support.pages.browser import Sight, sight
+from tests.support.pages.canvas import Mark, drawn, layer, record
+from tests.support.pages.pages import page_of, rehearsed, told
+from world.record.run_files import read_verdict
+from world.scenario.scenario import Scenario
 
 BUSY = str(Path(__file__).with_name("busy.faults.toml"))
 DRIVEN_S, HEALED_S = 1.83, 14.01  # five on their way; three, without the leader and the tail that died

@@ -10,13 +10,12 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser
 
-from lab.view.browser import PHONE, chromium
-from tests.browser import Sight, needs_chromium, sight
-from tests.campaigns import clew
-from tests.fleets import ROOT, RUN_S_MAX
-from world.recorder import EVENTS_FILE
-
-pytestmark = [pytest.mark.processes, needs_chromium]
+from clew.page.serve.browser import PHONE, chromium
+from protocol.root import ROOT
+from tests.support.campaigns import clew
+from tests.support.pages.browser import Sight, sight
+from tests.support.processes.fleets import RUN_S_MAX
+from world.record.recorder import EVENTS_FILE
 
 ROBOTS = 5
 MOVED_M = 0.5  # in 10 s, at 0.5 m/s and less
@@ -225,7 +224,7 @@ def test_it_is_dark_where_the_browser_is_and_light_again_by_its_key(browser: Bro
 
 def test_the_bench_scrubs_a_page_and_every_frame_is_drawn(report: str) -> None:
     run = Path(report.removeprefix("file://")).parent
-    bench = [sys.executable, "-m", "lab.cli", "bench", "page", str(run), "--json"]
+    bench = [sys.executable, "-m", "clew.cli", "bench", "page", str(run), "--json"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     made = subprocess.run(bench, env=environment, capture_output=True, timeout=RUN_S_MAX, check=True)
     said = json.loads(made.stdout)

@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lab import timeline
-from lab.check import scenario_of
-from lab.report import read_verdict
-from lab.timeline import Timeline
-from lab.view.browser import chromium
+from clew.log import timeline
+from clew.log.check import scenario_of
+from clew.log.timeline import Timeline
+from clew.page.serve.browser import chromium
 from protocol.frames import Point
 from protocol.timeline import (
     FaultInjected,
@@ -25,14 +24,13 @@ from protocol.timeline import (
     StepPlanned,
     TrafficCounted,
 )
-from tests.browser import Sight, needs_chromium, sight
-from tests.canvas import layer, record
-from tests.pages import page_of, rehearsed
-from world.table import measure
-from world.tally import TAKES_AWAY, Tally
-from world.verdict import Verdict
-
-pytestmark = [pytest.mark.processes, needs_chromium]
+from tests.support.pages.browser import Sight, sight
+from tests.support.pages.canvas import layer, record
+from tests.support.pages.pages import page_of, rehearsed
+from world.judge.table import measure
+from world.judge.tally import TAKES_AWAY, Tally
+from world.judge.verdict import Verdict
+from world.record.run_files import read_verdict
 
 BUSY = str(Path(__file__).with_name("busy.faults.toml"))
 NONE = "\N{EN DASH}"

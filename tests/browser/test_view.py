@@ -9,13 +9,11 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser
 
-from lab.view.browser import chromium
-from tests.browser import Sight, needs_chromium, sight
-from tests.campaigns import clew
-from tests.fleets import END_S_MAX, RUN_S_MAX, Fleet
-from tests.views import address_of, view
-
-pytestmark = [pytest.mark.processes, needs_chromium]
+from clew.page.serve.browser import chromium
+from tests.support.campaigns import clew
+from tests.support.pages.browser import Sight, sight
+from tests.support.pages.views import address_of, view
+from tests.support.processes.fleets import END_S_MAX, RUN_S_MAX, Fleet
 
 ENDED = "clew.runs[0].ended"
 

@@ -6,15 +6,14 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser
 
-from lab import timeline
-from lab.check import scenario_of
-from lab.report import read_verdict, verdict_sentence
-from lab.view.browser import chromium
-from tests.browser import Sight, needs_chromium, sight
-from tests.pages import page_of, rehearsed
-from world.recorder import EVENTS_FILE
-
-pytestmark = [pytest.mark.processes, needs_chromium]
+from clew.fleet.summary import verdict_sentence
+from clew.log import timeline
+from clew.log.check import scenario_of
+from clew.page.serve.browser import chromium
+from tests.support.pages.browser import Sight, sight
+from tests.support.pages.pages import page_of, rehearsed
+from world.record.recorder import EVENTS_FILE
+from world.record.run_files import read_verdict
 
 
 @pytest.fixture(scope="module")

@@ -1,12 +1,12 @@
 import re
-from pathlib import Path
 
-from lab.campaign import Campaign
-from lab.campaign_episode import Outcome, Surprise
-from lab.campaign_faults import ClassFigures
-from lab.campaign_figures import Figures
+from clew.campaign.campaign import Campaign
+from clew.campaign.classes import ClassFigures
+from clew.campaign.episode import Outcome, Surprise
+from clew.campaign.families import Figures
+from protocol.root import ROOT
 
-SECTIONS = (Path(__file__).parents[1] / "docs" / "campaign.md").read_text(encoding="utf-8").split("\n## ")
+SECTIONS = (ROOT / "docs" / "campaign.md").read_text(encoding="utf-8").split("\n## ")
 
 
 def named(section: str) -> set[str]:

@@ -1,7 +1,7 @@
 import re
 
-from lab.chaos import Chaos, ChaosRun
-from lab.faults_doc import DOCUMENT
+from clew.campaign.chaos import Chaos, ChaosRun
+from clew.manual.faults import DOCUMENT
 
 PAGE = DOCUMENT.read_text(encoding="utf-8")
 

@@ -3,16 +3,16 @@ from typing import get_args
 import msgspec
 import pytest
 
-from lab.faults_doc import DOCUMENT, document
+from clew.manual.faults import DOCUMENT, document
 from protocol.faults.plan import Plan, load
 from protocol.faults.rules import Rule, StepPoint
-from tests.test_fault_plan import SHIPPED
+from tests.support.faults import SHIPPED
 
 PAGE = DOCUMENT.read_text(encoding="utf-8")
 
 
 def test_the_page_is_what_the_types_say() -> None:
-    assert document(PAGE) == PAGE, "run: python -m lab.faults_doc"
+    assert document(PAGE) == PAGE, "run: python -m clew.manual.faults"
 
 
 @pytest.mark.parametrize("kind", get_args(Rule), ids=lambda kind: str(kind.__name__))

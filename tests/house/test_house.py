@@ -8,53 +8,54 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
-PACKAGES = ("agents", "lab", "protocol", "world")
+from protocol.root import ROOT
+
+PACKAGES = ("agents", "clew", "protocol", "world")
 
 MAY_IMPORT = {
     "protocol": {"protocol"},
     "agents": {"agents", "protocol"},
     "world": {"world", "protocol"},
-    "lab": set(PACKAGES),
+    "clew": set(PACKAGES),
 }
 
 ONLY_IN = {
-    "zenoh": {"protocol/zenoh_transport.py", "protocol/router.py"},
+    "zenoh": {"protocol/network/zenoh_transport.py", "protocol/network/router.py"},
     # The shells, and the two edges of the port that an event loop waits for; all else is told the time.
     "asyncio": {
-        "agents/host.py",
-        "lab/follow.py",
-        "lab/log_cat_verb.py",
-        "lab/prepare.py",
-        "lab/terminal/__main__.py",
-        "lab/view/channel.py",
-        "lab/view/server.py",
-        "lab/view_verb.py",
+        "agents/process/host.py",
+        "clew/fleet/prepare.py",
+        "clew/fleet/table.py",
+        "clew/log/follow.py",
+        "clew/page/serve/channel.py",
+        "clew/page/serve/server.py",
+        "clew/verbs/log_cat.py",
+        "clew/verbs/view.py",
         "protocol/__main__.py",
         "protocol/ending.py",
-        "protocol/zenoh_transport.py",
+        "protocol/network/zenoh_transport.py",
         "world/control.py",
         "world/shell.py",
     },
     "time": {
-        "agents/shell.py",
-        "lab/bench_page_verb.py",
-        "lab/bench_verb.py",
-        "lab/campaign_episode.py",
-        "lab/live.py",
-        "lab/rehearse.py",
-        "lab/vigil.py",
-        "protocol/faulty_transport.py",
+        "agents/process/shell.py",
+        "clew/campaign/episode.py",
+        "clew/fleet/live.py",
+        "clew/log/vigil.py",
+        "clew/rehearsal/recorded.py",
+        "clew/verbs/bench.py",
+        "clew/verbs/bench_page.py",
+        "protocol/network/faulty_transport.py",
         "world/shell.py",
     },
     "datetime": {
-        "lab/campaign_verb.py",
-        "lab/chaos_verb.py",
-        "lab/export/times.py",
-        "lab/prepare.py",
-        "lab/rehearse.py",
-        "lab/rehearse_verb.py",
-        "lab/run_folder.py",
+        "clew/export/times.py",
+        "clew/fleet/folder.py",
+        "clew/fleet/prepare.py",
+        "clew/rehearsal/recorded.py",
+        "clew/verbs/campaign.py",
+        "clew/verbs/chaos.py",
+        "clew/verbs/rehearse.py",
         "world/shell.py",
     },
     "random": set[str](),  # draws come from `world.chance` and `protocol.faults.chance`, by seed and purpose
@@ -122,7 +123,7 @@ def test_module_keeps_the_house_rules(path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "path", sorted((ROOT / "tests").glob("*.py")), ids=lambda path: path.relative_to(ROOT).as_posix()
+    "path", sorted((ROOT / "tests").rglob("*.py")), ids=lambda path: path.relative_to(ROOT).as_posix()
 )
 def test_test_file_is_small_and_explains_its_ignores(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
@@ -138,16 +139,16 @@ def test_test_file_is_small_and_explains_its_ignores(path: Path) -> None:
         ("world/a.py", "import agents.robot", "imports agents"),
         ("agents/a.py", "import zenoh", "imports zenoh"),
         ("world/a.py", "from time import monotonic", "imports time"),
-        ("lab/a.py", "import random", "imports random"),
-        ("lab/a.py", "x = 1\n" * 401, "has 402 lines"),
-        ("lab/a.py", "def f():\n" + "    x = 1\n" * 70, "f has 71 lines"),
-        ("lab/a.py", "x = 1  # no" + "qa: E501", "does not say why"),
-        ("lab/a.py", "x = 1  # type" + ": ignore[misc]", "does not say why"),
+        ("clew/a.py", "import random", "imports random"),
+        ("clew/a.py", "x = 1\n" * 401, "has 402 lines"),
+        ("clew/a.py", "def f():\n" + "    x = 1\n" * 70, "f has 71 lines"),
+        ("clew/a.py", "x = 1  # no" + "qa: E501", "does not say why"),
+        ("clew/a.py", "x = 1  # type" + ": ignore[misc]", "does not say why"),
     ],
 )
 def test_planted_violation_is_found(tmp_path: Path, name: str, source: str, complaint: str) -> None:
     path = tmp_path / name
-    path.parent.mkdir()
+    path.parent.mkdir(parents=True)
     path.write_text('"""Planted."""\n' + source, encoding="utf-8")
     found = list(complaints(tmp_path, path))
     assert [text for text in found if complaint in text] == found
@@ -155,10 +156,10 @@ def test_planted_violation_is_found(tmp_path: Path, name: str, source: str, comp
 
 
 def test_module_without_docstring_is_found(tmp_path: Path) -> None:
-    path = tmp_path / "lab" / "a.py"
-    path.parent.mkdir()
+    path = tmp_path / "clew" / "a.py"
+    path.parent.mkdir(parents=True)
     path.write_text("x = 1\n", encoding="utf-8")
-    assert list(complaints(tmp_path, path)) == ["lab/a.py: has no docstring"]
+    assert list(complaints(tmp_path, path)) == ["clew/a.py: has no docstring"]
 
 
 def test_explained_ignore_passes() -> None:

@@ -2,12 +2,12 @@ from pathlib import Path
 
 import msgspec
 
-from lab.scenario_doc import DOCUMENT, EXAMPLE, document
-from world.scenario import load, schema
+from clew.manual.scenario import DOCUMENT, EXAMPLE, document
+from world.scenario.scenario import load, schema
 
 
 def test_the_page_is_what_the_types_say() -> None:
-    assert DOCUMENT.read_text(encoding="utf-8") == document(), "run: python -m lab.scenario_doc"
+    assert DOCUMENT.read_text(encoding="utf-8") == document(), "run: python -m clew.manual.scenario"
 
 
 def test_every_field_of_every_section_stands_in_the_page_and_says_what_it_means() -> None:

@@ -1,11 +1,11 @@
 from typing import get_args
 
-from lab.timeline_doc import DOCUMENT, document
+from clew.manual.timeline import DOCUMENT, document
 from protocol.timeline import Record
 
 
 def test_the_page_is_what_the_types_say() -> None:
-    assert DOCUMENT.read_text(encoding="utf-8") == document(), "run: python -m lab.timeline_doc"
+    assert DOCUMENT.read_text(encoding="utf-8") == document(), "run: python -m clew.manual.timeline"
 
 
 def test_every_kind_and_every_field_stands_in_the_page() -> None:

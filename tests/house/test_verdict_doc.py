@@ -1,9 +1,9 @@
 import re
-from pathlib import Path
 
-from world.verdict import Verdict
+from protocol.root import ROOT
+from world.judge.verdict import Verdict
 
-PAGE = Path(__file__).parents[1] / "docs" / "verdict.md"
+PAGE = ROOT / "docs" / "verdict.md"
 
 
 def test_the_page_has_every_field_of_the_verdict_in_its_order() -> None:

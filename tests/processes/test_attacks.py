@@ -16,14 +16,14 @@ import pytest
 import zenoh
 from zenoh.handlers import Callback
 
-from protocol.codec import SCHEMA_VERSION, SIZE_MAX_BYTES, encode, packed, sealed
 from protocol.keys import Keys
-from protocol.messages import Ask
-from protocol.session import read_session, unix_socket_endpoint, write_sessions
-from protocol.settings import client_settings
-from protocol.transport import Arrival, Asked, Heard, Refused
-from protocol.zenoh_transport import KEY_LENGTH_MAX, ZenohTransport
-from tests.wire import (
+from protocol.network.session import read_session, unix_socket_endpoint, write_sessions
+from protocol.network.settings import client_settings
+from protocol.network.transport import Arrival, Asked, Heard, Refused
+from protocol.network.zenoh_transport import KEY_LENGTH_MAX, ZenohTransport
+from protocol.wire.codec import SCHEMA_VERSION, SIZE_MAX_BYTES, encode, packed, sealed
+from protocol.wire.messages import Ask
+from tests.support.processes.wire import (
     DEADLINE_S,
     KEYS,
     arrivals_besides,
@@ -36,8 +36,6 @@ from tests.wire import (
     session_folder,
     world_transport,
 )
-
-pytestmark = pytest.mark.processes
 
 FORGED_KEYS = [
     KEYS.link("r1", "r3"),

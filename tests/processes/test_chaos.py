@@ -13,15 +13,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from lab.chaos import ChaosRun, is_balanced, judge_run, replay_line, sum_up, troubles_of
-from lab.check import Finding, check
-from lab.live import Ended, left_behind, processes_of, run_fleet
-from lab.swarm import draw
-from lab.timeline import read
-from tests.campaigns import clew
-from tests.fleets import END_S_MAX, RUN_S_MAX, START_S_MAX, Fleet, wait_until
-from tests.logs import AT_REST, GOOD, numbered, recorded
-from world.books import Messages
+from clew.campaign.chaos import ChaosRun, is_balanced, judge_run, replay_line, sum_up, troubles_of
+from clew.fleet.live import Ended, left_behind, processes_of, run_fleet
+from clew.log.check import Finding, check
+from clew.log.timeline import read
+from clew.swarm.swarm import draw
+from tests.support.campaigns import clew
+from tests.support.logs.logs import AT_REST, GOOD, numbered, recorded
+from tests.support.processes.fleets import END_S_MAX, RUN_S_MAX, START_S_MAX, Fleet, wait_until
+from world.judge.books import Messages
 
 WELL = Ended(code=0, said=("ok",), wall_s=1.0, leftovers=())
 COUNTS = st.integers(0, 10**6)
@@ -129,7 +129,7 @@ def test_a_process_that_was_left_behind_is_named_and_ended(
 def test_a_folder_in_which_anything_stands_is_refused_before_a_fleet_starts_and_stays_as_it_is(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("lab.chaos_verb.run_fleet", no_fleet)
+    monkeypatch.setattr("clew.verbs.chaos.run_fleet", no_fleet)
     former = recorded(tmp_path / "run-3", numbered(AT_REST)) / "events.jsonl"
     before = former.read_bytes()
     told = clew("chaos", "--runs", "1", "--seed", "3", "--out", tmp_path)
@@ -144,7 +144,6 @@ def no_fleet(*_: object, **__: object) -> Ended:
     raise AssertionError("a fleet was started")
 
 
-@pytest.mark.processes
 def test_a_fleet_that_is_told_to_end_ends_and_leaves_nothing(tmp_path: Path) -> None:
     out = tmp_path / "run"
     has_begun = (out / "events.jsonl").exists
@@ -153,14 +152,13 @@ def test_a_fleet_that_is_told_to_end_ends_and_leaves_nothing(tmp_path: Path) -> 
     assert ended.wall_s < RUN_S_MAX
 
 
-@pytest.mark.processes
 @pytest.mark.parametrize(
     ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
 )
 def test_chaos_that_is_asked_to_end_ends_its_fleet_tells_and_leaves_nothing(
     fleet: Fleet, number: signal.Signals, code: int
 ) -> None:
-    chaos = fleet.start_with(sys.executable, "-m", "lab.cli", "chaos", "--speed", "1", "--out", "ch")
+    chaos = fleet.start_with(sys.executable, "-m", "clew.cli", "chaos", "--speed", "1", "--out", "ch")
     wait_until(lambda: (fleet.cwd / "ch" / "run-1" / "events.jsonl").exists() or None, START_S_MAX)
     for _ in range(2):  # as `timeout` does
         chaos.send_signal(number)
@@ -170,7 +168,6 @@ def test_chaos_that_is_asked_to_end_ends_its_fleet_tells_and_leaves_nothing(
     assert json.loads((fleet.cwd / "ch" / "chaos.json").read_text(encoding="utf-8"))["interrupted"]
 
 
-@pytest.mark.processes
 def test_chaos_runs_a_fleet_through_what_its_seed_draws_and_tells(tmp_path: Path) -> None:
     told = clew("chaos", "--runs", "1", "--speed", "8", "--out", tmp_path / "out", "--json")
     assert told.exit_code == 0, told.output

@@ -13,16 +13,16 @@ from pathlib import Path
 
 import pytest
 
-from lab.prepare import free_endpoint
+from clew.fleet.prepare import free_endpoint
 from protocol.errors import SessionLostError
-from protocol.messages import Message
-from protocol.session import write_sessions
-from protocol.transport import Arrival, Heard, Refused
-from protocol.zenoh_transport import ZenohTransport
-from tests.fleets import RUN_S_MAX, Fleet
-from tests.parts import Parts, said
-from tests.proxy import Faults, Proxy, Way, proxy_aside
-from tests.wire import (
+from protocol.network.session import write_sessions
+from protocol.network.transport import Arrival, Heard, Refused
+from protocol.network.zenoh_transport import ZenohTransport
+from protocol.wire.messages import Message
+from tests.support.processes.fleets import RUN_S_MAX, Fleet
+from tests.support.processes.parts import Parts, said
+from tests.support.processes.proxy import Faults, Proxy, Way, proxy_aside
+from tests.support.processes.wire import (
     KEYS,
     drive,
     next_arrivals,
@@ -31,8 +31,6 @@ from tests.wire import (
     robot_transport,
     world_transport,
 )
-
-pytestmark = pytest.mark.processes
 
 ROBOTS = ("r1", "r2", "r3")
 WIRES_MAX = 5  # Zenoh panicked in 5 talks of some 200

@@ -14,18 +14,23 @@ from typing import Any
 
 import pytest
 
-from lab.prepare import free_endpoint
-from protocol.session import unix_socket_endpoint, write_sessions
+from clew.fleet.prepare import free_endpoint
+from protocol.network.session import unix_socket_endpoint, write_sessions
+from protocol.network.transport import Heard
 from protocol.timeline import RouterFound, RouterLost
-from protocol.transport import Heard
-from tests.fleets import END_S_MAX, RUN_S_MAX, START_S_MAX, Fleet, wait_until
-from tests.test_fleet import clew
-from tests.wire import DEADLINE_S, KEYS, arrivals_until, drive, python, robot_transport, world_transport
+from tests.support.processes.fleets import END_S_MAX, RUN_S_MAX, START_S_MAX, Fleet, clew, wait_until
+from tests.support.processes.wire import (
+    DEADLINE_S,
+    KEYS,
+    arrivals_until,
+    drive,
+    python,
+    robot_transport,
+    world_transport,
+)
 from world.routing import Routing
 
 GAP_S_MAX = 1.0  # what a robot may go unheard; measured are 4 to 40 ms
-
-processes = pytest.mark.processes
 
 
 def pid_of(fleet: Fleet, name: str) -> int:
@@ -57,7 +62,6 @@ def end_well(fleet: Fleet) -> dict[str, Any]:
     return verdict
 
 
-@processes
 def test_of_two_routers_the_other_carries_the_fleet_when_the_active_one_is_killed(fleet: Fleet) -> None:
     fleet.start("grove", "--speed", "2", "--routers", "2", "--json")
     fleet.wait_for("order.finished")
@@ -73,7 +77,6 @@ def test_of_two_routers_the_other_carries_the_fleet_when_the_active_one_is_kille
     assert found["away_s"] < GAP_S_MAX
 
 
-@processes
 @pytest.mark.parametrize("speed", ["2", "max"])
 def test_a_router_that_is_killed_is_started_again_and_the_run_goes_on(fleet: Fleet, speed: str) -> None:
     fleet.start("grove", "--speed", speed, "--json")
@@ -83,7 +86,6 @@ def test_a_router_that_is_killed_is_started_again_and_the_run_goes_on(fleet: Fle
     assert "router.found" in {entry["kind"] for entry in fleet.entries()}
 
 
-@processes
 def test_a_router_that_keeps_dying_ends_the_run_in_the_end(fleet: Fleet) -> None:
     fleet.start("paper", "--speed", "0.1")
     fleet.wait_for("order.accepted")
@@ -96,7 +98,6 @@ def test_a_router_that_keeps_dying_ends_the_run_in_the_end(fleet: Fleet) -> None
     assert fleet.leftovers() == []
 
 
-@processes
 @pytest.mark.parametrize("name", ["router", "world"])
 def test_what_is_asked_for_by_the_pipe_is_done(fleet: Fleet, name: str) -> None:
     launcher = fleet.start("paper", "--speed", "0.1")
@@ -128,7 +129,6 @@ def two() -> Iterator[Path]:
         yield folder
 
 
-@processes
 async def test_clients_change_over_in_milliseconds_and_both_routers_know_the_rules(two: Path) -> None:
     with ExitStack() as stack:
         routers = []

@@ -12,9 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.fleets import END_S_MAX, ROOT, RUN_S_MAX, START_S_MAX, Fleet, Outcome, wait_until
-
-pytestmark = pytest.mark.processes
+from protocol.root import ROOT
+from tests.support.processes.fleets import END_S_MAX, RUN_S_MAX, START_S_MAX, Fleet, Outcome, clew, wait_until
 
 
 @pytest.fixture(scope="module")
@@ -41,17 +40,6 @@ def stock_router(endpoint: str) -> Iterator[None]:
         yield
         router.stdin.close()
         assert router.wait(END_S_MAX) == 0
-
-
-def clew(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [ROOT / "launch" / "clew", *arguments],
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        timeout=START_S_MAX,
-        check=False,
-    )
 
 
 def rewritten(fleet: Fleet, kind: str, change: dict[str, object] | None) -> Path:
@@ -117,7 +105,7 @@ def test_log_that_was_tampered_with_is_found_out(
 
 def test_report_prints_the_table_and_ends_with_verdict_and_folder(paper: tuple[Fleet, Outcome]) -> None:
     fleet, _ = paper
-    command = [sys.executable, "-m", "lab.report", "runs/latest"]
+    command = [sys.executable, "-m", "clew.fleet.summary", "runs/latest"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     said = subprocess.run(
         command,

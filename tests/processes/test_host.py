@@ -14,16 +14,16 @@ import pytest
 from msgspec.structs import replace
 
 from agents.__main__ import robots_of
-from protocol.blows import strike
+from protocol.faults.blows import strike
 from protocol.faults.strokes import Blow, Stroke
 from protocol.frames import Pose
 from protocol.keys import robot_name
-from protocol.messages import LogBatch, Logged, Odometry, Phase
+from protocol.network.transport import Appeared, Arrival, Asked, Heard, Vanished
+from protocol.network.zenoh_transport import ZenohTransport
 from protocol.timeline import Record, RobotSettled, RobotStarted, TrafficCounted
-from protocol.transport import Appeared, Arrival, Asked, Heard, Vanished
-from protocol.zenoh_transport import ZenohTransport
-from tests.one_step import MISSION
-from tests.wire import DEADLINE_S, KEYS, python, router, session_folder, world_transport
+from protocol.wire.messages import LogBatch, Logged, Odometry, Phase
+from tests.support.processes.wire import DEADLINE_S, KEYS, python, router, session_folder, world_transport
+from tests.support.stages.one_step import MISSION
 
 THREE = ("r1", "r2", "r3")
 
@@ -100,7 +100,6 @@ def ended(process: subprocess.Popen[str]) -> tuple[int, str]:
     return exit_code, process.stderr.read()
 
 
-@pytest.mark.processes
 async def test_every_robot_is_a_process_of_its_own_and_goes_when_the_run_has_been_closed() -> None:
     async with host("1-3") as (world, process):
         pids = {world.pid(name) for name in THREE}
@@ -113,7 +112,6 @@ async def test_every_robot_is_a_process_of_its_own_and_goes_when_the_run_has_bee
         assert ended(process) == (0, "")
 
 
-@pytest.mark.processes
 async def test_a_robot_that_is_killed_is_named_and_the_others_live_on() -> None:
     async with host("1-3") as (world, process):
         os.kill(world.pid("r2"), signal.SIGKILL)
@@ -123,7 +121,6 @@ async def test_a_robot_that_is_killed_is_named_and_the_others_live_on() -> None:
         assert ended(process) == (1, "robot 2 was ended by SIGKILL\n")
 
 
-@pytest.mark.processes
 async def test_a_robot_that_its_host_is_told_to_kill_is_nobodys_failure() -> None:
     async with host("1-3") as (world, process):
         world.strike("r2", Blow.KILL)
@@ -133,7 +130,6 @@ async def test_a_robot_that_its_host_is_told_to_kill_is_nobodys_failure() -> Non
         assert ended(process) == (0, "")
 
 
-@pytest.mark.processes
 async def test_a_robot_that_is_killed_and_started_again_is_another_process() -> None:
     async with host("1-3") as (world, process):
         world.strike("r2", Blow.KILL)
@@ -145,7 +141,6 @@ async def test_a_robot_that_is_killed_and_started_again_is_another_process() -> 
         assert ended(process) == (0, "")
 
 
-@pytest.mark.processes
 async def test_a_frozen_robot_shows_no_token_until_it_is_thawed() -> None:
     async with host("1-3") as (world, process):
         world.strike("r2", Blow.FREEZE)
@@ -157,7 +152,6 @@ async def test_a_frozen_robot_shows_no_token_until_it_is_thawed() -> None:
         assert ended(process) == (0, "")
 
 
-@pytest.mark.processes
 async def test_a_host_that_is_asked_to_end_takes_a_frozen_robot_with_it() -> None:
     async with host("1-3") as (world, process):
         world.strike("r2", Blow.FREEZE)
@@ -170,14 +164,12 @@ async def test_a_host_that_is_asked_to_end_takes_a_frozen_robot_with_it() -> Non
         )
 
 
-@pytest.mark.processes
 async def test_robots_do_not_outlive_a_host_that_is_killed() -> None:
     async with host("1-3") as (world, process):
         process.kill()
         await world.until(lambda: world.gone >= set(THREE))
 
 
-@pytest.mark.processes
 @pytest.mark.parametrize("way", ["SIGTERM", "SIGINT", "lifeline"])
 async def test_a_host_that_is_asked_to_end_takes_its_robots_with_it(way: str) -> None:
     async with host("1-3") as (world, process):
@@ -191,13 +183,11 @@ async def test_a_host_that_is_asked_to_end_takes_its_robots_with_it(way: str) ->
         assert process.wait(timeout=DEADLINE_S) == expected
 
 
-@pytest.mark.processes
 async def test_one_robot_needs_no_host() -> None:
     async with host("3") as (world, process):
         assert world.pid("r3") == process.pid
 
 
-@pytest.mark.processes
 def test_without_a_session_there_is_one_line_and_exit_code_2(tmp_path: Path) -> None:
     with python("-m", "agents", "--robots", "3", "--sessions", str(tmp_path)) as process:
         exit_code, said = ended(process)

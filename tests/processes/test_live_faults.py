@@ -10,10 +10,8 @@ from typing import Any
 
 import pytest
 
-from tests.fleets import END_S_MAX, ROOT, RUN_S_MAX, START_S_MAX, Fleet, wait_until
-from tests.test_fleet import clew
-
-pytestmark = pytest.mark.processes
+from protocol.root import ROOT
+from tests.support.processes.fleets import END_S_MAX, RUN_S_MAX, START_S_MAX, Fleet, clew, wait_until
 
 
 def plan(folder: Path, *rules: str) -> str:
@@ -38,7 +36,7 @@ def kinds(fleet: Fleet, kind: str) -> list[dict[str, Any]]:
 
 def clew_fault(fleet: Fleet, *arguments: str) -> subprocess.CompletedProcess[str]:
     """`clew fault` on the fleet's run."""
-    command = [sys.executable, "-m", "lab.cli", "fault", str(fleet.folder()), *arguments]
+    command = [sys.executable, "-m", "clew.cli", "fault", str(fleet.folder()), *arguments]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     return subprocess.run(
         command,

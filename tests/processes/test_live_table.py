@@ -10,12 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.fleets import END_S_MAX, ROOT, RUN_S_MAX, START_S_MAX, Fleet, wait_until
-from tests.logs import AT_REST, numbered, recorded
-from tests.terminals import CTRL_C, Terminal
-from world.recorder import EVENTS_FILE, line
-
-pytestmark = pytest.mark.processes
+from protocol.root import ROOT
+from tests.support.logs.logs import AT_REST, numbered, recorded
+from tests.support.processes.fleets import END_S_MAX, RUN_S_MAX, START_S_MAX, Fleet, wait_until
+from tests.support.processes.terminals import CTRL_C, Terminal
+from world.record.recorder import EVENTS_FILE, line
 
 ROW = re.compile(r" *r\d+ .* (?P<driven>\d+\.\d+) m +(?P<way>\d+)% +\d+\.\d+ m +(?P<least>\d+\.\d+) m")
 
@@ -80,7 +79,7 @@ def test_ctrl_c_ends_the_run_and_what_parts_said_stays_on_the_screen(
 def test_table_that_is_killed_is_named_and_the_run_goes_on(fleet: Fleet, terminal: Terminal) -> None:
     begin(fleet, terminal, "paper", "--speed", "4")
     terminal.wait_for("leading", START_S_MAX)
-    os.kill(fleet.process("lab.terminal"), signal.SIGKILL)
+    os.kill(fleet.process("clew.fleet.table"), signal.SIGKILL)
     assert code_of(fleet, terminal, RUN_S_MAX) == 0
     assert "clew: the table was killed by SIGKILL; the run goes on" in terminal.text.splitlines()
     assert "OK: every living robot has arrived; 5 of 5" in terminal.text
@@ -104,7 +103,7 @@ def test_table_goes_when_its_lifeline_ends_and_draws_what_is_on_record_by_then(
     run, said = recorded(tmp_path / "run", numbered(AT_REST[:-1])), tmp_path / "said"
     said.touch()
     ours = {**os.environ, "PYTHONPATH": str(ROOT), "TERM": "xterm"}
-    command = [sys.executable, "-m", "lab.terminal", str(run), "--said", str(said)]
+    command = [sys.executable, "-m", "clew.fleet.table", str(run), "--said", str(said)]
     with subprocess.Popen(command, env=ours, stdin=subprocess.PIPE, stderr=terminal.theirs) as table:
         terminal.begin()
         terminal.wait_for("no promise broken so far", START_S_MAX)

@@ -8,11 +8,9 @@ from typing import Any
 
 import pytest
 
-from tests.fleets import START_S_MAX, Fleet, wait_until
-from tests.netns import ADDRESS, UnavailableError, Wire, chains, drop, holders, wire
-from tests.parts import Parts, said
-
-pytestmark = pytest.mark.processes
+from tests.support.processes.fleets import START_S_MAX, Fleet, wait_until
+from tests.support.processes.netns import ADDRESS, UnavailableError, Wire, chains, drop, holders, wire
+from tests.support.processes.parts import Parts, said
 
 ROBOTS = 3
 ENDPOINT = f"tcp/{ADDRESS}:7447"

@@ -7,9 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from tests.wire import DEADLINE_S, KEYS, drive, fleet, next_arrivals, python, router, session_folder
-
-pytestmark = pytest.mark.processes
+from tests.support.processes.wire import (
+    DEADLINE_S,
+    KEYS,
+    drive,
+    fleet,
+    next_arrivals,
+    python,
+    router,
+    session_folder,
+)
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import subprocess
 
 import pytest
 
-from tests.fleets import ROOT
+from protocol.root import ROOT
 
 LEVELS = ("run", "tools", "dev")
 

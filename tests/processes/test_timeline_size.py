@@ -10,10 +10,10 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from tests.fleets import END_S_MAX, ROOT
-from tests.long_logs import MILLION, make
+from protocol.root import ROOT
+from tests.support.logs.long_logs import MILLION, make
+from tests.support.processes.fleets import END_S_MAX
 
-pytestmark = pytest.mark.processes
 CPU_S_MAX = 5.0  # of the processor's time: on a loaded machine the wall's says nothing
 RSS_MB_MAX = 500
 LONG = 200_000  # entries, which take a second or more to export
@@ -21,7 +21,7 @@ LONG = 200_000  # entries, which take a second or more to export
 
 def clew(*arguments: str | Path) -> subprocess.Popen[bytes]:
     return subprocess.Popen(
-        [sys.executable, "-m", "lab.cli", *map(str, arguments)],
+        [sys.executable, "-m", "clew.cli", *map(str, arguments)],
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

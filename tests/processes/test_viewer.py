@@ -14,16 +14,16 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from lab.view import channel as channels
-from lab.view import server as serving
-from lab.view.channel import Channel
-from lab.view.pages import site
-from lab.view.server import Server
-from lab.view.watch import Seen, Watch
-from tests.fleets import END_S_MAX, RUN_S_MAX, START_S_MAX, Fleet, wait_until
-from tests.logs import AT_REST, GOOD, numbered, recorded
-from tests.views import address_of, told, view
-from world.verdict import VERDICT_FILE
+from clew.page.serve import channel as channels
+from clew.page.serve import server as serving
+from clew.page.serve.channel import Channel
+from clew.page.serve.pages import site
+from clew.page.serve.server import Server
+from clew.page.serve.watch import Seen, Watch
+from tests.support.logs.logs import AT_REST, GOOD, numbered, recorded
+from tests.support.pages.views import address_of, told, view
+from tests.support.processes.fleets import END_S_MAX, RUN_S_MAX, START_S_MAX, Fleet, wait_until
+from world.judge.verdict import VERDICT_FILE
 
 LINES = numbered(AT_REST)
 
@@ -193,7 +193,6 @@ async def test_who_speaks_no_http_is_told_so(run: Path, said: bytes) -> None:
         assert (await reader.readline()).startswith((b"HTTP/1.1 400", b"HTTP/1.1 431"))
 
 
-@pytest.mark.processes
 def test_view_prints_its_address_alone_and_ctrl_c_ends_it_with_130(run: Path, tmp_path: Path) -> None:
     with view(run, cwd=tmp_path) as viewer:
         address = address_of(viewer.stdout)
@@ -205,7 +204,6 @@ def test_view_prints_its_address_alone_and_ctrl_c_ends_it_with_130(run: Path, tm
     assert sorted(path.name for path in tmp_path.iterdir()) == ["run"]
 
 
-@pytest.mark.processes
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
@@ -231,7 +229,6 @@ def test_what_cannot_be_viewed_is_one_line_and_exit_2(
     assert complaint in err
 
 
-@pytest.mark.processes
 def test_live_waits_for_a_run_and_goes_on_to_the_next_one(tmp_path: Path) -> None:
     with view("--live", cwd=tmp_path) as viewer:
         assert viewer.stdout is not None
@@ -252,7 +249,6 @@ def test_live_waits_for_a_run_and_goes_on_to_the_next_one(tmp_path: Path) -> Non
         assert viewer.wait(END_S_MAX) == 128 + signal.SIGTERM
 
 
-@pytest.mark.processes
 def test_fleet_with_a_view_shows_itself_up_to_its_verdict_and_leaves_nothing(fleet: Fleet) -> None:
     launcher = fleet.start("paper", "--speed", "5", "--view", "--json")
     *_, last = told(address_of(launcher.stderr))
@@ -263,7 +259,6 @@ def test_fleet_with_a_view_shows_itself_up_to_its_verdict_and_leaves_nothing(fle
     assert fleet.leftovers() == []
 
 
-@pytest.mark.processes
 def test_fleet_whose_viewer_is_killed_goes_on_and_says_so(fleet: Fleet) -> None:
     fleet.start("paper", "--speed", "3", "--view", "--json")
     fleet.wait_for("order.accepted")
@@ -275,4 +270,4 @@ def test_fleet_whose_viewer_is_killed_goes_on_and_says_so(fleet: Fleet) -> None:
 
 
 def viewer_of(fleet: Fleet) -> int | None:
-    return next((pid for pid, command in fleet.processes().items() if "lab.cli view" in command), None)
+    return next((pid for pid, command in fleet.processes().items() if "clew.cli view" in command), None)

@@ -12,18 +12,24 @@ from typing import Any
 import pytest
 
 from protocol.frames import Point
-from protocol.messages import Ask, Drive, Logged, Message, Odometry, Phase, Scan, ScanQuery
 from protocol.mission import Mission
-from protocol.outbox import Outbox
+from protocol.network.outbox import Outbox
+from protocol.network.transport import Heard
+from protocol.network.zenoh_transport import ZenohTransport
 from protocol.timeline import GoalReached, Record, RobotArrived, RobotSettled, StrandFormed, TrafficCounted
-from protocol.transport import Heard
-from protocol.zenoh_transport import ZenohTransport
-from tests.wire import DEADLINE_S, KEYS, arrivals_until, python, robot_transport, router, session_folder
-from tests.world_stage import planned
-from world.recorder import EVENTS_FILE
-from world.verdict import VERDICT_FILE
-
-pytestmark = pytest.mark.processes
+from protocol.wire.messages import Ask, Drive, Logged, Message, Odometry, Phase, Scan, ScanQuery
+from tests.support.processes.wire import (
+    DEADLINE_S,
+    KEYS,
+    arrivals_until,
+    python,
+    robot_transport,
+    router,
+    session_folder,
+)
+from tests.support.stages.world_stage import planned
+from world.judge.verdict import VERDICT_FILE
+from world.record.recorder import EVENTS_FILE
 
 SCENARIO = """
 name = "one"

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from protocol import zenoh_transport
 from protocol.errors import UsageError
-from protocol.messages import Ask, Scan
-from protocol.transport import Appeared, Arrival, Asked, Heard, Vanished
-from protocol.zenoh_transport import ZenohTransport
-from tests.wire import (
+from protocol.network import zenoh_transport
+from protocol.network.transport import Appeared, Arrival, Asked, Heard, Vanished
+from protocol.network.zenoh_transport import ZenohTransport
+from protocol.wire.messages import Ask, Scan
+from tests.support.processes.wire import (
     DEADLINE_S,
     KEYS,
     ORIGIN,
@@ -29,7 +29,6 @@ from tests.wire import (
     world_transport,
 )
 
-pytestmark = pytest.mark.processes
 BURST = 300  # express messages, for which Zenoh's queue is short, would be lost here
 SCAN = Scan(t_s=0.0, pose=ORIGIN, ranges_m=(1.0,) * 8)
 RETOLD_S = 0.1  # a hundred times as long as a message takes
@@ -116,7 +115,10 @@ async def test_a_question_that_nobody_answers_brings_nothing_and_may_be_asked_ag
 
 
 async def test_the_token_of_a_killed_process_vanishes(folder: Path) -> None:
-    with world_transport(folder) as world, python("-m", "tests.wire_child", str(folder / "r1.json")) as child:
+    with (
+        world_transport(folder) as world,
+        python("-m", "tests.support.processes.wire_child", str(folder / "r1.json")) as child,
+    ):
         token = KEYS.alive("r1", "child")
         assert await next_arrivals(world) == [Appeared(token)]
         child.send_signal(signal.SIGKILL)
@@ -130,7 +132,7 @@ async def test_tokens_shown_before_the_watch_began_are_seen(folder: Path) -> Non
 
 
 def test_a_process_that_breaks_ends_and_does_not_hang(folder: Path) -> None:
-    with python("-m", "tests.wire_child", str(folder / "r1.json"), "breaks") as child:
+    with python("-m", "tests.support.processes.wire_child", str(folder / "r1.json"), "breaks") as child:
         output, errors = child.communicate(timeout=DEADLINE_S)
     assert (output, child.returncode) == ("alive\n", 1)
     assert "broken on purpose" in errors

@@ -9,7 +9,7 @@ from functools import partial
 
 import pytest
 
-from lab.rehearsal import Rehearsal
+from clew.rehearsal.rehearsal import Rehearsal
 from protocol.epochs import of_one_call
 from protocol.faults.plan import NO_FAULTS, Plan, uniform
 from protocol.keys import WORLD
@@ -20,10 +20,10 @@ from protocol.timeline import (
     StrandFormed,
     StrandReversed,
 )
-from tests.dead_ends import EPSILON_M, RADIUS_M, box, goal_behind, nested, pocket, t_junction
-from world.ending import Ending
-from world.judgement import judge
-from world.scenario import Scenario
+from tests.support.scenes.dead_ends import EPSILON_M, RADIUS_M, box, goal_behind, nested, pocket, t_junction
+from world.judge.ending import Ending
+from world.judge.judgement import judge
+from world.scenario.scenario import Scenario
 
 PERFECT = NO_FAULTS
 LOSSY = uniform(delay_s_max=0.3, loss=0.3, repeat=0.1)
@@ -49,7 +49,7 @@ CLOSED: dict[str, Build] = {
 
 def replay(test: Callable[..., None], *arguments: object) -> str:
     chosen = f"{test.__name__}[{'-'.join(map(str, arguments))}]"
-    return f"replay with  ./launch/test.sh 'tests/test_dead_ends.py::{chosen}'"
+    return f"replay with  ./launch/test.sh 'tests/rehearsals/test_dead_ends.py::{chosen}'"
 
 
 def broken(rehearsal: Rehearsal) -> list[str]:

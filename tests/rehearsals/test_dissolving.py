@@ -10,23 +10,24 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from agents.driver import Driver
-from agents.lining import Lining
-from lab.rehearsal import Rehearsal
+from agents.body.driver import Driver
+from agents.membership.lining import Lining
+from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import NO_FAULTS, uniform
 from protocol.frames import Pose
-from protocol.messages import Dissolution, Muster, Odometry, Phase
 from protocol.mission import Law
+from protocol.root import ROOT
 from protocol.timeline import Entry, OrderAccepted, RobotArrived, StrandDissolved, StrandFormed
-from tests.faults import injected
-from tests.one_step import under
-from tests.turning_stage import ORDER, TurningStage
-from world.ending import Ending
-from world.judgement import judge
-from world.scenario import Scenario, load
-from world.tally import Tally
+from protocol.wire.messages import Dissolution, Muster, Odometry, Phase
+from tests.support.faults import injected
+from tests.support.stages.one_step import under
+from tests.support.stages.turning_stage import ORDER, TurningStage
+from world.judge.ending import Ending
+from world.judge.judgement import judge
+from world.judge.tally import Tally
+from world.scenario.scenario import Scenario, load
 
-DOOR = Path(__file__).parents[1] / "launch" / "scenarios" / "door.toml"
+DOOR = ROOT / "launch" / "scenarios" / "door.toml"
 PERFECT = NO_FAULTS
 LOSSY = uniform(delay_s_max=0.1, loss=0.15, repeat=0.1)
 OTHER_OPENING = "[3.2, 3.1], [3.0, 3.1]"

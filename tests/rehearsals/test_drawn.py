@@ -1,4 +1,4 @@
-"""Worlds and fault plans that a swarm drew, and that a fleet once did not get over: `tests/drawn`.
+"""Worlds and fault plans that a swarm drew, and that a fleet once did not get over: `tests/rehearsals/drawn`.
 
 Every failure says the line that replays it.
 """
@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from lab.liveness import unlively
-from lab.rehearsal import Rehearsal
+from clew.campaign.liveness import unlively
+from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import load as load_plan
 from protocol.timeline import MusterCalled, RobotArrived
-from world.judgement import judge
-from world.scenario import load
+from world.judge.judgement import judge
+from world.scenario.scenario import load
 
 DRAWN = Path(__file__).parent / "drawn"
 

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from lab.rehearsal import Rehearsal
+from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Delay, Drop, Kill, Rule
-from world.ending import Ending
-from world.judgement import judge
-from world.scenario import Scenario, load
+from world.judge.ending import Ending
+from world.judge.judgement import judge
+from world.scenario.scenario import Scenario, load
 
 WORLD = """
 name = "late-odometry"

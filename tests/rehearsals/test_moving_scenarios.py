@@ -5,19 +5,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lab import timeline
-from lab.check import check
-from lab.rehearsal import Rehearsal
-from lab.rehearse import rehearse
+from clew.log import timeline
+from clew.log.check import check
+from clew.rehearsal.recorded import rehearse
+from clew.rehearsal.rehearsal import Rehearsal
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import uniform
 from protocol.frames import Point
 from protocol.timeline import PromiseBroken, StrandReversed
-from tests.world_stage import Stage
-from world.ending import Ending
+from tests.support.stages.world_stage import Stage
 from world.events import ScanAsked, StopAsked
-from world.judgement import Judgement, judge
-from world.scenario import load
+from world.judge.ending import Ending
+from world.judge.judgement import Judgement, judge
+from world.scenario.scenario import load
 
 TICKS_PER_S = 50
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from lab.rehearsal import Rehearsal
-from lab.rehearse import verdict_on
+from clew.rehearsal.recorded import verdict_on
+from clew.rehearsal.rehearsal import Rehearsal
 from protocol.errors import UsageError
 from protocol.faults.plan import PLANS, Plan, load
 from protocol.faults.rules import (
@@ -28,6 +28,7 @@ from protocol.faults.rules import (
     StepPoint,
 )
 from protocol.keys import robot_name
+from protocol.root import ROOT
 from protocol.timeline import (
     Entry,
     FaultInjected,
@@ -39,13 +40,12 @@ from protocol.timeline import (
     ScanServed,
     StepPlanned,
 )
-from tests.campaigns import clew, scene
-from tests.faults import injected
-from tests.fleets import ROOT
-from world.books import Messages
-from world.ending import Ending
-from world.judgement import judge
-from world.scenario import load as load_scenario
+from tests.support.campaigns import clew, scene
+from tests.support.faults import injected
+from world.judge.books import Messages
+from world.judge.ending import Ending
+from world.judge.judgement import judge
+from world.scenario.scenario import load as load_scenario
 
 SHIPPED = sorted(path.stem for path in PLANS.glob("*.toml"))
 
@@ -293,7 +293,7 @@ def test_a_seed_decides_a_run_with_faults_to_the_byte_whatever_the_order_of_hash
     path = scene(tmp_path / "posts.json")
     runs = [
         subprocess.Popen(
-            [sys.executable, "-m", "lab.cli", "rehearse", path, "--faults", plan, "--out", tmp_path / name],
+            [sys.executable, "-m", "clew.cli", "rehearse", path, "--faults", plan, "--out", tmp_path / name],
             env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONHASHSEED": name},
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from lab.rehearsal import Rehearsal
+from clew.rehearsal.rehearsal import Rehearsal
 from protocol.timeline import RobotPlaced, StepPlanned
-from world.ending import Ending
-from world.judgement import judge
-from world.scenario import load
+from world.judge.ending import Ending
+from world.judge.judgement import judge
+from world.scenario.scenario import load
 
 PATIENCE_S = 60.0
 

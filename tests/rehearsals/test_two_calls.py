@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from lab.rehearsal import Rehearsal
+from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Delay, Drop, Kill, Partition, Restart, Rule
-from tests.campaigns import scene
-from world.judgement import judge
-from world.scenario import load
+from tests.support.campaigns import scene
+from world.judge.judgement import judge
+from world.scenario.scenario import load
 
 
 def rehearsed(tmp_path: Path, *rules: Rule, seed: int = 1) -> Rehearsal:

@@ -3,9 +3,11 @@
 import json
 from pathlib import Path
 
+import msgspec
 from click.testing import CliRunner, Result
 
-from lab.cli import main
+from clew.campaign.episode import Outcome, Surprise
+from clew.cli import main
 
 WALL = [[2.7, -1.0], [3.2, -1.0], [3.2, 1.0], [2.7, 1.0]]
 
@@ -43,3 +45,21 @@ def refused(path: Path) -> Path:
 
 def clew(*arguments: str | Path) -> Result:
     return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def outcome(**changes: object) -> Outcome:
+    ended = Outcome(
+        key="",
+        scene="a",
+        family="f",
+        seed=1,
+        robots=5,
+        robots_left_out=0,
+        ok=True,
+        ending="",
+        reason="",
+        surprise=Surprise.NONE,
+        wall_s=1.0,
+        replay="",
+    )
+    return msgspec.structs.replace(ended, **changes)

@@ -2,8 +2,11 @@
 
 from collections import Counter
 
-from lab.rehearsal import Rehearsal
+from clew.rehearsal.rehearsal import Rehearsal
+from protocol.faults.plan import PLANS
 from protocol.timeline import FaultInjected
+
+SHIPPED = sorted(path.stem for path in PLANS.glob("*.toml"))
 
 
 def injected(rehearsal: Rehearsal) -> Counter[str]:

@@ -12,7 +12,6 @@ import numpy as np
 
 from protocol.arrays import Flags, Floats
 from protocol.frames import Pose
-from protocol.messages import Drive, Odometry, Phase, Scan
 from protocol.timeline import (
     BodyStopped,
     OrderAccepted,
@@ -23,14 +22,15 @@ from protocol.timeline import (
     StepFinished,
 )
 from protocol.timeline.bodies import RANGES_TOLD_MAX
-from world.bodies import Bodies, Moves
+from protocol.wire.messages import Drive, Odometry, Phase, Scan
+from world.bodies.bodies import Bodies, Moves
+from world.bodies.sensor import Sensor
 from world.chance import stream
-from world.clearance import clearance
 from world.commands import Note
-from world.monitor import Monitor
-from world.resume import QUIET_S, BodyPast, Past
-from world.scenario import Scenario
-from world.sensor import Sensor
+from world.geometry.clearance import clearance
+from world.judge.monitor import Monitor
+from world.record.resume import QUIET_S, BodyPast, Past
+from world.scenario.scenario import Scenario
 
 TICK_S = 0.02  # docs/run.md
 ODOMETRY_TICKS = 5  # 0.1 s: docs/run.md

@@ -24,9 +24,9 @@ import numpy as np
 from protocol.arrays import Flags, Floats
 from protocol.errors import MessageRefusedError
 from protocol.frames import Point, Pose, wrap
-from protocol.messages import Drive
 from protocol.mission import DEADMAN_S
-from world.sections import DriveSection
+from protocol.wire.messages import Drive
+from world.scenario.sections import DriveSection
 
 ROUNDING_M = 1e-9  # what places may be off by: a robot sent straight on must not stop for that
 TICKS_MAX = 1e9  # more than a run has

@@ -6,9 +6,9 @@ import numpy as np
 
 from protocol.arrays import Floats, scan_bearings_rad
 from protocol.frames import Pose
-from protocol.messages import RAYS_MAX, Scan
-from world.rays import cast, noisy
-from world.scenario import Scenario
+from protocol.wire.messages import RAYS_MAX, Scan
+from world.geometry.rays import cast, noisy
+from world.scenario.scenario import Scenario
 
 
 class Sensor:

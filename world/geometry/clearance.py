@@ -9,9 +9,9 @@ import math
 import numpy as np
 
 from protocol.arrays import Floats, Indices, distances_to_segments, segments_apart
-from world import ellipses
-from world.rings import winding
-from world.shapes import Ground
+from world.geometry import ellipses
+from world.geometry.rings import winding
+from world.geometry.shapes import Ground
 
 ROUNDING_M = 1e-9  # of distances over a kilometre, and more
 

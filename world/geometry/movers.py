@@ -11,9 +11,9 @@ from typing import Self
 import numpy as np
 
 from protocol.arrays import Floats, Indices, distances_to_segments
-from world.clearance import clearance
-from world.moving import Moving, MovingPolygon
-from world.shapes import Ground, ground_of
+from world.geometry.clearance import clearance
+from world.geometry.moving import Moving, MovingPolygon
+from world.geometry.shapes import Ground, ground_of
 
 
 @dataclass(frozen=True, slots=True)

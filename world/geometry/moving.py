@@ -12,7 +12,7 @@ from typing import Annotated
 from msgspec import Meta, Struct
 
 from protocol.frames import Metres, Seconds
-from world.shapes import Circle, Extent, Polygon
+from world.geometry.shapes import Circle, Extent, Polygon
 
 Name = Annotated[str, Meta(min_length=1, max_length=100)]
 Track = Annotated[

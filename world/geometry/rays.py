@@ -6,9 +6,9 @@ import numpy as np
 from numpy.random import Generator
 
 from protocol.arrays import Floats, Indices
-from world.ellipses import unit_vectors
-from world.rings import winding
-from world.shapes import Ground
+from world.geometry.ellipses import unit_vectors
+from world.geometry.rings import winding
+from world.geometry.shapes import Ground
 
 TOUCHING_M = 1e-9  # nearer than this to a rim counts as on it: rounding of metres
 GRAZING_RAD = 1e-6  # more than the rounding of an arc sine near 1, the square root of a double's last bit

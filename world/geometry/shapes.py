@@ -11,7 +11,7 @@ from msgspec import Meta, Struct
 
 from protocol.arrays import Floats, Indices
 from protocol.frames import Metres, Radians
-from world import rings
+from world.geometry import rings
 
 Position = Annotated[tuple[Metres, Metres], Meta(description="x, y [m; world frame]")]
 Extent = Annotated[float, Meta(gt=0.0, le=1e4, description="m")]

@@ -11,7 +11,7 @@ Rule 4: where the robot ahead died, its last grants may have died with it: then 
 Rule 5: what a robot has granted it never takes back within the epoch: who was granted it may be there.
 Rule 6: while they line up, in epoch 0, in the one after a strand has dissolved, and in one that was called, a
         robot is ordered only to the target of a step that it had planned, and moves alone
-        (`world.one_at_a_time`).
+        (`world.judge.one_at_a_time`).
 """
 
 import math
@@ -32,8 +32,8 @@ from protocol.timeline import (
     StepPlanned,
     StrandFormed,
 )
-from world.evidence import ROUNDING_M, ROUNDING_S, Evidence, Orders, apart_m
-from world.one_at_a_time import judge_one_at_a_time
+from world.judge.evidence import ROUNDING_M, ROUNDING_S, Evidence, Orders, apart_m
+from world.judge.one_at_a_time import judge_one_at_a_time
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

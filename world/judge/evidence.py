@@ -27,7 +27,7 @@ from protocol.timeline import (
     StrandFormed,
     StrandReversed,
 )
-from world.history import History
+from world.judge.history import History
 
 ROUNDING_M = 1e-6  # of sums of arc lengths, added up by one process and checked by another
 ROUNDING_S = 1e-9

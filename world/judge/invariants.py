@@ -30,9 +30,9 @@ from protocol.timeline import (
     StrandFormed,
     TrafficCounted,
 )
-from world.evidence import ROUNDING_M, ROUNDING_S, Evidence
-from world.history import Told
-from world.strand_law import broken, judge_told
+from world.judge.evidence import ROUNDING_M, ROUNDING_S, Evidence
+from world.judge.history import Told
+from world.judge.strand_law import broken, judge_told
 
 INVARIANTS = ("S1", "S2", "S3", "P1", "P2", "P3", "P4", "P5", "P6")
 """All that a run is judged by, in the order in which they are counted."""

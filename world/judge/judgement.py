@@ -12,13 +12,13 @@ from msgspec import Struct
 
 from protocol.arrays import Floats
 from protocol.timeline import Entry, PromiseBroken
-from world.authority import Tolerance, judge_authority
-from world.clearance import clearance
-from world.evidence import Evidence
-from world.invariants import INVARIANTS, judge_invariants
-from world.monitor import Least, Monitor
-from world.scenario import Scenario
-from world.shapes import Ground
+from world.geometry.clearance import clearance
+from world.geometry.shapes import Ground
+from world.judge.authority import Tolerance, judge_authority
+from world.judge.evidence import Evidence
+from world.judge.invariants import INVARIANTS, judge_invariants
+from world.judge.monitor import Least, Monitor
+from world.scenario.scenario import Scenario
 
 MOVES_AT_ONCE = 1000  # so many judged against obstacles in one go: more need memory and save no time
 

@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from protocol.arrays import Floats, distances_to_segments
 from protocol.mission import Bounds
 from protocol.timeline import PromiseBroken
-from world.clearance import clearance, keep_off, separations
-from world.movers import Movers
-from world.scenario import Scenario
-from world.shapes import Ground
+from world.geometry.clearance import clearance, keep_off, separations
+from world.geometry.movers import Movers
+from world.geometry.shapes import Ground
+from world.scenario.scenario import Scenario
 
 Rows = NDArray[np.intp]
 Topic = tuple[str, int, int | None]  # what is judged, of which robot, against which other or obstacle

@@ -12,7 +12,7 @@ from itertools import pairwise
 
 from protocol.epochs import of_one_call
 from protocol.timeline import PromiseBroken
-from world.evidence import ROUNDING_M, ROUNDING_S, Evidence
+from world.judge.evidence import ROUNDING_M, ROUNDING_S, Evidence
 
 
 @dataclass(frozen=True, slots=True)

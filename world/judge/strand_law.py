@@ -1,4 +1,4 @@
-"""P1, P3 and the said part of P4: what robots may say of the strand that they are in; `world.invariants`."""
+"""P1, P3 and the said part of P4: what robots may say of the strand that they are in; `invariants`."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -13,7 +13,7 @@ from protocol.timeline import (
     StrandFormed,
     StrandHealed,
 )
-from world.history import History
+from world.judge.history import History
 
 
 def judge_told(history: History, robot: int) -> Iterator[tuple[float, PromiseBroken]]:

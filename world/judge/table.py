@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from protocol.frames import Point
-from world.clearance import distances
-from world.scenario import Scenario
+from world.geometry.clearance import distances
+from world.scenario.scenario import Scenario
 
 Rows = tuple[tuple[float, ...], ...]
 

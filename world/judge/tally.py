@@ -23,8 +23,8 @@ from protocol.timeline import (
     StrandFormed,
     TrafficCounted,
 )
-from world.books import Book
-from world.recovery import Dated, tells
+from world.judge.books import Book
+from world.judge.recovery import Dated, tells
 
 TAKES_AWAY = ("drop", "partition", "corrupt")  # other faults leave a lawful message
 
@@ -37,7 +37,7 @@ class Tally:
     settled: dict[int, RobotSettled] = field(default_factory=dict)
     counted: dict[int, TrafficCounted] = field(default_factory=dict)
     recovery: list[Dated] = field(default_factory=list)
-    """What `world.recovery` makes deaths, successions and heals of."""
+    """What `world.judge.recovery` makes deaths, successions and heals of."""
     died: set[int] = field(default_factory=set)
     restarted: set[int] = field(default_factory=set)
     upset_s: float | None = None

@@ -7,14 +7,14 @@ from msgspec import Struct
 
 from protocol.exit_codes import ExitCode
 from protocol.timeline import PromiseBroken
-from world.books import Messages
-from world.ending import Ending
-from world.judgement import Judgement
-from world.monitor import Promises
-from world.recovery import Death, Heal, Recovery, Succession
-from world.scenario import Scenario
-from world.table import measure, rms_m
-from world.tally import Tally
+from world.judge.books import Messages
+from world.judge.ending import Ending
+from world.judge.judgement import Judgement
+from world.judge.monitor import Promises
+from world.judge.recovery import Death, Heal, Recovery, Succession
+from world.judge.table import measure, rms_m
+from world.judge.tally import Tally
+from world.scenario.scenario import Scenario
 
 VERDICT_FILE = "verdict.json"
 NO_ROUTE = "no_route: "

@@ -32,8 +32,8 @@ from protocol.timeline import (
     ScanServed,
     WorldResumed,
 )
-from world.lines import Line, read_line
-from world.recorder import EVENTS_FILE, Header
+from world.record.lines import Line, read_line
+from world.record.recorder import EVENTS_FILE, Header
 
 QUIET_S = 1.0
 """Simulated: the most that a run goes on with no entry of the world's."""

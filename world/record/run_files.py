@@ -7,9 +7,9 @@ from pathlib import Path
 import msgspec
 
 from protocol.faults.plan import Plan
-from world.recorder import Header, RecordingFailedError
-from world.scenario import Scenario
-from world.verdict import VERDICT_FILE, Verdict
+from world.judge.verdict import VERDICT_FILE, Verdict
+from world.record.recorder import Header, RecordingFailedError
+from world.scenario.scenario import Scenario
 
 VERSIONS_OF = {"zenoh": "eclipse-zenoh", "clew": "clew"}  # by the names of their distributions
 
@@ -52,3 +52,13 @@ def _version(distribution: str) -> str:
         return metadata.version(distribution)
     except metadata.PackageNotFoundError:  # run from a tree that was never set up
         return "not installed"
+
+
+def read_verdict(folder: Path) -> Verdict:
+    """The verdict in a run's folder.
+
+    Raises:
+        OSError: there is none.
+        msgspec.MsgspecError: it is no verdict.
+    """
+    return msgspec.json.decode((folder / VERDICT_FILE).read_bytes(), type=Verdict)

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from world.shapes import Shape
+from world.geometry.shapes import Shape
 
 NOISE_SIGMAS = 3.0
 """Where the sensor clips its Gaussian error: 99.7 % of it lies within."""

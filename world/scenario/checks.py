@@ -8,12 +8,12 @@ import numpy as np
 
 from protocol.frames import SPEED_MPS_MAX, Point, Pose
 from protocol.mission import Bounds
-from world.budget import Budget
-from world.clearance import distances
-from world.movers import Movers
-from world.moving import Moving
-from world.sections import DriveSection, Fleet, Goal, LawSection, SensorSection
-from world.shapes import Ground, ground_of
+from world.geometry.clearance import distances
+from world.geometry.movers import Movers
+from world.geometry.moving import Moving
+from world.geometry.shapes import Ground, ground_of
+from world.scenario.budget import Budget
+from world.scenario.sections import DriveSection, Fleet, Goal, LawSection, SensorSection
 
 GOAL = "goal.at_m"
 ROUNDING_M = 1e-9

@@ -11,17 +11,17 @@ import numpy as np
 from msgspec import Struct, field
 
 from protocol.errors import UsageError
+from protocol.files.reading import understand
 from protocol.frames import Pose
 from protocol.mission import Bounds
-from protocol.reading import understand
-from world import checks
 from world.chance import stream
-from world.clearance import distances
-from world.movers import Movers
-from world.moving import Moving
-from world.piece import Piece, piece_of
-from world.sections import Fleet, Goal, LawSection
-from world.shapes import Ground, Shape, ground_of
+from world.geometry.clearance import distances
+from world.geometry.movers import Movers
+from world.geometry.moving import Moving
+from world.geometry.shapes import Ground, Shape, ground_of
+from world.scenario import checks
+from world.scenario.piece import Piece, piece_of
+from world.scenario.sections import Fleet, Goal, LawSection
 
 TRIES = 10_000  # places drawn for each robot: where one in a thousand is free, all but 5 in 100,000 are found
 SAID = ("places", "start", "spacing_m")

@@ -11,8 +11,8 @@ from scipy import ndimage
 
 from protocol.arrays import Flags, Floats, Indices
 from protocol.mission import Bounds
-from world.clearance import clearance
-from world.shapes import Ground
+from world.geometry.clearance import clearance
+from world.geometry.shapes import Ground
 
 CELLS = 4.0  # to the distance that is kept: ways that are wider than it by a fifth are found
 CELLS_MAX = 400_000  # a second or two; where the bounds are wider, cells are larger and ways need be wider

@@ -3,8 +3,9 @@
 from pathlib import Path
 
 from protocol.errors import UsageError
+from protocol.root import ROOT
 
-SCENARIOS = Path(__file__).parent.parent / "launch" / "scenarios"
+SCENARIOS = ROOT / "launch" / "scenarios"
 
 
 def find(name_or_path: str) -> Path:

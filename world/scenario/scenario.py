@@ -12,18 +12,18 @@ import msgspec
 from msgspec import Meta, Struct, field
 
 from protocol.errors import UsageError
+from protocol.files.reading import read, understand
 from protocol.frames import Length, Point, Speed
-from protocol.messages import RAYS_MAX
 from protocol.mission import Bounds, Mission
-from protocol.reading import read, understand
-from world import checks, scene
-from world.budget import NOISE_SIGMAS, Budget, blind_per_range, budget, revolutions, sure_range_m
-from world.deployment import deployed, is_undeployed
-from world.movers import Movers
-from world.moving import Moving
-from world.reading import find
-from world.sections import DriveSection, Fleet, Goal, LawSection, SensorSection, Text, TimeSection
-from world.shapes import Ground, Shape, ground_of
+from protocol.wire.messages import RAYS_MAX
+from world.geometry.movers import Movers
+from world.geometry.moving import Moving
+from world.geometry.shapes import Ground, Shape, ground_of
+from world.scenario import checks, scene
+from world.scenario.budget import NOISE_SIGMAS, Budget, blind_per_range, budget, revolutions, sure_range_m
+from world.scenario.deployment import deployed, is_undeployed
+from world.scenario.reading import find
+from world.scenario.sections import DriveSection, Fleet, Goal, LawSection, SensorSection, Text, TimeSection
 
 Positions = Annotated[int, Meta(ge=1, le=2**53)]  # 2**53: what JSON readers keep exact
 Table = Annotated[

@@ -7,12 +7,12 @@ from typing import Annotated, Any, Literal
 from msgspec import Meta, Struct
 
 from protocol.errors import UsageError
+from protocol.files.reading import understand
 from protocol.frames import Metres, wrap
-from protocol.reading import understand
-from world.budget import HEADING_ERRORS, NOISE_SIGMAS
-from world.moving import Name, Track
-from world.sections import SomeMetres
-from world.shapes import Extent, Position, Shape
+from world.geometry.moving import Name, Track
+from world.geometry.shapes import Extent, Position, Shape
+from world.scenario.budget import HEADING_ERRORS, NOISE_SIGMAS
+from world.scenario.sections import SomeMetres
 
 ROBOTS = 5  # the paper's fleet
 EPSILON_M_MAX, EPSILON_RADII = 0.05, 0.5  # half the radius, at most 5 cm

@@ -7,11 +7,11 @@ from collections.abc import AsyncIterator, Iterator
 from dataclasses import dataclass, field
 from typing import assert_never
 
-from lab.follow import LOOK_S, News
-from lab.page.story import Story
-from lab.page.telling import folder_of
-from lab.view.feed import Feed, Place
-from lab.view.watch import Began, Over, Watch
+from clew.log.follow import LOOK_S, News
+from clew.page.serve.feed import Feed, Place
+from clew.page.serve.watch import Began, Over, Watch
+from clew.story.story import Story
+from clew.story.telling import folder_of
 
 
 @dataclass(slots=True)

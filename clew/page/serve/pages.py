@@ -6,8 +6,8 @@ import json
 import re
 from importlib.resources import files
 
-from lab.page.document import document
-from lab.view.site import Document, Site
+from clew.page.document import document
+from clew.page.serve.site import Document, Site
 
 SCRIPT = re.compile(r"<script>(.*?)</script>", re.DOTALL)
 
@@ -15,7 +15,7 @@ SCRIPT = re.compile(r"<script>(.*?)</script>", re.DOTALL)
 def site(runs: int) -> Site:
     """The page for this many runs, and a feed for each of them."""
     feeds = [f"/events/{run}" for run in range(runs)]
-    live = (files("lab.view") / "live.js").read_text(encoding="utf-8")
+    live = (files("clew.page.serve") / "live.js").read_text(encoding="utf-8")
     page = document(scripts=[f"const FEEDS = {json.dumps(feeds)};\n{live}"], connects=True)
     return {
         "/": Document(page.encode(), policy=policy(page)),

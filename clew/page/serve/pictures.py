@@ -1,4 +1,4 @@
-"""The pictures of the page in docs/: `python -m lab.view.pictures`, with chromium and the extra `dev`.
+"""The pictures of the page in docs/: `python -m clew.page.serve.pictures`, with chromium and the extra `dev`.
 
 The report of a rehearsal in which the leader is killed, light, dark and on a phone; and a live fleet.
 """
@@ -14,19 +14,20 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lab.page.document import document
-from lab.page.telling import Telling
-from lab.rehearse import rehearse
-from lab.view.browser import PHONE, chromium, window
+from clew.page.document import document
+from clew.page.serve.browser import PHONE, chromium, window
+from clew.rehearsal.recorded import rehearse
+from clew.story.telling import Telling
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import load as load_plan
-from world.scenario import load
+from protocol.root import ROOT
+from world.scenario.scenario import load
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-LAUNCHER = Path(__file__).parents[2] / "launch" / "fleet.sh"
+LAUNCHER = ROOT / "launch" / "fleet.sh"
 
 SCENARIO, PLAN, SEED = "grove", "leader-killed", 1
 MOMENT = "#t=12.6&robot=2"  # the second leader is on its way, round the body of the first
@@ -84,7 +85,7 @@ def fleet(run: Path) -> Iterator[str]:
 
 def main(arguments: Sequence[str]) -> int:
     """Take the pictures; returns the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m lab.view.pictures", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m clew.page.serve.pictures", description=__doc__)
     parser.add_argument("folder", nargs="?", default=Path("docs"), type=Path, help="default: %(default)s")
     docs = parser.parse_args(arguments).folder
     try:

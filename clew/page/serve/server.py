@@ -14,8 +14,8 @@ from typing import Any
 
 import h11
 
-from lab.view.channel import Channel
-from lab.view.site import HEAD_BYTES_MAX, Document, Site, Telling, answer, head, hosts_of, refusal
+from clew.page.serve.channel import Channel
+from clew.page.serve.site import HEAD_BYTES_MAX, Document, Site, Telling, answer, head, hosts_of, refusal
 from protocol.ending import asked_to_end
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lab.follow import Follower, News, look
-from lab.page.telling import verdict_of
-from lab.vigil import Vigil, stats_of
-from world.recorder import EVENTS_FILE
+from clew.log.follow import Follower, News, look
+from clew.log.vigil import Vigil, stats_of
+from clew.story.telling import verdict_of
+from world.record.recorder import EVENTS_FILE
 
 
 @dataclass(frozen=True, slots=True)

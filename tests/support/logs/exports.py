@@ -6,13 +6,13 @@ from typing import Any
 import msgspec
 from hypothesis import strategies as st
 
-from lab import timeline
-from lab.export.columns import row_of
-from lab.export.tables import TYPES
-from tests.campaigns import clew
-from tests.logs import numbered
-from tests.message_strategies import values_of
-from world.lines import Line
+from clew.export.columns import row_of
+from clew.export.tables import TYPES
+from clew.log import timeline
+from tests.support.campaigns import clew
+from tests.support.logs.logs import numbered
+from tests.support.strategies.message_strategies import values_of
+from world.record.lines import Line
 
 
 def lively(folder: Path) -> Path:

@@ -5,12 +5,12 @@ from pathlib import Path
 import msgspec
 
 from protocol.timeline import Entry, PoseSampled, Record, RunEnded
-from world.books import Messages
-from world.invariants import INVARIANTS
-from world.lines import Line
-from world.recorder import Header, Recorder, open_events
-from world.scenario import load
-from world.verdict import Events, Verdict
+from world.judge.books import Messages
+from world.judge.invariants import INVARIANTS
+from world.judge.verdict import Events, Verdict
+from world.record.lines import Line
+from world.record.recorder import Header, Recorder, open_events
+from world.scenario.scenario import load
 
 PAPER = load("paper")
 HEADER = Header(

@@ -1,4 +1,4 @@
-"""Logs of a million entries: `python -m tests.long_logs FOLDER [ENTRIES]` makes one to look at."""
+"""Logs of a million entries: `python -m tests.support.logs.long_logs FOLDER [ENTRIES]` makes one."""
 
 import sys
 from collections.abc import Iterator
@@ -20,8 +20,8 @@ from protocol.timeline import (
     RunEnded,
     ScanServed,
 )
-from tests.logs import HEADER, PAPER
-from world.recorder import EVENTS_FILE, line
+from tests.support.logs.logs import HEADER, PAPER
+from world.record.recorder import EVENTS_FILE, line
 
 MILLION = 1_000_000
 PERIOD_S = 0.1

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Error, Page, Request
 
-from lab.view.browser import CHROMIUM, DESK, INSTALL, window
+from clew.page.serve.browser import CHROMIUM, DESK, INSTALL, window
 
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason=f"no chromium here: {INSTALL}")
 

@@ -5,7 +5,7 @@ from collections import Counter
 import msgspec
 from msgspec import Struct
 
-from tests.browser import Sight
+from tests.support.pages.browser import Sight
 
 RECORD = """(() => {
   const calls = (window.drawn = []), paths = new WeakMap(), stills = new Map();

@@ -8,11 +8,11 @@ from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
-from lab.page.document import document
-from lab.page.telling import Telling
-from lab.rehearse import rehearse
+from clew.page.document import document
+from clew.rehearsal.recorded import rehearse
+from clew.story.telling import Telling
 from protocol.faults.plan import load as load_plan
-from world.scenario import load
+from world.scenario.scenario import load
 
 STORY = re.compile(r'<script type="text/plain" id="story">([^<]*)</script>')
 

@@ -11,14 +11,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
-from tests.fleets import ROOT, RUN_S_MAX
+from protocol.root import ROOT
+from tests.support.processes.fleets import RUN_S_MAX
 
 
 @contextmanager
 def view(*arguments: str | Path, cwd: Path) -> Iterator[subprocess.Popen[str]]:
     """A viewer, which is gone in the end whatever happens."""
     with subprocess.Popen(
-        [sys.executable, "-m", "lab.cli", "view", *arguments],
+        [sys.executable, "-m", "clew.cli", "view", *arguments],
         cwd=cwd,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         stdout=subprocess.PIPE,

@@ -14,9 +14,10 @@ from pathlib import Path
 from typing import Any, TypeVar
 from uuid import uuid4
 
+from protocol.root import ROOT
+
 T = TypeVar("T")
 
-ROOT = Path(__file__).parents[1]
 LAUNCHER = ROOT / "launch" / "fleet.sh"
 
 END_S_MAX = 5.0  # from a signal or a crash to the end of everything: what the launcher promises
@@ -153,3 +154,14 @@ def wait_until(look: Callable[[], T | None], timeout_s: float) -> T:
         assert time.monotonic() < deadline_s, f"waited {timeout_s} s in vain"
         NEVER.wait(0.02)
     return found
+
+
+def clew(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [ROOT / "launch" / "clew", *arguments],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        timeout=START_S_MAX,
+        check=False,
+    )

@@ -7,8 +7,9 @@ import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from protocol.session import write_sessions
-from tests.fleets import END_S_MAX, ROOT, Fleet
+from protocol.network.session import write_sessions
+from protocol.root import ROOT
+from tests.support.processes.fleets import END_S_MAX, Fleet
 
 Command = list[str]
 

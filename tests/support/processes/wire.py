@@ -11,12 +11,12 @@ from pathlib import Path
 
 from protocol.frames import Pose
 from protocol.keys import WORLD, Keys
-from protocol.messages import Drive, Odometry, Phase
-from protocol.session import read_session, unix_socket_endpoint, write_sessions
-from protocol.transport import Arrival
-from protocol.zenoh_transport import ZenohTransport, open_transport
+from protocol.network.session import read_session, unix_socket_endpoint, write_sessions
+from protocol.network.transport import Arrival
+from protocol.network.zenoh_transport import ZenohTransport, open_transport
+from protocol.root import ROOT
+from protocol.wire.messages import Drive, Odometry, Phase
 
-ROOT = Path(__file__).parent.parent
 DEADLINE_S = 20.0  # on a loaded machine; nothing here takes a tenth of it
 KEYS = Keys("f", "t")
 ORIGIN = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)

@@ -4,8 +4,8 @@ import asyncio
 import sys
 from pathlib import Path
 
-from protocol.session import read_session
-from protocol.zenoh_transport import open_transport
+from protocol.network.session import read_session
+from protocol.network.zenoh_transport import open_transport
 
 
 async def main(path: Path, *, breaks: bool) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 import msgspec
 import shapely
 
-from world.scenario import Scenario
+from world.scenario.scenario import Scenario
 
 RADIUS_M = 0.1
 EPSILON_M = 0.1

@@ -8,16 +8,16 @@ import shapely
 from hypothesis import assume
 from hypothesis import strategies as st
 
-from agents.scan import View, view
-from lab.field import Field, Kind, scene
+from agents.navigation.scan import View, view
+from clew.fields.field import Field, Kind, scene
 from protocol.arrays import Floats, scan_bearings_rad
 from protocol.frames import Pose
-from protocol.messages import Scan
 from protocol.mission import Law, Mission
-from tests.one_step import under
-from world.budget import blind_per_range, sure_range_m
-from world.rays import cast
-from world.shapes import Circle, Polygon, Shape, ground_of
+from protocol.wire.messages import Scan
+from tests.support.stages.one_step import under
+from world.geometry.rays import cast
+from world.geometry.shapes import Circle, Polygon, Shape, ground_of
+from world.scenario.budget import blind_per_range, sure_range_m
 
 RADIUS_M, EPSILON_M = 0.15, 0.05
 BERTH_M = RADIUS_M + EPSILON_M

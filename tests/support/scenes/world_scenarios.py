@@ -4,7 +4,7 @@ from typing import Any
 
 import msgspec
 
-from world.scenario import Scenario
+from world.scenario.scenario import Scenario
 
 SPACING_M = 0.6
 

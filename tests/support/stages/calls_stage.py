@@ -1,9 +1,9 @@
 """What one robot of five knows that decides on calls. Not a test file."""
 
-from agents.calls import Calls
+from agents.membership.calls import Calls
 from protocol.keys import WORLD_NUMBER
 from protocol.mission import Law
-from tests.one_step import under
+from tests.support.stages.one_step import under
 
 MISSION = under(Law.CERTIFIED, robots=5, robot_radius_m=0.1)
 

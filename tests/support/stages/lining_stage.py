@@ -4,16 +4,16 @@ from collections.abc import Mapping
 
 from msgspec.structs import replace
 
+from agents.body.driver import Driver
 from agents.commands import Announce, Command
-from agents.driver import Driver
-from agents.lining import Lining
-from agents.scan import View
+from agents.membership.lining import Lining
+from agents.navigation.scan import View
 from protocol.epochs import called_epoch
 from protocol.frames import Point, Pose
-from protocol.messages import Muster, Odometry, Phase, Turn
 from protocol.mission import Law, Mission
-from tests.one_step import look_around, under
-from world.shapes import Circle, Shape
+from protocol.wire.messages import Muster, Odometry, Phase, Turn
+from tests.support.stages.one_step import look_around, under
+from world.geometry.shapes import Circle, Shape
 
 RADIUS_M = 0.1
 BOX: list[Shape] = [Circle(centre_m=(0.0, 2.0), radius_m=0.5)]

@@ -6,19 +6,19 @@ from dataclasses import dataclass
 import numpy as np
 from msgspec.structs import replace
 
-from agents.ground import Ground
-from agents.leader import DeadEnd, Leader, LookCloser, Plan, Wait
-from agents.scan import View, view
-from agents.step import Crossed, NoStep
+from agents.navigation.ground import Ground
+from agents.navigation.scan import View, view
+from agents.navigation.step import Crossed, NoStep
+from agents.strand.leader import DeadEnd, Leader, LookCloser, Plan, Wait
 from protocol.arrays import scan_bearings_rad
 from protocol.frames import Point, Pose
-from protocol.messages import Scan
 from protocol.mission import Law, Mission
 from protocol.path import Path
 from protocol.timeline import StepPlanned
-from world.clearance import clearance
-from world.rays import cast
-from world.shapes import Polygon, Shape, ground_of
+from protocol.wire.messages import Scan
+from world.geometry.clearance import clearance
+from world.geometry.rays import cast
+from world.geometry.shapes import Polygon, Shape, ground_of
 
 MISSION = Mission(
     robots=1,

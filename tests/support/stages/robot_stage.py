@@ -7,10 +7,10 @@ from agents.commands import Announce, AskScan, Command, Note, Order
 from agents.events import LinkHeard, MusterHeard, OdometryHeard, ScanHeard
 from agents.robot import Robot
 from protocol.frames import Point, Pose, Vertex
-from protocol.messages import AheadState, BehindState, Drive, Muster, Odometry, Phase, Scan
 from protocol.mission import Law, Mission
 from protocol.timeline import StrandFormed
-from tests.one_step import under
+from protocol.wire.messages import AheadState, BehindState, Drive, Muster, Odometry, Phase, Scan
+from tests.support.stages.one_step import under
 
 MISSION = under(
     Law.CERTIFIED,

@@ -1,13 +1,13 @@
 """A strand of three robots in a row, and what they tell each other."""
 
 from agents.commands import Command, Note, Tell
-from agents.forming import lined_up
-from agents.strand import Own, Strand
+from agents.strand.forming import lined_up
+from agents.strand.strand import Own, Strand
 from protocol.frames import Point, Pose, Vertex
-from protocol.messages import AheadState, BehindState, Handover, Reversal
 from protocol.mission import Law
 from protocol.timeline import AuthorityGranted
-from tests.one_step import under
+from protocol.wire.messages import AheadState, BehindState, Handover, Reversal
+from tests.support.stages.one_step import under
 
 MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1, separation_m=0.1)
 KEEP_M = 0.31  # two radii, the separation and the tolerance

@@ -1,7 +1,7 @@
 """Robots of a strand that turns round, over a network that does whatever it likes. Not a test file.
 
-The robots' parts (`agents.member`) are the real ones; bodies obey their orders late, and messages come in any
-order, more than once, or never. What the leader plans is the stage's to say: a step, or to turn round.
+The robots' parts (`agents.strand.member`) are the real ones; bodies obey their orders late, and messages come
+in any order, more than once, or never. What the leader plans is the stage's to say: a step, or to turn round.
 """
 
 import math
@@ -12,20 +12,20 @@ from random import Random
 
 import numpy as np
 
-from agents.certificate import certified_lengths_m
+from agents.body.driver import Driver
+from agents.body.senses import Senses
 from agents.commands import Command, Note, Tell
-from agents.driver import Driver
 from agents.events import LinkHeard
-from agents.forming import lined_up
-from agents.member import Member
-from agents.memory import Memory
-from agents.senses import Senses
+from agents.navigation.certificate import certified_lengths_m
+from agents.strand.forming import lined_up
+from agents.strand.member import Member
+from agents.strand.memory import Memory
 from protocol.frames import Point, Pose
-from protocol.messages import Drive, Odometry, Phase, Reversal
 from protocol.mission import Law
 from protocol.path import THERE_M
 from protocol.timeline import AuthorityGranted
-from tests.one_step import under
+from protocol.wire.messages import Drive, Odometry, Phase, Reversal
+from tests.support.stages.one_step import under
 
 # Nobody ever falls silent: what is claimed must not hang on a lease. Nobody senses under this law. Links are
 # short, so that robots are often stopped on their way.

@@ -2,16 +2,16 @@
 
 from protocol.frames import Point
 from protocol.keys import WORLD, robot_name
-from protocol.messages import Drive, Odometry, Phase, Scan
 from protocol.mission import Law
 from protocol.timeline import Entry, Record, StepPlanned, StrandFormed
-from tests.logs import HEADER
+from protocol.wire.messages import Drive, Odometry, Phase, Scan
+from tests.support.logs.logs import HEADER
 from world.commands import Command, Note, ServeScan, TellOdometry
 from world.core import World
-from world.ending import Ending
 from world.events import EntryWritten, Event, OrderHeard, TokenCame
-from world.resume import Past
-from world.scenario import Scenario
+from world.judge.ending import Ending
+from world.record.resume import Past
+from world.scenario.scenario import Scenario
 
 
 def planned(target: Point, *, step: int = 1, epoch: int = 1, reach_m: float = 0.0) -> StepPlanned:

@@ -9,7 +9,7 @@ from msgspec import inspect
 
 from protocol.faults.plan import uniform
 from protocol.faults.rules import Corrupt, Freeze, Kill, Partition, Reorder, Restart, Rule, Slow, Thaw
-from protocol.messages import Message
+from protocol.wire.messages import Message
 
 MESSAGE_TYPES: tuple[type[msgspec.Struct], ...] = get_args(Message)
 # Most of what the fields of a rule may be by themselves does not go together.

@@ -2,9 +2,9 @@
 
 from hypothesis import strategies as st
 
-from agents.scan import View, view
+from agents.navigation.scan import View, view
 from protocol.frames import Pose
-from protocol.messages import Scan
+from protocol.wire.messages import Scan
 
 RANGE_M_MAX = 4.0
 ORIGIN = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)

@@ -8,7 +8,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from shapely import affinity
 
-from world.shapes import Circle, Ellipse, Polygon, Shape
+from world.geometry.shapes import Circle, Ellipse, Polygon, Shape
 
 # Ellipses as shapely sees them: 512 chords to a quarter circle fall short of it by
 # 1 - cos(pi / 4 / 512) = 1.2e-6 of a semi-axis, and those here are at most 2 m.

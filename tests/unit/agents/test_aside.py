@@ -3,17 +3,17 @@
 import pytest
 from msgspec.structs import replace
 
-from agents.calls import ASIDE_S, RANK_S
 from agents.commands import Announce, Command, Note, Order
 from agents.events import MusterHeard, OdometryHeard, TokenCame
+from agents.membership.calls import ASIDE_S, RANK_S
 from agents.robot import LATE_S, Robot
 from protocol.epochs import called_epoch, of_one_call
 from protocol.frames import Point, Pose
 from protocol.keys import WORLD_NUMBER
-from protocol.messages import Announcement, Beacon, Muster, Odometry, Phase, Plea
 from protocol.mission import Law
 from protocol.timeline import MusterCalled, MusterJoined
-from tests.one_step import under
+from protocol.wire.messages import Announcement, Beacon, Muster, Odometry, Phase, Plea
+from tests.support.stages.one_step import under
 
 MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1, goal=Point(x_m=9.0, y_m=0.0))
 HERE, THERE = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), Pose(x_m=1.0, y_m=0.0, heading_rad=0.0)

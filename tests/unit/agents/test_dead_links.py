@@ -1,13 +1,23 @@
 """A link that has been silent for too long: who leaves the strand, who calls, and who only stands aside."""
 
-from agents.calls import SLEPT_S
 from agents.commands import Announce, Tell
 from agents.events import TokenCame, TokenWent
+from agents.membership.calls import SLEPT_S
 from agents.robot import Robot
 from protocol.keys import WORLD_NUMBER
-from protocol.messages import Plea
 from protocol.timeline import LinkBroken, MusterCalled
-from tests.robot_stage import FRONT, HEARD_S, MISSION, behind, empty_scan, leader, odometry, only, order_of
+from protocol.wire.messages import Plea
+from tests.support.stages.robot_stage import (
+    FRONT,
+    HEARD_S,
+    MISSION,
+    behind,
+    empty_scan,
+    leader,
+    odometry,
+    only,
+    order_of,
+)
 
 DEAD_S = HEARD_S + MISSION.silence_s + MISSION.patience_s + 0.01
 

@@ -3,12 +3,11 @@
 import pytest
 from msgspec.structs import replace
 
+from agents.body.senses import RETRY_S
 from agents.commands import Announce, AskScan, Order, Tell
 from agents.events import LinkHeard, MusterHeard
 from agents.robot import Robot
-from agents.senses import RETRY_S
 from protocol.frames import Point, Pose
-from protocol.messages import AheadState
 from protocol.mission import Law
 from protocol.timeline import (
     GoalReached,
@@ -21,7 +20,8 @@ from protocol.timeline import (
     StepPlanned,
     StrandFormed,
 )
-from tests.robot_stage import (
+from protocol.wire.messages import AheadState
+from tests.support.stages.robot_stage import (
     BACK,
     FRONT,
     MISSION,

@@ -7,8 +7,8 @@ from types import FrameType
 
 import pytest
 
-from lab.asked import EXIT_CODES, AskedToEnd, asked_to_end, terminable
-from tests.campaigns import clew
+from protocol.asked import EXIT_CODES, AskedToEnd, asked_to_end, terminable
+from tests.support.campaigns import clew
 
 
 @pytest.fixture(autouse=True)
@@ -71,9 +71,9 @@ def test_what_was_to_be_ignored_still_is() -> None:
 @pytest.mark.parametrize(
     ("verb", "module"),
     [
-        (("chaos", "--out", "ch"), "lab.chaos_verb.run_fleet"),
-        (("bench", "healing"), "lab.bench_live_verbs.run_fleet"),
-        (("bench", "loss", "--live", "1"), "lab.bench_loss_verb.rehearsed"),
+        (("chaos", "--out", "ch"), "clew.verbs.chaos.run_fleet"),
+        (("bench", "healing"), "clew.verbs.bench_healing.run_fleet"),
+        (("bench", "loss", "--live", "1"), "clew.verbs.bench_loss.rehearsed"),
     ],
 )
 def test_a_verb_that_runs_fleets_ends_between_them_with_the_signals_code(

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from protocol.frames import Point, Vertex
 from protocol.path import Path, straightened
-from tests.path_strategies import paths
+from tests.support.strategies.path_strategies import paths
 
 ROUNDING_M = 1e-9  # of sums over at most 12 vertices within 5 m
 shares = st.floats(0.0, 1.0)

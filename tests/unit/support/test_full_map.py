@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lab.field import Field, Kind, scene
-from tests.full_map import QUARTER_CHORDS, Answer, Disc, solvable, widest_radius_m
+from clew.fields.field import Field, Kind, scene
+from tests.support.full_map import QUARTER_CHORDS, Answer, Disc, solvable, widest_radius_m
 
 GAP_M = 1.0
 DOOR: dict[str, Any] = {

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.proxy import FRAME, PIECE_BYTES_MAX, Fate, Faults, Proxy, Way, fate, proxy
+from tests.support.processes.proxy import FRAME, PIECE_BYTES_MAX, Fate, Faults, Proxy, Way, fate, proxy
 
 DEADLINE_S = 20.0  # on a loaded machine; nothing here takes a tenth of it
 PIECES = st.binary(min_size=1, max_size=64)

@@ -2,7 +2,6 @@ import pytest
 
 from protocol.exit_codes import ExitCode
 from protocol.frames import Point
-from protocol.messages import Phase
 from protocol.timeline import (
     BodyStopped,
     MessageRefused,
@@ -19,12 +18,13 @@ from protocol.timeline import (
     StepFinished,
     TrafficCounted,
 )
-from tests.world_scenarios import scenario
-from tests.world_stage import Stage
-from world.arena import ODOMETRY_TICKS, TICK_S
+from protocol.wire.messages import Phase
+from tests.support.scenes.world_scenarios import scenario
+from tests.support.stages.world_stage import Stage
+from world.bodies.arena import ODOMETRY_TICKS, TICK_S
 from world.core import LAST_WORDS_WALL_S, MUSTER_WALL_S
-from world.ending import Ending
 from world.events import MessageDropped, ScanAsked, StopAsked, TokenCame, TokenWent
+from world.judge.ending import Ending
 
 AHEAD = Point(x_m=0.5, y_m=0.0)
 FAR = Point(x_m=-3.0, y_m=0.0)

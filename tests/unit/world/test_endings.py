@@ -10,12 +10,12 @@ from protocol.timeline import (
     RobotRestarted,
     RobotReturned,
 )
-from tests.world_scenarios import scenario
-from tests.world_stage import Stage
-from world.arena import TICK_S
+from tests.support.scenes.world_scenarios import scenario
+from tests.support.stages.world_stage import Stage
+from world.bodies.arena import TICK_S
 from world.core import HEAL_S_MAX, ROBOTS_PATIENCE_WALL_S, ROUTER_PATIENCE_WALL_S
-from world.ending import Ending
 from world.events import TokenCame, TokenWent
+from world.judge.ending import Ending
 
 SECOND = round(1.0 / TICK_S)
 

@@ -2,9 +2,9 @@ import pytest
 
 from protocol.exit_codes import ExitCode
 from protocol.frames import Point
-from tests.world_scenarios import scenario
-from tests.world_stage import Stage
-from world.arena import ODOMETRY_TICKS, TICK_S
+from tests.support.scenes.world_scenarios import scenario
+from tests.support.stages.world_stage import Stage
+from world.bodies.arena import ODOMETRY_TICKS, TICK_S
 from world.events import StopAsked
 from world.pace import GLANCE_S, PATIENCE_S, REMIND_S, Pace
 

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from agents.driver import LATE_ORDERS, Driver
+from agents.body.driver import LATE_ORDERS, Driver
 from protocol.frames import Point, Pose
-from protocol.messages import Drive, Odometry, Phase
+from protocol.wire.messages import Drive, Odometry, Phase
 
 SPEED_MPS = 0.5
 PERIOD_S = 0.1

@@ -1,12 +1,12 @@
 """A robot and its sensor: what is asked, when it is asked again, and which answers are believed."""
 
+from agents.body.driver import Driver
+from agents.body.senses import RETRY_S, Senses
 from agents.commands import AskScan
-from agents.driver import Driver
-from agents.senses import RETRY_S, Senses
 from protocol.frames import Pose
-from protocol.messages import Odometry, Phase, Scan
 from protocol.mission import Law
-from tests.one_step import under
+from protocol.wire.messages import Odometry, Phase, Scan
+from tests.support.stages.one_step import under
 
 MISSION = under(Law.CERTIFIED, directions=8, revolutions=2)
 HERE, THERE = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), Pose(x_m=1.0, y_m=0.0, heading_rad=0.0)

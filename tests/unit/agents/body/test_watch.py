@@ -2,13 +2,13 @@
 
 from msgspec.structs import replace
 
-from agents.driver import Driver
-from agents.senses import Senses
-from agents.watch import STILL_S_MAX, Watch
+from agents.body.driver import Driver
+from agents.body.senses import Senses
+from agents.body.watch import STILL_S_MAX, Watch
 from protocol.frames import Point, Pose
-from protocol.messages import Odometry, Phase
 from protocol.mission import Law
-from tests.one_step import under
+from protocol.wire.messages import Odometry, Phase
+from tests.support.stages.one_step import under
 
 MISSION = replace(under(Law.CERTIFIED, robots=2, robot_radius_m=0.1), obstacle_speed_mps_max=0.5)
 AHEAD = Point(x_m=2.0, y_m=0.0)

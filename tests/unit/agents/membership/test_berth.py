@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from agents.berth import COASTS_S, Berth
+from agents.body.driver import Driver
 from agents.commands import Announce
-from agents.driver import Driver
-from agents.forming import lined_up
-from agents.lining import Lining
-from agents.muster import Roster, folds_back, line_of
+from agents.membership.berth import COASTS_S, Berth
+from agents.membership.lining import Lining
+from agents.membership.muster import Roster, folds_back, line_of
+from agents.strand.forming import lined_up
 from protocol.epochs import called_epoch
 from protocol.frames import Point, Pose
-from protocol.messages import FIRST_ATTEMPT, LEG_CORNERS_MAX, Attempt, Former, Muster, Odometry, Phase
 from protocol.mission import Law
 from protocol.path import Path
-from tests.one_step import under
+from protocol.wire.messages import FIRST_ATTEMPT, LEG_CORNERS_MAX, Attempt, Former, Muster, Odometry, Phase
+from tests.support.stages.one_step import under
 
 SPEED_MPS = 0.5
 CORNER = Point(x_m=2.0, y_m=0.0)

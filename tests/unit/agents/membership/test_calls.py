@@ -7,17 +7,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from agents.calls import ANSWERS, ASKS_S, GAPS, INVITES_S, LISTENS_S, RANK_S, SLEPT_S, Calls
-from agents.driver import Driver
-from agents.giving import COMES_BACK_S
-from agents.lining import Lining
-from agents.presence import GRACE_S
-from agents.waiting import SLOW_S
+from agents.body.driver import Driver
+from agents.membership.calls import ANSWERS, ASKS_S, GAPS, INVITES_S, LISTENS_S, RANK_S, SLEPT_S, Calls
+from agents.membership.lining import Lining
+from agents.membership.presence import GRACE_S
+from agents.membership.waiting import SLOW_S
+from agents.strand.strand import COMES_BACK_S
 from protocol.epochs import called_epoch
 from protocol.frames import Pose
 from protocol.keys import WORLD_NUMBER
-from protocol.messages import Muster, Odometry, Phase, Turn
-from tests.calls_stage import MISSION, calls
+from protocol.wire.messages import Muster, Odometry, Phase, Turn
+from tests.support.stages.calls_stage import MISSION, calls
 
 PATIENCE_S = ANSWERS * MISSION.patience_s
 STANDS_S = MISSION.silence_s + MISSION.deadman_s

@@ -3,13 +3,13 @@
 import pytest
 from msgspec.structs import replace
 
-from agents.announcer import Announcer
-from agents.giving import Giving
+from agents.membership.announcer import Announcer
+from agents.membership.giving import Giving
 from protocol.epochs import called_epoch
 from protocol.frames import Point, Pose
-from protocol.messages import FIRST_ATTEMPT, Muster, Turn
 from protocol.mission import Law
-from tests.one_step import under
+from protocol.wire.messages import FIRST_ATTEMPT, Muster, Turn
+from tests.support.stages.one_step import under
 
 MEMBERS, EPOCH = (1, 2, 3), called_epoch(0, 1, 0.0)
 GOAL = Point(x_m=9.0, y_m=0.0)

@@ -2,9 +2,9 @@
 
 import pytest
 
-from agents.calls import BREAKS_MAX, BREAKS_S, FAILED_TURNS, INVITES_S, INVITES_S_MAX, SHUNNED_S
+from agents.membership.calls import BREAKS_MAX, BREAKS_S, FAILED_TURNS, INVITES_S, INVITES_S_MAX, SHUNNED_S
 from protocol.keys import WORLD_NUMBER
-from tests.calls_stage import calls
+from tests.support.stages.calls_stage import calls
 
 
 def test_who_asks_again_and_again_is_called_in_after_twice_the_time_each_time_up_to_a_limit() -> None:

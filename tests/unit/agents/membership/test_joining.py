@@ -11,19 +11,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from agents import taking
-from agents.joining import CLEAR_M, InPlace, Joining, Stands
-from agents.step import NoStep
-from lab.rehearsal import Rehearsal
+from agents.membership import taking
+from agents.membership.joining import CLEAR_M, InPlace, Joining, Stands
+from agents.navigation.step import NoStep
+from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import NO_FAULTS, uniform
 from protocol.mission import Law
 from protocol.timeline import OrderAccepted, RobotBlocked, RobotPlaced, StepPlanned, StrandFormed
-from tests.one_step import look_around, under
-from world.clearance import distances
-from world.ending import Ending
-from world.judgement import judge
-from world.scenario import Scenario, load
-from world.shapes import Circle, Polygon, Shape, ground_of
+from tests.support.stages.one_step import look_around, under
+from world.geometry.clearance import distances
+from world.geometry.shapes import Circle, Polygon, Shape, ground_of
+from world.judge.ending import Ending
+from world.judge.judgement import judge
+from world.scenario.scenario import Scenario, load
 
 LOSSY = uniform(delay_s_max=0.3, loss=0.3, repeat=0.1)
 PERFECT = NO_FAULTS
@@ -118,7 +118,7 @@ def anywhere(folder: Path, seed: int) -> Scenario:
 
 
 def replay(test: str, seed: int) -> str:
-    return f"replay with  ./launch/test.sh 'tests/test_joining.py::{test}[{seed}]'"
+    return f"replay with  ./launch/test.sh 'tests/unit/agents/membership/test_joining.py::{test}[{seed}]'"
 
 
 @pytest.mark.parametrize("seed", range(1, 9))

@@ -7,15 +7,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from agents.berth import Berth
-from agents.driver import Driver
-from agents.giving import MAKES_WAY_S
-from agents.lining import Lining
+from agents.body.driver import Driver
+from agents.membership.berth import Berth
+from agents.membership.giving import MAKES_WAY_S
+from agents.membership.lining import Lining
 from protocol.frames import Point, Pose
-from protocol.messages import Attempt, Muster, Odometry, Phase, Turn
 from protocol.mission import Mission
 from protocol.path import Path
-from tests.lining_stage import (
+from protocol.wire.messages import Attempt, Muster, Odometry, Phase, Turn
+from tests.support.stages.lining_stage import (
     BOX,
     EPOCH,
     GOAL,
@@ -30,8 +30,8 @@ from tests.lining_stage import (
     scan_of,
     wants_scan,
 )
-from tests.one_step import look_around
-from world.shapes import Circle
+from tests.support.stages.one_step import look_around
+from world.geometry.shapes import Circle
 
 
 @pytest.mark.parametrize(("robots", "again_s"), [(2, 0.1), (10, 0.1), (20, 0.2), (100, 0.25), (1000, 0.25)])

@@ -5,9 +5,9 @@ import math
 
 import numpy as np
 
-from agents.lining import Lining
+from agents.membership.lining import Lining
 from protocol.frames import Point
-from tests.lining_stage import (
+from tests.support.stages.lining_stage import (
     BOX,
     EPOCH,
     GOAL,
@@ -19,8 +19,8 @@ from tests.lining_stage import (
     scan_of,
     wants_scan,
 )
-from tests.one_step import look_around
-from world.shapes import Circle, Shape
+from tests.support.stages.one_step import look_around
+from world.geometry.shapes import Circle, Shape
 
 
 def in_turn() -> Lining:

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from agents.muster import (
+from agents.membership.muster import (
     Roster,
     chain,
     folds_back,
@@ -16,7 +16,7 @@ from agents.muster import (
     order_without_goal,
 )
 from protocol.frames import Point, Pose
-from protocol.messages import Attempt, Former, Muster, Turn
+from protocol.wire.messages import Attempt, Former, Muster, Turn
 
 GOAL = Point(x_m=5.0, y_m=0.0)
 

@@ -5,12 +5,12 @@ from types import MappingProxyType
 
 import pytest
 
-from agents.muster import Roster
-from agents.waiting import SLOW_S, SLOW_SHARE, STALLS_S, Waiting
+from agents.membership.muster import Roster
+from agents.membership.waiting import SLOW_S, SLOW_SHARE, STALLS_S, Waiting
 from protocol.frames import Point, Pose
-from protocol.messages import Muster, Turn
 from protocol.mission import Law
-from tests.one_step import under
+from protocol.wire.messages import Muster, Turn
+from tests.support.stages.one_step import under
 
 MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1, goal=Point(x_m=9.0, y_m=0.0))
 TURN = Turn(number=1, robot=2)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from agents.certificate import (
+from agents.navigation.certificate import (
     Walls,
     bounds_walls,
     certified_lengths_m,
@@ -16,9 +16,9 @@ from agents.certificate import (
     scan_walls,
 )
 from protocol.mission import Bounds, Law
-from tests.one_step import look_around, under, wall
-from world.clearance import clearance
-from world.shapes import Circle, Ellipse, Polygon, Shape, ground_of
+from tests.support.stages.one_step import look_around, under, wall
+from world.geometry.clearance import clearance
+from world.geometry.shapes import Circle, Ellipse, Polygon, Shape, ground_of
 
 ROBOT = under(
     Law.CERTIFIED,

@@ -7,10 +7,17 @@ import pytest
 import shapely
 from hypothesis import given, settings
 
-from agents.certificate import NEAR_M, PIECE, certified_lengths_m, promised_clearance_m, scan_walls
+from agents.navigation.certificate import NEAR_M, PIECE, certified_lengths_m, promised_clearance_m, scan_walls
 from protocol.arrays import Floats
-from tests.standpoints import BERTH_M, HEADINGS, HEADINGS_RAD, RADIUS_M, Standpoint, standpoints
-from world.shapes import Circle, Polygon, Shape
+from tests.support.scenes.standpoints import (
+    BERTH_M,
+    HEADINGS,
+    HEADINGS_RAD,
+    RADIUS_M,
+    Standpoint,
+    standpoints,
+)
+from world.geometry.shapes import Circle, Polygon, Shape
 
 ROUNDING_M = 1e-8
 SAMPLE_M = 0.01  # apart on the free polygon's outline

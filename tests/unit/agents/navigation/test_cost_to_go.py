@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.grid import Grid
-from agents.guidance import CostToGo
+from agents.navigation.grid import Grid
+from agents.navigation.guidance import CostToGo
 from protocol.arrays import Floats
 
 GRID = Grid(np.array([-1.0, -0.5]), (6, 4), 0.5)

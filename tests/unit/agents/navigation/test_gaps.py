@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.gaps import Gap, find_gaps, is_passable
-from agents.obstacles import Obstacle, find_obstacles
-from tests.scans import NOTHING_M, ranges, turned, view_of
+from agents.navigation.gaps import Gap, find_gaps, is_passable
+from agents.navigation.obstacles import Obstacle, find_obstacles
+from tests.support.strategies.scans import NOTHING_M, ranges, turned, view_of
 
 PASSABLE_M = 0.5
 

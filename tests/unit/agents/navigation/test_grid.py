@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse.csgraph import connected_components, dijkstra
 
-from agents.grid import FINE, Grid, Lattice
+from agents.navigation.grid import FINE, Grid, Lattice
 from protocol.arrays import Floats
 
 CELL_M = 0.1

@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from agents.guidance import CELLS_MAX, COMFORT, DOUBT, PACKED_M, SPOT_BERTHS, CostToGo, Map
+from agents.navigation.guidance import CELLS_MAX, COMFORT, DOUBT, PACKED_M, SPOT_BERTHS, CostToGo, Map
 from protocol.arrays import Flags, Floats
-from protocol.messages import SEEN_BYTES_MAX
 from protocol.mission import Bounds, Law
-from tests.one_step import under
+from protocol.wire.messages import SEEN_BYTES_MAX
+from tests.support.stages.one_step import under
 
 BOUNDS = Bounds(x_m_min=-1.0, y_m_min=-2.0, x_m_max=3.0, y_m_max=1.0)
 ROBOT = under(Law.CERTIFIED, robot_radius_m=0.1, bounds=BOUNDS)

@@ -6,16 +6,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.laws import (
+from agents.navigation.laws import (
     heading_rad,
     obstacle_angle_rad,
     printed_heading_rad,
     resultant_heading_rad,
     step_length_m,
 )
-from agents.step import NoStep
+from agents.navigation.step import NoStep
 from protocol.mission import Law
-from tests.one_step import MISSION, Driven, step_through, under, wall
+from tests.support.stages.one_step import MISSION, Driven, step_through, under, wall
 
 CHORDS_M = st.floats(0.05, 5.0)
 EPSILON_M = 0.1

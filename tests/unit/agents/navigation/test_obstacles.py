@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.obstacles import Obstacle, find_obstacles, passable_width_m
-from agents.scan import View
-from tests.scans import NOTHING_M, ranges, turned, view_of
+from agents.navigation.obstacles import Obstacle, find_obstacles, passable_width_m
+from agents.navigation.scan import View
+from tests.support.strategies.scans import NOTHING_M, ranges, turned, view_of
 
 PASSABLE_M = 0.5
 widths_m = st.floats(0.05, 2.0)

@@ -6,10 +6,10 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.scan import View, on_discs, on_ground, view
+from agents.navigation.scan import View, on_discs, on_ground, view
 from protocol.arrays import distances_to_segments
 from protocol.frames import Pose
-from protocol.messages import Scan
+from protocol.wire.messages import Scan
 
 RANGE_M_MAX = 4.0
 ROUNDING_M = 1e-9

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from agents.ground import Ground
-from agents.leader import AGAIN_MAX, GAIN_M, ROOM_STEPS_MAX, DeadEnd, Leader, Wait
-from agents.step import Crossed, NoStep
+from agents.navigation.ground import Ground
+from agents.navigation.step import Crossed, NoStep
+from agents.strand.leader import AGAIN_MAX, GAIN_M, ROOM_STEPS_MAX, DeadEnd, Leader, Wait
 from protocol.frames import Point, Pose
 from protocol.mission import Bounds, Law, Mission
-from protocol.outbox import Outbox
+from protocol.network.outbox import Outbox
 from protocol.path import Path
 from protocol.timeline import StepPlanned
-from tests.one_step import ORIGIN, Driven, alone, look_around, plan, step_through, under, wall
-from world.shapes import Circle, Shape
+from tests.support.stages.one_step import ORIGIN, Driven, alone, look_around, plan, step_through, under, wall
+from world.geometry.shapes import Circle, Shape
 
 ROBOT = under(Law.CERTIFIED, robot_radius_m=0.1)
 KEEP_M = ROBOT.robot_radius_m + ROBOT.epsilon_m

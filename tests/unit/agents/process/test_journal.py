@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from agents.commands import AskScan
 from agents.events import TokenCame
-from agents.journal import Given, Head, Journal, Recording, Turn, decision, open_journal
+from agents.process.journal import Given, Head, Journal, Recording, Turn, decision, open_journal
 from protocol.errors import UsageError
-from world.scenario import load
+from world.scenario.scenario import load
 
 HEAD = Head(robot=3, incarnation="0a1b", mission=load("paper").mission())
 HEARD = Given(TokenCame(2, "1"), "alive/r2/1", 0)

@@ -2,12 +2,12 @@
 
 from agents.commands import AskScan, Command, Note, Order, Tell
 from agents.events import Event, OdometryHeard, ScanHeard, TokenCame
-from agents.points import Points
+from agents.process.points import Points
 from protocol.faults.rules import StepPoint
 from protocol.frames import Point, Pose
-from protocol.messages import BehindState, Drive, Odometry, Phase, Scan
 from protocol.timeline import RobotHeld
-from tests.test_strokes import planned
+from protocol.wire.messages import BehindState, Drive, Odometry, Phase, Scan
+from tests.support.planned import planned
 
 AFTER_SCAN, AFTER_PLAN = StepPoint.AFTER_SCAN, StepPoint.AFTER_PLAN
 MID_DRIVE, BEFORE_ACK = StepPoint.MID_DRIVE, StepPoint.BEFORE_ACK

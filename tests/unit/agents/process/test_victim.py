@@ -5,14 +5,14 @@ from pathlib import Path
 import pytest
 
 from agents.events import ScanHeard
-from agents.victim import Victim
+from agents.process.victim import Victim
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Freeze, Kill, Restart, Rule, StepPoint
 from protocol.faults.strokes import Blow, Stroke
-from protocol.faulty_transport import Conditions
-from protocol.messages import Faults, Scan
+from protocol.network.faulty_transport import Conditions
 from protocol.timeline import StrandFormed
-from tests.scans import ORIGIN
+from protocol.wire.messages import Faults, Scan
+from tests.support.strategies.scans import ORIGIN
 
 SCANNED = ScanHeard(Scan(t_s=2.0, pose=ORIGIN, ranges_m=(4.0,) * 8))
 AT_SCAN = Kill(target="leader", point=StepPoint.AFTER_SCAN)

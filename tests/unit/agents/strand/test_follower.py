@@ -7,14 +7,14 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from agents.follower import DRIVE_M_MIN, RECHECK_S, Follower
+from agents.strand.follower import DRIVE_M_MIN, RECHECK_S, Follower
 from protocol.frames import Point, Pose
 from protocol.mission import Law, Mission
 from protocol.path import THERE_M, Path
 from protocol.timeline import SegmentChecked
-from tests.one_step import look_around, under
-from tests.path_strategies import paths
-from world.shapes import Circle, Shape
+from tests.support.stages.one_step import look_around, under
+from tests.support.strategies.path_strategies import paths
+from world.geometry.shapes import Circle, Shape
 
 RADIUS_M = 0.1
 MISSION = under(Law.CERTIFIED, robot_radius_m=RADIUS_M)

@@ -7,14 +7,14 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from agents.body.driver import Driver
+from agents.body.senses import Senses
 from agents.commands import Tell
-from agents.driver import Driver
 from agents.events import LinkHeard
-from agents.member import Member
-from agents.memory import Memory
-from agents.senses import Senses
-from protocol.codec import encode
-from protocol.messages import (
+from agents.strand.member import Member
+from agents.strand.memory import Memory
+from protocol.wire.codec import encode
+from protocol.wire.messages import (
     SEEN_BYTES_MAX,
     AheadState,
     Dissolution,
@@ -23,7 +23,16 @@ from protocol.messages import (
     Phase,
     Reversal,
 )
-from tests.strand_stage import HEARTBEAT_S, MISSION, ORDER, PLACES, behind, own, place, told_behind
+from tests.support.stages.strand_stage import (
+    HEARTBEAT_S,
+    MISSION,
+    ORDER,
+    PLACES,
+    behind,
+    own,
+    place,
+    told_behind,
+)
 
 LEADER, TAIL = ORDER[0], ORDER[-1]
 

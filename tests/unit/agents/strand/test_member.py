@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.turning_stage import ORDER, TurningStage
+from tests.support.stages.turning_stage import ORDER, TurningStage
 
 ROUNDING_M = 1e-7  # of some 100 arc lengths, each with the touching tolerance
 ROUNDS_MAX = 60  # far more than it takes: each robot has to hear its neighbour once, and nearly half come

@@ -1,11 +1,11 @@
 """A scan that was taken before whoever is left out must stand, and comes when the strand has formed."""
 
-from agents.driver import Driver
-from agents.member import Member
-from agents.memory import Memory
-from agents.senses import Senses
-from protocol.messages import Odometry, Phase, Scan
-from tests.strand_stage import MISSION, ORDER, PLACES, place
+from agents.body.driver import Driver
+from agents.body.senses import Senses
+from agents.strand.member import Member
+from agents.strand.memory import Memory
+from protocol.wire.messages import Odometry, Phase, Scan
+from tests.support.stages.strand_stage import MISSION, ORDER, PLACES, place
 
 LEADER = ORDER[0]
 FREE_AT_S = 6.0

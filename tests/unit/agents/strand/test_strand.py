@@ -6,17 +6,17 @@ from msgspec.structs import replace
 
 from agents.commands import Note, Tell
 from agents.events import LinkHeard
-from agents.forming import lined_up
-from agents.grants import GRANT_M_MIN
-from agents.leader import Leader
-from agents.strand import SILENT_SHARE_MAX, URGENT_S, Strand
+from agents.strand.forming import lined_up
+from agents.strand.grants import GRANT_M_MIN
+from agents.strand.leader import Leader
+from agents.strand.strand import SILENT_SHARE_MAX, URGENT_S, Strand
 from protocol.frames import Point, Pose, Vertex
-from protocol.messages import AheadState, BehindState
 from protocol.mission import Law
 from protocol.timeline import LinkHeard as LinkHeardAgain
 from protocol.timeline import LinkSilent, StepPlanned
-from tests.one_step import plan, under
-from tests.strand_stage import (
+from protocol.wire.messages import AheadState, BehindState
+from tests.support.stages.one_step import plan, under
+from tests.support.stages.strand_stage import (
     HEARTBEAT_S,
     KEEP_M,
     KNOWN,

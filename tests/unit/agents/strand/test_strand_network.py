@@ -8,15 +8,15 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.certificate import certified_lengths_m
 from agents.commands import Tell
 from agents.events import LinkHeard
-from agents.forming import lined_up
-from agents.strand import Own
+from agents.navigation.certificate import certified_lengths_m
+from agents.strand.forming import lined_up
+from agents.strand.strand import Own
 from protocol.frames import Point, Pose
 from protocol.mission import Law
-from tests.one_step import under
-from tests.strand_stage import NOTHING_HANDED
+from tests.support.stages.one_step import under
+from tests.support.stages.strand_stage import NOTHING_HANDED
 
 MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1, separation_m=0.1)
 KEEP_M = 0.31  # two radii, the separation and the tolerance

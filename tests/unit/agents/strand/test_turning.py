@@ -3,10 +3,10 @@
 import pytest
 
 from agents.events import LinkHeard
-from agents.strand import Strand
+from agents.strand.strand import Strand
 from protocol.frames import Vertex
-from protocol.messages import Reversal
-from tests.strand_stage import (
+from protocol.wire.messages import Reversal
+from tests.support.stages.strand_stage import (
     KNOWN,
     ORDER,
     ahead,

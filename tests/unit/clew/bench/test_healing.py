@@ -6,13 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lab.bench_healing import Healing, LeaderBlow, figures_of, healing_in
-from lab.live import Ended
-from lab.logbook import NTP64_PER_S
+from clew.bench.healing import Healing, LeaderBlow, figures_of, healing_in
+from clew.fleet.live import Ended
+from clew.rehearsal.logbook import NTP64_PER_S
 from protocol.faults.fit import check_fits
 from protocol.timeline import Entry, FaultInjected, LeaderSucceeded, LinkBroken, Record, StrandHealed
-from tests.campaigns import clew
-from world.lines import Line
+from tests.support.campaigns import clew
+from world.record.lines import Line
 
 STRUCK = FaultInjected(fault="kill", rule="kill-1", process="r1")
 BROKEN = LinkBroken(neighbour=1, cause="token", silent_s=0.4)
@@ -86,7 +86,7 @@ def test_a_scenario_that_is_none_is_one_line_and_no_fleet_starts(monkeypatch: py
     def no_fleet(*_: object, **__: object) -> Ended:
         raise AssertionError("a fleet was started")
 
-    monkeypatch.setattr("lab.bench_live_verbs.run_fleet", no_fleet)
+    monkeypatch.setattr("clew.verbs.bench_healing.run_fleet", no_fleet)
     told = clew("bench", "healing", "nope")
     assert (told.exit_code, told.stdout, told.stderr.count("\n")) == (2, "", 1)
     assert "nope" in told.stderr

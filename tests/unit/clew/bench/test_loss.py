@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lab.bench_loss import (
+from clew.bench.loss import (
     BEGIN,
     BOUND_RATE,
     END,
@@ -23,12 +23,12 @@ from lab.bench_loss import (
     table,
     worst_s,
 )
-from lab.faults_doc import DOCUMENT
-from lab.figures.loss import loss_chart
-from lab.figures.style import render
+from clew.bench.loss_chart import loss_chart
+from clew.figures.style import render
+from clew.manual.faults import DOCUMENT
 from protocol.faults.plan import NO_FAULTS
-from tests.campaigns import clew
-from world.scenario import load
+from tests.support.campaigns import clew
+from world.scenario.scenario import load
 
 TIMES = st.lists(st.none() | st.floats(1.0, 300.0), min_size=1, max_size=9)
 

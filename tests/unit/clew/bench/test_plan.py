@@ -7,18 +7,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agents.guidance import CELLS_A_BERTH
-from agents.leader import Leader
-from agents.scan import View
-from lab.bench import PARTS, SEED, Sample, Stopwatch, figures, samples
-from lab.bench_rehearsal import speed
-from lab.rehearsal import Rehearsal
-from lab.textbook import Textbook
+from agents.navigation.guidance import CELLS_A_BERTH
+from agents.navigation.scan import View
+from agents.strand.leader import Leader
+from clew.bench.plan import PARTS, SEED, Sample, Stopwatch, figures, samples
+from clew.bench.rehearsal import speed
+from clew.bench.textbook import Textbook
+from clew.rehearsal.rehearsal import Rehearsal
 from protocol.arrays import Floats, scan_bearings_rad
 from protocol.faults.plan import uniform
+from protocol.root import ROOT
 from protocol.timeline import StepPlanned
-from tests.campaigns import WALL, clew, scene
-from world.scenario import load
+from tests.support.campaigns import WALL, clew, scene
+from world.scenario.scenario import load
 
 RAYS = 360
 
@@ -125,7 +126,7 @@ def test_bench_plan_says_every_part_of_the_scenes_that_are_named(tmp_path: Path)
 
 
 def test_bench_plan_refuses_a_scenario_without_a_goal() -> None:
-    refusal = clew("bench", "plan", "--scenes", Path(__file__).parents[1] / "launch/scenarios/paper.toml")
+    refusal = clew("bench", "plan", "--scenes", ROOT / "launch/scenarios/paper.toml")
     assert refusal.exit_code == 2
     assert "has no goal" in refusal.stderr
 

@@ -17,14 +17,15 @@ from click.testing import Result
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lab.campaign_episode import Episode, Outcome, Surprise, surprise_of
-from lab.campaign_figures import by_family, figures_of
-from lab.campaign_pool import outcomes_of
-from lab.campaign_scenes import tight_radius_m
-from tests.campaigns import clew, closed, refused, scene
-from tests.fleets import END_S_MAX, ROOT, START_S_MAX, wait_until
-from tests.logs import GOOD
-from world.scene import EPSILON_M_MAX, EPSILON_RADII
+from clew.campaign.episode import Episode, Surprise, surprise_of
+from clew.campaign.families import by_family, figures_of
+from clew.campaign.pool import outcomes_of
+from clew.campaign.scenes import tight_radius_m
+from protocol.root import ROOT
+from tests.support.campaigns import clew, closed, outcome, refused, scene
+from tests.support.logs.logs import GOOD
+from tests.support.processes.fleets import END_S_MAX, START_S_MAX, wait_until
+from world.scenario.scene import EPSILON_M_MAX, EPSILON_RADII
 
 
 @pytest.fixture
@@ -48,24 +49,6 @@ def told(scenes: Path) -> dict[str, Any]:
 
 def played(scenes: Path) -> list[str]:
     return (scenes.parent / "out" / "episodes.jsonl").read_text(encoding="utf-8").splitlines()
-
-
-def outcome(**changes: object) -> Outcome:
-    ended = Outcome(
-        key="",
-        scene="a",
-        family="f",
-        seed=1,
-        robots=5,
-        robots_left_out=0,
-        ok=True,
-        ending="",
-        reason="",
-        surprise=Surprise.NONE,
-        wall_s=1.0,
-        replay="",
-    )
-    return msgspec.structs.replace(ended, **changes)
 
 
 def test_what_is_as_it_should_be_exits_0_and_has_a_row_for_each_family(scenes: Path) -> None:
@@ -275,7 +258,7 @@ def begun(scenes: Path) -> Iterator[subprocess.Popen[str]]:
     out = scenes.parent / "out"
     asked = ["--scenes", str(scenes), "--robots", "1", "--out", str(out), "--jobs", "2"]
     process = subprocess.Popen(
-        [sys.executable, "-m", "lab.cli", "campaign", *asked],
+        [sys.executable, "-m", "clew.cli", "campaign", *asked],
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

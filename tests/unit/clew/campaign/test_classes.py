@@ -1,8 +1,8 @@
 import pytest
 
-from lab.campaign_faults import ALL, by_class
-from lab.swarm import Mode
-from tests.test_campaign import outcome
+from clew.campaign.classes import ALL, by_class
+from clew.swarm.swarm import Mode
+from tests.support.campaigns import outcome
 
 
 @pytest.mark.parametrize(("episodes", "bound"), [(1, 1.0), (2, 1.0), (3, 1.0), (30, 0.1)])

@@ -1,5 +1,5 @@
-from lab.sometimes import never, sometimes
-from lab.sometimes_names import Sometimes
+from clew.campaign.coverage import never, sometimes
+from clew.campaign.coverage_names import Sometimes
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Burst, Drop, Kill, Partition, StepPoint
 from protocol.frames import Point

@@ -1,8 +1,8 @@
 import pytest
 
-from lab.campaign_episode import CRASHED, OUT_OF_TIME, Surprise
-from lab.failures import failure_told
-from tests.test_campaign import outcome
+from clew.campaign.episode import CRASHED, OUT_OF_TIME, Surprise
+from clew.campaign.failures import failure_told
+from tests.support.campaigns import outcome
 
 
 @pytest.mark.parametrize(

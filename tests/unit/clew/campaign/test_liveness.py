@@ -1,4 +1,4 @@
-"""Whether a robot had a sure way to the goal, by the full map: `lab/liveness.py`."""
+"""Whether a robot had a sure way to the goal, by the full map: `clew/campaign/liveness.py`."""
 
 import math
 
@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from lab.liveness import SPARE_M, all_have_way
-from tests.world_scenarios import scenario
-from world.scenario import Scenario
-from world.shapes import Polygon, Shape
+from clew.campaign.liveness import SPARE_M, all_have_way
+from tests.support.scenes.world_scenarios import scenario
+from world.geometry.shapes import Polygon, Shape
+from world.scenario.scenario import Scenario
 
 THICK_M = 0.02
 ELSEWHERE = (-3.0, 2.0)

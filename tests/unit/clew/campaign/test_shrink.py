@@ -4,15 +4,15 @@ from pathlib import Path
 
 import pytest
 
-from agents.calls import Calls
-from lab.failures import Case, failure_of
-from lab.plan_text import plan_text
-from lab.shrink import shrink
+from agents.membership.calls import Calls
+from clew.campaign.failures import Case, failure_of
+from clew.campaign.shrink import shrink
 from protocol.faults.plan import Plan, load
+from protocol.faults.plan_text import plan_text
 from protocol.faults.rules import Burst, Corrupt, Delay, Drop, Duplicate, Kill, Partition, Reorder, Rule, Slow
-from tests.campaigns import clew, scene
-from world.scenario import load as load_scenario
-from world.verdict import VERDICT_FILE
+from tests.support.campaigns import clew, scene
+from world.judge.verdict import VERDICT_FILE
+from world.scenario.scenario import load as load_scenario
 
 HARMLESS: tuple[Rule, ...] = (
     Delay(delay_s_max=0.05),

@@ -6,11 +6,11 @@ from typing import Any
 import pytest
 from click.testing import Result
 
-from lab.campaign import SEEN_BY
-from lab.plan_text import plan_text
+from clew.campaign.campaign import SEEN_BY
 from protocol.faults.plan import Plan
+from protocol.faults.plan_text import plan_text
 from protocol.faults.rules import Kill
-from tests.campaigns import clew, scene
+from tests.support.campaigns import clew, scene
 
 SEEDS = "1,8,17"  # which take a tenth of a second each
 

@@ -15,17 +15,17 @@ from mcap.records import Channel, ChunkIndex, Message, Schema, Statistics
 from mcap.stream_reader import StreamReader
 from mcap_protobuf.decoder import DecoderFactory
 
-from lab.export import mcap_file
-from lab.export.tables import TYPES
-from lab.export.times import started_ns
-from lab.log import Log
-from lab.timeline import kind_of
+from clew.export import mcap_file
+from clew.export.tables import TYPES
+from clew.export.times import started_ns
+from clew.log.log import Log
+from clew.log.timeline import kind_of
 from protocol.timeline import PoseSampled, Record, RobotHeld, RobotStarted, RunEnded, ScanServed
-from tests.campaigns import clew
-from tests.exports import lively
-from tests.logs import HEADER, numbered, recorded
-from world.lines import Line
-from world.recorder import line
+from tests.support.campaigns import clew
+from tests.support.logs.exports import lively
+from tests.support.logs.logs import HEADER, numbered, recorded
+from world.record.lines import Line
+from world.record.recorder import line
 
 
 @pytest.fixture(scope="module")

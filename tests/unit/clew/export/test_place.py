@@ -7,12 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from lab.export.place import whole_file, whole_folder
+from clew.export.place import whole_file, whole_folder
 from protocol.errors import UsageError
+from protocol.root import ROOT
 from protocol.timeline import RobotReleased, RunEnded
-from tests.campaigns import clew
-from tests.fleets import END_S_MAX, ROOT, START_S_MAX, wait_until
-from tests.logs import numbered, recorded
+from tests.support.campaigns import clew
+from tests.support.logs.logs import numbered, recorded
+from tests.support.processes.fleets import END_S_MAX, START_S_MAX, wait_until
 
 
 @pytest.fixture
@@ -94,7 +95,7 @@ def test_what_a_killed_export_left_goes_with_the_next_and_nothing_else_does(
 @pytest.mark.processes
 def test_an_export_that_is_told_to_end_leaves_nothing(tmp_path: Path) -> None:
     run = recorded(tmp_path / "run", numbered((("r1", RobotReleased()),) * 50_000))
-    command = [sys.executable, "-m", "lab.cli", "log", "export", str(run), "--to", "csv"]
+    command = [sys.executable, "-m", "clew.cli", "log", "export", str(run), "--to", "csv"]
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE) as process:
         wait_until(lambda: next(run.glob(".csv.*/new/*.csv"), None), START_S_MAX)
         process.terminate()

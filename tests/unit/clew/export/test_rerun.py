@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from lab.extras import install_line
-from tests.campaigns import clew
-from tests.exports import lively
-from tests.fleets import END_S_MAX
+from clew.verbs.extras import install_line
+from tests.support.campaigns import clew
+from tests.support.logs.exports import lively
+from tests.support.processes.fleets import END_S_MAX
 
 
 @pytest.mark.skipif(find_spec("rerun") is None, reason="rerun is not installed: 700 MB, the extra `rerun`")

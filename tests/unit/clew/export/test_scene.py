@@ -6,8 +6,8 @@ import msgspec
 import pytest
 from shapely import LineString, Polygon
 
-from lab.export.drawing import Colour, Disc, Stroke, Thing, capsule, outline
-from lab.export.scene import BROKEN, CERTIFICATE, DEAD, GAP, ROBOT, Scene
+from clew.export.drawing import Colour, Disc, Stroke, Thing, capsule, outline
+from clew.export.scene import BROKEN, CERTIFICATE, DEAD, GAP, ROBOT, Scene
 from protocol.frames import Point
 from protocol.mission import Law
 from protocol.path import Path
@@ -24,8 +24,8 @@ from protocol.timeline import (
     StepPlanned,
     StrandFormed,
 )
-from tests.logs import PAPER
-from world.shapes import Circle, Ellipse
+from tests.support.logs.logs import PAPER
+from world.geometry.shapes import Circle, Ellipse
 
 INK = Colour(0.0, 0.0, 0.0)
 PLAN = StepPlanned(

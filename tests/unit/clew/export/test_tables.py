@@ -12,15 +12,15 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from pyarrow import parquet
 
-from lab.export import csv_files, tables
-from lab.export import parquet as parquet_files
-from lab.export.columns import Column, Part, Plain, columns_of
-from lab.export.tables import TYPES
-from lab.log import Log
-from tests.campaigns import clew
-from tests.exports import lively, one_of_each_kind, rows_of
-from tests.logs import recorded
-from world.lines import Line
+from clew.export import csv_files, tables
+from clew.export import parquet as parquet_files
+from clew.export.columns import Column, Part, Plain, columns_of
+from clew.export.tables import TYPES
+from clew.log.log import Log
+from tests.support.campaigns import clew
+from tests.support.logs.exports import lively, one_of_each_kind, rows_of
+from tests.support.logs.logs import recorded
+from world.record.lines import Line
 
 READ: dict[Plain, Callable[[str], object]] = {
     Plain.NUMBER: float,

@@ -16,15 +16,15 @@ from click.testing import CliRunner, Result
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lab.cli import main
-from lab.field import Field, Kind, scene
-from lab.field_scatter import scatter
-from lab.field_shapes import extent, polygon
-from tests.full_map import Answer, Disc, solvable
-from world.budget import sure_range_m
-from world.scenario import Scenario, load
-from world.scene import as_scenario
-from world.shapes import Polygon
+from clew.cli import main
+from clew.fields.field import Field, Kind, scene
+from clew.fields.scatter import scatter
+from clew.fields.shapes import extent, polygon
+from tests.support.full_map import Answer, Disc, solvable
+from world.geometry.shapes import Polygon
+from world.scenario.budget import sure_range_m
+from world.scenario.scenario import Scenario, load
+from world.scenario.scene import as_scenario
 
 SMALL_M = (4.0, 3.0)
 SCATTERED = [kind for kind in Kind if kind is not Kind.CORRIDORS]

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from lab.extras import install_line
-from tests.campaigns import clew
-from tests.logs import AT_REST, numbered, recorded
-from world.recorder import EVENTS_FILE
+from clew.verbs.extras import install_line
+from protocol.root import ROOT
+from tests.support.campaigns import clew
+from tests.support.logs.logs import AT_REST, numbered, recorded
+from world.record.recorder import EVENTS_FILE
 
-ROOT = Path(__file__).parents[1]
 PLAN = ROOT / "launch" / "faults" / "leader-killed.toml"
 
 

@@ -9,13 +9,13 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from lab.campaign_episode import Outcome, Surprise
-from lab.campaign_figures import ALL
-from lab.figures import campaign as of_campaign
-from lab.figures.style import Chart, LeftOut
-from lab.swarm_faults import FaultClass
-from tests.campaigns import clew
-from world.ending import Ending
+from clew.campaign.episode import Outcome, Surprise
+from clew.campaign.families import ALL
+from clew.figures import campaign as of_campaign
+from clew.figures.style import Chart, LeftOut
+from clew.swarm.classes import FaultClass
+from tests.support.campaigns import clew
+from world.judge.ending import Ending
 
 
 def painted(chart: Chart) -> list[Axes]:

@@ -11,24 +11,24 @@ from xml.etree import ElementTree as ET
 import matplotlib as mpl
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Annotation
 
-from lab import timeline
-from lab.figures.course import Course, course_of
-from lab.figures.distances import from_hull_m
-from lab.figures.run import charts_of
-from lab.figures.style import COLUMN_IN, PAGE_IN, Chart, LeftOut, render
-from lab.figures.traces import POINTS_MAX, moving_clearance_m, separations_m, thinned
-from lab.report import read_verdict
+from clew.figures.distances import from_hull_m
+from clew.figures.run import charts_of
+from clew.figures.style import COLUMN_IN, PAGE_IN, Chart, LeftOut, render
+from clew.figures.traces import POINTS_MAX, moving_clearance_m, separations_m, thinned
+from clew.log import timeline
+from clew.story.course import course_of
+from protocol.root import ROOT
 from protocol.timeline import PoseSampled
-from tests.campaigns import clew, closed
-from world.table import measure
-from world.tally import Tally
+from tests.support.campaigns import clew, closed
+from tests.support.figures import chart, course, painted
+from world.judge.table import measure
+from world.judge.tally import Tally
+from world.record.run_files import read_verdict
 
-ROOT = Path(__file__).parents[1]
 PLAN = ROOT / "launch" / "faults" / "leader-killed.toml"
 FORMATS = ("svg", "pdf", "png")
 
@@ -46,22 +46,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name, arguments in calls.items():
         clew("rehearse", *arguments, "--seed", "1", "--out", folder / name)
     return folder
-
-
-def course(folder: Path, name: str) -> Course:
-    return course_of(timeline.read(folder / name))
-
-
-def chart(course: Course, name: str) -> Chart:
-    (found,) = (each for each in charts_of(course) if each.name == name)
-    assert isinstance(found, Chart)
-    return found
-
-
-def painted(chart: Chart) -> list[Axes]:
-    figure = Figure()
-    chart.paint(figure)
-    return figure.axes
 
 
 def words(chart: Chart) -> str:
@@ -281,7 +265,7 @@ def test_the_same_run_gives_the_same_bytes_in_another_process_and_whatever_the_u
     assert clew("figures", folder / "pedestrian", "--out", tmp_path / "here").exit_code == 0
     (tmp_path / "matplotlibrc").write_text("lines.linewidth: 9\nsavefig.bbox: tight\n", encoding="utf-8")
     subprocess.run(
-        [sys.executable, "-m", "lab.cli", "figures", folder / "pedestrian", "--out", tmp_path / "there"],
+        [sys.executable, "-m", "clew.cli", "figures", folder / "pedestrian", "--out", tmp_path / "there"],
         env=os.environ | {"PYTHONHASHSEED": "7", "PYTHONPATH": str(ROOT), "MATPLOTLIBRC": str(tmp_path)},
         check=True,
         capture_output=True,

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from protocol.arrays import Floats
-from tests.campaigns import clew
-from tests.test_figures import chart, course, painted
+from tests.support.campaigns import clew
+from tests.support.figures import chart, course, painted
 
 
 def test_lines_stand_where_clearance_has_to_be_kept(tmp_path: Path) -> None:

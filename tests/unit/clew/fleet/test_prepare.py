@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lab.prepare import assignment, main, run_name, shows
-from lab.request import parse, world_options
-from lab.run_folder import folder_name
+from clew.fleet.folder import folder_name
+from clew.fleet.prepare import assignment, main, run_name, shows
+from clew.fleet.request import parse, world_options
 from protocol.errors import UsageError
-from protocol.session import read_session
+from protocol.network.session import read_session
 
 NOON = datetime(2026, 11, 20, 12, 0, 0, tzinfo=UTC)
 ANY_TEXT = st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=20)

@@ -3,10 +3,10 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from lab.report import figures_line, main, recovery_lines, rms_line, table_lines, verdict_sentence
-from tests.logs import AT_REST, GOOD, PAPER, numbered, recorded
-from world.recovery import Death, Heal, Succession
-from world.scenario import load
+from clew.fleet.summary import figures_line, main, recovery_lines, rms_line, table_lines, verdict_sentence
+from tests.support.logs.logs import AT_REST, GOOD, PAPER, numbered, recorded
+from world.judge.recovery import Death, Heal, Succession
+from world.scenario.scenario import load
 
 
 def test_table_stands_beside_what_was_measured() -> None:

@@ -8,12 +8,12 @@ import msgspec
 import pytest
 from rich.console import Console
 
-from lab.terminal.picture import COLUMNS, WORDS, choose, picture, summed_up, table
-from lab.terminal.scoreboard import Row, Scoreboard
-from lab.terminal.standing import State
+from clew.fleet.table_picture import COLUMNS, WORDS, choose, picture, summed_up, table
+from clew.fleet.table_rows import Row, Scoreboard
+from clew.story.standing import State
 from protocol.timeline import GoalReached, Record, RobotAppeared, RobotDied, StrandFormed
-from tests.logs import GOOD, HEADER, numbered
-from world.scenario import load
+from tests.support.logs.logs import GOOD, HEADER, numbered
+from world.scenario.scenario import load
 
 ROBOTS = 200
 MANY = load("paper", robots=ROBOTS)

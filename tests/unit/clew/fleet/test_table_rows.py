@@ -6,11 +6,10 @@ import msgspec
 import pytest
 from click.testing import CliRunner
 
-from lab.cli import main
-from lab.log import Log
-from lab.report import read_verdict
-from lab.terminal.scoreboard import Row, Scoreboard
-from lab.terminal.standing import State
+from clew.cli import main
+from clew.fleet.table_rows import Row, Scoreboard
+from clew.log.log import Log
+from clew.story.standing import State
 from protocol.frames import Point
 from protocol.mission import Law
 from protocol.timeline import (
@@ -38,7 +37,8 @@ from protocol.timeline import (
     StepPlanned,
     StrandFormed,
 )
-from tests.logs import HEADER, numbered
+from tests.support.logs.logs import HEADER, numbered
+from world.record.run_files import read_verdict
 
 HERE = {"x_m": 0.0, "y_m": 0.0}
 FORMED = StrandFormed(epoch=1, sensed=False, order=(2, 1), path_length_m=1.0, laid=())

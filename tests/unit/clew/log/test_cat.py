@@ -13,18 +13,19 @@ import click
 import pytest
 from click.testing import CliRunner, Result
 
-from lab.cli import main
-from lab.log_line import COLOURS, is_coloured
+from clew.cli import main
+from clew.log.line import COLOURS, is_coloured
 from protocol.frames import Point
 from protocol.mission import Law
+from protocol.root import ROOT
 from protocol.timeline import FaultInjected, Record, RobotReleased, ScanServed, StepPlanned
 from protocol.timeline.steps import SeenObstacle
-from tests.fleets import END_S_MAX, ROOT, START_S_MAX
-from tests.logs import AT_REST, GOOD, numbered, recorded
-from tests.terminals import Terminal
-from world.recorder import EVENTS_FILE
-from world.run_files import save_verdict
-from world.verdict import VERDICT_FILE
+from tests.support.logs.logs import AT_REST, GOOD, numbered, recorded
+from tests.support.processes.fleets import END_S_MAX, START_S_MAX
+from tests.support.processes.terminals import Terminal
+from world.judge.verdict import VERDICT_FILE
+from world.record.recorder import EVENTS_FILE
+from world.record.run_files import save_verdict
 
 ESCAPE = "\x1b["
 FAULT = ("world", FaultInjected(fault="kill", rule="kill-1", process="r1"))
@@ -42,7 +43,7 @@ def run(tmp_path: Path) -> Path:
 @pytest.fixture
 def follower(tmp_path: Path) -> Iterator["subprocess.Popen[str]"]:
     """`clew log cat --follow` of a run that is not there yet."""
-    command = [sys.executable, "-m", "lab.cli", "log", "cat", "run", "--follow"]
+    command = [sys.executable, "-m", "clew.cli", "log", "cat", "run", "--follow"]
     with subprocess.Popen(
         command, cwd=tmp_path, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
@@ -98,7 +99,7 @@ def test_terminal_gets_colours_unless_the_user_wants_none(
     run: Path, more: dict[str, str], coloured: bool
 ) -> None:
     terminal = Terminal()
-    command = [sys.executable, "-m", "lab.cli", "log", "cat", str(run)]
+    command = [sys.executable, "-m", "clew.cli", "log", "cat", str(run)]
     with subprocess.Popen(command, env=environment() | more, stdout=terminal.theirs):
         terminal.begin()
         terminal.read_to_the_end(START_S_MAX)
@@ -162,7 +163,7 @@ def test_a_pipe_gets_many_lines_at_once(tmp_path: Path, monkeypatch: pytest.Monk
 def test_reader_that_has_had_enough_is_no_error(tmp_path: Path) -> None:
     many = (("r1", RobotReleased()),) * 20_000  # more than any pipe holds
     run = recorded(tmp_path / "long", numbered(many))
-    command = [sys.executable, "-m", "lab.cli", "log", "cat", str(run)]
+    command = [sys.executable, "-m", "clew.cli", "log", "cat", str(run)]
     with subprocess.Popen(
         command, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE
     ) as process:

@@ -3,13 +3,13 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from lab import timeline
-from lab.check import Finding, check, sentences
-from lab.completeness import Completeness
+from clew.log import timeline
+from clew.log.check import Finding, check, sentences
+from clew.log.completeness import Completeness
 from protocol.errors import UsageError
 from protocol.timeline import PoseSampled, PromiseBroken, Record
-from tests.logs import AT_REST, numbered, recorded
-from world.invariants import INVARIANTS
+from tests.support.logs.logs import AT_REST, numbered, recorded
+from world.judge.invariants import INVARIANTS
 
 
 def found(folder: Path, records: tuple[tuple[str, Record], ...]) -> Finding:

@@ -7,16 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lab import log as lab_log
-from lab import timeline
-from lab.completeness import TOLD_MAX, Numbers
-from lab.log import Log
-from lab.log_header import UNKNOWN
+from clew.log import log as lab_log
+from clew.log import timeline
+from clew.log.completeness import TOLD_MAX, Numbers
+from clew.log.header import UNKNOWN
+from clew.log.log import Log
 from protocol.errors import UsageError
 from protocol.timeline import RobotHeld, RobotReleased, RunEnded
-from tests.logs import HEADER, numbered, recorded
-from world.lines import Line
-from world.recorder import line
+from tests.support.logs.logs import HEADER, numbered, recorded
+from world.record.lines import Line
+from world.record.recorder import line
 
 LINES = numbered(
     (

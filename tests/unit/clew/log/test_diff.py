@@ -7,12 +7,12 @@ import msgspec
 import pytest
 from click.testing import CliRunner, Result
 
-from lab.cli import main
-from lab.log_diff import CONTEXT, NO_DIFFERENCE_OF_STEPS, first_difference, headers_apart, steps_of
+from clew.cli import main
+from clew.log.diff import CONTEXT, NO_DIFFERENCE_OF_STEPS, first_difference, headers_apart, steps_of
 from protocol.timeline import PoseSampled, RobotStarted, RouterFound, RunEnded, StepFinished
-from tests.logs import AT_REST, HEADER, numbered, recorded
-from world.lines import Line
-from world.recorder import EVENTS_FILE
+from tests.support.logs.logs import AT_REST, HEADER, numbered, recorded
+from world.record.lines import Line
+from world.record.recorder import EVENTS_FILE
 
 LINES = numbered(AT_REST)
 

@@ -1,4 +1,4 @@
-"""Following a timeline that is still being written: `lab/follow.py`."""
+"""Following a timeline that is still being written: `clew/log/follow.py`."""
 
 import asyncio
 from contextlib import aclosing
@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lab import follow as following
-from lab import vigil
-from lab.follow import Follower, News, follow
+from clew.log import follow as following
+from clew.log import vigil
+from clew.log.follow import Follower, News, follow
 from protocol.timeline import RobotReleased, RunEnded
-from tests.logs import AT_REST, HEADER, numbered, recorded
-from world.recorder import EVENTS_FILE
-from world.verdict import VERDICT_FILE
+from tests.support.logs.logs import AT_REST, HEADER, numbered, recorded
+from world.judge.verdict import VERDICT_FILE
+from world.record.recorder import EVENTS_FILE
 
 LINES = numbered((*AT_REST[:-1], ("r1", RobotReleased()), ("r2", RobotReleased()), *AT_REST[-1:]))
 WAIT_S = 10.0  # for what comes within a tenth of a second

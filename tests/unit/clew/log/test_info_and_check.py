@@ -6,12 +6,12 @@ import msgspec
 import pytest
 from click.testing import CliRunner, Result
 
-from lab.cli import main
+from clew.cli import main
 from protocol.timeline import PoseSampled, StepFinished
-from tests.logs import AT_REST, GOOD, numbered, recorded
-from world.recorder import EVENTS_FILE
-from world.scenario import schema
-from world.verdict import VERDICT_FILE
+from tests.support.logs.logs import AT_REST, GOOD, numbered, recorded
+from world.judge.verdict import VERDICT_FILE
+from world.record.recorder import EVENTS_FILE
+from world.scenario.scenario import schema
 
 STEP_3 = ("world", StepFinished(robot=1, step=3, x_m=0.1, y_m=0.2, clearance_m=0.11))
 

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from lab.plain import plain
-from tests.campaigns import clew
-from tests.fleets import ROOT, START_S_MAX
-from tests.logs import AT_REST, numbered, recorded
-from world.recorder import EVENTS_FILE
+from clew.log.plain import plain
+from protocol.root import ROOT
+from tests.support.campaigns import clew
+from tests.support.logs.logs import AT_REST, numbered, recorded
+from tests.support.processes.fleets import START_S_MAX
+from world.record.recorder import EVENTS_FILE
 
 ORDERS = "\x1b[2J\x1b]0;pwn\x07\u202e[bold]r1"
 IN_JSON = b"\\u001b[2J\\u001b]0;pwn\\u0007\\u202e[bold]r1"
@@ -55,7 +56,7 @@ def test_what_prints_stays_as_it_is() -> None:
 @pytest.mark.processes
 @pytest.mark.parametrize("verb", ["cat", "info"])
 def test_a_full_disk_is_one_line_and_exit_1(run: Path, verb: str) -> None:
-    command = [sys.executable, "-m", "lab.cli", "log", verb, str(run)]
+    command = [sys.executable, "-m", "clew.cli", "log", verb, str(run)]
     with Path("/dev/full").open("wb") as full:
         said = subprocess.run(
             command, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, timeout=START_S_MAX, check=False

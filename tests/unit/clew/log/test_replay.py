@@ -5,17 +5,18 @@ from pathlib import Path
 
 import pytest
 
-from agents.driver import Driver
-from agents.journal import Decision, Given, Recording, open_journal
+from agents.body.driver import Driver
+from agents.process.journal import Decision, Given, Recording, open_journal
 from agents.robot import Robot
-from lab.rehearse import rehearse
-from lab.replay import replay, sentences
+from clew.log.replay import replay, sentences
+from clew.rehearsal.recorded import rehearse
 from protocol.errors import UsageError
 from protocol.faults.plan import load as load_plan
-from protocol.session import INPUTS
-from tests.campaigns import clew
-from tests.fleets import ROOT, Fleet
-from world.scenario import load
+from protocol.network.session import INPUTS
+from protocol.root import ROOT
+from tests.support.campaigns import clew
+from tests.support.processes.fleets import Fleet
+from world.scenario.scenario import load
 
 PLANS = ROOT / "launch" / "faults"
 

@@ -7,16 +7,16 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from agents.journal import Recording
-from lab.rehearse import rehearse
-from lab.replay_missing import NEVER_STARTED, NO_MISSION
-from protocol.codec import packed
+from agents.process.journal import Recording
+from clew.log.replay_missing import NEVER_STARTED, NO_MISSION
+from clew.rehearsal.recorded import rehearse
 from protocol.faults.plan import load as load_plan
-from protocol.session import INPUTS
-from tests.campaigns import clew
-from tests.fleets import ROOT
-from world.recorder import EVENTS_FILE
-from world.scenario import load
+from protocol.network.session import INPUTS
+from protocol.root import ROOT
+from protocol.wire.codec import packed
+from tests.support.campaigns import clew
+from world.record.recorder import EVENTS_FILE
+from world.scenario.scenario import load
 
 DAMAGE_AT = 5000  # of tens of thousands of bytes
 

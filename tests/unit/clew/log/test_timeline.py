@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from lab import timeline
-from lab.timeline import Choice
+from clew.log import timeline
+from clew.log.timeline import Choice
 from protocol.frames import Point
 from protocol.timeline import (
     AuthorityGranted,
@@ -20,9 +20,9 @@ from protocol.timeline import (
     RunEnded,
     StrandDissolved,
 )
-from tests.logs import HEADER, numbered, recorded
-from world.lines import Line
-from world.recorder import line
+from tests.support.logs.logs import HEADER, numbered, recorded
+from world.record.lines import Line
+from world.record.recorder import line
 
 RECORDS: tuple[tuple[str, Record], ...] = (
     ("r1", RobotStarted(pid=4711)),

@@ -1,4 +1,4 @@
-"""What `clew view` sees of a run, tells its pages, and answers: `lab/view/`, without a socket."""
+"""What `clew view` sees of a run, tells its pages, and answers: `clew/page/serve/`, without a socket."""
 
 from http import HTTPStatus
 from pathlib import Path
@@ -6,14 +6,14 @@ from pathlib import Path
 import h11
 import pytest
 
-from lab.follow import News
-from lab.view.feed import ANEW, Feed
-from lab.view.pages import policy, site
-from lab.view.site import Document, Site, Telling, answer, head, hosts_of
-from lab.view.watch import Began, Over, Seen, Watch
-from tests.logs import AT_REST, numbered, recorded
-from world.recorder import EVENTS_FILE
-from world.verdict import VERDICT_FILE
+from clew.log.follow import News
+from clew.page.serve.feed import ANEW, Feed
+from clew.page.serve.pages import policy, site
+from clew.page.serve.site import Document, Site, Telling, answer, head, hosts_of
+from clew.page.serve.watch import Began, Over, Seen, Watch
+from tests.support.logs.logs import AT_REST, numbered, recorded
+from world.judge.verdict import VERDICT_FILE
+from world.record.recorder import EVENTS_FILE
 
 LINES = numbered(AT_REST)
 

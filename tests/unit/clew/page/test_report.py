@@ -10,13 +10,15 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from lab.cli import main
-from lab.page.document import SCRIPTS, STYLES, document
-from tests.pages import inlined, rehearsed
-from world.recorder import EVENTS_FILE
-from world.verdict import VERDICT_FILE
+from clew.cli import main
+from clew.page.document import SCRIPTS, STYLES, document
+from protocol.root import ROOT
+from tests.support.pages.pages import inlined, rehearsed
+from world.judge.verdict import VERDICT_FILE
+from world.record.recorder import EVENTS_FILE
 
-ASSETS = Path(str(files("lab.page") / "assets"))
+ASSETS = Path(str(files("clew.page") / "assets"))
+FILES = [path for path in ASSETS.rglob("*") if path.is_file()]
 BYTES_MAX = 1_000_000  # of a report of ten robots and 60 s
 TEN = {"robots = 5": "robots = 10", "x_m_min = 0.0": "x_m_min = -3.0"}
 REQUESTS = re.compile(
@@ -70,7 +72,7 @@ def test_the_page_requests_nothing_and_may_not(copy: Path) -> None:
 
 
 def test_ten_robots_take_less_than_a_megabyte_a_minute(tmp_path: Path) -> None:
-    scenario = (Path(__file__).parents[1] / "launch" / "scenarios" / "grove.toml").read_text(encoding="utf-8")
+    scenario = (ROOT / "launch" / "scenarios" / "grove.toml").read_text(encoding="utf-8")
     for old, new in TEN.items():
         assert old in scenario
         scenario = scenario.replace(old, new)
@@ -185,8 +187,8 @@ def test_a_file_that_is_no_log_makes_no_page(copy: Path) -> None:
 
 
 def test_all_assets_are_in_the_page_and_small() -> None:
-    assert {path.name for path in ASSETS.iterdir()} == {*SCRIPTS, *STYLES, "index.html"}
-    assert max(len(path.read_text(encoding="utf-8").splitlines()) for path in ASSETS.iterdir()) <= 200
+    assert {path.relative_to(ASSETS).as_posix() for path in FILES} == {*SCRIPTS, *STYLES, "index.html"}
+    assert max(len(path.read_text(encoding="utf-8").splitlines()) for path in FILES) <= 200
 
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="node, which checks the syntax, is not here")

@@ -10,17 +10,17 @@ from typing import Any
 import msgspec
 import pytest
 
-from lab import follow as following
-from lab.completeness import TOLD_MAX
-from lab.follow import Follower, look
-from lab.page.telling import Telling
-from lab.view.channel import Channel
-from lab.view.watch import Began, Over, Watch
-from lab.vigil import QUIET_S, Vigil
-from tests.logs import AT_REST, GOOD, numbered, recorded
+from clew.log import follow as following
+from clew.log.completeness import TOLD_MAX
+from clew.log.follow import Follower, look
+from clew.log.vigil import QUIET_S, Vigil
+from clew.page.serve.channel import Channel
+from clew.page.serve.watch import Began, Over, Watch
+from clew.story.telling import Telling
+from tests.support.logs.logs import AT_REST, GOOD, numbered, recorded
 from world.control import heard
-from world.recorder import EVENTS_FILE
-from world.verdict import VERDICT_FILE
+from world.judge.verdict import VERDICT_FILE
+from world.record.recorder import EVENTS_FILE
 
 LINES = numbered(AT_REST)
 

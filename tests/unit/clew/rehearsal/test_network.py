@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lab.network import Network
+from clew.rehearsal.network import Network
 
 
 def arrived(network: Network[int], now_s: float) -> list[int]:

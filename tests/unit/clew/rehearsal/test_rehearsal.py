@@ -9,14 +9,14 @@ from collections.abc import Callable
 import pytest
 from msgspec.structs import replace
 
-from lab.rehearsal import Rehearsal
+from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import NO_FAULTS, uniform
 from protocol.timeline import LinkSilent, RobotDied, RobotHeld, StrandFormed
-from tests.faults import injected
-from world.ending import Ending
-from world.judgement import Judgement, judge
-from world.scenario import Scenario, load
-from world.table import measure, rms_m
+from tests.support.faults import injected
+from world.judge.ending import Ending
+from world.judge.judgement import Judgement, judge
+from world.judge.table import measure, rms_m
+from world.scenario.scenario import Scenario, load
 
 PERFECT = NO_FAULTS
 LOSSY = uniform(delay_s_max=0.3, loss=0.3, repeat=0.1)
@@ -28,7 +28,7 @@ def judged(rehearsal: Rehearsal) -> Judgement:
 
 def replay(test: Callable[..., None], *arguments: object) -> str:
     chosen = f"{test.__name__}[{'-'.join(map(str, arguments))}]"
-    return f"replay with  ./launch/test.sh 'tests/test_rehearsal.py::{chosen}'"
+    return f"replay with  ./launch/test.sh 'tests/unit/clew/rehearsal/test_rehearsal.py::{chosen}'"
 
 
 @pytest.mark.parametrize("seed", [1, 2])

@@ -11,14 +11,15 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from lab import timeline
-from lab.check import check
-from lab.report import read_verdict
+from clew.log import timeline
+from clew.log.check import check
 from protocol.faults.plan import Plan
 from protocol.faults.plan import load as load_plan
-from tests.campaigns import clew, closed, scene
-from tests.fleets import END_S_MAX, ROOT
-from world.lines import Line
+from protocol.root import ROOT
+from tests.support.campaigns import clew, closed, scene
+from tests.support.processes.fleets import END_S_MAX
+from world.record.lines import Line
+from world.record.run_files import read_verdict
 
 
 @pytest.fixture(autouse=True)
@@ -29,7 +30,7 @@ def somewhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def process(*arguments: str | Path, hash_seed: int = 0) -> subprocess.Popen[str]:
     return subprocess.Popen(
-        [sys.executable, "-m", "lab.cli", *map(str, arguments)],
+        [sys.executable, "-m", "clew.cli", *map(str, arguments)],
         env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONHASHSEED": str(hash_seed)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

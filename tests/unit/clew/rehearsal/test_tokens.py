@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lab.tokens import Change, Tokens
+from clew.rehearsal.tokens import Change, Tokens
 
 
 def fleet(robots: int = 3) -> Tokens:

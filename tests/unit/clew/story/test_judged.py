@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from lab.page.judged import SAME_M
-from tests.pages import rehearsed, told
-from world.recorder import EVENTS_FILE
-from world.verdict import VERDICT_FILE
+from clew.story.judged import SAME_M
+from tests.support.pages.pages import rehearsed, told
+from world.judge.verdict import VERDICT_FILE
+from world.record.recorder import EVENTS_FILE
 
 
 @pytest.fixture(scope="module")

@@ -1,9 +1,9 @@
 """Switching positions bear the log's numbers of steps, wherever a step ended."""
 
-from lab.figures.stands import stands_of
+from clew.story.stands import stands_of
 from protocol.timeline import OrderAccepted, PoseSampled, StepAbandoned
-from tests.logs import numbered
-from world.evidence import Evidence
+from tests.support.logs.logs import numbered
+from world.judge.evidence import Evidence
 
 
 def test_a_step_that_was_abandoned_or_whose_leader_died_ends_where_its_body_was() -> None:

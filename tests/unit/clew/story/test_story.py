@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lab import timeline
-from lab.page import distances
-from lab.page.batch import PLACE_TOLERANCE_M
-from lab.page.story import Story
-from lab.report import read_verdict
-from lab.timeline import Timeline, kind_of
+from clew.log import timeline
+from clew.log.timeline import Timeline, kind_of
+from clew.story import distances
+from clew.story.batch import PLACE_TOLERANCE_M
+from clew.story.story import Story
 from protocol.timeline import Entry, OrderAccepted, PoseSampled
-from tests.pages import column, rehearsed, told
-from world.tally import Tally
+from tests.support.pages.pages import column, rehearsed, told
+from world.judge.tally import Tally
+from world.record.run_files import read_verdict
 
 
 @pytest.fixture(scope="module")

@@ -3,19 +3,19 @@ from pathlib import Path
 
 import pytest
 
-from lab.liveness import unlively
-from lab.rehearsal import Rehearsal
-from lab.swarm import Mode, Swarm, draw
-from lab.swarm_faults import ADVERSARY, FaultClass
-from lab.swarm_window import SOON_S
-from lab.swarm_world import Ground
+from clew.campaign.liveness import unlively
+from clew.rehearsal.rehearsal import Rehearsal
+from clew.swarm.classes import ADVERSARY, FaultClass
+from clew.swarm.swarm import Mode, Swarm, draw
+from clew.swarm.window import SOON_S
+from clew.swarm.world import Ground
 from protocol.faults.fit import check_fits
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Freeze, Kill, Partition, Restart, Slow
+from protocol.files.reading import understand
 from protocol.keys import robot_name
-from protocol.reading import understand
-from world.scenario import Scenario
-from world.scenario import load as load_scenario
+from world.scenario.scenario import Scenario
+from world.scenario.scenario import load as load_scenario
 
 SEEDS = range(1, 151)
 DRAWN = {seed: draw(seed) for seed in SEEDS}

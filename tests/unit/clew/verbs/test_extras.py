@@ -6,13 +6,14 @@ import sys
 
 import pytest
 
-from lab import extras
+from clew.verbs import extras
+from protocol.root import ROOT
 
 
 def test_an_extra_comes_into_the_environment_that_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     words = shlex.split(extras.install_line("rerun"))
-    assert words[-1] == f"{extras.ROOT}[rerun]"
-    assert (extras.ROOT / "pyproject.toml").exists()
+    assert words[-1] == f"{ROOT}[rerun]"
+    assert (ROOT / "pyproject.toml").exists()
     assert sys.executable in words
     monkeypatch.setattr(extras, "find_spec", lambda _: None)
     assert shlex.split(extras.install_line("rerun"))[:4] == ["uv", "pip", "install", "--python"]

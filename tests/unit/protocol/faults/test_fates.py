@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from protocol.codec import decode, encode
 from protocol.errors import MessageRefusedError
 from protocol.faults.damage import Damage
 from protocol.faults.fates import UNTOUCHED, Copy, Fate, Fates, Injected, sender_of
 from protocol.faults.plan import NO_FAULTS, Plan, uniform
 from protocol.faults.rules import Burst, Corrupt, Delay, Drop, Duplicate, Partition, Reorder, Rule
-from protocol.messages import AheadState, Drive, Message, Muster, Odometry, Scan
-from tests.message_strategies import values_of
+from protocol.wire.codec import decode, encode
+from protocol.wire.messages import AheadState, Drive, Message, Muster, Odometry, Scan
+from tests.support.strategies.message_strategies import values_of
 
 SIGMAS = 4.5  # a fair draw is further off once in 150,000
 COUNT = 4000

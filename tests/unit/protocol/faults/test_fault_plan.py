@@ -12,10 +12,9 @@ from protocol.faults.fates import LEFT_ALONE
 from protocol.faults.fit import WAYS, check_fits
 from protocol.faults.plan import PLANS, Plan, load, schema, uniform
 from protocol.faults.rules import Drop, Kill, MessageKind, Partition, Rule
-from protocol.messages import Message
-from tests.campaigns import clew
-
-SHIPPED = sorted(path.stem for path in PLANS.glob("*.toml"))
+from protocol.wire.messages import Message
+from tests.support.campaigns import clew
+from tests.support.faults import SHIPPED
 
 
 def refusal(tmp_path: Path, rule: str, head: str = 'name = "bad"\n') -> str:

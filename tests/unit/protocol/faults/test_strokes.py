@@ -10,17 +10,15 @@ from msgspec.structs import replace
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Freeze, Kill, Restart, Rule, Slow, StepPoint, Thaw
 from protocol.faults.strokes import Blow, Stroke, Strokes
-from protocol.frames import Point
-from protocol.mission import Law
 from protocol.timeline import (
     Entry,
     LeaderSucceeded,
     Record,
     RobotStarted,
-    StepPlanned,
     StrandFormed,
     WorldResumed,
 )
+from tests.support.planned import planned
 
 FIVE = (1, 2, 3, 4, 5)
 
@@ -35,25 +33,6 @@ def tell(of: Strokes, source: str, record: Record, t_s: float = 0.0) -> None:
 
 def formed(order: Sequence[int] = FIVE, epoch: int = 1) -> StrandFormed:
     return StrandFormed(epoch=epoch, sensed=True, order=tuple(order), path_length_m=1.0)
-
-
-def planned(step: int) -> StepPlanned:
-    return StepPlanned(
-        step=step,
-        epoch=1,
-        law=Law.CERTIFIED,
-        x_m=0.0,
-        y_m=0.0,
-        obstacles=(),
-        gaps=(),
-        gap=None,
-        heading_rad=0.0,
-        length_m=1.0,
-        target=Point(x_m=1.0, y_m=0.0),
-        reach_m=1.0,
-        promised_clearance_m=None,
-        cost_to_go_m=None,
-    )
 
 
 def said(due: Sequence[Stroke]) -> list[str]:

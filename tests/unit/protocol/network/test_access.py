@@ -2,8 +2,8 @@
 
 import pytest
 
-from protocol.access import Json, access_rules
 from protocol.keys import Keys
+from protocol.network.access import Json, access_rules
 
 KEYS = Keys("f", "t")
 ROBOTS = 4

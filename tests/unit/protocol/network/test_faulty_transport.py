@@ -5,12 +5,12 @@ from collections.abc import Sequence
 
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Corrupt, Delay, Drop, Duplicate, Partition, Rule
-from protocol.faulty_transport import Conditions, FaultyTransport
-from protocol.messages import Ask, Faults, Message
+from protocol.network.faulty_transport import Conditions, FaultyTransport
+from protocol.network.traffic import Traffic
+from protocol.network.transport import Appeared, Arrival, Asked, Heard, Refused, Vanished
 from protocol.timeline import FaultInjected
-from protocol.traffic import Traffic
-from protocol.transport import Appeared, Arrival, Asked, Heard, Refused, Vanished
-from tests.wire import DEADLINE_S, KEYS, drive, odometry
+from protocol.wire.messages import Ask, Faults, Message
+from tests.support.processes.wire import DEADLINE_S, KEYS, drive, odometry
 
 DRIVE = KEYS.drive("r1")
 FAST = 1000.0  # simulated seconds per second: nobody waits for a delay

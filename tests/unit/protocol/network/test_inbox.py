@@ -5,7 +5,7 @@ from threading import Event, Thread
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.inbox import Inbox
+from protocol.network.inbox import Inbox
 
 DEADLINE_S = 10.0
 

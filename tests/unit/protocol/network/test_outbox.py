@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.codec import SIZE_MAX_BYTES, encode
-from protocol.messages import LogBatch, Logged
-from protocol.outbox import BATCH_ENTRIES_MAX, Outbox
+from protocol.network.outbox import BATCH_ENTRIES_MAX, Outbox
 from protocol.timeline import Entry, Record, RouteLost
+from protocol.wire.codec import SIZE_MAX_BYTES, encode
+from protocol.wire.messages import LogBatch, Logged
 
 RESEND_S = 0.5
 T = TypeVar("T")

@@ -8,7 +8,7 @@ import pytest
 
 from protocol.errors import UsageError
 from protocol.keys import Keys
-from protocol.session import (
+from protocol.network.session import (
     Session,
     check_endpoint,
     read_router_session,
@@ -16,7 +16,7 @@ from protocol.session import (
     unix_socket_endpoint,
     write_sessions,
 )
-from protocol.settings import client_settings, router_settings
+from protocol.network.settings import client_settings, router_settings
 
 ENDPOINT = "unixsock-stream//tmp/x/router.sock"
 

@@ -1,4 +1,4 @@
-from protocol.traffic import OTHERS, REFUSED_KEYS_MAX, Traffic
+from protocol.network.traffic import OTHERS, REFUSED_KEYS_MAX, Traffic
 
 
 def test_what_was_taken_away_has_come_and_was_not_received() -> None:

@@ -9,11 +9,11 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from protocol.authority import authority_m
 from protocol.frames import Point
 from protocol.path import Path
 from protocol.sweep import TOUCHING_M, travel_m
-from tests.path_strategies import paths
+from protocol.wire.authority import authority_m
+from tests.support.strategies.path_strategies import paths
 
 ROUNDING_M = 1e-9  # of sums of arc lengths, on top of what counts as touching
 FURTHER_M = 1e-6

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.codec import SCHEMA_VERSION, SEAL_BYTES, SIZE_MAX_BYTES, decode, encode, sealed
 from protocol.errors import MessageRefusedError
 from protocol.frames import Pose
-from protocol.messages import Ask, LogBatch, Message, Scan
 from protocol.timeline import Entry, RouteLost
-from tests.message_strategies import MESSAGE_TYPES, messages, values_of
+from protocol.wire.codec import SCHEMA_VERSION, SEAL_BYTES, SIZE_MAX_BYTES, decode, encode, sealed
+from protocol.wire.messages import Ask, LogBatch, Message, Scan
+from tests.support.strategies.message_strategies import MESSAGE_TYPES, messages, values_of
 
 NUMBERS = st.integers(0, 2**53)
 WRONG = [

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from protocol.frames import Pose
-from protocol.link import LATELY_S, Link
-from protocol.messages import AheadState, BehindState
+from protocol.wire.link import LATELY_S, Link
+from protocol.wire.messages import AheadState, BehindState
 
 HERE = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
 SILENCE_S = 1.0

@@ -8,10 +8,10 @@ from msgspec.structs import replace
 
 from protocol.errors import MessageRefusedError
 from protocol.frames import Point, Pose
-from protocol.messages import Drive
 from protocol.mission import DEADMAN_S
-from world.bodies import Bodies
-from world.sections import DriveSection
+from protocol.wire.messages import Drive
+from world.bodies.bodies import Bodies
+from world.scenario.sections import DriveSection
 
 TICK_S = 0.02
 HOME = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)

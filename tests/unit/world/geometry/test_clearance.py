@@ -7,10 +7,17 @@ import shapely
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from tests.shape_strategies import ORACLE_ERROR_M, as_shapely, coordinates_m, grounds, patiently, points
-from world.clearance import clearance, distances, keep_off, separations
-from world.ellipses import point_distances
-from world.shapes import Ellipse, Polygon, Shape, ground_of
+from tests.support.strategies.shape_strategies import (
+    ORACLE_ERROR_M,
+    as_shapely,
+    coordinates_m,
+    grounds,
+    patiently,
+    points,
+)
+from world.geometry.clearance import clearance, distances, keep_off, separations
+from world.geometry.ellipses import point_distances
+from world.geometry.shapes import Ellipse, Polygon, Shape, ground_of
 
 Place = tuple[float, float]
 moves = st.lists(st.tuples(points, points), min_size=1, max_size=6)

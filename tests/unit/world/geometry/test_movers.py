@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from shapely import affinity
 
 from protocol.arrays import Floats
-from tests.shape_strategies import ORACLE_ERROR_M, as_shapely, patiently, points, polygons
-from world.clearance import distances
-from world.movers import Movers
-from world.moving import Moving, MovingCircle, MovingPolygon
-from world.shapes import Circle, Shape, ground_of
+from tests.support.strategies.shape_strategies import ORACLE_ERROR_M, as_shapely, patiently, points, polygons
+from world.geometry.clearance import distances
+from world.geometry.movers import Movers
+from world.geometry.moving import Moving, MovingCircle, MovingPolygon
+from world.geometry.shapes import Circle, Shape, ground_of
 
 MOMENTS = 801  # of the oracle, in the second that a move takes
 NOTHING = ground_of(())

@@ -3,8 +3,8 @@ from pathlib import Path
 import pytest
 
 from protocol.errors import UsageError
-from world.reading import SCENARIOS
-from world.scenario import Scenario, load
+from world.scenario.reading import SCENARIOS
+from world.scenario.scenario import Scenario, load
 
 GROVE = (SCENARIOS / "grove.toml").read_text(encoding="utf-8")
 CART = """

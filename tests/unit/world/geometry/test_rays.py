@@ -7,9 +7,16 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from protocol.arrays import scan_bearings_rad
-from tests.shape_strategies import ORACLE_ERROR_M, as_shapely, grounds, patiently, points, shapes
-from world.rays import cast, noisy
-from world.shapes import Circle, Polygon, Shape, ground_of
+from tests.support.strategies.shape_strategies import (
+    ORACLE_ERROR_M,
+    as_shapely,
+    grounds,
+    patiently,
+    points,
+    shapes,
+)
+from world.geometry.rays import cast, noisy
+from world.geometry.shapes import Circle, Polygon, Shape, ground_of
 
 RANGE_M_MAX = 6.0
 NO_DISCS = np.empty((0, 3))

@@ -7,9 +7,9 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from tests.shape_strategies import patiently, points, polygons
-from world import rings
-from world.shapes import Circle, Ellipse, Polygon, Shape, ground_of
+from tests.support.strategies.shape_strategies import patiently, points, polygons
+from world.geometry import rings
+from world.geometry.shapes import Circle, Ellipse, Polygon, Shape, ground_of
 
 SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
 

@@ -17,9 +17,9 @@ from protocol.timeline import (
     StrandFormed,
     StrandReversed,
 )
-from tests.world_stage import planned
-from world.authority import Tolerance, judge_authority
-from world.evidence import Evidence
+from tests.support.stages.world_stage import planned
+from world.judge.authority import Tolerance, judge_authority
+from world.judge.evidence import Evidence
 
 Line = tuple[str, float, Record]
 

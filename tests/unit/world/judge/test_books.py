@@ -1,6 +1,6 @@
 from protocol.timeline import Entry, FaultInjected
-from world.books import Account, Messages, balance
-from world.tally import Tally
+from world.judge.books import Account, Messages, balance
+from world.judge.tally import Tally
 
 ROBOTS = [1, 2, 3]
 

@@ -1,15 +1,14 @@
 """P1 to P6: each broken by hand is found, and what real fleets do breaks none."""
 
-from pathlib import Path
-
 import pytest
 
 from agents.commands import Command
 from agents.events import Event, OdometryHeard
 from agents.robot import Robot
-from lab.rehearsal import Rehearsal
+from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import load as load_plan
 from protocol.frames import Point
+from protocol.root import ROOT
 from protocol.timeline import (
     AuthorityGranted,
     Entry,
@@ -25,12 +24,12 @@ from protocol.timeline import (
     StrandHealed,
     TrafficCounted,
 )
-from world.evidence import Evidence
-from world.invariants import judge_invariants
-from world.judgement import judge
-from world.scenario import load
+from world.judge.evidence import Evidence
+from world.judge.invariants import judge_invariants
+from world.judge.judgement import judge
+from world.scenario.scenario import load
 
-PLANS = Path(__file__).parents[1] / "launch" / "faults"
+PLANS = ROOT / "launch" / "faults"
 MISSION = load("paper", robots=4).mission()
 MUSTER = 10_010_000  # the first that robot 1 calls: protocol/epochs.py
 STRAND = MUSTER + 1

@@ -10,11 +10,11 @@ from shapely.ops import unary_union
 
 from protocol.mission import Bounds
 from protocol.timeline import PromiseBroken
-from tests.world_scenarios import scenario
-from world.clearance import separations
-from world.monitor import Monitor, Promises
-from world.movers import Movers
-from world.moving import MovingCircle
+from tests.support.scenes.world_scenarios import scenario
+from world.geometry.clearance import separations
+from world.geometry.movers import Movers
+from world.geometry.moving import MovingCircle
+from world.judge.monitor import Monitor, Promises
 
 quietly = settings(deadline=None)  # the machine may be busy
 places = st.lists(st.tuples(st.floats(-3, 5), st.floats(-2, 2)), min_size=3, max_size=3)

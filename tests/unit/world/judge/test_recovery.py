@@ -9,7 +9,7 @@ from protocol.timeline import (
     RobotReturned,
     StrandHealed,
 )
-from world.recovery import Death, Heal, Recovery, Succession, tells
+from world.judge.recovery import Death, Heal, Recovery, Succession, tells
 
 
 def struck(fault: str, robot: int = 1) -> FaultInjected:

@@ -1,9 +1,9 @@
 import re
-from pathlib import Path
 
 import pytest
 from msgspec.structs import replace as with_fields
 
+from protocol.root import ROOT
 from protocol.timeline import (
     Entry,
     FaultInjected,
@@ -17,16 +17,16 @@ from protocol.timeline import (
     ScanServed,
     StepFinished,
 )
-from tests.world_scenarios import scenario
-from world.books import Messages
-from world.ending import Ending
-from world.judgement import Breach, Judgement
-from world.monitor import Least
-from world.table import measure, rms_m
-from world.tally import Tally
-from world.verdict import Events, Facts, Verdict, pass_verdict
+from tests.support.scenes.world_scenarios import scenario
+from world.judge.books import Messages
+from world.judge.ending import Ending
+from world.judge.judgement import Breach, Judgement
+from world.judge.monitor import Least
+from world.judge.table import measure, rms_m
+from world.judge.tally import Tally
+from world.judge.verdict import Events, Facts, Verdict, pass_verdict
 
-DOCS = Path(__file__).parent.parent / "docs" / "verdict.md"
+DOCS = ROOT / "docs" / "verdict.md"
 JUDGED = Judgement(
     least_clearance=Least(distance_m=0.12, t_s=3.0, robot=1),
     least_separation=Least(distance_m=0.3, t_s=4.0, robot=1, other=2),

@@ -1,8 +1,8 @@
 from msgspec.structs import replace
 
 from protocol.timeline import Entry, LinkBroken, RobotFailed, StepAbandoned, StrandReversed
-from tests.test_strokes import planned
-from world.progress import progress
+from tests.support.planned import planned
+from world.record.progress import progress
 
 
 def test_only_a_leaders_step_is_told_by_its_number() -> None:

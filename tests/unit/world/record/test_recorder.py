@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from protocol.errors import UsageError
 from protocol.timeline import Entry, LinkHeard, RobotReleased
-from world.recorder import SCHEMA, Header, Recorder, RecordingFailedError, line, open_events
+from world.record.recorder import SCHEMA, Header, Recorder, RecordingFailedError, line, open_events
 
 HEADER = Header(
     run="run7",
@@ -27,8 +27,8 @@ HEADER = Header(
 WRITER = """
 import sys
 from pathlib import Path
-from tests.test_recorder import HEADER, entries
-from world.recorder import Recorder, open_events
+from tests.unit.world.record.test_recorder import HEADER, entries
+from world.record.recorder import Recorder, open_events
 recorder = Recorder(open_events(Path(sys.argv[1])), HEADER)
 for entry in entries(1500):
     recorder.take("r1", [entry])

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.frames import Point
-from protocol.messages import Odometry, Phase
 from protocol.timeline import (
     Entry,
     OrderFinished,
@@ -25,18 +24,18 @@ from protocol.timeline import (
     TrafficCounted,
     WorldResumed,
 )
-from tests.fleets import RUN_S_MAX, Fleet
-from tests.logs import AT_REST, HEADER, numbered, recorded
-from tests.test_fleet import clew
-from tests.world_scenarios import scenario
-from tests.world_stage import Stage
-from world.arena import TICK_S
+from protocol.wire.messages import Odometry, Phase
+from tests.support.logs.logs import AT_REST, HEADER, numbered, recorded
+from tests.support.processes.fleets import RUN_S_MAX, Fleet, clew
+from tests.support.scenes.world_scenarios import scenario
+from tests.support.stages.world_stage import Stage
 from world.attendance import SILENCE_S
-from world.ending import Ending
+from world.bodies.arena import TICK_S
 from world.events import ScanAsked, StopAsked, TokenCame
-from world.judgement import judge
-from world.recorder import EVENTS_FILE, Recorder, open_events
-from world.resume import QUIET_S, continue_events, read_past
+from world.judge.ending import Ending
+from world.judge.judgement import judge
+from world.record.recorder import EVENTS_FILE, Recorder, open_events
+from world.record.resume import QUIET_S, continue_events, read_past
 
 SECOND = round(1.0 / TICK_S)
 FAR = Point(x_m=1.0, y_m=0.0)

@@ -7,10 +7,10 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from protocol.arrays import Floats, scan_bearings_rad
-from tests.shape_strategies import as_shapely, patiently, shapes
-from world.budget import blind_per_range, budget, sure_range_m
-from world.rays import cast
-from world.shapes import Circle, Ellipse, Polygon, Shape, ground_of
+from tests.support.strategies.shape_strategies import as_shapely, patiently, shapes
+from world.geometry.rays import cast
+from world.geometry.shapes import Circle, Ellipse, Polygon, Shape, ground_of
+from world.scenario.budget import blind_per_range, budget, sure_range_m
 
 DIRECTIONS = 360
 FINER = 9  # rays of the oracle for each ray of the sensor; odd, so that one runs half-way

@@ -12,17 +12,17 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lab.scenario_doc import EXAMPLE
+from clew.manual.scenario import EXAMPLE
 from protocol.errors import UsageError
 from protocol.mission import Bounds
-from tests.campaigns import clew, scene
-from tests.fleets import Fleet
-from tests.shape_strategies import as_shapely
-from world.clearance import distances
-from world.deployment import free_places
-from world.piece import Piece, piece_of
-from world.scenario import Scenario, load
-from world.shapes import Circle, Polygon, Shape, ground_of
+from tests.support.campaigns import clew, scene
+from tests.support.processes.fleets import Fleet
+from tests.support.strategies.shape_strategies import as_shapely
+from world.geometry.clearance import distances
+from world.geometry.shapes import Circle, Polygon, Shape, ground_of
+from world.scenario.deployment import free_places
+from world.scenario.piece import Piece, piece_of
+from world.scenario.scenario import Scenario, load
 
 BOUNDS = Bounds(x_m_min=0.0, y_m_min=0.0, x_m_max=4.0, y_m_max=3.0)
 POST = Circle(centre_m=(2.0, 1.5), radius_m=0.8)

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from scipy import ndimage
 
 from protocol.errors import UsageError
+from protocol.files.reading import understand
 from protocol.mission import Law
-from protocol.reading import understand
-from tests.shape_strategies import as_shapely
-from world.reading import SCENARIOS
-from world.scenario import Scenario, load, schema
+from tests.support.strategies.shape_strategies import as_shapely
+from world.scenario.reading import SCENARIOS
+from world.scenario.scenario import Scenario, load, schema
 
 NAMES = sorted(path.stem for path in SCENARIOS.glob("*.toml"))
 SCHEMA = SCENARIOS / "scenario.schema.json"

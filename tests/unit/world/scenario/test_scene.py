@@ -6,9 +6,9 @@ import pytest
 
 from protocol.errors import UsageError
 from protocol.mission import Law
-from world.moving import MovingCircle
-from world.scenario import Scenario, load
-from world.shapes import Circle, Polygon
+from world.geometry.moving import MovingCircle
+from world.geometry.shapes import Circle, Polygon
+from world.scenario.scenario import Scenario, load
 
 SCENE: dict[str, Any] = {
     "schema": "clew-scene/1",
