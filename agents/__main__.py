@@ -8,9 +8,10 @@ import agents.navigation.guidance  # noqa: F401 - loaded before the fork, scipy 
 from agents.process.host import Orders, run_host, run_robot
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
-from protocol.faults.plan import NO_FAULTS, load
+from protocol.faults.plan import NO_FAULTS
 from protocol.frames import ROBOTS_MAX
 from protocol.network.faulty_transport import Conditions
+from protocol.run_settings import read_plan, read_settings
 
 STDIN = 0
 
@@ -20,14 +21,22 @@ def main() -> int:
     arguments = _parse()
     lifeline = STDIN if arguments.lifeline else None
     try:
-        plan = NO_FAULTS if arguments.faults is None else load(arguments.faults)
+        conditions = _conditions(arguments.run)
     except UsageError as error:
         print(f"robots: {error}", file=sys.stderr)  # noqa: T201 - the user reads it
         return ExitCode.USAGE
-    told = Orders(arguments.sessions, Conditions(plan, arguments.seed, arguments.speed))
+    told = Orders(arguments.sessions, conditions)
     if len(arguments.robots) == 1 and not arguments.host:
         return run_robot(arguments.robots[0], told, lifeline)
     return run_host(arguments.robots, told, lifeline)
+
+
+def _conditions(run: Path | None) -> Conditions:
+    """What is to go wrong with the robots' messages; without the run's folder nothing."""
+    if run is None:
+        return Conditions(NO_FAULTS, 1, 1.0)
+    settings = read_settings(run)
+    return Conditions(read_plan(run), settings.seed, settings.speed or 1.0)
 
 
 def robots_of(text: str) -> list[int]:
@@ -67,13 +76,10 @@ def _parse() -> argparse.Namespace:
         "--host", action="store_true", help="fork even a single robot, so that faults can be done to it"
     )
     parser.add_argument(
-        "--faults", metavar="PLAN", help="a name in launch/faults or a .toml file: what goes wrong on purpose"
-    )
-    parser.add_argument(
-        "--seed", type=int, default=1, metavar="S", help="decides the plan's draws; default 1"
-    )
-    parser.add_argument(
-        "--speed", type=float, default=1.0, metavar="X", help="simulated s per s, for delays; default 1"
+        "--run",
+        type=Path,
+        metavar="DIR",
+        help="the run's folder, if it is here: fault plan and pace",
     )
     parser.add_argument(
         "--lifeline", action="store_true", help="end when stdin does, so that no launcher leaves us behind"

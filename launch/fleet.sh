@@ -71,8 +71,7 @@ start_router() {
 }
 
 start_world() {
-    local files=(--session "$private/world.json" --out "$run_folder")
-    start world "$python" -m world "${world_options[@]}" "${files[@]}" --lifeline "$@" >&2
+    start world "$python" -m world "$run_folder" --session "$private/world.json" --lifeline "$@" >&2
     world=$started
 }
 
@@ -187,6 +186,7 @@ report() {
 
 # The run never began: it leaves no folder behind, and no link to one.
 drop_run() {
+    rm -f -- "$run_folder"/{scenario,faults,run}.toml
     ((${#made_folders[@]})) && rmdir "${made_folders[0]}" 2>/dev/null || return
     [[ -z $latest || -e $latest ]] || rm -f "$latest"
     rmdir "${made_folders[@]:1}" 2>/dev/null
@@ -334,7 +334,7 @@ base=${TMPDIR:-/tmp}
 private=$(mktemp -d "$base/clew.XXXXXX") || clew_refuse "no folder for the run's sockets can be made in $base"
 # A Ctrl-C reaches this child too; it has nothing to say to it.
 settings=$(trap "" INT && "$python" -m clew.fleet.prepare "$private" "$@") || exit "${asked:-$?}"
-eval "$settings" # robots, own_routers, world_options, robot_options, run_folder, made_folders, latest, as_json, view, shows
+eval "$settings" # robots, own_routers, run_folder, made_folders, latest, as_json, view, shows
 [[ $shows != table || -t 1 ]] || shows=lines # as in `fleet.sh | tee`
 [[ $shows == lines ]] || hush
 end_on_signals
@@ -357,7 +357,7 @@ done
 ((view)) && await_viewer "$viewer"
 start_world
 [[ $shows == table ]] && start_table
-start host "$python" -m agents --robots "1-$robots" "${robot_options[@]}" --sessions "$private" --lifeline >&2
+start host "$python" -m agents --robots "1-$robots" --host --run "$run_folder" --sessions "$private" --lifeline >&2
 if [[ -n $latest ]]; then
     ln -s "$(basename "$run_folder")" "$latest.$$" 2>/dev/null && mv -Tf "$latest.$$" "$latest"
 fi

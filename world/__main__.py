@@ -9,13 +9,10 @@ from pathlib import Path
 
 from protocol.errors import SessionLostError, UsageError
 from protocol.exit_codes import ExitCode
-from protocol.faults.plan import NO_FAULTS
-from protocol.faults.plan import load as load_plan
-from protocol.mission import Law
 from protocol.network.session import read_session
-from world.options import DEPLOYMENTS, seed_of, speed_of
+from protocol.run_settings import check_is_run, read_plan, read_settings
 from world.record.recorder import RecordingFailedError
-from world.scenario.scenario import load
+from world.record.run_files import read_scenario
 from world.shell import Request, run
 
 STDIN = 0
@@ -26,20 +23,16 @@ def main() -> int:
     arguments = _parse()
     logging.basicConfig(format="world: %(message)s", level=logging.INFO)
     try:
+        check_is_run(arguments.run)
+        settings = read_settings(arguments.run)
         request = Request(
-            scenario=load(
-                arguments.scenario,
-                robots=arguments.robots,
-                law=arguments.law,
-                deployment=arguments.deployment,
-                seed=arguments.seed,
-            ),
+            scenario=read_scenario(arguments.run),
             session=read_session(arguments.session),
-            out=arguments.out,
-            seed=arguments.seed,
-            speed=arguments.speed,
+            out=arguments.run,
+            seed=settings.seed,
+            speed=settings.speed,
             lifeline=STDIN if arguments.lifeline else None,
-            plan=NO_FAULTS if arguments.faults is None else load_plan(arguments.faults),
+            plan=read_plan(arguments.run),
             private=arguments.session.parent,
             resume=arguments.resume,
         )
@@ -65,23 +58,17 @@ def _parse() -> argparse.Namespace:
         "writes events.jsonl and verdict.json. Exits with the verdict: 0 kept its promises, 1 failed, "
         "2 wrong usage, 130 interrupted, 143 told to end.",
     )
-    parser.add_argument("scenario", help="a name in launch/scenarios, a .toml or a clew-scene/1 .json file")
+    parser.add_argument(
+        "run",
+        type=Path,
+        metavar="RUN",
+        help="the run's folder, with scenario.toml, run.toml and, if anything is to fail, faults.toml",
+    )
     parser.add_argument(
         "--session", type=Path, required=True, metavar="FILE", help="the world's session file"
     )
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="the run's folder")
-    parser.add_argument("-n", "--robots", type=int, metavar="N", help="how many robots, not the scenario's")
-    parser.add_argument("--seed", type=seed_of, default=1, metavar="S", help="decides all draws; default 1")
-    parser.add_argument("--law", choices=[law.value for law in Law], help="the law, not the scenario's")
-    parser.add_argument("--deployment", choices=DEPLOYMENTS, help="random places, not the scenario's")
     parser.add_argument(
-        "--speed", type=speed_of, default=1.0, metavar="X|max", help="simulated s per s; max: in lock-step"
-    )
-    parser.add_argument(
-        "--faults", metavar="PLAN", help="a name in launch/faults or a .toml file: what goes wrong on purpose"
-    )
-    parser.add_argument(
-        "--resume", action="store_true", help="go on from the timeline in --out, if there is one"
+        "--resume", action="store_true", help="go on from the timeline in RUN, if there is one"
     )
     parser.add_argument(
         "--lifeline", action="store_true", help="end when stdin does, so that no launcher leaves us behind"

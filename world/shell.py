@@ -49,7 +49,7 @@ from world.pace import Pace
 from world.record.progress import progress
 from world.record.recorder import Header, Recorder, open_events
 from world.record.resume import Past, continue_events, read_past
-from world.record.run_files import header_of, save_verdict
+from world.record.run_files import check_unchanged, header_of, save_verdict
 from world.scenario.scenario import Scenario
 
 log = logging.getLogger("world")
@@ -87,6 +87,8 @@ def run(request: Request) -> Verdict:
 
 async def _run(request: Request) -> Verdict:
     past = read_past(request.out) if request.resume else None
+    if past is not None:
+        check_unchanged(request.out, past.header)
     keys = request.session.keys
     hear, answer = [keys.drive("*"), keys.log("*")], [keys.scan("*"), keys.mission()]
     alive, watch = keys.alive(WORLD, secrets.token_hex(4)), keys.alive("*", "*")

@@ -16,9 +16,9 @@ from numpy.random import Generator
 from clew.fields.maze import maze, rectangle
 from clew.fields.scatter import scatter
 from clew.fields.shapes import DECIMALS, DRAWS, area_m2
+from protocol.run_settings import SEED_MAX
 from world.chance import stream
 from world.geometry.shapes import Circle, Polygon
-from world.options import SEED_MAX
 
 ROBOTS = 5  # for whom the lanes have room
 SPACING_RADII = 3.0  # the rule of clew-scene/1 for the places of robots

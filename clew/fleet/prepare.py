@@ -18,15 +18,18 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from clew.fleet.folder import LATEST, RUNS, folder_name, make_folder
-from clew.fleet.request import Request, parse, robot_options, world_options
+from clew.fleet.request import Request, parse
 from protocol.errors import SessionLostError, UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.fit import check_fits
+from protocol.faults.plan import NO_FAULTS
 from protocol.faults.plan import load as load_plan
 from protocol.keys import WORLD
 from protocol.network.interlink import PROTOCOL
 from protocol.network.session import INPUTS, Session, read_session, unix_socket_endpoint, write_sessions
 from protocol.network.zenoh_transport import open_transport
+from protocol.run_settings import Settings
+from world.record.run_files import prepare_folder
 from world.scenario.scenario import load
 
 FLEET = "clew"  # the run, which stands in every key beside it, is what tells two fleets apart
@@ -91,8 +94,8 @@ def prepare(request: Request, private: Path) -> list[str]:
         seed=request.seed,
     )
     robots = scenario.mission().robots
-    if request.faults is not None:
-        check_fits(load_plan(request.faults), robots=robots)
+    plan = NO_FAULTS if request.faults is None else load_plan(request.faults)
+    check_fits(plan, robots=robots)
     now, token = datetime.now(UTC), secrets.token_hex(2)
     folder = request.out or RUNS / folder_name(now, request.scenario, token)
     write_sessions(
@@ -108,6 +111,7 @@ def prepare(request: Request, private: Path) -> list[str]:
     if request.connect is not None:
         asyncio.run(probe(read_session(private / f"{WORLD}.json")))
     made = make_folder(folder.absolute())
+    prepare_folder(folder, scenario, plan, Settings(seed=request.seed, speed=request.speed))
     return [
         assignment("robots", str(robots)),
         assignment("own_routers", str(request.routers if request.connect is None else 0)),
@@ -117,8 +121,6 @@ def prepare(request: Request, private: Path) -> list[str]:
         assignment("run_folder", str(folder)),
         assignment("made_folders", [str(path) for path in made]),
         assignment("latest", "" if request.out else str(LATEST)),
-        assignment("world_options", world_options(request)),
-        assignment("robot_options", robot_options(request)),
     ]
 
 

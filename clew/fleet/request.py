@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
+from clew.fleet.options import DEPLOYMENTS, seed_of, speed_of
 from protocol.errors import UsageError
 from protocol.frames import ROBOTS_MAX
 from protocol.mission import Law
 from protocol.network.session import ROUTERS_MAX
-from world.options import DEPLOYMENTS, seed_of, speed_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,7 +23,8 @@ class Request:
     seed: int
     law: str | None
     deployment: str | None
-    speed: str
+    speed: float | None
+    """Times real time; None: as fast as the robots answer."""
     faults: str | None
     out: Path | None
     as_json: bool
@@ -80,9 +81,7 @@ def _add_what_is_run(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--deployment", choices=DEPLOYMENTS, help="free places drawn by the seed, instead of the scenario's"
     )
-    parser.add_argument(
-        "--speed", type=_speed, default="1", help="times real time, or max; default: %(default)s"
-    )
+    parser.add_argument("--speed", type=speed_of, default=1.0, help="times real time, or max; default: 1")
     parser.add_argument(
         "--faults",
         metavar="PLAN",
@@ -123,37 +122,10 @@ def _add_where_and_how(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def world_options(request: Request) -> list[str]:
-    """What of the request the world is told on its own command line."""
-    options = [request.scenario, "--seed", str(request.seed), "--speed", request.speed]
-    if request.robots is not None:
-        options += ["-n", str(request.robots)]
-    if request.law is not None:
-        options += ["--law", request.law]
-    if request.deployment is not None:
-        options += ["--deployment", request.deployment]
-    return options + _faults(request)
-
-
-def robot_options(request: Request) -> list[str]:
-    """What of the request the robots are told on their host's command line."""
-    pace = [] if request.speed == "max" else ["--speed", request.speed]
-    return ["--host", "--seed", str(request.seed), *pace, *_faults(request)]
-
-
-def _faults(request: Request) -> list[str]:
-    return [] if request.faults is None else ["--faults", request.faults]
-
-
 def _count(text: str) -> int:
     if not text.isdecimal() or not 1 <= int(text) <= ROBOTS_MAX:
         raise argparse.ArgumentTypeError(f"must be a whole number from 1 to {ROBOTS_MAX}, got {text}")
     return int(text)
-
-
-def _speed(text: str) -> str:
-    speed_of(text)
-    return text  # the world reads it again
 
 
 def _endpoint(text: str) -> str:

@@ -9,11 +9,13 @@ from clew.log.log import Log
 from clew.log.plain import plain
 from clew.log.timeline import Timeline
 from protocol.errors import UsageError
+from protocol.run_settings import SCENARIO_FILE
 from protocol.timeline import PromiseBroken
 from world.judge.judgement import Breach, Judgement, judge
 from world.judge.monitor import Promises
 from world.judge.verdict import finite
 from world.record.lines import Line
+from world.record.run_files import check_unchanged
 from world.scenario.scenario import Scenario
 
 
@@ -49,7 +51,7 @@ def check(timeline: Timeline | Log) -> Finding:
     recorded: list[Breach] = []
     judgement = judge(scenario, _noting(recorded, timeline.lines))
     promises = Promises.of(scenario)
-    flaws = [*timeline.flaws, *contradictions(recorded, judgement)]
+    flaws = [*timeline.flaws, *contradictions(recorded, judgement), *_changed(timeline)]
     if scenario.fingerprint() != timeline.header.scenario_hash:
         flaws.append("the header's scenario is not the one that was run: its hash differs")
     return Finding(
@@ -74,6 +76,16 @@ def _noting(broken: list[Breach], lines: Iterable[Line]) -> Iterator[Line]:
         if isinstance(entry.record, PromiseBroken):
             broken.append(Breach(t_s=entry.t_s, broken=entry.record))
         yield source, entry
+
+
+def _changed(timeline: Timeline | Log) -> Iterator[str]:
+    """That the scenario or the fault plan in the run's folder is not what the run began with."""
+    if not isinstance(timeline, Log) or not (timeline.path.parent / SCENARIO_FILE).exists():
+        return
+    try:
+        check_unchanged(timeline.path.parent, timeline.header)
+    except UsageError as error:
+        yield str(error)
 
 
 def contradictions(recorded: Iterable[Breach], judgement: Judgement) -> Iterator[str]:

@@ -13,8 +13,10 @@ from msgspec import Struct
 
 from clew.log.plain import plain
 from protocol.errors import UsageError
+from protocol.run_settings import read_plan, read_settings
 from world.record.lines import Stamp
 from world.record.recorder import SCHEMA, Header
+from world.record.run_files import as_header, read_scenario
 
 UNREADABLE = (msgspec.MsgspecError, ValueError, RecursionError)
 """What decoding raises: at a wrong field, at bytes that are no UTF-8, at brackets in brackets in brackets."""
@@ -57,7 +59,9 @@ def header_or_rest(first: bytes, path: Path) -> tuple[Header, str | None]:
     try:
         return read_header(first, path), None
     except UsageError as error:
-        return _salvaged(first), plain(f"line 1 is damaged: {error}; what it does not say is not known")
+        return _salvaged(first, path.parent), plain(
+            f"line 1 is damaged: {error}; what it does not say is not known"
+        )
 
 
 def read_header(text: bytes, path: Path) -> Header:
@@ -94,13 +98,13 @@ def other(schema: str) -> str:
     return f"its schema is {schema!r}, this program reads {SCHEMA!r}"
 
 
-def _salvaged(text: bytes) -> Header:
-    """The fields that a damaged header still says."""
+def _salvaged(text: bytes, folder: Path) -> Header:
+    """The fields that a damaged header still says, and what else the other files of the run tell."""
     try:
         raw = {} if is_entry(text) else msgspec.json.decode(text, type=dict[str, Any])
     except UNREADABLE:
         return UNKNOWN
-    good: dict[str, Any] = {}
+    good: dict[str, Any] = _from_files(folder)
     for field in msgspec.structs.fields(Header):
         if field.name in raw:
             try:
@@ -108,3 +112,18 @@ def _salvaged(text: bytes) -> Header:
             except UNREADABLE:
                 continue
     return msgspec.structs.replace(UNKNOWN, **good)
+
+
+def _from_files(folder: Path) -> dict[str, Any]:
+    """What the files that the run began with say of its header; nothing, where one is missing or damaged."""
+    try:
+        scenario, settings, plan = read_scenario(folder), read_settings(folder), read_plan(folder)
+    except UsageError:
+        return {}
+    return {
+        "scenario": msgspec.to_builtins(scenario),
+        "scenario_hash": scenario.fingerprint(),
+        "seed": settings.seed,
+        "speed": settings.speed,
+        "faults": as_header(plan),
+    }

@@ -15,14 +15,14 @@ from pathlib import Path
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.asked import asked_to_end
 from protocol.faults.plan import NO_FAULTS, Plan
-from protocol.faults.plan_text import FAULTS_FILE, plan_text
 from protocol.keys import WORLD
 from protocol.network.session import INPUTS
+from protocol.run_settings import Settings
 from world.closing import Circumstances, verdict_of
 from world.judge.verdict import Verdict
 from world.record.progress import progress
-from world.record.recorder import Header, Recorder, RecordingFailedError, open_events
-from world.record.run_files import header_of, save_verdict
+from world.record.recorder import Header, Recorder, open_events
+from world.record.run_files import header_of, prepare_folder, save_verdict
 from world.scenario.scenario import Scenario
 
 EPOCH = "1970-01-01T00:00:00+00:00"  # when every rehearsal starts, by its own clock: `hlc` counts from there
@@ -41,7 +41,7 @@ def rehearse(
     started_at, started_wall_s = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
     rehearsal = Rehearsal(scenario, seed, plan, inputs=folder / INPUTS)
     with open_events(folder) as file, asked_to_end() as asked:
-        _save_plan(plan, folder)
+        prepare_folder(folder, scenario, plan, Settings(seed=seed))
         recorder = Recorder(file, _header(scenario, plan, seed))
         lives: Counter[str] = Counter()
         try:
@@ -73,16 +73,6 @@ def verdict_on(rehearsal: Rehearsal, seed: int, *, started_at: str, wall_s: floa
             cpu_s=time.process_time(),
         ),
     )
-
-
-def _save_plan(plan: Plan, folder: Path) -> None:
-    """Keep what went wrong with the run, as a file that `--faults` takes."""
-    if plan.rules:
-        path = folder / FAULTS_FILE
-        try:
-            path.write_text(plan_text(plan), encoding="utf-8")
-        except OSError as error:
-            raise RecordingFailedError(f"cannot write {path}: {error.strerror}") from error
 
 
 def _record(

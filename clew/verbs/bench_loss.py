@@ -29,8 +29,8 @@ from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
 from protocol.faults.plan_text import FAULTS_FILE, plan_text
+from protocol.run_settings import SPEED_MAX
 from world.judge.ending import Ending
-from world.options import SPEED_MAX
 from world.record.run_files import read_verdict
 from world.scenario.scenario import Scenario, load
 

@@ -19,7 +19,7 @@ from clew.fleet.folder import RUNS
 from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, ROBOTS
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
-from world.options import SEED_MAX
+from protocol.run_settings import SEED_MAX
 
 Watch = Callable[[int, int, int], None]
 

@@ -22,7 +22,7 @@ from clew.verbs.options import AS_JSON, SEED
 from protocol.asked import AskedToEnd, terminable
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
-from world.options import SPEED_MAX
+from protocol.run_settings import SPEED_MAX
 
 CHAOS_FILE = "chaos.json"
 PIPE_COLUMNS = 140  # the table's width where stdout is no terminal

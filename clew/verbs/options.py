@@ -2,9 +2,10 @@
 
 import click
 
+from clew.fleet.options import DEPLOYMENTS
 from protocol.frames import ROBOTS_MAX
 from protocol.mission import Law
-from world.options import DEPLOYMENTS, SEED_MAX
+from protocol.run_settings import SEED_MAX
 
 AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON, for programs.")
 LAW = click.option(

@@ -1,49 +1,32 @@
-"""Writes plain data as TOML: what a drawn field or plan is read back from. Pure.
+"""Writes plain data as TOML, by `tomli-w`. Pure.
 
 Rule 1: what is read back is equal, floats to the last bit.
-Rule 2: what is None is not there.
+Rule 2: what is None is left out, since TOML has no word for it.
 """
 
-import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
+
+import tomli_w
 
 Table = Mapping[str, Any]
 
 
 def toml_text(table: Table, schema: str | None = None) -> str:
-    """The table as TOML; sections and lists of tables at its top have headings, what is deeper is inline.
+    """The table as TOML.
 
     Args:
         table: what to write.
         schema: the file that tells editors what may stand here.
     """
-    lines = [] if schema is None else [f"#:schema {schema}"]
-    said = {key: value for key, value in table.items() if value is not None}
-    sections = {key: value for key, value in said.items() if isinstance(value, Mapping) or _is_tables(value)}
-    lines += _pairs({key: value for key, value in said.items() if key not in sections})
-    for key, value in sections.items():
-        if isinstance(value, Mapping):
-            lines += ["", f"[{key}]", *_pairs(value)]
-            continue
-        for each in value:
-            lines += ["", f"[[{key}]]", *_pairs(each)]
-    return "\n".join(lines) + "\n"
+    head = "" if schema is None else f"#:schema {schema}\n"
+    return head + tomli_w.dumps({key: _said(each) for key, each in table.items() if each is not None})
 
 
-def _is_tables(value: object) -> bool:
-    if not isinstance(value, Sequence) or isinstance(value, str):
-        return False
-    return len(value) > 0 and all(isinstance(each, Mapping) for each in value)
-
-
-def _pairs(table: Table) -> Iterator[str]:
-    return (f"{key} = {_value(value)}" for key, value in table.items() if value is not None)
-
-
-def _value(value: object) -> str:
+def _said(value: object) -> object:
+    """The same without what is None, in the types that `tomli-w` takes."""
     if isinstance(value, Mapping):
-        return f"{{ {', '.join(_pairs(value))} }}"
+        return {key: _said(each) for key, each in value.items() if each is not None}
     if isinstance(value, Sequence) and not isinstance(value, str):
-        return f"[{', '.join(map(_value, value))}]"
-    return json.dumps(value)  # TOML's strings, numbers, true and false are JSON's
+        return [_said(each) for each in value]
+    return value

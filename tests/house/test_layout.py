@@ -18,6 +18,7 @@ FLOORS: dict[str, dict[str, int]] = {
         **dict.fromkeys(("asked", "ending", "mission", "path", "sweep", "files/"), 1),
         "timeline/": 2,
         "faults/": 3,
+        "run_settings": 4,
         "wire/": 4,
         "network/": 5,
         "__main__": 6,
@@ -35,7 +36,7 @@ FLOORS: dict[str, dict[str, int]] = {
     },
     "world": {
         **dict.fromkeys(("attendance", "chance", "commands", "control", "events", "faults"), 0),
-        **dict.fromkeys(("options", "routing"), 0),
+        "routing": 0,
         "geometry/": 0,
         "scenario/": 1,
         "judge/": 2,

@@ -18,6 +18,7 @@ from protocol.errors import SessionLostError
 from protocol.network.session import write_sessions
 from protocol.network.transport import Arrival, Heard, Refused
 from protocol.network.zenoh_transport import ZenohTransport
+from protocol.run_settings import Settings
 from protocol.wire.messages import Message
 from tests.support.processes.fleets import RUN_S_MAX, Fleet
 from tests.support.processes.parts import Parts, said
@@ -31,12 +32,14 @@ from tests.support.processes.wire import (
     robot_transport,
     world_transport,
 )
+from world.scenario.scenario import load
 
 ROBOTS = ("r1", "r2", "r3")
 WIRES_MAX = 5  # Zenoh panicked in 5 talks of some 200
 UNHEARD_OF = Faults(forged=b"\x19\x01")  # the end of an interest, of which Zenoh has a client panic
 TALK_S_MAX = 60.0  # it takes some seconds, more where Zenoh has to open its links again and again
-GROVE = ("grove", "-n", str(len(ROBOTS)), "--speed", "2")  # 17 s of the run where nothing goes wrong
+# 17 s of the run where nothing goes wrong
+GROVE, SETTINGS = load("grove", robots=len(ROBOTS)), Settings(seed=1, speed=2.0)
 ROUND_S = 0.005  # for what has been sent to arrive
 ROUNDS_MAX = 2000
 
@@ -72,7 +75,7 @@ def fleet_behind_proxy(fleet: Fleet) -> Iterator[tuple[subprocess.Popen[str], Pr
     endpoint, listen = f"tcp/127.0.0.1:{outer}", f"tcp/127.0.0.1:{inner}"
     with (
         proxy_aside(inner, listen=outer, seed=1) as between,
-        Parts(fleet, len(ROBOTS), GROVE, endpoint, listen).started() as world,
+        Parts(fleet, len(ROBOTS), GROVE, SETTINGS, endpoint, listen).started() as world,
     ):
         yield world, between
 

@@ -8,13 +8,16 @@ from typing import Any
 
 import pytest
 
+from protocol.run_settings import Settings
 from tests.support.processes.fleets import START_S_MAX, Fleet, wait_until
 from tests.support.processes.netns import ADDRESS, UnavailableError, Wire, chains, drop, holders, wire
 from tests.support.processes.parts import Parts, said
+from world.scenario.scenario import load
 
 ROBOTS = 3
 ENDPOINT = f"tcp/{ADDRESS}:7447"
-GROVE = ("grove", "-n", str(ROBOTS), "--speed", "4")  # 17 s of the run, 4 s of ours, where nothing goes wrong
+# 17 s of the run, 4 s of ours, where nothing goes wrong
+GROVE, SETTINGS = load("grove", robots=ROBOTS), Settings(seed=1, speed=4.0)
 LOSS = drop(0.1)  # of all packets that go one way
 RESET = "meta l4proto tcp counter reject with tcp reset"
 RESETS = 10  # all connections, and as many attempts to come back
@@ -39,7 +42,7 @@ def world(fleet: Fleet, between: Wire) -> Iterator[subprocess.Popen[str]]:
 
 def parts(fleet: Fleet, between: Wire) -> Parts:
     near, far = between.near.command, between.far.command
-    return Parts(fleet, ROBOTS, GROVE, ENDPOINT, ENDPOINT, near=near, far=far)
+    return Parts(fleet, ROBOTS, GROVE, SETTINGS, ENDPOINT, ENDPOINT, near=near, far=far)
 
 
 def verdict(fleet: Fleet, world: subprocess.Popen[str]) -> dict[str, Any]:

@@ -11,11 +11,13 @@ from typing import Any
 
 import pytest
 
+from protocol.faults.plan import NO_FAULTS
 from protocol.frames import Point
 from protocol.mission import Mission
 from protocol.network.outbox import Outbox
 from protocol.network.transport import Heard
 from protocol.network.zenoh_transport import ZenohTransport
+from protocol.run_settings import SCENARIO_FILE, SETTINGS_FILE, Settings
 from protocol.timeline import GoalReached, Record, RobotArrived, RobotSettled, StrandFormed, TrafficCounted
 from protocol.wire.messages import Ask, Drive, Logged, Message, Odometry, Phase, Scan, ScanQuery
 from tests.support.processes.wire import (
@@ -30,6 +32,8 @@ from tests.support.processes.wire import (
 from tests.support.stages.world_stage import planned
 from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE
+from world.record.run_files import prepare_folder
+from world.scenario.scenario import load
 
 SCENARIO = """
 name = "one"
@@ -150,10 +154,11 @@ def folder() -> Iterator[Path]:
         yield folder
 
 
-def world_arguments(folder: Path, *options: str, scenario: str = "one.toml") -> Sequence[str]:
-    path = folder / scenario
-    files = ["--session", str(folder / "world.json"), "--out", str(folder / "run")]
-    return ["-m", "world", str(path) if path.exists() else scenario, *files, *options]
+def world_arguments(folder: Path, *options: str, speed: float | None = 1.0) -> Sequence[str]:
+    run = folder / "run"
+    run.mkdir()
+    prepare_folder(run, load(str(folder / "one.toml")), NO_FAULTS, Settings(seed=1, speed=speed))
+    return ["-m", "world", str(run), "--session", str(folder / "world.json"), *options]
 
 
 def end(world: subprocess.Popen[str]) -> str:
@@ -172,12 +177,12 @@ def kinds(folder: Path) -> Counter[str]:
     )
 
 
-@pytest.mark.parametrize("speed", ["1", "5", "max"])
+@pytest.mark.parametrize("speed", [1.0, 5.0, None])
 async def test_a_run_goes_from_mission_to_verdict_and_every_message_is_accounted_for(
-    folder: Path, speed: str
+    folder: Path, speed: float | None
 ) -> None:
     with (
-        python(*world_arguments(folder, "--speed", speed)) as world,
+        python(*world_arguments(folder, speed=speed)) as world,
         robot_transport(folder, "r1") as transport,
     ):
         await Player(transport).live()
@@ -216,7 +221,7 @@ async def test_mission_and_scans_are_answered_to_whoever_asks(folder: Path) -> N
 
 
 async def test_a_robot_that_goes_without_a_word_has_died_and_the_run_fails(folder: Path) -> None:
-    with python(*world_arguments(folder, "--speed", "max")) as world:
+    with python(*world_arguments(folder, speed=None)) as world:
         with robot_transport(folder, "r1") as transport:
             player = Player(transport)
             await player.hear(lambda message: isinstance(message, Odometry) and message.t_s > 1.0)
@@ -259,21 +264,41 @@ async def test_a_full_disk_ends_the_run_in_one_line(folder: Path) -> None:
 
 
 USAGE = {
-    "no such scenario": ("nowhere", [], "unknown scenario 'nowhere'"),
-    "no robots": ("one.toml", ["-n", "0"], "$.fleet.robots"),
-    "no such law": ("one.toml", ["--law", "none"], "invalid choice"),
-    "no such speed": ("one.toml", ["--speed", "-1"], "must be max or a number in (0, 1000]"),
-    "no such session": ("one.toml", ["--session", "/nowhere/world.json"], "no session in /nowhere"),
-    "no such folder": ("one.toml", ["--out", "/dev/null/run"], "cannot be written"),
+    "no run": ("", [], "no run has been prepared there: it has no run.toml"),
+    "no scenario": ("seed = 1", [], "scenario.toml: cannot be read"),
+    "no such speed": ("seed = 1\nspeed = -1.0", [], "$.speed"),
+    "no such session": ("seed = 1", ["--session", "/nowhere/world.json"], "no session in /nowhere"),
 }
 
 
-@pytest.mark.parametrize(("scenario", "options", "complaint"), USAGE.values(), ids=USAGE.keys())
+@pytest.mark.parametrize(("settings", "options", "complaint"), USAGE.values(), ids=USAGE.keys())
 def test_what_cannot_be_is_said_in_one_line_and_leaves_nothing(
-    folder: Path, scenario: str, options: list[str], complaint: str
+    folder: Path, settings: str, options: list[str], complaint: str
 ) -> None:
-    with python(*world_arguments(folder, *options, scenario=scenario)) as world:
+    run = folder / "run"
+    arguments = world_arguments(folder, *options)
+    (run / SETTINGS_FILE).write_text(settings)
+    if not settings:
+        (run / SETTINGS_FILE).unlink()
+    if "scenario" in complaint:
+        (run / SCENARIO_FILE).unlink()
+    before = sorted(run.iterdir())
+    with python(*arguments) as world:
         said = end(world)
     assert world.returncode == 2
     assert complaint in said.splitlines()[-1]
-    assert not (folder / "run").exists()
+    assert sorted(run.iterdir()) == before
+
+
+async def test_a_world_that_is_started_again_refuses_ground_that_was_changed_meanwhile(folder: Path) -> None:
+    arguments = world_arguments(folder, "--resume")
+    with python(*arguments) as world, robot_transport(folder, "r1") as transport:
+        await Player(transport).hear(is_in(Phase.RUNNING))
+        world.kill()
+        end(world)
+    kept = folder / "run" / SCENARIO_FILE
+    kept.write_text(kept.read_text().replace("radius_m = 0.3", "radius_m = 0.4"))
+    with python(*arguments) as world:
+        said = end(world)
+    assert world.returncode == 2
+    assert said.splitlines()[-1].endswith("scenario.toml: was changed after the run had begun")

@@ -1,15 +1,20 @@
-"""What stands in a run's folder beside its entries: the header of the timeline, and the verdict."""
+"""What stands in a run's folder beside its entries: what was asked for, the header, and the verdict."""
 
 import platform
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
+from protocol.errors import UsageError
 from protocol.faults.plan import Plan
+from protocol.faults.plan_text import FAULTS_FILE
+from protocol.files.toml_text import toml_text
+from protocol.run_settings import SCENARIO_FILE, Settings, read_plan, texts
 from world.judge.verdict import VERDICT_FILE, Verdict
 from world.record.recorder import Header, RecordingFailedError
-from world.scenario.scenario import Scenario
+from world.scenario.scenario import Scenario, load
 
 VERSIONS_OF = {"zenoh": "eclipse-zenoh", "clew": "clew"}  # by the names of their distributions
 
@@ -30,8 +35,49 @@ def header_of(
             "python": platform.python_version(),
             **{name: _version(distribution) for name, distribution in VERSIONS_OF.items()},
         },
-        faults=msgspec.to_builtins(plan) if plan.rules else None,
+        faults=as_header(plan),
     )
+
+
+def prepare_folder(folder: Path, scenario: Scenario, plan: Plan, settings: Settings) -> None:
+    """Write what was asked for into the run's folder, resolved, before anything starts.
+
+    Raises:
+        UsageError: it cannot be written.
+    """
+    scenario_text = toml_text(msgspec.to_builtins(scenario))
+    try:
+        for name, text in {SCENARIO_FILE: scenario_text, **texts(settings, plan)}.items():
+            (folder / name).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise UsageError(f"cannot write into {folder}: {error.strerror}") from error
+
+
+def read_scenario(folder: Path) -> Scenario:
+    """The scenario of the run in this folder.
+
+    Raises:
+        UsageError: its file is not there, or holds none.
+    """
+    return load(str(folder / SCENARIO_FILE))
+
+
+def check_unchanged(folder: Path, header: Header) -> None:
+    """Refuse a folder whose scenario or fault plan is not the one that its run began with.
+
+    Raises:
+        UsageError: it is one.
+    """
+    began_with = () if header.faults is None else msgspec.convert(header.faults, Plan).rules
+    if read_scenario(folder).fingerprint() != header.scenario_hash:
+        raise UsageError(f"{folder / SCENARIO_FILE}: was changed after the run had begun")
+    if read_plan(folder).rules != began_with:
+        raise UsageError(f"{folder / FAULTS_FILE}: was changed after the run had begun")
+
+
+def as_header(plan: Plan) -> dict[str, Any] | None:
+    """How a header has a fault plan."""
+    return msgspec.to_builtins(plan) if plan.rules else None
 
 
 def save_verdict(verdict: Verdict, folder: Path) -> None:

@@ -7,9 +7,13 @@ import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from protocol.faults.plan import NO_FAULTS
 from protocol.network.session import write_sessions
 from protocol.root import ROOT
+from protocol.run_settings import Settings
 from tests.support.processes.fleets import END_S_MAX, Fleet
+from world.record.run_files import prepare_folder
+from world.scenario.scenario import Scenario
 
 Command = list[str]
 
@@ -25,7 +29,8 @@ class Parts:
 
     fleet: Fleet
     robots: int
-    world_options: tuple[str, ...]
+    scenario: Scenario
+    settings: Settings
     endpoint: str
     """Where all find the router."""
     listen: str
@@ -43,8 +48,11 @@ class Parts:
         with contextlib.ExitStack() as stack:
             router = ["-m", "protocol", "--sessions", str(sessions), "--listen", self.listen]
             stack.enter_context(self._part(self.near, *router, ready="ready "))
-            world = ["--session", str(sessions / "world.json"), "--out", str(self.fleet.folder())]
-            yielded = stack.enter_context(self._part(self.near, "-m", "world", *self.world_options, *world))
+            run = self.fleet.folder()
+            run.mkdir(parents=True, exist_ok=True)
+            prepare_folder(run, self.scenario, NO_FAULTS, self.settings)
+            world = [str(run), "--session", str(sessions / "world.json")]
+            yielded = stack.enter_context(self._part(self.near, "-m", "world", *world))
             robots = ["--robots", f"1-{self.robots}", "--sessions", str(sessions)]
             stack.enter_context(self._part(self.far, "-m", "agents", *robots))
             yield yielded

@@ -10,9 +10,14 @@ from hypothesis import strategies as st
 
 from clew.fleet.folder import folder_name
 from clew.fleet.prepare import assignment, main, run_name, shows
-from clew.fleet.request import parse, world_options
+from clew.fleet.request import parse
 from protocol.errors import UsageError
+from protocol.faults.plan import load as load_plan
 from protocol.network.session import read_session
+from protocol.run_settings import Settings, read_plan, read_settings
+from world.record.run_files import read_scenario
+from world.scenario.reading import SCENARIOS
+from world.scenario.scenario import load
 
 NOON = datetime(2026, 11, 20, 12, 0, 0, tzinfo=UTC)
 ANY_TEXT = st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=20)
@@ -36,14 +41,31 @@ def somewhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_nothing_asked_means_the_paper_at_real_time_with_seed_1() -> None:
     request = parse([])
-    assert (request.scenario, request.robots, request.seed, request.speed) == ("paper", None, 1, "1")
-    assert world_options(request) == ["paper", "--seed", "1", "--speed", "1"]
+    assert (request.scenario, request.robots, request.seed, request.speed) == ("paper", None, 1, 1.0)
 
 
-def test_what_is_asked_reaches_the_world() -> None:
-    request = parse(["grove", "-n", "3", "--seed", "7", "--law", "resultant", "--speed", "max"])
-    options = ["grove", "--seed", "7", "--speed", "max", "-n", "3", "--law", "resultant"]
-    assert world_options(request) == options
+def test_what_is_asked_is_written_into_the_runs_folder_resolved(private: Path, tmp_path: Path) -> None:
+    own = tmp_path / "own.toml"
+    own.write_bytes((SCENARIOS / "grove.toml").read_bytes())
+    asked = [
+        str(own),
+        "-n",
+        "3",
+        "--seed",
+        "7",
+        "--law",
+        "resultant",
+        "--speed",
+        "max",
+        "--faults",
+        "loss-50",
+    ]
+    run = tmp_path / "run"
+    assert main([str(private), *asked, "--out", str(run)]) == 0
+    own.unlink()
+    assert read_scenario(run) == load("grove", robots=3, law="resultant", seed=7)
+    assert read_settings(run) == Settings(seed=7, speed=None)
+    assert read_plan(run) == load_plan("loss-50")
 
 
 @pytest.mark.parametrize(

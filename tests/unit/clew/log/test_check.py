@@ -6,10 +6,16 @@ import pytest
 from clew.log import timeline
 from clew.log.check import Finding, check, sentences
 from clew.log.completeness import Completeness
+from clew.log.log import Log
+from clew.rehearsal.recorded import rehearse
 from protocol.errors import UsageError
+from protocol.faults.plan import load as load_plan
+from protocol.run_settings import SCENARIO_FILE
 from protocol.timeline import PoseSampled, PromiseBroken, Record
 from tests.support.logs.logs import AT_REST, numbered, recorded
 from world.judge.invariants import INVARIANTS
+from world.record.recorder import EVENTS_FILE
+from world.scenario.scenario import load
 
 
 def found(folder: Path, records: tuple[tuple[str, Record], ...]) -> Finding:
@@ -69,3 +75,24 @@ def test_log_with_two_lines_of_one_source_swapped_is_not_good(tmp_path: Path) ->
     for source, entry in (read.lines[1], read.lines[0], *read.lines[2:]):
         completeness.hear(source, entry)
     assert [flaw for flaw in completeness.flaws() if "stands behind" in flaw]
+
+
+def test_a_log_whose_header_is_gone_is_judged_by_the_scenario_in_the_runs_folder(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    rehearse(load("grove", robots=2), 1, folder, lambda _: None, load_plan("loss-50"))
+    log = folder / EVENTS_FILE
+    whole = check(Log(folder))
+    log.write_bytes(log.read_bytes().partition(b"\n")[2])
+    headless = check(Log(folder))
+    assert (whole.ok, headless.ok) == (True, False)
+    assert headless.clearance_m_min == whole.clearance_m_min
+    assert [flaw for flaw in headless.flaws if not flaw.startswith("line 1 is damaged")] == []
+
+
+def test_a_scenario_that_was_changed_after_the_run_began_is_found(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    rehearse(load("grove", robots=2), 1, folder, lambda _: None)
+    kept = folder / SCENARIO_FILE
+    kept.write_text(kept.read_text().replace('name = "grove"', 'name = "another"'))
+    (flaw,) = check(Log(folder)).flaws
+    assert flaw.endswith("scenario.toml: was changed after the run had begun")

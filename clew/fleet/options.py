@@ -1,11 +1,11 @@
-"""Options that the world and the launcher's request both take, read in one way."""
+"""What options of the command line may say, wherever they stand."""
 
 import argparse
 import math
 
+from protocol.run_settings import SEED_MAX, SPEED_MAX
+
 DEPLOYMENTS = ("random",)  # what `--deployment` may say
-SEED_MAX = 2**53 - 1  # what JSON readers keep exact
-SPEED_MAX = 1000.0  # a tick of 0.02 s is then 20 us of wall time, which no world keeps
 
 
 def seed_of(text: str) -> int:
