@@ -4,13 +4,13 @@ import argparse
 import sys
 from pathlib import Path
 
-import agents.guidance  # noqa: F401 - loaded before the fork, scipy with it, so that all robots share it
-from agents.host import Orders, run_host, run_robot
+import agents.navigation.guidance  # noqa: F401 - loaded before the fork, scipy with it, so that all robots share it
+from agents.process.host import Orders, run_host, run_robot
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import NO_FAULTS, load
-from protocol.faulty_transport import Conditions
 from protocol.frames import ROBOTS_MAX
+from protocol.network.faulty_transport import Conditions
 
 STDIN = 0
 

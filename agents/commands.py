@@ -2,8 +2,8 @@
 
 from msgspec import Struct
 
-from protocol.messages import AheadState, Announcement, BehindState, Drive
 from protocol.timeline import Record
+from protocol.wire.messages import AheadState, Announcement, BehindState, Drive
 
 
 class Announce(Struct, frozen=True):

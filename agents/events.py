@@ -2,7 +2,7 @@
 
 from msgspec import Struct
 
-from protocol.messages import AheadState, Announcement, BehindState, Odometry, Scan
+from protocol.wire.messages import AheadState, Announcement, BehindState, Odometry, Scan
 
 
 class OdometryHeard(Struct, frozen=True):

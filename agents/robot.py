@@ -1,41 +1,41 @@
 """One robot. Pure: events in, commands out; no clock, no network, no chance.
 
-Rule 1: whatever happens, silent links are looked for first, then the event is taken in, then the robot
-        does what its state asks for. So a lost message costs time and nothing else: the next event
-        finds the same state and acts on it.
+Rule 1: whatever happens, silent links are looked for first, then the event is taken in, then the robot does
+        what its state asks for. So a lost message costs time only: the next event finds the same state.
 Rule 2: every odometry is answered with the newest drive order.
-Rule 3: a robot lines up (`agents.lining`), or has its place in the strand and does its part there
-        (`agents.member`), or stands aside, in neither.
-Rule 4: when the strand has dissolved it lines up again, in the next epoch. The tail, which is told last,
-        opens that; every other robot that has been told joins in when it hears of it. So nobody lines up
-        before all stand for good, and the orders of one epoch end before the next one's begin.
-Rule 5: a robot whose link is broken leaves the strand and calls all to line up (`agents.calls`). Who hears
-        of a newer epoch leaves what it is in: for that one if it is a member, else it stands aside and asks.
-Rule 6: one that is started again begins aside, and answers only calls made since: what its forerunner has
-        said in an epoch, it knows nothing of.
-Rule 7: where so many that are left out show tokens again that the members are not more than half, they stand,
-        and call.
+Rule 3: it lines up (`agents.membership.lining`), or has its place in the strand and does its part there
+        (`agents.strand.member`), or stands aside, in neither.
+Rule 4: when the strand has dissolved it lines up again, in the next epoch, which the tail opens, since it is
+        told last. So all orders of one epoch end before the first of the next.
+Rule 5: a robot whose link is broken leaves the strand and calls all to line up (`agents.membership.calls`).
+        Who hears of a newer epoch leaves what it is in: for that one if it is a member, else it stands aside
+        and asks.
+Rule 6: one that is started again begins aside, and answers only calls that were made since.
+Rule 7: members that are no more than half of the robots that show tokens stand, and call.
 """
 
 import math
 from typing import assert_never
 
-from agents.berth import Berth
-from agents.calls import ASIDE_S, RANK_S, Calls
+from agents.body.driver import Driver
+from agents.body.senses import Senses
+from agents.body.watch import Watch
 from agents.commands import Announce, Command, Note, Order
-from agents.driver import Driver
 from agents.due import is_due
 from agents.events import Event, LinkHeard, MusterHeard, OdometryHeard, ScanHeard, TokenCame, TokenWent
-from agents.forming import as_record, lined_up
-from agents.lining import Lining
-from agents.member import Member
-from agents.memory import Memory
-from agents.muster import is_order
-from agents.senses import Senses
-from agents.watch import Watch
+from agents.membership.berth import Berth
+from agents.membership.calls import ASIDE_S, RANK_S, Calls
+from agents.membership.lining import Lining
+from agents.membership.muster import is_order
+from agents.refusing import refusal
+from agents.strand.forming import as_record, lined_up
+from agents.strand.member import Member
+from agents.strand.memory import Memory
 from protocol.epochs import is_called_since, of_one_call
-from protocol.link import Link
-from protocol.messages import (
+from protocol.mission import Mission
+from protocol.timeline import LeaderSucceeded, LinkBroken, MusterCalled, MusterJoined
+from protocol.wire.link import Link
+from protocol.wire.messages import (
     FIRST_ATTEMPT,
     FORMERS_MAX,
     AheadState,
@@ -47,8 +47,6 @@ from protocol.messages import (
     Odometry,
     Plea,
 )
-from protocol.mission import Mission
-from protocol.timeline import LeaderSucceeded, LinkBroken, MusterCalled, MusterJoined
 
 LATE_S = 5.0  # with half of all odometry lost, a robot that was there from the start has had some
 BEACON_S = 1.0  # how often a leader says that it leads, and a robot aside that it is there
@@ -94,6 +92,10 @@ class Robot:
         self._calls.enter(now_s)
         before = self._driver.drive
         commands = self._look_at_links(now_s)
+        if refused := refusal(event, self._robot, now_s):
+            return commands + (
+                [] if self._since_s is None else [Note(refused)]
+            )  # it may not know the time yet
         match event:
             case OdometryHeard(odometry):
                 self._driver.hear(odometry)
@@ -137,9 +139,8 @@ class Robot:
             self._driver.stand()
             return self._say_now_and_then(Plea(epoch=self._calls.newest, t_s=now_s), now_s)
         strand = self._member.strand
-        beacons: list[Command] = []
-        if strand.ahead is None:
-            beacons = self._say_now_and_then(Beacon(epoch=strand.epoch, t_s=now_s), now_s)
+        beacon = Beacon(epoch=strand.epoch, t_s=now_s)
+        beacons = self._say_now_and_then(beacon, now_s) if strand.ahead is None else []
         return beacons + self._member.act(now_s)
 
     def _say_now_and_then(self, said: Beacon | Plea, now_s: float) -> list[Command]:

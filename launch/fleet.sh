@@ -78,7 +78,7 @@ start_world() {
 
 # It takes what time the fleet leaves.
 start_viewer() {
-    start viewer nice "$python" -m lab.cli view --live "$run_folder" --lifeline >"$private/address"
+    start viewer nice "$python" -m clew.cli view --live "$run_folder" --lifeline >"$private/address"
 }
 
 # The run waits for it, to be watched from its first moment; but not for long, nor for one that has died.
@@ -101,7 +101,7 @@ await_viewer() {
 hush() { exec 7>&2 2>>"$private/said"; }
 
 start_table() {
-    start table "$python" -m lab.terminal "$run_folder" --said "$private/said" >&7 2>&7
+    start table "$python" -m clew.fleet.table "$run_folder" --said "$private/said" >&7 2>&7
 }
 
 speak_up() {
@@ -109,7 +109,7 @@ speak_up() {
     [[ $shows == table ]] && show_cursor
     shows=lines
     exec 2>&7 7>&-
-    grep -Ev '^world: (t=|ok: |FAILED: )' "$private/said" >&2 # lab/terminal/said.py leaves out the same
+    grep -Ev '^world: (t=|ok: |FAILED: )' "$private/said" >&2 # clew/fleet/table_said.py leaves out the same
 }
 
 # A table that was killed has not done it.
@@ -177,7 +177,7 @@ stop_parts() {
 
 report() {
     if [[ -s $run_folder/verdict.json ]]; then
-        if ((as_json)); then cat "$run_folder/verdict.json"; else "$python" -m lab.report "$run_folder"; fi
+        if ((as_json)); then cat "$run_folder/verdict.json"; else "$python" -m clew.fleet.summary "$run_folder"; fi
     elif [[ -s $run_folder/events.jsonl ]]; then
         clew_say "no verdict was written; what happened until then is in $run_folder"
     else
@@ -319,7 +319,7 @@ strike() {
 for option in "$@"; do
     if [[ $option == -h || $option == --help ]]; then
         set_up run
-        exec "$python" -m lab.prepare --help
+        exec "$python" -m clew.fleet.prepare --help
     fi
 done
 
@@ -333,7 +333,7 @@ base=${TMPDIR:-/tmp}
 ((${#base} <= 80)) || base=/tmp
 private=$(mktemp -d "$base/clew.XXXXXX") || clew_refuse "no folder for the run's sockets can be made in $base"
 # A Ctrl-C reaches this child too; it has nothing to say to it.
-settings=$(trap "" INT && "$python" -m lab.prepare "$private" "$@") || exit "${asked:-$?}"
+settings=$(trap "" INT && "$python" -m clew.fleet.prepare "$private" "$@") || exit "${asked:-$?}"
 eval "$settings" # robots, own_routers, world_options, robot_options, run_folder, made_folders, latest, as_json, view, shows
 [[ $shows != table || -t 1 ]] || shows=lines # as in `fleet.sh | tee`
 [[ $shows == lines ]] || hush

@@ -10,8 +10,8 @@ import msgspec
 from protocol.ending import until_ended
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
-from protocol.router import open_router
-from protocol.session import ROUTERS_MAX, RouterSession, read_router_session
+from protocol.network.router import open_router
+from protocol.network.session import ROUTERS_MAX, RouterSession, read_router_session
 
 STDIN = 0
 

@@ -1,1 +1,1 @@
-"""One file per module, flat; and the real processes."""
+"""Units by package and room, rehearsals, real processes, the browser, the house; helpers in `support`."""

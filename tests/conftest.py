@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from tests.fleets import Fleet
+from tests.support.processes.fleets import Fleet
 
 # No claim here is about time, and on a loaded machine any single example may take longer than 200 ms.
 # What lands must not hang on luck, so under CI the examples are always the same; elsewhere they are new.

@@ -12,10 +12,10 @@ from protocol.exit_codes import ExitCode
 from protocol.faults.plan import NO_FAULTS
 from protocol.faults.plan import load as load_plan
 from protocol.mission import Law
-from protocol.session import read_session
+from protocol.network.session import read_session
 from world.options import DEPLOYMENTS, seed_of, speed_of
-from world.recorder import RecordingFailedError
-from world.scenario import load
+from world.record.recorder import RecordingFailedError
+from world.scenario.scenario import load
 from world.shell import Request, run
 
 STDIN = 0

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 from protocol.faults.plan import Plan
 from protocol.keys import WORLD, robot_name
-from world.books import Account, balance
 from world.core import World
-from world.tally import Tally
-from world.verdict import Events, Facts, Verdict, pass_verdict
+from world.judge.books import Account, balance
+from world.judge.tally import Tally
+from world.judge.verdict import Events, Facts, Verdict, pass_verdict
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,8 +2,8 @@
 
 from msgspec import Struct
 
-from protocol.messages import Odometry, Scan
 from protocol.timeline import Record
+from protocol.wire.messages import Odometry, Scan
 
 
 class TellOdometry(Struct, frozen=True):

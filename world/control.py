@@ -8,8 +8,8 @@ from pathlib import Path
 import msgspec
 
 from protocol.errors import UsageError
+from protocol.faults.mischief import ANSWER_S_MAX, LINE_BYTES_MAX, SOCKET, WHERE_FILE, Answer, Wish
 from protocol.faults.rules import Rule
-from protocol.mischief import ANSWER_S_MAX, LINE_BYTES_MAX, SOCKET, WHERE_FILE, Answer, Wish
 
 Give = Callable[[Rule, float | None], str]
 """Takes a rule, and for how long it is to hold; returns its name, or raises `UsageError`."""

@@ -16,7 +16,6 @@ from typing import assert_never
 from protocol.errors import MessageRefusedError
 from protocol.exit_codes import ExitCode
 from protocol.keys import robot_name, robot_number
-from protocol.messages import Drive, Phase
 from protocol.timeline import (
     Entry,
     MessageRefused,
@@ -28,11 +27,11 @@ from protocol.timeline import (
     RunEnded,
     WorldResumed,
 )
-from world.arena import Arena
+from protocol.wire.messages import Drive, Phase
 from world.attendance import Attendance, Coming
-from world.bodies import Bodies
+from world.bodies.arena import Arena
+from world.bodies.bodies import Bodies
 from world.commands import Command, Note, ServeScan, TellOdometry
-from world.ending import Ending
 from world.events import (
     EntryWritten,
     Event,
@@ -43,12 +42,13 @@ from world.events import (
     TokenCame,
     TokenWent,
 )
-from world.evidence import Evidence
-from world.judgement import Judgement, judge_evidence
-from world.resume import Past
+from world.judge.ending import Ending
+from world.judge.evidence import Evidence
+from world.judge.judgement import Judgement, judge_evidence
+from world.judge.tally import Tally
+from world.record.resume import Past
 from world.routing import Routing
-from world.scenario import Scenario
-from world.tally import Tally
+from world.scenario.scenario import Scenario
 
 # All of these are in docs/run.md.
 MUSTER_WALL_S = 10.0

@@ -3,8 +3,8 @@
 from msgspec import Struct
 
 from protocol.exit_codes import ExitCode
-from protocol.messages import Drive
 from protocol.timeline import Entry
+from protocol.wire.messages import Drive
 
 
 class OrderHeard(Struct, frozen=True):

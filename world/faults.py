@@ -18,8 +18,8 @@ from protocol.faults.roles import Roles
 from protocol.faults.rules import MessageRule, ProcessRule, Restart, Rule, Thaw
 from protocol.faults.strokes import Blow, Stroke, Strokes
 from protocol.keys import WORLD, robot_name, robot_number
-from protocol.messages import Faults
 from protocol.timeline import Entry, FaultInjected, RobotStarted, WorldResumed
+from protocol.wire.messages import Faults
 
 TELL_S = 0.5  # simulated: how often robots are told anyway
 GIVEN_MAX = 100  # what a `Faults` may hold

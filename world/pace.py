@@ -9,7 +9,7 @@ Rule 3: when the run is over nobody answers, and real time is fast enough.
 
 from dataclasses import dataclass
 
-from world.arena import ODOMETRY_TICKS, TICK_S
+from world.bodies.arena import ODOMETRY_TICKS, TICK_S
 from world.core import World
 
 PATIENCE_S = 1.0  # docs/run.md

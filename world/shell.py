@@ -13,22 +13,21 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from protocol.blows import strike
 from protocol.ending import asked_to_end
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
+from protocol.faults.blows import strike
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.faults.rules import Rule
 from protocol.faults.strokes import Blow
-from protocol.faulty_transport import Conditions, FaultyTransport
 from protocol.keys import WORLD, robot_name, robot_number
-from protocol.messages import Drive, LogBatch, Logged, Message, Phase, ScanQuery
-from protocol.session import Session
+from protocol.network.faulty_transport import Conditions, FaultyTransport
+from protocol.network.session import Session
+from protocol.network.transport import Appeared, Arrival, Asked, Heard, Refused, Transport, Vanished
+from protocol.network.zenoh_transport import open_transport
 from protocol.timeline import Entry, Record
-from protocol.transport import Appeared, Arrival, Asked, Heard, Refused, Transport, Vanished
-from protocol.zenoh_transport import open_transport
-from world.arena import ODOMETRY_TICKS
-from world.books import Account
+from protocol.wire.messages import Drive, LogBatch, Logged, Message, Phase, ScanQuery
+from world.bodies.arena import ODOMETRY_TICKS
 from world.closing import Circumstances, verdict_of
 from world.commands import Command, Note, ServeScan, TellOdometry
 from world.control import heard
@@ -44,13 +43,14 @@ from world.events import (
     TokenWent,
 )
 from world.faults import Mischief
+from world.judge.books import Account
+from world.judge.verdict import Verdict
 from world.pace import Pace
-from world.progress import progress
-from world.recorder import Header, Recorder, open_events
-from world.resume import Past, continue_events, read_past
-from world.run_files import header_of, save_verdict
-from world.scenario import Scenario
-from world.verdict import Verdict
+from world.record.progress import progress
+from world.record.recorder import Header, Recorder, open_events
+from world.record.resume import Past, continue_events, read_past
+from world.record.run_files import header_of, save_verdict
+from world.scenario.scenario import Scenario
 
 log = logging.getLogger("world")
 

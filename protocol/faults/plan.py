@@ -9,9 +9,10 @@ from msgspec.structs import force_setattr, replace
 
 from protocol.errors import UsageError
 from protocol.faults.rules import Delay, Drop, Duplicate, Name, Rule
-from protocol.reading import read, understand
+from protocol.files.reading import read, understand
+from protocol.root import ROOT
 
-PLANS = Path(__file__).parents[2] / "launch" / "faults"
+PLANS = ROOT / "launch" / "faults"
 
 
 class Plan(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

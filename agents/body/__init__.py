@@ -1,0 +1,1 @@
+"""One robot's body: its drive, its sensor, and looking while it drives."""

@@ -1,0 +1,117 @@
+"""Looking while driving, where obstacles move: how long the newest scan is good for.
+
+Rule 1: no obstacle is faster than the mission says. So at any time after a scan, all that it showed, and
+        whatever may hide where it showed nothing, is no nearer than that speed allows.
+Rule 2: a motion is good until some time when the hull, anywhere that it may be by then, keeps off all that.
+        Beyond, the body stands, whether or not its robot is heard: no robot is in contact while it moves.
+Rule 3: towards something a motion has to be good for a while, so that a robot stops with room to leave again.
+Rule 4: whoever drives asks for a scan at every odometry, whether it follows, leads or joins.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from agents.body.driver import Driver
+from agents.body.senses import Senses
+from agents.commands import Command
+from agents.navigation.certificate import scan_walls
+from agents.navigation.scan import View, on_ground
+from protocol.arrays import Flags, Floats, segments_apart
+from protocol.frames import Pose
+from protocol.mission import WATCH_S, Mission
+from protocol.sweep import TOUCHING_M
+
+HORIZONS_S = (4.0 * WATCH_S, 2.0 * WATCH_S, WATCH_S, WATCH_S / 2.0)  # tried, longest first; one suffices
+AWAY_S = (WATCH_S / 4.0, WATCH_S / 8.0)  # then these: away from what has come too near, bit by bit
+GIVE_UP_S = 2.0  # a step that the scans do not permit: somebody who walks by has gone by then
+STILL_S_MAX = (
+    10.0  # with 30 % of all messages lost and late by 0.5 s a body that may move is not still so long
+)
+
+
+class Watch:
+    """What a robot that drives has seen last."""
+
+    def __init__(self, mission: Mission, driver: Driver, senses: Senses) -> None:
+        self._mission = mission
+        self._driver = driver
+        self._senses = senses
+        self.still_since_s = math.inf
+        """Since when the body, under way, has not moved, but for the time between in which it had to stand.
+
+        What comes too late permits nothing either.
+        """
+        self._still_s = self._noted_s = 0.0
+        self._unsure_since_s = math.inf  # the newest scans, however late, permitted nothing
+        self._pose: Pose | None = None
+        self._looked_at_s = 0.0
+
+    def look(self, beside: Callable[[], Sequence[Floats]], now_s: float) -> list[Command]:
+        """Have the body drive on for as long as the newest scan is good, and ask for the next.
+
+        Args:
+            beside: gives polylines (n, 2) of ground that other robots may be on.
+            now_s: the time.
+        """
+        driver = self._driver
+        if not self._mission.obstacles_move or driver.standing or driver.drive.target is None:
+            self.still_since_s = self._unsure_since_s = math.inf
+            self._noted_s = now_s
+            return []
+        moves, self._pose = driver.odometry.pose != self._pose, driver.odometry.pose
+        self._still_s = 0.0 if moves else self._still_s + now_s - self._noted_s
+        self._noted_s = now_s
+        self.still_since_s = math.inf if moves else now_s - self._still_s
+        glimpse = self._senses.glimpse(driver.ordered_s)
+        if glimpse is not None:
+            seen, taken_at_s = glimpse
+            robots = np.zeros(len(seen.ranges_m), dtype=np.bool_)
+            for ground in beside():
+                robots |= on_ground(seen.points, ground, within_m=self._mission.hull_reach_m)
+            target = np.array([driver.drive.target.x_m, driver.drive.target.y_m])
+            good_s = good_for_s(seen, target, robots, self._mission)
+            driver.permit(taken_at_s + good_s)
+            self._unsure_since_s = math.inf if good_s > 0.0 else min(self._unsure_since_s, now_s)
+        if driver.odometry.t_s <= self._looked_at_s:
+            return []
+        self._looked_at_s = driver.odometry.t_s
+        return self._senses.look(now_s)
+
+    def gives_up(self, now_s: float) -> bool:
+        """Whether the step in hand had better be given up; asked means done."""
+        if now_s - self._unsure_since_s <= GIVE_UP_S and now_s - self.still_since_s <= STILL_S_MAX:
+            return False
+        self._still_s = 0.0
+        return True
+
+
+def good_for_s(view: View, target: Floats, robots: Flags, mission: Mission) -> float:
+    """How long after the scan was taken a robot may go on driving to its target [s]; 0: not at all.
+
+    Args:
+        view: a scan taken on the way.
+        target: where the robot drives to, straight (2,) [m; world frame].
+        robots: which directions of the scan hit robots of the strand: kept from otherwise.
+        mission: the robot's.
+    """
+    walls = scan_walls(view, mission, leave_out=robots)
+    hull_m = walls.keep_m - mission.berth_m + mission.robot_radius_m + mission.mu0_m
+    off = target - view.position
+    length_m = float(np.hypot(*off))
+
+    def swept_m(horizon_s: float) -> Floats:
+        share = min(1.0, mission.speed_mps * horizon_s / length_m) if length_m > 0.0 else 0.0
+        return segments_apart(view.position, view.position + share * off, walls.starts, walls.ends)
+
+    def in_the_way(horizon_s: float) -> Flags:
+        return swept_m(horizon_s) < hull_m + mission.obstacle_speed_mps_max * horizon_s
+
+    for horizon_s in HORIZONS_S:
+        if not in_the_way(horizon_s).any():
+            return horizon_s
+    near = in_the_way(HORIZONS_S[-1])
+    if (swept_m(HORIZONS_S[-1])[near] < swept_m(0.0)[near] - TOUCHING_M).any():
+        return 0.0
+    return next((horizon_s for horizon_s in AWAY_S if not in_the_way(horizon_s).any()), 0.0)

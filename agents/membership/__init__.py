@@ -1,0 +1,1 @@
+"""Who belongs to the strand: presence, calls, and the lining up."""

@@ -1,0 +1,247 @@
+"""Joining the strand: switching steps of one robot, while all others stand, to a place at its end.
+
+Rule 1: it is in place where it stands at least `keep` from all robots, the leg to the robot ahead is clear by
+        its own scan and by the law of a robot's own leg, and the strand through it does not fold back.
+Rule 2: until then it goes to the nearest such place, as far as it knows; unknown ground is free. Steps
+        are certified as the leader's are, robots are obstacles, and none of them is remembered.
+        A robot that stands nearer to something than a step may lead, as beside one that died in a queue, may
+        pass that at what it has promised to keep and a little.
+Rule 3: where obstacles move, what is remembered where a scan shows free ground is there no more.
+Rule 4: legs of the strand may be crossed on the way: nobody drives on them before all are in place.
+"""
+
+from copy import deepcopy
+from dataclasses import dataclass
+
+import numpy as np
+
+from agents.navigation.certificate import (
+    Walls,
+    bounds_walls,
+    certified_lengths_m,
+    promised_clearance_m,
+    scan_walls,
+)
+from agents.navigation.guidance import Map, shown_free
+from agents.navigation.leg import certain_clearance_m, certain_clearance_m_min
+from agents.navigation.scan import View, on_discs
+from agents.navigation.step import NoStep, Step, certified_step_to, certified_step_to_goal, refused_at
+from protocol.arrays import Flags, Floats, distances_to_segments, segments_apart
+from protocol.frames import Point, wrap
+from protocol.mission import Law, Mission
+from protocol.sweep import TOUCHING_M
+from protocol.timeline import StepPlanned
+
+SPOTS_MAX = 4  # spots of a way closed in one plan, where the certificate refuses what the grid shows
+WAY_CELLS = 200  # of a way that is looked at: 10 m and more
+GAIN_M = 0.01  # as the leader's: a step that saves less of the way is not worth a stop
+BEARINGS = 72  # of places tried around the robot ahead: 9 cm apart at 1 m, as fine as the leg's berth
+LENGTHS = 8  # of legs tried
+PASSED_SHARE = 0.75  # of the tolerance: the rest is the drive's, on a way of a few decimetres
+CLEAR_M = 0.05  # beyond what a step keeps: what a leg's far end may be unsure of at the range limit
+SLACK_M = 0.01  # on what a place has to keep, so that one that was aimed at is one when it is reached
+HIT_M = 0.002  # hits nearer to each other than this are remembered as one
+HULL_CORNERS = 16  # a hull's outline for the grid: off by 2 % of its radius
+
+
+@dataclass(frozen=True)
+class Stands:
+    """Where all the other robots stand [m; world frame]."""
+
+    strand: Floats
+    """Those in place (k, 2), leader first; k >= 1."""
+    waiting: Floats
+    """Those that are not (m, 2)."""
+    line: Floats
+    """The way from the leader to the last of them (n, 2)."""
+    last_leg: int
+    """How many segments of that are the last robot's own leg."""
+
+    @property
+    def all(self) -> Floats:
+        """Everybody (k + m, 2)."""
+        return np.concatenate([self.strand, self.waiting])
+
+    def admit(self, places: Floats, keep_m: float) -> Flags:
+        """Which places (n, 2) would do for the next robot: apart from all, and the strand not folded back.
+
+        Its leg ends where the robot ahead stands, so it need not be further off anything than that one is.
+        """
+        ahead = self.strand[-1]
+        ends_at = np.broadcast_to(ahead, places.shape)
+        starts, ends = self.line[:-1], self.line[1:]
+        admitted = np.hypot(*(places - ahead).T) >= keep_m
+        for robots in (self.waiting, self.strand[:1] if len(starts) else self.strand[:0]):
+            least_m = np.minimum(keep_m, np.hypot(*(robots - ahead).T))
+            off_m = distances_to_segments(robots, places[:, None], ends_at[:, None])
+            admitted &= (off_m >= least_m - TOUCHING_M).all(axis=1)
+        admitted &= (distances_to_segments(places[:, None], starts, ends) >= keep_m).all(axis=1)
+        not_next = slice(0, len(starts) - self.last_leg)  # near to the leg that it begins at, it may be
+        starts, ends = starts[not_next], ends[not_next]
+        least_m = np.minimum(keep_m, distances_to_segments(ahead, starts, ends))
+        apart_m = segments_apart(places[:, None], ends_at[:, None], starts, ends)
+        return np.asarray(admitted & (apart_m >= least_m - TOUCHING_M).all(axis=1))
+
+
+@dataclass(frozen=True)
+class InPlace:
+    """The robot stands at a place."""
+
+
+def leg_m_max(mission: Mission) -> float:
+    """The longest leg: what the robot sees, and may lag behind."""
+    return min(mission.link_length_m_max, mission.range_m_max)
+
+
+def without_hulls(view: View, robots: Floats, mission: Mission) -> View:
+    """A scan without what it shows of robots that stand (n, 2)."""
+    return view.without(on_discs(view.points, robots, within_m=mission.hull_reach_m))
+
+
+def leg_is_clear(seen: View, ahead: Floats, mission: Mission) -> bool:
+    """Whether the straight way to the robot ahead (2,) is, in a scan without hulls."""
+    if not np.hypot(*(ahead - seen.position)) <= leg_m_max(mission):
+        return False
+    if hides_way(seen, ahead, mission):
+        return False
+    return certain_clearance_m(seen, ahead, mission) >= certain_clearance_m_min(mission)
+
+
+def hides_way(seen: View, ahead: Floats, mission: Mission) -> bool:
+    """Whether a hull that was taken out of a scan stands on the way: nobody knows what is behind it.
+
+    The robot ahead apart, at whose place the way ends. What stands beside the way hides nothing of it.
+    """
+    taken_out = seen.points[~seen.hits & (seen.ranges_m < mission.range_m_max)]
+    hulls = taken_out[~on_discs(taken_out, ahead[None], within_m=mission.hull_reach_m)]
+    leg_m = float(np.hypot(*(ahead - seen.position)))
+    along_m = (hulls - seen.position) @ (ahead - seen.position) / max(leg_m, TOUCHING_M)
+    on_way_m = distances_to_segments(hulls, seen.position, ahead)
+    needs_m = mission.robot_radius_m + certain_clearance_m_min(mission)
+    onward = (along_m > 0.0) & (along_m < leg_m - needs_m)  # around its place the robot ahead keeps clear
+    return bool((onward & (on_way_m < needs_m)).any())
+
+
+class Joining:
+    """What a robot remembers from step to step while it joins."""
+
+    def __init__(self, mission: Mission, start: Floats, *, epoch: int = 0) -> None:
+        self._mission = mission
+        self._epoch = epoch
+        self._map = Map(mission, start)
+        self._hits = np.empty((0, 2))
+        self._way_m = 0.0
+        self._steps = 0
+
+    def plan(self, view: View, stands: Stands) -> StepPlanned | InPlace | NoStep:
+        """What to do from here: rule 1, else rule 2."""
+        here = view.position[None]
+        admitted = bool(stands.admit(here, self._mission.robot_keep_m)[0])
+        seen = without_hulls(view, stands.all, self._mission)
+        if admitted and leg_is_clear(seen, stands.strand[-1], self._mission):
+            return InPlace()
+        if self._mission.obstacles_move:
+            self._map.forget_where_free(view)
+            self._hits = self._hits[~shown_free(self._hits, view, short_m=self._map.cell_m)]
+        self._remember(seen.hit_points)
+        step = self._step(view, stands)
+        return self._record(step, view, view.hits & ~seen.hits) if isinstance(step, Step) else step
+
+    def clear(self, view: View, robots: Floats) -> StepPlanned | NoStep:
+        """The shortest step to where a robot that follows could come; for the leader."""
+        walls = self._walls(view, Stands(robots, robots[:0], robots[:1], 0))
+        headings = 2.0 * np.pi * np.arange(BEARINGS) / BEARINGS
+        free_m = np.minimum(certified_lengths_m(view.position, headings, walls), leg_m_max(self._mission))
+        lengths = free_m[:, None] * np.arange(1, LENGTHS + 1) / LENGTHS
+        directions = np.stack([np.cos(headings), np.sin(headings)], axis=1)
+        ends = view.position + lengths[:, :, None] * directions[:, None, :]
+        hits = view.without(on_discs(view.points, robots, within_m=self._mission.hull_reach_m)).hit_points
+        off_m = np.hypot(*np.moveaxis(ends[:, :, None] - hits, -1, 0)).min(axis=2, initial=np.inf)
+        enough = (off_m >= self._mission.berth_m + CLEAR_M) & (lengths > GAIN_M)
+        if not enough.any():
+            return NoStep("no step leads to where a robot behind could come")
+        best = np.unravel_index(np.argmin(np.where(enough, lengths, np.inf)), lengths.shape)
+        step = Step(wrap(float(headings[best[0]])), float(lengths[best]))
+        return self._record(step, view, on_discs(view.points, robots, within_m=self._mission.hull_reach_m))
+
+    def _remember(self, hit_points: Floats) -> None:
+        self._map.remember(hit_points)
+        known = np.concatenate([self._hits, np.round(hit_points / HIT_M) * HIT_M])
+        self._hits = np.unique(known, axis=0)
+
+    def _step(self, view: View, stands: Stands) -> Step | NoStep:
+        places, walls = self._places(stands), self._walls(view, stands)
+        ground = deepcopy(self._map)
+        ground.remember(self._outlines(stands.all))
+        berth_m = self._mission.berth_m
+        for _ in range(SPOTS_MAX):
+            way_m = ground.cost_to_go(view.position, tolerance_m=berth_m).at(places)
+            if not np.isfinite(way_m).any():
+                break
+            place = places[int(np.argmin(way_m))]
+            cost_to_go = ground.cost_to_go(place, tolerance_m=berth_m)
+            step = certified_step_to(view, walls, place)
+            step = step or certified_step_to_goal(view, walls, cost_to_go, gain_m=GAIN_M)
+            if step is not None:
+                return step
+            way = cost_to_go.way_from(view.position, cells_max=WAY_CELLS)
+            ground.close(way[min(refused_at(view, walls, way), len(way) - 1)] if len(way) else place)
+        return NoStep("no way to a place at the strand's end is left in what is known")
+
+    def _places(self, stands: Stands) -> Floats:
+        """Rule 1, as far as is known: places (n, 2) around the last robot in place."""
+        mission, ahead = self._mission, stands.strand[-1]
+        least_m = max(mission.robot_keep_m, mission.robot_radius_m + mission.berth_m) + SLACK_M
+        lengths = np.linspace(least_m, max(least_m, leg_m_max(mission) - SLACK_M), LENGTHS)
+        bearings = 2.0 * np.pi * np.arange(BEARINGS) / BEARINGS
+        around = np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
+        places = (ahead + lengths[:, None, None] * around).reshape(-1, 2)
+        places = places[stands.admit(places, mission.robot_keep_m + SLACK_M)]
+        near = self._hits[np.hypot(*(self._hits - ahead).T) < lengths[-1] + mission.berth_m + 1.0]
+        off = distances_to_segments(near[:, None], places, ahead)
+        off -= mission.blind_per_range * np.hypot(*np.moveaxis(near[:, None] - places, -1, 0))
+        open_m = off.min(axis=0, initial=np.inf) - mission.range_error_m_max
+        least_open_m = mission.robot_radius_m + certain_clearance_m_min(mission) + 2.0 * HIT_M
+        return np.asarray(places[open_m >= least_open_m])
+
+    def _outlines(self, robots: Floats) -> Floats:
+        """Points that keep the way as far from robots (n, 2) as the certificate will."""
+        mission = self._mission
+        turns = 2.0 * np.pi * np.arange(HULL_CORNERS) / HULL_CORNERS
+        outline = np.stack([np.cos(turns), np.sin(turns)], axis=1)
+        radius_m = max(mission.robot_radius_m, mission.robot_keep_m - mission.berth_m)
+        return np.asarray((robots[:, None] + radius_m * outline).reshape(-1, 2))
+
+    def _walls(self, view: View, stands: Stands) -> Walls:
+        robots = stands.all
+        discs = Walls(robots, robots, np.full(len(robots), self._mission.robot_keep_m))
+        bounds = self._mission.bounds
+        sides = [] if bounds is None else [bounds_walls(bounds, self._mission)]
+        scan = scan_walls(view, self._mission)
+        least_m = scan.keep_m - PASSED_SHARE * self._mission.mu0_m
+        return Walls.joined(scan.eased(view.position, least_m), discs, *sides)
+
+    def _record(self, step: Step, view: View, hulls: Flags) -> StepPlanned:
+        target = step.target(view.position)
+        self._steps += 1
+        self._way_m += step.length_m
+        promised_m = None
+        if self._mission.law.promises_clearance:
+            promised_m = promised_clearance_m(view, target, hulls, self._mission)
+        return StepPlanned(
+            step=self._steps,
+            epoch=self._epoch,
+            law=Law.CERTIFIED,
+            x_m=float(view.position[0]),
+            y_m=float(view.position[1]),
+            obstacles=(),  # it does not go by gaps: nothing of them decides
+            gaps=(),
+            gap=None,
+            heading_rad=step.heading_rad,
+            length_m=step.length_m,
+            target=Point(x_m=float(target[0]), y_m=float(target[1])),
+            reach_m=self._way_m,
+            promised_clearance_m=promised_m,
+            cost_to_go_m=step.cost_to_go_m,
+            joins=True,
+        )

@@ -1,0 +1,1 @@
+"""What one scan and its memory say of the ground: obstacles, gaps, certificates, steps and ways."""

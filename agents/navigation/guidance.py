@@ -1,0 +1,247 @@
+"""Guidance: where to go. It remembers every hit; ground that nobody has seen counts as free.
+
+Rule 1: cells of a grid that are nearer to a hit than the robot with its clearance are closed; near them
+        driving costs more, so that ways keep off obstacles where there is room. In doubt, by half a cell,
+        a cell is open, and dear: guidance only ranks, what may be driven is the certificate's to say.
+Rule 2: the cost-to-go of every cell comes from one Dijkstra run from the goal.
+Rule 3: a spot where the certificate refuses the way that the grid shows is closed: for good,
+        unless robots or moving obstacles may have had to do with it.
+Rule 4: where obstacles move, ground that is seen free is free, whatever was remembered there.
+Rule 5: where the region has no bounds, the grid grows with what has been seen.
+"""
+
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from agents.navigation.grid import Grid, Lattice
+from agents.navigation.scan import View
+from protocol.arrays import Flags, Floats, Indices
+from protocol.mission import Mission
+from protocol.wire.messages import SEEN_BYTES_MAX
+
+CELL_M_MAX = 0.05
+CELLS_A_BERTH = 3.0  # 4 found no more ways, in no fewer steps, on 117 scenes of which 75 are near-critical
+CELLS_MAX = 250_000  # 500 x 500: a plan stays within some 0.2 s
+COMFORT = 2.0  # next to closed ground a metre costs this much more than in the open
+DOUBT = 20.0  # where it may be closed: 5 m of a detour are better than to be turned back at a gap
+SPOT_BERTHS = 0.5  # of a spot that is closed: more than the cells of a gap that were open in doubt
+PACKED_M = 0.005  # what a place that is handed on is rounded to: a tenth of a cell
+PLACES_MAX = 200_000  # that are unpacked
+COST_M_MAX = 1e9  # beyond any way; what is joined at an infinite cost is not even looked at
+DETOUR = 1.3  # times the straight line, at most, is what most ways cost: all of 26 on BARN
+FELT_CELLS = 4.0  # so near to closed ground: enough to be felt, too little to close a way
+
+
+@dataclass(frozen=True)
+class CostToGo:
+    """Cost from every cell to the goal [m]; infinite where there is no way."""
+
+    grid: Grid
+    cells: Floats
+
+    def at(self, points: Floats) -> Floats:
+        """Cost-to-go at points (n, 2): over the best of the four cells around; infinite among closed ones."""
+        wide = np.pad(self.cells, 2, constant_values=np.inf)  # so that off the grid all four cells are closed
+        where = (points - self.grid.low) / self.grid.cell_m + 1.5
+        first = np.clip(np.floor(where).astype(np.intp), 0, np.array(self.cells.shape) + 2)
+        x, y = (where - first).T
+        flat, index = wide.reshape(-1), first @ (wide.shape[1], 1)
+        best = np.full(len(points), np.inf)
+        for dx, dy in ((0, 0), (0, 1), (1, 0), (1, 1)):
+            off_m = self.grid.cell_m * np.sqrt((x - dx) ** 2 + (y - dy) ** 2)
+            best = np.minimum(best, flat[index + (dx * wide.shape[1] + dy)] + off_m)
+        return best
+
+    def place_at(self, cost_m: float) -> Floats | None:
+        """A place (2,) from which it costs so much, or the most there is; None where there is no other."""
+        cost = np.where(np.isfinite(self.cells), self.cells, -1.0)
+        enough = np.where(cost >= cost_m, cost, np.inf)
+        best = np.argmin(enough) if np.isfinite(enough).any() else np.argmax(cost)
+        if cost.flat[best] <= 0.0:
+            return None
+        cell = np.array(np.unravel_index(int(best), cost.shape), dtype=np.intp)
+        return np.asarray(self.grid.centres_of(cell[None])[0])
+
+    def way_from(self, point: Floats, *, cells_max: int) -> Floats:
+        """The beginning of the way (n, 2) down to the goal, cell by cell; empty where there is none."""
+        x, y = np.clip(self.grid.cells_of(point[None])[0], 0, np.array(self.cells.shape) - 1).tolist()
+        way: list[tuple[int, int]] = []
+        here_m = np.inf
+        while len(way) < cells_max:
+            low_x, low_y = max(x - 1, 0), max(y - 1, 0)
+            around = self.cells[low_x : x + 2, low_y : y + 2]
+            lowest = int(np.argmin(around))
+            if not around.flat[lowest] < here_m:
+                break
+            here_m = float(around.flat[lowest])
+            x, y = low_x + lowest // around.shape[1], low_y + lowest % around.shape[1]
+            way.append((x, y))
+        return self.grid.centres_of(np.array(way, dtype=np.intp).reshape(-1, 2))
+
+
+def shown_free(places: Floats, view: View, *, short_m: float) -> Flags:
+    """Which places (n, 2) a scan shows to be free: they lie short of what it hit, by so much at least."""
+    off = places - view.position
+    rays = len(view.ranges_m)
+    ray = (np.arctan2(off[:, 1], off[:, 0]) + np.pi) / (2.0 * np.pi) * rays
+    first = np.floor(ray).astype(np.intp) % rays
+    free_m = np.minimum(view.ranges_m[first], view.ranges_m[(first + 1) % rays])
+    return np.asarray(np.hypot(off[:, 0], off[:, 1]) < free_m - short_m)
+
+
+class Map:
+    """What the leader has seen of the region so far, as its mission's goal needs it."""
+
+    def __init__(self, mission: Mission, start: Floats) -> None:
+        self._keep_m = mission.berth_m
+        self._keep_in_m = mission.robot_radius_m + mission.mu0_m
+        self._margin_m = mission.range_m_max
+        self._bounded = mission.bounds is not None
+        self._hits = np.empty((0, 2))
+        self._closed = np.empty((0, 2))
+        self._closed_for_now = np.empty((0, 2))
+        self._cell_m = min(CELL_M_MAX, mission.berth_m / CELLS_A_BERTH)
+        if mission.bounds is not None:
+            bounds = mission.bounds
+            low, high = (bounds.x_m_min, bounds.y_m_min), (bounds.x_m_max, bounds.y_m_max)
+            self._lay(np.array(low), np.array(high))
+        else:
+            self._lay(start - self._margin_m, start + self._margin_m)
+
+    @property
+    def cell_m(self) -> float:
+        """How fine it is."""
+        return self._grid.cell_m
+
+    def _lay(self, low: Floats, high: Floats) -> None:
+        """Lay the grid over a rectangle, and all that is known onto it."""
+        self._grid = Grid.over(low, high, self._cell_m, cells_max=CELLS_MAX)
+        self._lattice = Lattice.of(self._grid)
+        self._room = np.full(self._grid.shape, np.inf)
+        if self._bounded:
+            self._room = self._grid.off_border() - self._keep_in_m
+        self._keep_off(self._hits, self._keep_m)
+        self._keep_off(self._closed, SPOT_BERTHS * self._keep_m)
+        self._keep_off(self._closed_for_now, SPOT_BERTHS * self._keep_m)
+
+    def remember(self, hit_points: Floats) -> None:
+        """Add hits (n, 2) [m; world frame]; outside the bounds they are no concern of ours."""
+        if not self._bounded:
+            self._reach_out_to(hit_points)
+        inside = hit_points[self._grid.has(hit_points)]
+        new = inside[~np.isin(self._grid.fine_parts(inside), self._grid.fine_parts(self._hits))]
+        self._hits = np.concatenate([self._hits, new])
+        self._keep_off(new, self._keep_m)
+
+    def forget_where_free(self, view: View) -> None:
+        """Rule 4: what is remembered where a scan shows free ground is there no more."""
+        gone = shown_free(self._hits, view, short_m=2.0 * self._grid.cell_m)
+        if gone.any():
+            self._hits = self._hits[~gone]
+            self._lay(self._grid.low, self._grid.high)
+
+    def forget(self) -> None:
+        """Nothing that was seen is remembered; what was closed for good stays closed."""
+        self._hits = np.empty((0, 2))
+        self._lay(self._grid.low, self._grid.high)
+
+    def _reach_out_to(self, points: Floats) -> None:
+        """Rule 5: have the grid reach beyond these points by the sensor's range."""
+        if len(points) == 0 or self._grid.has(points).all():
+            return
+        low = np.minimum(self._grid.low, points.min(axis=0) - self._margin_m)
+        high = np.maximum(self._grid.high, points.max(axis=0) + self._margin_m)
+        self._lay(low, high)
+
+    def close(self, spot: Floats, *, for_good: bool = True) -> None:
+        """Rule 3."""
+        if for_good:
+            self._closed = np.concatenate([self._closed, spot[None]])
+        else:
+            self._closed_for_now = np.concatenate([self._closed_for_now, spot[None]])
+        self._keep_off(spot[None], SPOT_BERTHS * self._keep_m)
+
+    def reopen(self) -> None:
+        """What was closed for now may be free."""
+        if len(self._closed_for_now):
+            self._closed_for_now = np.empty((0, 2))
+            self._lay(self._grid.low, self._grid.high)
+
+    def _keep_off(self, points: Floats, keep_m: float) -> None:
+        reach_m = keep_m + FELT_CELLS * self._grid.cell_m
+        self._grid.lower_around(self._room, points, reach_m=reach_m, less_m=keep_m)
+
+    def cost_to_go(
+        self,
+        goal: Floats,
+        *,
+        tolerance_m: float,
+        taken: Floats | None = None,
+        keep_m: float = 0.0,
+        origin: Floats | None = None,
+    ) -> CostToGo:
+        """Cost from everywhere to the goal; where that is closed or cut off, to ground within its tolerance.
+
+        Args:
+            goal: (2,) [m; world frame].
+            tolerance_m: how near is near enough.
+            taken: a polyline (n, 2) of ground that other robots take up.
+            keep_m: least distance of the centre from that.
+            origin: where costs are compared with that of (2,); what costs more may be left out, as infinite.
+        """
+        if not self._bounded:
+            self._reach_out_to(goal[None])
+        cell_m, room = self._grid.cell_m, self._room
+        if taken is not None and len(taken) > 1:
+            room = np.minimum(room, self._grid.off_line(taken, reach_m=keep_m + cell_m) - keep_m)
+        is_open = room > -cell_m / 2.0
+        reach_m = max(tolerance_m, cell_m)
+        off_goal_m = np.where(is_open, self._grid.off_line(np.stack([goal, goal]), reach_m=reach_m), np.inf)
+        there, around = np.flatnonzero(off_goal_m <= cell_m), np.flatnonzero(off_goal_m <= tolerance_m)
+        sources = there if len(there) else around
+        if len(sources) == 0:
+            return CostToGo(self._grid, np.full(room.shape, np.inf))
+        price = 1.0 + COMFORT * np.clip(1.0 - room / (FELT_CELLS * cell_m), 0.0, 1.0) + DOUBT * (room < 0.0)
+        graph = self._lattice.priced(np.where(is_open, price, np.inf))
+        if origin is not None:
+            limit_m = DETOUR * float(np.hypot(*(goal - origin)))
+            cost = self._flooded(graph, sources, limit_m)
+            if cost.at(origin[None])[0] <= limit_m:
+                return cost
+        cost = self._flooded(graph, sources, COST_M_MAX)
+        cut_off = around[np.isinf(cost.cells.reshape(-1)[around])]
+        if len(cut_off):
+            # A robot that stands at the goal parts the ground around it: either side will do.
+            nearer = self._flooded(graph, cut_off, COST_M_MAX)
+            return CostToGo(self._grid, np.minimum(cost.cells, nearer.cells))
+        return cost
+
+    def _flooded(self, graph: csr_array, sources: Indices, limit_m: float) -> CostToGo:
+        cost = dijkstra(graph, indices=sources, min_only=True, limit=limit_m)
+        return CostToGo(self._grid, np.asarray(cost.reshape(self._grid.shape)))
+
+    def packed(self) -> bytes:
+        """What has been seen, for another robot's map: as many places as a message holds."""
+        places = np.round(self._hits / PACKED_M).astype("<i4")
+        while len(packed := zlib.compress(places.T.tobytes())) > SEEN_BYTES_MAX:
+            places = places[::2]
+        return packed
+
+    def unpack(self, packed: bytes) -> None:
+        """Remember what another robot's map holds; what is no such thing changes nothing."""
+        unpacking = zlib.decompressobj()
+        try:
+            raw = unpacking.decompress(packed, PLACES_MAX * 8)
+        except zlib.error:
+            return
+        if len(raw) % 8 == 0:
+            self.remember(np.frombuffer(raw, "<i4").reshape(2, -1).T * PACKED_M)
+
+    def narrowest(self, way: Floats) -> Floats:
+        """The spot (2,) of a way (n, 2) that has the least room."""
+        cells = self._grid.cells_of(way)
+        return np.asarray(way[int(np.argmin(self._room[cells[:, 0], cells[:, 1]]))])

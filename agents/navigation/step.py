@@ -1,0 +1,212 @@
+"""A switching step: planned from one scan, by the law of the mission."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from agents.navigation.certificate import Walls, certified_lengths_m
+from agents.navigation.gaps import Gap, find_gaps, is_passable
+from agents.navigation.guidance import CostToGo
+from agents.navigation.laws import heading_rad, step_length_m
+from agents.navigation.obstacles import Obstacle, find_obstacles, passable_width_m
+from agents.navigation.scan import View
+from protocol.arrays import Floats
+from protocol.frames import wrap
+from protocol.mission import Mission
+
+HEADINGS = 360  # one a degree: 7 cm apart at 4 m, finer than any gap that admits a robot
+LENGTHS = 32  # ends tried along each heading
+WAY_CELLS = 64  # of the way that guidance shows are headed for, too: in narrow ground a degree is much
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What the leader makes of a scan."""
+
+    view: View
+    obstacles: Sequence[Obstacle]
+    gaps: Sequence[Gap]
+    passable_m: float
+
+    @property
+    def passable_gaps(self) -> list[int]:
+        """(9): indices of the gaps that can be passed."""
+        return [i for i, gap in enumerate(self.gaps) if is_passable(gap, passable_m=self.passable_m)]
+
+    @property
+    def widest_gap(self) -> int | None:
+        """(10): the widest of them."""
+        return max(self.passable_gaps, key=lambda index: self.gaps[index].width_m, default=None)
+
+
+@dataclass(frozen=True)
+class Step:
+    """Where to go, straight."""
+
+    heading_rad: float
+    length_m: float
+    gap: int | None = None
+    cost_to_go_m: float | None = None
+
+    def target(self, origin: Floats) -> Floats:
+        """The next switching position (2,) [m; world frame]."""
+        heading = np.array([np.cos(self.heading_rad), np.sin(self.heading_rad)])
+        return np.asarray(origin + self.length_m * heading)
+
+
+@dataclass(frozen=True)
+class NoStep:
+    """There is no step to make, and why."""
+
+    reason: str
+
+
+@dataclass(frozen=True)
+class Crossed:
+    """Without a goal: there is no gap ahead any more, so the region is behind."""
+
+
+def look(view: View, mission: Mission) -> Sight:
+    """Find obstacles and gaps in a scan."""
+    passable_m = passable_width_m(mission.berth_m)
+    obstacles = find_obstacles(view, passable_m=passable_m)
+    return Sight(view, obstacles, find_gaps(obstacles), passable_m)
+
+
+def paper_step(sight: Sight, mission: Mission, *, gain_m: float) -> Step | NoStep:
+    """The laws `printed` and `resultant`: through the widest passable gap, by its two chords.
+
+    An obstacle that a single ray hits has no chord, and (12) makes no step of it.
+    """
+    chosen = sight.widest_gap
+    if chosen is None:
+        return NoStep(f"no passable gap in sight between {len(sight.obstacles)} obstacles")
+    gap = sight.gaps[chosen]
+    right_m, left_m = sight.obstacles[gap.right].chord_m, sight.obstacles[gap.left].chord_m
+    length_m = step_length_m(right_m, left_m)
+    if length_m < gain_m:
+        return NoStep(f"half the shorter chord beside the widest gap is {length_m:.4f} m, which is no step")
+    beta = heading_rad(mission.law, right_m, left_m, mission.epsilon_m, gap.delta_rad)
+    return Step(wrap(gap.axis_rad + beta), length_m, gap=chosen)
+
+
+def certified_step_to_goal(view: View, walls: Walls, cost_to_go: CostToGo, *, gain_m: float) -> Step | None:
+    """The certified end point with the least cost-to-go; None where no certified step comes nearer."""
+    step = _best_step(view, walls, cost_to_go)
+    here_m = float(cost_to_go.at(view.position[None, :])[0])
+    return step if step.cost_to_go_m is not None and step.cost_to_go_m < here_m - gain_m else None
+
+
+def has_way(view: View, walls: Walls, cost_to_go: CostToGo) -> bool:
+    """Whether there is a way from here, or from anywhere that a certified step leads to."""
+    here_m = float(cost_to_go.at(view.position[None, :])[0])
+    return here_m < np.inf or _best_step(view, walls, cost_to_go).cost_to_go_m is not None
+
+
+def _best_step(view: View, walls: Walls, cost_to_go: CostToGo) -> Step:
+    """The certified step that ends with the least cost-to-go, if any end has one."""
+    way = cost_to_go.way_from(view.position, cells_max=WAY_CELLS)
+    headings, lengths = _certified(view, walls, _bearings_rad(way, view.position))
+    tried = lengths[:, None] * np.arange(1, LENGTHS + 1) / LENGTHS
+    costs = cost_to_go.at(_ends(view.position, headings, tried).reshape(-1, 2)).reshape(tried.shape)
+    best = np.unravel_index(np.argmin(costs), costs.shape)
+    cost_m = float(costs[best]) if costs[best] < np.inf else None
+    return Step(wrap(float(headings[best[0]])), float(tried[best]), cost_to_go_m=cost_m)
+
+
+def certified_step_to(view: View, walls: Walls, goal: Floats) -> Step | None:
+    """The step that ends at the goal, if that is certified."""
+    off_goal = goal - view.position
+    goal_m, goal_rad = float(np.hypot(*off_goal)), float(np.arctan2(off_goal[1], off_goal[0]))
+    free_m = certified_lengths_m(view.position, np.array([goal_rad]), walls)[0]
+    if goal_m > min(free_m, float(view.ranges_m.max())):
+        return None
+    return Step(goal_rad, goal_m, cost_to_go_m=0.0)
+
+
+def refused_at(view: View, walls: Walls, way: Floats) -> int:
+    """Index of the first place of a way (n, 2) that no certified step leads to; n if there is none."""
+    if len(way) == 0:
+        return 0
+    free_m = certified_lengths_m(view.position, _bearings_rad(way, view.position), walls)
+    refused = np.flatnonzero(np.hypot(*(way - view.position).T) > free_m)
+    return int(refused[0]) if len(refused) else len(way)
+
+
+def _bearings_rad(points: Floats, origin: Floats) -> Floats:
+    off = points - origin
+    return np.asarray(np.arctan2(off[:, 1], off[:, 0]))
+
+
+def certified_step_onward(
+    sight: Sight, walls: Walls, *, onward_rad: float, gain_m: float
+) -> Step | NoStep | Crossed:
+    """Without a goal: towards the widest passable gap ahead that a certified step brings nearer.
+
+    The end point is the one nearest to the gap's middle. A gap that no step comes nearer to gives way to
+    the next widest. Onward is where the leader faced at first: gaps behind are not gone back to. With no
+    gap left ahead, the region has been crossed where nothing stands in the way onward; else the
+    leader goes on as far that way as it can.
+    """
+    ahead = [index for index in sight.passable_gaps if _opens_ahead(sight, index, onward_rad)]
+    for index in sorted(ahead, key=lambda index: -sight.gaps[index].width_m):
+        step = _step_towards(sight, walls, index, gain_m=gain_m)
+        if step is not None:
+            return step
+    onward = np.array([np.cos(onward_rad), np.sin(onward_rad)])
+    if _is_open(sight, onward):
+        return Crossed()
+    headings, lengths = _certified(sight.view, walls, np.array([onward_rad]))
+    gained_m = lengths * (np.cos(headings - onward_rad))
+    best = int(np.argmax(gained_m))
+    if gained_m[best] < gain_m:
+        return NoStep(
+            f"no certified step leads onward, and none nears one of {len(ahead)} passable gaps ahead"
+        )
+    return Step(wrap(float(headings[best])), float(lengths[best]))
+
+
+def _is_open(sight: Sight, onward: Floats) -> bool:
+    """Whether nothing in sight stands in a robot's way in one direction."""
+    off = sight.view.hit_points - sight.view.position
+    along, beside = off @ onward, np.abs(off @ np.array([-onward[1], onward[0]]))
+    return not bool(((along > 0.0) & (beside < sight.passable_m / 2.0)).any())
+
+
+def _opens_ahead(sight: Sight, index: int, onward_rad: float) -> bool:
+    """Whether a gap is not more than a right angle off the way onward.
+
+    One whose middle is nearer than the robot's own clearance is not ahead: the robot stands in it.
+    """
+    gap = sight.gaps[index]
+    off = gap.middle - sight.view.position
+    turn_rad = wrap(float(np.arctan2(off[1], off[0])) - onward_rad)
+    stands_in_it = float(np.hypot(*off)) < sight.passable_m / 2.0
+    return abs(turn_rad) <= np.pi / 2.0 and not stands_in_it
+
+
+def _step_towards(sight: Sight, walls: Walls, index: int, *, gain_m: float) -> Step | None:
+    middle, origin = sight.gaps[index].middle, sight.view.position
+    off = middle - origin
+    headings, lengths = _certified(sight.view, walls, np.array([np.arctan2(off[1], off[0])]))
+    tried = lengths[:, None] * np.arange(1, LENGTHS + 1) / LENGTHS
+    short_m = np.hypot(*np.moveaxis(_ends(origin, headings, tried) - middle, -1, 0))
+    best = np.unravel_index(np.argmin(short_m), short_m.shape)
+    if not short_m[best] < np.hypot(*off) - gain_m:
+        return None
+    return Step(wrap(float(headings[best[0]])), float(tried[best]), gap=index)
+
+
+def _certified(view: View, walls: Walls, preferred_rad: Floats) -> tuple[Floats, Floats]:
+    """Headings, preferred ones first, and how long a step in each may be, at most the range seen."""
+    even = -np.pi + 2.0 * np.pi * np.arange(HEADINGS) / HEADINGS
+    headings = np.concatenate([preferred_rad, even])
+    lengths = certified_lengths_m(view.position, headings, walls)
+    return headings, np.minimum(lengths, float(view.ranges_m.max()))
+
+
+def _ends(origin: Floats, headings_rad: Floats, lengths_m: Floats) -> Floats:
+    """End points (h, k, 2) of steps of several lengths (h, k) in each heading."""
+    directions = np.stack([np.cos(headings_rad), np.sin(headings_rad)], axis=1)
+    return np.asarray(origin + lengths_m[:, :, None] * directions[:, None, :])

@@ -1,0 +1,213 @@
+"""A host of robots: forks one process for each, and reaps them. It may, since it opens no session of its own.
+
+Rule 1: a robot that dies is reaped and said; the others live on.
+Rule 2: asked to end, the host asks all its robots, waits, and kills what is left. A frozen one is thawed, or
+        it could not hear. Who then goes has done as it was asked.
+Rule 3: a robot outlives its host by no more than a moment: it holds the reading end of a pipe whose
+        writing end is the host's alone.
+Rule 4: what the world has it do to a robot (`protocol.faults.blows`) is no failure of that robot, nor of the
+        host.
+"""
+
+import asyncio
+import contextlib
+import gc
+import os
+import signal
+import socket
+import sys
+import traceback
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from agents.process.shell import run
+from protocol.ending import asked_to_end, until_ended
+from protocol.errors import SessionLostError, UsageError
+from protocol.exit_codes import ExitCode
+from protocol.faults.blows import HostOrder, ear, orders
+from protocol.faults.strokes import Blow
+from protocol.keys import robot_name
+from protocol.network.faulty_transport import Conditions
+from protocol.network.session import read_session
+
+KILL_AFTER_S = 2.0  # wall: a fleet has 5 s to end, and its launcher wants some of that
+HANDLED = (signal.SIGCHLD, signal.SIGTERM, signal.SIGINT)  # what a host hears, and a robot not from it
+
+
+@dataclass(frozen=True, slots=True)
+class Orders:
+    """What all robots of a command line are told."""
+
+    sessions: Path
+    """Folder of the run's session files."""
+    conditions: Conditions
+
+
+def run_robot(robot: int, told: Orders, lifeline: int | None, *, again: bool = False) -> int:
+    """Run one robot in this process; returns the exit code.
+
+    Args:
+        robot: its number.
+        told: what all robots are told.
+        lifeline: a file descriptor; the robot ends when the other end is closed.
+        again: whether it takes the place of a process that has died.
+    """
+    try:
+        session = read_session(told.sessions / f"{robot_name(robot)}.json")
+        life = run(robot, session, conditions=told.conditions, sessions=told.sessions, again=again)
+        return asyncio.run(until_ended(life, lifeline))
+    except UsageError as error:
+        _say(f"robot {robot}: {error}")
+        return ExitCode.USAGE
+    except SessionLostError as error:
+        _say(f"robot {robot}: {error}")
+        return ExitCode.FAILED
+
+
+def run_host(robots: Sequence[int], told: Orders, lifeline: int | None) -> int:
+    """Fork the robots and reap them; returns 0 when all ended well, else the first bad exit code."""
+    reading_end, writing_end = os.pipe()
+    gc.freeze()  # what is loaded by now stays shared: the collector would touch, and so copy, every page
+    with os.fdopen(reading_end), os.fdopen(writing_end), contextlib.ExitStack() as stack:
+        host = _Host(told, reading_end, writing_end)
+        for robot in robots:
+            host.fork(robot)
+        try:
+            listening = stack.enter_context(ear(told.sessions, min(robots)))
+        except OSError as error:  # then nobody can have it do anything to them, which few want to
+            _say(f"host: cannot be told of faults: {error.strerror}")
+            listening = None
+        return asyncio.run(host.reap(lifeline, listening))
+
+
+class _Host:
+    """Who is still running, and how the others ended."""
+
+    def __init__(self, told: Orders, reading_end: int, writing_end: int) -> None:
+        self._told = told
+        self._reading_end, self._writing_end = reading_end, writing_end
+        self._robots: dict[int, int] = {}
+        self._struck: set[int] = set()
+        """The processes that were meant to be killed."""
+        self._wanted: set[int] = set()
+        """Robots to start as soon as their process has ended."""
+        self._exit_code: int = ExitCode.OK
+        self._all_ended = asyncio.Event()
+        self._listening: socket.socket | None = None
+        self._ends = False
+        self._known: set[int] = set()
+
+    def fork(self, robot: int) -> None:
+        """Start a robot, for the first time or again."""
+        again = robot in self._known
+        self._known.add(robot)
+        pid = os.fork()
+        if pid == 0:
+            self._become(robot, again=again)
+        self._robots[pid] = robot
+
+    async def reap(self, lifeline: int | None, listening: socket.socket | None) -> int:
+        """Wait until all robots have ended, asking them to when we are asked to."""
+        loop = asyncio.get_running_loop()
+        loop.add_signal_handler(signal.SIGCHLD, self._reap)
+        if listening is not None:
+            self._listening = listening
+            loop.add_reader(listening, self._hear)
+        self._reap()  # those that ended before there was a handler
+        with asked_to_end(lifeline) as asked:
+            ended = asyncio.ensure_future(self._all_ended.wait())
+            either: list[asyncio.Future[Any]] = [ended, asked]
+            await asyncio.wait(either, return_when=asyncio.FIRST_COMPLETED)
+            if ended.done():
+                return self._exit_code
+            self._ends = True
+            self._tell(signal.SIGTERM)
+            self._tell(signal.SIGCONT)
+            await asyncio.wait([ended], timeout=KILL_AFTER_S)
+            self._tell(signal.SIGKILL)
+            await ended
+            return asked.result()
+
+    def _hear(self) -> None:
+        for order in orders(self._listening) if self._listening is not None else ():
+            if not self._ends:
+                self._obey(order)
+
+    def _obey(self, order: HostOrder) -> None:
+        pids = [pid for pid, robot in self._robots.items() if robot == order.robot]
+        match order.blow:
+            case Blow.KILL:
+                self._struck.update(pids)
+                number = signal.SIGKILL
+            case Blow.FREEZE:
+                number = signal.SIGSTOP
+            case Blow.THAW:
+                number = signal.SIGCONT
+            case Blow.START:
+                self._start(order.robot, pids)
+                return
+            case Blow.SLOW:
+                return  # robots are told that themselves
+        for pid in pids if not order.done else ():
+            os.kill(pid, number)  # it is there: it has not been reaped
+
+    def _start(self, robot: int, pids: Sequence[int]) -> None:
+        if pids:
+            self._wanted.add(robot)  # the one that is being killed has to go first
+        elif robot in self._known:
+            self.fork(robot)
+
+    def _reap(self) -> None:
+        self._hear()  # a robot that killed itself on purpose has said so before
+        while self._robots:
+            pid, status = os.waitpid(-1, os.WNOHANG)
+            if pid == 0:
+                return
+            robot, exit_code = self._robots.pop(pid), os.waitstatus_to_exitcode(status)
+            struck = pid in self._struck and exit_code == -signal.SIGKILL
+            as_asked = self._ends and exit_code == ExitCode.TERMINATED
+            if exit_code != 0 and not (struck or as_asked):
+                self._exit_code = self._exit_code or max(exit_code, ExitCode.FAILED)  # a signal's is negative
+                _say(f"robot {robot} {_how(exit_code)}")
+            if robot in self._wanted and not self._ends:
+                self._wanted.discard(robot)
+                self.fork(robot)
+        self._all_ended.set()
+
+    def _tell(self, number: signal.Signals) -> None:
+        for pid in self._robots:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, number)
+
+    def _become(self, robot: int, *, again: bool) -> None:
+        """The forked child: never returns, since what follows in the caller is the host's."""
+        exit_code: int = ExitCode.FAILED
+        try:
+            _forget_signals()
+            os.close(self._writing_end)
+            exit_code = run_robot(robot, self._told, self._reading_end, again=again)
+        except BaseException:
+            traceback.print_exc()
+        finally:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(exit_code)
+
+
+def _forget_signals() -> None:
+    """What reaches a robot must not wake its host's loop, whose handlers and pipe it has inherited."""
+    signal.set_wakeup_fd(-1)
+    for number in HANDLED:
+        signal.signal(number, signal.SIG_DFL)
+
+
+def _how(exit_code: int) -> str:
+    if exit_code < 0:
+        return f"was ended by {signal.Signals(-exit_code).name}"
+    return f"ended with exit code {exit_code}"
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)  # noqa: T201 - the user reads it

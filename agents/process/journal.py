@@ -1,0 +1,274 @@
+"""What a robot heard and decided, on disk: `inputs/r3-<incarnation>.clew` in the folder of the run.
+
+Rule 1: an input is written before the core takes it in, the decision before anybody hears of it, each in one
+        unbuffered write. So SIGKILL tears the last record at the worst, and no effect is without its cause.
+Rule 2: the file is a stream of msgpack, only ever appended to: the head, then inputs and decisions in turn,
+        then why it ends.
+Rule 3: it is bounded: one that is full says so and takes no more.
+Rule 4: a robot drives on without a journal. Where its folder is not, as on another computer, none is kept.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from io import FileIO
+from pathlib import Path
+from typing import Annotated, Any, get_args
+
+import msgpack
+import msgspec
+from msgspec import Meta, Struct
+
+from agents.commands import Command
+from agents.events import Event
+from agents.robot import Robot
+from protocol.errors import UsageError
+from protocol.frames import Count, RobotId, Seconds
+from protocol.keys import robot_name
+from protocol.mission import Mission
+from protocol.wire.codec import REASON_LENGTH_MAX, packed
+
+SCHEMA = "clew-inputs/1"
+SUFFIX = ".clew"
+SIZE_BYTES_MAX = 268_435_456  # half an hour of a scan of 1440 rays every 0.1 s, which takes 13 kB
+
+_EVENTS: dict[str, type] = {kind.__name__: kind for kind in get_args(Event)}
+
+
+class Head(Struct, frozen=True, kw_only=True, tag="head", array_like=True):
+    """Who wrote it, and with what the core was made."""
+
+    schema: str = SCHEMA
+    robot: RobotId
+    incarnation: Annotated[str, Meta(max_length=64)]
+    mission: Mission
+    again: bool = False
+    """Whether it takes the place of a process that has died."""
+
+
+class Input(Struct, frozen=True, tag="in", array_like=True):
+    """An event given to the core, and the message that it came by."""
+
+    now_s: Seconds
+    key: str
+    """Without the run's root."""
+    number: Count
+    """The message's on its key; 0 where it has none."""
+    kind: str
+    event: Any
+    """An `Event`; its fields, where it has just been read."""
+
+
+class Decision(Struct, frozen=True, tag="out", array_like=True):
+    """What the core answered: kinds of commands and their fields; or how it failed."""
+
+    commands: tuple[tuple[str, Any], ...]
+    failed: str | None = None
+
+
+class End(Struct, frozen=True, tag="end", array_like=True):
+    """Nothing follows, and why; a robot that was killed never wrote it."""
+
+    why: str
+
+
+_RECORD = Head | Input | Decision | End
+_BEGINNINGS = (b"\x96\xa2in\xcb", b"\x93\xa3out", b"\x92\xa3end")
+"""The first bytes of records: how many items there are, the tag, and of an input that a float follows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """An event for a core, and the message that it came by."""
+
+    event: Event
+    key: str
+    """Without the run's root."""
+    number: int
+    """The message's on its key; 0 where it has none."""
+
+
+class Journal:
+    """Writes one robot's journal; without a file, nothing."""
+
+    def __init__(self, file: FileIO | None = None, *, size_bytes_max: int = SIZE_BYTES_MAX) -> None:
+        self._file = file
+        self._left_bytes = size_bytes_max
+
+    def begin(self, head: Head) -> None:
+        """Write who writes it."""
+        self._write(head)
+
+    @property
+    def keeps(self) -> bool:
+        """Whether it has a file; without one nobody need put a record together."""
+        return self._file is not None
+
+    def hear(self, given: Given, now_s: float) -> None:
+        """Write an input."""
+        if self.keeps:
+            self._write(Input(now_s, given.key, given.number, type(given.event).__name__, given.event))
+
+    def decide(self, decision: Decision) -> None:
+        """Write what came of the input before."""
+        self._write(decision)
+
+    def end(self, why: str) -> None:
+        """Write why nothing follows, and close the file."""
+        self._write(End(why))
+        self.close()
+
+    def _write(self, record: _RECORD) -> None:
+        if self._file is None:
+            return
+        left = memoryview(packed(record))
+        self._left_bytes -= len(left)
+        if self._left_bytes < 0:
+            left = memoryview(packed(End("full")))
+        try:
+            while left:
+                left = left[self._file.write(left) :]
+        except OSError:  # a full disk: the world's recorder ends the run for that (rule 4)
+            self.close()
+        if self._left_bytes < 0:
+            self.close()
+
+    def close(self) -> None:
+        """Write nothing more."""
+        if self._file is not None:
+            self._file.close()
+        self._file = None
+
+
+def open_journal(folder: Path | None, head: Head) -> Journal:
+    """A journal in that folder, which is made if it alone is missing; else one without a file."""
+    if folder is None:
+        return Journal()
+    try:
+        folder.mkdir(exist_ok=True)
+        journal = Journal(FileIO(str(folder / f"{robot_name(head.robot)}-{head.incarnation}{SUFFIX}"), "x"))
+    except OSError:
+        return Journal()
+    journal.begin(head)
+    return journal
+
+
+def decided(core: Robot, given: Given, now_s: float, journal: Journal) -> list[Command]:
+    """Have the core take an event in; returns its commands, when both are in the journal.
+
+    Raises:
+        Exception: whatever the core raises, when that is in the journal.
+    """
+    journal.hear(given, now_s)
+    try:
+        commands = core.handle(given.event, now_s)
+    except Exception as error:
+        journal.decide(failure(error))
+        raise
+    if journal.keeps:
+        journal.decide(decision(commands))
+    return commands
+
+
+def decision(commands: Sequence[Command]) -> Decision:
+    """Commands as they stand in a journal."""
+    return Decision(tuple((type(each).__name__, each) for each in commands))
+
+
+def failure(error: Exception) -> Decision:
+    """A core's failure as it stands in a journal."""
+    return Decision((), f"{type(error).__name__}: {error}"[:REASON_LENGTH_MAX])
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """An input and the decision that was recorded for it; None where the journal ends before."""
+
+    input: Input
+    decision: Decision | None
+
+    @property
+    def event(self) -> Event:
+        """What was given to the core."""
+        event: Event = self.input.event
+        return event
+
+
+class Recording:
+    """A journal as it is read, one turn after the other; what is wrong with it is known at the end."""
+
+    def __init__(self, path: Path) -> None:
+        """Open a journal.
+
+        Raises:
+            UsageError: it does not begin as one.
+        """
+        self.path = path
+        self.ended: str | None = None
+        """Why it ends; None where its writer was killed, or the end has not been read yet."""
+        self.flaw: str | None = None
+        """What is wrong with the record that is read last; None where nothing is, or so far."""
+        self.damaged = False
+        """Whether the flaw is none that a killed writer leaves, which is a torn record at the very end."""
+        try:
+            self._size_bytes = path.stat().st_size
+            self._records = self._read()
+            head = next(self._records, None)
+        except OSError as error:
+            raise UsageError(f"{path}: {error.strerror}") from error
+        if not isinstance(head, Head) or head.schema != SCHEMA:
+            raise UsageError(f"{path}: does not begin as a journal of schema {SCHEMA!r}")
+        self.head = head
+
+    def turns(self) -> Iterator[Turn]:
+        """All turns, oldest first; what follows a record that cannot be read is left out."""
+        heard: Input | None = None
+        for record in self._records:
+            match record:
+                case Input() if heard is None and self.ended is None:
+                    heard = record
+                case Decision() if heard is not None and self.ended is None:
+                    yield Turn(heard, record)
+                    heard = None
+                case End(why) if self.ended is None:
+                    self.ended = why
+                case _:
+                    self.flaw, self.damaged = "a record stands where it cannot", True
+                    return
+        if heard is not None:
+            yield Turn(heard, None)
+
+    def _read(self) -> Iterator[_RECORD]:
+        with self.path.open("rb") as file:
+            unpacker = msgpack.Unpacker(file, max_buffer_size=self._size_bytes + 1)
+            whole_bytes = 0
+            try:
+                for raw in unpacker:
+                    record: _RECORD = msgspec.convert(raw, _RECORD)
+                    yield _understood(record) if isinstance(record, Input) else record
+                    whole_bytes = unpacker.tell()
+            except (ValueError, RecursionError) as error:  # msgpack's and msgspec's are ValueErrors
+                self.flaw = f"the record at byte {whole_bytes} cannot be read: {error}"[:REASON_LENGTH_MAX]
+                self.damaged = True
+                return
+            if whole_bytes < self._size_bytes:
+                file.seek(whole_bytes)
+                self._judge_rest(whole_bytes, file.read(self._size_bytes - whole_bytes))
+
+    def _judge_rest(self, whole_bytes: int, rest: bytes) -> None:
+        """Say what bytes are that make no whole record: a torn one, unless others stand behind its beginning.
+
+        A byte that says how long something is may have been changed: then all that follows seems to be of one
+        record, of which the end is missing.
+        """
+        self.damaged = self.ended is not None or any(rest.find(begin, 1) >= 0 for begin in _BEGINNINGS)
+        if self.damaged:
+            self.flaw = f"the record at byte {whole_bytes} cannot be read: it has no end"
+        else:
+            self.flaw = f"its last record is torn: {len(rest)} bytes dropped"
+
+
+def _understood(heard: Input) -> Input:
+    """An input with its event, where that was its fields."""
+    if heard.kind not in _EVENTS:
+        raise ValueError(f"{heard.kind!r} is no event")
+    return msgspec.structs.replace(heard, event=msgspec.convert(heard.event, _EVENTS[heard.kind]))

@@ -1,0 +1,307 @@
+"""The shell of one robot: its session, its clock, its end. It decides nothing about driving.
+
+Rule 1: of what arrived together, the newest odometry tells the time, so that a robot that was frozen knows
+        how late it is before it believes anything else.
+Rule 2: timeline entries are re-sent until the recorder has them; the robot does not go before that. They are
+        sent before what the core wants told: who acts upon that acts upon what is on record.
+Rule 3: time in which the process did not run is not held against the world.
+Rule 4: where a fault plan strikes the robot at a point of its step, it does so to itself: after the core has
+        decided, before anything of that is done but what was recorded; and when the recorder has that.
+"""
+
+import os
+import secrets
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from agents.commands import Announce, AskScan, Command, Note, Order, Tell
+from agents.events import (
+    Event,
+    LinkHeard,
+    MusterHeard,
+    OdometryHeard,
+    ScanHeard,
+    TokenCame,
+    TokenWent,
+)
+from agents.process.failure import failed
+from agents.process.journal import Given, Head, Journal, decided, open_journal
+from agents.process.points import is_plan
+from agents.process.victim import Victim
+from agents.robot import Robot
+from protocol.exit_codes import ExitCode
+from protocol.faults.strokes import Stroke
+from protocol.keys import WORLD, WORLD_NUMBER, Keys, robot_name, robot_number
+from protocol.mission import Mission
+from protocol.network.faulty_transport import Conditions, FaultyTransport
+from protocol.network.outbox import Outbox
+from protocol.network.session import Session
+from protocol.network.transport import Appeared, Arrival, Heard, Refused, Transport, Vanished
+from protocol.network.zenoh_transport import open_transport
+from protocol.timeline import MessageRefused, Record, RobotSettled, RobotStarted, TrafficCounted
+from protocol.wire.messages import (
+    AheadState,
+    Ask,
+    Beacon,
+    BehindState,
+    Logged,
+    Muster,
+    Odometry,
+    Phase,
+    Plea,
+    Scan,
+    ScanQuery,
+)
+
+TURN_S = 0.1  # wall: how often the outbox is looked at when nothing arrives
+MISSION_RETRY_S = 0.3  # wall
+MISSION_PATIENCE_S = 10.0  # wall: what docs/run.md gives a fleet to come together
+WORLD_SILENCE_S = 60.0  # wall: docs/run.md; longer than any cut that a fleet is to survive
+LOOK_S_MAX = 1.0  # wall: whatever took longer than ten turns was not the world's silence
+STRUCK_PATIENCE_S = 5.0  # wall: a robot that cannot tell of its stroke is struck all the same
+START_PATIENCE_S = 20.0  # wall: the others have 10 s to come, and a slow machine as much again
+CLOSING_PATIENCE_S = 2.0  # wall: docs/run.md
+
+
+async def run(
+    robot: int, session: Session, *, conditions: Conditions, sessions: Path, again: bool
+) -> ExitCode:
+    """Live one robot's life, from opening the session to the end of the run.
+
+    Args:
+        robot: its number.
+        session: who it is on the network.
+        conditions: the faults that it is to suffer.
+        sessions: the run's private folder, where its host hears.
+        again: whether it takes the place of a process that has died.
+
+    Raises:
+        UsageError: no router admits us.
+        SessionLostError: as `open_transport` says.
+    """
+    keys, name = session.keys, robot_name(robot)
+    hear = [keys.link("*", name), keys.odometry(name), keys.muster("*"), keys.logged(name), keys.fault(name)]
+    incarnation = secrets.token_hex(4)
+    alive = keys.alive(name, incarnation)
+    victim = Victim(robot, sessions, conditions, again=again)
+    with open_transport(session, hear=hear, answer=[], alive=alive, watch=keys.alive("*", "*")) as transport:
+        life = _Life(robot, session, transport, incarnation, conditions=conditions, victim=victim)
+        mission = await life.mission()
+        if mission is None:
+            return ExitCode.FAILED
+        inputs = None if session.inputs is None else Path(session.inputs)
+        head = Head(robot=robot, incarnation=incarnation, mission=mission, again=again)
+        return await life.run(Robot(robot, mission, again=again), open_journal(inputs, head))
+
+
+class _Life:
+    """What the shell of one robot remembers."""
+
+    def __init__(
+        self,
+        robot: int,
+        session: Session,
+        transport: Transport,
+        incarnation: str,
+        *,
+        conditions: Conditions,
+        victim: Victim,
+    ) -> None:
+        self._name = robot_name(robot)
+        self._keys = session.keys
+        self._transport = FaultyTransport(transport, conditions, self._keys, self._name, self._note)
+        self._victim = victim
+        self._incarnation = incarnation
+        self._outbox = Outbox(incarnation)
+        self._now_s = 0.0
+        self._phase = Phase.RUNNING
+        self._looked_s = time.monotonic()
+        self._world_silent_s = 0.0
+        self._patience_s = START_PATIENCE_S
+        self._kept: list[Arrival] = []  # that have come, and that the robot has not heard of
+
+    async def mission(self) -> Mission | None:
+        """Ask the world until it answers; None when it does not."""
+        # Faults may strike the answer, and are noted; but a log knows a new life by its first entry.
+        self._note(RobotStarted(pid=os.getpid(), incarnation=self._incarnation))
+        mission: Mission | None = None
+        for _ in range(round(MISSION_PATIENCE_S / MISSION_RETRY_S)):
+            self._transport.ask(self._keys.mission(), Ask())
+            # All of it: with the mission may come tokens, which nobody shows again.
+            for arrival in await self._transport.arrivals(MISSION_RETRY_S):
+                match arrival:
+                    case Heard(key, message=Mission() as told) if key == self._keys.mission():
+                        mission = told
+                    case _:
+                        self._kept.append(arrival)
+            if mission is not None:
+                return mission
+        return None
+
+    async def run(self, robot: Robot, journal: Journal) -> ExitCode:
+        """Hand events to the robot and do what it wants, until the world closes the run."""
+        while self._phase is Phase.RUNNING:
+            self._flush()
+            arrivals = [*self._kept, *await self._transport.arrivals(TURN_S)]
+            self._kept = []
+            self._hear_world(arrivals)
+            if self._phase is Phase.RUNNING:
+                for given in _events(self._keys, self._name, arrivals, self._now_s):
+                    await self._obey(given.event, await self._decided(robot, given, journal))
+            if self._world_is_silent():
+                return ExitCode.FAILED
+        journal.end("the run is over")
+        return await self._close()
+
+    async def _decided(self, robot: Robot, given: Given, journal: Journal) -> list[Command]:
+        """What the robot does about an event; where it fails, that is told before the process ends of it."""
+        try:
+            return decided(robot, given, self._now_s, journal)
+        except Exception as error:
+            self._note(failed(error))
+            await self._tell_last()
+            raise
+
+    async def _obey(self, event: Event, commands: Sequence[Command]) -> None:
+        notes = [command for command in commands if isinstance(command, Note)]
+        stroke = self._victim.struck(event, commands, self._now_s, self._transport.faults)
+        if stroke is not None:
+            await self._be_struck(stroke, [note for note in notes if is_plan(note)])
+            notes = [note for note in notes if not is_plan(note)]
+        for note in notes:
+            self._note(note.record)
+        self._flush()
+        for command in commands:
+            self._do(command)
+
+    async def _be_struck(self, stroke: Stroke, plans: Sequence[Note]) -> None:
+        """Rule 4."""
+        for plan in plans:
+            self._note(plan.record)
+        self._note(stroke.as_record())
+        until_s = time.monotonic() + STRUCK_PATIENCE_S
+        while len(self._outbox) and time.monotonic() < until_s:
+            self._flush()
+            arrivals = await self._transport.arrivals(TURN_S)
+            self._hear_world(arrivals)
+            self._kept += [arrival for arrival in arrivals if not isinstance(arrival, Refused)]
+        self._victim.strike(stroke)
+
+    async def _close(self) -> ExitCode:
+        """Say what was sent; when all have, say what was received; go when the recorder has it."""
+        self._note(RobotSettled(sent=dict(self._counted(self._transport.traffic.sent))))
+        while self._phase is Phase.OVER:
+            await self._turn()
+            if self._world_is_silent():
+                return ExitCode.FAILED
+        traffic = self._transport.traffic
+        self._note(
+            TrafficCounted(
+                sent=self._counted(traffic.sent),
+                received=self._counted(traffic.received),
+                newest=self._counted(traffic.newest),
+                injected={
+                    fault: self._counted(by_key) for fault, by_key in traffic.injected_by_fault().items()
+                },
+                refused=self._counted(traffic.refused),
+                overflowed=traffic.overflowed_count,
+                unrecorded=self._outbox.lost_count,
+            )
+        )
+        await self._tell_last()
+        return ExitCode.FAILED if len(self._outbox) else ExitCode.OK
+
+    async def _tell_last(self) -> None:
+        """Have what was noted recorded, as far as that can be waited for."""
+        until_s = time.monotonic() + CLOSING_PATIENCE_S
+        while len(self._outbox) and time.monotonic() < until_s:
+            await self._turn()
+
+    async def _turn(self) -> None:
+        self._flush()
+        self._hear_world(await self._transport.arrivals(TURN_S))
+
+    def _hear_world(self, arrivals: Sequence[Arrival]) -> None:
+        for arrival in arrivals:
+            match arrival:
+                case Heard(key, message=Odometry() as odometry) if key == self._keys.odometry(self._name):
+                    self._now_s = max(self._now_s, odometry.t_s)
+                    self._phase = self._phase.later(odometry.phase)
+                    self._world_silent_s, self._patience_s = 0.0, WORLD_SILENCE_S
+                case Heard(key, message=Logged() as logged) if key == self._keys.logged(self._name):
+                    self._outbox.acknowledged(logged)
+                case Refused(key, reason):
+                    self._note(MessageRefused(key=self._keys.behind_root(key), reason=reason))
+                case _:
+                    pass  # the robot's, or nobody's: a robot is not asked and sees no tokens
+
+    def _world_is_silent(self) -> bool:
+        """Rule 3."""
+        now_s = time.monotonic()
+        self._world_silent_s += min(now_s - self._looked_s, LOOK_S_MAX)
+        self._looked_s = now_s
+        return self._world_silent_s > self._patience_s
+
+    def _do(self, command: Command) -> None:
+        match command:
+            case Announce(muster):
+                self._transport.put(self._keys.muster(self._name), muster)
+            case Tell(robot, state):
+                self._transport.put(self._keys.link(self._name, robot_name(robot)), state)
+            case Order(drive):
+                self._transport.put(self._keys.drive(self._name), drive)
+            case AskScan(revolutions):
+                self._transport.ask(self._keys.scan(self._name), ScanQuery(revolutions=revolutions))
+            case Note():
+                pass  # has been recorded, rule 2
+
+    def _note(self, record: Record) -> None:
+        self._victim.note(record, self._now_s)
+        self._outbox.add(record, t_s=self._transport.now_s, hlc=self._transport.timestamp())
+
+    def _flush(self) -> None:
+        while (batch := self._outbox.batch(time.monotonic())) is not None:
+            self._transport.put(self._keys.log(self._name), batch)
+
+    def _counted(self, counts: dict[str, int]) -> dict[str, int]:
+        """By the part of the key behind the root; without the recorder's keys, which have their own books."""
+        apart = (self._keys.log(self._name), self._keys.logged(self._name))
+        return {self._keys.behind_root(key): count for key, count in counts.items() if key not in apart}
+
+
+def _events(keys: Keys, name: str, arrivals: Sequence[Arrival], now_s: float) -> list[Given]:
+    """What has arrived for the robot, in order; of the odometry only the newest (rule 1)."""
+    events: list[tuple[Event | None, Heard | Appeared | Vanished]] = []
+    for arrival in arrivals:
+        match arrival:
+            case Heard(key):
+                events.append((_event(keys.behind_root(key).split("/"), name, arrival, now_s), arrival))
+            case Appeared(key) | Vanished(key):
+                source = keys.part(key, 1)
+                robot = WORLD_NUMBER if source == WORLD else robot_number(source)
+                event = TokenCame if isinstance(arrival, Appeared) else TokenWent
+                if robot is not None and source != name:
+                    events.append((event(robot, keys.part(key, 2)), arrival))
+            case _:
+                pass  # a robot is not asked; what was refused has been noted
+    return [
+        Given(event, keys.behind_root(arrival.key), arrival.number if isinstance(arrival, Heard) else 0)
+        for event, arrival in events
+        if event is not None
+    ]
+
+
+def _event(key: Sequence[str], name: str, heard: Heard, now_s: float) -> Event | None:
+    """What a message means to the robot; None where it means nothing on the key that it came by."""
+    match heard.message, key:
+        case Odometry() as odometry, ["body", body, "odometry"] if body == name and odometry.t_s == now_s:
+            return OdometryHeard(odometry)
+        case Scan() as scan, ["body", body, "scan"] if body == name:
+            return ScanHeard(scan)
+        case (Muster() | Beacon() | Plea()) as said, ["muster", sender] if robot := robot_number(sender):
+            return MusterHeard(robot, said)
+        case (AheadState() | BehindState()) as state, ["link", sender, _] if robot := robot_number(sender):
+            return LinkHeard(robot, heard.number, state)
+        case _:
+            return None

@@ -1,0 +1,88 @@
+"""How a robot advances along the path that there is.
+
+Rule 1: it drives to the next vertex or as far as it may, whichever comes first, and keeps off robots behind.
+Rule 2: it checks each segment against a scan of its own; where obstacles move, its watch does, but on its
+        own leg.
+Rule 3: where it has to stand, a link being silent, it looks already: who hears little waits long for scans.
+"""
+
+import math
+
+from agents.body.driver import Driver
+from agents.body.senses import Senses
+from agents.commands import Command, Note
+from agents.strand.follower import Follower
+from agents.strand.strand import Strand
+from protocol.mission import Mission
+from protocol.path import THERE_M
+
+
+class Advance:
+    """Drives one robot on along the strand's path."""
+
+    def __init__(self, mission: Mission, driver: Driver, senses: Senses, follower: Follower) -> None:
+        self._mission = mission
+        self._driver = driver
+        self._senses = senses
+        self._follower = follower
+        self.kept_back_at_s = math.inf
+        """Since when it has stood and may not go on for robots behind."""
+
+    def along(
+        self, strand: Strand, authority_m: float, now_s: float, *, final: bool
+    ) -> tuple[list[Command], bool]:
+        """Drive to the next vertex or as far as may be; whether it stands and there is nothing to drive."""
+        driver = self._driver
+        if not driver.standing and driver.drive.target is None:
+            return [], False  # it is being stopped
+        ordered_m = driver.progress_m if driver.standing else driver.drive.reach_m
+        reach_m = self._reach_m(strand, authority_m, ordered_m=ordered_m, final=final)
+        if reach_m is None:
+            return [], driver.standing
+        reach_m = strand.grants.claim_m(reach_m, progress_m=ordered_m)
+        if reach_m <= ordered_m + THERE_M:
+            # A robot behind stands in the way, and may not go first.
+            self.kept_back_at_s = min(self.kept_back_at_s, now_s) if driver.standing else math.inf
+            return [], False
+        if self._needs_check(strand, reach_m):
+            return self._check(strand, now_s), False
+        self.kept_back_at_s = math.inf
+        driver.to(strand.path.at(reach_m), reach_m=reach_m, epoch=strand.epoch)
+        return [], False
+
+    def look_ahead(self, strand: Strand, now_s: float) -> list[Command]:
+        """Rule 3: have the next segment checked by the time that it may be driven."""
+        standing, authority_m = self._driver.standing, strand.authority_m
+        reach_m = self._reach_m(strand, authority_m, ordered_m=self._driver.progress_m, final=False)
+        may_look = standing and reach_m is not None and self._needs_check(strand, reach_m)
+        return self._check(strand, now_s) if may_look else []
+
+    def _needs_check(self, strand: Strand, reach_m: float) -> bool:
+        """Rule 2."""
+        watched = self._mission.obstacles_move and self._driver.progress_m >= strand.own_leg_m - THERE_M
+        return not watched and not self._follower.is_clear(reach_m)
+
+    def _reach_m(self, strand: Strand, authority_m: float, *, ordered_m: float, final: bool) -> float | None:
+        return self._follower.reach_m(
+            strand.path,
+            progress_m=self._driver.progress_m,
+            ordered_m=ordered_m,
+            authority_m=authority_m,
+            final=final,
+        )
+
+    def _check(self, strand: Strand, now_s: float) -> list[Command]:
+        """Check the segment that begins where the robot stands; until then it stands."""
+        scan = self._senses.take(revolutions=self._mission.revolutions)
+        if scan is None:
+            return self._senses.ask(now_s) if self._follower.may_check(now_s) else []
+        checked = self._follower.check(
+            scan,
+            strand.path,
+            progress_m=self._driver.progress_m,
+            authority_m=strand.authority_m,
+            own_leg_m=strand.own_leg_m,
+            ahead_start_m=strand.ahead_start_m,
+            now_s=now_s,
+        )
+        return [Note(checked)]

@@ -1,0 +1,132 @@
+"""A robot that follows: from vertex to vertex of the path ahead (16)-(17), as far as its authority.
+
+Rule 1: it drives to the next vertex or to its authority, whichever comes first.
+Rule 2: before it enters a segment it checks it against a scan of its own: the strand's own robots apart,
+        nothing may stand nearer than the leader was promised (less twice the tolerance: where this
+        robot stands, and where the leader stood). Its own leg, up to where the robot ahead stood at first,
+        no leader has certified: there the check itself has to certify `epsilon - mu0`, with half of
+        the tolerance left for the drive. Under a law that promises nothing robots that follow do not sense.
+        A robot that is left out may have died on a leg that counts as driven, so what stands short of where
+        the robot ahead stood at first is looked at there, too (docs/strand.md, Following).
+        Where robots are left out, their bodies may have come to rest beside ground that was driven before:
+        then the whole promise has to be seen, with what the range may be wrong by and some of the tolerance.
+Rule 3: a segment that is not clear is checked again every `RECHECK_S`; meanwhile the robot stands.
+"""
+
+import math
+
+import numpy as np
+
+from agents.navigation.leg import certain_clearance_m, certain_clearance_m_min, seen_clearance_m
+from agents.navigation.scan import View, on_ground
+from protocol.arrays import Floats
+from protocol.frames import Point, Vertex
+from protocol.mission import Mission
+from protocol.path import THERE_M, Path
+from protocol.timeline import SegmentChecked
+
+RECHECK_S = 1.0
+DRIVE_SHARE = 0.75  # of the tolerance; a quarter is left for the drive, which in a swarm is off by far less
+DRIVE_M_MIN = 0.05  # a grant of less, short of a vertex, waits for the next one
+
+
+class Follower:
+    """What a robot that follows remembers from segment to segment."""
+
+    def __init__(self, mission: Mission, start_m: float, *, some_are_left_out: bool = False) -> None:
+        self._mission = mission
+        less_m = (
+            DRIVE_SHARE * mission.mu0_m - mission.range_error_m_max
+            if some_are_left_out
+            else 2.0 * mission.mu0_m
+        )
+        self._clear_m_min = mission.clear_m - less_m
+        """Rule 2: what has to be seen to be free beside a segment that another robot has driven."""
+        self._clear_from_m = start_m
+        self._clear_until_m = start_m
+        self._checked_at_s = -math.inf
+        self.refused_at_s = math.inf
+        """Since when the segment in front has not been clear."""
+
+    def reach_m(
+        self, path: Path, *, progress_m: float, ordered_m: float, authority_m: float, final: bool
+    ) -> float | None:
+        """Rule 1: how far to drive now, in arc length; None where that adds nothing worth an order.
+
+        Args:
+            path: the path ahead.
+            progress_m: where the robot is on it.
+            ordered_m: how far it has been sent already.
+            authority_m: how far it may go.
+            final: whether the authority will not grow any more.
+        """
+        vertex = path.next_vertex(progress_m + THERE_M)
+        if vertex == len(path):
+            return None
+        vertex_m = path[vertex].s_m
+        reach_m = min(vertex_m, authority_m)
+        least_m = THERE_M if final or reach_m == vertex_m else DRIVE_M_MIN
+        return reach_m if reach_m - ordered_m > least_m else None
+
+    def turn_round(self, *, cut_m: float, end_m: float, progress_m: float) -> None:
+        """The strand turns round: arc lengths count from `end_m` back to `cut_m`."""
+        from_m, until_m = max(self._clear_from_m, cut_m), max(self._clear_until_m, progress_m)
+        self._clear_from_m, self._clear_until_m = end_m - until_m, end_m - from_m
+        self._checked_at_s, self.refused_at_s = -math.inf, math.inf
+
+    def is_clear(self, reach_m: float) -> bool:
+        """Whether the segment up to there has been checked."""
+        return not self._mission.law.promises_clearance or reach_m <= self._clear_until_m + THERE_M
+
+    def may_check(self, now_s: float) -> bool:
+        """Rule 3."""
+        return now_s - self._checked_at_s >= RECHECK_S
+
+    def check(
+        self,
+        view: View,
+        path: Path,
+        *,
+        progress_m: float,
+        authority_m: float,
+        own_leg_m: float,
+        ahead_start_m: float,
+        now_s: float,
+    ) -> SegmentChecked:
+        """Rule 2: check the segment that begins here.
+
+        Args:
+            view: a scan taken here.
+            path: the path ahead.
+            progress_m: where the robot is on it.
+            authority_m: how far it may go.
+            own_leg_m: up to here no robot has driven and no leader certified.
+            ahead_start_m: where the robot ahead stood when the epoch began. What stands on the path beyond
+                here and beyond the authority is a robot of the strand.
+            now_s: the time.
+        """
+        vertex = path[path.next_vertex(progress_m + THERE_M)]
+        seen = self._without_robots(view, path, progress_m, max(authority_m, ahead_start_m))
+        clearance_m = seen_clearance_m(seen, _xy(vertex), self._mission)
+        clear = clearance_m >= self._clear_m_min
+        if progress_m < own_leg_m - THERE_M:
+            end = _xy(path.at(min(vertex.s_m, own_leg_m)))
+            certain_m = certain_clearance_m(seen, end, self._mission)
+            clear = clear and certain_m >= certain_clearance_m_min(self._mission)
+            clearance_m = min(clearance_m, certain_m)
+        self._checked_at_s, self.refused_at_s = now_s, min(self.refused_at_s, now_s)
+        if clear:
+            self._clear_until_m = vertex.s_m
+            self._checked_at_s, self.refused_at_s = -math.inf, math.inf
+        target = Point(x_m=vertex.x_m, y_m=vertex.y_m)
+        return SegmentChecked(target=target, clear=clear, clearance_m=clearance_m)
+
+    def _without_robots(self, view: View, path: Path, progress_m: float, robots_from_m: float) -> View:
+        within_m = self._mission.hull_reach_m
+        behind = on_ground(view.points, path.between(0.0, progress_m), within_m=within_m)
+        ahead = on_ground(view.points, path.between(robots_from_m, path.end_m), within_m=within_m)
+        return view.without(behind | ahead)
+
+
+def _xy(at: Point | Vertex) -> Floats:
+    return np.array([at.x_m, at.y_m])

@@ -1,0 +1,1 @@
+"""The public package: preparing runs, reading their timelines, the command line."""

@@ -1,0 +1,156 @@
+"""How long a leader's plans take: every plan of some rehearsals, in its parts, beside a textbook planner's.
+
+Rule 1: the leader has no clock, so it is timed from outside: while scenarios are measured, its functions are
+        wrapped, and afterwards they are what they were.
+Rule 2: a part is what its functions take; of functions within one another only the outermost counts.
+Rule 3: the textbook planner gets the same scans, one for one, right after the leader.
+"""
+
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+
+from agents.navigation import guidance, step
+from agents.navigation.ground import Ground
+from agents.navigation.scan import View
+from agents.strand import leader
+from clew.bench.textbook import Textbook
+from clew.rehearsal.rehearsal import Rehearsal
+from world.scenario.scenario import Scenario
+
+Clock = Callable[[], float]
+
+SEED = 1  # of every rehearsal: where the leader goes hardly depends on it
+MS_PER_S = 1000.0
+PARTS: Mapping[str, Sequence[tuple[Any, str]]] = {
+    "perceive": ((leader, "look"), (leader, "scan_walls")),
+    "certify": ((step, "certified_lengths_m"),),
+    "guide": (
+        (guidance.Map, "remember"),
+        (guidance.Map, "cost_to_go"),
+        (guidance.CostToGo, "at"),
+        (guidance.CostToGo, "way_from"),
+    ),
+    "record": ((leader, "promised_clearance_m"),),
+}
+
+
+class Spread(Struct, frozen=True, kw_only=True):
+    """How a time is spread over the plans."""
+
+    median_ms: float
+    p90_ms: float
+    max_ms: float
+
+
+class PlanFigures(Struct, frozen=True, kw_only=True):
+    """How long plans took."""
+
+    scenes: Sequence[str]
+    plans: int
+    plan_cpu: Spread
+    plan_wall: Spread
+    parts_cpu: Mapping[str, Spread]
+    """What is missing to the whole is the search among the certified ends, and bookkeeping."""
+    textbook_cpu: Spread
+    ratio: float
+    """Of the medians: the leader's, by the textbook planner's."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """How long one plan took [s]."""
+
+    cpu_s: float
+    wall_s: float
+    parts_s: Mapping[str, float]
+    textbook_s: float
+
+
+class Stopwatch:
+    """Adds up what functions take, by part."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._is_running = False
+        self.spent_s: defaultdict[str, float] = defaultdict(float)
+
+    def timed(self, part: str, function: Callable[..., Any]) -> Callable[..., Any]:
+        """The function, timed."""
+
+        def call(*arguments: object, **options: object) -> object:
+            if self._is_running:
+                return function(*arguments, **options)
+            self._is_running, since_s = True, self._clock()
+            try:
+                return function(*arguments, **options)
+            finally:
+                self.spent_s[part] += self._clock() - since_s
+                self._is_running = False
+
+        return call
+
+
+def samples(scenario: Scenario, *, cpu: Clock, wall: Clock) -> list[Sample]:
+    """Rehearse a scenario that has a goal, and time each of its plans."""
+    found: list[Sample] = []
+    textbook, stopwatch, plan = Textbook(scenario.mission()), Stopwatch(cpu), leader.Leader.plan
+
+    def timed_plan(
+        self: leader.Leader, view: View, ground: Ground, *, epoch: int, settled: bool
+    ) -> leader.Plan:
+        stopwatch.spent_s.clear()
+        since_cpu_s, since_wall_s = cpu(), wall()
+        planned = plan(self, view, ground, epoch=epoch, settled=settled)
+        cpu_s, wall_s, since_cpu_s = cpu() - since_cpu_s, wall() - since_wall_s, cpu()
+        textbook.plan(view)
+        parts_s = {part: stopwatch.spent_s[part] for part in PARTS}
+        found.append(Sample(cpu_s, wall_s, parts_s, cpu() - since_cpu_s))
+        return planned
+
+    with ExitStack() as wrapped:
+        wrapped.enter_context(_instead(leader.Leader, "plan", timed_plan))
+        for part, functions in PARTS.items():
+            for owner, name in functions:
+                timed = stopwatch.timed(part, getattr(owner, name))
+                wrapped.enter_context(_instead(owner, name, timed))
+        Rehearsal(scenario, SEED).run()
+    return found
+
+
+def figures(scenes: Sequence[str], measured: Sequence[Sample]) -> PlanFigures:
+    """What the samples come to; there is at least one."""
+    plan, textbook = (
+        _spread([each.cpu_s for each in measured]),
+        _spread([each.textbook_s for each in measured]),
+    )
+    return PlanFigures(
+        scenes=scenes,
+        plans=len(measured),
+        plan_cpu=plan,
+        plan_wall=_spread([each.wall_s for each in measured]),
+        parts_cpu={part: _spread([each.parts_s[part] for each in measured]) for part in PARTS},
+        textbook_cpu=textbook,
+        ratio=plan.median_ms / textbook.median_ms,
+    )
+
+
+def _spread(times_s: Sequence[float]) -> Spread:
+    median_ms, p90_ms, max_ms = np.percentile(times_s, [50.0, 90.0, 100.0]) * MS_PER_S
+    return Spread(median_ms=float(median_ms), p90_ms=float(p90_ms), max_ms=float(max_ms))
+
+
+@contextmanager
+def _instead(owner: Any, name: str, function: Callable[..., Any]) -> Iterator[None]:  # noqa: ANN401 - class or module
+    """Have another function under a name, for a while."""
+    before = getattr(owner, name)
+    setattr(owner, name, function)
+    try:
+        yield
+    finally:
+        setattr(owner, name, before)

@@ -1,0 +1,1 @@
+"""Many rehearsals: episodes, coverage, shrinking, mutants, live chaos."""

@@ -1,0 +1,265 @@
+"""A campaign: many scenes, each rehearsed with several seeds, and what came of all of them. A shell.
+
+Rule 1: each outcome is a line of `episodes.jsonl`, written as it comes; so an interrupted campaign goes on
+        where it was, and loses what was being played and nothing else.
+Rule 2: an outcome counts as long as scene, seed, options and our own source are the same to the byte.
+Rule 3: `campaign.json` is written whatever ends the campaign.
+"""
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from hashlib import blake2b
+from pathlib import Path
+
+import msgspec
+from msgspec import Struct
+from msgspec.structs import replace
+
+from clew.campaign.classes import ClassFigures, by_class, sum_of_sometimes
+from clew.campaign.coverage import never
+from clew.campaign.episode import (
+    OUT_OF_TIME,
+    SWARM,
+    Episode,
+    Outcome,
+    Surprise,
+    drawn_plan_path,
+    drawn_replay,
+)
+from clew.campaign.families import Figures, by_family, figures_of
+from clew.campaign.pool import outcomes_of
+from clew.campaign.scenes import Scene, check_widest, find_scenes, tighten
+from clew.swarm.swarm import draw
+from protocol.errors import UsageError
+from protocol.faults import plan as plans
+from protocol.root import ROOT
+
+EPISODES_FILE, CAMPAIGN_FILE, SCENES_FOLDER = "episodes.jsonl", "campaign.json", "scenes"
+DRAWN_FOLDER = "drawn"
+SEEN_BY = 2000  # episodes of a swarm, in which everything that must happen at times has to
+PACKAGES = ("agents", "clew", "protocol", "world")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Request:
+    """What the user asked for."""
+
+    roots: tuple[Path, ...]
+    robots: int | None
+    seeds: tuple[int, ...]
+    law: str | None
+    deployment: str | None
+    tight: float | None
+    faults: str | None
+    """A fault plan, or `swarm`; then there are no roots."""
+    keep: bool
+    """Whether to write down every world and plan that is drawn, not only those that surprise."""
+    jobs: int
+    out: Path
+    wall_s_max: float
+
+
+class Campaign(Struct, frozen=True, kw_only=True):
+    """`campaign.json`; docs/campaign.md says what each field means."""
+
+    ok: bool
+    interrupted: bool
+    roots: tuple[str, ...]
+    robots: int | None
+    seeds: tuple[int, ...]
+    law: str | None
+    deployment: str | None
+    tight: float | None
+    faults: str | None
+    source_hash: str
+    episodes_asked: int
+    all: Figures
+    families: dict[str, Figures]
+    classes: dict[str, ClassFigures]
+    sometimes: dict[str, int]
+    never: tuple[str, ...]
+    surprises: tuple[Outcome, ...]
+    episodes: tuple[Outcome, ...]
+
+
+def run(request: Request, watch: Callable[[int, int, int], None]) -> Campaign:
+    """Play every episode that has not been played; `watch` hears how many are done, asked for, surprising.
+
+    Raises:
+        UsageError: there is nothing to play, or the folder cannot be written.
+    """
+    source_hash = hash_of_source()
+    try:
+        episodes = list(_episodes(request, source_hash))
+        request.out.mkdir(parents=True, exist_ok=True)  # a campaign that is refused leaves none
+        path = request.out / EPISODES_FILE
+        keys = {episode.key for episode in episodes}
+        done = {key: outcome for key, outcome in read_outcomes(path).items() if key in keys}
+        interrupted = False
+        try:
+            _play(episodes, done, path, request, watch)
+        except KeyboardInterrupt:
+            interrupted = True
+        campaign = _sum_up(request, episodes, done, source_hash, interrupted=interrupted)
+        text = msgspec.json.format(msgspec.json.encode(campaign)) + b"\n"
+        (request.out / CAMPAIGN_FILE).write_bytes(text)
+    except OSError as error:
+        raise UsageError(f"cannot write a campaign into {request.out}: {error.strerror or error}") from error
+    return campaign
+
+
+def read_outcomes(path: Path) -> dict[str, Outcome]:
+    """What has been played, by key. A torn line has not, nor has what only lacked time."""
+    decoder = msgspec.json.Decoder(Outcome)
+    outcomes: dict[str, Outcome] = {}
+    for line in path.read_bytes().split(b"\n") if path.exists() else ():
+        try:
+            outcome = decoder.decode(line)
+        except msgspec.MsgspecError:
+            continue  # torn, or of another version: either way it is played again
+        if outcome.ending != OUT_OF_TIME:
+            outcomes[outcome.key] = outcome
+    return outcomes
+
+
+def hash_of_source() -> str:
+    """A hash of our own source: results of other code are not ours."""
+    digest = blake2b(digest_size=16)
+    for path in sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py")):
+        digest.update(path.relative_to(ROOT).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+def _episodes(request: Request, source_hash: str) -> Iterator[Episode]:
+    if request.faults == SWARM:
+        for seed in request.seeds:
+            yield drawn_episode(seed, request.out, source_hash, wall_s_max=request.wall_s_max)
+        return
+    all_found, plan = find_scenes(request.roots, request.robots), _plan_bytes(request.faults)
+    if request.tight is not None:
+        check_widest(all_found)
+    for found in all_found:
+        scene = found
+        if request.tight is not None:
+            scene = tighten(found, request.tight, request.out / SCENES_FOLDER, request.deployment)
+        for seed in request.seeds:
+            yield Episode(
+                key=_key(scene, seed, request, plan, source_hash),
+                path=str(scene.path),
+                family=scene.family,
+                seed=seed,
+                faults=request.faults,
+                robots=scene.robots,
+                robots_left_out=scene.robots_left_out,
+                law=request.law,
+                deployment=request.deployment,
+                widest_path_radius_m=scene.widest_path_radius_m,
+                wall_s_max=request.wall_s_max,
+            )
+
+
+def drawn_episode(seed: int, out: Path, source_hash: str, *, wall_s_max: float) -> Episode:
+    """The episode that a seed draws, with its world."""
+    return Episode(
+        key=blake2b(f"{SWARM}/{seed}/{source_hash}".encode(), digest_size=16).hexdigest(),
+        path=str(out / DRAWN_FOLDER / f"{seed}.toml"),
+        family=SWARM,
+        seed=seed,
+        faults=SWARM,
+        robots=None,
+        robots_left_out=0,
+        law=None,
+        deployment=None,
+        widest_path_radius_m=None,
+        wall_s_max=wall_s_max,
+    )
+
+
+def write_drawn(seed: int, path: Path) -> None:
+    """Write the world that the seed draws, and its fault plan beside it."""
+    swarm = draw(seed)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(swarm.world_text(), encoding="utf-8")
+    Path(drawn_plan_path(str(path))).write_text(swarm.plan_text(), encoding="utf-8")
+
+
+def _with_drawn(outcome: Outcome, out: Path) -> Outcome:
+    """Write what the outcome's seed draws; from then on a rehearsal of that does the same."""
+    path = out / DRAWN_FOLDER / f"{outcome.seed}.toml"
+    write_drawn(outcome.seed, path)
+    return replace(outcome, replay=drawn_replay(str(path), outcome.seed))
+
+
+def _key(scene: Scene, seed: int, request: Request, plan: bytes, source_hash: str) -> str:
+    options = [seed, scene.robots, request.law, request.deployment, plan]
+    said = msgspec.json.encode([scene.family, scene.path.stem, *options, source_hash])
+    return blake2b(scene.path.read_bytes() + said, digest_size=16).hexdigest()
+
+
+def _plan_bytes(faults: str | None) -> bytes:
+    """What decides on what goes wrong: the same plan under another name has to end in the same way."""
+    return b"" if faults is None else msgspec.json.encode(plans.load(faults))
+
+
+def _play(
+    episodes: Sequence[Episode],
+    done: dict[str, Outcome],
+    path: Path,
+    request: Request,
+    watch: Callable[[int, int, int], None],
+) -> None:
+    """Play what is not done, line by line into the file, and into `done`."""
+    torn = path.exists() and not path.read_bytes().endswith(b"\n")
+    surprises = sum(outcome.surprise is not Surprise.NONE for outcome in done.values())
+    watch(len(done), len(episodes), surprises)
+    with path.open("ab", buffering=0) as file:
+        if torn:
+            file.write(b"\n")
+        for played in outcomes_of([each for each in episodes if each.key not in done], request.jobs):
+            outcome = played
+            if request.faults == SWARM and (request.keep or outcome.surprise is not Surprise.NONE):
+                outcome = _with_drawn(outcome, request.out)
+            file.write(msgspec.json.encode(outcome) + b"\n")
+            done[outcome.key] = outcome
+            surprises += outcome.surprise is not Surprise.NONE
+            watch(len(done), len(episodes), surprises)
+
+
+def _sum_up(
+    request: Request,
+    episodes: Sequence[Episode],
+    done: dict[str, Outcome],
+    source_hash: str,
+    *,
+    interrupted: bool,
+) -> Campaign:
+    outcomes = [done[episode.key] for episode in episodes if episode.key in done]
+    surprises = tuple(outcome for outcome in outcomes if outcome.surprise is not Surprise.NONE)
+    seen = sum_of_sometimes(outcomes)
+    unseen = tuple(never(seen)) if request.faults == SWARM else ()
+    return Campaign(
+        ok=not surprises and not interrupted and not (unseen and len(outcomes) >= SEEN_BY),
+        interrupted=interrupted,
+        roots=tuple(map(str, request.roots)),
+        robots=request.robots,
+        seeds=request.seeds,
+        law=request.law,
+        deployment=request.deployment,
+        tight=request.tight,
+        faults=request.faults,
+        source_hash=source_hash,
+        episodes_asked=len(episodes),
+        all=figures_of(outcomes),
+        families={name: figures_of(family) for name, family in by_family(outcomes).items()},
+        classes=by_class(outcomes),
+        sometimes=seen,
+        never=unseen,
+        surprises=surprises,
+        episodes=tuple(outcomes),
+    )
+
+
+def cores() -> int:
+    """How many processes this one may have at work at once."""
+    return len(os.sched_getaffinity(0))

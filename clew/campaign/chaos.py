@@ -1,0 +1,213 @@
+"""Live chaos: real fleets under faults that a swarm has drawn, and what is asked of each. It only reads.
+
+Rule 1: what must not be, whatever is done to a fleet: a violation, live or judged again from the log; books
+        that do not balance; a log that is not whole; a launcher that refuses, or does not end; an end
+        without a verdict; anything left behind.
+Rule 2: not to arrive is no such trouble, since faults may leave no way. It is named, with what replays it.
+"""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import msgspec
+from msgspec import Struct
+
+from clew.campaign.episode import drawn_plan_path
+from clew.campaign.liveness import arrived_together, just_killed
+from clew.fleet.live import Ended
+from clew.log.check import Finding, check
+from clew.log.timeline import Timeline, read
+from clew.swarm.swarm import Swarm
+from protocol.errors import UsageError
+from protocol.exit_codes import ExitCode
+from protocol.timeline import FaultInjected, RobotDied, RobotRestarted, RobotReturned
+from world.judge.books import Messages
+from world.judge.ending import Ending
+from world.judge.verdict import Verdict
+from world.record.run_files import read_verdict
+
+
+class ChaosRun(Struct, frozen=True, kw_only=True):
+    """What came of one live fleet."""
+
+    seed: int
+    mode: str
+    ground: str
+    classes: tuple[str, ...]
+    """Of faults; clew/swarm/classes.py."""
+    robots: int
+    code: int | None
+    """The launcher's exit code; null: it had to be killed."""
+    ending: str | None
+    reason: str
+    arrived: bool
+    """All that lived at the end, but for one that suffers something that lasts."""
+    robots_arrived: int
+    strokes: dict[str, int]
+    """What was done to processes, and how often."""
+    violations: int
+    violations_by_invariant: dict[str, int]
+    messages: Messages | None
+    events_missing: int
+    log_ok: bool
+    """What `clew log check` says."""
+    log_flaws: tuple[str, ...]
+    leftovers: tuple[str, ...]
+    sim_s: float
+    wall_s: float
+    load: float
+    """The machine's, of the last minute, when the run ended."""
+    troubles: tuple[str, ...]
+    """Rule 1."""
+    replay: str
+
+
+class Chaos(Struct, frozen=True, kw_only=True):
+    """`chaos.json`."""
+
+    ok: bool
+    interrupted: bool
+    runs_asked: int
+    runs: int
+    speed: str
+    violations: int
+    unbalanced: int
+    leftovers: int
+    not_arrived: int
+    messages_sent: int
+    messages_unaccounted: int
+    strokes: dict[str, int]
+    each: tuple[ChaosRun, ...]
+
+
+def replay_line(path: Path, seed: int, speed: str) -> str:
+    """The command line that runs the same again; how processes race each other differs."""
+    plan = drawn_plan_path(str(path))
+    return f"./launch/fleet.sh {path} --faults {plan} --seed {seed} --speed {speed}"
+
+
+def judge_run(swarm: Swarm, folder: Path, ended: Ended, *, replay: str, load: float) -> ChaosRun:
+    """What came of the fleet that wrote its run into this folder."""
+    verdict, timeline, finding = _read(folder)
+    said = ended.said[-1] if ended.said else "it said nothing"
+    return ChaosRun(
+        seed=swarm.seed,
+        mode=swarm.mode,
+        ground=swarm.ground,
+        classes=tuple(map(str, swarm.classes)),
+        robots=swarm.scenario.fleet.robots,
+        code=ended.code,
+        ending=None if timeline is None else timeline.ended,
+        reason=said if verdict is None else verdict.reason,
+        arrived=timeline is not None and has_arrived(timeline, swarm),
+        robots_arrived=0 if verdict is None else verdict.robots_arrived,
+        strokes={} if timeline is None else strokes_in(timeline),
+        violations=0 if verdict is None else verdict.violations,
+        violations_by_invariant={} if verdict is None else verdict.violations_by_invariant,
+        messages=None if verdict is None else verdict.messages,
+        events_missing=0 if verdict is None else verdict.events.missing,
+        log_ok=finding is not None and finding.ok,
+        log_flaws=() if finding is None else finding.flaws,
+        leftovers=ended.leftovers,
+        sim_s=0.0 if verdict is None else verdict.sim_s,
+        wall_s=ended.wall_s,
+        load=load,
+        troubles=tuple(troubles_of(verdict, finding, ended)),
+        replay=replay,
+    )
+
+
+def troubles_of(verdict: Verdict | None, finding: Finding | None, ended: Ended) -> Iterator[str]:
+    """Rule 1, a sentence each."""
+    if ended.code is None:
+        yield "the launcher did not end when it was told to"
+    elif ended.code == ExitCode.USAGE:
+        yield ": ".join(("the launcher refused", *ended.said[-1:]))
+    if verdict is None:
+        yield "there is no verdict"
+    elif verdict.violations:
+        broken = (f"{name} {count}" for name, count in verdict.violations_by_invariant.items() if count)
+        yield f"broken: {', '.join(broken)}"
+    if verdict is not None and not is_balanced(verdict.messages):
+        yield "the books do not balance"
+    # Who is cut off to the end cannot say its last word; but whoever has arrived could.
+    if verdict is not None and verdict.events.missing and finding and finding.ended == Ending.ARRIVED:
+        yield f"{verdict.events.missing} entries of the timeline never came"
+    if finding is None:
+        yield "the log cannot be read"
+    elif not finding.ok:
+        count, flaws = finding.violations, "; ".join(finding.flaws)
+        yield f"log check: {count} violations{flaws and f'; {flaws}'}"
+    if ended.leftovers:
+        yield f"left behind: {', '.join(ended.leftovers)}"
+
+
+def is_balanced(messages: Messages) -> bool:
+    """Whether all that was sent is accounted for, as lost if need be, and nothing came that was not sent."""
+    accounted = messages.received + sum(messages.injected.values()) + messages.refused
+    return messages.unaccounted >= 0 and messages.sent == accounted + messages.unaccounted
+
+
+def has_arrived(timeline: Timeline, swarm: Swarm) -> bool:
+    """Whether those that should have arrived had, at some time, together."""
+    living = set(range(1, swarm.scenario.fleet.robots + 1))
+    for _, entry in timeline.lines:
+        match entry.record:
+            case RobotDied(robot=robot):
+                living.discard(robot)
+            case RobotReturned(robot=robot) | RobotRestarted(robot=robot):
+                living.add(robot)
+            case _:
+                pass
+    entries = sorted(timeline.lines, key=lambda line: line[1].t_s)
+    core = sorted(living - swarm.outside - just_killed(entries))
+    return timeline.ended == Ending.ARRIVED or (core != [] and arrived_together(entries, core))
+
+
+def strokes_in(timeline: Timeline) -> dict[str, int]:
+    """What was done to processes in a run."""
+    records = (entry.record for _, entry in timeline.lines)
+    return _sorted(
+        Counter(each.fault for each in records if isinstance(each, FaultInjected) and each.process)
+    )
+
+
+def sum_up(runs: Sequence[ChaosRun], *, asked: int, speed: str, interrupted: bool) -> Chaos:
+    """All runs together."""
+    strokes: Counter[str] = Counter()
+    for run in runs:
+        strokes.update(run.strokes)
+    books = [run.messages for run in runs if run.messages is not None]
+    return Chaos(
+        ok=not interrupted and not any(run.troubles for run in runs),
+        interrupted=interrupted,
+        runs_asked=asked,
+        runs=len(runs),
+        speed=speed,
+        violations=sum(run.violations for run in runs),
+        unbalanced=len(runs) - sum(map(is_balanced, books)),
+        leftovers=sum(len(run.leftovers) for run in runs),
+        not_arrived=sum(not run.arrived for run in runs),
+        messages_sent=sum(each.sent for each in books),
+        messages_unaccounted=sum(each.unaccounted for each in books),
+        strokes=_sorted(strokes),
+        each=tuple(runs),
+    )
+
+
+def _read(folder: Path) -> tuple[Verdict | None, Timeline | None, Finding | None]:
+    """What a run's folder holds, as far as it can be read."""
+    try:
+        verdict = read_verdict(folder)
+    except (OSError, msgspec.MsgspecError):
+        verdict = None
+    try:
+        timeline = read(folder)
+        return verdict, timeline, check(timeline)
+    except UsageError:
+        return verdict, None, None
+
+
+def _sorted(counts: Counter[str]) -> dict[str, int]:
+    return dict(sorted(counts.items()))

@@ -1,0 +1,296 @@
+"""An episode of a campaign: one scene rehearsed with one seed under a fault plan, and what came of it.
+
+Rule 1: whatever an episode does (raise, never end), it is an outcome, and the campaign goes on.
+Rule 2: a surprise is an outcome that a fleet that keeps its promises never has.
+"""
+
+import signal
+import time
+import traceback
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from types import FrameType
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from clew.campaign.coverage import sometimes
+from clew.campaign.liveness import unlively
+from clew.campaign.scenes import solvable
+from clew.rehearsal.recorded import EPOCH, verdict_on
+from clew.rehearsal.rehearsal import Rehearsal
+from clew.swarm.swarm import Mode, Swarm, draw
+from protocol.faults import plan as plans
+from protocol.faults.plan import NO_FAULTS, Plan
+from protocol.timeline import FaultInjected, RobotFailed
+from world.judge.ending import Ending
+from world.judge.verdict import Verdict
+from world.scenario.scenario import Scenario, load
+
+SWARM = "swarm"
+"""Instead of a plan: the seed draws one, and the world."""
+CRASHED, OUT_OF_TIME = "crashed", "out of wall-clock time"
+
+
+class Surprise(StrEnum):
+    """What an outcome has that it should not have."""
+
+    NONE = "none"
+    VIOLATION = "violation"
+    UNREACHED = "unreached"
+    """There is a way, and not all robots arrived."""
+    FALSE_NO_ROUTE = "false_no_route"
+    """There is a way, and the leader said that there is none."""
+    MISSED_NO_ROUTE = "missed_no_route"
+    """There is no way, and the leader did not say so."""
+    UNLIVELY = "unlively"
+    """Of a swarm in liveness mode: its faults were over, and it did not heal or not arrive."""
+    CRASHED = "crashed"
+
+
+class Episode(Struct, frozen=True, kw_only=True):
+    """What to rehearse."""
+
+    key: str
+    """Two episodes share it exactly when they have to end in the same way."""
+    path: str
+    """Of the scene; of a drawn one, where it is written if anybody wants to see it."""
+    family: str
+    seed: int
+    faults: str | None = None
+    """A fault plan, or `swarm`."""
+    robots: int | None
+    robots_left_out: int
+    law: str | None
+    deployment: str | None
+    widest_path_radius_m: float | None
+    wall_s_max: float
+
+    @property
+    def replay(self) -> str:
+        """The command line that does the same alone; what a swarm has drawn may not be written."""
+        if self.faults == SWARM:
+            return f"./launch/clew campaign --faults {SWARM} --seeds {self.seed} --keep"
+        robots = "" if self.robots is None else f" -n {self.robots}"
+        law = "" if self.law is None else f" --law {self.law}"
+        deployment = "" if self.deployment is None else f" --deployment {self.deployment}"
+        faults = "" if self.faults is None else f" --faults {self.faults}"
+        return f"./launch/clew rehearse {self.path}{robots}{law}{deployment}{faults} --seed {self.seed}"
+
+
+class Outcome(Struct, frozen=True, kw_only=True):
+    """What came of an episode: a line of `episodes.jsonl`. docs/campaign.md says what each field means."""
+
+    key: str
+    scene: str
+    family: str
+    seed: int
+    robots: int | None
+    robots_left_out: int
+    ok: bool
+    ending: str
+    reason: str
+    surprise: Surprise
+    mode: str | None = None
+    classes: tuple[str, ...] = ()
+    injected: dict[str, int] = {}
+    sometimes: dict[str, int] = {}
+    robots_arrived: int = 0
+    goal_reached: bool = False
+    no_route: bool = False
+    solvable: bool | None = None
+    violations: int = 0
+    violations_by_invariant: dict[str, int] = {}
+    clearance_m_min: float | None = None
+    clearance_margin_m: float | None = None
+    separation_m_min: float | None = None
+    switching_steps: int = 0
+    planning_events: int = 0
+    path_m: float = 0.0
+    events_per_m: float | None = None
+    sim_s: float = 0.0
+    wall_s: float
+    cpu_s: float = 0.0
+    replay: str
+
+    @property
+    def reached(self) -> bool:
+        """Whether the whole fleet is where it should be."""
+        return self.robots_arrived == self.robots
+
+    @property
+    def ended(self) -> bool:
+        """Whether it came to an end of its own."""
+        return self.ending not in (CRASHED, OUT_OF_TIME)
+
+
+class OutOfTimeError(BaseException):
+    """The wall-clock limit struck. No failure of a core, and so no `Exception`, which a rehearsal tells."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Stage:
+    """What an episode is played with."""
+
+    scenario: Scenario
+    plan: Plan
+    swarm: Swarm | None = None
+
+
+def play(episode: Episode) -> Outcome:
+    """Rehearse an episode to its outcome."""
+    started_wall_s, started_cpu_s = time.monotonic(), time.process_time()
+    rehearsal: Rehearsal | None = None
+    try:
+        with wall_clock_limit(episode.wall_s_max):
+            stage = _set_stage(episode)
+            rehearsal = Rehearsal(stage.scenario, episode.seed, stage.plan)
+            rehearsal.run()
+    except OutOfTimeError:
+        at = "while loading" if rehearsal is None else f"at t={rehearsal.world.now_s:.1f} s"
+        reason = f"the wall-clock limit of {episode.wall_s_max:g} s struck {at}"
+        return failed(episode, OUT_OF_TIME, reason, time.monotonic() - started_wall_s)
+    except Exception as error:
+        return failed(episode, CRASHED, _last_line(error), time.monotonic() - started_wall_s)
+    wall_s, cpu_s = time.monotonic() - started_wall_s, time.process_time() - started_cpu_s
+    verdict = verdict_on(rehearsal, episode.seed, started_at=EPOCH, wall_s=wall_s)
+    return replace(_outcome(episode, stage, verdict, rehearsal), cpu_s=cpu_s)
+
+
+def drawn_plan_path(path: str) -> str:
+    """Where the fault plan is written that was drawn with the scene that is written there."""
+    return str(Path(path).with_suffix(".faults.toml"))
+
+
+def drawn_replay(path: str, seed: int) -> str:
+    """The command line that does what the seed has drawn, once that is written there."""
+    return f"./launch/clew rehearse {path} --faults {drawn_plan_path(path)} --seed {seed}"
+
+
+def surprise_of(verdict: Verdict, *, expected: int, no_route: bool, solvable: bool | None) -> Surprise:
+    """What is surprising about a run in which so many robots should have arrived."""
+    if verdict.violations:
+        return Surprise.VIOLATION
+    if solvable and no_route:
+        return Surprise.FALSE_NO_ROUTE
+    if solvable and verdict.robots_arrived < expected:
+        return Surprise.UNREACHED
+    if solvable is False and not no_route:
+        return Surprise.MISSED_NO_ROUTE
+    return Surprise.NONE
+
+
+def _set_stage(episode: Episode) -> _Stage:
+    if episode.faults == SWARM:
+        swarm = draw(episode.seed)
+        return _Stage(swarm.scenario, swarm.plan, swarm)
+    scenario = load(
+        episode.path,
+        robots=episode.robots,
+        law=episode.law,
+        deployment=episode.deployment,
+        seed=episode.seed,
+    )
+    return _Stage(scenario, NO_FAULTS if episode.faults is None else plans.load(episode.faults))
+
+
+def _outcome(episode: Episode, stage: _Stage, verdict: Verdict, rehearsal: Rehearsal) -> Outcome:
+    world = rehearsal.world
+    has_way = solvable(episode.widest_path_radius_m, world.scenario)
+    no_route = world.ending is Ending.ROUTE_LOST
+    least_m = verdict.clearance_m_min
+    expected = verdict.robots if stage.plan is NO_FAULTS else len(world.survivors)
+    surprise = surprise_of(verdict, expected=expected, no_route=no_route, solvable=has_way)
+    outcome = Outcome(
+        key=episode.key,
+        scene=Path(episode.path).stem,
+        family=episode.family,
+        seed=episode.seed,
+        robots=verdict.robots,
+        robots_left_out=episode.robots_left_out,
+        ok=verdict.ok,
+        ending=str(world.ending),
+        reason=verdict.reason,
+        surprise=surprise,
+        robots_arrived=verdict.robots_arrived,
+        goal_reached=verdict.goal_reached,
+        no_route=no_route,
+        solvable=has_way,
+        violations=verdict.violations,
+        violations_by_invariant=verdict.violations_by_invariant,
+        clearance_m_min=least_m,
+        clearance_margin_m=None if least_m is None else least_m - verdict.clearance_m_required,
+        separation_m_min=verdict.separation_m_min,
+        switching_steps=verdict.switching_steps,
+        planning_events=verdict.planning_events,
+        path_m=verdict.path_m,
+        events_per_m=verdict.planning_events / verdict.path_m if verdict.path_m > 0.0 else None,
+        sim_s=verdict.sim_s,
+        wall_s=verdict.wall_s,
+        replay=episode.replay,
+    )
+    return outcome if stage.plan is NO_FAULTS else _with_faults(outcome, stage, rehearsal)
+
+
+def _with_faults(outcome: Outcome, stage: _Stage, rehearsal: Rehearsal) -> Outcome:
+    """The outcome with what went wrong on purpose; in liveness mode, whether the fleet got over it."""
+    records = [entry.record for _, entry in rehearsal.entries]
+    injected = Counter(each.fault for each in records if isinstance(each, FaultInjected))
+    outcome = replace(
+        outcome, injected=dict(sorted(injected.items())), sometimes=sometimes(rehearsal.entries, stage.plan)
+    )
+    if broken := [each for each in records if isinstance(each, RobotFailed)]:
+        outcome = replace(outcome, surprise=Surprise.CRASHED, reason=f"a robot failed: {broken[0].reason}")
+    swarm = stage.swarm
+    if swarm is None:
+        return outcome
+    outcome = replace(outcome, mode=swarm.mode, classes=tuple(map(str, swarm.classes)))
+    if swarm.mode is Mode.SAFETY or outcome.surprise is not Surprise.NONE:
+        return outcome
+    reason = unlively(rehearsal.world, rehearsal.entries, quiet_s=swarm.quiet_s, outside=swarm.outside)
+    return outcome if reason is None else replace(outcome, surprise=Surprise.UNLIVELY, reason=reason)
+
+
+def failed(episode: Episode, ending: str, reason: str, wall_s: float) -> Outcome:
+    """The outcome of an episode that came to no end of its own."""
+    return Outcome(
+        key=episode.key,
+        scene=Path(episode.path).stem,
+        family=episode.family,
+        seed=episode.seed,
+        robots=episode.robots,
+        robots_left_out=episode.robots_left_out,
+        ok=False,
+        ending=ending,
+        reason=reason,
+        surprise=Surprise.CRASHED,
+        wall_s=wall_s,
+        replay=episode.replay,
+    )
+
+
+def _last_line(error: Exception) -> str:
+    """What an exception says, and where it was raised."""
+    said = traceback.format_exception_only(error)[-1].strip().splitlines()[-1]
+    frame = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{said} ({Path(frame.filename).name}:{frame.lineno})"
+
+
+@contextmanager
+def wall_clock_limit(limit_s: float) -> Iterator[None]:
+    """Raise inside when the time is up, even where nothing ever comes back."""
+
+    def strike(_number: int, _frame: FrameType | None) -> None:
+        raise OutOfTimeError
+
+    before = signal.signal(signal.SIGALRM, strike)
+    signal.setitimer(signal.ITIMER_REAL, limit_s)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)

@@ -1,0 +1,95 @@
+"""The figures of a campaign, family by family, and the table that people read."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from statistics import median
+
+from msgspec import Struct
+from rich.table import Table
+
+from clew.campaign.episode import Outcome, Surprise
+
+ALL = "all"
+
+
+class Figures(Struct, frozen=True, kw_only=True):
+    """What the episodes of a family add up to; docs/campaign.md says what each field means."""
+
+    episodes: int
+    solvable: int
+    reached: int
+    no_route: int
+    surprises: int
+    crashed: int
+    fewer_robots: int
+    violations: int
+    switching_steps_median: float | None
+    switching_steps_max: int | None
+    clearance_margin_m_min: float | None
+    events_per_m: float | None
+    wall_s: float
+
+
+def figures_of(outcomes: Sequence[Outcome]) -> Figures:
+    """The figures of these outcomes."""
+    steps = [outcome.switching_steps for outcome in outcomes if outcome.ended]
+    margins = [each.clearance_margin_m for each in outcomes if each.clearance_margin_m is not None]
+    path_m = sum(outcome.path_m for outcome in outcomes)
+    return Figures(
+        episodes=len(outcomes),
+        solvable=sum(outcome.solvable is True for outcome in outcomes),
+        reached=sum(outcome.reached for outcome in outcomes),
+        no_route=sum(outcome.no_route for outcome in outcomes),
+        surprises=sum(outcome.surprise is not Surprise.NONE for outcome in outcomes),
+        crashed=sum(not outcome.ended for outcome in outcomes),
+        fewer_robots=sum(outcome.robots_left_out > 0 for outcome in outcomes),
+        violations=sum(outcome.violations for outcome in outcomes),
+        switching_steps_median=median(steps) if steps else None,
+        switching_steps_max=max(steps, default=None),
+        clearance_margin_m_min=min(margins, default=None),
+        events_per_m=sum(each.planning_events for each in outcomes) / path_m if path_m > 0.0 else None,
+        wall_s=sum(outcome.wall_s for outcome in outcomes),
+    )
+
+
+def by_family(outcomes: Iterable[Outcome]) -> dict[str, list[Outcome]]:
+    """The outcomes, family by family."""
+    families: dict[str, list[Outcome]] = {}
+    for outcome in outcomes:
+        families.setdefault(outcome.family, []).append(outcome)
+    return dict(sorted(families.items()))
+
+
+def table(families: Mapping[str, Figures], whole: Figures) -> Table:
+    """A row for each family, and the last for all."""
+    columns = ("family", *(title for title, _ in _cells(whole)))
+    drawn = Table(*columns)
+    for column in drawn.columns[1:]:
+        column.justify = "right"
+    for name, figures in families.items():
+        drawn.add_row(name, *(cell for _, cell in _cells(figures)))
+    drawn.add_section()
+    drawn.add_row(ALL, *(cell for _, cell in _cells(whole)))
+    return drawn
+
+
+def _cells(figures: Figures) -> Iterator[tuple[str, str]]:
+    yield "episodes", str(figures.episodes)
+    yield "solvable", str(figures.solvable)
+    yield "reached", str(figures.reached)
+    yield "no route", str(figures.no_route)
+    yield "surprises", str(figures.surprises)
+    yield "violations", str(figures.violations)
+    yield "steps", _said(figures.switching_steps_median, "g")
+    yield "max", _said(figures.switching_steps_max, "d")
+    yield "margin, mm", _said(_mm(figures.clearance_margin_m_min), "+.2f")
+    yield "events/m", _said(figures.events_per_m, ".3f")
+    yield "fewer", str(figures.fewer_robots)
+    yield "wall, s", f"{figures.wall_s:.0f}"
+
+
+def _said(value: float | None, form: str) -> str:
+    return "-" if value is None else format(value, form)
+
+
+def _mm(length_m: float | None) -> float | None:
+    return None if length_m is None else 1000.0 * length_m

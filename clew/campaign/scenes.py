@@ -1,0 +1,131 @@
+"""The scenes of a campaign: which files there are, and the same with a robot that barely fits.
+
+Rule 1: a scene's family is the name of the folder that holds its file.
+Rule 2: a changed scene is a file like any other, so that a single rehearsal can replay it.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from protocol.errors import UsageError
+from world.scenario.scenario import Scenario, load
+from world.scenario.scene import EPSILON_M_MAX, EPSILON_RADII, ROBOTS
+
+SCENE_SCHEMA = "clew-scene/1"
+SUFFIXES = {".json", ".toml"}
+SPARE = 1.05  # a scene counts as solvable with 5 % to spare
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scene:
+    """A file to rehearse."""
+
+    path: Path
+    family: str
+    robots: int | None
+    """Instead of the scenario's own number."""
+    robots_left_out: int = 0
+    """For whom there is no room at the start."""
+    widest_path_radius_m: float | None
+    """Of the largest disc that can be moved from start to goal; None: the file does not say."""
+
+
+def find_scenes(roots: Sequence[Path], robots: int | None) -> list[Scene]:
+    """All scenes and scenarios below these folders, or that these files are.
+
+    Raises:
+        UsageError: there are none, or one of the roots cannot be read.
+    """
+    scenes = [scene for root in roots for scene in _below(root, robots)]
+    if not scenes:
+        raise UsageError(f"no scene (.json) and no scenario (.toml) in {', '.join(map(str, roots))}")
+    return scenes
+
+
+def check_widest(scenes: Iterable[Scene]) -> None:
+    """Refuse scenes that cannot be made tight, before any is written.
+
+    Raises:
+        UsageError: one does not say how wide its widest path is.
+    """
+    for scene in scenes:
+        if scene.widest_path_radius_m is None:
+            raise UsageError(f"--tight: {scene.path}: has no stats.widest_path_radius")
+
+
+def tighten(scene: Scene, share: float, folder: Path, deployment: str | None) -> Scene:
+    """The scene with a robot for which `r + epsilon` is this share of the widest path, written to the folder.
+
+    Where the queue of robots at the start does not fit any more, the scene has fewer of them.
+    """
+    assert scene.widest_path_radius_m is not None, "`check_widest` has seen it"
+    raw = _read(scene.path)
+    path = folder / scene.family / scene.path.name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    radius_m = tight_radius_m(share * scene.widest_path_radius_m)
+    path.write_bytes(msgspec.json.encode({**raw, "robot_radius": radius_m}))
+    asked = scene.robots or ROBOTS
+    robots = next((robots for robots in range(asked, 0, -1) if _is_taken(path, robots, deployment)), asked)
+    return replace(scene, path=path, robots=robots, robots_left_out=asked - robots)
+
+
+def tight_radius_m(closest_m: float) -> float:
+    """The radius of the robot that comes as near as this with its centre: r + epsilon(r)."""
+    capped_m = closest_m - EPSILON_M_MAX
+    return capped_m if capped_m * EPSILON_RADII >= EPSILON_M_MAX else closest_m / (1.0 + EPSILON_RADII)
+
+
+def solvable(widest_path_radius_m: float | None, scenario: Scenario) -> bool | None:
+    """Whether there is a way for the robot at all; None: not known, or too near to call."""
+    if widest_path_radius_m is None:
+        return None
+    if widest_path_radius_m > SPARE * scenario.closest_m:
+        return True
+    return False if widest_path_radius_m < scenario.closest_m else None
+
+
+def _below(root: Path, robots: int | None) -> Iterator[Scene]:
+    if not root.exists():
+        raise UsageError(f"{root}: no such folder or file")
+    paths = [root] if root.is_file() else sorted(root.rglob("*"))
+    for path in paths:
+        if path.suffix in SUFFIXES and path.is_file():
+            raw = _read(path)
+            if path == root or raw.get("schema") == SCENE_SCHEMA or "fleet" in raw:
+                yield Scene(
+                    path=path,
+                    family=path.resolve().parent.name,
+                    robots=robots,
+                    widest_path_radius_m=_widest_m(raw),
+                )
+
+
+def _read(path: Path) -> dict[str, Any]:
+    """What the file says; nothing where it is no object: the loader will say so."""
+    try:
+        text = path.read_bytes()
+        said = msgspec.toml.decode(text) if path.suffix == ".toml" else msgspec.json.decode(text)
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        return {}
+    return said if isinstance(said, dict) else {}
+
+
+def _widest_m(raw: dict[str, Any]) -> float | None:
+    stats = raw.get("stats")
+    widest_m = stats.get("widest_path_radius") if isinstance(stats, dict) else None
+    return float(widest_m) if isinstance(widest_m, int | float) else None
+
+
+def _is_taken(path: Path, robots: int, deployment: str | None) -> bool:
+    """Whether the loader takes it. If it takes no number of robots, the episode will say why."""
+    try:
+        load(str(path), robots=robots, deployment=deployment)
+    except UsageError:
+        return False
+    return True

@@ -1,0 +1,132 @@
+"""Cuts the fault plan of a failing run down to the least that still fails in the same way (`failures`).
+
+Rule 1: rules keep their names, and so their draws: less of a plan is a part of what it did.
+Rule 2: rules go first, in halves and then one by one; then windows and counts; then robots, with their names
+        in rules; and again, until nothing can go.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+from msgspec.structs import replace
+
+from clew.campaign.failures import Case
+from protocol.faults.plan import Plan
+from protocol.faults.rules import Burst, MessageRule, Partition, Rule
+from protocol.keys import robot_name
+
+WINDOW_S_MIN = 0.2  # two odometries: narrower windows tell nobody more
+HALVES_MAX = 12
+
+
+def shrink(case: Case, fails: Callable[[Case], bool]) -> Case:
+    """The least case that was found to fail still; `fails` says of one whether it does."""
+    while True:
+        smaller = _with_fewer_robots(_with_smaller_rules(_with_fewer_rules(case, fails), fails), fails)
+        if smaller == case:
+            return case
+        case = smaller
+
+
+def _with_rules(case: Case, rules: Sequence[Rule]) -> Case:
+    return _changed(case, plan=replace(case.plan, rules=tuple(rules)))
+
+
+def _changed(case: Case, **changes: Any) -> Case:  # noqa: ANN401 - fields of a case have any type
+    said = {name: getattr(case, name) for name in Case.__dataclass_fields__}
+    return Case(**(said | changes))
+
+
+def _with_fewer_rules(case: Case, fails: Callable[[Case], bool]) -> Case:
+    """Delta debugging: leave out ever smaller parts of the rules, until none can go."""
+    rules = list(case.plan.rules)
+    size = max(len(rules) // 2, 1)
+    while size > 0:
+        before = len(rules)
+        for first in range(before - size, -1, -size):
+            without = rules[:first] + rules[first + size :]
+            if fails(_with_rules(case, without)):
+                rules = without
+        if len(rules) == before:
+            size //= 2
+    return _with_rules(case, rules)
+
+
+def _with_smaller_rules(case: Case, fails: Callable[[Case], bool]) -> Case:
+    for place in range(len(case.plan.rules)):
+        for _ in range(HALVES_MAX):
+            rules = list(case.plan.rules)
+            for rule in _smaller(rules[place], case.scenario.time.time_s_max):
+                smaller = _with_rules(case, [*rules[:place], rule, *rules[place + 1 :]])
+                if fails(smaller):
+                    case = smaller
+                    break
+            else:
+                break
+    return case
+
+
+def _with_fewer_robots(case: Case, fails: Callable[[Case], bool]) -> Case:
+    while (robots := case.scenario.fleet.robots) > 1:
+        fleet = replace(case.scenario.fleet, robots=robots - 1)
+        plan = _without(case.plan, robot_name(robots))
+        smaller = _changed(case, scenario=replace(case.scenario, fleet=fleet), plan=plan)
+        if not fails(smaller):
+            break
+        case = smaller
+    return case
+
+
+def _without(plan: Plan, robot: str) -> Plan:
+    """The plan for a fleet that does not have this robot; a rule for messages that named no other goes."""
+    rules: list[Rule] = []
+    for rule in plan.rules:
+        names = (
+            ("sender", "receiver", "group", "others")
+            if isinstance(rule, Partition)
+            else ("sender", "receiver")
+        )
+        lists = {name: getattr(rule, name) for name in names} if isinstance(rule, MessageRule) else {}
+        left = {name: tuple(each for each in lists[name] if each != robot) for name in lists}
+        if all(left[name] or not lists[name] for name in lists):
+            rules.append(replace(rule, **left))
+    return replace(plan, rules=tuple(rules))
+
+
+def _smaller(rule: Rule, time_s_max: float) -> Iterator[Rule]:
+    """What is a little less of a rule, the greatest steps first."""
+    yield from _narrower(rule, time_s_max)
+    if isinstance(rule, MessageRule):
+        yield from _milder(rule)
+    for name in ("robots", "occurrence", "copies", "bits"):
+        if (count := getattr(rule, name, 1)) > 1:
+            yield replace(rule, **{name: count // 2})
+    for name in ("delay_s", "delay_s_max", "hold_s", "for_s", "after_s"):
+        if (length_s := getattr(rule, name, None)) is not None and length_s > WINDOW_S_MIN:
+            yield from _taken(rule, **{name: round(length_s / 2.0, 3)})
+
+
+def _narrower(rule: Rule, time_s_max: float) -> Iterator[Rule]:
+    """A window half as long: the first half, or the second."""
+    until_s = time_s_max if rule.until_s is None else rule.until_s
+    if until_s - rule.from_s > WINDOW_S_MIN:
+        middle_s = round((rule.from_s + until_s) / 2.0, 3)
+        yield from _taken(rule, until_s=middle_s)
+        yield from _taken(rule, from_s=middle_s)
+
+
+def _milder(rule: MessageRule) -> Iterator[Rule]:
+    if len(rule.kinds) > 1:
+        yield from (replace(rule, kinds=(kind,)) for kind in rule.kinds)
+    if isinstance(rule.burst, Burst):
+        yield replace(rule, burst=replace(rule.burst, loss=rule.burst.loss / 2.0))
+    elif rule.probability > 0.02:
+        yield replace(rule, probability=round(rule.probability / 2.0, 3))
+
+
+def _taken(rule: Rule, **changes: object) -> Iterator[Rule]:
+    """The changed rule, where a rule may be so."""
+    try:
+        yield replace(rule, **changes)
+    except ValueError:
+        return

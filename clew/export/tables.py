@@ -1,0 +1,48 @@
+"""Tables of entries, one for each kind, written a stretch at a time."""
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from typing import Any, Protocol, get_args
+
+import msgspec
+
+from clew.export.columns import row_of
+from protocol.timeline import Record
+from protocol.timeline.base import Kind
+from world.record.lines import Line
+from world.record.recorder import Header
+
+HEADER = str(Header.__struct_config__.tag)
+ROWS_AT_ONCE = 20_000  # pose.sampled's take 15 MB so
+
+
+class Table(Protocol):
+    """Takes the entries of one kind."""
+
+    def add(self, rows: list[dict[str, Any]]) -> None:
+        """Write these rows behind those before."""
+
+
+TYPES: dict[str, type[Kind]] = {str(each.__struct_config__.tag): each for each in get_args(Record)}
+"""The types of entries by their kinds."""
+
+
+def names_of(suffix: str) -> frozenset[str]:
+    """What the files of an export are called: the header's, and one for each kind."""
+    return frozenset(f"{kind}{suffix}" for kind in (HEADER, *TYPES))
+
+
+def fill(tables: Mapping[str, Table], lines: Iterable[Line]) -> int:
+    """Write all entries, each into the table of its kind; returns how many."""
+    waiting: defaultdict[str, list[dict[str, Any]]] = defaultdict(list)
+    count = 0
+    for source, entry in lines:
+        count += 1
+        fields = msgspec.to_builtins(entry.record)
+        rows = waiting[fields["kind"]]
+        rows.append(row_of(source, entry, fields))
+        if len(rows) == ROWS_AT_ONCE:
+            tables[fields["kind"]].add(waiting.pop(fields["kind"]))
+    for kind, rows in waiting.items():
+        tables[kind].add(rows)
+    return count

@@ -1,0 +1,1 @@
+"""Figures of a run and of a campaign, for print, by matplotlib."""

@@ -1,0 +1,144 @@
+"""The ground in a figure: obstacles, bounds and goal, in a frame that shows the run [m; world frame]."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Circle as Disc
+from matplotlib.patches import Ellipse as Oval
+from matplotlib.patches import Patch, Rectangle
+from matplotlib.patches import Polygon as Ring
+from matplotlib.patheffects import withStroke
+
+from clew.figures.style import BLACK, GREY, HAIR_PT, PALE
+from clew.story.course import Course
+from protocol.arrays import Floats
+from world.geometry.shapes import Circle, Ellipse, Polygon, Shape
+from world.scenario.scenario import Scenario
+
+MOVES = "////"  # the hatching of obstacles that move
+ROOM = 0.03  # of the longer side: what a number needs
+MARGIN = 0.06  # of the longer side
+WHOLE_SHARE = 0.4  # a run that crosses less of the ground is shown from nearer
+OVER, UNDER = 2.0, 1.0  # layers: bodies and words, ground
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """The part of the ground that a figure shows."""
+
+    low_m: Floats
+    high_m: Floats
+
+    @property
+    def aspect(self) -> float:
+        """Height over width."""
+        width_m, height_m = self.high_m - self.low_m
+        return float(height_m / width_m)
+
+    @property
+    def side_m(self) -> float:
+        """The longer one."""
+        return float((self.high_m - self.low_m).max())
+
+    def holds(self, place_m: Floats) -> bool:
+        """Whether a place is in it."""
+        return bool((place_m >= self.low_m).all() and (place_m <= self.high_m).all())
+
+
+def frame_of(course: Course, margin: float = MARGIN) -> Frame:
+    """All of the ground, or where the run crossed but a little of it, that part."""
+    scenario = course.scenario
+    run_m = _run_m(course)
+    whole_m = np.vstack((run_m, *map(_corners_m, scenario.obstacles), *_bounds_m(scenario)))
+    run_span_m, whole_span_m = np.ptp(run_m, axis=0).max(), np.ptp(whole_m, axis=0).max()
+    shown_m = whole_m if run_span_m > WHOLE_SHARE * whole_span_m else run_m
+    span_m = np.ptp(shown_m, axis=0)
+    # A run along a line gets some ground to both sides of it.
+    margin_m = np.maximum(margin * span_m.max(), (0.35 * span_m.max() - span_m) / 2.0)
+    return Frame(shown_m.min(axis=0) - margin_m, shown_m.max(axis=0) + margin_m)
+
+
+def draw_ground(
+    axes: Axes, course: Course, frame: Frame, *, t_s: float = 0.0, numbered: Sequence[int] = ()
+) -> None:
+    """Obstacles, those that move where they are at `t_s` and with their tracks, bounds and goal.
+
+    `numbered` are the rows of the obstacles that bear their numbers, which count from 1.
+    """
+    scenario = course.scenario
+    for row, shape in enumerate(scenario.obstacles):
+        axes.add_patch(patch_of(shape))
+        if row in numbered:
+            _number(axes, frame, shape, row + 1)
+    for moving, place_m in zip(scenario.moving, scenario.movers.places_m(t_s), strict=True):
+        track_m = np.array(moving.track)[:, 1:]
+        axes.plot(*track_m.T, color=GREY, linestyle=":", linewidth=0.8, zorder=UNDER)
+        patch = patch_of(moving.outline, offset_m=place_m)
+        patch.set(hatch=MOVES)
+        axes.add_patch(patch)
+    for low_m, high_m in _bounds_m(scenario):
+        box = Rectangle(
+            (low_m[0], low_m[1]), *(high_m - low_m), fill=False, linestyle="-.", linewidth=HAIR_PT
+        )
+        axes.add_patch(box)
+    if scenario.goal is not None:
+        at_m = scenario.goal.at_m
+        ring = Disc(at_m, scenario.goal.tolerance_m, fill=False, linestyle="--", linewidth=HAIR_PT)
+        axes.add_patch(ring)
+        axes.plot(*at_m, "*", color=BLACK, markersize=5.0, markeredgewidth=0.0, zorder=UNDER)
+    axes.set(xlim=(frame.low_m[0], frame.high_m[0]), ylim=(frame.low_m[1], frame.high_m[1]), aspect="equal")
+
+
+def _number(axes: Axes, frame: Frame, shape: Shape, number: int) -> None:
+    """Where it finds room, as text with a halo: a hollow shape's middle is beside it."""
+    corners_m = _corners_m(shape)
+    middle_m = corners_m.mean(axis=0)
+    if np.ptp(corners_m, axis=0).min() > ROOM * frame.side_m and frame.holds(middle_m):
+        text = axes.text(middle_m[0], middle_m[1], str(number), ha="center", va="center", zorder=OVER)
+        text.set_path_effects([withStroke(linewidth=1.5, foreground=PALE)])
+
+
+def patch_of(shape: Shape, offset_m: Floats | tuple[float, float] = (0.0, 0.0)) -> Patch:
+    """An obstacle as matplotlib draws it."""
+    look = {"facecolor": PALE, "edgecolor": GREY, "linewidth": HAIR_PT, "zorder": UNDER - 0.5}
+    match shape:
+        case Circle():
+            return Disc(tuple(np.add(shape.centre_m, offset_m)), shape.radius_m, **look)
+        case Ellipse():
+            width_m, height_m = 2.0 * np.array(shape.semi_axes_m)
+            centre_m = tuple(np.add(shape.centre_m, offset_m))
+            return Oval(centre_m, width_m, height_m, angle=np.degrees(shape.rotation_rad), **look)
+        case Polygon():
+            return Ring(shape.ring_m + offset_m, closed=True, **look)
+
+
+def _run_m(course: Course) -> Floats:
+    """Where robots have been or were to go."""
+    scenario = course.scenario
+    starts_m = [(pose.x_m, pose.y_m) for pose in scenario.fleet.poses()]
+    goals_m = [] if scenario.goal is None else [scenario.goal.at_m]
+    tracks_m = [(x_m, y_m) for moving in scenario.moving for _, x_m, y_m in moving.track]
+    return np.vstack((np.array([*starts_m, *goals_m, *tracks_m]), course.places_m.reshape(-1, 2)))
+
+
+def _bounds_m(scenario: Scenario) -> list[Floats]:
+    bounds = scenario.bounds
+    if bounds is None:
+        return []
+    return [np.array([(bounds.x_m_min, bounds.y_m_min), (bounds.x_m_max, bounds.y_m_max)])]
+
+
+def _corners_m(shape: Shape) -> Floats:
+    """Points that span the box round a shape, and whose mean is about its middle."""
+    match shape:
+        case Circle():
+            centre_m, reach_m = np.array(shape.centre_m), np.full(2, shape.radius_m)
+        case Ellipse():
+            (a, b), turn = shape.semi_axes_m, shape.rotation_rad
+            centre_m = np.array(shape.centre_m)
+            reach_m = np.hypot([a * np.cos(turn), a * np.sin(turn)], [b * np.sin(turn), b * np.cos(turn)])
+        case Polygon():
+            return shape.ring_m
+    return np.vstack((centre_m - reach_m, centre_m + reach_m))

@@ -1,0 +1,69 @@
+"""The outcomes of a campaign as its figures need them: read as far as they can be.
+
+Rule 1: an episode that cannot be read is a flaw, and the others are drawn.
+Rule 2: where `campaign.json` cannot be read, or was never written, `episodes.jsonl` beside it says the same.
+"""
+
+from pathlib import Path
+
+import msgspec
+from msgspec import Struct
+
+from clew.campaign.campaign import CAMPAIGN_FILE, EPISODES_FILE, read_outcomes
+from clew.campaign.episode import Outcome
+from protocol.errors import UsageError
+from world.record.recorder import EVENTS_FILE
+
+Read = tuple[tuple[Outcome, ...], tuple[str, ...]]
+"""Outcomes, and what is wrong with the file."""
+
+
+class _Campaign(Struct, frozen=True):
+    """What is needed of `campaign.json`."""
+
+    episodes: tuple[msgspec.Raw, ...]
+
+
+def read_campaign(path: Path) -> Read:
+    """The outcomes in a campaign's `campaign.json`.
+
+    Raises:
+        UsageError: there is none, and no `episodes.jsonl` either.
+    """
+    try:
+        said = msgspec.json.decode(path.read_bytes(), type=_Campaign)
+    except FileNotFoundError as error:
+        said_of_it = f"{path.parent}: neither a run ({EVENTS_FILE}) nor a campaign ({CAMPAIGN_FILE})"
+        return _from_episodes(path, f"there is no {CAMPAIGN_FILE}", UsageError(said_of_it), error)
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
+    except (msgspec.MsgspecError, ValueError) as error:
+        refusal = UsageError(f"{path}: no campaign that this program can read: {error}")
+        return _from_episodes(path, f"{path.name} cannot be read: {error}", refusal, error)
+    return _outcomes(said)
+
+
+def _outcomes(said: _Campaign) -> Read:
+    outcomes: list[Outcome] = []
+    flaws: list[str] = []
+    for number, raw in enumerate(said.episodes, start=1):
+        try:
+            outcomes.append(msgspec.json.decode(raw, type=Outcome))
+        except (msgspec.MsgspecError, ValueError) as error:
+            flaws.append(f"episode {number} cannot be read: {error}")
+    return tuple(outcomes), tuple(flaws)
+
+
+def _from_episodes(path: Path, flaw: str, refusal: UsageError, cause: Exception) -> Read:
+    """Rule 2.
+
+    Raises:
+        UsageError: the refusal, where there are no episodes.
+    """
+    try:
+        outcomes = tuple(read_outcomes(path.with_name(EPISODES_FILE)).values())
+    except OSError:
+        outcomes = ()
+    if not outcomes:
+        raise refusal from cause
+    return outcomes, (f"{flaw}: drawn from {EPISODES_FILE}",)

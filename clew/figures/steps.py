@@ -1,0 +1,85 @@
+"""Each switching step in a panel: what the leader saw, the gap chosen, and where to [m; world frame]."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from clew.figures.ground import OVER, Frame, draw_ground, frame_of
+from clew.figures.region import draw_robots, gap_ends
+from clew.figures.style import BLACK, BLUE, COLUMN_IN, HAIR_PT, PAGE_IN, Chart, LeftOut, legend_below
+from clew.story.course import Course, Planned
+
+PANELS_MAX = 12
+TITLE_IN, LEGEND_IN, PAD_IN = 0.16, 0.25, 0.03
+MARGIN = 0.02  # of the longer side: panels stand close together
+TALL, WIDE = 1.5, 0.4  # frames so much higher than wide, or less: more panels in a row, or fewer
+HEAD_PT = 5.0  # of the arrow: the shortest steps are as long
+SEEN: dict[str, Any] = {"color": BLACK, "marker": ".", "markersize": 2.0, "linewidth": HAIR_PT}
+CHOSEN: dict[str, Any] = {"color": BLACK, "linestyle": "--", "linewidth": 1.2}
+STEP: dict[str, Any] = {"color": BLUE, "linewidth": 0.8}
+
+
+def steps(course: Course) -> Chart | LeftOut:
+    """The switching steps of a run; of many, some that are evenly spread over the run."""
+    if not course.plans:
+        return LeftOut("steps", "the leader has not planned a switching step")
+    frame = frame_of(course, MARGIN)
+    shown = evenly(course.plans, PANELS_MAX)
+    columns = min(len(shown), 6 if frame.aspect > TALL else 2 if frame.aspect < WIDE else 3)
+    width_in = COLUMN_IN if columns == 1 else PAGE_IN
+    rows = math.ceil(len(shown) / columns)
+    height_in = rows * (width_in / columns * frame.aspect + TITLE_IN) + LEGEND_IN
+
+    def paint(figure: Figure) -> None:
+        figure.set_layout_engine("constrained", w_pad=PAD_IN, h_pad=PAD_IN, wspace=0.0, hspace=0.0)
+        panels = figure.subplots(rows, columns, squeeze=False).ravel()
+        for axes in panels:
+            axes.set_axis_off()
+        for axes, planned in zip(panels, shown, strict=False):
+            _draw(axes, course, frame, planned)
+            said = f"step {planned.plan.step}, robot {planned.robot}, {planned.t_s:.1f} s"
+            axes.set_title(said, fontsize=6.0, pad=2.0)
+        legend_below(figure, columns=5, handles=_legend(course, len(shown)))
+
+    return Chart("steps", (width_in, height_in), paint)
+
+
+def evenly(plans: Sequence[Planned], most: int) -> list[Planned]:
+    """The first, the last, and what is evenly spread between them."""
+    rows = np.unique(np.linspace(0, len(plans) - 1, min(most, len(plans))).round().astype(int))
+    return [plans[row] for row in rows.tolist()]
+
+
+def _draw(axes: Axes, course: Course, frame: Frame, planned: Planned) -> None:
+    plan = planned.plan
+    draw_ground(axes, course, frame, t_s=planned.t_s)
+    for seen in plan.obstacles:
+        one, other = seen.tangent_1, seen.tangent_2
+        axes.plot((one.x_m, other.x_m), (one.y_m, other.y_m), **SEEN)
+    ends_m = gap_ends(planned)
+    if ends_m is not None:
+        axes.plot(*ends_m.T, **CHOSEN)
+    if len(course.times_s):
+        draw_robots(axes, course, course.places_at_m(planned.t_s), planned.robot, size_pt=1.8)
+    axes.annotate(
+        "",
+        (plan.target.x_m, plan.target.y_m),
+        (plan.x_m, plan.y_m),
+        arrowprops={"arrowstyle": "->", "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": HEAD_PT, **STEP},
+        zorder=OVER + 0.5,
+    )
+
+
+def _legend(course: Course, shown: int) -> list[Artist]:
+    planned = len(course.plans)
+    said = "switching step" if shown == planned else f"switching step ({shown} of {planned} drawn)"
+    handles: list[Artist] = [Line2D([], [], label="tangent points and chord", **SEEN)]
+    if any(gap_ends(each) is not None for each in course.plans):
+        handles.append(Line2D([], [], label="gap chosen", **CHOSEN))
+    return [*handles, Line2D([], [], label=said, **STEP)]

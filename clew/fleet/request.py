@@ -1,0 +1,162 @@
+"""What the command line of `launch/fleet.sh` asks for, each value checked by itself."""
+
+import argparse
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NoReturn
+
+from protocol.errors import UsageError
+from protocol.frames import ROBOTS_MAX
+from protocol.mission import Law
+from protocol.network.session import ROUTERS_MAX
+from world.options import DEPLOYMENTS, seed_of, speed_of
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Request:
+    """What the command line asks for, each value checked by itself."""
+
+    scenario: str
+    robots: int | None
+    seed: int
+    law: str | None
+    deployment: str | None
+    speed: str
+    faults: str | None
+    out: Path | None
+    as_json: bool
+    quiet: bool
+    view: bool
+    routers: int
+    connect: str | None
+    listen: str | None
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(message)
+
+
+def parse(arguments: Sequence[str]) -> Request:
+    """The request in a command line.
+
+    Raises:
+        UsageError: it is none.
+    """
+    parser = _Parser(
+        prog="fleet.sh",
+        description="Run a fleet as real processes: a router, a world and one process per robot. "
+        "Progress goes to stderr: a live table on a terminal, else a line an event. "
+        "The last line on stdout is the verdict and the run's folder.",
+        epilog="Exit code: 0 all promises kept, 1 the run failed or a promise broke, 2 cannot run as asked, "
+        "130 Ctrl-C, 143 SIGTERM, 128+n the world died of signal n.",
+        allow_abbrev=False,
+    )
+    _add_what_is_run(parser)
+    _add_where_and_how(parser)
+    request = Request(**vars(parser.parse_args(arguments)))
+    if request.routers > 1 and (request.connect or request.listen):
+        parser.error("argument --routers: two have private sockets, not allowed with --connect or --listen")
+    return request
+
+
+def _add_what_is_run(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "scenario",
+        nargs="?",
+        default="paper",
+        metavar="SCENARIO",
+        help="a name in launch/scenarios/, a TOML file or a scene (JSON); default: %(default)s",
+    )
+    parser.add_argument(
+        "-n", dest="robots", type=_count, metavar="N", help="robots, instead of the scenario's"
+    )
+    parser.add_argument(
+        "--seed", type=seed_of, default=1, help="decides every random draw; default: %(default)s"
+    )
+    parser.add_argument("--law", choices=[law.value for law in Law], help="instead of the scenario's")
+    parser.add_argument(
+        "--deployment", choices=DEPLOYMENTS, help="free places drawn by the seed, instead of the scenario's"
+    )
+    parser.add_argument(
+        "--speed", type=_speed, default="1", help="times real time, or max; default: %(default)s"
+    )
+    parser.add_argument(
+        "--faults",
+        metavar="PLAN",
+        help="a name in launch/faults/, or a TOML file: what goes wrong on purpose",
+    )
+
+
+def _add_where_and_how(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="the run's folder; default: a new one in runs/"
+    )
+    parser.add_argument(
+        "--json", action="store_true", dest="as_json", help="print verdict.json and nothing else"
+    )
+    parser.add_argument(
+        "--quiet", action="store_true", help="say nothing of what happens until the run has ended"
+    )
+    parser.add_argument(
+        "--view", action="store_true", help="serve the run's page, live, on loopback, while the run goes on"
+    )
+    router = parser.add_mutually_exclusive_group()
+    router.add_argument(
+        "-e", "--connect", type=_endpoint, metavar="ENDPOINT", help="use the Zenoh router there, start none"
+    )
+    router.add_argument(
+        "-l",
+        "--listen",
+        type=_endpoint,
+        metavar="ENDPOINT",
+        help="where our router listens; default: a private socket",
+    )
+    parser.add_argument(
+        "--routers",
+        type=int,
+        choices=range(1, ROUTERS_MAX + 1),
+        default=1,
+        help="with 2, each can carry the fleet when the other dies; default: %(default)s",
+    )
+
+
+def world_options(request: Request) -> list[str]:
+    """What of the request the world is told on its own command line."""
+    options = [request.scenario, "--seed", str(request.seed), "--speed", request.speed]
+    if request.robots is not None:
+        options += ["-n", str(request.robots)]
+    if request.law is not None:
+        options += ["--law", request.law]
+    if request.deployment is not None:
+        options += ["--deployment", request.deployment]
+    return options + _faults(request)
+
+
+def robot_options(request: Request) -> list[str]:
+    """What of the request the robots are told on their host's command line."""
+    pace = [] if request.speed == "max" else ["--speed", request.speed]
+    return ["--host", "--seed", str(request.seed), *pace, *_faults(request)]
+
+
+def _faults(request: Request) -> list[str]:
+    return [] if request.faults is None else ["--faults", request.faults]
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or not 1 <= int(text) <= ROBOTS_MAX:
+        raise argparse.ArgumentTypeError(f"must be a whole number from 1 to {ROBOTS_MAX}, got {text}")
+    return int(text)
+
+
+def _speed(text: str) -> str:
+    speed_of(text)
+    return text  # the world reads it again
+
+
+def _endpoint(text: str) -> str:
+    if not re.fullmatch(r"[a-z-]+/\S+", text):
+        raise argparse.ArgumentTypeError(f"must be PROTOCOL/ADDRESS as in tcp/127.0.0.1:7447, got {text}")
+    return text

@@ -1,0 +1,138 @@
+"""What a run says when it has ended: `python -m clew.fleet.summary RUN`.
+
+Table I beside what was measured, where the scenario has such a table; then the figures; then, as the last
+line, the verdict in a sentence and the run's folder.
+"""
+
+import argparse
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import msgspec
+
+from clew.log import timeline
+from clew.log.check import scenario_of
+from clew.log.timeline import Timeline
+from protocol.errors import UsageError
+from protocol.exit_codes import ExitCode
+from world.judge.recovery import Death
+from world.judge.table import Rows, measure
+from world.judge.tally import Tally
+from world.judge.verdict import Verdict
+from world.record.run_files import read_verdict
+from world.scenario.scenario import Scenario
+
+
+def report(run: str, read: Timeline, verdict: Verdict) -> Iterator[str]:
+    """The lines of a report; `run` is the folder as the user calls it."""
+    scenario = scenario_of(read)
+    if scenario.table_m is not None:
+        tally = Tally()
+        for source, entry in read.lines:
+            tally.hear(source, entry)
+        yield from table_lines(scenario.table_m, measure(scenario, tally.switching_positions))
+        yield rms_line(scenario.table_m, verdict)
+        yield ""
+    yield figures_line(verdict)
+    yield from recovery_lines(verdict)
+    yield f"{verdict_sentence(verdict, scenario)} Run: {run}"
+
+
+def table_lines(paper_m: Rows, measured_m: Rows) -> Iterator[str]:
+    """Two tables side by side, row by row; a switching position that was never reached stays empty."""
+    columns = len(paper_m[0])
+    yield "Distance from the leader to each obstacle [m], in Table I of the paper and as measured"
+    yield "".join(["position", *(f"{f'obstacle {column + 1}':>20}" for column in range(columns))])
+    yield "".join(["        ", *(f"{'paper':>10}{'measured':>10}" for _ in range(columns))])
+    for row, paper in enumerate(paper_m):
+        measured = measured_m[row] if row < len(measured_m) else (None,) * columns
+        pairs = (
+            f"{printed:10.3f}{'-' if here is None else format(here, '.3f'):>10}"
+            for printed, here in zip(paper, measured, strict=True)
+        )
+        yield "".join([f"{row + 1:>8}", *pairs])
+
+
+def rms_line(paper_m: Rows, verdict: Verdict) -> str:
+    """How far the two tables are apart."""
+    if verdict.table_rms_m is None:
+        return "Not all switching positions were reached: no RMS error against Table I"
+    count = sum(len(row) for row in paper_m)
+    return f"RMS error against Table I: {verdict.table_rms_m:.4f} m over {count} distances"
+
+
+def figures_line(verdict: Verdict) -> str:
+    """What the run took."""
+    steps = "switching step" if verdict.switching_steps == 1 else "switching steps"
+    return (
+        f"{verdict.switching_steps} {steps} finished, {verdict.planning_events} planning events, "
+        f"{verdict.path_m:.2f} m driven by all; {verdict.sim_s:.1f} s simulated in {verdict.wall_s:.1f} s; "
+        f"{verdict.events.recorded} events, {verdict.events.missing} missing; "
+        f"{verdict.messages.sent} messages, {verdict.messages.unaccounted} unaccounted for"
+    )
+
+
+def recovery_lines(verdict: Verdict) -> Iterator[str]:
+    """What went wrong on the way and how it was mended; nothing, where nothing did."""
+    if verdict.messages.injected:
+        counts = ", ".join(f"{count} by {fault}" for fault, count in verdict.messages.injected.items())
+        yield f"messages that were taken away as asked: {counts}"
+    if elsewhere := verdict.messages.injected_left_out:
+        counts = ", ".join(f"{count} by {fault}" for fault, count in elsewhere.items())
+        yield f"and of books that one side never closed: {counts}"
+    for death in verdict.deaths:
+        who = "as asked" if death.ordered else "by itself"
+        yield f"robot {death.robot} died {who} at t={death.cause_s:.1f} s: {_mended(death)}"
+    for succession in verdict.successions:
+        before = "nobody" if succession.before is None else f"robot {succession.before}"
+        from_s = f"from t={succession.recovered_s:.1f} s on"
+        yield f"robot {succession.robot} leads in the place of {before} {from_s}"
+    for heal in verdict.heals:
+        yield f"the strand healed at t={heal.recovered_s:.1f} s, of {len(heal.members)} robots"
+    if verdict.unstruck:
+        yield f"of the fault plan never struck: {', '.join(verdict.unstruck)}"
+
+
+def _mended(death: Death) -> str:
+    if death.detected_s is None:
+        return "nobody missed it"
+    noticed = f"noticed after {death.detected_s - death.cause_s:.1f} s"
+    if death.recovered_s is None:
+        return f"{noticed}, never healed"
+    return f"{noticed}, healed after {death.recovered_s - death.cause_s:.1f} s"
+
+
+def verdict_sentence(verdict: Verdict, scenario: Scenario) -> str:
+    """The verdict, the least clearance, and what a law that promises none falls short of."""
+    word = "OK" if verdict.ok else "FAILED"
+    sentence = f"{word}: {verdict.reason}; {verdict.robots_arrived} of {verdict.robots} robots arrived"
+    if verdict.clearance_m_min is None:
+        return f"{sentence}."
+    least_m = verdict.clearance_m_min
+    if scenario.law.law.promises_clearance:
+        return f"{sentence}, clearance {least_m:.4f} m of {verdict.clearance_m_required:.4f} m required."
+    kept_m = scenario.law.epsilon_m - scenario.law.mu0_m
+    short = f"{kept_m - least_m:.4f} m short of" if least_m < kept_m else "no less than"
+    return (
+        f"{sentence}, clearance {least_m:.4f} m: --law {verdict.law} promises none, and this is {short} "
+        f"the epsilon - mu0 = {kept_m:.4f} m that --law certified has to keep."
+    )
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Print the report of a run; returns the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m clew.fleet.summary", description=__doc__)
+    parser.add_argument("run", metavar="RUN", help="a run's folder")
+    run = parser.parse_args(arguments).run
+    try:
+        verdict = read_verdict(Path(run))
+        sys.stdout.write("\n".join(report(run, timeline.read(Path(run)), verdict)) + "\n")
+    except (OSError, msgspec.MsgspecError, UsageError) as error:
+        sys.stderr.write(f"report: {run}: {error}\n")
+        return ExitCode.USAGE
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,95 @@
+"""`python -m clew.fleet.table RUN`: the live table of a run, on stderr. `launch/fleet.sh` starts and ends it.
+
+Rule 1: it reads the timeline and nothing else; no fleet waits for it, or knows of it.
+Rule 2: it goes when the verdict is there, when it is asked to, or when its launcher has gone; and what stands
+        on record by then, it draws.
+"""
+
+import argparse
+import asyncio
+import contextlib
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import msgspec
+from rich.console import Console
+from rich.live import Live
+
+from clew.fleet.table_picture import picture
+from clew.fleet.table_rows import Scoreboard
+from clew.fleet.table_said import Said
+from clew.log.follow import Follower, look
+from protocol.ending import asked_to_end
+from world.judge.verdict import Verdict
+from world.record.recorder import EVENTS_FILE
+from world.record.run_files import read_verdict
+
+DRAW_S = 0.2  # wall clock: five pictures a second look alive, and cost a few percent of a processor
+STDIN = 0
+
+
+class Watch:
+    """What is known of the run in a folder."""
+
+    def __init__(self, run: Path, said: Path) -> None:
+        self._run = run
+        self._said = Said(said)
+        self._follower = Follower()
+        self._board: Scoreboard | None = None
+        self._verdict: Verdict | None = None
+
+    @property
+    def judged(self) -> bool:
+        """Whether the verdict is there: nothing comes after it."""
+        return self._verdict is not None
+
+    def look(self) -> bool:
+        """Read what is new; returns whether anything was."""
+        news = look(self._run / EVENTS_FILE, self._follower)
+        said = self._said.look()
+        if news.header is not None:
+            self._board = Scoreboard.of(news.header)
+        if self._board is not None:
+            for heard in news.heard:
+                self._board.hear(heard.source, heard.entry)
+        if self._verdict is None:
+            with contextlib.suppress(OSError, msgspec.MsgspecError):  # not there, or half written
+                self._verdict = read_verdict(self._run)
+                return True
+        return bool(news.header or news.heard or said)
+
+    def draw(self, live: Live) -> None:
+        """Show what is known."""
+        if self._board is not None:
+            width, height = live.console.size
+            drawn = picture(self._board, self._verdict, self._said.newest, height=height, width=width)
+            live.update(drawn, refresh=True)
+
+
+async def watch(run: Path, said: Path) -> None:
+    """Show the table until we are asked to go."""
+    console, seen = Console(stderr=True), Watch(run, said)
+    with asked_to_end(STDIN) as ending, Live(console=console, auto_refresh=False) as live:
+        while not (ending.done() or seen.judged):
+            if seen.look():
+                seen.draw(live)
+            await asyncio.wait({ending}, timeout=DRAW_S)
+        while seen.look():
+            pass
+        seen.draw(live)  # the picture that stays
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Watch a run."""
+    parser = argparse.ArgumentParser(prog="python -m clew.fleet.table", description=__doc__)
+    parser.add_argument("run", type=Path, metavar="RUN", help="the run's folder, there or not yet")
+    parser.add_argument(
+        "--said", type=Path, required=True, metavar="FILE", help="what the parts of the fleet say"
+    )
+    asked = parser.parse_args(arguments)
+    asyncio.run(watch(asked.run, asked.said))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

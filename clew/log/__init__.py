@@ -1,0 +1,1 @@
+"""Timelines: read, followed, checked, compared, replayed."""

@@ -1,0 +1,131 @@
+"""Judges a run again, from its log alone: by the rules that judged it live, and whether the log is whole."""
+
+from collections.abc import Iterable, Iterator
+
+import msgspec
+from msgspec import Struct
+
+from clew.log.log import Log
+from clew.log.plain import plain
+from clew.log.timeline import Timeline
+from protocol.errors import UsageError
+from protocol.timeline import PromiseBroken
+from world.judge.judgement import Breach, Judgement, judge
+from world.judge.monitor import Promises
+from world.judge.verdict import finite
+from world.record.lines import Line
+from world.scenario.scenario import Scenario
+
+
+class Finding(Struct, frozen=True, kw_only=True):
+    """What a log shows; it is good when nothing broke and nothing is missing."""
+
+    ok: bool
+    violations: int
+    violations_by_invariant: dict[str, int]
+    clearance_m_min: float | None
+    """None: there was never an obstacle."""
+    clearance_m_required: float
+    moving_clearance_m_min: float | None
+    """None: nothing moved but robots."""
+    separation_m_min: float | None
+    """None: there was never a second robot."""
+    separation_m_required: float
+    path_m: float
+    ended: str | None
+    """How the run ended; None: the log does not say."""
+    breaches: tuple[Breach, ...]
+    flaws: tuple[str, ...]
+    """What is missing from the log, cannot be read, or contradicts the rest."""
+
+
+def check(timeline: Timeline | Log) -> Finding:
+    """Judge S1 to S3 and P1 to P6, and the log's own completeness.
+
+    Raises:
+        UsageError: the header holds no scenario that this version can judge by.
+    """
+    scenario = scenario_of(timeline)
+    recorded: list[Breach] = []
+    judgement = judge(scenario, _noting(recorded, timeline.lines))
+    promises = Promises.of(scenario)
+    flaws = [*timeline.flaws, *contradictions(recorded, judgement)]
+    if scenario.fingerprint() != timeline.header.scenario_hash:
+        flaws.append("the header's scenario is not the one that was run: its hash differs")
+    return Finding(
+        ok=not judgement.breaches and not flaws,
+        violations=sum(judgement.violations.values()),
+        violations_by_invariant=judgement.violations,
+        clearance_m_min=finite(judgement.least_clearance.distance_m),
+        clearance_m_required=promises.clearance_m_required,
+        moving_clearance_m_min=finite(judgement.least_moving_clearance.distance_m),
+        separation_m_min=finite(judgement.least_separation.distance_m),
+        separation_m_required=promises.separation_m_required,
+        path_m=judgement.path_m,
+        ended=timeline.ended,
+        breaches=judgement.breaches,
+        flaws=tuple(flaws),
+    )
+
+
+def _noting(broken: list[Breach], lines: Iterable[Line]) -> Iterator[Line]:
+    """The same lines; what they record as broken is noted on the way, since a long log is read only once."""
+    for source, entry in lines:
+        if isinstance(entry.record, PromiseBroken):
+            broken.append(Breach(t_s=entry.t_s, broken=entry.record))
+        yield source, entry
+
+
+def contradictions(recorded: Iterable[Breach], judgement: Judgement) -> Iterator[str]:
+    """What the log says was broken and is not found so again."""
+    found = {_who(breach.broken) for breach in judgement.breaches}
+    for breach in recorded:
+        if _who(breach.broken) not in found:
+            who = f"{breach.broken.invariant}, robot {breach.broken.robot}"
+            yield f"{who}: recorded as broken at t={breach.t_s} s, and not found again"
+
+
+def _who(broken: PromiseBroken) -> tuple[str, int, int | None]:
+    return broken.invariant, broken.robot, broken.other
+
+
+def scenario_of(timeline: Timeline | Log) -> Scenario:
+    """The scenario that was run, whole, as the header has it.
+
+    Raises:
+        UsageError: the header's scenario is none, or of another version.
+    """
+    try:
+        return msgspec.convert(timeline.header.scenario, Scenario)
+    except (msgspec.ValidationError, UsageError) as error:
+        if not timeline.header.scenario:
+            raise UsageError("line 1, the header, is damaged: it holds no scenario to judge by") from error
+        raise UsageError(f"line 1: the header's scenario cannot be judged by: {error}") from error
+
+
+def sentences(finding: Finding) -> list[str]:
+    """A finding for people: a line for each thing wrong, how the run ended, and the sum of it last."""
+    broken = [
+        f"t={breach.t_s:.3f} s: {breach.broken.invariant}, robot {breach.broken.robot}: "
+        f"{plain(breach.broken.why)}{_lengths(breach.broken)}"
+        for breach in finding.breaches
+    ]
+    flaws = [f"not complete: {flaw}" for flaw in finding.flaws]
+    ended = [] if finding.ended is None else [f"ended: {plain(finding.ended)}"]
+    counts = ", ".join(f"{invariant} {count}" for invariant, count in finding.violations_by_invariant.items())
+    least = (
+        f"clearance {_metres(finding.clearance_m_min)} ({finding.clearance_m_required:.4f} m required), "
+        f"separation {_metres(finding.separation_m_min)} ({finding.separation_m_required:.4f} m required)"
+    )
+    word = "kept" if finding.ok else "not proved" if not finding.breaches else "broken"
+    return [*broken, *flaws, *ended, f"{word}: violations {counts}; {least}; {finding.path_m:.3f} m driven"]
+
+
+def _lengths(broken: PromiseBroken) -> str:
+    if broken.measured_m is None:
+        return ""
+    return f": {broken.measured_m:.4f} m against {broken.required_m:.4f} m"
+
+
+def _metres(distance_m: float | None) -> str:
+    return "none" if distance_m is None else f"{distance_m:.4f} m"

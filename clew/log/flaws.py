@@ -1,0 +1,83 @@
+"""What is found wrong with a log while its lines are gone through: all at once, or as it grows.
+
+Rule 1: a sort of flaw is told `TOLD_MAX` times, then counted: a log may have a million bad lines.
+Rule 2: what is told `at_once` stands first, in the same order, in what is told in the end.
+"""
+
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import get_args
+
+import msgspec
+
+from clew.log.completeness import Completeness, Told
+from clew.log.header import UNREADABLE, Stamped, other
+from protocol.faults.mischief import goes_on
+from protocol.timeline import Entry, Record, RunEnded
+from world.record.recorder import SCHEMA, Header
+
+KINDS = frozenset(each.__struct_config__.tag for each in get_args(Record))
+"""All kinds that this program knows."""
+
+
+class Findings:
+    """What is wrong with a log, as far as it has been read."""
+
+    def __init__(self, header: Header, damage: str | None) -> None:
+        """A log with this header, and what is wrong with that."""
+        self.header, self._damage = header, damage
+        self._misread = Told()
+        self._unknown: Counter[str] = Counter()
+        self._completeness = Completeness()
+        self.ended: str | None = None
+        """How the run ended; None: the log does not say so far."""
+
+    def hear(self, source: str, entry: Entry) -> None:
+        """The next line is this entry."""
+        self._completeness.hear(source, entry)
+        if isinstance(entry.record, RunEnded) and self.ended is None:
+            self.ended = entry.record.reason
+
+    def torn(self, number: int) -> None:
+        """A line has no end."""
+        self._misread.add(f"line {number} is torn: dropped")
+
+    def too_long(self, number: int, bytes_max: int) -> None:
+        """A line is longer than what is read of any."""
+        self._misread.add(f"line {number} is longer than {bytes_max} bytes: dropped")
+
+    def misread(self, number: int, text: bytes, error: Exception) -> None:
+        """A line is no entry that this program knows; its number in its source may still be read."""
+        try:
+            line = msgspec.json.decode(text, type=Stamped)
+        except UNREADABLE:
+            self._misread.add(f"line {number} cannot be read: {error}")
+            return
+        self._completeness.number(line.source, line.n, line.t_s)
+        if line.kind in KINDS:
+            self._misread.add(f"line {number} cannot be read: {error}")
+        else:
+            self._unknown[line.kind] += 1
+
+    def at_once(self) -> Iterator[str]:
+        """What is certain however the log goes on, in sentences."""
+        if self._damage is not None:
+            yield self._damage
+        elif self.header.schema != SCHEMA:
+            yield f"{other(self.header.schema)}: only what both know can be shown"
+        yield from self._misread.first
+
+    def flaws(self, run: Path) -> Iterator[str]:
+        """All of it, in sentences; `run` is the folder in which the log stands."""
+        yield from self.at_once()
+        yield from self._misread.more
+        unknown = Told()
+        for kind, count in self._unknown.items():
+            unknown.add(f"{count} entries of a kind that this program does not know: {kind!r}")
+        yield from unknown
+        yield from self._completeness.flaws()
+        if self.ended is None and goes_on(run):
+            yield "the run is still going on: this is what was recorded up to now"
+        elif self.ended is None:
+            yield "no run.ended: the world did not live to end the run"

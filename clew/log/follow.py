@@ -1,0 +1,194 @@
+"""Follows the timeline of a run that goes on: whole entries, each once, as they come. Only ever reads.
+
+Rule 1: what stands before the file's last newline is whole and stays. What follows it is torn: it is read
+        again until it is whole, because a world that resumes cuts it off and writes something else there.
+Rule 2: whatever can be read is given; what cannot is a flaw with its line, and never an exception.
+Rule 3: a run is over when its verdict stands beside the timeline, or nobody writes any more:
+        `clew/log/vigil.py`.
+Rule 4: what is wrong with the log of a run that is over is what `clew/log/log.py` says of it, in the same
+        words.
+"""
+
+import asyncio
+from collections.abc import AsyncGenerator, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from clew.log.flaws import Findings
+from clew.log.header import UNREADABLE, header_or_rest, is_entry
+from clew.log.log import LINE_BYTES_MAX
+from clew.log.vigil import Vigil
+from protocol.errors import UsageError
+from protocol.timeline import Entry
+from world.judge.verdict import VERDICT_FILE
+from world.record.lines import read_line
+from world.record.recorder import EVENTS_FILE, Header
+
+LOOK_S = 0.1  # wall clock, between two looks at the file: as often as a table or a page is drawn
+READ_BYTES = 1 << 20  # at once, so that a run that is followed late is shown in parts
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """An entry, its source, and the line that it was read from, without the newline."""
+
+    text: bytes
+    source: str
+    entry: Entry
+
+
+@dataclass(frozen=True, slots=True)
+class News:
+    """What one look at the file has brought."""
+
+    header: Header | None
+    """The run's, in the first news that brings lines; None in all others."""
+    heard: tuple[Heard, ...]
+    flaws: tuple[str, ...]
+    """None is told twice, and of a sort no more than the first: the rest is counted in the last news."""
+
+    def __bool__(self) -> bool:
+        """Whether it has brought anything."""
+        return bool(self.header or self.heard or self.flaws)
+
+
+@dataclass(slots=True)
+class Follower:
+    """How much has been read. Pure: the caller reads the file, from `whole_bytes` on."""
+
+    path: Path = Path(EVENTS_FILE)
+    """What flaws call the file."""
+    whole_bytes: int = 0
+    torn_bytes: int = 0
+    """How long the text is that stood behind the last newline."""
+    _lines: int = 0
+    _skips: bool = False
+    """Whether we are within a line that is too long."""
+    _findings: Findings | None = None
+    """None: the first line has not been read."""
+    _flaws_told: int = 0
+
+    @property
+    def ended(self) -> bool:
+        """Whether `run.ended` has been read."""
+        return self._findings is not None and self._findings.ended is not None
+
+    @property
+    def wanted_bytes(self) -> int:
+        """How much to read: more than is torn, for a line may be longer than what is read at once."""
+        return min(READ_BYTES + 2 * self.torn_bytes, LINE_BYTES_MAX)
+
+    def take(self, text: bytes) -> News:
+        """The news in what stands in the file from `whole_bytes` on."""
+        *whole, torn = text.split(b"\n")
+        if self._skips:
+            # What is left of a line that is too long goes: up to its newline, or all of it.
+            torn = torn if whole else b""
+            self._skips, whole = not whole, whole[1:]
+        before, heard = self._findings, list[Heard]()
+        for line in whole:
+            heard.extend(self._read(line))
+        if len(torn) >= LINE_BYTES_MAX:
+            self._lines += 1
+            self._begun(torn).too_long(self._lines, LINE_BYTES_MAX)
+            self._skips, torn = True, b""
+        self.whole_bytes += len(text) - len(torn)
+        self.torn_bytes = len(torn)
+        header = self._findings.header if self._findings is not None and before is None else None
+        return News(header, tuple(heard), self._fresh_flaws())
+
+    def _read(self, line: bytes) -> Iterator[Heard]:
+        self._lines += 1
+        findings = self._begun(line)
+        if self._lines == 1 and not is_entry(line):
+            return
+        try:
+            source, entry = read_line(line)
+        except UNREADABLE as error:
+            findings.misread(self._lines, line, error)
+        else:
+            findings.hear(source, entry)
+            yield Heard(line, source, entry)
+
+    def _begun(self, line: bytes) -> Findings:
+        """The findings, which begin with the first line."""
+        if self._findings is None:
+            header, damage = header_or_rest(line, self.path)
+            self._findings = Findings(header, damage)
+        return self._findings
+
+    def _fresh_flaws(self) -> tuple[str, ...]:
+        """What is certain and has not been told."""
+        certain = () if self._findings is None else tuple(self._findings.at_once())
+        fresh, self._flaws_told = certain[self._flaws_told :], len(certain)
+        return fresh
+
+    def miss(self, size_bytes: int) -> News:
+        """The news that the file is shorter than what was read of it; what comes next is read."""
+        gone_bytes, self.whole_bytes, self.torn_bytes = self.whole_bytes - size_bytes, size_bytes, 0
+        self._skips = False
+        return News(None, (), (f"{gone_bytes} bytes that had been read are no longer in the file",))
+
+    def close(self) -> News:
+        """The last news, of a run that is over: whatever else is wrong with its log."""
+        if self._findings is None:
+            what = "the first line is torn" if self.torn_bytes else "it is empty"
+            return News(None, (), (f"{self.path}: {what}: no header of a run",))
+        if self.torn_bytes:
+            self._findings.torn(self._lines + 1)
+        flaws = tuple(self._findings.flaws(self.path.parent))
+        return News(None, (), flaws[self._flaws_told :])
+
+
+async def follow(run: Path) -> AsyncGenerator[News]:
+    """What is new in a run's timeline, until the run is over; waits for a run that is not there yet.
+
+    Args:
+        run: its folder, or its `events.jsonl`. A link like `runs/latest` is followed once, at the beginning.
+
+    Raises:
+        UsageError: it is there and cannot be read.
+    """
+    path = _timeline_of(run)
+    follower, vigil = Follower(path), Vigil(path)
+    while True:
+        # Before the look: what the world has recorded by then is seen.
+        is_over = path.with_name(VERDICT_FILE).exists() or vigil.is_over(ended=follower.ended)
+        news = look(path, follower)
+        if news:
+            yield news
+        elif is_over:
+            break
+        else:
+            await asyncio.sleep(LOOK_S)
+    if (last := follower.close()).flaws:
+        yield last
+
+
+def look(path: Path, follower: Follower) -> News:
+    """What stands in the file now and has not been read; nothing, where there is no file.
+
+    Raises:
+        UsageError: it cannot be read.
+    """
+    try:
+        size_bytes = path.stat().st_size
+        if size_bytes < follower.whole_bytes:
+            return follower.miss(size_bytes)
+        with path.open("rb") as file:
+            while True:
+                wanted_bytes = follower.wanted_bytes
+                file.seek(follower.whole_bytes)
+                text = file.read(wanted_bytes)
+                # A line that is longer than that is no news yet, and no end either.
+                if (news := follower.take(text)) or len(text) < wanted_bytes:
+                    return news
+    except FileNotFoundError:
+        return News(None, (), ())
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def _timeline_of(run: Path) -> Path:
+    is_file = run.is_file() or run.suffix == Path(EVENTS_FILE).suffix
+    return (run if is_file else run / EVENTS_FILE).resolve()

@@ -1,0 +1,110 @@
+"""The first line of a log, which says what was run.
+
+Rule 1: a file whose first line is no header of ours, and whose next is no entry either, is no log.
+Rule 2: in a log, what the header does not say, or says in a way that cannot be understood, is not known.
+"""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from msgspec import Struct
+
+from clew.log.plain import plain
+from protocol.errors import UsageError
+from world.record.lines import Stamp
+from world.record.recorder import SCHEMA, Header
+
+UNREADABLE = (msgspec.MsgspecError, ValueError, RecursionError)
+"""What decoding raises: at a wrong field, at bytes that are no UTF-8, at brackets in brackets in brackets."""
+HEADER_KIND = Header.__struct_config__.tag
+UNKNOWN = Header(
+    run="unknown",
+    seed=0,
+    speed=None,
+    started_at="1970-01-01T00:00:00+00:00",
+    scenario={},
+    scenario_hash="unknown",
+    versions={},
+)
+
+
+class Stamped(Stamp, frozen=True, kw_only=True):
+    """What every line has, whether or not this program knows its kind."""
+
+    kind: str
+
+
+class _Versioned(Struct, frozen=True):
+    schema: str
+
+
+def header_of(first: bytes, second: bytes, path: Path) -> tuple[Header, str | None]:
+    """The header of this file, whose lines begin with these two, and what is wrong with it.
+
+    Raises:
+        UsageError: rule 1.
+    """
+    header, damage = header_or_rest(first, path)
+    if damage is not None and not is_entry(first) and not is_entry(second):
+        read_header(first, path)
+    return header, damage
+
+
+def header_or_rest(first: bytes, path: Path) -> tuple[Header, str | None]:
+    """What the first line says of a log, whatever stands there, and what is wrong with it."""
+    try:
+        return read_header(first, path), None
+    except UsageError as error:
+        return _salvaged(first), plain(f"line 1 is damaged: {error}; what it does not say is not known")
+
+
+def read_header(text: bytes, path: Path) -> Header:
+    """The header in the first line of this file; it may be of another version of our schema.
+
+    Raises:
+        UsageError: it is none of ours.
+    """
+    if not text:
+        raise UsageError(f"{path}: it is empty: no header of a run")
+    schema = SCHEMA
+    try:
+        schema = msgspec.json.decode(text, type=_Versioned).schema
+        header = msgspec.json.decode(text, type=Header)
+    except UNREADABLE as error:
+        if schema == SCHEMA:
+            raise UsageError(f"{path}: the first line is no header of a run: {error}") from error
+        raise UsageError(f"{path}: {other(schema)}, and its header cannot be read: {error}") from error
+    if not re.fullmatch(r"clew-timeline/\d+", schema):
+        raise UsageError(f"{path}: {other(schema)}")
+    return header
+
+
+def is_entry(text: bytes) -> bool:
+    """Whether a line has what all entries have; the header is none."""
+    try:
+        return msgspec.json.decode(text, type=Stamped).kind != HEADER_KIND
+    except UNREADABLE:
+        return False
+
+
+def other(schema: str) -> str:
+    """That a schema is not the one that this program reads."""
+    return f"its schema is {schema!r}, this program reads {SCHEMA!r}"
+
+
+def _salvaged(text: bytes) -> Header:
+    """The fields that a damaged header still says."""
+    try:
+        raw = {} if is_entry(text) else msgspec.json.decode(text, type=dict[str, Any])
+    except UNREADABLE:
+        return UNKNOWN
+    good: dict[str, Any] = {}
+    for field in msgspec.structs.fields(Header):
+        if field.name in raw:
+            try:
+                good[field.name] = msgspec.convert(raw[field.name], field.type)
+            except UNREADABLE:
+                continue
+    return msgspec.structs.replace(UNKNOWN, **good)

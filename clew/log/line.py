@@ -1,0 +1,95 @@
+"""An entry of a timeline as one line for people, in the colour of its family where colours are wanted."""
+
+import os
+import sys
+
+import click
+import msgspec
+
+from clew.log.plain import plain
+from clew.log.timeline import kind_of
+from protocol.timeline import Entry
+
+# By what stands before the dot of a kind. What goes wrong is red, what is done about it yellow.
+COLOURS = {
+    "promise": "bright_red",
+    "fault": "red",
+    "message": "red",
+    "router": "red",
+    "world": "red",
+    "robot": "green",
+    "link": "yellow",
+    "muster": "yellow",
+    "leader": "yellow",
+    "strand": "yellow",
+    "step": "bright_cyan",
+    "segment": "cyan",
+    "goal": "bright_green",
+    "route": "bright_red",
+    "run": "bright_green",
+    "order": "blue",
+    "authority": "blue",
+    "body": "magenta",
+    "pose": "bright_black",
+    "scan": "bright_black",
+    "traffic": "bright_black",
+}
+
+ITEMS_SHOWN = 20  # the order of a strand, not the rays of a scan
+NESTED_SHOWN = 2  # the ends of a gap, not the obstacles in sight
+DIGITS = 4  # behind the point: a tenth of a millimetre, as verdicts are told
+
+WHEN = click.option(
+    "--color",
+    type=click.Choice(["auto", "always", "never"]),
+    default="auto",
+    show_default=True,
+    help="auto: on a terminal, unless NO_COLOR is set.",
+)
+
+
+def is_coloured(when: str) -> bool:
+    """Whether stdout gets colours."""
+    if when == "auto":
+        return sys.stdout.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+    return when == "always"
+
+
+def one_line(source: str, entry: Entry, *, coloured: bool = False, exact: bool = False) -> str:
+    """Time, source, kind, then the kind's fields; of long lists only how long they are.
+
+    Args:
+        source: who wrote the entry.
+        entry: the entry.
+        coloured: whether its kind bears the colour of its family.
+        exact: whether numbers keep all of their digits, and short lists of fields are shown, too.
+    """
+    fields = msgspec.to_builtins(entry.record)
+    kind = f"{fields.pop('kind'):<18}"
+    said = " ".join(f"{name}={_short(value, exact=exact)}" for name, value in fields.items())
+    if coloured:
+        kind = click.style(kind, fg=COLOURS[kind_of(entry.record).partition(".")[0]])
+    return f"{entry.t_s:9.3f} {plain(source):>6} {kind} {said}".rstrip()
+
+
+def _short(value: object, *, exact: bool) -> str:
+    """A field."""
+    if isinstance(value, list | tuple):
+        nested = not exact and any(isinstance(item, dict) for item in value)
+        if len(value) > (NESTED_SHOWN if nested else ITEMS_SHOWN):
+            return f"[{len(value)} items]"
+    return plain(msgspec.json.encode(value if exact else _rounded(value)).decode())
+
+
+def _rounded(value: object) -> object:
+    """A field's numbers as they matter to people."""
+    match value:
+        case float():
+            # What is smaller than any digit that is shown is still not nothing.
+            return round(value, DIGITS) or float(f"{value:.1g}")
+        case list() | tuple():
+            return [_rounded(item) for item in value]
+        case dict():
+            return {name: _rounded(item) for name, item in value.items()}
+        case _:
+            return value

@@ -1,0 +1,93 @@
+"""A run's log, line by line.
+
+Rule 1: whatever can be read is read; what cannot is a flaw, with its line, and never an exception.
+Rule 2: a log is complete when no source's numbers have a hole and the world has ended the run itself.
+Rule 3: a log of another schema is read as far as this program knows its kinds and their fields.
+"""
+
+from collections.abc import Iterator
+from hashlib import blake2b
+from io import BufferedReader
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from clew.log.flaws import Findings
+from clew.log.header import UNREADABLE, header_of, is_entry
+from protocol.errors import UsageError
+from world.record.lines import Line, read_line
+from world.record.recorder import EVENTS_FILE
+
+LINE_BYTES_MAX = 1 << 25  # 32 MiB
+"""Far more than any real entry has: a line without an end must not fill the memory."""
+
+
+class Log:
+    """A log that is read line by line, anew each time: a million entries take no memory.
+
+    `flaws` and `ended` say what `Timeline`'s do, once the lines have been gone through to the end. `unread`
+    is the same then for logs of which the same cannot be read, whatever the clocks said.
+    """
+
+    def __init__(self, run: Path) -> None:
+        self._in_folder = run.is_dir()
+        self.path = run / EVENTS_FILE if self._in_folder else run
+        with self._open() as file:
+            first, second = file.readline(LINE_BYTES_MAX), file.readline(LINE_BYTES_MAX)
+        self.header, self._damage = header_of(first, second, self.path)
+        self._headless = is_entry(first)
+        self.flaws: tuple[str, ...] = ()
+        self.ended: str | None = None
+        self.unread = b""
+
+    @property
+    def lines(self) -> Iterator[Line]:
+        """The entries that can be read, with their sources, in the recorder's order."""
+        findings, unread = Findings(self.header, self._damage), blake2b()
+        with self._open() as file:
+            for number, text in enumerate(_texts(file), start=1):
+                if number == 1 and not self._headless:
+                    continue
+                if text[-1:] != b"\n":
+                    unread.update(text)
+                    if len(text) < LINE_BYTES_MAX:
+                        findings.torn(number)
+                    else:
+                        findings.too_long(number, LINE_BYTES_MAX)
+                    continue
+                try:
+                    source, entry = read_line(text)
+                except UNREADABLE as error:
+                    unread.update(_timeless(text))
+                    findings.misread(number, text, error)
+                else:
+                    findings.hear(source, entry)
+                    yield source, entry
+        self.flaws, self.ended = tuple(findings.flaws(self.path.parent)), findings.ended
+        self.unread = unread.digest()
+
+    def _open(self) -> BufferedReader:
+        try:
+            return self.path.open("rb")
+        except OSError as error:
+            where = f"{self.path.parent}: {self.path.name}" if self._in_folder else str(self.path)
+            raise UsageError(f"no run in {where}: {error.strerror}") from error
+
+
+def _timeless(text: bytes) -> bytes:
+    """A line that is no entry for us, without its hybrid clock, where it has one."""
+    try:
+        fields = msgspec.json.decode(text, type=dict[str, Any])
+    except UNREADABLE:
+        return text
+    fields.pop("hlc", None)
+    return msgspec.json.encode(fields, order="sorted")
+
+
+def _texts(file: BufferedReader) -> Iterator[bytes]:
+    """A file line by line; of a line that is too long, only as much as says so."""
+    while text := file.readline(LINE_BYTES_MAX):
+        yield text
+        while len(text) == LINE_BYTES_MAX and not text.endswith(b"\n"):
+            text = file.readline(LINE_BYTES_MAX)

@@ -1,0 +1,80 @@
+"""Which processes of a run have no journal, by its log.
+
+Rule 1: every robot that the header names has a process, and each process that the log shows has a journal.
+Rule 2: a journal begins with the mission, so whoever was killed before it came has none. Before that, the log
+        has of it only that it started, and what became of the messages to it.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from msgspec import Struct
+
+from agents.process.journal import Head
+from clew.log.log import Log
+from clew.log.summary import field_of
+from protocol.errors import UsageError
+from protocol.frames import ROBOTS_MAX
+from protocol.keys import robot_number
+from protocol.timeline import FaultInjected, MessageRefused, RobotStarted
+
+NEVER_STARTED = "the log shows no process of it that ever started"
+NO_MISSION = "by the log it did nothing but start, and a journal begins only with the mission"
+
+NONE_LEFT = (
+    "has no journal, though by the log it took part: that was deleted, could not be written, or is on another"
+    " computer"
+)
+
+
+class Missing(Struct, frozen=True, kw_only=True):
+    """A process of a robot that has no journal."""
+
+    robot: int
+    incarnation: str
+    """Empty where the log does not say."""
+    excuse: str | None
+    """Why it may have none; None: it has to have one."""
+
+
+def missing(run: Path, journals: Sequence[Head], robot: int | None) -> tuple[Missing, ...] | None:
+    """The processes without a journal of one robot, or of all; None where there is no log of the run."""
+    try:
+        excuses = _excuses(Log(run))
+    except UsageError:
+        return None
+    kept = {(head.robot, head.incarnation) for head in journals}
+    kept |= {(head.robot, "") for head in journals}
+    return tuple(
+        Missing(robot=number, incarnation=incarnation, excuse=excuse)
+        for (number, incarnation), excuse in sorted(excuses.items())
+        if (number, incarnation) not in kept and robot in {None, number}
+    )
+
+
+def told(each: Missing) -> str:
+    """For people: who has no journal, and whether it may have none."""
+    who = f"robot {each.robot}" + (f" ({each.incarnation})" if each.incarnation else "")
+    if each.excuse is not None:
+        return f"{who}: has no journal, and may have none: {each.excuse}"
+    return f"{who}: {NONE_LEFT}"
+
+
+def _excuses(log: Log) -> dict[tuple[int, str], str | None]:
+    """Each process, by its robot and incarnation, and why it may have no journal."""
+    excuses: dict[tuple[int, str], str | None] = {}
+    newest: dict[int, str] = {}
+    for source, entry in log.lines:
+        if (robot := robot_number(source)) is None:
+            continue
+        match entry.record:
+            case RobotStarted(incarnation=incarnation):
+                newest[robot] = incarnation
+                excuses[robot, incarnation] = NO_MISSION
+            case FaultInjected() | MessageRefused():
+                pass  # may be of a message that came before the mission
+            case _:
+                excuses[robot, newest.setdefault(robot, "")] = None
+    robots = field_of(log.header.scenario, "fleet", "robots")
+    asked = range(1, robots + 1) if isinstance(robots, int) and robots <= ROBOTS_MAX else ()
+    return excuses | {(robot, ""): NEVER_STARTED for robot in asked if robot not in newest}

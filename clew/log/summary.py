@@ -1,0 +1,98 @@
+"""What a timeline holds, in numbers; and the verdict, where it stands beside it."""
+
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from msgspec import Struct
+
+from clew.log.log import Log
+from clew.log.plain import plain
+from clew.log.timeline import Timeline, kind_of
+from world.judge.verdict import VERDICT_FILE, Verdict
+from world.record.recorder import EVENTS_FILE
+from world.record.run_files import read_verdict
+
+
+class Judged(Struct, frozen=True, kw_only=True):
+    """The head of a verdict."""
+
+    ok: bool
+    exit_code: int
+    reason: str
+
+
+class Summary(Struct, frozen=True, kw_only=True):
+    """What `clew log info` says; null is what the log does not."""
+
+    run: str
+    folder: str
+    """Where its log stands."""
+    scenario: str | None
+    law: str | None
+    robots: int | None
+    seed: int
+    scenario_hash: str
+    versions: dict[str, str]
+    sim_s: float | None
+    """The verdict's: until the run was over."""
+    last_entry_s: float
+    """Simulated time of the newest entry: the run is over before its books are closed."""
+    ended: str | None
+    verdict: Judged | None
+    entries: int
+    sources: dict[str, int]
+    kinds: dict[str, int]
+    flaws: tuple[str, ...]
+
+
+def summarise(read: Timeline | Log, run: Path) -> Summary:
+    """The summary of a timeline that was read from this folder, or from its `events.jsonl`."""
+    header = read.header
+    verdict, flaws = _verdict(run)
+    kinds, sources, last_entry_s = Counter[str](), Counter[str](), 0.0
+    for source, entry in read.lines:
+        kinds[kind_of(entry.record)] += 1
+        sources[source] += 1
+        last_entry_s = max(last_entry_s, entry.t_s)
+    return Summary(
+        run=header.run,
+        folder=str((run if run.is_dir() else run.parent).resolve()),
+        scenario=header.scenario.get("name"),
+        law=field_of(header.scenario, "law", "law"),
+        robots=field_of(header.scenario, "fleet", "robots"),
+        seed=header.seed,
+        scenario_hash=header.scenario_hash,
+        versions=header.versions,
+        sim_s=None if verdict is None else verdict.sim_s,
+        last_entry_s=last_entry_s,
+        ended=read.ended,
+        verdict=None if verdict is None else _judged(verdict),
+        entries=kinds.total(),
+        sources=dict(sorted(sources.items())),
+        kinds=dict(sorted(kinds.items())),
+        flaws=(*read.flaws, *flaws),
+    )
+
+
+def field_of(scenario: dict[str, Any], section: str, key: str) -> Any:  # noqa: ANN401 - unchecked, as written
+    """A field of a scenario that another version may have written."""
+    fields = scenario.get(section)
+    return fields.get(key) if isinstance(fields, dict) else None
+
+
+def _verdict(run: Path) -> tuple[Verdict | None, tuple[str, ...]]:
+    """The verdict beside a log, and what is wrong with it."""
+    if run.is_file() and run.name != EVENTS_FILE:  # a copy under another name may be of another run
+        return None, ()
+    try:
+        return read_verdict(run if run.is_dir() else run.parent), ()
+    except FileNotFoundError:
+        return None, ()
+    except (OSError, msgspec.MsgspecError) as error:
+        return None, (plain(f"{VERDICT_FILE} cannot be read: {error}"),)
+
+
+def _judged(verdict: Verdict) -> Judged:
+    return Judged(ok=verdict.ok, exit_code=verdict.exit_code, reason=verdict.reason)

@@ -1,0 +1,1 @@
+"""The page that shows runs: the file that holds it (`document`), and its code."""

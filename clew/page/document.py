@@ -1,0 +1,112 @@
+"""The one file that the page is: markup, styles, scripts and, in a report, the runs; it requests nothing.
+
+    document([batches_of_a_run, ...])                # a report: opens from file://
+    document(scripts=(FEED,), connects=True)         # served: a script calls `clew.take(run_index, batch)`
+
+Rule 1: the scripts stand in one function, in the order of `SCRIPTS`; what one names, all that follow know.
+Rule 2: the browser itself refuses requests: the content security policy allows none, and those of a served
+        page only to where it came from.
+Rule 3: batches are lines `[run_index, batch]`, in one blob of gzip and base64, which the page itself opens.
+"""
+
+import base64
+import zlib
+from collections.abc import Iterable, Iterator, Sequence
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+
+from protocol.errors import UsageError
+
+SCRIPTS = (
+    *(
+        "run/columns.js",
+        "run/body.js",
+        "run/moments.js",
+        "run/losses.js",
+        "run/scenario.js",
+        "run/run.js",
+        "run/steps.js",
+        "run/strand.js",
+    ),
+    *(
+        "map/look.js",
+        "map/view.js",
+        "map/ground.js",
+        "map/layers.js",
+        "map/sight.js",
+        "map/robots.js",
+        "map/pane.js",
+    ),
+    *(
+        "panels/plots.js",
+        "panels/charts.js",
+        "panels/chart_still.js",
+        "panels/doings.js",
+        "panels/lanes.js",
+        "panels/panels.js",
+        "panels/nearness.js",
+        "panels/tables.js",
+    ),
+    *("app.js", "player.js", "controls.js", "main.js"),
+)
+STYLES = ("styles/theme.css", "styles/page.css", "styles/words.css")
+
+HEAD_BYTES = 1024
+"""In which every page of ours has `MARK`."""
+MARK = b"<title>Clew</title>"
+
+GZIP = 16 + zlib.MAX_WBITS  # how zlib is asked for a gzip header
+EFFORT = 3  # of 9: 6 makes a file a sixth smaller, and takes three times as long
+
+
+def document(
+    runs: Sequence[Iterable[bytes]] = (), *, scripts: Sequence[str] = (), connects: bool = False
+) -> str:
+    """The page as one HTML file.
+
+    Args:
+        runs: the batches of each run, as `Story.batch` gives them.
+        scripts: JavaScript to run when the page is there; the page's own hooks are in `window.clew`.
+        connects: whether scripts may send requests to where the page came from.
+    """
+    assets = files("clew.page") / "assets"
+    own = [(assets / name).read_text(encoding="utf-8") for name in SCRIPTS]
+    return Template((assets / "index.html").read_text(encoding="utf-8")).substitute(
+        policy=_policy(connects=connects),
+        styles="\n".join((assets / name).read_text(encoding="utf-8") for name in STYLES),
+        scripts="\n".join(own),
+        more="".join(f"<script>\n{script}\n</script>\n" for script in scripts),
+        story=blob(runs),
+    )
+
+
+def is_document(path: Path) -> bool:
+    """Whether a file is a page of ours.
+
+    Raises:
+        UsageError: it cannot be read.
+    """
+    try:
+        with path.open("rb") as file:
+            return MARK in file.read(HEAD_BYTES)
+    except OSError as error:
+        raise UsageError(f"cannot read {path}: {error.strerror}") from error
+
+
+def blob(runs: Sequence[Iterable[bytes]]) -> str:
+    """Rule 3; nothing, where there is no run."""
+    packer = zlib.compressobj(EFFORT, zlib.DEFLATED, GZIP)
+    packed = b"".join(packer.compress(line) for line in _lines(runs)) + packer.flush()
+    return base64.b64encode(packed).decode() if runs else ""
+
+
+def _lines(runs: Sequence[Iterable[bytes]]) -> Iterator[bytes]:
+    for index, batches in enumerate(runs):
+        for batch in batches:
+            yield b"[%d,%b]\n" % (index, batch)
+
+
+def _policy(*, connects: bool) -> str:
+    to = "'self'" if connects else "'none'"
+    return f"default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; connect-src {to}"

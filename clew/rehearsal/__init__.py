@@ -1,0 +1,1 @@
+"""The cores of a whole fleet in one process, in virtual time."""

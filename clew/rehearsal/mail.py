@@ -1,0 +1,73 @@
+"""What goes over the network of a rehearsal: a message, its key, and what its receiver makes of it."""
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from agents.events import Event as RobotEvent
+from agents.events import LinkHeard, MusterHeard, OdometryHeard, ScanHeard
+from protocol.faults.damage import Damage
+from protocol.wire.codec import decode, encode
+from protocol.wire.messages import (
+    AheadState,
+    Beacon,
+    BehindState,
+    Drive,
+    Message,
+    Muster,
+    Odometry,
+    Plea,
+    Scan,
+    ScanQuery,
+)
+from world.events import Event as WorldEvent
+from world.events import OrderHeard, ScanAsked
+
+
+class Mail(Struct, frozen=True):
+    """A message on its way to one receiver."""
+
+    sender: int
+    receiver: int
+    key: str
+    """Without the run's root."""
+    number: int
+    """On that key; 0 for queries and answers, which are not in the books."""
+    message: Message
+
+    @property
+    def kind(self) -> str:
+        """The message's tag."""
+        return str(self.message.__struct_config__.tag)
+
+    def damaged(self, damage: Damage) -> "Mail":
+        """What comes out of the codec after damage on the way.
+
+        Raises:
+            MessageRefusedError: the codec has seen it, as it should.
+        """
+        number, message = decode(damage.strike(encode(self.message, self.number)))
+        return replace(self, number=number, message=message)
+
+    def to_robot(self) -> RobotEvent | None:
+        """What it means to a robot; None where it means nothing."""
+        match self.message:
+            case Odometry() as odometry:
+                return OdometryHeard(odometry)
+            case Scan() as scan:
+                return ScanHeard(scan)
+            case AheadState() | BehindState() as state:
+                return LinkHeard(self.sender, self.number, state)
+            case Muster() | Beacon() | Plea() as said:
+                return MusterHeard(self.sender, said)
+            case _:
+                return None
+
+    def to_world(self) -> WorldEvent | None:
+        """What it means to the world."""
+        match self.message:
+            case Drive() as drive:
+                return OrderHeard(self.sender, drive)
+            case ScanQuery(revolutions=revolutions):
+                return ScanAsked(self.sender, revolutions)
+            case _:
+                return None

@@ -1,0 +1,134 @@
+"""The processes of a rehearsal: who lives, is frozen, slow or cut off, and what strokes do to them.
+
+Rule 1: bodies move on while the world's process is down: it hears and says nothing, and time goes on. The one
+        that takes its place has its state, as a live one has from the timeline.
+Rule 2: a router that is down loses whatever is sent meanwhile; when it is back, so are all tokens, at once.
+"""
+
+from collections import Counter
+from pathlib import Path
+
+from agents.process.journal import Head, open_journal
+from agents.robot import Robot
+from clew.rehearsal.actor import Actor, Desk
+from clew.rehearsal.tokens import Tokens
+from protocol.errors import UsageError
+from protocol.faults.fates import Fates
+from protocol.faults.fit import check_fits
+from protocol.faults.plan import Plan
+from protocol.faults.rules import ROUTER, Slow
+from protocol.faults.strokes import Blow, Stroke
+from protocol.keys import WORLD, WORLD_NUMBER, robot_name, robot_number
+from protocol.mission import Mission
+
+
+class Processes:
+    """All processes, by the numbers that robots call them."""
+
+    def __init__(self, mission: Mission, inputs: Path | None = None) -> None:
+        self.actors: dict[int, Actor] = {}
+        """The robots' that live."""
+        self.desk = Desk(WORLD)
+        self.router_is_up = True
+        self.tokens = Tokens()
+        self._mission = mission
+        self._inputs = inputs  # where robots keep what they hear and decide
+        self._lives: Counter[int] = Counter()
+        self._show(WORLD_NUMBER)
+
+    def start(self, robot: int) -> Actor:
+        """A robot's process begins: it remembers nothing, and does not know the time."""
+        incarnation = self._show(robot)
+        again = self._lives[robot] > 1
+        head = Head(robot=robot, incarnation=incarnation, mission=self._mission, again=again)
+        journal = open_journal(self._inputs, head)
+        core = Robot(robot, self._mission, again=again)
+        actor = Actor(robot, robot_name(robot), incarnation, core, journal)
+        self.actors[robot] = actor
+        return actor
+
+    def end(self, robot: int) -> None:
+        """A robot's process is no more; its body stays."""
+        actor = self.actors.pop(robot)
+        actor.ended = True
+        actor.journal.close()
+        self.tokens.end(robot)
+
+    def find(self, process: int) -> Actor | Desk | None:
+        """The process with this number; None where there is none."""
+        return self.desk if process == WORLD_NUMBER else self.actors.get(process)
+
+    def strike(self, stroke: Stroke, now_s: float) -> Actor | None:
+        """Do what a fault plan wants done; returns the robot that it has started, if any."""
+        if stroke.process == ROUTER:
+            self.router_is_up = stroke.blow in {Blow.START, Blow.THAW}
+        elif stroke.process == WORLD:
+            self._strike_world(stroke.blow, now_s)
+        elif (robot := robot_number(stroke.process)) is not None:
+            if (actor := self.actors.get(robot)) is not None:
+                self._strike_robot(actor, stroke, now_s)
+            elif stroke.blow is Blow.START:
+                return self.start(robot)
+        return None
+
+    def cut_off(self, fates: Fates, *, now_s: float, step: int) -> set[int]:
+        """Who is cut off from the router."""
+        if not self.router_is_up:
+            return {WORLD_NUMBER, *self.actors}
+        if not fates.may_cut:
+            return set()
+        names = {WORLD: WORLD_NUMBER} | {actor.name: actor.robot for actor in self.actors.values()}
+        return {number for name, number in names.items() if fates.is_cut(name, now_s=now_s, step=step)}
+
+    def _strike_world(self, blow: Blow, now_s: float) -> None:
+        match blow:
+            case Blow.KILL:
+                self.desk.ended = True
+                self.tokens.end(WORLD_NUMBER)
+            case Blow.FREEZE:
+                self.desk.ended = True
+                self.tokens.freeze(WORLD_NUMBER, now_s)
+            case Blow.START:
+                self.desk = Desk(WORLD, self.desk.traffic)
+                self._show(WORLD_NUMBER)
+            case Blow.THAW:
+                self.desk = Desk(WORLD, self.desk.traffic)
+                self.tokens.thaw(WORLD_NUMBER)
+                self.tokens.forget(WORLD_NUMBER)
+            case Blow.SLOW:
+                pass  # `check_rehearsable` refuses it
+
+    def _strike_robot(self, actor: Actor, stroke: Stroke, now_s: float) -> None:
+        match stroke.blow:
+            case Blow.KILL:
+                self.end(actor.robot)
+            case Blow.FREEZE:
+                actor.frozen = True
+                self.tokens.freeze(actor.robot, now_s)
+            case Blow.THAW:
+                actor.frozen = False
+                self.tokens.thaw(actor.robot)
+            case Blow.SLOW:
+                actor.delay_s = stroke.delay_s
+            case Blow.START:
+                pass  # it lives
+
+    def _show(self, process: int) -> str:
+        """Show the token of a new process; returns its incarnation."""
+        self._lives[process] += 1
+        self.tokens.show(process, incarnation := str(self._lives[process]))
+        return incarnation
+
+
+def check_rehearsable(plan: Plan, *, robots: int) -> None:
+    """Refuse what does not fit the fleet, or only a live run can do.
+
+    Raises:
+        UsageError: it names the rule.
+    """
+    check_fits(plan, robots=robots)
+    for rule in plan.rules:
+        if isinstance(rule, Slow) and rule.target == WORLD:
+            raise UsageError(
+                f"fault plan {plan.name}: {rule.name} slows the world, which only a live run can do"
+            )

@@ -1,0 +1,377 @@
+"""The rehearsal: a whole fleet and its world in one process, in virtual time, decided by one seed.
+
+Rule 1: the cores are the ones that run live. Only the network is of its own kind (`clew.rehearsal.exchange`),
+        and the timeline needs no outbox: no entry is ever lost.
+Rule 2: whatever a robot does on a live run beside its core (the newest odometry, the phases, the books), it
+        does here as well: docs/run.md.
+Rule 3: nothing depends on the wall clock, on process ids, or on the order of a set.
+Rule 4: who is struck, suffers before anything else of the tick happens; but at a point of its step, at that.
+"""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from agents.commands import Announce, AskScan, Order, Tell
+from agents.commands import Command as RobotCommand
+from agents.commands import Note as RobotNote
+from agents.events import Event as RobotEvent
+from agents.events import OdometryHeard
+from agents.events import TokenCame as TokenSeen
+from agents.events import TokenWent as TokenMissed
+from agents.process.failure import failed
+from agents.process.journal import Given, decided
+from agents.process.points import is_plan
+from clew.rehearsal import addresses
+from clew.rehearsal.actor import Actor, Arrival, Desk
+from clew.rehearsal.exchange import Exchange
+from clew.rehearsal.logbook import Logbook
+from clew.rehearsal.mail import Mail
+from clew.rehearsal.processes import Processes, check_rehearsable
+from clew.rehearsal.tokens import Change
+from protocol.errors import MessageRefusedError
+from protocol.exit_codes import ExitCode
+from protocol.faults.fates import Fates
+from protocol.faults.plan import NO_FAULTS, Plan
+from protocol.faults.rules import ROUTER, StepPoint
+from protocol.faults.strokes import Stroke, Strokes
+from protocol.keys import WORLD, WORLD_NUMBER
+from protocol.timeline import Entry, MessageRefused, Record, RobotSettled, RobotStarted, TrafficCounted
+from protocol.wire.messages import Message, Phase, ScanQuery
+from world.commands import Command as WorldCommand
+from world.commands import Note, ServeScan, TellOdometry
+from world.core import World
+from world.events import EntryWritten, MessageDropped, StopAsked, TokenCame, TokenWent
+from world.events import Event as WorldEvent
+from world.judge.books import Account
+from world.scenario.scenario import Scenario
+
+NO_PROCESS = 0  # the process id of a robot that has none of its own
+
+
+class Rehearsal:
+    """One rehearsed run, tick by tick.
+
+    Raises:
+        UsageError: the fault plan does not fit the fleet, or asks for what only a live run can do.
+    """
+
+    def __init__(
+        self, scenario: Scenario, seed: int, plan: Plan = NO_FAULTS, *, inputs: Path | None = None
+    ) -> None:
+        check_rehearsable(plan, robots=scenario.fleet.robots)
+        self.world = World(scenario, seed=seed, wall_s=0.0)
+        self._seed = seed
+        self.plan = plan
+        self._exchange = Exchange(plan, seed)
+        self._strokes = Strokes(plan, seed)
+        self._processes = Processes(scenario.mission(), inputs)
+        self._logbook = Logbook()
+        for robot in range(1, scenario.fleet.robots + 1):
+            self._begin(self._processes.start(robot))
+
+    @property
+    def entries(self) -> list[tuple[str, Entry]]:
+        """The timeline: sources and their entries."""
+        return self._logbook.entries
+
+    @property
+    def account(self) -> Account:
+        """What the world itself sent and received."""
+        ours = self._processes.desk.traffic
+        return Account(
+            sent=ours.sent,
+            received=ours.received,
+            newest=ours.newest,
+            injected=ours.injected_by_fault(),
+            refused=ours.refused,
+        )
+
+    def run(self) -> "Rehearsal":
+        """Go on until the run has been judged."""
+        for _ in self.ticks():
+            pass
+        return self
+
+    def ticks(self) -> Iterator[float]:
+        """Go on tick by tick until the run has been judged; yields the time after each."""
+        network = self._exchange.network
+        while self.world.judgement is None:
+            now_s = self.world.now_s
+            router = ROUTER if self._suffer(now_s) else None
+            self._obey_all(self.world.look(wall_s=now_s, router=router))
+            while (due := network.next_due(now_s)) is not None:
+                self._deliver(*due)
+            self._obey_all(self.world.tick())
+            yield self.world.now_s
+
+    def inject(self, plan: Plan) -> None:
+        """From now on this plan decides on messages; what is on its way stays so."""
+        self._exchange.fates = Fates(plan, self._seed)
+
+    def kill(self, robot: int) -> None:
+        """The robot's process is no more; its body stays."""
+        self._processes.end(robot)
+
+    def close(self) -> None:
+        """Let go of the journals of those that are still there."""
+        for actor in self._processes.actors.values():
+            actor.journal.close()
+
+    def stop(self, exit_code: ExitCode) -> None:
+        """The user wants the run to end."""
+        self._tell_world(StopAsked(exit_code))
+
+    # --- what processes suffer ----------------------------------------------------------------------
+
+    def _suffer(self, now_s: float) -> bool:
+        """Do what is due at processes and tokens; returns whether the world is connected to the router."""
+        for stroke in self._strokes.due(now_s):
+            self._strike(stroke)
+        processes = self._processes
+        cut = processes.cut_off(self._exchange.fates, now_s=now_s, step=self._strokes.step)
+        processes.tokens.cut(cut, now_s)
+        for change in processes.tokens.changes(now_s):
+            self._show_change(change)
+        for actor in list(processes.actors.values()):
+            if (actor.inbox or actor.unfinished) and actor.attends(now_s):
+                self._wake(actor)
+        return WORLD_NUMBER not in cut
+
+    def _strike(self, stroke: Stroke) -> None:
+        self._write(WORLD, self.world.now_s, stroke.as_record())
+        was_down = self._processes.desk.ended
+        started = self._processes.strike(stroke, self.world.now_s)
+        if was_down and not self._processes.desk.ended:
+            self.world.come_back(wall_s=self.world.now_s)
+        if started is not None:
+            self._begin(started)
+
+    def _begin(self, actor: Actor) -> None:
+        self._logbook.begin(actor.name)
+        started = RobotStarted(pid=NO_PROCESS, incarnation=actor.incarnation)
+        self._write(actor.name, actor.come_s, started)
+
+    def _show_change(self, change: Change) -> None:
+        observer = self._processes.find(change.observer)
+        if isinstance(observer, Desk) and not observer.ended:
+            come_or_gone = TokenCame if change.came else TokenWent
+            self._tell_world(come_or_gone(change.process, change.incarnation))
+        elif isinstance(observer, Actor):
+            seen_or_missed = TokenSeen if change.came else TokenMissed
+            self._give(observer, seen_or_missed(change.process, change.incarnation))
+
+    def _give(self, actor: Actor, item: Arrival | RobotEvent) -> None:
+        if actor.attends(self.world.now_s):
+            self._hand_over(actor, [item])
+        else:
+            actor.wait(item)
+
+    # --- mail ---------------------------------------------------------------------------------------
+
+    def _send(self, sender: int, receiver: int, key: str, number: int, message: Message) -> None:
+        processes, now_s = self._processes, self.world.now_s
+        to = processes.find(receiver)
+        if to is None:
+            return
+        mail = Mail(sender, receiver, key, number, message)
+        if not processes.router_is_up:
+            self._exchange.lose(mail, to, ROUTER)
+        elif to.ended:
+            self._exchange.lose(mail, to, to.name)
+        elif isinstance(to, Actor) and not to.attends(now_s):
+            to.wait(mail)
+        else:
+            for delay_s, arrival in self._open(mail, to):
+                self._exchange.network.send((to, arrival), now_s + delay_s)
+
+    def _open(self, mail: Mail, to: Actor | Desk) -> tuple[tuple[float, Arrival], ...]:
+        now_s = self.world.now_s
+        if isinstance(to, Actor):
+            to.meet(mail.message)
+            now_s = to.come_s
+        opened = self._exchange.open(mail, to, now_s=now_s, step=self._strokes.step)
+        for record in opened.records:
+            self._write_for(to, record)
+        return opened.arrivals
+
+    def _deliver(self, to: Actor | Desk, arrival: Arrival) -> None:
+        if to.ended:
+            return
+        if isinstance(to, Actor):
+            self._give(to, arrival)
+        elif (mail := self._undamaged(to, arrival)) is not None and (event := mail.to_world()) is not None:
+            self._tell_world(event)
+
+    def _undamaged(self, to: Actor | Desk, arrival: Arrival) -> Mail | None:
+        """The mail as it comes out of the codec; None where that refuses it."""
+        if arrival.damage is None:
+            return arrival.mail
+        try:
+            return arrival.mail.damaged(arrival.damage)
+        except MessageRefusedError as error:
+            key, reason = arrival.mail.key, str(error)
+            to.traffic.refuse(key)
+            if isinstance(to, Desk):
+                self._tell_world(MessageDropped(key, reason))
+            else:
+                self._write(to.name, to.come_s, MessageRefused(key=key, reason=reason))
+            return None
+
+    # --- robots -------------------------------------------------------------------------------------
+
+    def _wake(self, actor: Actor) -> None:
+        """It goes on: with what it was about to do, and then with all that has waited, at once."""
+        unfinished, actor.unfinished = actor.unfinished, ()
+        for command in unfinished:
+            self._obey_robot(actor, command)
+        items: list[Arrival | RobotEvent | Given] = []
+        for item in actor.take_waiting():
+            if not isinstance(item, Mail):
+                items.append(item)
+                continue
+            for delay_s, arrival in self._open(item, actor):
+                if delay_s == 0.0:
+                    items.append(arrival)
+                else:
+                    self._exchange.network.send((actor, arrival), self.world.now_s + delay_s)
+        self._hand_over(actor, items)
+
+    def _hand_over(self, actor: Actor, items: Sequence[Arrival | RobotEvent | Given]) -> None:
+        """What has arrived together, in order; of the odometry only the newest, and that tells the time."""
+        if actor.delay_s > 0.0:
+            actor.busy_until_s = self.world.now_s + actor.delay_s
+        before, all_given = actor.phase, [given for item in items if (given := self._read(actor, item))]
+        for given in all_given:
+            if isinstance(given.event, OdometryHeard):
+                actor.hear_world(given.event.odometry)
+        if actor.phase is Phase.RUNNING:
+            self._live_through(actor, [given for given in all_given if not actor.is_outdated(given.event)])
+        elif actor.phase is not before:
+            self._close(actor, before)
+
+    def _live_through(self, actor: Actor, all_given: Sequence[Given]) -> None:
+        """Have it react to each; who is frozen by one finds the rest when it is thawed."""
+        for place, given in enumerate(all_given, start=1):
+            self._react(actor, given)
+            if actor.ended:
+                return
+            if actor.frozen:
+                for rest in all_given[place:]:
+                    actor.wait(rest)
+                return
+
+    def _read(self, actor: Actor, item: Arrival | RobotEvent | Given) -> Given | None:
+        match item:
+            case Given():
+                return item
+            case Arrival():
+                mail = self._undamaged(actor, item)
+                event = None if mail is None else mail.to_robot()
+                return None if mail is None or event is None else Given(event, mail.key, mail.number)
+            case TokenSeen(process, incarnation) | TokenMissed(process, incarnation):
+                return Given(item, addresses.alive(process, incarnation), 0)
+            case _:
+                return None  # nothing else comes by itself
+
+    def _react(self, actor: Actor, given: Given) -> None:
+        """Have the robot decide, and obey; unless it is struck at a point of its step."""
+        event = given.event
+        try:
+            commands = decided(actor.core, given, actor.now_s, actor.journal)
+        except Exception as error:  # as live, it is told, and the process ends
+            self._write(actor.name, actor.come_s, failed(error))
+            self._processes.end(actor.robot)
+            return
+        if self._strokes.has_points:
+            commands = self._pass_points(actor, event, commands)
+        for command in commands:
+            self._obey_robot(actor, command)
+
+    def _pass_points(
+        self, actor: Actor, event: RobotEvent, commands: list[RobotCommand]
+    ) -> list[RobotCommand]:
+        """Have the robot come to its points in turn; returns what it still does now of what it decided."""
+        points = actor.points.passed(event, commands)
+        scans = [point for point in points if point is StepPoint.AFTER_SCAN]
+        if self._is_struck(actor, scans, commands):
+            return []
+        for command in filter(is_plan, commands):
+            self._obey_robot(actor, command)
+        others = [point for point in points if point is not StepPoint.AFTER_SCAN]
+        rest = [command for command in commands if not is_plan(command)]
+        return [] if self._is_struck(actor, others, rest) else rest
+
+    def _is_struck(self, actor: Actor, points: Sequence[StepPoint], rest: Sequence[RobotCommand]) -> bool:
+        """Whether that ends it, or stops it; then it does the rest when it goes on."""
+        for stroke in self._strokes.at_points(actor.name, points, self.world.now_s):
+            self._strike(stroke)
+        actor.unfinished = rest if actor.frozen else ()
+        return actor.ended or actor.frozen
+
+    def _close(self, actor: Actor, before: Phase) -> None:
+        """Say what was sent; when all have, say what was received, and go."""
+        traffic = actor.traffic
+        if before is Phase.RUNNING:
+            actor.journal.end("the run is over")
+            self._write(actor.name, actor.come_s, RobotSettled(sent=dict(traffic.sent)))
+        if actor.phase is Phase.CLOSING:
+            counted = TrafficCounted(
+                sent=dict(traffic.sent),
+                received=dict(traffic.received),
+                newest=traffic.newest,
+                injected=traffic.injected_by_fault(),
+                refused=dict(traffic.refused),
+                overflowed=traffic.overflowed_count,
+                unrecorded=0,
+            )
+            self._write(actor.name, actor.come_s, counted)
+            self._processes.end(actor.robot)
+
+    def _obey_robot(self, actor: Actor, command: RobotCommand) -> None:
+        robot = actor.robot
+        match command:
+            case Announce(announcement):
+                key = addresses.muster(robot)
+                number = actor.traffic.send(key)
+                for other in list(self._processes.actors):
+                    if other != robot:
+                        self._send(robot, other, key, number, announcement)
+            case Tell(other, state):
+                key = addresses.link(robot, other)
+                self._send(robot, other, key, actor.traffic.send(key), state)
+            case Order(drive):
+                key = addresses.drive(robot)
+                self._send(robot, WORLD_NUMBER, key, actor.traffic.send(key), drive)
+            case AskScan(revolutions):
+                query = ScanQuery(revolutions=revolutions)
+                self._send(robot, WORLD_NUMBER, addresses.scan(robot), 0, query)
+            case RobotNote(record):
+                self._write(actor.name, actor.come_s, record)
+
+    # --- the world ----------------------------------------------------------------------------------
+
+    def _tell_world(self, event: WorldEvent) -> None:
+        self._obey_all(self.world.handle(event, wall_s=self.world.now_s))
+
+    def _obey_all(self, commands: list[WorldCommand]) -> None:
+        for command in commands:
+            match command:
+                case Note(t_s, record):
+                    self._write(WORLD, t_s, record)
+                case _ if self._processes.desk.ended:
+                    pass  # bodies move on, and nobody hears of it
+                case TellOdometry(robot, odometry):
+                    key = addresses.odometry(robot)
+                    self._send(WORLD_NUMBER, robot, key, self._processes.desk.traffic.send(key), odometry)
+                case ServeScan(robot, scan):
+                    self._send(WORLD_NUMBER, robot, addresses.scan(robot), 0, scan)
+
+    # --- the timeline -------------------------------------------------------------------------------
+
+    def _write_for(self, party: Actor | Desk, record: Record) -> None:
+        self._write(party.name, self.world.now_s if isinstance(party, Desk) else party.come_s, record)
+
+    def _write(self, source: str, t_s: float, record: Record) -> None:
+        entry = self._logbook.write(source, t_s, record)
+        self._strokes.hear(source, entry)
+        self.world.handle(EntryWritten(source, entry), wall_s=self.world.now_s)

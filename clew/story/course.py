@@ -1,0 +1,139 @@
+"""The course of a run, as its figures draw it: where everybody was, and what the leader planned where. Pure.
+
+Rule 1: positions, clearances and recoveries come from what judges the run; nothing is measured a second way.
+Rule 2: a run that is cut off has a course as far as it goes.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from clew.log.check import scenario_of
+from clew.log.timeline import Timeline
+from clew.story.stands import Stand, stands_of
+from protocol.arrays import Floats
+from protocol.keys import robot_number
+from protocol.timeline import RouteLost, StepPlanned, StrandFormed
+from world.judge.evidence import Evidence
+from world.judge.judgement import intervals
+from world.judge.recovery import Recovery
+from world.judge.tally import Tally
+from world.scenario.scenario import Scenario
+
+
+@dataclass(frozen=True, slots=True)
+class Planned:
+    """A switching step that the leader planned."""
+
+    t_s: float
+    robot: int
+    plan: StepPlanned
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Course:
+    """What is drawn of a run. Robot k is column k - 1; between two instants everybody moved straight."""
+
+    scenario: Scenario
+    times_s: Floats
+    """`(k,)`, increasing; empty where the bodies were never placed."""
+    places_m: Floats
+    """`(k, n, 2)` [world frame]."""
+    clearance_m: Floats
+    """`(k, n)`: of each hull since the instant before, to the nearest obstacle that never moves."""
+    stands: tuple[Stand, ...]
+    """The switching positions, in the order in which a leader came there."""
+    plans: tuple[Planned, ...]
+    orders: tuple[tuple[float, tuple[int, ...]], ...]
+    """From when on which strand, leader first."""
+    route_lost: tuple[tuple[float, int], ...]
+    """When which leader found no way on; the first ended the run."""
+    recovery: Recovery
+    restarted: frozenset[int]
+    """Robots in whose place a new process was started."""
+
+    @property
+    def robots(self) -> range:
+        """The numbers of the robots."""
+        return range(1, self.scenario.fleet.robots + 1)
+
+    @property
+    def dead(self) -> dict[int, float]:
+        """Robots that died and never came back, and when."""
+        gone = (death for death in self.recovery.deaths if death.returned_s is None)
+        return {death.robot: death.cause_s for death in gone if death.robot not in self.restarted}
+
+    @property
+    def last(self) -> list[tuple[float, int]]:
+        """The end, and who led then; nothing where the bodies were never placed."""
+        end_s = float(self.times_s.max(initial=0.0))
+        return [(end_s, next(iter(self.order_at(end_s)), 0))] if len(self.times_s) else []
+
+    def body_end_s(self, robot: int) -> float:
+        """Until when there is something to tell of its body: the dead drive on until they are stopped."""
+        if robot not in self.dead:
+            return float("inf")
+        moved = np.diff(self.places_m[:, robot - 1], axis=0, prepend=self.places_m[:1, robot - 1]).any(axis=1)
+        return max(self.dead[robot], float(self.times_s[moved].max(initial=0.0)))
+
+    def order_at(self, t_s: float) -> tuple[int, ...]:
+        """The newest strand by then, leader first; nobody before the first has formed."""
+        return next((order for from_s, order in reversed(self.orders) if from_s <= t_s), ())
+
+    def places_at_m(self, t_s: float) -> Floats:
+        """Where everybody is, `(n, 2)` [world frame]."""
+        flat = self.places_m.reshape(len(self.times_s), -1)
+        return np.array([np.interp(t_s, self.times_s, column) for column in flat.T]).reshape(-1, 2)
+
+
+def course_of(read: Timeline, stand_in: Scenario | None = None) -> Course:
+    """The course of the run that a timeline tells of, or of its entries and a scenario to stand in.
+
+    Raises:
+        UsageError: the header's scenario is none, or of another version, and nothing stands in.
+    """
+    scenario = stand_in or scenario_of(read)
+    evidence, tally = Evidence(), Tally()
+    lost: list[tuple[float, int]] = []
+    for source, entry in read.lines:
+        evidence.hear(source, entry)
+        tally.hear(source, entry)
+        if isinstance(entry.record, RouteLost) and (robot := robot_number(source)) is not None:
+            lost.append((entry.t_s, robot))
+    strands = _strands(read)
+    moves = list(intervals(evidence, scenario.ground, scenario.fleet.robots))
+    leaders = {epoch: order[0] for epoch, (_, order) in strands.items()}
+    shape = (len(moves), scenario.fleet.robots)
+    clear_m = np.array([clear_m for *_, clear_m in moves]).reshape(shape)
+    return Course(
+        scenario=scenario,
+        times_s=np.array([t_s for t_s, *_ in moves]),
+        places_m=np.array([ends_m for _, _, ends_m, _ in moves]).reshape(*shape, 2),
+        clearance_m=clear_m - scenario.fleet.robot_radius_m,
+        stands=stands_of(read.lines, leaders, evidence),
+        plans=_plans(read, leaders),
+        orders=tuple(sorted(strands.values())),
+        route_lost=tuple(lost),
+        recovery=Recovery(tally.recovery),
+        restarted=frozenset(tally.restarted),
+    )
+
+
+def _strands(read: Timeline) -> dict[int, tuple[float, tuple[int, ...]]]:
+    """By epoch: when the first robot took its place, and the order, leader first."""
+    strands: dict[int, tuple[float, tuple[int, ...]]] = {}
+    for _, entry in read.lines:
+        if isinstance(entry.record, StrandFormed):
+            strands.setdefault(entry.record.epoch, (entry.t_s, entry.record.order))
+    return strands
+
+
+def _plans(read: Timeline, leaders: dict[int, int]) -> tuple[Planned, ...]:
+    """Of those who led; a robot that joins plans, too, and leads nobody."""
+    return tuple(
+        Planned(entry.t_s, robot, entry.record)
+        for source, entry in read.lines
+        if isinstance(entry.record, StepPlanned)
+        and (robot := robot_number(source)) is not None
+        and leaders.get(entry.record.epoch) == robot
+    )

@@ -1,0 +1,1 @@
+"""Worlds and faults that a seed draws."""

@@ -1,0 +1,98 @@
+"""The classes of faults that a swarm mixes. Pure.
+
+Rule 1: each class draws from a stream of its own, so that a class more or less moves no other.
+Rule 2: in a window that closes, all that a class does is over when it closes; a robot killed stays so.
+"""
+
+from collections.abc import Callable
+from enum import StrEnum
+
+from clew.swarm import adversary, messages, processes
+from clew.swarm.dice import Dice
+from clew.swarm.window import Window
+from protocol.faults.rules import Rule
+
+
+class FaultClass(StrEnum):
+    """What can be in the mix."""
+
+    LOSS = "loss"
+    DELAY = "delay"
+    DUPLICATION = "duplication"
+    REORDERING = "reordering"
+    CORRUPTION = "corruption"
+    BURSTS = "bursts"
+    BODY_LINK = "body_link"
+    CUT_PAIR = "cut_pair"
+    CUT_ROBOT = "cut_robot"
+    CUT_ONE_WAY = "cut_one_way"
+    CUT_FLAPPING = "cut_flapping"
+    CUT_ROUTER = "cut_router"
+    KILL = "kill"
+    KILL_TWO = "kill_two"
+    KILL_LEADER = "kill_leader"
+    KILL_TAIL = "kill_tail"
+    KILL_AT_POINT = "kill_at_point"
+    FREEZE = "freeze"
+    RESTART = "restart"
+    SLOW = "slow"
+    OUTAGE = "outage"
+    WORLD = "world"
+    LATE = "late"
+    TORN = "torn"
+    STALE_CLOCK = "stale_clock"
+    FORMER_ORDERS = "former_orders"
+    HIDDEN_BODY = "hidden_body"
+    UNSEEN_DEATH = "unseen_death"
+    BLIND_START = "blind_start"
+
+
+ADVERSARY = (
+    FaultClass.TORN,
+    FaultClass.STALE_CLOCK,
+    FaultClass.FORMER_ORDERS,
+    FaultClass.HIDDEN_BODY,
+    FaultClass.UNSEEN_DEATH,
+    FaultClass.BLIND_START,
+)
+"""Whose faults lie around one moment each."""
+WEATHER = tuple(each for each in FaultClass if each not in ADVERSARY)
+"""Whose faults come by themselves."""
+
+
+def draw_rules(fault: FaultClass, dice: Dice, window: Window) -> list[Rule]:
+    """The rules of a class; the dice are its own."""
+    return _DRAWS[fault](dice, window)
+
+
+_DRAWS: dict[FaultClass, Callable[[Dice, Window], list[Rule]]] = {
+    FaultClass.LOSS: messages.loss,
+    FaultClass.DELAY: messages.delay,
+    FaultClass.DUPLICATION: messages.duplication,
+    FaultClass.REORDERING: messages.reordering,
+    FaultClass.CORRUPTION: messages.corruption,
+    FaultClass.BURSTS: messages.bursts,
+    FaultClass.BODY_LINK: messages.body_link,
+    FaultClass.CUT_PAIR: messages.cut_pair,
+    FaultClass.CUT_ROBOT: messages.cut_robot,
+    FaultClass.CUT_ONE_WAY: messages.cut_one_way,
+    FaultClass.CUT_FLAPPING: messages.cut_flapping,
+    FaultClass.CUT_ROUTER: messages.cut_router,
+    FaultClass.KILL: processes.kill,
+    FaultClass.KILL_TWO: processes.kill_two,
+    FaultClass.KILL_LEADER: processes.kill_leader,
+    FaultClass.KILL_TAIL: processes.kill_tail,
+    FaultClass.KILL_AT_POINT: processes.kill_at_point,
+    FaultClass.FREEZE: processes.freeze,
+    FaultClass.RESTART: processes.restart,
+    FaultClass.SLOW: processes.slow,
+    FaultClass.OUTAGE: processes.outage,
+    FaultClass.WORLD: processes.world,
+    FaultClass.LATE: messages.late,
+    FaultClass.TORN: adversary.torn,
+    FaultClass.STALE_CLOCK: adversary.stale_clock,
+    FaultClass.FORMER_ORDERS: adversary.former_orders,
+    FaultClass.HIDDEN_BODY: adversary.hidden_body,
+    FaultClass.UNSEEN_DEATH: adversary.unseen_death,
+    FaultClass.BLIND_START: adversary.blind_start,
+}

@@ -1,0 +1,191 @@
+"""What a swarm does to messages: how the rules of each class are drawn. Pure."""
+
+from clew.swarm.dice import Dice
+from clew.swarm.window import Window, names, times
+from protocol.faults.rules import (
+    ROUTER,
+    Burst,
+    Corrupt,
+    Delay,
+    Drop,
+    Duplicate,
+    MessageKind,
+    Partition,
+    Reorder,
+    Rule,
+)
+from protocol.keys import WORLD
+
+Kinds = tuple[MessageKind, ...]
+
+ALL_KINDS: Kinds = ()
+LINKS: Kinds = ("ahead", "behind")
+MUSTER: Kinds = ("muster", "beacon", "plea")
+BODY: Kinds = ("drive", "odometry")
+ORDERS: Kinds = ("drive",)
+ODOMETRY: Kinds = ("odometry",)
+SCANS: Kinds = ("scan", "scan_query")
+
+
+def loss(dice: Dice, window: Window) -> list[Rule]:
+    """Messages are lost, each by itself."""
+    from_s, until_s = times(dice, window)
+    choices: tuple[Kinds, ...] = (ALL_KINDS, ALL_KINDS, LINKS, MUSTER, LINKS + MUSTER)
+    kinds = dice.pick(choices)
+    return [Drop(probability=dice.scale(0.02, 0.9), kinds=kinds, from_s=from_s, until_s=until_s)]
+
+
+def delay(dice: Dice, window: Window) -> list[Rule]:
+    """Messages come later, each after a time of its own."""
+    from_s, until_s = times(dice, window)
+    most_s, probability = dice.scale(0.05, 2.5), dice.pick((1.0, 1.0, dice.between(0.05, 0.6)))
+    choices: tuple[Kinds, ...] = (ALL_KINDS, LINKS, MUSTER, BODY)
+    kinds = dice.pick(choices)
+    return [
+        Delay(delay_s_max=most_s, probability=probability, kinds=kinds, from_s=from_s, until_s=until_s),
+    ]
+
+
+def late(dice: Dice, window: Window) -> list[Rule]:
+    """What one robot hears of the others, or they of it, is seconds old: older than any lease."""
+    from_s, until_s = times(dice, window)
+    robot = dice.pick(names(window))
+    others = tuple(name for name in names(window) if name != robot)
+    sender, receiver = (others, (robot,)) if dice.chance(0.6) else ((robot,), others)
+    least_s = dice.scale(1.0, 15.0)
+    return [
+        Delay(
+            sender=sender,
+            receiver=receiver,
+            delay_s_min=least_s,
+            delay_s_max=round(least_s + dice.between(0.05, 2.0), 3),
+            from_s=from_s,
+            until_s=until_s,
+        )
+    ]
+
+
+def duplication(dice: Dice, window: Window) -> list[Rule]:
+    """Messages come again, some of them when their epoch is long over."""
+    from_s, until_s = times(dice, window)
+    return [
+        Duplicate(
+            probability=dice.between(0.05, 0.6),
+            copies=dice.whole(1, 3),
+            delay_s_max=dice.scale(0.1, 20.0),  # some come when their epoch is long over
+            from_s=from_s,
+            until_s=until_s,
+        )
+    ]
+
+
+def reordering(dice: Dice, window: Window) -> list[Rule]:
+    """Messages are held back, so that later ones overtake them."""
+    from_s, until_s = times(dice, window)
+    hold_s = dice.scale(0.1, 4.0)
+    return [Reorder(hold_s=hold_s, probability=dice.between(0.05, 0.4), from_s=from_s, until_s=until_s)]
+
+
+def corruption(dice: Dice, window: Window) -> list[Rule]:
+    """Messages are damaged."""
+    from_s, until_s = times(dice, window)
+    return [
+        Corrupt(
+            probability=dice.scale(0.01, 0.3),
+            bits=dice.whole(1, 8),
+            truncate=dice.chance(0.3),
+            from_s=from_s,
+            until_s=until_s,
+        )
+    ]
+
+
+def bursts(dice: Dice, window: Window) -> list[Rule]:
+    """Messages are lost in bursts."""
+    from_s, until_s = times(dice, window)
+    burst = Burst(enter=dice.between(0.01, 0.1), leave=dice.between(0.03, 0.3), loss=dice.between(0.7, 1.0))
+    return [Drop(burst=burst, from_s=from_s, until_s=until_s)]
+
+
+def body_link(dice: Dice, window: Window) -> list[Rule]:
+    """Between robots and their bodies: orders, odometry, scans."""
+    from_s, until_s = times(dice, window)
+    choices: tuple[Kinds, ...] = (ORDERS, ODOMETRY, BODY, SCANS, BODY + SCANS)
+    kinds = dice.pick(choices)
+    robots = tuple(dice.some(names(window), dice.whole(1, window.robots)))
+    to_body = (dice.chance(0.5) or kinds == ORDERS) and kinds != ODOMETRY
+    sender, receiver = (robots, (WORLD,)) if to_body else ((WORLD,), robots)
+    if dice.chance(0.5):
+        return [
+            Drop(
+                sender=sender,
+                receiver=receiver,
+                kinds=kinds,
+                probability=dice.scale(0.05, 1.0),
+                from_s=from_s,
+                until_s=until_s,
+            )
+        ]
+    return [
+        Delay(
+            sender=sender,
+            receiver=receiver,
+            kinds=kinds,
+            delay_s_max=dice.scale(0.05, 1.5),
+            from_s=from_s,
+            until_s=until_s,
+        )
+    ]
+
+
+# --- partitions -----------------------------------------------------------------------------------
+
+
+def cut_pair(dice: Dice, window: Window) -> list[Rule]:
+    """Two robots do not hear each other."""
+    from_s, until_s = times(dice, window)
+    one, other = dice.some(names(window), 2)
+    return [Partition(group=(one,), others=(other,), from_s=from_s, until_s=until_s)]
+
+
+def cut_robot(dice: Dice, window: Window) -> list[Rule]:
+    """One robot, or several, and the others: they show tokens, and hear nothing of each other."""
+    from_s, until_s = times(dice, window)
+    group = dice.some(names(window), dice.whole(1, window.robots - 1))
+    others = tuple(robot for robot in names(window) if robot not in group)
+    return [Partition(group=tuple(group), others=others, from_s=from_s, until_s=until_s)]
+
+
+def cut_one_way(dice: Dice, window: Window) -> list[Rule]:
+    """Some robots are not heard by the others, and hear them."""
+    from_s, until_s = times(dice, window)
+    group = dice.some(names(window), dice.whole(1, window.robots - 1))
+    others = tuple(robot for robot in names(window) if robot not in group)
+    return [Partition(group=tuple(group), others=others, one_way=True, from_s=from_s, until_s=until_s)]
+
+
+def cut_flapping(dice: Dice, window: Window) -> list[Rule]:
+    """The link between two robots comes and goes."""
+    from_s, until_s = times(dice, window)
+    one, other = dice.some(names(window), 2)
+    period_s = dice.between(0.4, 5.0)
+    cut_s = round(period_s * dice.between(0.2, 0.9), 3)
+    return [
+        Partition(
+            group=(one,),
+            others=(other,),
+            one_way=dice.chance(0.3),
+            period_s=period_s,
+            cut_s=cut_s,
+            from_s=from_s,
+            until_s=until_s,
+        )
+    ]
+
+
+def cut_router(dice: Dice, window: Window) -> list[Rule]:
+    """Some robots are cut off from the router, and so from everybody; but not before they have come."""
+    from_s = dice.between(*window.begins_s)  # live, a fleet that is not whole at the start never begins
+    until_s = window.ends_s(from_s, dice)
+    group = tuple(dice.some(names(window), dice.whole(1, max(1, window.robots // 2))))
+    return [Partition(group=group, others=(ROUTER,), from_s=from_s, until_s=until_s)]

@@ -1,0 +1,128 @@
+"""`clew bench`: how long things take. A shell: it has the clocks."""
+
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import click
+import msgspec
+from rich.console import Console
+from rich.table import Table
+
+from clew.bench.plan import PlanFigures, Sample, figures, samples
+from clew.bench.rehearsal import speed
+from clew.campaign.scenes import find_scenes
+from clew.fields.field import Field, Kind, scene
+from clew.verbs.options import AS_JSON
+from protocol.errors import UsageError
+from protocol.faults.plan import NO_FAULTS, uniform
+from protocol.faults.plan import load as load_plan
+from protocol.files.reading import understand
+from world.scenario.scenario import Scenario, load
+from world.scenario.scene import as_scenario
+
+LOSS = 0.3
+FIELD_SEED = 1  # of the fields that are measured where no scenes are named
+
+
+@click.group()
+def bench() -> None:
+    """Measure how long things take, on this machine."""
+
+
+@bench.command()
+@click.option(
+    "--scenes",
+    "roots",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    help="Folder or file; may be repeated. Default: a field of each kind, as `clew field` makes it.",
+)
+@AS_JSON
+def plan(roots: tuple[Path, ...], *, as_json: bool) -> None:
+    """Rehearse scenes and time every plan that their leaders make, in all and by part.
+
+    Beside them stands what a textbook planner takes on the same scans: a distance transform, and Dijkstra's
+    algorithm over all open cells of a grid as fine as the leader's. It certifies nothing.
+    """
+    names: list[str] = []
+    measured: list[Sample] = []
+    for name, scenario in _asked(roots) if roots else _fields():
+        if scenario.mission().goal is None:
+            raise UsageError(f"{name}: has no goal, and the textbook planner needs one")
+        names.append(name)
+        measured += samples(scenario, cpu=time.process_time, wall=time.perf_counter)
+        click.echo(f"{name}: {len(measured)} plans so far", err=True)
+    if not measured:
+        raise UsageError(f"no leader made a plan in {', '.join(names)}")
+    found = figures(names, measured)
+    if as_json:
+        click.echo(msgspec.json.format(msgspec.json.encode(found)).decode())
+    else:
+        _print(found)
+
+
+@bench.command()
+@click.argument("scenario", default="grove")
+@click.option("--runs", type=click.IntRange(1, 1000), default=5, help="Timed, of each plan; default 5.")
+@click.option(
+    "--faults",
+    "plans",
+    multiple=True,
+    help="A fault plan's name or file; may be repeated. Default: none, 30 % loss, and the leader killed.",
+)
+@AS_JSON
+def rehearsal(scenario: str, runs: int, plans: tuple[str, ...], *, as_json: bool) -> None:
+    """Time whole rehearsals: how many simulated seconds they go through in a second.
+
+    Beside them stands what ticks and messages alone would take, with cores that do nothing.
+    """
+    known = load(scenario)
+    asked = [load_plan(each) for each in plans] or [NO_FAULTS, uniform(loss=LOSS), load_plan("leader-killed")]
+    rows = [speed(known, plan, runs=runs, wall=time.perf_counter) for plan in asked]
+    if as_json:
+        click.echo(msgspec.json.format(msgspec.json.encode(rows)).decode())
+        return
+    table = Table(title=f"Rehearsals of {known.name} with {known.fleet.robots} robots, median of {runs}")
+    for column in ("faults", "simulated [s]", "messages", "wall [s]", "times real time", "bare"):
+        table.add_column(column, justify="left" if column == "faults" else "right")
+    for row in rows:
+        table.add_row(
+            row.faults,
+            f"{row.sim_s:.1f}",
+            f"{row.messages}",
+            f"{row.wall_s:.3f}",
+            f"{row.real_times:.0f}",
+            f"{row.bare_real_times:.0f}",
+        )
+    Console().print(table)
+
+
+def _asked(roots: Sequence[Path]) -> Iterator[tuple[str, Scenario]]:
+    for found in find_scenes(roots, None):
+        yield str(found.path), load(str(found.path))
+
+
+def _fields() -> Iterator[tuple[str, Scenario]]:
+    for kind in Kind:
+        name = f"field {kind} --seed {FIELD_SEED}"
+        field = scene(Field(kind=kind, seed=FIELD_SEED))
+        yield name, understand(as_scenario(field, name), Scenario, name)
+
+
+def _print(found: PlanFigures) -> None:
+    table = Table(title=f"{found.plans} plans of {len(found.scenes)} scenes [ms]")
+    table.add_column("")
+    for column in ("median", "90 %", "longest"):
+        table.add_column(column, justify="right")
+    parts = {f"  {part}": spread for part, spread in found.parts_cpu.items()}
+    rows = {
+        "plan, wall": found.plan_wall,
+        "plan, CPU": found.plan_cpu,
+        **parts,
+        "textbook, CPU": found.textbook_cpu,
+    }
+    for name, spread in rows.items():
+        table.add_row(name, f"{spread.median_ms:.2f}", f"{spread.p90_ms:.2f}", f"{spread.max_ms:.2f}")
+    Console().print(table)
+    click.echo(f"A plan takes {found.ratio:.2f} times as long as the textbook planner's, in the median.")

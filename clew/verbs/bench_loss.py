@@ -1,0 +1,135 @@
+"""`clew bench loss`: how much longer a fleet takes the more messages are lost."""
+
+import os
+import tempfile
+from pathlib import Path
+
+import click
+import msgspec
+
+from clew.bench.loss import (
+    BOUND,
+    BOUND_RATE,
+    RATES,
+    Crossing,
+    LossPoint,
+    Reach,
+    loss_plan,
+    page_with,
+    rehearsed,
+    slowdown,
+    table,
+)
+from clew.fleet.live import run_fleet
+from clew.manual.faults import DOCUMENT
+from clew.verbs.extras import need
+from clew.verbs.options import AS_JSON
+from protocol.asked import terminable
+from protocol.errors import UsageError
+from protocol.exit_codes import ExitCode
+from protocol.faults.plan import Plan
+from protocol.faults.plan_text import FAULTS_FILE, plan_text
+from world.judge.ending import Ending
+from world.options import SPEED_MAX
+from world.record.run_files import read_verdict
+from world.scenario.scenario import Scenario, load
+
+FIGURE = DOCUMENT.with_name("loss.svg")
+LATE, START_S = 2.0, 60.0  # how much slower than asked, and to begin and to end, a busy machine may be
+
+
+@click.command()
+@click.argument("scenario", default="grove")
+@click.option(
+    "--runs", type=click.IntRange(1, 1000), default=5, show_default=True, help="Rehearsals of each."
+)
+@click.option(
+    "--live", type=click.IntRange(0, 100), default=0, show_default=True, help="Real fleets of each."
+)
+@click.option(
+    "--speed",
+    type=click.FloatRange(0.0, SPEED_MAX, min_open=True),
+    default=2.0,
+    show_default=True,
+    help="Of real fleets, times real time.",
+)
+@click.option("--write", is_flag=True, help="Write the table into docs/faults.md, and docs/loss.svg.")
+@AS_JSON
+@click.pass_context
+@terminable()
+def loss(
+    ctx: click.Context, scenario: str, *, runs: int, live: int, speed: float, write: bool, as_json: bool
+) -> None:
+    """Have a fleet cross while 0 to 90 % of its messages are lost: between robots only, and all of them.
+
+    Exit code: 0 no promise broke, and with half lost between robots it took at most 1.5 times as long;
+    1 otherwise, 130, 143 or 129 ended by Ctrl-C, SIGTERM or SIGHUP.
+    """
+    known = load(scenario)
+    if write:
+        need("matplotlib", extra="plot", by="figures need")  # said before the fleets cross, not after
+    points: list[LossPoint] = []
+    for reach in Reach:
+        for rate in RATES:
+            plan = loss_plan(reach, rate)
+            point = LossPoint(
+                reach=reach,
+                rate=rate,
+                rehearsed=tuple(rehearsed(known, plan, seed) for seed in range(1, runs + 1)),
+                live=tuple(_live(scenario, known, plan, seed, speed) for seed in range(1, live + 1)),
+            )
+            points.append(point)
+            click.echo(f"{reach}, {rate:g}: {_times(point.rehearsed)}; live {_times(point.live)}", err=True)
+    said = _said(known, points, runs=runs, speed=speed)
+    if write:
+        _draw(points, f"{known.fleet.robots} robots, {known.name}")
+        DOCUMENT.write_text(page_with(DOCUMENT.read_text(encoding="utf-8"), said), encoding="utf-8")
+    click.echo(msgspec.json.format(msgspec.json.encode(points)).decode() if as_json else said)
+    broken = sum(each.violations for point in points for each in (*point.rehearsed, *point.live))
+    ctx.exit(ExitCode.OK if broken == 0 and slowdown(points) <= BOUND else ExitCode.FAILED)
+
+
+def _draw(points: list[LossPoint], title: str) -> None:
+    from clew.bench.loss_chart import loss_chart  # noqa: PLC0415 - nobody else is to wait for matplotlib
+    from clew.figures.style import render  # noqa: PLC0415 - it brings matplotlib in
+
+    FIGURE.write_bytes(render(loss_chart(points, title), ("svg",))["svg"])
+
+
+def _live(scenario: str, known: Scenario, plan: Plan, seed: int, speed: float) -> Crossing:
+    with tempfile.TemporaryDirectory(prefix="clew-loss.") as folder:
+        path, out = Path(folder) / FAULTS_FILE, Path(folder) / "run"
+        path.write_text(plan_text(plan), encoding="utf-8")
+        arguments = ["--faults", str(path), "--seed", str(seed), "--speed", f"{speed:g}", "--out", str(out)]
+        ended = run_fleet([scenario, *arguments], wall_s_max=START_S + LATE * known.time.time_s_max / speed)
+        try:
+            verdict = read_verdict(out)
+        except (OSError, msgspec.MsgspecError) as error:
+            raise UsageError(f"a live run came to no verdict: {'; '.join(ended.said[-3:])}") from error
+    return Crossing(
+        seed=seed,
+        time_s=verdict.sim_s if verdict.reason == Ending.ARRIVED else None,
+        violations=verdict.violations,
+        load=os.getloadavg()[0],
+    )
+
+
+def _said(known: Scenario, points: list[LossPoint], *, runs: int, speed: float) -> str:
+    """The table, and how it came about."""
+    crossings = [each for point in points for each in (*point.rehearsed, *point.live)]
+    broken = sum(each.violations for each in crossings)
+    loads = [each.load for each in crossings if each.load is not None]
+    load = f", load {min(loads):.1f} to {max(loads):.1f} on {os.cpu_count()} cores" if loads else ""
+    live = f"; live at speed {speed:g}{load}" if loads else ""
+    return (
+        f"{known.fleet.robots} robots cross `{known.name}`: simulated seconds until all have arrived; "
+        f"*never*: not within {known.time.time_s_max:g} s.\nRehearsed with seeds 1 to {runs}{live}.\n"
+        f"In {len(crossings)} runs {broken} promises broke. With {100 * BOUND_RATE:.0f} % loss on every link "
+        f"a crossing takes {slowdown(points):.2f} times as long as without.\n\n{table(points)}"
+    )
+
+
+def _times(crossings: tuple[Crossing, ...]) -> str:
+    return (
+        " ".join("never" if each.time_s is None else f"{each.time_s:.1f}" for each in crossings) or "not run"
+    )

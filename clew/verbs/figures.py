@@ -1,0 +1,53 @@
+"""`clew figures`: a run, or a campaign, as figures for print."""
+
+import json
+from pathlib import Path
+
+import click
+
+from clew.verbs.extras import need
+from clew.verbs.options import AS_JSON
+from protocol.errors import UsageError
+
+FOLDER = "figures"
+FORMATS = ("svg", "pdf", "png")
+
+
+def _formats(_ctx: click.Context, _param: click.Parameter, said: str) -> tuple[str, ...]:
+    formats = tuple(dict.fromkeys(each.strip() for each in said.split(",")))
+    unknown = [each for each in formats if each not in FORMATS]
+    if unknown:
+        raise UsageError(f"--format {said}: {unknown[0]!r} is none of {', '.join(FORMATS)}")
+    return formats
+
+
+@click.command()
+@click.argument("source", metavar="RUN|CAMPAIGN", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), help="Where to; default: figures/ in its folder.")
+@click.option(
+    "--format",
+    "formats",
+    callback=_formats,
+    default=",".join(FORMATS),
+    show_default=True,
+    help="Which formats, with commas.",
+)
+@AS_JSON
+def figures(source: Path, *, out: Path | None, formats: tuple[str, ...], as_json: bool) -> None:
+    """Draw a run, or a campaign, for print: its folder, or its events.jsonl or campaign.json.
+
+    Prints the files that it wrote. What cannot be drawn is named on stderr, and the rest is drawn.
+    """
+    need("matplotlib", extra="plot", by="figures need")
+    from clew.figures.draw import charts_in, write  # noqa: PLC0415 - nobody else is to wait for matplotlib
+    from clew.figures.style import LeftOut  # noqa: PLC0415 - it brings matplotlib in
+
+    charts, flaws = charts_in(source)
+    for flaw in flaws:
+        click.echo(f"not complete: {flaw}", err=True)
+    left_out = {each.name: each.why for each in charts if isinstance(each, LeftOut)}
+    for name, why in left_out.items():
+        click.echo(f"not drawn: {name}: {why}", err=True)
+    folder = source if source.is_dir() else source.parent
+    written = [str(path) for path in write(charts, out or folder / FOLDER, formats)]
+    click.echo(json.dumps({"written": written, "left_out": left_out}) if as_json else "\n".join(written))

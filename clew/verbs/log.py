@@ -1,0 +1,81 @@
+"""`clew log`: reads and judges timelines."""
+
+from pathlib import Path
+
+import click
+import msgspec
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from clew.log.check import check, sentences
+from clew.log.log import Log
+from clew.log.plain import plain
+from clew.log.summary import Judged, Summary, summarise
+from clew.verbs.log_export import export
+from clew.verbs.options import AS_JSON
+
+RUN = click.argument("run", type=click.Path(path_type=Path))
+
+
+@click.group()
+def log() -> None:
+    """Read a timeline. RUN is a run's folder, or its events.jsonl; runs/latest is the newest."""
+
+
+@log.command()
+@RUN
+@AS_JSON
+def info(run: Path, *, as_json: bool) -> None:
+    """Summarise a timeline: what was run, how it ended, how many entries of which kind."""
+    summary = summarise(Log(run), run)
+    if as_json:
+        click.echo(msgspec.json.encode(summary).decode())
+    else:
+        _print_summary(summary)
+
+
+@log.command("check")
+@RUN
+@AS_JSON
+@click.pass_context
+def check_log(ctx: click.Context, run: Path, *, as_json: bool) -> None:
+    """Judge S1 clearance, S2 separation, S3 authority and P1 to P6 again, from the log alone."""
+    finding = check(Log(run))
+    if as_json:
+        click.echo(msgspec.json.encode(finding).decode())
+    else:
+        click.echo("\n".join(sentences(finding)))
+    ctx.exit(0 if finding.ok else 1)
+
+
+log.add_command(export)
+
+
+def _print_summary(summary: Summary) -> None:
+    console = Console()
+    facts = Table(show_header=False, box=None)
+    for name in ("run", "folder", "scenario", "law", "robots", "seed", "sim_s", "last_entry_s", "ended"):
+        facts.add_row(name, _said(str(getattr(summary, name))))
+    facts.add_row("verdict", _said(_judged(summary.verdict)))
+    facts.add_row("entries", str(summary.entries))
+    facts.add_row("versions", _said(", ".join(f"{name} {said}" for name, said in summary.versions.items())))
+    facts.add_row("sources", _said(", ".join(f"{name} {count}" for name, count in summary.sources.items())))
+    kinds = Table("kind", "entries")
+    for kind, count in summary.kinds.items():
+        kinds.add_row(kind, str(count))
+    console.print(facts)
+    console.print(kinds)
+    for flaw in summary.flaws:
+        console.print(Text(f"not complete: {flaw}"), style="bold")
+
+
+def _said(text: str) -> Text:
+    """What a log says: not in rich's markup either."""
+    return Text(plain(text))
+
+
+def _judged(verdict: Judged | None) -> str:
+    if verdict is None:
+        return "none"
+    return f"{'OK' if verdict.ok else 'FAILED'}: {verdict.reason}"

@@ -1,0 +1,130 @@
+"""`clew log cat`: the entries of a timeline, one a line; of a run that goes on, as they come."""
+
+import asyncio
+import os
+import sys
+from collections.abc import Callable
+from contextlib import aclosing
+from difflib import get_close_matches
+from fnmatch import filter as filter_names
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import get_args
+
+import click
+import msgspec
+
+from clew.log.follow import follow
+from clew.log.line import WHEN, is_coloured, one_line
+from clew.log.log import Log
+from clew.log.timeline import Choice, kind_of
+from clew.verbs.log import RUN
+from clew.verbs.options import AS_JSON
+from protocol.timeline import Entry, Record
+from world.record.recorder import line
+
+Say = Callable[[str, Entry], None]
+KINDS = tuple(each.__struct_config__.tag for each in get_args(Record))
+AT_ONCE = 1000  # lines: each that is written for itself costs a system call
+
+
+@click.command()
+@RUN
+@click.option("--source", multiple=True, help="Only entries by this source: world, r1, ...; may be repeated.")
+@click.option("--kind", multiple=True, help="Only this kind; 'step.*' works too; may be repeated.")
+@click.option("--without", multiple=True, help="All but this kind, as 'pose.*'; may be repeated.")
+@click.option("--robot", type=int, help="Only entries by this robot or about it, kills and freezes too.")
+@click.option("--step", type=int, help="Only this switching step of the leader.")
+@click.option("--from", "from_s", type=float, help="Only from this time on [simulated s].")
+@click.option("--to", "to_s", type=float, help="Only up to this time [simulated s].")
+@click.option(
+    "--follow", "following", is_flag=True, help="Go on with what comes, until the run has ended or Ctrl-C."
+)
+@WHEN
+@AS_JSON
+def cat(
+    run: Path,
+    *,
+    as_json: bool,
+    following: bool,
+    color: str,
+    without: tuple[str, ...],
+    **choice: tuple[str, ...] | float | None,
+) -> None:
+    """Print the entries of a timeline, all or those chosen, one a line.
+
+    With --follow, RUN may still go on, or not even be there yet.
+    """
+    chosen, coloured = msgspec.convert(choice, Choice), is_coloured(color) and not as_json
+    printer = _Printer(1 if following or sys.stdout.isatty() else AT_ONCE, coloured=coloured)
+
+    def say(source: str, entry: Entry) -> None:
+        kind = kind_of(entry.record)
+        if chosen.takes(source, entry) and not any(fnmatchcase(kind, pattern) for pattern in without):
+            said = line(source, entry).decode().rstrip() if as_json else None
+            printer.say(said or one_line(source, entry, coloured=coloured))
+
+    try:
+        if following:
+            asyncio.run(_follow(run, say))
+            flaws: tuple[str, ...] = ()  # told as they came
+        else:
+            flaws = _read(run, say)
+        printer.flush()
+        for flaw in flaws:
+            _warn(flaw)
+        if not printer.has_said:
+            click.echo(_none_matches(chosen.kind), err=True)
+    except BrokenPipeError:
+        # Whoever reads has had enough, as `head` has; Python would complain when it flushes at its end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+class _Printer:
+    """Prints lines: each as it comes, or so many at once."""
+
+    def __init__(self, at_once: int, *, coloured: bool) -> None:
+        self.has_said = False
+        self._at_once, self._coloured = at_once, coloured
+        self._lines: list[str] = []
+
+    def say(self, said: str) -> None:
+        self.has_said = True
+        self._lines.append(said)
+        if len(self._lines) >= self._at_once:
+            self.flush()
+
+    def flush(self) -> None:
+        if self._lines:
+            click.echo("\n".join(self._lines), color=self._coloured)
+            self._lines.clear()
+
+
+def _none_matches(patterns: tuple[str, ...]) -> str:
+    """That nothing was chosen; of a kind that there is not, which are near."""
+    said = "no entry matches"
+    for pattern in patterns:
+        if not filter_names(KINDS, pattern):
+            near = ", ".join(get_close_matches(pattern, KINDS))
+            said += f"; there is no kind {pattern!r}" + (f", but {near}" if near else "")
+    return said
+
+
+def _read(run: Path, say: Say) -> tuple[str, ...]:
+    read = Log(run)
+    for source, entry in read.lines:
+        say(source, entry)
+    return read.flaws
+
+
+async def _follow(run: Path, say: Say) -> None:
+    async with aclosing(follow(run)) as all_news:
+        async for news in all_news:
+            for heard in news.heard:
+                say(heard.source, heard.entry)
+            for flaw in news.flaws:
+                _warn(flaw)
+
+
+def _warn(flaw: str) -> None:
+    click.echo(f"not complete: {flaw}", err=True)

@@ -1,0 +1,133 @@
+"""`clew log diff`: where two runs part."""
+
+from collections import deque
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import click
+import msgspec
+
+from clew.log.diff import (
+    NO_DIFFERENCE,
+    NO_DIFFERENCE_OF_STEPS,
+    Difference,
+    first_difference,
+    headers_apart,
+    steps_of,
+)
+from clew.log.line import WHEN, is_coloured, one_line
+from clew.log.log import Log
+from clew.log.plain import plain
+from clew.rehearsal.recorded import EPOCH
+from clew.verbs.options import AS_JSON
+from world.record.lines import Line
+from world.record.recorder import line
+
+FIELDS_SHOWN = 8  # of a scan, 360 rays may differ
+PATH = click.Path(path_type=Path)
+
+
+@click.command()
+@click.argument("a", type=PATH)
+@click.argument("b", type=PATH)
+@click.option(
+    "--by",
+    type=click.Choice(["entry", "step"]),
+    default="entry",
+    show_default=True,
+    help="step: only what the leader planned and what came of it, whenever that was; for live runs.",
+)
+@click.option(
+    "--within",
+    type=click.FloatRange(0.0),
+    default=0.0,
+    show_default=True,
+    help="Numbers may differ by so much.",
+)
+@WHEN
+@AS_JSON
+@click.pass_context
+def diff(ctx: click.Context, a: Path, b: Path, *, by: str, within: float, color: str, as_json: bool) -> None:
+    """Show the first difference of two runs, A and B: of two rehearsals of one seed there is none.
+
+    Clocks, process ids and names of runs are no difference. Exit code: 0 the same, 1 different.
+    """
+    ours, theirs = Log(a), Log(b)
+    asked = headers_apart(ours.header, theirs.header)
+    found = _found(ours, theirs, by_step=by == "step", within=within)
+    unread = ours.unread != theirs.unread
+    same = found is None and not asked and not unread
+    flaws = {"a": ours.flaws, "b": theirs.flaws}
+    if as_json:
+        said = {"same": same, "header": asked, "unread": unread, "flaws": flaws, "difference": _raws(found)}
+        click.echo(msgspec.json.encode(said).decode())
+    else:
+        coloured = is_coloured(color)
+        if asked:
+            click.echo(f"asked for different runs: {_some(asked)}")
+        if unread:
+            click.echo("what cannot be read of them differs")
+        for sentence in _sentences(found, same=same, coloured=coloured):
+            click.echo(sentence, color=coloured)
+        started = (ours.header.started_at, theirs.header.started_at)
+        if found is not None and by == "entry" and EPOCH not in started:
+            click.echo("entries of two live runs always differ: --by step says what came of them", err=True)
+    for which, each in flaws.items():
+        for flaw in each:
+            click.echo(f"{which} is not complete: {flaw}", err=True)
+    ctx.exit(0 if same else 1)
+
+
+def _found(ours: Log, theirs: Log, *, by_step: bool, within: float) -> Difference | None:
+    """Where they part; both are read to their ends, so that what is wrong with them is known."""
+    a, b = ours.lines, theirs.lines
+    if by_step:
+        found = first_difference(steps_of(a), steps_of(b), but=NO_DIFFERENCE_OF_STEPS, within=within)
+    else:
+        found = first_difference(a, b, but=NO_DIFFERENCE, within=within)
+    for rest in (a, b):
+        deque(rest, maxlen=0)
+    return found
+
+
+def _sentences(found: Difference | None, *, same: bool, coloured: bool) -> Iterator[str]:
+    if found is None:
+        yield "the same" if same else "no entry differs"
+        return
+    what = _some(found.fields) if found.a and found.b else "one has ended"
+    yield f"the first difference is behind {found.entry} entries in common: {what}"
+    for each in found.before:
+        yield "  " + one_line(*each, coloured=coloured, exact=True)
+    for sign, colour, here, after in (
+        ("-", "red", found.a, found.after_a),
+        ("+", "green", found.b, found.after_b),
+    ):
+        for each in [] if here is None else [here, *after]:
+            mark = click.style(sign, fg=colour) if coloured else sign
+            yield f"{mark} {one_line(*each, coloured=coloured, exact=True)}"
+
+
+def _some(names: tuple[str, ...]) -> str:
+    more = len(names) - FIELDS_SHOWN
+    return plain(", ".join(names[:FIELDS_SHOWN])) + (f" and {more} more" if more > 0 else "")
+
+
+def _raws(found: Difference | None) -> dict[str, Any] | None:
+    """A difference with its entries as the log has them."""
+    if found is None:
+        return None
+    return {
+        "entry": found.entry,
+        "fields": found.fields,
+        "a": _raw(found.a),
+        "b": _raw(found.b),
+        "before": [_raw(each) for each in found.before],
+        "after_a": [_raw(each) for each in found.after_a],
+        "after_b": [_raw(each) for each in found.after_b],
+    }
+
+
+def _raw(entry: Line | None) -> msgspec.Raw | None:
+    """As the log has it."""
+    return None if entry is None else msgspec.Raw(line(*entry).rstrip())

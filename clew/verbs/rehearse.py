@@ -1,0 +1,61 @@
+"""`clew rehearse`: one run in one process, in virtual time."""
+
+import secrets
+from datetime import UTC, datetime
+from pathlib import Path
+
+import click
+
+from clew.fleet.folder import RUNS, folder_name, make_folder, make_latest
+from clew.fleet.summary import report
+from clew.log import timeline
+from clew.rehearsal.processes import check_rehearsable
+from clew.rehearsal.recorded import rehearse as rehearse_into
+from clew.verbs.options import AS_JSON, DEPLOYMENT, FAULTS, LAW, ROBOTS, SEED
+from protocol.faults.plan import NO_FAULTS
+from protocol.faults.plan import load as load_plan
+from world.judge.verdict import VERDICT_FILE
+from world.scenario.scenario import load
+
+
+@click.command()
+@click.argument("scenario", default="paper")
+@click.option("-n", "robots", type=ROBOTS, help="Robots, instead of the scenario's.")
+@click.option("--seed", type=SEED, default=1, show_default=True, help="Decides every random draw.")
+@LAW
+@DEPLOYMENT
+@FAULTS
+@click.option("--out", type=click.Path(path_type=Path), help="The run's folder; default: a new one in runs/.")
+@AS_JSON
+@click.pass_context
+def rehearse(
+    ctx: click.Context,
+    scenario: str,
+    *,
+    robots: int | None,
+    seed: int,
+    law: str | None,
+    deployment: str | None,
+    faults: str | None,
+    out: Path | None,
+    as_json: bool,
+) -> None:
+    """Run a whole fleet in this process, in virtual time; the same seed gives the same timeline.
+
+    SCENARIO is what launch/fleet.sh takes, and so are the run's folder, the report and the exit code.
+    """
+    loaded = load(scenario, robots=robots, law=law, deployment=deployment, seed=seed)
+    plan = NO_FAULTS if faults is None else load_plan(faults)
+    check_rehearsable(plan, robots=loaded.fleet.robots)
+    folder = out or RUNS / folder_name(datetime.now(UTC), scenario, secrets.token_hex(2))
+    make_folder(folder)
+    if out is None:
+        make_latest(folder)
+    verdict = rehearse_into(
+        loaded, seed, folder, lambda said: click.echo(f"rehearsal: {said}", err=True), plan
+    )
+    if as_json:
+        click.echo((folder / VERDICT_FILE).read_text(encoding="utf-8"), nl=False)
+    else:
+        click.echo("\n".join(report(str(folder), timeline.read(folder), verdict)))
+    ctx.exit(verdict.exit_code)

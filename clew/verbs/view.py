@@ -1,0 +1,68 @@
+"""`clew view`: the page of a run in a browser, live while the run goes on."""
+
+import asyncio
+import webbrowser
+from pathlib import Path
+
+import click
+
+from clew.fleet.folder import LATEST
+from clew.log.log import Log
+from clew.page.serve.channel import Channel
+from clew.page.serve.pages import site
+from clew.page.serve.server import Server
+from clew.page.serve.watch import Watch
+from protocol.errors import UsageError
+from world.record.recorder import EVENTS_FILE
+
+RUNS_MAX = 2  # what fits side by side
+STDIN = 0
+
+
+@click.command()
+@click.argument("runs", metavar="RUN...", nargs=-1, type=click.Path(path_type=Path))
+@click.option("--live", is_flag=True, help="Wait for a run that is not there yet; default: runs/latest.")
+@click.option("--port", type=click.IntRange(0, 65_535), default=0, help="On loopback; default: a free one.")
+@click.option("--open", "opens", is_flag=True, help="Show it in a browser, where there is one.")
+@click.option("--lifeline", is_flag=True, hidden=True, help="End when stdin does: launch/fleet.sh says so.")
+@click.pass_context
+def view(
+    ctx: click.Context, runs: tuple[Path, ...], *, live: bool, port: int, opens: bool, lifeline: bool
+) -> None:
+    """Serve the page of one run, or of two side by side, to browsers on this machine.
+
+    Prints the address, and serves until Ctrl-C. A RUN is its folder, or its events.jsonl.
+    """
+    places = _places(runs, live=live)
+
+    def ready(address: str) -> None:
+        click.echo(address)
+        if opens and not webbrowser.open(address):
+            click.echo("view: there is no browser here", err=True)
+
+    channels = [Channel(Watch(place)) for place in places]
+    server = Server(site(len(channels)), channels)
+    ctx.exit(asyncio.run(server.serve(port, ready, STDIN if lifeline else None)))
+
+
+def _places(runs: tuple[Path, ...], *, live: bool) -> tuple[Path, ...]:
+    """Where runs are, or will be.
+
+    Raises:
+        UsageError: none is named, more than fit, one is not there and is not waited for, or is no log.
+    """
+    places = runs or ((LATEST,) if live else ())
+    if not 1 <= len(places) <= RUNS_MAX:
+        raise UsageError(f"view: name one run, or two to see side by side, got {len(places)}")
+    for place in places:
+        if not _is_there(place):
+            if not live:
+                raise UsageError(f"no run in {place}: {EVENTS_FILE} is not there; --live waits for it")
+            click.echo(f"view: waiting for a run in {place}", err=True)
+        elif not live or place.is_file():
+            Log(place)
+    return places
+
+
+def _is_there(place: Path) -> bool:
+    return (place / EVENTS_FILE).is_file() or place.is_file()

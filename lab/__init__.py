@@ -1,1 +1,0 @@
-"""The top floor: preparing runs, reading their timelines, the command line."""

@@ -1,1 +1,0 @@
-"""Figures of a run and of a campaign, for print. Only `verb` does without matplotlib."""

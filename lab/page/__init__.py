@@ -1,1 +1,0 @@
-"""The page that shows runs: what it is told (`story`), the file that holds it (`document`), its code."""

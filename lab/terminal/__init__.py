@@ -1,1 +1,0 @@
-"""The live table: what a run's timeline says of each robot, on a terminal."""

@@ -1,0 +1,191 @@
+"""A transport on which a fault plan is at work: what arrives suffers its fate before anybody hears of it.
+
+Rule 1: faults happen at the receiver: what is told to one process, or on one link, goes wrong there alone.
+Rule 2: each one is noted, by the message's key and number, and counted: the books balance all the same.
+Rule 3: a delay is of simulated time; in lock-step, where time waits for messages, of wall-clock time.
+Rule 4: whoever is cut off from the router shows no token, and sees none, as when the router lost it.
+Rule 5: what says which faults there are is itself spared.
+Rule 6: rules hold by the newest time that has come, or one that takes odometry away would never be over; and
+        so do time stamps, or faults would be told of before their rules hold.
+"""
+
+import heapq
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from math import inf
+
+from protocol.errors import MessageRefusedError
+from protocol.faults.damage import Damage
+from protocol.faults.fates import Fate, Fates
+from protocol.faults.plan import NO_FAULTS, Plan
+from protocol.faults.rules import Rule
+from protocol.keys import Keys
+from protocol.network.traffic import Traffic
+from protocol.network.transport import Appeared, Arrival, Asked, Heard, Refused, Transport, Vanished
+from protocol.timeline import FaultInjected
+from protocol.wire.codec import decode, encode
+from protocol.wire.messages import Faults, Message, Odometry
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """What decides the faults of a run."""
+
+    plan: Plan = NO_FAULTS
+    seed: int = 1
+    speed: float = 1.0
+    """Simulated seconds per wall-clock second."""
+
+
+class FaultyTransport:
+    """Another transport, and what becomes of what it receives."""
+
+    def __init__(
+        self,
+        inner: Transport,
+        conditions: Conditions,
+        keys: Keys,
+        name: str,
+        note: Callable[[FaultInjected], None],
+    ) -> None:
+        self.faults = Faults(number=0, step=0, struck=(), rules=(), slow_s=0.0)
+        """What the world has told of faults; the world itself sets it."""
+        self._inner = inner
+        self._conditions = conditions
+        self._keys = keys
+        self._name = name
+        self._note = note
+        self.now_s = 0.0
+        """The newest time that has come, whatever became of the odometry that told it."""
+        self._fates = Fates(conditions.plan, conditions.seed)
+        self._due: list[tuple[float, int, Arrival]] = []
+        self._held_count = 0  # breaks ties, so that arrivals due together keep their order
+        self._tokens: dict[str, bool] = {}
+        """The tokens that there are, and whether they are seen."""
+
+    @property
+    def traffic(self) -> Traffic:
+        """Messages sent and received so far, by key."""
+        return self._inner.traffic
+
+    @property
+    def router(self) -> str | None:
+        """The router at the other end, by a name that no other router has; None while there is none."""
+        return self._inner.router
+
+    def put(self, key: str, message: Message) -> None:
+        """Send to whoever subscribes to the key; may be lost, never blocks."""
+        self._inner.put(key, message)
+
+    def ask(self, key: str, message: Message) -> None:
+        """Query the key; the answer arrives as `Heard`, or never: ask again."""
+        self._inner.ask(key, message)
+
+    def timestamp(self) -> str:
+        """A new hybrid-logical-clock time stamp of this process."""
+        return self._inner.timestamp()
+
+    def tell_time(self, now_s: float) -> None:
+        """What time it is, by the run's clock; a robot's transport finds that out by itself."""
+        self.now_s = max(self.now_s, now_s)
+
+    def have(self, faults: Faults) -> None:
+        """These faults are to happen from now on, beside the plan's."""
+        if faults.number <= self.faults.number:
+            return
+        if faults.rules != self.faults.rules:
+            rules: tuple[Rule, ...] = (*self._conditions.plan.rules, *faults.rules)
+            self._fates = Fates(Plan(name="given", rules=rules), self._conditions.seed)
+        self.faults = faults
+
+    async def arrivals(self, timeout_s: float | None) -> Sequence[Arrival]:
+        """Wait for arrivals and take all of them; empty when the time is up."""
+        until_s = inf if timeout_s is None else time.monotonic() + timeout_s
+        while True:
+            next_s = min(until_s, self._due[0][0] if self._due else inf)
+            wait_s = None if next_s == inf else max(0.0, next_s - time.monotonic())
+            raw = await self._inner.arrivals(wait_s)
+            _take_time(self.faults.slow_s / self._conditions.speed)
+            suffered = [each for arrival in raw for each in self._suffer(arrival)]
+            suffered += [*self._released(), *self._look_at_tokens()]
+            if suffered or time.monotonic() >= until_s:
+                return suffered
+
+    def _suffer(self, arrival: Arrival) -> Iterator[Arrival]:
+        """What comes at once of an arrival; the rest is kept until it is due."""
+        match arrival:
+            case Appeared(key):
+                self._tokens.setdefault(key, False)
+            case Vanished(key):
+                if self._tokens.pop(key, False):
+                    yield arrival
+            case Heard(key, message=Faults() as faults):
+                if key == self._keys.fault(self._name):
+                    self.have(faults)
+            case Heard(key, number, message):
+                if isinstance(message, Odometry) and key == self._keys.odometry(self._name):
+                    self.tell_time(message.t_s)
+                yield from self._meet_fate(arrival, message, self._fate(key, message, number))
+            case Asked(key, message):
+                fate = self._fate(key, message, 0)
+                # Somebody who asks is answered once: a question that comes twice is one.
+                yield from self._meet_fate(arrival, message, Fate(fate.copies[:1], fate.injected))
+            case Refused():
+                yield arrival
+
+    def _fate(self, key: str, message: Message, number: int) -> Fate:
+        behind_root, kind = self._keys.behind_root(key), str(type(message).__struct_config__.tag)
+        step = self.faults.step
+        fate = self._fates.of(behind_root, kind, number, self._name, now_s=self.now_s, step=step)
+        for injected in fate.injected:
+            self._note(
+                FaultInjected(fault=injected.fault, rule=injected.rule, key=behind_root, number=number)
+            )
+        if number > 0 and fate.taken_away is not None:
+            self.traffic.take_back(key, number, fate.taken_away)
+        return fate
+
+    def _meet_fate(self, arrival: Heard | Asked, message: Message, fate: Fate) -> Iterator[Arrival]:
+        for copy in fate.copies:
+            each = arrival if copy.damage is None else _damaged(arrival, message, copy.damage)
+            if copy.delay_s <= 0.0:
+                yield each
+                continue
+            self._held_count += 1
+            due_s = time.monotonic() + copy.delay_s / self._conditions.speed
+            heapq.heappush(self._due, (due_s, self._held_count, each))
+
+    def _released(self) -> Iterator[Arrival]:
+        now_s = time.monotonic()
+        while self._due and self._due[0][0] <= now_s:
+            yield heapq.heappop(self._due)[2]
+
+    def _look_at_tokens(self) -> Iterator[Arrival]:
+        """Rule 4."""
+        deaf = self._is_cut(self._name)
+        for key, seen in self._tokens.items():
+            visible = not deaf and not self._is_cut(self._keys.part(key, 1))
+            if visible is not seen:
+                self._tokens[key] = visible
+                yield Appeared(key) if visible else Vanished(key)
+
+    def _is_cut(self, process: str) -> bool:
+        return self._fates.is_cut(process, now_s=self.now_s, step=self.faults.step)
+
+
+def _damaged(arrival: Heard | Asked, message: Message, damage: Damage) -> Arrival:
+    """What decoding makes of the message's damaged bytes."""
+    number = arrival.number if isinstance(arrival, Heard) else 0
+    try:
+        number, message = decode(damage.strike(encode(message, number)))
+    except MessageRefusedError as error:
+        return Refused(arrival.key, str(error))
+    if isinstance(arrival, Heard):
+        return Heard(arrival.key, number, message)
+    return Asked(arrival.key, message, arrival.answer)
+
+
+def _take_time(slow_s: float) -> None:
+    if slow_s > 0.0:
+        time.sleep(slow_s)

@@ -1,0 +1,180 @@
+"""Who a process is on the network: its fleet, run and name, the router, its password.
+
+Rule 1: passwords are made anew for each run, and only their owner can read the folder.
+Rule 2: a session without a password is for a router that the user runs (`--connect`).
+"""
+
+import os
+import re
+import secrets
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, TypeVar
+
+import msgspec
+from msgspec import Meta, Struct
+
+from protocol.errors import UsageError
+from protocol.frames import ROBOTS_MAX
+from protocol.keys import WORLD, Keys, robot_name
+from protocol.network.interlink import ROUTER
+
+Chunk = Annotated[str, Meta(pattern=r"\A[A-Za-z0-9_.-]{1,64}\Z")]  # one chunk of a key, no wildcard
+ENDPOINT = r"\A[a-z-]+/\S+\Z"  # Zenoh's: a protocol and an address
+Endpoint = Annotated[str, Meta(pattern=ENDPOINT, max_length=300)]
+
+T = TypeVar("T")
+
+ROUTERS_MAX = 2  # one that carries the fleet, and one that can when it dies
+UNIX_SOCKET = "unixsock-stream/"
+UNIX_SOCKET_PATH_BYTES_MAX = 107  # sockaddr_un of Linux: 108 with the closing NUL
+ROUTER_FILE = "router.json"
+USERS_FILE = "users"
+INPUTS = "inputs"  # the folder in that of the run where robots keep what they hear and decide
+
+
+class Session(Struct, frozen=True, kw_only=True):
+    """What one process needs to open its transport."""
+
+    fleet: Chunk
+    run: Chunk
+    name: Chunk
+    endpoints: Annotated[tuple[Endpoint, ...], Meta(min_length=1)]
+    """Of all routers; any of them will do."""
+    user: str | None = None
+    password: str | None = None
+    inputs: str | None = None
+    """The folder where robots keep what they hear and decide; None, or where that is not: nowhere."""
+
+    @property
+    def keys(self) -> Keys:
+        """The keys of its run."""
+        return Keys(self.fleet, self.run)
+
+
+class RouterSession(Struct, frozen=True, kw_only=True):
+    """What each of the fleet's routers needs: whom to admit, and where."""
+
+    fleet: Chunk
+    run: Chunk
+    robots: Annotated[int, Meta(ge=1, le=ROBOTS_MAX)]
+    endpoints: Annotated[tuple[Endpoint, ...], Meta(min_length=1, max_length=ROUTERS_MAX)]
+    """Where each of them listens, the first one first."""
+    interlink: Endpoint | None = None
+    """Where the first listens for the second; None where there is one."""
+    password: str | None = None
+    """Of the second, for the first."""
+
+    @property
+    def keys(self) -> Keys:
+        """The keys of its run."""
+        return Keys(self.fleet, self.run)
+
+
+def unix_socket_endpoint(folder: Path, number: int = 1) -> str:
+    """Where a run's router listens by default: a socket in the run's own folder, no port."""
+    name = "router.sock" if number == 1 else f"router-{number}.sock"
+    return f"{UNIX_SOCKET}{folder.resolve() / name}"
+
+
+def write_sessions(
+    folder: Path,
+    *,
+    fleet: str,
+    run: str,
+    robots: int,
+    endpoints: Sequence[str],
+    interlink: str | None = None,
+    passwords: bool = True,
+    inputs: Path | None = None,
+) -> None:
+    """Write `world.json`, `r1.json`, ... and, with passwords, what our own routers need.
+
+    Raises:
+        UsageError: a name, an endpoint or the folder will not do.
+    """
+    for endpoint in endpoints:
+        check_endpoint(endpoint)
+    names = [WORLD, *(robot_name(robot) for robot in range(1, robots + 1))]
+    users = names if interlink is None else [*names, ROUTER]
+    secret_of = {name: secrets.token_urlsafe(24) for name in users} if passwords else {}
+    try:
+        router = msgspec.convert(
+            {
+                "fleet": fleet,
+                "run": run,
+                "robots": robots,
+                "endpoints": endpoints,
+                "interlink": interlink,
+                "password": secret_of.get(ROUTER),
+            },
+            RouterSession,
+        )
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        folder.chmod(0o700)
+        for name in names:
+            user = name if passwords else None
+            session = Session(
+                fleet=fleet,
+                run=run,
+                name=name,
+                endpoints=tuple(endpoints),
+                user=user,
+                password=secret_of.get(name),
+                inputs=None if inputs is None else str(inputs),
+            )
+            _write_private(folder / f"{name}.json", msgspec.json.encode(session))
+        if passwords:
+            _write_private(folder / ROUTER_FILE, msgspec.json.encode(router))
+            lines = "".join(f"{name}:{secret}\n" for name, secret in secret_of.items())
+            _write_private(folder / USERS_FILE, lines.encode())
+    except (OSError, msgspec.ValidationError) as error:
+        raise UsageError(f"cannot write sessions into {folder}: {error}") from error
+
+
+def read_session(path: Path) -> Session:
+    """The session in a file that `write_sessions` wrote.
+
+    Raises:
+        UsageError: there is none.
+    """
+    return _read(path, Session)
+
+
+def read_router_session(folder: Path) -> RouterSession:
+    """The router's part of a folder that `write_sessions` wrote.
+
+    Raises:
+        UsageError: there is none.
+    """
+    return _read(folder / ROUTER_FILE, RouterSession)
+
+
+def check_endpoint(endpoint: str) -> None:
+    """Refuse what Zenoh or the kernel would refuse, with a clearer word.
+
+    Raises:
+        UsageError: it is no endpoint, or a Unix socket whose path is too long.
+    """
+    if not re.search(ENDPOINT, endpoint):
+        raise UsageError(f"an endpoint looks like tcp/127.0.0.1:7447, not like {endpoint!r}")
+    path = endpoint.removeprefix(UNIX_SOCKET)
+    size_bytes = len(os.fsencode(path))
+    if path != endpoint and size_bytes > UNIX_SOCKET_PATH_BYTES_MAX:
+        raise UsageError(
+            f"a socket's path may have {UNIX_SOCKET_PATH_BYTES_MAX} bytes, not {size_bytes}: {path}"
+        )
+
+
+def _read(path: Path, kind: type[T]) -> T:
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=kind)
+    except (OSError, ValueError) as error:
+        raise UsageError(f"no session in {path}: {error}") from error
+
+
+def _write_private(path: Path, content: bytes) -> None:
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+    with os.fdopen(descriptor, "wb") as file:
+        os.fchmod(descriptor, 0o600)  # it may have been there before, open to others
+        file.write(content)

@@ -1,0 +1,83 @@
+"""Zenoh's settings for the fleet's processes and for its router. Pure; figures are of zenoh.md.
+
+Rule 1: nothing is found by scouting, nothing goes through shared memory (it would write payloads, in
+        plain, to /dev/shm), and nobody is admitted without a password where the router is ours.
+"""
+
+from pathlib import Path
+
+from protocol.frames import ROBOTS_MAX
+from protocol.network.access import Json, access_rules
+from protocol.network.interlink import ROUTER, with_other_router
+from protocol.network.session import USERS_FILE, RouterSession, Session
+from protocol.wire.codec import SIZE_MAX_BYTES
+
+LEASE_MS = 1000  # 200 ms gave false deaths on a loaded machine, 500 ms and more none
+OPEN_TIMEOUT_MS = 1000  # the default, 10 s, is how long a frozen router would hold us up
+CONNECT_TIMEOUT_MS = 5000  # a router that was started before us listens within a second
+ASK_TIMEOUT_MS = 1000
+QUEUE_BATCHES = 16  # Zenoh's most, made when needed; DROP drops what finds no room within 1 ms
+# Often: a fleet that has lost its router should come back together, and asking a socket costs nothing.
+RETRY = {"period_init_ms": 100, "period_max_ms": 200, "period_increase_factor": 1.5}
+SESSIONS_MAX = ROBOTS_MAX + 500  # and room for their successors
+
+
+def client_settings(session: Session) -> Json:
+    """For a robot or the world: one link, to a router, that is retried for ever once it has been up."""
+    settings = _common() | {
+        "mode": "client",
+        "connect": {
+            "endpoints": list(session.endpoints),
+            "timeout_ms": CONNECT_TIMEOUT_MS,
+            "retry": RETRY,
+        },
+        "listen": {"endpoints": []},
+        "queries_default_timeout": ASK_TIMEOUT_MS,
+    }
+    if session.password is not None:
+        settings["transport"]["auth"] = {"usrpwd": {"user": session.user, "password": session.password}}
+    return settings
+
+
+def router_settings(session: RouterSession, folder: Path, number: int = 1) -> Json:
+    """For the fleet's first router or its second: whom the folder's users file names, what the rules name."""
+    asks = number > 1  # `protocol.network.interlink`
+    access, between = access_rules(session.keys, robots=session.robots), session.interlink
+    if between is not None:
+        access = with_other_router(access, session.keys, asks=asks)
+    listens_for = [] if asks or between is None else [between]
+    settings = _common() | {
+        "mode": "router",
+        "listen": {"endpoints": [session.endpoints[number - 1], *listens_for], "exit_on_failure": True},
+        "connect": {
+            "endpoints": [between] if asks else [],
+            "timeout_ms": 0,  # a router serves alone while the other is away
+            "exit_on_failure": False,
+            "retry": RETRY,
+        },
+        "access_control": access,
+    }
+    user = {"user": ROUTER, "password": session.password} if asks else {}
+    settings["transport"]["auth"] = {"usrpwd": {"dictionary_file": str(folder / USERS_FILE), **user}}
+    settings["transport"]["unicast"] |= {"max_sessions": SESSIONS_MAX, "accept_pending": SESSIONS_MAX}
+    return settings
+
+
+def _common() -> Json:
+    return {
+        "scouting": {"delay": 0, "multicast": {"enabled": False}, "gossip": {"enabled": False}},
+        "timestamping": {"enabled": True, "drop_future_timestamp": True},
+        "transport": {
+            "shared_memory": {"enabled": False},
+            "unicast": {"open_timeout": OPEN_TIMEOUT_MS, "accept_timeout": OPEN_TIMEOUT_MS, "max_links": 1},
+            "link": {
+                "tx": {
+                    "lease": LEASE_MS,
+                    "keep_alive": 4,
+                    "queue": {"size": {"data": QUEUE_BATCHES}},
+                },
+                # Twice a message's limit: key and header come on top, and the codec is exact.
+                "rx": {"max_message_size": 2 * SIZE_MAX_BYTES},
+            },
+        },
+    }

@@ -1,0 +1,216 @@
+"""The port to the network, over Zenoh. A shell: it moves bytes and counts them.
+
+Rule 1: Zenoh's threads only append to the inbox (callbacks are direct, so their order is the link's);
+        everything is decoded in the event loop.
+Rule 2: a session is closed whatever happens: with a live subscriber the interpreter would never end.
+Rule 3: everything is sent with congestion control DROP, which holds the loop up for 1 ms at most, and
+        at one priority, since another would overtake. Not as express: that is no faster here (0.5 ms
+        there and back), and of bursts of 1000 it lost a fifth and more, where batches lost nothing.
+Rule 4: only what came through the router is heard: a session would otherwise hear its own forgeries.
+Rule 5: where Zenoh panics, as it does at some bytes that no router should send, its locks stay poisoned and
+        the session is of no more use: its process ends, and the fleet goes on as after a crash. Who hears
+        nothing looks for that, since it may have nothing to say either, and its token would stay.
+"""
+
+import asyncio
+import contextlib
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import zenoh
+from zenoh.handlers import Callback
+
+from protocol.errors import MessageRefusedError, SessionLostError, UsageError
+from protocol.network.inbox import INBOX_CAPACITY, Inbox
+from protocol.network.session import Session
+from protocol.network.settings import ASK_TIMEOUT_MS, client_settings
+from protocol.network.traffic import Traffic
+from protocol.network.transport import Appeared, Arrival, Asked, Heard, Refused, Vanished
+from protocol.wire.codec import decode, encode
+from protocol.wire.messages import Message
+
+KEY_LENGTH_MAX = 200  # ours have less than 160 characters; the timeline takes no more
+PULSE_S = 0.2  # wall: a fifth of the silence after which a robot without a token is dead
+
+
+@dataclass(frozen=True, slots=True)
+class _Answer:
+    """The answer to something that we asked."""
+
+    sample: zenoh.Sample
+
+
+@dataclass(frozen=True, slots=True)
+class _Token:
+    """A liveliness token that came or went."""
+
+    sample: zenoh.Sample
+
+
+_Raw = zenoh.Sample | zenoh.Query | _Answer | _Token
+
+
+class ZenohTransport:
+    """One process's session. Made by `open_transport`."""
+
+    def __init__(self, session: zenoh.Session, pulse_key: str) -> None:
+        self._session = session
+        self._pulse_key, self._pulse_at_s = pulse_key, 0.0
+        self._traffic = Traffic()
+        self._arrived = asyncio.Event()
+        loop = asyncio.get_running_loop()
+        self.inbox = Inbox[_Raw](lambda: _wake(loop, self._arrived), capacity=INBOX_CAPACITY)
+
+    @property
+    def traffic(self) -> Traffic:
+        """Messages sent and received so far, by key."""
+        self._traffic.overflowed_count = self.inbox.dropped_count
+        return self._traffic
+
+    @property
+    def router(self) -> str | None:
+        """The router at the other end, by a name that no other router has; None while there is none."""
+        return next(map(str, self._session.info.routers_zid()), None)
+
+    def put(self, key: str, message: Message) -> None:
+        """Send to whoever subscribes to the key; may be lost, never blocks."""
+        self._send(key, encode(message, self._traffic.send(key), key))
+
+    def _send(self, key: str, payload: bytes) -> None:
+        with contextlib.suppress(zenoh.ZError):  # the session has been closed: lost, like any other
+            self._session.put(
+                key,
+                payload,
+                congestion_control=zenoh.CongestionControl.DROP,
+                allowed_destination=zenoh.Locality.REMOTE,
+            )
+
+    def ask(self, key: str, message: Message) -> None:
+        """Query the key; the answer arrives as `Heard`, or never: ask again."""
+        with contextlib.suppress(zenoh.ZError):
+            self._session.get(
+                key,
+                Callback(self._take_reply, indirect=False),
+                payload=encode(message, 0, key),
+                timeout=ASK_TIMEOUT_MS / 1000,
+                congestion_control=zenoh.CongestionControl.DROP,
+                allowed_destination=zenoh.Locality.REMOTE,
+            )
+
+    async def arrivals(self, timeout_s: float | None) -> Sequence[Arrival]:
+        """Wait for arrivals and take all of them; empty when the time is up."""
+        await asyncio.sleep(0)  # a flood must not keep the loop's other tasks from running
+        raw: list[_Raw] = []
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(timeout_s):
+                while not (raw := self.inbox.drain()):
+                    self._arrived.clear()  # it is set in this thread, so nothing can be missed here
+                    await self._arrived.wait()
+        if not raw:
+            self._feel_pulse(asyncio.get_running_loop().time())
+        return [self._arrival(each) for each in raw]
+
+    def _feel_pulse(self, now_s: float) -> None:
+        """Rule 5, now and then."""
+        if now_s >= self._pulse_at_s:
+            self._pulse_at_s = now_s + PULSE_S
+            self._send(self._pulse_key, b"")
+
+    def timestamp(self) -> str:
+        """A new hybrid-logical-clock time stamp of this process."""
+        return str(self._session.new_timestamp())
+
+    def take_token(self, sample: zenoh.Sample) -> None:
+        """Zenoh's thread: a liveliness token has come or gone."""
+        self.inbox.append(_Token(sample))
+
+    def _take_reply(self, reply: zenoh.Reply) -> None:
+        if reply.ok is not None:  # an error says that the time is up: the answer never comes
+            self.inbox.append(_Answer(reply.ok))
+
+    def _arrival(self, raw: _Raw) -> Arrival:
+        sample = raw.sample if isinstance(raw, _Answer | _Token) else raw
+        key = str(sample.key_expr)
+        try:
+            _check_key(key)
+            match raw:
+                case _Token():
+                    come = raw.sample.kind == zenoh.SampleKind.PUT
+                    return Appeared(key) if come else Vanished(key)
+                case zenoh.Query():
+                    _, message = decode(raw.payload.to_bytes() if raw.payload else b"", key)
+                    return Asked(key, message, lambda answer: _reply(raw, key, answer))
+                case _Answer():
+                    _, message = decode(raw.sample.payload.to_bytes(), key)
+                    return Heard(key, 0, message)
+                case _:
+                    number, message = decode(raw.payload.to_bytes(), key)
+                    self._traffic.receive(key, number)
+                    return Heard(key, number, message)
+        except MessageRefusedError as error:
+            self._traffic.refuse(key[:KEY_LENGTH_MAX])
+            return Refused(key[:KEY_LENGTH_MAX], str(error))
+
+
+@contextlib.contextmanager
+def open_transport(
+    session: Session, *, hear: Sequence[str], answer: Sequence[str], alive: str | None, watch: str | None
+) -> Iterator[ZenohTransport]:
+    """A transport that hears, answers and watches these key expressions and shows this token.
+
+    The token is declared last, so that whoever sees it can be sure that the rest is in place. Has to be
+    entered in the event loop that will take the arrivals.
+
+    Raises:
+        UsageError: no router admits us.
+        SessionLostError: Zenoh has panicked, here or in one of its own threads before.
+    """
+    with _panic_is_loss(), _connected(session) as connection:
+        transport = ZenohTransport(connection, session.keys.pulse(session.name))
+        callback = Callback(transport.inbox.append, indirect=False)
+        for key in hear:
+            connection.declare_subscriber(key, callback, allowed_origin=zenoh.Locality.REMOTE)
+        for key in answer:
+            connection.declare_queryable(key, callback, allowed_origin=zenoh.Locality.REMOTE)
+        liveliness = connection.liveliness()
+        if watch is not None:
+            liveliness.declare_subscriber(watch, Callback(transport.take_token, indirect=False), history=True)
+        with contextlib.nullcontext() if alive is None else liveliness.declare_token(alive):
+            yield transport
+
+
+@contextlib.contextmanager
+def _panic_is_loss() -> Iterator[None]:
+    try:
+        yield
+    except BaseException as error:  # a panic is no Exception, and its class cannot be imported
+        if type(error).__name__ != "PanicException":
+            raise
+        raise SessionLostError(f"Zenoh has panicked, and the session is lost: {error}") from error
+
+
+def _connected(session: Session) -> zenoh.Session:
+    config = zenoh.Config.from_json5(json.dumps(client_settings(session)))
+    try:
+        return zenoh.open(config)
+    except zenoh.ZError as error:
+        raise UsageError(
+            f"no router answers at {' or '.join(session.endpoints)}, or it refuses {session.name}'s password"
+        ) from error
+
+
+def _wake(loop: asyncio.AbstractEventLoop, arrived: asyncio.Event) -> None:
+    loop.call_soon_threadsafe(arrived.set)
+
+
+def _check_key(key: str) -> None:
+    if len(key) > KEY_LENGTH_MAX:
+        raise MessageRefusedError(f"its key has {len(key)} characters, more than {KEY_LENGTH_MAX}")
+    if "*" in key:
+        raise MessageRefusedError("its key is a pattern, so it names no sender")
+
+
+def _reply(query: zenoh.Query, key: str, message: Message) -> None:
+    with query, contextlib.suppress(zenoh.ZError):  # the asker may have given up, or the router gone
+        query.reply(key, encode(message, 0, key))  # sent with the congestion control of the question

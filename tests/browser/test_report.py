@@ -1,0 +1,242 @@
+"""The page in a browser, from `file://`, as whoever is sent a report opens it."""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser
+
+from clew.page.serve.browser import PHONE, chromium
+from protocol.root import ROOT
+from tests.support.campaigns import clew
+from tests.support.pages.browser import Sight, sight
+from tests.support.processes.fleets import RUN_S_MAX
+from world.record.recorder import EVENTS_FILE
+
+ROBOTS = 5
+MOVED_M = 0.5  # in 10 s, at 0.5 m/s and less
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The address of the report of a run whose leader is killed at 3 s."""
+    run = tmp_path_factory.mktemp("page") / "run"
+    rehearsed = clew("rehearse", "grove", "--faults", "leader-killed", "--out", run)
+    assert rehearsed.exit_code == 0, rehearsed.output
+    made = clew("report", run)
+    assert made.exit_code == 0, made.output
+    return Path(made.stdout.strip()).resolve().as_uri()
+
+
+@pytest.fixture
+def shown(browser: Browser, report: str) -> Iterator[Sight]:
+    with sight(browser) as shown:
+        shown.show(report)
+        yield shown
+
+
+def places(shown: Sight) -> dict[int, tuple[float, float]]:
+    """Where the robots are now [m; world frame]."""
+    bodies = shown.page.evaluate("clew.frame().map((body) => [body.robot, body.x, body.y])")
+    return {robot: (x_m, y_m) for robot, x_m, y_m in bodies}
+
+
+def drawn(shown: Sight) -> bytes:
+    """The map as it is drawn now."""
+    shown.page.evaluate("clew.draw()")
+    return shown.page.locator("#panes canvas").first.screenshot()
+
+
+def test_it_opens_without_a_complaint_and_requests_nothing_but_itself(shown: Sight, report: str) -> None:
+    assert shown.troubles == []
+    assert shown.requests == [report]
+
+
+def test_a_request_of_the_page_would_be_refused_by_the_browser(shown: Sight) -> None:
+    refused = shown.page.evaluate("fetch('http://127.0.0.1:9/').then(() => false, () => true)")
+    assert refused
+    assert "Content Security Policy" in " ".join(shown.troubles)
+
+
+def test_scrubbing_moves_robots_and_back_brings_them_where_they_were(shown: Sight) -> None:
+    shown.page.evaluate("clew.seek(5)")
+    before, picture = places(shown), drawn(shown)
+    assert sorted(before) == list(range(1, ROBOTS + 1))
+    shown.page.evaluate("clew.seek(15)")
+    after = places(shown)
+    moved_m = [abs(complex(*after[robot]) - complex(*before[robot])) for robot in (2, 3, 4, 5)]
+    assert min(moved_m) > MOVED_M
+    assert after[1] == before[1]  # which is dead by then
+    assert drawn(shown) != picture
+    shown.page.evaluate("clew.seek(5)")
+    assert places(shown) == before
+    assert drawn(shown) == picture
+
+
+def test_the_time_line_is_scrubbed_by_the_mouse(shown: Sight) -> None:
+    box = shown.page.locator("#lanes").bounding_box()
+    assert box is not None
+    middle = box["y"] + box["height"] / 2
+    times_s = []
+    for share in (0.3, 0.6, 0.9):
+        shown.page.mouse.click(box["x"] + share * box["width"], middle)
+        times_s.append(shown.page.evaluate("clew.time"))
+    assert times_s == sorted(set(times_s))
+    assert times_s[0] > 0.0
+
+
+def test_a_deep_link_lands_at_its_moment(browser: Browser, report: str) -> None:
+    with sight(browser) as shown:
+        shown.show(f"{report}#t=12.3&robot=3")
+        shown.wait("clew.time === 12.3 && clew.robot === 3")
+        shown.wait("document.querySelector('#clock').innerText.startsWith('12.3')")
+
+
+def test_the_address_follows_what_is_shown_so_that_it_can_be_sent_on(shown: Sight) -> None:
+    shown.page.evaluate("clew.seek(7.5); clew.choose(4)")
+    shown.wait("location.hash === '#t=7.50&robot=4'")
+
+
+def test_keys_play_step_choose_and_move(shown: Sight) -> None:
+    press = shown.page.keyboard.press
+    press("Home")
+    assert shown.page.evaluate("clew.time") == 0
+    press("]")
+    first_s = shown.page.evaluate("clew.time")
+    press("]")
+    second_s = shown.page.evaluate("clew.time")
+    assert 0 < first_s < second_s
+    press("[")
+    assert shown.page.evaluate("clew.time") == first_s
+    press("Shift+ArrowRight")
+    assert shown.page.evaluate("clew.time") == pytest.approx(first_s + 1.0)
+    press("3")
+    assert shown.page.evaluate("clew.robot") == 3
+    press("Escape")
+    assert shown.page.evaluate("clew.robot") == 0
+    press("Home")
+    press("Space")
+    shown.wait("clew.time > 0.3")
+    press("Space")
+    press("End")
+    assert shown.page.evaluate("clew.time === clew.runs[0].end")
+    assert shown.troubles == []
+
+
+@pytest.fixture(scope="module")
+def planned(report: str) -> list[tuple[float, int]]:
+    """When each step of the strand was planned [s], with the number that the log gives it."""
+    lines = (Path(report.removeprefix("file://")).parent / EVENTS_FILE).read_bytes().splitlines()
+    entries = (json.loads(line) for line in lines)
+    plans = [each for each in entries if each["kind"] == "step.planned" and not each["joins"]]
+    return [(plan["t_s"], plan["step"]) for plan in plans]
+
+
+def test_band_headline_list_and_table_name_each_step_as_the_log_does(
+    shown: Sight, planned: list[tuple[float, int]]
+) -> None:
+    bands = shown.page.evaluate("clew.runs[0].steps.map((each) => [each.from, each.step])")
+    assert bands == [[pytest.approx(t_s), step] for t_s, step in planned]
+    rows = shown.page.locator("#steps tbody th").all_inner_texts()
+    assert rows == ["start", *(str(step) for _, step in planned)]
+    for t_s, step in planned:
+        shown.page.evaluate(f"clew.seek({t_s + 0.05}); clew.draw()")
+        assert shown.page.locator("#strand-now").inner_text().startswith(f"step {step} ·")
+        assert shown.page.locator("#steps [aria-current] th").inner_text() == str(step)
+        assert f"plans step {step}:" in shown.page.locator("#moments [aria-current]").inner_text()
+
+
+def test_a_step_that_its_leader_does_not_live_to_end_is_said_to_be_broken_off(shown: Sight) -> None:
+    shown.page.evaluate("""
+      const run = new clew.runs[0].constructor();
+      const at = (step, source, t) => ({ t: [t * 1000], source: [source], step: [step], joins: [false] });
+      run.takeEntries("step.planned", at(1, "r1", 1));
+      run.take({ lanes: [{ robot: 1, t_s: 2, state: "dead" }], end_s: 9 });
+      run.takeEntries("step.planned", at(2, "r2", 4));
+      clew.steps = run.steps.map(({ step, from, to, end }) => [step, from, to, end]);
+    """)
+    assert shown.page.evaluate("clew.steps") == [[1, 1, 2, "broken off"], [2, 4, 9, ""]]
+
+
+def test_the_bracket_keys_go_to_every_step_that_was_planned(
+    shown: Sight, planned: list[tuple[float, int]]
+) -> None:
+    shown.page.keyboard.press("Home")
+    times_s = set()
+    while (time_s := shown.page.evaluate("clew.time")) < planned[-1][0]:
+        times_s.add(time_s)
+        shown.page.keyboard.press("]")
+    assert times_s >= {t_s for t_s, _ in planned[:-1]}
+
+
+def test_the_verdict_stands_on_top_in_words(shown: Sight) -> None:
+    assert "promises" in shown.page.locator("#verdict").inner_text().lower()
+    assert "4 of 5" in shown.page.locator("#verdict").inner_text()
+
+
+def test_a_phone_scrolls_down_and_never_sideways(browser: Browser, report: str) -> None:
+    with sight(browser, size=PHONE) as shown:
+        shown.show(report)
+        wide = shown.page.evaluate("[document.documentElement.scrollWidth, window.innerWidth]")
+        assert wide == [PHONE[0], PHONE[0]]
+
+
+@pytest.mark.parametrize("size", [(1080, 1920), (1400, 2600), (1400, 900)])
+def test_the_map_fills_its_card_and_leaves_nothing_empty_below(
+    browser: Browser, report: str, size: tuple[int, int]
+) -> None:
+    with sight(browser, size=size) as shown:
+        shown.show(report)
+        bottom = "document.querySelector('%s').getBoundingClientRect().bottom"
+        below = f"{bottom % '#stage'} - {bottom % '#panes canvas'}"
+        assert shown.page.evaluate(below) < 40  # px
+
+
+def test_on_a_phone_that_lies_on_its_side_the_time_line_covers_nothing(browser: Browser, report: str) -> None:
+    with sight(browser, size=(844, 390)) as shown:
+        shown.show(report)
+        top = "document.querySelector('#timeline').getBoundingClientRect().top"
+        stage_end = "document.querySelector('#stage').getBoundingClientRect().bottom"
+        assert shown.page.evaluate(f"{top} >= {stage_end}")
+
+
+def test_it_is_dark_where_the_browser_is_and_light_again_by_its_key(browser: Browser, report: str) -> None:
+    brightness = (
+        "getComputedStyle(document.body).backgroundColor.match(/\\d+/g).slice(0, 3)"
+        ".reduce((sum, each) => sum + Number(each), 0) / 765"
+    )
+    with sight(browser, dark=True) as shown:
+        shown.show(report)
+        assert shown.page.evaluate(brightness) < 0.3
+        shown.page.keyboard.press("d")
+        assert shown.page.evaluate(brightness) > 0.7
+
+
+def test_the_bench_scrubs_a_page_and_every_frame_is_drawn(report: str) -> None:
+    run = Path(report.removeprefix("file://")).parent
+    bench = [sys.executable, "-m", "clew.cli", "bench", "page", str(run), "--json"]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    made = subprocess.run(bench, env=environment, capture_output=True, timeout=RUN_S_MAX, check=True)
+    said = json.loads(made.stdout)
+    assert said["robots"] == ROBOTS
+    assert said["page_bytes"] < 1e6
+    assert min(said["frames_per_s"], said["draw_ms"]) > 0.0
+
+
+def test_what_a_page_complains_of_is_heard_by_these_tests(browser: Browser, report: str) -> None:
+    with sight(browser) as shown:
+        shown.show(report)
+        shown.page.evaluate("console.error('said')")
+        shown.page.evaluate("setTimeout(() => { clew.planted = true; throw Error('thrown'); })")
+        shown.wait("clew.planted")
+        assert shown.troubles == ["said", "thrown"]

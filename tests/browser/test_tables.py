@@ -1,0 +1,332 @@
+"""What the page writes, against the log and its verdict: tiles, steps, books of links, flaws, moments."""
+
+import itertools
+import json
+import math
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from clew.log import timeline
+from clew.log.check import scenario_of
+from clew.log.timeline import Timeline
+from clew.page.serve.browser import chromium
+from protocol.frames import Point
+from protocol.timeline import (
+    FaultInjected,
+    PoseSampled,
+    RobotSettled,
+    StepFinished,
+    StepPlanned,
+    TrafficCounted,
+)
+from tests.support.pages.browser import Sight, sight
+from tests.support.pages.canvas import layer, record
+from tests.support.pages.pages import page_of, rehearsed
+from world.judge.table import measure
+from world.judge.tally import TAKES_AWAY, Tally
+from world.judge.verdict import Verdict
+from world.record.run_files import read_verdict
+
+BUSY = str(Path(__file__).with_name("busy.faults.toml"))
+NONE = "\N{EN DASH}"
+MOMENTS_SHOWN = 400  # in the page's list
+
+
+@pytest.fixture(scope="module")
+def busy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run that loses its leader, its tail and messages."""
+    return rehearsed(tmp_path_factory.mktemp("tables") / "busy", "grove", faults=BUSY)
+
+
+@pytest.fixture(scope="module")
+def paper(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of which row 7 of Table I was once printed wrongly, rounded twice."""
+    return rehearsed(tmp_path_factory.mktemp("tables") / "paper", "paper", seed=2)
+
+
+@pytest.fixture(scope="module")
+def pages(busy: Path, paper: Path) -> Iterator[dict[Path, Sight]]:
+    """One page of each run for all of these tests."""
+    with chromium() as browser, sight(browser) as one, sight(browser) as other:
+        for run, shown in ((busy, one), (paper, other)):
+            (run / "page.html").write_text(page_of(run), encoding="utf-8")
+            record(shown)
+            shown.show((run / "page.html").as_uri())
+        yield {busy: one, paper: other}
+        assert one.troubles == other.troubles == []
+
+
+def tile(shown: Sight, name: str) -> str:
+    """What a tile of the headline says, with what stands beside it."""
+    return " ".join(
+        shown.page.locator("#figures > div", has_text=name).first.locator("dd").inner_text().split()
+    )
+
+
+def table(shown: Sight, name: str) -> list[list[str]]:
+    rows = f"[...document.querySelectorAll('#{name} tbody tr')]"
+    cells: list[list[str]] = shown.page.evaluate(
+        f"{rows}.map((row) => [...row.children].map((cell) => cell.innerText))"
+    )
+    return cells
+
+
+def tally_of(read: Timeline) -> Tally:
+    tally = Tally()
+    for source, entry in read.lines:
+        tally.hear(source, entry)
+    return tally
+
+
+@pytest.mark.parametrize("name", ["busy", "paper"])
+def test_tiles_say_what_the_verdict_says(
+    pages: dict[Path, Sight], name: str, request: pytest.FixtureRequest
+) -> None:
+    run = request.getfixturevalue(name)
+    verdict: Verdict = read_verdict(run)
+    expected = {
+        "Clearance": f"{verdict.clearance_m_min:.4f} m",
+        "Separation": f"{verdict.separation_m_min:.4f} m",
+        "Arrived": f"{verdict.robots_arrived} of {verdict.robots} goal reached",
+        "Steps": f"{verdict.switching_steps} {verdict.planning_events} planning events of all robots",
+        "Time": f"{verdict.sim_s:.1f} s {verdict.path_m:.2f} m driven by all",
+        "Messages": f"{verdict.messages.sent} {sum(verdict.messages.injected.values())} taken by faults, "
+        f"{verdict.messages.unaccounted} unaccounted",
+    }
+    assert {
+        tile_name: tile(pages[run], tile_name)[: len(said)] for tile_name, said in expected.items()
+    } == expected
+    assert pages[run].page.locator("#flaws").is_hidden()
+
+
+def test_deaths_successions_and_heals_are_not_taken_for_each_other(
+    pages: dict[Path, Sight], busy: Path
+) -> None:
+    verdict = read_verdict(busy)
+    assert (len(verdict.deaths), len(verdict.successions), len(verdict.heals)) == (2, 1, 1)
+    assert tile(pages[busy], "Deaths") == "2 1 succession, 1 heal"
+
+
+@pytest.mark.parametrize("name", ["busy", "paper"])
+def test_each_step_has_its_times_its_length_and_the_clearance_it_kept(
+    pages: dict[Path, Sight], name: str, request: pytest.FixtureRequest
+) -> None:
+    run = request.getfixturevalue(name)
+    lines = timeline.read(run).lines
+    planned = [
+        (entry.t_s, source, entry.record) for source, entry in lines if isinstance(entry.record, StepPlanned)
+    ]
+    ended = {
+        entry.record.step: (entry.t_s, entry.record.clearance_m)
+        for _, entry in lines
+        if isinstance(entry.record, StepFinished)
+    }
+    expected = []
+    for t_s, source, step in planned:
+        to_s, kept_m = ended[step.step]
+        promised = NONE if step.promised_clearance_m is None else f"{step.promised_clearance_m:.3f}"
+        kept = NONE if kept_m is None else f"{kept_m:.3f}"
+        expected.append(
+            [str(step.step), f"{t_s:.2f}", f"{to_s:.2f}", source, f"{step.length_m:.3f}", promised, kept]
+        )
+    assert [row[:7] for row in table(pages[run], "steps")[1:]] == expected
+
+
+def test_table_1_has_the_papers_number_beside_each_obstacles_own_and_the_nearest_marked(
+    pages: dict[Path, Sight], paper: Path
+) -> None:
+    read = timeline.read(paper)
+    scenario, stood = scenario_of(read), tally_of(read).switching_positions
+    assert scenario.table_m is not None
+    cells = "[...row.children].slice(7)"
+    texts = "[cell.firstChild.textContent, cell.querySelector('small').textContent, cell.className]"
+    rows = pages[paper].page.evaluate(
+        f"[...document.querySelectorAll('#steps tbody tr')].map((row) => {cells}.map((cell) => {texts}))"
+    )
+    for row, measured_m, printed_m in zip(rows, measure(scenario, stood), scenario.table_m, strict=True):
+        nearest = measured_m.index(min(measured_m))
+        assert row == [
+            [f"{here_m:.3f}", f"{paper_m:.3f}", "nearest" * (column == nearest)]
+            for column, (here_m, paper_m) in enumerate(zip(measured_m, printed_m, strict=True))
+        ]
+
+
+@pytest.mark.parametrize("name", ["busy", "paper"])
+def test_distances_are_those_from_where_the_leader_stood(
+    pages: dict[Path, Sight], name: str, request: pytest.FixtureRequest
+) -> None:
+    run = request.getfixturevalue(name)
+    read = timeline.read(run)
+    scenario = scenario_of(read)
+    stood: list[Point] = tally_of(read).switching_positions
+    expected = [[f"{distance_m:.3f}" for distance_m in row] for row in measure(scenario, stood)]
+    shown = pages[run].page.evaluate(
+        "[...document.querySelectorAll('#steps tbody tr')].map((row) => "
+        "[...row.children].slice(7).map((cell) => cell.firstChild.textContent))"
+    )
+    assert shown == expected
+
+
+def books_of(read: Timeline) -> dict[str, list[str]]:
+    """Each link's row, by what its two robots told, or did not."""
+    sent, received, taken = dict[str, int](), dict[str, int](), Counter[str]()
+    told, heard = set(), set()
+    for source, entry in read.lines:
+        match entry.record:
+            case RobotSettled(sent=counts):
+                told.add(source)
+                sent |= counts
+            case TrafficCounted() as counted:
+                heard.add(source)
+                received |= counted.received
+                for counts in counted.injected.values():
+                    taken.update(counts)
+            case _:
+                pass
+    rows = {}
+    for key in sorted({key for key in (*sent, *received) if key.startswith("link/")}):
+        _, one, other = key.split("/")
+        if one in told and other in heard:
+            lost = 100 * (sent[key] - received[key]) / sent[key]
+            cells = [str(sent[key]), str(received[key]), str(taken[key]), f"{lost:.1f} %"]
+        else:
+            halves = [str(sent.get(key, NONE)), str(received.get(key, NONE))]
+            cells = [*halves, NONE, "not known: its process died"]
+        rows[f"{one[1:]} → {other[1:]}"] = cells
+    return rows
+
+
+def test_books_of_links_say_what_was_lost_and_which_are_not_known(
+    pages: dict[Path, Sight], busy: Path
+) -> None:
+    expected = books_of(timeline.read(busy))
+    assert {row[0]: row[1:] for row in table(pages[busy], "messages")} == expected
+    left_out = [
+        book.split("/")[1:] for book in read_verdict(busy).messages.left_out if book.startswith("link/")
+    ]
+    unknown = {name for name, cells in expected.items() if "not known" in cells[-1]}
+    assert unknown == {f"{one[1:]} → {other.split()[0][1:]}" for one, other in left_out}
+    assert len(unknown) < len(expected)
+
+
+def test_of_a_robot_that_was_restarted_no_link_says_what_was_lost(
+    pages: dict[Path, Sight], busy: Path
+) -> None:
+    told = pages[busy].page.evaluate("""(() => {
+      const run = new clew.runs[0].constructor();
+      const at = (source, more) => ({ t: [1], source: [source], ...more });
+      run.takeEntries("robot.settled", at("r1", { sent: [{ "link/r1/r2": 112 }] }));
+      run.takeEntries("robot.settled", at("r2", { sent: [{ "link/r2/r1": 91 }] }));
+      run.takeEntries("traffic.counted", at("r1", { received: [{ "link/r2/r1": 110 }], injected: [{}] }));
+      run.takeEntries("traffic.counted", at("r2", { received: [{ "link/r1/r2": 93 }], injected: [{}] }));
+      run.takeEntries("robot.restarted", at("world", { robot: [2] }));
+      return run.losses.told();
+    })()""")
+    assert told == [
+        ["1 > 2", {"sent": 112, "received": None, "injected": 0}],
+        ["2 > 1", {"sent": None, "received": 110, "injected": 0}],
+    ]
+
+
+def test_what_is_late_or_comes_twice_is_not_lost(pages: dict[Path, Sight], busy: Path) -> None:
+    faults = [
+        entry.record for _, entry in timeline.read(busy).lines if isinstance(entry.record, FaultInjected)
+    ]
+    of_links = [fault for fault in faults if fault.key is not None and fault.key.startswith("link/")]
+    assert {fault.fault for fault in of_links} == {"delay", *TAKES_AWAY}
+    keys = [fault.key.split("/")[1:] for fault in of_links if fault.key and fault.fault in TAKES_AWAY]
+    expected = Counter(f"{one[1:]} > {other[1:]}" for one, other in keys)
+    curves = "[...clew.runs[0].losses.taken].map(([link, curve]) => [link, curve.value.last])"
+    assert dict(pages[busy].page.evaluate(curves)) == expected
+
+
+def test_the_gap_that_is_marked_is_the_one_that_was_chosen(pages: dict[Path, Sight], paper: Path) -> None:
+    steps = [
+        (entry.t_s, entry.record)
+        for _, entry in timeline.read(paper).lines
+        if isinstance(entry.record, StepPlanned)
+    ]
+    t_s, step = next((t_s, step) for t_s, step in steps if step.gap is not None and len(step.gaps) > 1)
+    assert step.gap is not None
+    gap = step.gaps[step.gap]
+    ends = [step.obstacles[gap.right].tangent_2, step.obstacles[gap.left].tangent_1]
+    marks = layer(pages[paper], "sight", t_s + 0.01)
+    [wide] = [mark for mark in marks if mark.does == "stroke" and mark.width_px == pytest.approx(2.5)]
+    assert wide.points == [pytest.approx((end.x_m, end.y_m), abs=0.002) for end in ends]
+    assert [mark.text for mark in marks if mark.does == "text"] == [f"gap {gap.width_m:.2f} m"]
+
+
+def test_arc_length_along_the_path_is_that_of_the_step_less_what_is_left_of_it(
+    pages: dict[Path, Sight], busy: Path
+) -> None:
+    shown = pages[busy]
+    lines = timeline.read(busy).lines
+    steps = [
+        (entry.t_s + 0.5, source, entry.record)
+        for source, entry in lines
+        if isinstance(entry.record, StepPlanned)
+    ]
+    for t_s, source, step in steps:
+        robot = int(source[1:])
+        poses = [
+            (entry.t_s, entry.record.x_m, entry.record.y_m)
+            for _, entry in lines
+            if isinstance(entry.record, PoseSampled) and entry.record.robot == robot
+        ]
+        times_s, *axes_m = np.array(poses).T
+        here_m = [float(np.interp(t_s, times_s, axis_m)) for axis_m in axes_m]
+        shown.page.evaluate(f"clew.seek({t_s}); clew.choose({robot}); clew.draw()")
+        said = shown.page.locator("#robot-now").inner_text()
+        along_m = float(said.split(" m along the path")[0].rsplit(" ", 1)[1])
+        left_m = math.dist(here_m, (step.target.x_m, step.target.y_m))
+        assert along_m == pytest.approx(step.reach_m - left_m, abs=0.01)
+    shown.page.evaluate("clew.choose(0)")
+
+
+def test_playing_stops_at_the_end_and_begins_again_at_the_start(
+    pages: dict[Path, Sight], paper: Path
+) -> None:
+    shown = pages[paper]
+    button = "document.getElementById('play')"
+    shown.page.evaluate("clew.seek(clew.runs[0].end - 0.05)")
+    shown.page.evaluate(f"{button}.click()")
+    shown.wait("clew.time === clew.runs[0].end")
+    shown.wait(f"{button}.getAttribute('aria-pressed') === 'false'")
+    assert "Play" in shown.page.locator("#play").inner_text()
+    shown.page.evaluate(f"{button}.click()")
+    shown.wait("clew.time > 0 && clew.time < clew.runs[0].end / 2")
+    shown.page.evaluate(f"{button}.click()")
+
+
+def test_what_is_wrong_and_how_much_is_left_out_of_the_list_is_said(
+    pages: dict[Path, Sight], busy: Path
+) -> None:
+    """The last of these tests: it changes what the page shows."""
+    shown = pages[busy]
+    known = shown.page.locator("#moments li").count()
+    assert shown.page.locator("#moments-about").inner_text() == ""
+    count = 500
+    silent: dict[str, Any] = {
+        "i": [1] * count,
+        "t": [5000, *[1] * (count - 1)],
+        "source": ["r3"] * count,
+        "neighbour": [4] * count,
+        "silent_s": [0.5] * count,
+    }
+    flaws = [f"flaw {i} <b>" for i in range(25)]
+    batch = json.dumps({"entries": {"link.silent": silent}, "flaws": flaws})
+    shown.page.evaluate(f"clew.take(0, {batch})")
+    shown.wait("!document.getElementById('flaws').hidden")
+    said = shown.page.locator("#flaws li").all_inner_texts()
+    assert said == [*flaws[:20], "and 5 more"]
+    assert shown.page.locator("#flaws").is_visible()
+    about = shown.page.locator("#moments-about").inner_text()
+    assert about.startswith(f"{MOMENTS_SHOWN} of {known + count}")
+    listed = shown.page.locator("#moments time").all_inner_texts()
+    assert len(listed) == MOMENTS_SHOWN
+    assert all(float(one) <= float(other) for one, other in itertools.pairwise(listed))

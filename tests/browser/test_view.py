@@ -1,0 +1,169 @@
+"""The page in a browser, from the viewer: live, late, and two runs side by side."""
+
+import json
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser
+
+from clew.page.serve.browser import chromium
+from tests.support.campaigns import clew
+from tests.support.pages.browser import Sight, sight
+from tests.support.pages.views import address_of, view
+from tests.support.processes.fleets import END_S_MAX, RUN_S_MAX, Fleet
+
+ENDED = "clew.runs[0].ended"
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """The same run under two seeds."""
+    folder = tmp_path_factory.mktemp("view")
+    for seed in ("1", "2"):
+        rehearsed = clew("rehearse", "grove", "--seed", seed, "--out", folder / seed)
+        assert rehearsed.exit_code == 0, rehearsed.output
+    return [folder / "1", folder / "2"]
+
+
+@contextmanager
+def served(*arguments: str | Path, cwd: Path) -> Iterator[str]:
+    """The address of a viewer."""
+    with view(*arguments, cwd=cwd) as viewer:
+        yield address_of(viewer.stdout)
+        viewer.send_signal(signal.SIGINT)
+        assert viewer.wait(END_S_MAX) == 130
+
+
+def test_a_page_that_watches_a_fleet_sees_robots_move_and_then_the_verdict(
+    browser: Browser, fleet: Fleet
+) -> None:
+    launcher = fleet.start("grove", "--speed", "3", "--view", "--json")
+    address = address_of(launcher.stderr)
+    with sight(browser) as shown:
+        shown.show(address)
+        early_s = shown.page.evaluate("clew.time")
+        ended_early = shown.page.evaluate(ENDED)
+        shown.wait(f"clew.time > {early_s + 5.0}")  # it follows by itself
+        with sight(browser) as late:
+            late.show(address)
+            late.wait(ENDED)
+            outcome = fleet.end(RUN_S_MAX)
+            shown.wait(ENDED)
+            counted = "clew.runs[0].positions.length"
+            assert late.page.evaluate(counted) == shown.page.evaluate(counted) > 1
+            late.page.evaluate("clew.seek(0)")
+            starts = late.page.evaluate("clew.frame().length")
+        verdict = shown.page.evaluate("clew.runs[0].verdict")
+        assert shown.troubles == []
+    assert not ended_early
+    assert starts == 5
+    assert outcome.code == 0, outcome.err
+    assert verdict == json.loads(outcome.out)
+    assert fleet.leftovers() == []
+
+
+def test_served_it_asks_for_itself_and_its_feed_and_nothing_else(
+    browser: Browser, runs: list[Path], tmp_path: Path
+) -> None:
+    with served(runs[0], cwd=tmp_path) as address, sight(browser) as shown:
+        shown.show(address)
+        shown.wait(ENDED)
+        assert shown.requests == [address, f"{address}events/0"]
+        assert shown.troubles == []
+
+
+def test_a_deep_link_into_a_served_run_lands_at_its_moment(
+    browser: Browser, runs: list[Path], tmp_path: Path
+) -> None:
+    with served(runs[0], cwd=tmp_path) as address, sight(browser) as shown:
+        shown.show(f"{address}#t=12.3&robot=3")
+        shown.wait("clew.time === 12.3 && clew.robot === 3")
+
+
+def test_a_deep_link_lands_though_the_newest_moment_is_just_the_one_it_leads_to(
+    browser: Browser, runs: list[Path], tmp_path: Path
+) -> None:
+    events = tmp_path / "events.jsonl"
+    lines = (runs[0] / "events.jsonl").read_bytes().splitlines(keepends=True)
+    times_s = [0.0, *(json.loads(line)["t_s"] for line in lines[1:])]
+    asked_s = 4.0
+    until = next(i for i, t_s in enumerate(times_s) if t_s >= asked_s)
+    events.write_bytes(b"".join(lines[:until]))
+    with served(events, cwd=tmp_path) as address, sight(browser) as shown:
+        shown.show(f"{address}#t={times_s[until]}")
+        with events.open("ab") as file:
+            file.write(lines[until])
+        shown.wait(f"clew.runs[0].end === {times_s[until]}")
+        with events.open("ab") as file:
+            file.writelines(lines[until + 1 :])
+        shown.wait(f"clew.runs[0].end > {times_s[until] + 5.0}")
+        assert shown.page.evaluate("clew.time") == times_s[until]
+        assert shown.page.locator("#live").get_attribute("aria-pressed") == "false"
+        shown.page.keyboard.press("End")
+        shown.wait("clew.time > 10.0")
+        assert shown.troubles == []
+
+
+def off_m(shown: Sight, run: int, row: int) -> float:
+    """How far a run's leader is now from where it stood at this switching position."""
+    there = f"clew.runs[{run}].positions[{row}]"
+    leader = f"clew.frame({run}).find((body) => body.robot === {there}.robot)"
+    distance_m: float = shown.page.evaluate(f"Math.hypot({leader}.x - {there}.x_m, {leader}.y - {there}.y_m)")
+    return distance_m
+
+
+def test_two_runs_stand_side_by_side_aligned_by_switching_step(
+    browser: Browser, runs: list[Path], tmp_path: Path
+) -> None:
+    with served(*runs, cwd=tmp_path) as address, sight(browser) as shown:
+        shown.show(address)
+        shown.wait("clew.runs.length === 2 && clew.runs.every((run) => run.ended)")
+        assert shown.page.locator("#panes canvas").count() >= 2
+        left, right = (shown.page.locator("#panes > *").nth(index).bounding_box() for index in (0, 1))
+        assert left is not None
+        assert right is not None
+        assert left["x"] + left["width"] <= right["x"]
+        assert left["y"] == right["y"]
+        shown.page.evaluate("clew.seek(clew.runs[0].positions[3].t_s)")
+        assert [off_m(shown, index, 3) for index in (0, 1)] == pytest.approx([0.0, 0.0], abs=0.01)
+        assert shown.troubles == []
+
+
+def test_a_page_shows_the_next_run_when_latest_leads_to_it(
+    browser: Browser, runs: list[Path], tmp_path: Path
+) -> None:
+    latest = tmp_path / "runs" / "latest"
+    latest.parent.mkdir()
+    with served("--live", cwd=tmp_path) as address, sight(browser) as shown:
+        shown.page.goto(address)
+        assert "Waiting" in shown.page.locator("#notice").inner_text()
+        assert not shown.page.locator("#timeline").is_visible()
+        for run in runs:
+            latest.with_name("link").symlink_to(run)
+            latest.with_name("link").replace(latest)
+            shown.wait(f"clew.runs[0]?.subject?.seed === {run.name} && {ENDED}")
+            shown.wait(f"document.querySelector('#facts').innerText.endsWith('in {run.name}')")
+        assert not shown.page.locator("#notice").is_visible()
+        assert shown.troubles == []
+
+
+def test_a_page_whose_viewer_has_gone_says_so_while_the_run_goes_on(
+    browser: Browser, runs: list[Path], tmp_path: Path
+) -> None:
+    events = (runs[0] / "events.jsonl").read_bytes()
+    (tmp_path / "half.jsonl").write_bytes(events[: len(events) // 2])
+    with sight(browser) as shown:
+        with served(tmp_path / "half.jsonl", cwd=tmp_path) as address:
+            shown.show(address)
+            assert not shown.page.locator("#notice").is_visible()
+        shown.page.locator("#notice").wait_for()
+        assert "away" in shown.page.locator("#notice").inner_text()

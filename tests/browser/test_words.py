@@ -1,0 +1,160 @@
+"""What the page says in words and figures: of moving obstacles, of the dead, and of what is not known."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser
+
+from clew.fleet.summary import verdict_sentence
+from clew.log import timeline
+from clew.log.check import scenario_of
+from clew.page.serve.browser import chromium
+from tests.support.pages.browser import Sight, sight
+from tests.support.pages.pages import page_of, rehearsed
+from world.record.recorder import EVENTS_FILE
+from world.record.run_files import read_verdict
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def killed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return rehearsed(tmp_path_factory.mktemp("words") / "run", "grove", faults="leader-killed")
+
+
+def show(shown: Sight, run: Path) -> None:
+    """Its report, which is made anew."""
+    page = run / "shown.html"
+    page.write_text(page_of(run), encoding="utf-8")
+    shown.page.goto(page.as_uri())
+    shown.page.evaluate("clew.opened")
+    shown.page.evaluate("clew.draw()")
+
+
+def text(shown: Sight, selector: str) -> str:
+    return shown.page.locator(selector).inner_text()
+
+
+def test_the_nearest_obstacle_may_be_one_that_moves(browser: Browser, tmp_path: Path) -> None:
+    run = rehearsed(tmp_path / "run", "pedestrian")
+    with sight(browser) as shown:
+        show(shown, run)
+        least_m = read_verdict(run).moving_clearance_m_min
+        assert least_m is not None
+        assert f"{least_m:.4f} m" in text(shown, "#figures")
+        shown.page.evaluate("clew.seek(clew.runs[0].passing.leastAt); clew.draw()")
+        said = text(shown, "#robot-now")
+        assert said.startswith("nearest to a moving obstacle: robot ")
+        assert float(said.split(", ")[1].split()[0]) <= least_m + 0.001
+        assert shown.troubles == []
+
+
+def test_passings_of_what_moves_have_a_chart_of_their_own_where_something_does(
+    browser: Browser, killed: Path, tmp_path: Path
+) -> None:
+    with sight(browser) as shown:
+        show(shown, rehearsed(tmp_path / "run", "pedestrian"))
+        chart = shown.page.locator(".chart", has_text="To moving obstacles")
+        assert chart.is_visible()
+        assert f"least {read_verdict(tmp_path / 'run').moving_clearance_m_min:.4f} m" in chart.inner_text()
+        show(shown, killed)
+        assert not chart.is_visible()
+
+
+def test_a_curve_that_is_cut_off_at_the_top_is_marked(browser: Browser, killed: Path) -> None:
+    with sight(browser) as shown:
+        show(shown, killed)
+        assert "▴ > 0." in shown.page.locator(".chart", has_text="Separation").inner_text()
+
+
+def test_a_chart_that_has_been_empty_is_shown_when_it_has_something_to_show(
+    browser: Browser, killed: Path
+) -> None:
+    with sight(browser) as shown:
+        show(shown, killed)
+        canvas = shown.page.locator(".chart", has_text="Messages lost").locator("canvas")
+        assert not canvas.is_visible()
+        shown.page.evaluate("clew.runs[0].losses.take(1, 'link/r1/r2/state', 'drop'); clew.take(0, {})")
+        canvas.wait_for()
+
+
+def test_a_dead_robot_is_near_to_nothing(browser: Browser, killed: Path) -> None:
+    with sight(browser) as shown:
+        show(shown, killed)
+        shown.page.evaluate("clew.runs[0].body(1).clearance.push(4, 0.001); clew.seek(6); clew.draw()")
+        assert "robot 1," not in text(shown, "#robot-now")
+        assert "nearest" in text(shown, "#robot-now")
+
+
+def test_what_a_damaged_header_does_not_say_is_said_to_be_not_known(
+    browser: Browser, killed: Path, tmp_path: Path
+) -> None:
+    header, rest = (killed / EVENTS_FILE).read_bytes().split(b"\n", 1)
+    (tmp_path / EVENTS_FILE).write_bytes(header[:300] + b"\n" + rest)
+    (tmp_path / "empty").mkdir()
+    with sight(browser) as shown:
+        for run in (tmp_path, tmp_path / "empty"):
+            show(shown, run)
+            said = text(shown, "body")
+            assert "not known" in said
+            for guess in ("seed 0", "above 0", "one robot alone", "no obstacle stands still"):
+                assert guess not in said
+        assert shown.troubles == []
+
+
+def test_a_law_that_promises_no_clearance_is_said_to_and_what_it_falls_short_of(
+    browser: Browser, tmp_path: Path
+) -> None:
+    run = rehearsed(tmp_path / "run", "paper")
+    sentence = verdict_sentence(read_verdict(run), scenario_of(timeline.read(run)))
+    short = sentence.split("this is ")[1].split(" short of")[0]
+    with sight(browser) as shown:
+        show(shown, run)
+        said = text(shown, "#verdict")
+        assert "Kept its promises" not in said
+        assert f"promises no clearance: {read_verdict(run).clearance_m_min:.4f} m is {short} short of" in said
+
+
+def test_a_step_that_promises_less_than_is_required_says_why(browser: Browser, killed: Path) -> None:
+    why = "leads away from"
+    with sight(browser) as shown:
+        show(shown, killed)
+        assert why not in text(shown, "#moments") + text(shown, "#steps-about")
+        shown.page.evaluate("clew.runs[0].kind('step.planned').promised_clearance_m[0] = 0; clew.take(0, {})")
+        shown.wait(f"document.querySelector('#moments').innerText.includes('{why}')")
+        assert why in text(shown, "#steps-about")
+        assert "0.000 *" in text(shown, "#steps")
+
+
+def test_the_folder_of_a_run_is_named(browser: Browser, killed: Path) -> None:
+    with sight(browser) as shown:
+        show(shown, killed)
+        assert f"in {killed.name}" in text(shown, "#facts")
+
+
+def test_the_end_is_neither_a_fault_nor_mended(browser: Browser, killed: Path) -> None:
+    with sight(browser) as shown:
+        show(shown, killed)
+        last = shown.page.locator("#moments li").last.locator("i")
+        assert last.get_attribute("class") == "row3"
+
+
+def test_a_live_page_shows_robots_where_they_are_known_to_be_and_as_they_were(
+    browser: Browser, killed: Path
+) -> None:
+    with sight(browser) as shown:
+        show(shown, killed)
+        shown.page.evaluate("""
+          clew.run = new clew.runs[0].constructor();
+          const track = { robot: 2, t: [8000, 300], x: [0, 100], y: [0, 0], heading: [0, 0] };
+          clew.run.take({ tracks: [track], end_s: 8.64 });
+          clew.run.goTo(8.3);
+        """)
+        assert shown.page.evaluate("[clew.run.newest, clew.run.body(2).isMoving]") == [8.3, True]
+        shown.page.evaluate("clew.run.take({ end_s: 12 }); clew.run.goTo(clew.run.newest)")
+        assert shown.page.evaluate("[clew.run.newest, clew.run.body(2).isMoving]") == [11.5, False]

@@ -1,0 +1,1 @@
+"""The house: its layout, its rules, and docs that are made from the source."""

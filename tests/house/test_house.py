@@ -1,0 +1,183 @@
+"""The house rules, kept by reading the source: imports point down, clocks stay in shells."""
+
+import ast
+import importlib
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from protocol.root import ROOT
+
+PACKAGES = ("agents", "clew", "protocol", "world")
+
+MAY_IMPORT = {
+    "protocol": {"protocol"},
+    "agents": {"agents", "protocol"},
+    "world": {"world", "protocol"},
+    "clew": set(PACKAGES),
+}
+
+ONLY_IN = {
+    "zenoh": {"protocol/network/zenoh_transport.py", "protocol/network/router.py"},
+    # The shells, and the two edges of the port that an event loop waits for; all else is told the time.
+    "asyncio": {
+        "agents/process/host.py",
+        "clew/fleet/prepare.py",
+        "clew/fleet/table.py",
+        "clew/log/follow.py",
+        "clew/page/serve/channel.py",
+        "clew/page/serve/server.py",
+        "clew/verbs/log_cat.py",
+        "clew/verbs/view.py",
+        "protocol/__main__.py",
+        "protocol/ending.py",
+        "protocol/network/zenoh_transport.py",
+        "world/control.py",
+        "world/shell.py",
+    },
+    "time": {
+        "agents/process/shell.py",
+        "clew/campaign/episode.py",
+        "clew/fleet/live.py",
+        "clew/log/vigil.py",
+        "clew/rehearsal/recorded.py",
+        "clew/verbs/bench.py",
+        "clew/verbs/bench_page.py",
+        "protocol/network/faulty_transport.py",
+        "world/shell.py",
+    },
+    "datetime": {
+        "clew/export/times.py",
+        "clew/fleet/folder.py",
+        "clew/fleet/prepare.py",
+        "clew/rehearsal/recorded.py",
+        "clew/verbs/campaign.py",
+        "clew/verbs/chaos.py",
+        "clew/verbs/rehearse.py",
+        "world/shell.py",
+    },
+    "random": set[str](),  # draws come from `world.chance` and `protocol.faults.chance`, by seed and purpose
+}
+
+LINES_MAX = 400
+FUNCTION_LINES_MAX = 70
+IGNORE = re.compile(r"#\s*(?:noqa|type:\s*ignore)\S*(?:\s*[A-Z]+\d+(?:,\s*[A-Z]+\d+)*)?(?P<why>.*)")
+
+
+def modules(root: Path) -> list[Path]:
+    return [path for package in PACKAGES for path in sorted((root / package).rglob("*.py"))]
+
+
+def complaints(root: Path, path: Path) -> Iterator[str]:
+    """What a module does against the house."""
+    text = path.read_text(encoding="utf-8")
+    tree = ast.parse(text)
+    name = path.relative_to(root).as_posix()
+    if not ast.get_docstring(tree):
+        yield f"{name}: has no docstring"
+    if (lines := len(text.splitlines())) > LINES_MAX:
+        yield f"{name}: has {lines} lines, more than {LINES_MAX}"
+    yield from import_complaints(name, tree)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and node.end_lineno is not None:
+            length = node.end_lineno - node.lineno + 1
+            if length > FUNCTION_LINES_MAX:
+                yield f"{name}: {node.name} has {length} lines, more than {FUNCTION_LINES_MAX}"
+    yield from ignore_complaints(name, text)
+
+
+def import_complaints(name: str, tree: ast.AST) -> Iterator[str]:
+    allowed = MAY_IMPORT[name.partition("/")[0]]
+    for module in imported(tree):
+        if module in PACKAGES and module not in allowed:
+            yield f"{name}: imports {module}, which is not below it"
+        if module in ONLY_IN and name not in ONLY_IN[module]:
+            yield f"{name}: imports {module}, which only {sorted(ONLY_IN[module])} may"
+
+
+def imported(tree: ast.AST) -> Iterator[str]:
+    """The top-level names of all imports, wherever they stand."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield node.module.partition(".")[0] if node.module and node.level == 0 else "a relative name"
+
+
+def imported_by(path: Path) -> set[str]:
+    return set(imported(ast.parse(path.read_text(encoding="utf-8")))) if path.exists() else set()
+
+
+def ignore_complaints(name: str, text: str) -> Iterator[str]:
+    for number, line in enumerate(text.splitlines(), start=1):
+        match = IGNORE.search(line)
+        if match and len(re.findall(r"[A-Za-z]{2,}", match["why"])) < 2:
+            yield f"{name}:{number}: ignores a check and does not say why"
+
+
+@pytest.mark.parametrize("path", modules(ROOT), ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_module_keeps_the_house_rules(path: Path) -> None:
+    assert list(complaints(ROOT, path)) == []
+
+
+@pytest.mark.parametrize(
+    "path", sorted((ROOT / "tests").rglob("*.py")), ids=lambda path: path.relative_to(ROOT).as_posix()
+)
+def test_test_file_is_small_and_explains_its_ignores(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= LINES_MAX
+    assert list(ignore_complaints(path.name, text)) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "source", "complaint"),
+    [
+        ("protocol/a.py", "from world.core import World", "imports world"),
+        ("agents/a.py", "def f():\n    import world", "imports world"),
+        ("world/a.py", "import agents.robot", "imports agents"),
+        ("agents/a.py", "import zenoh", "imports zenoh"),
+        ("world/a.py", "from time import monotonic", "imports time"),
+        ("clew/a.py", "import random", "imports random"),
+        ("clew/a.py", "x = 1\n" * 401, "has 402 lines"),
+        ("clew/a.py", "def f():\n" + "    x = 1\n" * 70, "f has 71 lines"),
+        ("clew/a.py", "x = 1  # no" + "qa: E501", "does not say why"),
+        ("clew/a.py", "x = 1  # type" + ": ignore[misc]", "does not say why"),
+    ],
+)
+def test_planted_violation_is_found(tmp_path: Path, name: str, source: str, complaint: str) -> None:
+    path = tmp_path / name
+    path.parent.mkdir(parents=True)
+    path.write_text('"""Planted."""\n' + source, encoding="utf-8")
+    found = list(complaints(tmp_path, path))
+    assert [text for text in found if complaint in text] == found
+    assert found
+
+
+def test_module_without_docstring_is_found(tmp_path: Path) -> None:
+    path = tmp_path / "clew" / "a.py"
+    path.parent.mkdir(parents=True)
+    path.write_text("x = 1\n", encoding="utf-8")
+    assert list(complaints(tmp_path, path)) == ["clew/a.py: has no docstring"]
+
+
+def test_explained_ignore_passes() -> None:
+    assert list(ignore_complaints("a.py", "x = 1  # no" + "qa: S603  the program is our own")) == []
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_our_names_resolve_inside_this_tree(package: str) -> None:
+    found = importlib.import_module(package).__file__
+    assert found is not None
+    assert Path(found).is_relative_to(ROOT)
+
+
+@pytest.mark.parametrize("module", ONLY_IN)
+def test_whoever_may_import_a_clock_or_zenoh_does(module: str) -> None:
+    idle = [name for name in sorted(ONLY_IN[module]) if module not in imported_by(ROOT / name)]
+    assert idle == []
+
+
+def test_launch_holds_no_python_package() -> None:
+    assert list((ROOT / "launch").rglob("*.py")) == []

@@ -1,0 +1,180 @@
+"""Live chaos: what counts as trouble, what was left behind is found, and a real fleet passes through."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec.structs import replace
+
+from clew.campaign.chaos import ChaosRun, is_balanced, judge_run, replay_line, sum_up, troubles_of
+from clew.fleet.live import Ended, left_behind, processes_of, run_fleet
+from clew.log.check import Finding, check
+from clew.log.timeline import read
+from clew.swarm.swarm import draw
+from tests.support.campaigns import clew
+from tests.support.logs.logs import AT_REST, GOOD, numbered, recorded
+from tests.support.processes.fleets import END_S_MAX, RUN_S_MAX, START_S_MAX, Fleet, wait_until
+from world.judge.books import Messages
+
+WELL = Ended(code=0, said=("ok",), wall_s=1.0, leftovers=())
+COUNTS = st.integers(0, 10**6)
+
+
+@pytest.fixture
+def finding(tmp_path: Path) -> Finding:
+    """Of a log in which every promise was kept."""
+    return check(read(recorded(tmp_path, numbered(AT_REST))))
+
+
+@pytest.fixture
+def sleeper(tmp_path: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """A process that bears a fleet's folder for temporary files in its environment, and stays."""
+    command = [sys.executable, "-c", "import sys; print('here', flush=True); sys.stdin.read()"]
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe) as process:
+        assert process.stdout is not None
+        process.stdout.readline()  # for a moment after it has begun, Linux shows no environment of it
+        yield process
+        process.kill()
+
+
+def test_a_run_that_kept_its_promises_and_left_nothing_is_no_trouble(finding: Finding) -> None:
+    assert list(troubles_of(GOOD, finding, WELL)) == []
+
+
+def test_everything_that_must_not_be_is_a_trouble_of_its_own(finding: Finding) -> None:
+    broken = replace(GOOD, violations=2, violations_by_invariant={"S1": 0, "S2": 2})
+    assert list(troubles_of(broken, finding, WELL)) == ["broken: S2 2"]
+    off = replace(GOOD, messages=replace(GOOD.messages, unaccounted=-1))
+    assert list(troubles_of(off, finding, WELL)) == ["the books do not balance"]
+    unheard = replace(GOOD, events=replace(GOOD.events, missing=6))
+    assert list(troubles_of(unheard, finding, WELL)) == []  # interrupted: they may have been cut off
+    arrived = replace(finding, ended="every living robot has arrived")
+    assert list(troubles_of(unheard, arrived, WELL)) == ["6 entries of the timeline never came"]
+    torn = replace(finding, ok=False, flaws=("line 3 is torn",))
+    assert list(troubles_of(GOOD, torn, WELL)) == ["log check: 0 violations; line 3 is torn"]
+    left = Ended(code=0, said=(), wall_s=1.0, leftovers=("python -m agents",))
+    assert list(troubles_of(GOOD, finding, left)) == ["left behind: python -m agents"]
+    refused = Ended(code=2, said=("fleet.sh: no such plan",), wall_s=1.0, leftovers=())
+    assert list(troubles_of(GOOD, finding, refused)) == ["the launcher refused: fleet.sh: no such plan"]
+    hung = Ended(code=None, said=(), wall_s=1.0, leftovers=())
+    assert list(troubles_of(None, None, hung)) == [
+        "the launcher did not end when it was told to",
+        "there is no verdict",
+        "the log cannot be read",
+    ]
+
+
+@given(COUNTS, st.dictionaries(st.sampled_from(["drop", "corrupt"]), COUNTS), COUNTS, COUNTS)
+def test_books_balance_exactly_when_all_that_was_sent_is_told_and_nothing_else(
+    received: int, injected: dict[str, int], refused: int, lost: int
+) -> None:
+    sent = received + sum(injected.values()) + refused + lost
+    books = Messages(
+        sent=sent, received=received, injected=injected, refused=refused, unaccounted=lost, left_out=()
+    )
+    assert is_balanced(books)
+    assert not is_balanced(replace(books, received=received + 1))
+    assert not is_balanced(
+        replace(books, received=sent + 1, unaccounted=-1 - sum(injected.values()) - refused)
+    )
+
+
+def test_a_folder_without_a_run_is_judged_and_says_what_the_launcher_said_last(tmp_path: Path) -> None:
+    ended = Ended(code=1, said=("clew: the world was killed",), wall_s=1.0, leftovers=())
+    run = judge_run(draw(3), tmp_path, ended, replay="again", load=1.0)
+    assert (run.reason, run.arrived, run.messages) == ("clew: the world was killed", False, None)
+    assert run.troubles == ("there is no verdict", "the log cannot be read")
+
+
+def test_a_sum_is_ok_only_without_trouble_and_whole(tmp_path: Path) -> None:
+    bad = judge_run(draw(3), tmp_path, WELL, replay="again", load=1.0)
+    good = fine(bad)
+    assert sum_up([good, good], asked=2, speed="2", interrupted=False).ok
+    assert not sum_up([good], asked=2, speed="2", interrupted=True).ok
+    mixed = sum_up([good, bad], asked=2, speed="2", interrupted=False)
+    assert (mixed.ok, mixed.unbalanced, mixed.not_arrived) == (False, 1, 1)
+    assert mixed.messages_sent == GOOD.messages.sent
+
+
+def fine(run: ChaosRun) -> ChaosRun:
+    return replace(run, troubles=(), messages=GOOD.messages, arrived=True)
+
+
+def test_the_replay_line_names_what_was_drawn() -> None:
+    said = replay_line(Path("c/drawn/7.toml"), 7, "2")
+    assert said == "./launch/fleet.sh c/drawn/7.toml --faults c/drawn/7.faults.toml --seed 7 --speed 2"
+
+
+def test_a_process_that_was_left_behind_is_named_and_ended(
+    tmp_path: Path, sleeper: subprocess.Popen[bytes]
+) -> None:
+    assert list(processes_of(tmp_path)) == [sleeper.pid]
+    (tmp_path / "socket").touch()
+    process, file = left_behind(tmp_path)
+    assert process.startswith(sys.executable)
+    assert file == "socket"
+    assert sleeper.wait(END_S_MAX) == -9
+    assert processes_of(tmp_path) == {}
+
+
+def test_a_folder_in_which_anything_stands_is_refused_before_a_fleet_starts_and_stays_as_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("clew.verbs.chaos.run_fleet", no_fleet)
+    former = recorded(tmp_path / "run-3", numbered(AT_REST)) / "events.jsonl"
+    before = former.read_bytes()
+    told = clew("chaos", "--runs", "1", "--seed", "3", "--out", tmp_path)
+    assert (told.exit_code, told.stdout) == (2, "")
+    said = f"Error: --out {tmp_path}: it is not empty, and a run never writes into another's folder\n"
+    assert told.stderr == said
+    assert [path for path in tmp_path.rglob("*") if path.is_file()] == [former]
+    assert former.read_bytes() == before
+
+
+def no_fleet(*_: object, **__: object) -> Ended:
+    raise AssertionError("a fleet was started")
+
+
+def test_a_fleet_that_is_told_to_end_ends_and_leaves_nothing(tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    has_begun = (out / "events.jsonl").exists
+    ended = run_fleet(["grove", "--out", str(out)], wall_s_max=RUN_S_MAX, until=has_begun)
+    assert (ended.code, ended.leftovers) == (143, ())
+    assert ended.wall_s < RUN_S_MAX
+
+
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
+)
+def test_chaos_that_is_asked_to_end_ends_its_fleet_tells_and_leaves_nothing(
+    fleet: Fleet, number: signal.Signals, code: int
+) -> None:
+    chaos = fleet.start_with(sys.executable, "-m", "clew.cli", "chaos", "--speed", "1", "--out", "ch")
+    wait_until(lambda: (fleet.cwd / "ch" / "run-1" / "events.jsonl").exists() or None, START_S_MAX)
+    for _ in range(2):  # as `timeout` does
+        chaos.send_signal(number)
+    outcome = fleet.end(2 * END_S_MAX)  # the launcher's promise, and as much for the verb; a run takes longer
+    assert (outcome.code, fleet.leftovers()) == (code, [])
+    assert "INTERRUPTED: 0 of 50 runs" in outcome.out
+    assert json.loads((fleet.cwd / "ch" / "chaos.json").read_text(encoding="utf-8"))["interrupted"]
+
+
+def test_chaos_runs_a_fleet_through_what_its_seed_draws_and_tells(tmp_path: Path) -> None:
+    told = clew("chaos", "--runs", "1", "--speed", "8", "--out", tmp_path / "out", "--json")
+    assert told.exit_code == 0, told.output
+    said = json.loads(told.stdout)
+    assert json.loads((tmp_path / "out" / "chaos.json").read_text(encoding="utf-8")) == said
+    (run,) = said["each"]
+    assert run["troubles"] == []
+    assert (said["ok"], said["runs"]) == (True, 1)
+    assert run["classes"] == [str(each) for each in draw(1).classes]
+    assert (tmp_path / "out" / "drawn" / "1.faults.toml").exists()

@@ -1,0 +1,194 @@
+"""What a damaged wire brings is what was sent, or is refused; a fleet on such a wire arrives all the same."""
+
+import asyncio
+import shutil
+import signal
+import subprocess
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass, field, replace
+from itertools import count
+from pathlib import Path
+
+import pytest
+
+from clew.fleet.prepare import free_endpoint
+from protocol.errors import SessionLostError
+from protocol.network.session import write_sessions
+from protocol.network.transport import Arrival, Heard, Refused
+from protocol.network.zenoh_transport import ZenohTransport
+from protocol.wire.messages import Message
+from tests.support.processes.fleets import RUN_S_MAX, Fleet
+from tests.support.processes.parts import Parts, said
+from tests.support.processes.proxy import Faults, Proxy, Way, proxy_aside
+from tests.support.processes.wire import (
+    KEYS,
+    drive,
+    next_arrivals,
+    odometry,
+    python,
+    robot_transport,
+    world_transport,
+)
+
+ROBOTS = ("r1", "r2", "r3")
+WIRES_MAX = 5  # Zenoh panicked in 5 talks of some 200
+UNHEARD_OF = Faults(forged=b"\x19\x01")  # the end of an interest, of which Zenoh has a client panic
+TALK_S_MAX = 60.0  # it takes some seconds, more where Zenoh has to open its links again and again
+GROVE = ("grove", "-n", str(len(ROBOTS)), "--speed", "2")  # 17 s of the run where nothing goes wrong
+ROUND_S = 0.005  # for what has been sent to arrive
+ROUNDS_MAX = 2000
+
+
+def port_of(endpoint: str) -> int:
+    return int(endpoint.rpartition(":")[2])
+
+
+@contextmanager
+def damaged_wire(seed: int) -> Iterator[tuple[Path, Proxy]]:
+    """Sessions whose router is behind a proxy."""
+    outer, inner = free_endpoint(), free_endpoint()
+    folder = Path(tempfile.mkdtemp(prefix="clew"))
+    tcp = f"tcp/127.0.0.1:{port_of(inner)}"
+    try:
+        found = f"tcp/127.0.0.1:{port_of(outer)}"
+        write_sessions(folder, fleet=KEYS.fleet, run=KEYS.run, robots=len(ROBOTS), endpoints=[found])
+        with (
+            python("-m", "protocol", "--sessions", str(folder), "--lifeline", "--listen", tcp) as router,
+            proxy_aside(port_of(inner), listen=port_of(outer), seed=seed) as between,
+        ):
+            assert router.stdout is not None
+            assert router.stdout.readline().startswith("ready ")
+            yield folder, between
+    finally:
+        shutil.rmtree(folder)
+
+
+@contextmanager
+def fleet_behind_proxy(fleet: Fleet) -> Iterator[tuple[subprocess.Popen[str], Proxy]]:
+    """The world of a whole fleet whose router is behind a proxy."""
+    outer, inner = port_of(free_endpoint()), port_of(free_endpoint())
+    endpoint, listen = f"tcp/127.0.0.1:{outer}", f"tcp/127.0.0.1:{inner}"
+    with (
+        proxy_aside(inner, listen=outer, seed=1) as between,
+        Parts(fleet, len(ROBOTS), GROVE, endpoint, listen).started() as world,
+    ):
+        yield world, between
+
+
+@dataclass(slots=True)
+class Talk:
+    """What was said and what came of it."""
+
+    said: dict[tuple[str, int], Message] = field(default_factory=dict)
+    heard: list[Heard] = field(default_factory=list)
+    refused: list[Refused] = field(default_factory=list)
+
+    def say(self, sender: ZenohTransport, key: str, message: Message) -> None:
+        sender.put(key, message)
+        self.said[key, sender.traffic.sent[key]] = message
+
+    def hear(self, arrivals: Sequence[Arrival]) -> None:
+        self.heard += [each for each in arrivals if isinstance(each, Heard)]
+        self.refused += [each for each in arrivals if isinstance(each, Refused)]
+
+    @property
+    def corrupt(self) -> list[Heard]:
+        """What nobody said."""
+        return [each for each in self.heard if self.said.get((each.key, each.number)) != each.message]
+
+
+async def converse(talk: Talk, folder: Path, between: Proxy, faults: Faults, *, until_refused: int) -> None:
+    """Say different things on all kinds of keys, until enough has been refused."""
+    async with asyncio.timeout(TALK_S_MAX):
+        with ExitStack() as stack:
+            world = stack.enter_context(world_transport(folder))
+            robots = [stack.enter_context(robot_transport(folder, name)) for name in ROBOTS]
+            await next_arrivals(world, len(ROBOTS))
+            for way in Way:
+                between.faults[way] = faults
+            number = 0
+            while len(talk.refused) < until_refused:
+                for name, robot in zip(ROBOTS, robots, strict=True):
+                    number += 1
+                    talk.say(world, KEYS.odometry(name), odometry(float(number)))
+                    for key in (KEYS.drive(name), KEYS.muster(name)):
+                        talk.say(robot, key, drive(number))
+                for each in (world, *robots):
+                    talk.hear(await each.arrivals(ROUND_S))
+            for way in Way:
+                between.faults[way] = Faults()
+
+
+@pytest.mark.parametrize(
+    ("faults", "until_refused"),
+    [(Faults(flip_probability=0.05), 200), (Faults(truncate_probability=0.02), 20)],
+    ids=["flips", "cuts"],
+)
+async def test_what_is_heard_on_a_damaged_wire_was_sent(faults: Faults, until_refused: int) -> None:
+    heard, refused = 0, 0
+    for seed in range(1, WIRES_MAX + 1):
+        talk = Talk()
+        with damaged_wire(seed) as (folder, between), suppress(SessionLostError):
+            await converse(talk, folder, between, faults, until_refused=until_refused - refused)
+        assert talk.corrupt == []
+        heard, refused = heard + len(talk.heard), refused + len(talk.refused)
+        if refused >= until_refused:
+            break
+    assert heard > refused >= until_refused, "a session was lost every time"
+
+
+async def test_a_session_in_which_zenoh_panics_is_lost() -> None:
+    with damaged_wire(seed=1) as (folder, between):
+        with pytest.raises(SessionLostError, match="Zenoh has panicked"):
+            await converse(Talk(), folder, between, UNHEARD_OF, until_refused=1)
+        assert between.faults[Way.UP] == UNHEARD_OF  # it was lost after that, and not at the start
+
+
+async def stay_silent(folder: Path, between: Proxy, rounds: Iterator[int]) -> None:
+    """A robot that only listens, when it is told what nobody should say."""
+    with world_transport(folder) as world, robot_transport(folder, "r1") as robot:
+        await next_arrivals(world)
+        between.faults[Way.DOWN] = UNHEARD_OF
+        world.put(KEYS.odometry("r1"), odometry(0.0))
+        try:
+            while next(rounds) < ROUNDS_MAX:
+                await robot.arrivals(ROUND_S)
+        finally:
+            between.faults[Way.DOWN] = Faults()  # the world's session is to end well
+
+
+async def test_who_has_nothing_to_say_finds_out_that_its_session_is_lost() -> None:
+    rounds = count()
+    with damaged_wire(seed=1) as (folder, between), pytest.raises(SessionLostError):
+        await stay_silent(folder, between, rounds)
+    assert next(rounds) < ROUNDS_MAX, "it found out when it ended"
+
+
+def test_world_and_robots_whose_sessions_are_lost_say_so_and_end(fleet: Fleet) -> None:
+    with fleet_behind_proxy(fleet) as (world, between):
+        fleet.wait_for("step.planned")
+        between.faults[Way.DOWN] = UNHEARD_OF
+        assert world.wait(RUN_S_MAX) == -signal.SIGABRT  # a crash, after which the launcher starts it again
+    for who in ("world", *(f"robot {number}" for number in range(1, len(ROBOTS) + 1))):
+        assert f"{who}: Zenoh has panicked, and the session is lost" in said(fleet)
+
+
+def test_fleet_arrives_over_a_slow_wire_that_was_damaging_for_a_while(fleet: Fleet) -> None:
+    slow = Faults(delay_s=0.05, jitter_s=0.02)
+    with fleet_behind_proxy(fleet) as (world, between):
+        fleet.wait_for("step.planned")
+        for way in Way:
+            between.faults[way] = replace(slow, flip_probability=0.01)
+        fleet.wait_for("message.refused")
+        for way in Way:
+            between.faults[way] = slow
+        world.wait(RUN_S_MAX)
+    verdict = fleet.verdict()
+    assert verdict["violations"] == 0, said(fleet)
+    assert (verdict["robots_arrived"], verdict["goal_reached"]) == (len(ROBOTS), True), said(fleet)
+    assert verdict["events"]["missing"] == 0
+    messages = verdict["messages"]
+    assert messages["left_out"] == []
+    assert messages["sent"] == messages["received"] + messages["refused"] + messages["unaccounted"]

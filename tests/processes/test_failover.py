@@ -1,0 +1,175 @@
+"""Routers that die: another takes over, or a new one listens in the place of the old one; the run goes on."""
+
+import json
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import ExitStack
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import monotonic
+from typing import Any
+
+import pytest
+
+from clew.fleet.prepare import free_endpoint
+from protocol.network.session import unix_socket_endpoint, write_sessions
+from protocol.network.transport import Heard
+from protocol.timeline import RouterFound, RouterLost
+from tests.support.processes.fleets import END_S_MAX, RUN_S_MAX, START_S_MAX, Fleet, clew, wait_until
+from tests.support.processes.wire import (
+    DEADLINE_S,
+    KEYS,
+    arrivals_until,
+    drive,
+    python,
+    robot_transport,
+    world_transport,
+)
+from world.routing import Routing
+
+GAP_S_MAX = 1.0  # what a robot may go unheard; measured are 4 to 40 ms
+
+
+def pid_of(fleet: Fleet, name: str) -> int:
+    """The process that the launcher says has this name."""
+    (private,) = fleet.temporary.glob("clew.*")
+    return int((private / f"{name}.pid").read_text())
+
+
+def new_pid(fleet: Fleet, name: str, before: int) -> int | None:
+    """The process of this name, if it is another than before."""
+    pid = pid_of(fleet, name)
+    return None if pid == before else pid
+
+
+def has_found(fleet: Fleet, times: int) -> bool | None:
+    """Whether the world has found a router again so many times."""
+    return sum(entry["kind"] == "router.found" for entry in fleet.entries()) >= times or None
+
+
+def end_well(fleet: Fleet) -> dict[str, Any]:
+    """The verdict of a run that went well, its log judged again, nothing left behind."""
+    outcome = fleet.end(RUN_S_MAX)
+    assert outcome.code == 0, outcome.err
+    verdict: dict[str, Any] = json.loads(outcome.out)
+    assert (verdict["ok"], verdict["violations"], verdict["events"]["missing"]) == (True, 0, 0)
+    assert (verdict["deaths"], verdict["robots_arrived"]) == ([], 5)
+    assert clew("log", "check", "runs/latest", cwd=fleet.cwd).returncode == 0
+    assert fleet.leftovers() == []
+    return verdict
+
+
+def test_of_two_routers_the_other_carries_the_fleet_when_the_active_one_is_killed(fleet: Fleet) -> None:
+    fleet.start("grove", "--speed", "2", "--routers", "2", "--json")
+    fleet.wait_for("order.finished")
+    first = pid_of(fleet, "router")
+    assert first == pid_of(fleet, "router-1")
+    os.kill(first, signal.SIGKILL)
+    wait_until(lambda: new_pid(fleet, "router-1", first), START_S_MAX)
+    wait_until(lambda: pid_of(fleet, "router") == pid_of(fleet, "router-2"), START_S_MAX)
+    end_well(fleet)
+    kinds = [entry["kind"] for entry in fleet.entries()]
+    assert (kinds.count("router.lost"), kinds.count("router.found")) == (1, 1)
+    (found,) = [entry for entry in fleet.entries() if entry["kind"] == "router.found"]
+    assert found["away_s"] < GAP_S_MAX
+
+
+@pytest.mark.parametrize("speed", ["2", "max"])
+def test_a_router_that_is_killed_is_started_again_and_the_run_goes_on(fleet: Fleet, speed: str) -> None:
+    fleet.start("grove", "--speed", speed, "--json")
+    fleet.wait_for("order.finished")
+    os.kill(fleet.process("protocol"), signal.SIGKILL)
+    end_well(fleet)
+    assert "router.found" in {entry["kind"] for entry in fleet.entries()}
+
+
+def test_a_router_that_keeps_dying_ends_the_run_in_the_end(fleet: Fleet) -> None:
+    fleet.start("paper", "--speed", "0.1")
+    fleet.wait_for("order.accepted")
+    for times in range(11):
+        wait_until(partial(has_found, fleet, times), START_S_MAX)
+        os.kill(pid_of(fleet, "router"), signal.SIGKILL)
+    outcome = fleet.end(START_S_MAX)
+    assert outcome.code == 1
+    assert "router 1 was killed by SIGKILL once too often" in outcome.err
+    assert fleet.leftovers() == []
+
+
+@pytest.mark.parametrize("name", ["router", "world"])
+def test_what_is_asked_for_by_the_pipe_is_done(fleet: Fleet, name: str) -> None:
+    launcher = fleet.start("paper", "--speed", "0.1")
+    fleet.wait_for("order.accepted")
+    before = pid_of(fleet, name)
+    (private,) = fleet.temporary.glob("clew.*")
+    with (private / "strokes").open("w") as pipe:
+        pipe.write(f"nonsense\nfreeze nobody\nkill {name}\n")
+    wait_until(lambda: new_pid(fleet, name, before), START_S_MAX)
+    launcher.send_signal(signal.SIGTERM)
+    assert fleet.end(END_S_MAX).code == 143
+    assert fleet.leftovers() == []
+
+
+@pytest.fixture
+def two() -> Iterator[Path]:
+    """The sessions of a fleet with two routers, in a folder whose path is short enough for sockets."""
+    with TemporaryDirectory(prefix="ct.", dir="/tmp") as path:
+        folder = Path(path)
+        endpoints = [unix_socket_endpoint(folder, number) for number in (1, 2)]
+        write_sessions(
+            folder,
+            fleet=KEYS.fleet,
+            run=KEYS.run,
+            robots=3,
+            endpoints=endpoints,
+            interlink=free_endpoint(),
+        )
+        yield folder
+
+
+async def test_clients_change_over_in_milliseconds_and_both_routers_know_the_rules(two: Path) -> None:
+    with ExitStack() as stack:
+        routers = []
+        for number in ("1", "2"):
+            options = ["--sessions", str(two), "--number", number, "--lifeline"]
+            routers.append(stack.enter_context(python("-m", "protocol", *options)))
+            assert routers[-1].stdout is not None
+            assert routers[-1].stdout.readline().startswith("ready ")
+        world = stack.enter_context(world_transport(two))
+        robot = stack.enter_context(robot_transport(two, "r1"))
+        await arrivals_until(world, bool)  # its token
+        heard_s = [monotonic()]
+        sent = 0
+
+        async def hear(count: int) -> None:
+            nonlocal sent
+            until = len(heard_s) + count
+            while len(heard_s) < until:
+                assert monotonic() < heard_s[0] + DEADLINE_S, "nothing is heard any more"
+                sent += 1
+                robot.put(KEYS.drive("r1"), drive(sent))
+                robot.put(KEYS.odometry("r1"), drive(sent))  # which a robot may not say
+                for each in await world.arrivals(0.002):
+                    if isinstance(each, Heard):
+                        assert each.key == KEYS.drive("r1")
+                        heard_s.append(monotonic())
+
+        await hear(100)
+        routers[0].kill()
+        await hear(100)
+        assert max(later - sooner for sooner, later in pairwise(heard_s)) < GAP_S_MAX
+
+
+def test_a_router_that_takes_over_at_once_was_lost_and_found() -> None:
+    routing = Routing()
+    said = [list(routing.look(router, wall_s=wall_s)) for wall_s, router in enumerate(["a", "a", "b", "b"])]
+    assert said == [[], [], [RouterLost(), RouterFound(away_s=1.0)], []]
+
+
+def test_a_router_that_stays_away_is_lost_once() -> None:
+    routing = Routing()
+    said = [list(routing.look(router, wall_s=at)) for at, router in enumerate(["a", None, None, "a"])]
+    assert said == [[], [RouterLost()], [], [RouterFound(away_s=3.0)]]
+    assert routing.away_s(9.0) == 0.0

@@ -1,0 +1,211 @@
+"""`python -m agents` over a real router, against a world that is played by the test."""
+
+import argparse
+import asyncio
+import os
+import signal
+import subprocess
+from collections import defaultdict
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import pytest
+from msgspec.structs import replace
+
+from agents.__main__ import robots_of
+from protocol.faults.blows import strike
+from protocol.faults.strokes import Blow, Stroke
+from protocol.frames import Pose
+from protocol.keys import robot_name
+from protocol.network.transport import Appeared, Arrival, Asked, Heard, Vanished
+from protocol.network.zenoh_transport import ZenohTransport
+from protocol.timeline import Record, RobotSettled, RobotStarted, TrafficCounted
+from protocol.wire.messages import LogBatch, Logged, Odometry, Phase
+from tests.support.processes.wire import DEADLINE_S, KEYS, python, router, session_folder, world_transport
+from tests.support.stages.one_step import MISSION
+
+THREE = ("r1", "r2", "r3")
+
+
+class PlayedWorld:
+    """Gives the mission, acknowledges the log, and keeps what was recorded and who has gone."""
+
+    def __init__(self, transport: ZenohTransport, private: Path) -> None:
+        self._transport = transport
+        self._private = private
+        self.records: defaultdict[str, list[Record]] = defaultdict(list)
+        self.gone: set[str] = set()
+
+    async def until(self, done: Callable[[], bool]) -> None:
+        """Play on until something is so; fails when the deadline has passed."""
+        async with asyncio.timeout(DEADLINE_S):
+            while not done():
+                for arrival in await self._transport.arrivals(None):
+                    self._take(arrival)
+
+    async def until_recorded(self, kind: type[Record], names: Sequence[str] = THREE) -> None:
+        """Play on until each of these robots has recorded an entry of this kind."""
+        await self.until(lambda: all(any(isinstance(r, kind) for r in self.records[name]) for name in names))
+
+    def _take(self, arrival: Arrival) -> None:
+        match arrival:
+            case Asked(key, answer=answer) if key == KEYS.mission():
+                answer(replace(MISSION, robots=3))
+            case Heard(key, message=LogBatch(incarnation=incarnation, entries=entries)):
+                name = KEYS.part(key, 1)
+                self.records[name] += [entry.record for entry in entries]
+                self._transport.put(KEYS.logged(name), Logged(incarnation=incarnation, up_to=entries[-1].n))
+            case Vanished(key):
+                self.gone.add(KEYS.part(key, 1))
+            case Appeared(key):
+                self.gone.discard(KEYS.part(key, 1))
+            case _:
+                pass
+
+    def tell(self, t_s: float, phase: Phase) -> None:
+        """Odometry of bodies that stand, to all."""
+        for name in THREE:
+            pose = Pose(x_m=float(name[1]), y_m=0.0, heading_rad=0.0)
+            odometry = Odometry(t_s=t_s, pose=pose, moving=False, finished=0, phase=phase)
+            self._transport.put(KEYS.odometry(name), odometry)
+
+    def strike(self, name: str, blow: Blow) -> None:
+        """Have a robot's host do this to it."""
+        strike(self._private, Stroke("test", blow, name), speed=1.0)
+
+    def pid(self, name: str) -> int:
+        """The process that a robot says it is."""
+        return self.pids(name)[-1]
+
+    def pids(self, name: str) -> list[int]:
+        """The processes that there have been of a robot."""
+        return [record.pid for record in self.records[name] if isinstance(record, RobotStarted)]
+
+
+@asynccontextmanager
+async def host(robots: str) -> AsyncIterator[tuple[PlayedWorld, subprocess.Popen[str]]]:
+    """A host whose robots have started, and the world that is played to them."""
+    with session_folder() as folder, router(folder), world_transport(folder) as transport:
+        world = PlayedWorld(transport, folder)
+        with python("-m", "agents", "--robots", robots, "--sessions", str(folder), "--lifeline") as process:
+            await world.until_recorded(RobotStarted, [robot_name(robot) for robot in robots_of(robots)])
+            yield world, process
+
+
+def ended(process: subprocess.Popen[str]) -> tuple[int, str]:
+    """How a process ended, and what it said on stderr."""
+    exit_code = process.wait(timeout=DEADLINE_S)
+    assert process.stderr is not None
+    return exit_code, process.stderr.read()
+
+
+async def test_every_robot_is_a_process_of_its_own_and_goes_when_the_run_has_been_closed() -> None:
+    async with host("1-3") as (world, process):
+        pids = {world.pid(name) for name in THREE}
+        assert len(pids | {process.pid}) == 4
+        world.tell(0.0, Phase.RUNNING)
+        world.tell(0.1, Phase.OVER)
+        await world.until_recorded(RobotSettled)
+        world.tell(0.1, Phase.CLOSING)
+        await world.until_recorded(TrafficCounted)
+        assert ended(process) == (0, "")
+
+
+async def test_a_robot_that_is_killed_is_named_and_the_others_live_on() -> None:
+    async with host("1-3") as (world, process):
+        os.kill(world.pid("r2"), signal.SIGKILL)
+        await world.until(lambda: "r2" in world.gone)
+        world.tell(0.0, Phase.CLOSING)
+        await world.until_recorded(TrafficCounted, ["r1", "r3"])
+        assert ended(process) == (1, "robot 2 was ended by SIGKILL\n")
+
+
+async def test_a_robot_that_its_host_is_told_to_kill_is_nobodys_failure() -> None:
+    async with host("1-3") as (world, process):
+        world.strike("r2", Blow.KILL)
+        await world.until(lambda: "r2" in world.gone)
+        world.tell(0.0, Phase.CLOSING)
+        await world.until_recorded(TrafficCounted, ["r1", "r3"])
+        assert ended(process) == (0, "")
+
+
+async def test_a_robot_that_is_killed_and_started_again_is_another_process() -> None:
+    async with host("1-3") as (world, process):
+        world.strike("r2", Blow.KILL)
+        world.strike("r2", Blow.START)
+        await world.until(lambda: len(world.pids("r2")) == 2)
+        assert len(set(world.pids("r2"))) == 2
+        world.tell(0.0, Phase.CLOSING)
+        await world.until_recorded(TrafficCounted)
+        assert ended(process) == (0, "")
+
+
+async def test_a_frozen_robot_shows_no_token_until_it_is_thawed() -> None:
+    async with host("1-3") as (world, process):
+        world.strike("r2", Blow.FREEZE)
+        await world.until(lambda: "r2" in world.gone)
+        world.strike("r2", Blow.THAW)
+        await world.until(lambda: "r2" not in world.gone)
+        world.tell(0.0, Phase.CLOSING)
+        await world.until_recorded(TrafficCounted)
+        assert ended(process) == (0, "")
+
+
+async def test_a_host_that_is_asked_to_end_takes_a_frozen_robot_with_it() -> None:
+    async with host("1-3") as (world, process):
+        world.strike("r2", Blow.FREEZE)
+        await world.until(lambda: "r2" in world.gone)
+        process.terminate()
+        code, said = ended(process)
+        assert code == 143
+        assert "robot" not in said, (
+            "it was thawed, so that it could hear, and went as it was asked: not killed"
+        )
+
+
+async def test_robots_do_not_outlive_a_host_that_is_killed() -> None:
+    async with host("1-3") as (world, process):
+        process.kill()
+        await world.until(lambda: world.gone >= set(THREE))
+
+
+@pytest.mark.parametrize("way", ["SIGTERM", "SIGINT", "lifeline"])
+async def test_a_host_that_is_asked_to_end_takes_its_robots_with_it(way: str) -> None:
+    async with host("1-3") as (world, process):
+        if way == "lifeline":
+            assert process.stdin is not None
+            process.stdin.close()
+        else:
+            process.send_signal(signal.Signals[way])
+        await world.until(lambda: world.gone >= set(THREE))
+        expected = 130 if way == "SIGINT" else 143
+        assert process.wait(timeout=DEADLINE_S) == expected
+
+
+async def test_one_robot_needs_no_host() -> None:
+    async with host("3") as (world, process):
+        assert world.pid("r3") == process.pid
+
+
+def test_without_a_session_there_is_one_line_and_exit_code_2(tmp_path: Path) -> None:
+    with python("-m", "agents", "--robots", "3", "--sessions", str(tmp_path)) as process:
+        exit_code, said = ended(process)
+    assert exit_code == 2
+    assert said.startswith("robot 3: no session in ")
+    assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "robots"), [("3", [3]), ("1-5", [1, 2, 3, 4, 5]), ("1-3,7", [1, 2, 3, 7]), ("2000", [2000])]
+)
+def test_a_list_of_robots_is_read(text: str, robots: list[int]) -> None:
+    assert robots_of(text) == robots
+
+
+@pytest.mark.parametrize(
+    "text", ["", "0", "5-1", "1,1", "a", "1-", "-3", "1-2-3", "5-3,7", "2001", "1-99999999999", "²"]
+)
+def test_what_names_no_robots_is_refused(text: str) -> None:
+    with pytest.raises(argparse.ArgumentTypeError):
+        robots_of(text)

@@ -1,0 +1,219 @@
+"""Real fleets, real signals: what is done to a run while it goes on, and what the run says of it."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from protocol.root import ROOT
+from tests.support.processes.fleets import END_S_MAX, RUN_S_MAX, START_S_MAX, Fleet, clew, wait_until
+
+
+def plan(folder: Path, *rules: str) -> str:
+    path = folder / "plan.toml"
+    path.write_text('name = "test"\n' + "".join(f"[[rule]]\n{rule}\n" for rule in rules))
+    return str(path)
+
+
+def run(fleet: Fleet, *rules: str, scenario: str = "grove", speed: str = "max") -> dict[str, Any]:
+    """The verdict of a run that ended by itself under these rules, and left nothing behind."""
+    outcome = fleet.run(scenario, "--speed", speed, "--json", "--faults", plan(fleet.cwd, *rules))
+    verdict: dict[str, Any] = json.loads(outcome.out)
+    assert verdict["violations"] == 0
+    assert fleet.leftovers() == []
+    assert (outcome.code, verdict["ok"]) == (0, True), verdict["reason"]
+    return verdict
+
+
+def kinds(fleet: Fleet, kind: str) -> list[dict[str, Any]]:
+    return [entry for entry in fleet.entries() if entry["kind"] == kind]
+
+
+def clew_fault(fleet: Fleet, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """`clew fault` on the fleet's run."""
+    command = [sys.executable, "-m", "clew.cli", "fault", str(fleet.folder()), *arguments]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    return subprocess.run(
+        command,
+        cwd=fleet.cwd,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=START_S_MAX,
+        check=False,
+    )
+
+
+def test_a_leader_that_a_plan_kills_is_succeeded_and_the_run_is_ok(fleet: Fleet) -> None:
+    verdict = run(fleet, 'fault = "kill"\ntarget = "leader"\nfrom_s = 3.0')
+    (death,) = verdict["deaths"]
+    assert (death["ordered"], death["cause_s"]) == (True, 3.0)
+    assert 3.0 < death["detected_s"] <= death["recovered_s"]
+    (succession,) = verdict["successions"]
+    assert (succession["before"], succession["cause_s"]) == (death["robot"], 3.0)
+    assert verdict["robots_arrived"] == 4
+
+
+def test_a_robot_that_is_started_again_is_a_new_process_that_counts_from_one_and_arrives(
+    fleet: Fleet,
+) -> None:
+    restart = 'fault = "restart"\ntarget = "r3"\nfrom_s = 3.0\nafter_s = 1.0'
+    # Which is noted before the new process knows anything; yet its log begins with `robot.started`.
+    verdict = run(fleet, restart, 'fault = "duplicate"\nkind = ["mission"]')
+    started = [entry for entry in kinds(fleet, "robot.started") if entry["source"] == "r3"]
+    assert [entry["n"] for entry in started] == [1, 1]
+    assert started[0]["pid"] != started[1]["pid"]
+    assert [entry["robot"] for entry in kinds(fleet, "robot.restarted")] == [3]
+    assert (verdict["robots_arrived"], verdict["events"]["missing"]) == (5, 0)
+
+
+def test_a_robot_that_is_frozen_and_thawed_returns_and_arrives(fleet: Fleet) -> None:
+    verdict = run(fleet, 'fault = "freeze"\ntarget = "leader"\nfrom_s = 3.0\nfor_s = 5.0')
+    assert [entry["fault"] for entry in kinds(fleet, "fault.injected")] == ["freeze", "thaw"]
+    assert len(kinds(fleet, "robot.returned")) == 1
+    assert (len(verdict["deaths"]), verdict["robots_arrived"]) == (1, 5)
+
+
+def test_a_robot_that_stays_frozen_is_thawed_at_the_end_and_goes(fleet: Fleet) -> None:
+    verdict = run(fleet, 'fault = "freeze"\ntarget = "tail"\nfrom_s = 3.0')
+    assert verdict["robots_arrived"] == 4
+
+
+def test_a_robot_struck_at_a_point_of_its_step_has_recorded_the_plan_and_given_no_order(fleet: Fleet) -> None:
+    tail = 'fault = "kill"\ntarget = "tail"\nfrom_s = 1.0'  # that others were struck before spares it nothing
+    run(fleet, tail, 'fault = "kill"\ntarget = "leader"\npoint = "after_plan"\noccurrence = 2')
+    (struck,) = [entry for entry in kinds(fleet, "fault.injected") if entry["rule"] == "kill-2"]
+    planned, stroke = [entry for entry in fleet.entries() if entry["source"] == struck["source"]][-2:]
+    assert (planned["kind"], stroke) == ("step.planned", struck)
+    robot = int(struck["source"][1:])
+    ordered = [
+        (entry["epoch"], entry["step"]) for entry in kinds(fleet, "order.accepted") if entry["robot"] == robot
+    ]
+    assert (planned["epoch"], planned["step"]) not in ordered
+
+
+def test_what_a_plan_does_to_messages_is_on_record_message_by_message_and_the_books_balance(
+    fleet: Fleet,
+) -> None:
+    verdict = run(
+        fleet,
+        'fault = "drop"\nprobability = 0.2',
+        'fault = "corrupt"\nprobability = 0.05',
+        'fault = "duplicate"\nprobability = 0.2\ndelay_s_max = 0.1',
+        'fault = "delay"\ndelay_s_max = 0.05',
+        scenario="paper",
+        speed="5",
+    )
+    messages = verdict["messages"]
+    injected = kinds(fleet, "fault.injected")
+    assert {entry["fault"] for entry in injected} == {"drop", "corrupt", "duplicate", "delay"}
+    assert messages["injected"].keys() == {"drop", "corrupt"}
+    assert messages["sent"] == messages["received"] + sum(messages["injected"].values())
+    assert (messages["refused"], messages["unaccounted"]) == (0, 0)
+    lost = [entry for entry in injected if entry["fault"] == "drop" and entry["number"]]
+    assert len({(entry["source"], entry["key"], entry["number"]) for entry in lost}) == len(lost)
+    assert len(lost) >= messages["injected"]["drop"] > 0
+
+
+def test_a_robot_that_nobody_meant_to_kill_makes_the_run_fail(fleet: Fleet) -> None:
+    fleet.start("grove", "--speed", "5", "--json")
+    fleet.wait_for("step.planned")
+    (victim,) = [entry["pid"] for entry in kinds(fleet, "robot.started") if entry["source"] == "r3"]
+    os.kill(victim, 9)
+    outcome = fleet.end(RUN_S_MAX)
+    verdict = json.loads(outcome.out)
+    assert (outcome.code, verdict["ok"]) == (1, False)
+    assert verdict["reason"].startswith("robot 3 died at t=")
+    assert verdict["reason"].endswith("and nobody had asked for it")
+    assert fleet.leftovers() == []
+
+
+def test_a_running_fleet_is_struck_when_it_is_asked_for_and_no_more_when_it_is_over(fleet: Fleet) -> None:
+    fleet.start("grove", "--speed", "2", "--json")
+    fleet.wait_for("step.planned")
+    killed = clew_fault(fleet, "kill", "3")
+    assert (killed.returncode, killed.stdout) == (0, "given-1\n"), killed.stderr
+    dropped = clew_fault(fleet, "drop", "--from", "r1", "--to", "2", "--probability", "0.5", "--for", "5s")
+    assert (dropped.returncode, dropped.stdout) == (0, "given-2\n"), dropped.stderr
+    for verb, word in (("log check", "not complete"), ("replay", "robot 1")):
+        said = clew(*verb.split(), "runs/latest", cwd=fleet.cwd)
+        assert f"{word}" in said.stdout
+        assert "the run is still going on" in said.stdout
+        assert "did not live" not in said.stdout
+        assert "was killed" not in said.stdout
+    refused = clew_fault(fleet, "kill", "nobody")
+    assert (refused.returncode, refused.stdout) == (2, "")
+    assert "must" in refused.stderr
+    outcome = fleet.end(RUN_S_MAX)
+    verdict = json.loads(outcome.out)
+    assert (outcome.code, [death["ordered"] for death in verdict["deaths"]]) == (0, [True]), verdict["reason"]
+    injected = kinds(fleet, "fault.injected")
+    assert {(entry["rule"], entry["process"]) for entry in injected if entry["process"]} == {
+        ("given-1.r3", "r3")
+    }
+    struck = {(entry["source"], entry["key"]) for entry in injected if entry["rule"] == "given-2"}
+    assert struck <= {("r2", "link/r1/r2"), ("r2", "muster/r1")}
+    late = clew_fault(fleet, "kill", "1")
+    assert late.returncode == 2
+    assert "no run goes on there" in late.stderr
+    assert fleet.leftovers() == []
+
+
+def test_a_plan_that_cannot_be_is_one_line_that_names_the_field(fleet: Fleet) -> None:
+    outcome = fleet.run("paper", "--faults", plan(fleet.cwd, 'fault = "drop"\nprobability = 2.0'))
+    assert (outcome.code, outcome.err.count("\n")) == (2, 1)
+    assert "$.rule[0].probability: must be <= 1.0, got 2.0" in outcome.err
+    assert fleet.leftovers() == []
+
+
+@pytest.mark.parametrize("name", ["router", "world"])
+@pytest.mark.parametrize(
+    ("rule", "blows"),
+    [
+        ('fault = "restart"\nafter_s = 3.0', ["kill", "start"]),
+        ('fault = "freeze"\nfor_s = 3.0', ["freeze", "thaw"]),
+    ],
+)
+def test_world_and_router_are_away_for_as_long_as_a_plan_says_and_back_then(
+    fleet: Fleet, name: str, rule: str, blows: list[str]
+) -> None:
+    fleet.start(
+        "grove",
+        "--speed",
+        "2",
+        "--json",
+        "--faults",
+        plan(fleet.cwd, f'{rule}\ntarget = "{name}"\nfrom_s = 3.0'),
+    )
+    fleet.wait_for("fault.injected")
+    seen_s = time.monotonic()
+    wait_until(lambda: back(fleet) or None, START_S_MAX)
+    assert time.monotonic() - seen_s > 1.0, "3 s at twice real time, and what it took to see the blow"
+    outcome = fleet.end(RUN_S_MAX)
+    verdict = json.loads(outcome.out)
+    assert (outcome.code, verdict["ok"], verdict["robots_arrived"]) == (0, True, 5), verdict["reason"]
+    assert [entry["fault"] for entry in kinds(fleet, "fault.injected")] == blows
+    assert fleet.leftovers() == []
+
+
+def back(fleet: Fleet) -> bool:
+    """Whether the world tells that what was struck is there again."""
+    entries = fleet.entries()
+    struck = next(place for place, entry in enumerate(entries) if entry["kind"] == "fault.injected")
+    kinds_since = [entry["kind"] for entry in entries[struck + 1 :]]
+    return bool({"router.found", "world.resumed", "fault.injected"} & set(kinds_since))
+
+
+def test_a_fleet_with_a_frozen_robot_that_is_asked_to_end_leaves_nothing_behind(fleet: Fleet) -> None:
+    launcher = fleet.start(
+        "grove", "--faults", plan(fleet.cwd, 'fault = "freeze"\ntarget = "r2"\nfrom_s = 0.5')
+    )
+    fleet.wait_for("fault.injected")
+    launcher.terminate()
+    assert fleet.end(END_S_MAX).code == 143
+    wait_until(lambda: None if fleet.leftovers() else True, END_S_MAX)

@@ -1,0 +1,133 @@
+"""The live table of real fleets, on a pseudo-terminal: what it shows, and that it leaves all as it was."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from protocol.root import ROOT
+from tests.support.logs.logs import AT_REST, numbered, recorded
+from tests.support.processes.fleets import END_S_MAX, RUN_S_MAX, START_S_MAX, Fleet, wait_until
+from tests.support.processes.terminals import CTRL_C, Terminal
+from world.record.recorder import EVENTS_FILE, line
+
+ROW = re.compile(r" *r\d+ .* (?P<driven>\d+\.\d+) m +(?P<way>\d+)% +\d+\.\d+ m +(?P<least>\d+\.\d+) m")
+
+
+@pytest.fixture
+def terminal() -> Iterator[Terminal]:
+    terminal = Terminal()
+    yield terminal
+    terminal.close()
+
+
+def begin(fleet: Fleet, terminal: Terminal, *arguments: str, term: str = "xterm-256color") -> None:
+    """Start a fleet as a user does who sits at this terminal."""
+    fleet.start_on(terminal.theirs, *arguments, TERM=term)
+    terminal.begin()
+
+
+def code_of(fleet: Fleet, terminal: Terminal, timeout_s: float) -> int:
+    """The exit code, once everything has been said."""
+    terminal.read_to_the_end(timeout_s)
+    assert fleet.launcher is not None
+    return fleet.launcher.wait(END_S_MAX)
+
+
+def test_table_follows_the_fleet_and_its_last_numbers_are_the_verdicts(
+    fleet: Fleet, terminal: Terminal
+) -> None:
+    begin(fleet, terminal, "grove", "--seed", "1", "--speed", "4", "--faults", "leader-killed")
+    assert "r1  leader  leading" in terminal.wait_for("leading", START_S_MAX)
+    assert terminal.hides_its_cursor()
+    terminal.wait_for("r2  leader  leading", START_S_MAX)
+    terminal.wait_for("r1          dead", START_S_MAX)
+    assert code_of(fleet, terminal, RUN_S_MAX) == 0
+    verdict, lines = fleet.verdict(), terminal.text.splitlines()
+    rows = [row for row in map(ROW.match, lines) if row is not None]
+    assert len([line for line in lines if " arrived " in line and ROW.match(line)]) == 4
+    assert sum(float(row["driven"]) for row in rows) == pytest.approx(verdict["path_m"], abs=0.03)
+    assert min(float(row["least"]) for row in rows) == pytest.approx(verdict["clearance_m_min"], abs=5e-4)
+    assert "OK: every living robot has arrived" in lines
+    assert "Run:runs/" in "".join(terminal.text.split())  # wherever the line is wrapped
+    assert not terminal.hides_its_cursor()
+    assert fleet.leftovers() == []
+
+
+def test_ctrl_c_ends_the_run_and_what_parts_said_stays_on_the_screen(
+    fleet: Fleet, terminal: Terminal
+) -> None:
+    begin(fleet, terminal, "grove", "--seed", "1")
+    terminal.wait_for("leading", START_S_MAX)
+    os.kill(fleet.process("protocol"), signal.SIGKILL)
+    words = "clew: router 1 was killed by SIGKILL; it is started again"
+    assert terminal.wait_for(words, START_S_MAX).index(words) < terminal.text.index("seed 1")
+    terminal.press(CTRL_C)
+    assert code_of(fleet, terminal, 2 * END_S_MAX) == 130
+    assert "FAILED: the run was interrupted" in terminal.text
+    assert terminal.text.index("seed 1") < terminal.text.index(words) < terminal.text.index("switching steps")
+    assert "world: t=" not in terminal.text
+    assert not terminal.hides_its_cursor()
+    assert fleet.leftovers() == []
+
+
+def test_table_that_is_killed_is_named_and_the_run_goes_on(fleet: Fleet, terminal: Terminal) -> None:
+    begin(fleet, terminal, "paper", "--speed", "4")
+    terminal.wait_for("leading", START_S_MAX)
+    os.kill(fleet.process("clew.fleet.table"), signal.SIGKILL)
+    assert code_of(fleet, terminal, RUN_S_MAX) == 0
+    assert "clew: the table was killed by SIGKILL; the run goes on" in terminal.text.splitlines()
+    assert "OK: every living robot has arrived; 5 of 5" in terminal.text
+    assert not terminal.hides_its_cursor()
+    assert fleet.leftovers() == []
+
+
+def test_table_goes_with_a_launcher_that_is_killed(fleet: Fleet, terminal: Terminal) -> None:
+    begin(fleet, terminal, "paper")
+    terminal.wait_for("leading", START_S_MAX)
+    assert fleet.launcher is not None
+    fleet.launcher.kill()
+    terminal.read_to_the_end(2 * END_S_MAX)
+    assert not terminal.hides_its_cursor()
+    wait_until(lambda: None if fleet.leftovers() else True, END_S_MAX)
+
+
+def test_table_goes_when_its_lifeline_ends_and_draws_what_is_on_record_by_then(
+    tmp_path: Path, terminal: Terminal
+) -> None:
+    run, said = recorded(tmp_path / "run", numbered(AT_REST[:-1])), tmp_path / "said"
+    said.touch()
+    ours = {**os.environ, "PYTHONPATH": str(ROOT), "TERM": "xterm"}
+    command = [sys.executable, "-m", "clew.fleet.table", str(run), "--said", str(said)]
+    with subprocess.Popen(command, env=ours, stdin=subprocess.PIPE, stderr=terminal.theirs) as table:
+        terminal.begin()
+        terminal.wait_for("no promise broken so far", START_S_MAX)
+        with (run / EVENTS_FILE).open("ab") as log:
+            log.write(line("world", numbered(AT_REST)[-1][1]))
+        assert table.stdin is not None
+        table.stdin.close()
+        try:
+            terminal.read_to_the_end(END_S_MAX)
+            assert table.wait(END_S_MAX) == 0
+        finally:
+            table.kill()
+    assert "over: interrupted" in terminal.text
+    assert not terminal.hides_its_cursor()
+
+
+def test_terminal_that_cannot_move_its_cursor_gets_a_line_an_event(fleet: Fleet, terminal: Terminal) -> None:
+    begin(fleet, terminal, "paper", "--speed", "max", term="dumb")
+    assert code_of(fleet, terminal, RUN_S_MAX) == 0
+    assert b"\x1b" not in terminal.written
+    assert b"r1 plans step 1" in terminal.written
+
+
+def test_quiet_fleet_says_nothing_until_its_report(fleet: Fleet) -> None:
+    outcome = fleet.run("paper", "--speed", "max", "--quiet")
+    assert (outcome.code, outcome.err) == (0, "")
+    assert "OK: every living robot has arrived" in outcome.out

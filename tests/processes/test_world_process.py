@@ -1,0 +1,279 @@
+"""`python -m world` over a real router, against a robot that is played by the test."""
+
+import json
+import signal
+import subprocess
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from protocol.frames import Point
+from protocol.mission import Mission
+from protocol.network.outbox import Outbox
+from protocol.network.transport import Heard
+from protocol.network.zenoh_transport import ZenohTransport
+from protocol.timeline import GoalReached, Record, RobotArrived, RobotSettled, StrandFormed, TrafficCounted
+from protocol.wire.messages import Ask, Drive, Logged, Message, Odometry, Phase, Scan, ScanQuery
+from tests.support.processes.wire import (
+    DEADLINE_S,
+    KEYS,
+    arrivals_until,
+    python,
+    robot_transport,
+    router,
+    session_folder,
+)
+from tests.support.stages.world_stage import planned
+from world.judge.verdict import VERDICT_FILE
+from world.record.recorder import EVENTS_FILE
+
+SCENARIO = """
+name = "one"
+[fleet]
+robots = 1
+robot_radius_m = 0.1
+separation_m = 0.1
+link_length_m_max = 3.0
+places = [[0.0, 0.0, 0.0]]
+[law]
+epsilon_m = 0.1
+mu0_m = 0.02
+[sensor]
+directions = 360
+range_m_max = 3.0
+[drive]
+speed_mps = 0.5
+speed_mps_min = 0.05
+speed_mps_max = 1.0
+turn_rate_radps = 3.0
+[time]
+time_s_max = 30.0
+[[obstacle]]
+shape = "circle"
+centre_m = [1.0, 1.0]
+radius_m = 0.3
+"""
+TARGET = Point(x_m=0.5, y_m=0.0)
+
+
+def behind_root(counts: dict[str, int]) -> dict[str, int]:
+    return {KEYS.behind_root(key): count for key, count in counts.items()}
+
+
+class Player:
+    """Plays robot 1: the least that docs/run.md wants of it."""
+
+    def __init__(self, transport: ZenohTransport) -> None:
+        self.transport = transport
+        self.outbox = Outbox(resend_s=0.0)  # tests would rather send twice than wait
+        self.now_s = 0.0
+        self.number = 0
+
+    async def hear(self, wanted: Callable[[Message], bool]) -> Message:
+        """Answer odometry and repeat the log until this is heard."""
+        while True:
+            for arrival in await arrivals_until(self.transport, bool):
+                match arrival:
+                    case Heard(message=Odometry() as odometry):
+                        self.now_s = odometry.t_s
+                        if odometry.phase is Phase.RUNNING:
+                            self.drive()
+                    case Heard(message=Logged() as logged):
+                        self.outbox.acknowledged(logged)
+                    case _:
+                        pass
+                self.flush()
+                if isinstance(arrival, Heard) and wanted(arrival.message):
+                    return arrival.message
+
+    def drive(self) -> None:
+        target = TARGET if self.number else None
+        order = Drive(
+            number=self.number,
+            basis_s=self.now_s,
+            target=target,
+            speed_mps=0.5,
+            epoch=1,
+            step=self.number,
+            reach_m=0.5 * self.number,
+        )
+        self.transport.put(KEYS.drive("r1"), order)
+
+    def note(self, *records: Record) -> None:
+        for record in records:
+            self.outbox.add(record, t_s=self.now_s, hlc=self.transport.timestamp())
+
+    def flush(self) -> None:
+        if len(self.outbox) and (batch := self.outbox.batch(time.monotonic())) is not None:
+            self.transport.put(KEYS.log("r1"), batch)
+
+    async def live(self) -> None:
+        """Drive to the target, and end the run as it should be."""
+        await self.hear(is_in(Phase.RUNNING))
+        self.note(
+            StrandFormed(epoch=1, sensed=True, order=(1,), path_length_m=0.0), planned(TARGET, reach_m=0.5)
+        )
+        self.number = 1
+        await self.hear(lambda message: isinstance(message, Odometry) and message.finished == 1)
+        self.note(GoalReached(x_m=0.5, y_m=0.0), RobotArrived(progress_m=0.5))
+        await self.hear(is_in(Phase.OVER))
+        await self.leave()
+
+    async def leave(self) -> None:
+        """The last words of a robot that has heard that the run is over."""
+        traffic = self.transport.traffic
+        self.note(RobotSettled(sent=behind_root(traffic.sent)))
+        self.flush()
+        await self.hear(is_in(Phase.CLOSING))
+        sent, received, newest = map(behind_root, (traffic.sent, traffic.received, traffic.newest))
+        self.note(
+            TrafficCounted(
+                sent=sent, received=received, newest=newest, refused={}, overflowed=0, unrecorded=0
+            )
+        )
+        self.flush()
+        await self.hear(lambda _: len(self.outbox) == 0)
+
+
+def is_in(phase: Phase) -> Callable[[Message], bool]:
+    return lambda message: isinstance(message, Odometry) and message.phase is phase
+
+
+@pytest.fixture
+def folder() -> Iterator[Path]:
+    with session_folder() as folder, router(folder):
+        (folder / "one.toml").write_text(SCENARIO)
+        yield folder
+
+
+def world_arguments(folder: Path, *options: str, scenario: str = "one.toml") -> Sequence[str]:
+    path = folder / scenario
+    files = ["--session", str(folder / "world.json"), "--out", str(folder / "run")]
+    return ["-m", "world", str(path) if path.exists() else scenario, *files, *options]
+
+
+def end(world: subprocess.Popen[str]) -> str:
+    """Wait for the world's end; what it said."""
+    return world.communicate(timeout=DEADLINE_S)[1]
+
+
+def verdict(folder: Path) -> dict[str, Any]:
+    said: dict[str, Any] = json.loads((folder / "run" / VERDICT_FILE).read_text())
+    return said
+
+
+def kinds(folder: Path) -> Counter[str]:
+    return Counter(
+        json.loads(line)["kind"] for line in (folder / "run" / EVENTS_FILE).read_text().splitlines()
+    )
+
+
+@pytest.mark.parametrize("speed", ["1", "5", "max"])
+async def test_a_run_goes_from_mission_to_verdict_and_every_message_is_accounted_for(
+    folder: Path, speed: str
+) -> None:
+    with (
+        python(*world_arguments(folder, "--speed", speed)) as world,
+        robot_transport(folder, "r1") as transport,
+    ):
+        await Player(transport).live()
+        said = end(world)
+    assert world.returncode == 0, said
+    passed = verdict(folder)
+    assert (passed["ok"], passed["reason"]) == (True, "every living robot has arrived")
+    assert passed["events"]["missing"] == 0
+    assert (passed["messages"]["unaccounted"], passed["messages"]["left_out"]) == (0, [])
+    assert passed["messages"]["received"] > 10
+    assert passed["path_m"] == pytest.approx(0.5)
+    recorded = kinds(folder)
+    assert next(iter(recorded)) == "run.started"
+    assert (recorded["order.accepted"], recorded["order.finished"], recorded["run.ended"]) == (1, 1, 1)
+
+
+async def test_mission_and_scans_are_answered_to_whoever_asks(folder: Path) -> None:
+    with python(*world_arguments(folder)) as world:
+        with robot_transport(folder, "r1") as transport:
+            player = Player(transport)
+            await player.hear(is_in(Phase.RUNNING))
+            transport.ask(KEYS.mission(), Ask())
+            mission = await player.hear(lambda message: isinstance(message, Mission))
+            assert isinstance(mission, Mission)
+            assert (mission.robots, mission.robot_radius_m) == (1, 0.1)
+            transport.ask(KEYS.scan("r1"), ScanQuery(revolutions=1))
+            scan = await player.hear(lambda message: isinstance(message, Scan))
+            assert isinstance(scan, Scan)
+            assert min(scan.ranges_m) == pytest.approx(2**0.5 - 0.3, abs=1e-3)
+            world.send_signal(signal.SIGINT)
+            await player.hear(is_in(Phase.OVER))
+            await player.leave()
+        end(world)
+    assert world.returncode == 130
+    assert verdict(folder)["reason"] == "the run was interrupted"
+
+
+async def test_a_robot_that_goes_without_a_word_has_died_and_the_run_fails(folder: Path) -> None:
+    with python(*world_arguments(folder, "--speed", "max")) as world:
+        with robot_transport(folder, "r1") as transport:
+            player = Player(transport)
+            await player.hear(lambda message: isinstance(message, Odometry) and message.t_s > 1.0)
+        said = end(world)
+    assert world.returncode == 1, said
+    passed = verdict(folder)
+    assert passed["reason"].startswith("robot 1 died at t=")
+    assert [death["robot"] for death in passed["deaths"]] == [1]
+
+
+def test_the_end_of_its_lifeline_ends_the_world_with_a_verdict(folder: Path) -> None:
+    with python(*world_arguments(folder, "--lifeline")) as world:
+        assert world.stdin is not None
+        world.stdin.close()
+        world.wait(timeout=DEADLINE_S)
+    assert world.returncode == 143
+    assert verdict(folder)["ok"] is False
+
+
+FULL_DISK = """
+import resource, sys
+from world.__main__ import main
+resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))
+sys.exit(main())
+"""
+
+
+async def test_a_full_disk_ends_the_run_in_one_line(folder: Path) -> None:
+    _, _, *arguments = world_arguments(folder)
+    with python("-c", FULL_DISK, *arguments) as world, robot_transport(folder, "r1") as transport:
+        player = Player(transport)
+        await player.hear(is_in(Phase.RUNNING))
+        player.note(*[RobotArrived(progress_m=0.0)] * 100)
+        player.flush()
+        said = end(world)
+    assert world.returncode == 1
+    assert said.splitlines()[-1].startswith("world: cannot write")
+    assert said.splitlines()[-1].endswith("events.jsonl': File too large")
+    assert "Traceback" not in said
+
+
+USAGE = {
+    "no such scenario": ("nowhere", [], "unknown scenario 'nowhere'"),
+    "no robots": ("one.toml", ["-n", "0"], "$.fleet.robots"),
+    "no such law": ("one.toml", ["--law", "none"], "invalid choice"),
+    "no such speed": ("one.toml", ["--speed", "-1"], "must be max or a number in (0, 1000]"),
+    "no such session": ("one.toml", ["--session", "/nowhere/world.json"], "no session in /nowhere"),
+    "no such folder": ("one.toml", ["--out", "/dev/null/run"], "cannot be written"),
+}
+
+
+@pytest.mark.parametrize(("scenario", "options", "complaint"), USAGE.values(), ids=USAGE.keys())
+def test_what_cannot_be_is_said_in_one_line_and_leaves_nothing(
+    folder: Path, scenario: str, options: list[str], complaint: str
+) -> None:
+    with python(*world_arguments(folder, *options, scenario=scenario)) as world:
+        said = end(world)
+    assert world.returncode == 2
+    assert complaint in said.splitlines()[-1]
+    assert not (folder / "run").exists()

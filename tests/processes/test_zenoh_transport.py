@@ -1,0 +1,220 @@
+"""The transport over real Zenoh: a router in a process of its own, sessions with passwords, a Unix socket."""
+
+import asyncio
+import signal
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from protocol.errors import UsageError
+from protocol.network import zenoh_transport
+from protocol.network.transport import Appeared, Arrival, Asked, Heard, Vanished
+from protocol.network.zenoh_transport import ZenohTransport
+from protocol.wire.messages import Ask, Scan
+from tests.support.processes.wire import (
+    DEADLINE_S,
+    KEYS,
+    ORIGIN,
+    arrivals_until,
+    drive,
+    fleet,
+    next_arrivals,
+    odometry,
+    python,
+    robot_transport,
+    router,
+    session_folder,
+    world_transport,
+)
+
+BURST = 300  # express messages, for which Zenoh's queue is short, would be lost here
+SCAN = Scan(t_s=0.0, pose=ORIGIN, ranges_m=(1.0,) * 8)
+RETOLD_S = 0.1  # a hundred times as long as a message takes
+TOKEN = KEYS.alive("r1", "1")
+
+
+@pytest.fixture
+def folder() -> Iterator[Path]:
+    with session_folder() as folder, router(folder):
+        yield folder
+
+
+async def test_what_a_robot_puts_the_world_hears_and_back_numbered_and_counted(folder: Path) -> None:
+    async with fleet(folder, "r1") as (world, robot):
+        robot.put(KEYS.drive("r1"), drive(1))
+        robot.put(KEYS.drive("r1"), drive(2))
+        assert await next_arrivals(world, 2) == [Heard(KEYS.drive("r1"), n, drive(n)) for n in (1, 2)]
+        world.put(KEYS.odometry("r1"), odometry(0.5))
+        assert await next_arrivals(robot) == [Heard(KEYS.odometry("r1"), 1, odometry(0.5))]
+    assert robot.traffic.sent == {KEYS.drive("r1"): 2}
+    assert world.traffic.received == {KEYS.drive("r1"): 2}
+    assert world.traffic.newest == {KEYS.drive("r1"): 2}
+    assert robot.traffic.received == {KEYS.odometry("r1"): 1}
+
+
+async def test_a_burst_on_two_keys_arrives_in_the_order_it_was_sent(folder: Path) -> None:
+    two_keys = (KEYS.link("r1", "r2"), KEYS.muster("r1"))
+    sent = [Heard(two_keys[n % 2], n // 2 + 1, drive(n)) for n in range(BURST)]
+    async with fleet(folder, "r1", "r2") as (_, sender, receiver):
+        for each in sent:
+            sender.put(each.key, each.message)
+        assert await next_arrivals(receiver, BURST) == sent
+
+
+async def test_what_was_sent_before_a_third_was_told_arrives_before_what_the_third_then_sends(
+    folder: Path,
+) -> None:
+    async with fleet(folder, "r1", "r2") as (world, sender, receiver):
+        for n in range(1, BURST + 1):
+            for _ in range(5):
+                sender.put(KEYS.link("r1", "r2"), drive(n))
+            sender.put(KEYS.drive("r1"), drive(n))
+            await next_arrivals(world)
+            world.put(KEYS.odometry("r2"), odometry(float(n)))
+            arrived = await arrivals_until(
+                receiver, lambda arrived: KEYS.odometry("r2") in [each.key for each in arrived]
+            )
+            assert [each.key for each in arrived] == [KEYS.link("r1", "r2")] * 5 + [KEYS.odometry("r2")]
+
+
+async def test_whoever_sees_a_token_can_be_sure_that_its_robot_hears(folder: Path) -> None:
+    with world_transport(folder) as world:
+        for _ in range(20):
+            with robot_transport(folder, "r1") as robot:
+                assert await next_arrivals(world) == [Appeared(TOKEN)]
+                world.put(KEYS.odometry("r1"), odometry(0.0))
+                assert len(await next_arrivals(robot)) == 1
+            assert await next_arrivals(world) == [Vanished(TOKEN)]
+
+
+async def test_a_question_is_answered_and_stands_in_no_books(folder: Path) -> None:
+    async with fleet(folder, "r1") as (world, robot):
+        robot.ask(KEYS.scan("r1"), Ask())
+        (asked,) = await next_arrivals(world)
+        assert isinstance(asked, Asked)
+        assert (asked.key, asked.message) == (KEYS.scan("r1"), Ask())
+        asked.answer(SCAN)
+        assert await next_arrivals(robot) == [Heard(KEYS.scan("r1"), 0, SCAN)]
+    assert (robot.traffic.sent, robot.traffic.received, world.traffic.received) == ({}, {}, {})
+
+
+async def test_a_question_that_nobody_answers_brings_nothing_and_may_be_asked_again(folder: Path) -> None:
+    async with fleet(folder, "r1") as (world, robot):
+        robot.ask(KEYS.scan("r1"), Ask())
+        (unanswered,) = await next_arrivals(world)
+        assert await robot.arrivals(1.5) == []  # Zenoh gives the question up after 1 s
+        robot.ask(KEYS.scan("r1"), Ask())
+        (asked,) = await next_arrivals(world)
+        assert isinstance(unanswered, Asked)
+        assert isinstance(asked, Asked)
+        unanswered.answer(SCAN)  # too late, and nobody minds
+        asked.answer(SCAN)
+        assert await next_arrivals(robot) == [Heard(KEYS.scan("r1"), 0, SCAN)]
+
+
+async def test_the_token_of_a_killed_process_vanishes(folder: Path) -> None:
+    with (
+        world_transport(folder) as world,
+        python("-m", "tests.support.processes.wire_child", str(folder / "r1.json")) as child,
+    ):
+        token = KEYS.alive("r1", "child")
+        assert await next_arrivals(world) == [Appeared(token)]
+        child.send_signal(signal.SIGKILL)
+        assert await next_arrivals(world) == [Vanished(token)]
+
+
+async def test_tokens_shown_before_the_watch_began_are_seen(folder: Path) -> None:
+    with robot_transport(folder, "r1"), robot_transport(folder, "r2"), world_transport(folder) as world:
+        tokens = {Appeared(TOKEN), Appeared(KEYS.alive("r2", "1"))}
+        assert set(await next_arrivals(world, 2)) == tokens
+
+
+def test_a_process_that_breaks_ends_and_does_not_hang(folder: Path) -> None:
+    with python("-m", "tests.support.processes.wire_child", str(folder / "r1.json"), "breaks") as child:
+        output, errors = child.communicate(timeout=DEADLINE_S)
+    assert (output, child.returncode) == ("alive\n", 1)
+    assert "broken on purpose" in errors
+
+
+async def test_nobody_hears_itself(folder: Path) -> None:
+    async with fleet(folder, "r1", "r2") as (_, robot, other):
+        robot.put(KEYS.muster("r1"), drive(1))
+        await next_arrivals(other)
+        other.put(KEYS.muster("r2"), drive(2))
+        assert await next_arrivals(robot) == [Heard(KEYS.muster("r2"), 1, drive(2))]
+
+
+async def test_what_a_full_inbox_drops_is_counted(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(zenoh_transport, "INBOX_CAPACITY", 4)
+    async with fleet(folder, "r1", "r2") as (_, sender, receiver):
+        for n in range(1, 11):
+            sender.put(KEYS.link("r1", "r2"), drive(n))
+        deadline_s = time.monotonic() + DEADLINE_S
+        while receiver.traffic.overflowed_count < 6:  # the network's thread counts; no event tells
+            assert time.monotonic() < deadline_s
+        others_turn = asyncio.Event()
+        asyncio.get_running_loop().call_soon(others_turn.set)
+        newest = [Heard(KEYS.link("r1", "r2"), n, drive(n)) for n in range(7, 11)]
+        assert await receiver.arrivals(None) == newest
+        assert others_turn.is_set()  # a flood of arrivals does not keep the loop from its other tasks
+
+
+async def test_arrivals_are_empty_when_the_time_is_up(folder: Path) -> None:
+    async with fleet(folder, "r1") as (world, robot):
+        world.put(KEYS.odometry("r1"), odometry(0.0))
+        assert len(await next_arrivals(robot)) == 1
+        assert await robot.arrivals(0.0) == []
+        assert await robot.arrivals(0.05) == []
+
+
+async def test_without_a_router_nothing_raises_or_waits_and_all_comes_back_with_it() -> None:
+    with session_folder() as folder, router(folder) as first:
+        async with fleet(folder, "r1") as (world, robot):
+            first.kill()
+            first.wait(DEADLINE_S)
+            assert await next_arrivals(world) == [Vanished(TOKEN)]
+            began_s = time.monotonic()
+            for n in range(1, BURST + 1):
+                robot.put(KEYS.drive("r1"), drive(n))
+                robot.ask(KEYS.mission(), Ask())
+            assert time.monotonic() - began_s < 1.0
+            with router(folder):
+                assert await next_arrivals(world) == [Appeared(TOKEN)]
+                heard = await heard_again(world, robot)
+            assert isinstance(heard, Heard)
+            assert (heard.message, heard.number > BURST) == (drive(0), True)
+
+
+async def heard_again(world: ZenohTransport, robot: ZenohTransport) -> Arrival:
+    """What the world hears first: a new router learns in no order who hears what, so it is told again."""
+    async with asyncio.timeout(DEADLINE_S):
+        while True:
+            robot.put(KEYS.drive("r1"), drive(0))
+            if arrived := await world.arrivals(RETOLD_S):
+                return arrived[0]
+
+
+async def test_after_the_end_a_put_and_a_question_are_lost_and_raise_nothing(folder: Path) -> None:
+    with robot_transport(folder, "r1") as robot:
+        pass
+    robot.put(KEYS.drive("r1"), drive(1))
+    robot.ask(KEYS.mission(), Ask())
+    assert await robot.arrivals(0.0) == []
+
+
+async def test_where_no_router_is_the_user_is_told_so() -> None:
+    with (
+        session_folder() as folder,
+        pytest.raises(UsageError, match="no router answers at unixsock-stream/"),
+        robot_transport(folder, "r1"),
+    ):
+        pass
+
+
+async def test_time_stamps_of_a_process_only_go_forward(folder: Path) -> None:
+    with robot_transport(folder, "r1") as robot:
+        stamps = [robot.timestamp().split("/") for _ in range(BURST)]
+    assert [int(ticks) for ticks, _ in stamps] == sorted({int(ticks) for ticks, _ in stamps})
+    assert len({source for _, source in stamps}) == 1

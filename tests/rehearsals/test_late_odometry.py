@@ -1,0 +1,108 @@
+"""Schedules found by an adversary: the clock of a robot lags, and another one is left out while it moves."""
+
+from pathlib import Path
+
+import pytest
+
+from clew.rehearsal.rehearsal import Rehearsal
+from protocol.faults.plan import Plan
+from protocol.faults.rules import Delay, Drop, Kill, Rule
+from world.judge.ending import Ending
+from world.judge.judgement import judge
+from world.scenario.scenario import Scenario, load
+
+WORLD = """
+name = "late-odometry"
+{moving}
+[fleet]
+robots = 5
+robot_radius_m = 0.15
+separation_m = 0.05
+link_length_m_max = 1.5
+deployment = "random"
+places = [[2.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [-10.0, 0.5, 0.0]]
+[law]
+epsilon_m = 0.05
+mu0_m = 0.005
+[goal]
+at_m = [8.0, 0.0]
+tolerance_m = 0.45
+[bounds]
+x_m_min = -12.0
+y_m_min = -3.0
+x_m_max = 10.0
+y_m_max = 3.0
+[sensor]
+directions = 180
+range_m_max = 4.0
+range_sigma_m = 0.0004
+[drive]
+speed_mps = 0.3
+speed_mps_min = 0.05
+speed_mps_max = 1.0
+turn_rate_radps = 1.5708
+heading_error_rad = 0.0001
+[time]
+time_s_max = 120.0
+"""
+CART = """
+[[moving]]
+id = "cart"
+shape = "circle"
+radius_m = 0.1
+track = [[0.0, 9.5, 2.5], [60.0, 9.5, 2.0], [100.0, 9.5, 2.5]]
+"""
+
+
+def world(tmp_path: Path, *, cart: bool = False) -> Scenario:
+    """Four robots in a row, and one far behind that joins them by a turn."""
+    path = tmp_path / "late-odometry.toml"
+    path.write_text(WORLD.format(moving="" if cart else "moving = []") + (CART if cart else ""))
+    return load(str(path))
+
+
+def leader_lags(until_s: float, *, from_s: float = 0.0) -> Delay:
+    """What the leader hears of its body is three seconds old."""
+    return Delay(
+        from_s=from_s,
+        until_s=until_s,
+        receiver=("r1",),
+        kinds=("odometry",),
+        delay_s_min=3.0,
+        delay_s_max=3.001,
+    )
+
+
+def dies_in_its_turn(*, lags_from_s: float) -> tuple[Rule, ...]:
+    return (leader_lags(9.65, from_s=lags_from_s), Kill(from_s=9.0, target="r5"))
+
+
+def is_left_out_in_its_turn(*, until_s: float) -> tuple[Rule, ...]:
+    """Robot 3 does not hear it any more, and then it hears nobody."""
+    return (
+        leader_lags(until_s),
+        Drop(from_s=5.0, sender=("r5",), receiver=("r3",), kinds=("muster",)),
+        Drop(from_s=11.58, until_s=31.58, receiver=("r5",), kinds=("muster", "beacon", "ahead", "behind")),
+    )
+
+
+SCHEDULES = {
+    "who dies, with a lag from the start": dies_in_its_turn(lags_from_s=0.0),
+    "who dies, with a lag of a while": dies_in_its_turn(lags_from_s=5.0),
+    "who is left out": is_left_out_in_its_turn(until_s=11.8),
+}
+
+
+@pytest.mark.parametrize("schedule", SCHEDULES)
+def test_nobody_drives_before_those_left_out_stand_however_late_its_odometry_is(
+    tmp_path: Path, schedule: str
+) -> None:
+    scenario = world(tmp_path)
+    rehearsal = Rehearsal(scenario, 1, Plan(name="test", rules=SCHEDULES[schedule])).run()
+    assert judge(scenario, rehearsal.entries).breaches == ()
+
+
+def test_a_robot_whose_orders_were_lost_for_long_joins_when_they_arrive_again(tmp_path: Path) -> None:
+    lost = Drop(until_s=14.0, sender=("r5",), kinds=("drive",))
+    rehearsal = Rehearsal(world(tmp_path, cart=True), 1, Plan(name="test", rules=(lost,))).run()
+    assert rehearsal.world.ending is Ending.ARRIVED

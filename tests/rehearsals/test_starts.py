@@ -1,0 +1,106 @@
+"""Starts that are hard: what a queue hides, and places from which no strand can be drawn. Found by attack."""
+
+import itertools
+from pathlib import Path
+
+import pytest
+
+from clew.rehearsal.rehearsal import Rehearsal
+from protocol.timeline import RobotPlaced, StepPlanned
+from world.judge.ending import Ending
+from world.judge.judgement import judge
+from world.scenario.scenario import load
+
+PATIENCE_S = 60.0
+
+FLEET = """
+name = "start"
+[fleet]
+robots = {robots}
+robot_radius_m = 0.1
+places = {places}
+separation_m = 0.1
+link_length_m_max = 5.0
+[law]
+law = "certified"
+epsilon_m = 0.1
+mu0_m = 0.03
+[goal]
+at_m = [4.0, 0.0]
+tolerance_m = 0.1
+[sensor]
+directions = 720
+range_m_max = 4.0
+[drive]
+speed_mps = 0.5
+speed_mps_min = 0.05
+speed_mps_max = 1.0
+turn_rate_radps = 1.5
+[time]
+time_s_max = 60.0
+[[obstacle]]
+shape = "circle"
+centre_m = {post}
+radius_m = 0.05
+"""
+
+FAR_AWAY = (-3.0, 3.0)
+QUEUE_OF_TWO = ((1.6, 0.0), (0.0, 0.0))
+
+
+def rehearsed(
+    folder: Path, places: tuple[tuple[float, float], ...], post: tuple[float, float] = FAR_AWAY
+) -> Rehearsal:
+    path = folder / "start.toml"
+    rows = [[x_m, y_m, 0.0] for x_m, y_m in places]
+    path.write_text(FLEET.format(robots=len(rows), places=rows, post=list(post)))
+    rehearsal = Rehearsal(load(str(path)), 1)
+    for _ in itertools.takewhile(lambda now_s: now_s < PATIENCE_S, rehearsal.ticks()):
+        pass
+    assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
+    return rehearsal
+
+
+def test_a_queue_on_open_ground_starts(tmp_path: Path) -> None:
+    assert rehearsed(tmp_path, QUEUE_OF_TWO).world.ending is Ending.ARRIVED
+
+
+@pytest.mark.parametrize("post", [(1.2, 0.0), (0.6, 0.0), (0.8, 0.12), (0.8, -0.225)])
+def test_who_has_a_post_on_or_beside_the_line_of_the_queue_goes_round_it(
+    tmp_path: Path, post: tuple[float, float]
+) -> None:
+    rehearsal = rehearsed(tmp_path, QUEUE_OF_TWO, post)
+    joined = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, RobotPlaced)]
+    assert [placed.rank for placed in joined] == [1]
+    assert rehearsal.world.ending is Ending.ARRIVED
+
+
+def test_a_post_beside_the_line_of_the_queue_with_room_enough_stops_nobody(tmp_path: Path) -> None:
+    assert rehearsed(tmp_path, QUEUE_OF_TWO, (0.8, 0.28)).world.ending is Ending.ARRIVED
+
+
+def test_a_post_behind_the_leader_is_in_its_promise(tmp_path: Path) -> None:
+    rehearsal = rehearsed(tmp_path, QUEUE_OF_TWO, (1.29, 0.0))
+    planned = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, StepPlanned)]
+    steps = [step for step in planned if step.epoch > 0]
+    assert steps[0].promised_clearance_m == pytest.approx(0.31 - 0.05 - 0.1, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    "places",
+    [
+        ((0.0, 0.0), (-0.3, 0.17), (-0.3, -0.17)),  # the second passes the third, which stands behind it
+        ((0.0, 0.0), (-0.3, 0.17), (-0.3, -0.17), (-0.7, -0.17)),
+    ],
+)
+def test_from_places_through_which_no_straight_strand_can_be_drawn_robots_join_at_others(
+    tmp_path: Path, places: tuple[tuple[float, float], ...]
+) -> None:
+    rehearsal = rehearsed(tmp_path, places)
+    assert any(isinstance(entry.record, RobotPlaced) for _, entry in rehearsal.entries)
+    assert rehearsal.world.ending is Ending.ARRIVED
+
+
+def test_a_bent_queue_starts(tmp_path: Path) -> None:
+    bent = ((0.0, 0.0), (-0.4, 0.1), (-0.7, 0.4), (-0.8, 0.8))
+    assert rehearsed(tmp_path, bent).world.ending is Ending.ARRIVED

@@ -1,0 +1,1 @@
+"""Pages and browsers for tests."""

@@ -1,0 +1,53 @@
+"""Starts viewers for tests, and listens to them as a page does."""
+
+import http.client
+import json
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+from protocol.root import ROOT
+from tests.support.processes.fleets import RUN_S_MAX
+
+
+@contextmanager
+def view(*arguments: str | Path, cwd: Path) -> Iterator[subprocess.Popen[str]]:
+    """A viewer, which is gone in the end whatever happens."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "clew.cli", "view", *arguments],
+        cwd=cwd,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as viewer:
+        try:
+            yield viewer
+        finally:
+            viewer.kill()
+
+
+def address_of(said: IO[str] | None) -> str:
+    """Where the page is, as soon as this says so."""
+    assert said is not None
+    heard = []
+    for text in said:
+        heard.append(text)
+        if (match := re.search(r"http://\S+", text)) is not None:
+            return match.group()
+    raise AssertionError(f"no address in {heard}")
+
+
+def told(address: str, run: int = 0) -> Iterator[dict[str, Any]]:
+    """What a page is told, batch by batch, until the viewer has gone."""
+    connection = http.client.HTTPConnection(address.removeprefix("http://").rstrip("/"), timeout=RUN_S_MAX)
+    connection.request("GET", f"/events/{run}")
+    with connection.getresponse() as response:
+        for text in response:
+            if text.startswith(b"data: "):
+                yield json.loads(text.removeprefix(b"data: "))

@@ -1,0 +1,24 @@
+"""A switching step that is planned, for tests that only ask which one."""
+
+from protocol.frames import Point
+from protocol.mission import Law
+from protocol.timeline import StepPlanned
+
+
+def planned(step: int) -> StepPlanned:
+    return StepPlanned(
+        step=step,
+        epoch=1,
+        law=Law.CERTIFIED,
+        x_m=0.0,
+        y_m=0.0,
+        obstacles=(),
+        gaps=(),
+        gap=None,
+        heading_rad=0.0,
+        length_m=1.0,
+        target=Point(x_m=1.0, y_m=0.0),
+        reach_m=1.0,
+        promised_clearance_m=None,
+        cost_to_go_m=None,
+    )

@@ -1,0 +1,1 @@
+"""Fleets, routers, proxies and terminals for tests."""

@@ -1,0 +1,90 @@
+"""A fleet whose parts are started one by one, where a test wants them."""
+
+import contextlib
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from protocol.network.session import write_sessions
+from protocol.root import ROOT
+from tests.support.processes.fleets import END_S_MAX, Fleet
+
+Command = list[str]
+
+
+def here(*command: str) -> Command:
+    """A command line that runs a command in this namespace, as `netns.Namespace.command` does in another."""
+    return list(command)
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """What to start, and where."""
+
+    fleet: Fleet
+    robots: int
+    world_options: tuple[str, ...]
+    endpoint: str
+    """Where all find the router."""
+    listen: str
+    """Where it is."""
+    near: Callable[..., Command] = here
+    """Of router and world."""
+    far: Callable[..., Command] = here
+    """Of the robots."""
+
+    @contextlib.contextmanager
+    def started(self) -> Iterator[subprocess.Popen[str]]:
+        """The world, while all parts run; they end with the context, or when this process does."""
+        sessions = self.fleet.temporary / "sessions"
+        write_sessions(sessions, fleet="f", run="packets", robots=self.robots, endpoints=[self.endpoint])
+        with contextlib.ExitStack() as stack:
+            router = ["-m", "protocol", "--sessions", str(sessions), "--listen", self.listen]
+            stack.enter_context(self._part(self.near, *router, ready="ready "))
+            world = ["--session", str(sessions / "world.json"), "--out", str(self.fleet.folder())]
+            yielded = stack.enter_context(self._part(self.near, "-m", "world", *self.world_options, *world))
+            robots = ["--robots", f"1-{self.robots}", "--sessions", str(sessions)]
+            stack.enter_context(self._part(self.far, "-m", "agents", *robots))
+            yield yielded
+
+    @contextlib.contextmanager
+    def _part(
+        self, where: Callable[..., Command], *arguments: str, ready: str = ""
+    ) -> Iterator[subprocess.Popen[str]]:
+        environment = {**os.environ, "CLEW_TEST_MARK": self.fleet.mark}
+        pipe = subprocess.PIPE
+        with (
+            (self.fleet.cwd / "said").open("a") as said,
+            subprocess.Popen(
+                where(sys.executable, *arguments, "--lifeline"),
+                cwd=ROOT,
+                env=environment,
+                stdin=pipe,
+                stdout=pipe,
+                stderr=said,
+                text=True,
+            ) as part,
+        ):
+            try:
+                assert part.stdout is not None
+                if ready:
+                    assert part.stdout.readline().startswith(ready)
+                yield part
+            finally:
+                _end(part)
+
+
+def _end(part: subprocess.Popen[str]) -> None:
+    assert part.stdin is not None
+    part.stdin.close()
+    try:
+        part.wait(END_S_MAX)
+    finally:
+        part.kill()
+
+
+def said(fleet: Fleet) -> str:
+    """All that the parts have said on stderr."""
+    return (fleet.cwd / "said").read_text(encoding="utf-8")

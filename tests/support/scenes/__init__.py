@@ -1,0 +1,1 @@
+"""Scenes and standpoints for tests."""

@@ -1,0 +1,1 @@
+"""One file a module, in the folders of the packages."""

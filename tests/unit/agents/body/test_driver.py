@@ -1,0 +1,243 @@
+"""The driver in conversation with a body that drives straight and says where it is."""
+
+import math
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec.structs import replace
+
+from agents.body.driver import LATE_ORDERS, Driver
+from protocol.frames import Point, Pose
+from protocol.wire.messages import Drive, Odometry, Phase
+
+SPEED_MPS = 0.5
+PERIOD_S = 0.1
+STRIDE_M = SPEED_MPS * PERIOD_S
+ROUNDING_M = 1e-9
+ODOMETRY_AT_START = Odometry(
+    t_s=0.0, pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), moving=False, finished=0, phase=Phase.RUNNING
+)
+
+
+@dataclass
+class Body:
+    """Drives along the x axis to the newest order's target, as far as it gets in a period."""
+
+    x_m: float = 0.0
+    t_s: float = 0.0
+    finished: int = 0
+    order: Drive | None = None
+    told: list[Odometry] = field(default_factory=list)
+
+    def live(self) -> Odometry:
+        """One period later; what it tells then."""
+        self.t_s += PERIOD_S
+        if self.order is not None:
+            target_m = self.x_m if self.order.target is None else self.order.target.x_m
+            self.x_m += max(-STRIDE_M, min(STRIDE_M, target_m - self.x_m))
+            if self.x_m == target_m:
+                self.finished = self.order.number
+        self.told.append(self.tell())
+        return self.told[-1]
+
+    def tell(self) -> Odometry:
+        pose = Pose(x_m=self.x_m, y_m=0.0, heading_rad=0.0)
+        return Odometry(t_s=self.t_s, pose=pose, moving=True, finished=self.finished, phase=Phase.RUNNING)
+
+
+def awake() -> tuple[Driver, Body]:
+    driver, body = Driver(speed_mps=SPEED_MPS), Body()
+    driver.hear(body.live())
+    return driver, body
+
+
+def to(driver: Driver, x_m: float) -> None:
+    """Along a path that is the x axis, arc length and place are the same number."""
+    driver.to(Point(x_m=x_m, y_m=0.0), reach_m=x_m, epoch=1)
+
+
+def test_before_the_body_has_spoken_the_driver_is_neither_awake_nor_standing() -> None:
+    driver = Driver(speed_mps=SPEED_MPS)
+    assert (driver.awake, driver.standing) == (False, False)
+    driver.hear(Body().tell())
+    assert (driver.awake, driver.standing) == (True, True)
+
+
+def test_an_order_is_driven_to_its_end_and_then_the_driver_stands() -> None:
+    driver, body = awake()
+    to(driver, 3.0 * STRIDE_M)
+    body.order = driver.drive
+    heard = []
+    for _ in range(4):
+        driver.hear(body.live())
+        heard.append((driver.standing, driver.progress_m))
+    assert [standing for standing, _ in heard] == [False, False, True, True]
+    assert [progress_m for _, progress_m in heard] == pytest.approx([0.05, 0.10, 0.15, 0.15])
+
+
+def test_an_order_in_hand_is_confirmed_as_of_the_newest_odometry_and_keeps_its_number() -> None:
+    driver, body = awake()
+    to(driver, 1.0)
+    first = driver.drive
+    driver.hear(body.live())
+    assert (driver.drive.number, driver.drive.target) == (first.number, first.target)
+    assert (first.basis_s, driver.drive.basis_s) == pytest.approx((PERIOD_S, 2.0 * PERIOD_S))
+
+
+def test_each_order_has_a_new_number_and_says_what_it_is_for() -> None:
+    driver, _ = awake()
+    driver.to(Point(x_m=1.0, y_m=2.0), reach_m=7.0, epoch=3, step=4)
+    first = driver.drive
+    driver.to(Point(x_m=2.0, y_m=2.0), reach_m=8.0, epoch=3)
+    assert (first.number, first.epoch, first.step, first.reach_m) == (1, 3, 4, 7.0)
+    assert (driver.drive.number, driver.drive.step, driver.drive.reach_m) == (2, 0, 8.0)
+    assert driver.drive.speed_mps == SPEED_MPS
+
+
+def test_to_stand_is_an_order_of_its_own_and_is_given_once() -> None:
+    driver, body = awake()
+    to(driver, 1.0)
+    body.order = driver.drive
+    driver.hear(body.live())
+    for _ in range(3):
+        driver.stand()
+    assert (driver.drive.number, driver.drive.target) == (2, None)
+    stood = [driver.standing]
+    body.order = driver.drive
+    driver.hear(body.live())
+    assert [*stood, driver.standing] == [False, True]
+    assert driver.progress_m == pytest.approx(body.x_m)
+
+
+def test_who_stands_already_is_not_told_to_stand() -> None:
+    driver, body = awake()
+    driver.stand()
+    assert driver.drive.number == 0
+    to(driver, STRIDE_M)
+    body.order = driver.drive
+    driver.hear(body.live())
+    driver.stand()
+    assert driver.drive.number == 1
+
+
+def test_after_a_stop_on_the_way_the_rest_of_the_way_is_counted_from_where_the_body_came_to_stand() -> None:
+    driver, body = awake()
+    to(driver, 1.0)
+    body.order = driver.drive
+    driver.hear(body.live())
+    driver.stand()
+    driver.hear(body.live())  # the order to stand is still on its way
+    body.order = driver.drive
+    driver.hear(body.live())
+    # Too little would be safe ahead, but too much once the strand has turned round.
+    assert driver.progress_m == pytest.approx(body.x_m) == pytest.approx(2.0 * STRIDE_M)
+    to(driver, 1.0)
+    driver.hear(body.tell())
+    assert driver.progress_m == pytest.approx(2.0 * STRIDE_M)
+
+
+def test_who_has_been_sent_somewhere_knows_it_before_its_body_is_heard_and_when_it_has_stopped() -> None:
+    driver, body = awake()
+    sent = [driver.was_sent]
+    to(driver, 0.5)
+    sent.append(driver.was_sent)
+    driver.stand()
+    driver.hear(body.live())
+    sent.append(driver.was_sent)
+    driver.begin(0.0)
+    assert [*sent, driver.was_sent] == [False, True, True, False]
+
+
+def test_the_same_odometry_again_changes_nothing() -> None:
+    driver, body = awake()
+    to(driver, 1.0)
+    body.order = driver.drive
+    driver.hear(body.live())
+    before = (driver.drive, driver.progress_m, driver.standing)
+    driver.hear(body.tell())
+    assert (driver.drive, driver.progress_m, driver.standing) == before
+
+
+actions = st.lists(
+    st.one_of(st.floats(0.0, 0.7), st.sampled_from(["stand", "lost", "repeated"])), min_size=1, max_size=30
+)
+
+
+@given(actions)
+def test_progress_is_what_the_body_has_driven_whenever_it_stands_and_never_more(
+    actions: list[float | str],
+) -> None:
+    driver, body = awake()
+    reach_m = 0.0
+    for action in actions:
+        before_m = driver.progress_m
+        match action:
+            case "stand":
+                driver.stand()
+            case "repeated":
+                driver.hear(body.told[-1])
+            case float() as further_m if driver.standing:
+                reach_m = max(reach_m, driver.progress_m) + further_m
+                to(driver, reach_m)
+        if action != "lost":
+            body.order = driver.drive
+        driver.hear(body.live())
+        assert before_m <= driver.progress_m <= body.x_m + ROUNDING_M
+        if driver.standing:
+            assert driver.progress_m == pytest.approx(body.x_m, abs=ROUNDING_M)
+
+
+@given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(0.0, 5.0))
+def test_a_body_that_is_off_its_way_has_come_no_further_than_what_it_is_short_of_the_target(
+    x_m: float, y_m: float, reach_m: float
+) -> None:
+    driver = Driver(speed_mps=SPEED_MPS)
+    pose = Pose(x_m=x_m, y_m=y_m, heading_rad=0.0)
+    odometry = Odometry(t_s=1.0, pose=pose, moving=True, finished=0, phase=Phase.RUNNING)
+    driver.hear(odometry)
+    driver.to(Point(x_m=0.0, y_m=0.0), reach_m=reach_m, epoch=1)
+    driver.hear(odometry)
+    assert driver.progress_m == max(0.0, reach_m - math.hypot(x_m, y_m))
+
+
+def test_a_driver_that_takes_its_place_in_the_middle_of_the_path_has_that_much_behind_it() -> None:
+    driver, body = awake()
+    driver.progress_m = 2.0
+    driver.hear(body.live())
+    assert driver.progress_m == 2.0
+
+
+def test_a_robot_that_is_started_again_first_has_its_body_stand_with_an_order_behind_all_late_ones() -> None:
+    driver = Driver(speed_mps=0.5)
+    driver.hear(replace(ODOMETRY_AT_START, ordered=57, finished=56, moving=True))
+    driver.start_again()
+    stands = 57 + LATE_ORDERS + 1
+    assert (driver.drive.number, driver.drive.target) == (stands, None)
+    standing = [driver.standing]
+    driver.hear(replace(ODOMETRY_AT_START, t_s=0.1, ordered=stands, finished=stands))
+    standing.append(driver.standing)
+    assert standing == [False, True]
+    driver.to(Point(x_m=1.0, y_m=0.0), reach_m=1.0, epoch=3)
+    assert driver.drive.number == stands + 1
+
+
+def test_orders_of_each_life_are_beyond_all_of_the_one_before_even_where_the_body_has_taken_none() -> None:
+    numbers = []
+    for t_s in (0.4, 0.7, 9.0):
+        driver = Driver(speed_mps=0.5)
+        driver.hear(replace(ODOMETRY_AT_START, t_s=t_s))
+        driver.start_again()
+        numbers.append(driver.drive.number)
+        assert not driver.standing, "its body has to take that order first"
+    assert min(b - a for a, b in pairwise(numbers)) > LATE_ORDERS
+
+
+def test_what_the_body_has_not_taken_yet_is_not_counted_again() -> None:
+    driver = Driver(speed_mps=0.5)
+    driver.hear(ODOMETRY_AT_START)
+    driver.to(Point(x_m=1.0, y_m=0.0), reach_m=1.0, epoch=1)
+    driver.hear(replace(ODOMETRY_AT_START, t_s=0.1, ordered=0))
+    assert driver.drive.number == 1

@@ -1,0 +1,298 @@
+"""Robots that start anywhere line up: joining one by one, without meeting, whatever the network does."""
+
+import itertools
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from random import Random
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from agents.membership import taking
+from agents.membership.joining import CLEAR_M, InPlace, Joining, Stands
+from agents.navigation.step import NoStep
+from clew.rehearsal.rehearsal import Rehearsal
+from protocol.faults.plan import NO_FAULTS, uniform
+from protocol.mission import Law
+from protocol.timeline import OrderAccepted, RobotBlocked, RobotPlaced, StepPlanned, StrandFormed
+from tests.support.stages.one_step import look_around, under
+from world.geometry.clearance import distances
+from world.geometry.shapes import Circle, Polygon, Shape, ground_of
+from world.judge.ending import Ending
+from world.judge.judgement import judge
+from world.scenario.scenario import Scenario, load
+
+LOSSY = uniform(delay_s_max=0.3, loss=0.3, repeat=0.1)
+PERFECT = NO_FAULTS
+SIZE_M = (8.0, 6.0)
+CLOSEST_M = 0.22  # r + epsilon, and the scan's doubt
+APART_M = 0.32  # 2 r + separation, and a bit
+
+HEAD = """
+name = "anywhere"
+[fleet]
+robots = {robots}
+robot_radius_m = 0.1
+places = {places}
+separation_m = 0.1
+link_length_m_max = 1.5
+[law]
+epsilon_m = 0.1
+mu0_m = 0.03
+[goal]
+at_m = {goal}
+tolerance_m = 0.15
+[bounds]
+x_m_min = 0.0
+y_m_min = 0.0
+x_m_max = 8.0
+y_m_max = 6.0
+[sensor]
+directions = 720
+range_m_max = 4.0
+range_sigma_m = 0.002
+[drive]
+speed_mps = 0.5
+speed_mps_min = 0.05
+speed_mps_max = 1.0
+turn_rate_radps = 1.5
+heading_error_rad = 0.001
+[time]
+time_s_max = 300.0
+"""
+
+Place = tuple[float, float]
+
+
+def box(x_m: float, y_m: float, wide_m: float, high_m: float) -> Polygon:
+    east_m, north_m = x_m + wide_m, y_m + high_m
+    return Polygon(vertices_m=((x_m, y_m), (east_m, y_m), (east_m, north_m), (x_m, north_m)))
+
+
+def toml_of(shape: Shape) -> str:
+    if isinstance(shape, Circle):
+        centre = list(shape.centre_m)
+        return f'[[obstacle]]\nshape = "circle"\ncentre_m = {centre}\nradius_m = {shape.radius_m}\n'
+    assert isinstance(shape, Polygon)
+    return f'[[obstacle]]\nshape = "polygon"\nvertices_m = {[list(corner) for corner in shape.vertices_m]}\n'
+
+
+def scenario(folder: Path, places: list[Place], shapes: list[Shape], goal: Place) -> Scenario:
+    path = folder / "anywhere.toml"
+    rows = [[x_m, y_m, 0.0] for x_m, y_m in places]
+    head = HEAD.format(robots=len(rows), places=rows, goal=list(goal))
+    path.write_text(head + "".join(map(toml_of, shapes)))
+    return load(str(path))
+
+
+def anywhere(folder: Path, seed: int) -> Scenario:
+    """Five to eight robots at random free places among random circles and walls."""
+    random = Random(seed)
+    shapes: list[Shape] = [
+        Circle(
+            centre_m=(random.uniform(0.5, 7.5), random.uniform(0.5, 5.5)), radius_m=random.uniform(0.1, 0.4)
+        )
+        for _ in range(random.randint(4, 9))
+    ]
+    for _ in range(random.randint(1, 3)):
+        wide_m, high_m = random.choice([(random.uniform(0.5, 1.5), 0.15), (0.15, random.uniform(0.5, 1.5))])
+        shapes.append(box(random.uniform(0.5, 6.5), random.uniform(0.5, 4.5), wide_m, high_m))
+    ground = ground_of(shapes)
+
+    def free(off_m: float) -> Place:
+        while True:
+            place = (random.uniform(0.3, SIZE_M[0] - 0.3), random.uniform(0.3, SIZE_M[1] - 0.3))
+            if distances(ground, np.array(place)).min() >= off_m:
+                return place
+
+    places: list[Place] = []
+    robots = random.randint(5, 8)
+    while len(places) < robots:
+        place = free(CLOSEST_M)
+        if all(math.dist(place, other) >= APART_M for other in places):
+            places.append(place)
+    return scenario(folder, places, shapes, free(0.6))
+
+
+def replay(test: str, seed: int) -> str:
+    return f"replay with  ./launch/test.sh 'tests/unit/agents/membership/test_joining.py::{test}[{seed}]'"
+
+
+@pytest.mark.parametrize("seed", range(1, 9))
+def test_robots_that_start_anywhere_line_up(tmp_path: Path, seed: int) -> None:
+    rehearsal = Rehearsal(anywhere(tmp_path, seed), seed, LOSSY)
+    for _ in ticks_until_formed(rehearsal):
+        pass
+    again = replay("test_robots_that_start_anywhere_line_up", seed)
+    assert records(rehearsal, StrandFormed), again
+    assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == (), again
+
+
+@pytest.mark.parametrize("seed", [1, 3, 6])
+def test_robots_that_started_anywhere_arrive(tmp_path: Path, seed: int) -> None:
+    rehearsal = Rehearsal(anywhere(tmp_path, seed), seed, LOSSY).run()
+    again = replay("test_robots_that_started_anywhere_arrive", seed)
+    assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == (), again
+    assert rehearsal.world.ending is Ending.ARRIVED, again
+
+
+def ticks_until_formed(rehearsal: Rehearsal) -> Iterator[float]:
+    """The instants until some robot knows the strand: at that very one it may set out."""
+    seen = 0  # entries grow by thousands: each is looked at once
+    for now_s in rehearsal.ticks():
+        news = rehearsal.entries[seen:]
+        if any(isinstance(entry.record, StrandFormed) for _, entry in news):
+            return
+        seen += len(news)
+        yield now_s
+
+
+def records(rehearsal: Rehearsal, kind: type) -> list[object]:
+    return [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, kind)]
+
+
+@settings(max_examples=8, deadline=None)
+@given(
+    seed=st.integers(0, 1000),
+    loss=st.sampled_from([0.0, 0.3, 0.7]),
+    delay_s=st.sampled_from([0.0, 0.5, 2.0]),
+)
+def test_no_two_robots_move_at_once_before_the_strand_has_formed(
+    tmp_path_factory: pytest.TempPathFactory, seed: int, loss: float, delay_s: float
+) -> None:
+    faults = uniform(delay_s_max=delay_s, loss=loss, repeat=0.1)
+    rehearsal = Rehearsal(anywhere(tmp_path_factory.mktemp("anywhere"), seed), seed, faults)
+    for _ in itertools.takewhile(lambda now_s: now_s < 30.0, ticks_until_formed(rehearsal)):
+        assert rehearsal.world.bodies.moving.sum() <= 1
+
+
+CORRIDOR: list[Shape] = [box(1.0, 2.0, 2.0, 0.1), box(1.0, 2.65, 2.0, 0.1), box(1.0, 2.1, 0.1, 0.55)]
+
+
+def test_who_stands_in_a_corridor_behind_another_joins_after_it(tmp_path: Path) -> None:
+    # By air robot 2, at the inner end, is nearer to the leader outside than robot 3, which is in its way.
+    fleet = scenario(tmp_path, [(1.3, 4.0), (1.4, 2.375), (1.9, 2.375)], CORRIDOR, (1.3, 5.3))
+    rehearsal = Rehearsal(fleet, 1, PERFECT).run()
+    assert judge(fleet, rehearsal.entries).breaches == ()
+    assert rehearsal.world.ending is Ending.ARRIVED
+    assert records(rehearsal, RobotBlocked)
+    assert len(records(rehearsal, RobotPlaced)) == 2
+
+
+def test_a_turn_ends_after_so_many_steps_and_others_have_theirs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(taking, "TURN_STEPS_MAX", 1)
+    wall: list[Shape] = [box(3.0, 1.0, 0.15, 3.0)]
+    fleet = scenario(tmp_path, [(3.8, 2.5), (2.4, 2.5)], wall, (7.0, 2.5))
+    rehearsal = Rehearsal(fleet, 1, PERFECT).run()
+    blocked, *_ = records(rehearsal, RobotBlocked)
+    assert isinstance(blocked, RobotBlocked)
+    assert blocked.reason == "1 steps have not led to the strand's end"
+    joins = [step for step in records(rehearsal, StepPlanned) if isinstance(step, StepPlanned) and step.joins]
+    assert len(joins) >= 1
+
+
+def test_a_robot_behind_a_wall_goes_round_it_to_its_place(tmp_path: Path) -> None:
+    wall: list[Shape] = [box(3.0, 1.0, 0.15, 3.0)]
+    fleet = scenario(tmp_path, [(3.8, 2.5), (2.4, 2.5)], wall, (7.0, 2.5))
+    rehearsal = Rehearsal(fleet, 1, PERFECT).run()
+    assert judge(fleet, rehearsal.entries).breaches == ()
+    assert rehearsal.world.ending is Ending.ARRIVED
+    orders = [order for order in records(rehearsal, OrderAccepted) if isinstance(order, OrderAccepted)]
+    assert {order.robot for order in orders if order.epoch == 0} == {2}
+
+
+def test_in_a_queue_nobody_moves_before_the_strand_has_formed_and_every_leg_is_looked_at_once(
+    tmp_path: Path,
+) -> None:
+    fleet = scenario(tmp_path, [(3.0, 3.0), (2.6, 3.0), (2.2, 3.0)], [], (6.0, 3.0))
+    rehearsal = Rehearsal(fleet, 1, PERFECT)
+    for _ in ticks_until_formed(rehearsal):
+        pass
+    assert rehearsal.world.now_s == pytest.approx(0.02)
+    assert rehearsal.world.tally.scans == 2, "one a leg"
+    assert not records(rehearsal, RobotPlaced)
+
+
+# --- one robot's plan -----------------------------------------------------------------------------
+
+MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1)
+
+
+def plan(shapes: list[Shape], stands: Stands) -> StepPlanned | InPlace | NoStep:
+    hulls: list[Shape] = [Circle(centre_m=(x, y), radius_m=0.1) for x, y in stands.all.tolist()]
+    view = look_around([*shapes, *hulls], MISSION)
+    return Joining(MISSION, view.position).plan(view, stands)
+
+
+def stand(strand: list[Place], waiting: list[Place]) -> Stands:
+    places = np.array(strand).reshape(-1, 2)
+    return Stands(places, np.array(waiting).reshape(-1, 2), places, min(len(places) - 1, 1))
+
+
+def test_who_stands_at_a_place_with_a_clear_leg_is_in_place_without_a_step() -> None:
+    assert plan([], stand([(0.6, 0.0)], [])) == InPlace()
+
+
+@pytest.mark.parametrize(
+    ("shapes", "stands"),
+    [
+        ([], stand([(2.0, 0.0)], [])),  # too far
+        ([Circle(centre_m=(0.3, 0.15), radius_m=0.05)], stand([(0.6, 0.0)], [])),  # a post beside the leg
+        ([], stand([(0.3, 0.5), (0.3, -0.2), (0.6, 0.0)], [])),  # folds back
+        ([], stand([(0.8, 0.0)], [(0.4, 0.1)])),  # another waits on the leg
+    ],
+)
+def test_from_where_the_leg_will_not_do_it_steps_to_where_it_will(
+    shapes: list[Shape], stands: Stands
+) -> None:
+    step = plan(shapes, stands)
+    assert isinstance(step, StepPlanned)
+    assert step.epoch == 0
+    off_m = np.hypot(*(stands.all - np.array([step.target.x_m, step.target.y_m])).T)
+    assert off_m.min() >= MISSION.robot_keep_m - 1e-9
+
+
+def test_shut_in_by_a_wall_it_has_no_step() -> None:
+    ring: list[Shape] = [box(-0.6, 0.5, 1.2, 0.1), box(-0.6, -0.6, 1.2, 0.1)]
+    ring += [box(-0.6, -0.5, 0.1, 1.0), box(0.5, -0.5, 0.1, 1.0)]
+    assert isinstance(plan(ring, stand([(2.0, 0.0)], [])), NoStep)
+
+
+# --- the leader gets clear --------------------------------------------------------------------------
+
+ENOUGH_M = MISSION.berth_m + CLEAR_M
+POST = (0.25, 0.0)  # nearer than a leg to here may end, further than the hull
+POST_M = 0.05
+
+
+def get_clear(shapes: list[Shape], robots: list[Place]) -> StepPlanned | NoStep:
+    hulls: list[Shape] = [Circle(centre_m=(x, y), radius_m=0.1) for x, y in robots]
+    view = look_around([*shapes, *hulls], MISSION)
+    return Joining(MISSION, view.position).clear(view, np.array(robots).reshape(-1, 2))
+
+
+def test_a_leader_too_near_to_something_to_be_followed_goes_a_short_step_to_where_it_can_be() -> None:
+    step = get_clear([Circle(centre_m=POST, radius_m=POST_M)], [(-2.0, 0.0)])
+    assert isinstance(step, StepPlanned)
+    off_m = math.hypot(step.target.x_m - POST[0], step.target.y_m - POST[1]) - POST_M
+    assert off_m >= ENOUGH_M - 1e-6
+    assert step.length_m <= 2.0 * ENOUGH_M
+
+
+def test_where_no_step_leads_to_such_a_place_it_stays() -> None:
+    corridor: list[Shape] = [box(-3.0, 0.22, 6.0, 0.1), box(-3.0, -0.32, 6.0, 0.1)]
+    assert isinstance(get_clear(corridor, [(-2.0, 0.0)]), NoStep)
+
+
+def test_getting_clear_it_keeps_off_the_robots_that_stand() -> None:
+    robots = [(-0.5, 0.0), (-0.4, 0.35), (-0.4, -0.35)]
+    step = get_clear([Circle(centre_m=POST, radius_m=POST_M)], robots)
+    assert isinstance(step, StepPlanned)
+    way = np.linspace((0.0, 0.0), (step.target.x_m, step.target.y_m), 50)
+    off_m = np.hypot(*np.moveaxis(way[:, None] - np.array(robots), -1, 0))
+    assert off_m.min() >= 2.0 * MISSION.robot_radius_m + MISSION.separation_m

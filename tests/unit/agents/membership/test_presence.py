@@ -1,0 +1,129 @@
+"""Tokens as a conversation: what one robot sees of the others, and what it takes from that."""
+
+import pytest
+
+from agents.membership.presence import GRACE_S, Presence
+from protocol.keys import WORLD_NUMBER
+
+
+def connected(*robots: int) -> Presence:
+    """The world's token and those of some robots have come."""
+    presence = Presence()
+    for robot in (WORLD_NUMBER, *robots):
+        presence.come(robot, "a", 0.0)
+    return presence
+
+
+def test_who_does_not_see_the_worlds_token_is_not_connected() -> None:
+    presence = Presence()
+    presence.come(1, "a", 0.0)
+    seen = [presence.connected]
+    presence.come(WORLD_NUMBER, "a", 0.1)
+    seen.append(presence.connected)
+    presence.go(WORLD_NUMBER, "a", 0.2)
+    seen.append(presence.connected)
+    presence.come(WORLD_NUMBER, "b", 0.3)
+    seen.append(presence.connected)
+    assert seen == [False, True, False, True]
+
+
+def test_the_world_is_no_robot() -> None:
+    assert connected(1, 2).robots == {1, 2}
+
+
+def test_a_token_that_went_is_shown_no_more_and_one_that_never_came_may_go() -> None:
+    presence = connected(1, 2)
+    presence.go(1, "a", 5.0)
+    presence.go(3, "a", 5.0)
+    assert (presence.robots, presence.shows(1), presence.shows(2)) == ({2}, False, True)
+
+
+def test_a_robot_is_lost_when_its_token_has_gone_and_it_is_heard_no_more() -> None:
+    presence = connected(1)
+    presence.go(1, "a", 5.0)
+    late_s = 5.0 + GRACE_S
+    assert [presence.is_lost(1, 4.0, now_s) for now_s in (5.0, late_s - 0.01, late_s)] == [False, False, True]
+
+
+def test_a_robot_heard_at_the_very_odometry_at_which_another_process_took_its_place_is_lost() -> None:
+    presence = connected(1)
+    presence.go(1, "a", 5.0)
+    presence.come(1, "b", 5.1)
+    assert presence.is_lost(1, 5.0, 5.0 + GRACE_S)
+    assert not presence.is_lost(1, 5.1, 5.0 + GRACE_S), "it is the new one that was heard"
+
+
+def test_who_was_away_or_whose_place_another_process_took_has_not_shown_its_token_all_the_time() -> None:
+    presence = connected(1, 2, 3)
+    presence.go(2, "a", 5.0)
+    presence.come(2, "a", 5.1)
+    presence.come(3, "b", 5.1)
+    assert [presence.has_shown_since(robot, 5.0) for robot in (1, 2, 3, 4)] == [True, False, False, False]
+    assert [presence.has_shown_since(robot, 5.1) for robot in (2, 3)] == [True, True]
+
+
+def test_who_has_gone_by_some_time_shows_no_token_and_has_shown_none_since() -> None:
+    presence = Presence()
+    presence.come(2, "a", 1.0)
+    before = presence.has_gone_by(2, 9.0)
+    presence.go(2, "a", 5.0)
+    gone = [presence.has_gone_by(2, at_s) for at_s in (4.9, 5.0)]
+    presence.come(2, "b", 8.0)
+    assert [before, *gone, presence.has_gone_by(2, 9.0)] == [False, False, True, False]
+    assert presence.has_gone_by(3, 9.0), "it has never come"
+
+
+def test_a_robot_that_is_heard_without_a_token_is_lost_only_when_that_ends() -> None:
+    presence = connected(1)
+    presence.go(1, "a", 5.0)
+    lost = [presence.is_lost(1, heard_at_s, 6.0) for heard_at_s in (6.0, 6.1 - GRACE_S, 6.0 - GRACE_S)]
+    assert lost == [False, False, True]
+
+
+def test_a_token_that_comes_back_ends_nothing() -> None:
+    presence = connected(1)
+    presence.go(1, "a", 5.0)
+    presence.come(1, "a", 5.2)
+    assert not presence.is_lost(1, 4.0, 99.0)
+
+
+@pytest.mark.parametrize("old_goes_first", [True, False])
+def test_a_robot_that_was_started_again_is_lost_to_who_has_not_heard_it_since(old_goes_first: bool) -> None:
+    presence = connected(1)
+    if old_goes_first:
+        presence.go(1, "a", 4.9)
+    presence.come(1, "b", 5.0)
+    if not old_goes_first:
+        presence.go(1, "a", 5.1)
+    assert presence.shows(1), "the process that is gone must not take the other's token along"
+    assert presence.is_lost(1, 4.5, 5.1 + GRACE_S)
+    assert not presence.is_lost(1, 5.2, 99.0), "who is heard of after that lives on"
+
+
+def test_a_robot_that_was_started_again_is_no_more_lost_than_any_other_when_its_token_is_shown_anew() -> None:
+    presence = connected(1)
+    presence.come(1, "b", 5.0)
+    presence.go(1, "a", 5.0)
+    presence.go(1, "b", 8.0)
+    presence.come(1, "b", 8.01)
+    assert not presence.is_lost(1, 7.9, 99.0)
+
+
+def test_who_is_cut_off_calls_nobody_lost() -> None:
+    presence = connected(1)
+    presence.go(1, "a", 5.0)
+    presence.go(WORLD_NUMBER, "a", 5.0)
+    assert not presence.is_lost(1, 4.0, 99.0)
+    presence.come(WORLD_NUMBER, "a", 100.0)
+    assert presence.is_lost(1, 4.0, 100.0)
+
+
+def test_a_robot_whose_token_never_came_is_not_lost() -> None:
+    assert not connected(1).is_lost(2, 0.0, 99.0)
+
+
+def test_a_token_that_has_only_just_gone_still_counts_since_all_go_one_by_one_when_the_router_does() -> None:
+    presence = connected(1, 2)
+    presence.go(1, "a", 5.0)
+    seen = [sorted(presence.showing(now_s)) for now_s in (5.0, 5.0 + GRACE_S / 2.0, 5.0 + GRACE_S)]
+    assert seen == [[1, 2], [1, 2], [2]]

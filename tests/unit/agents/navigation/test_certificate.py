@@ -1,0 +1,176 @@
+"""The certificate holds: no step comes nearer to anything than it promised, wherever the shapes stand."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from agents.navigation.certificate import (
+    Walls,
+    bounds_walls,
+    certified_lengths_m,
+    ground_walls,
+    promised_clearance_m,
+    scan_walls,
+)
+from protocol.mission import Bounds, Law
+from tests.support.stages.one_step import look_around, under, wall
+from world.geometry.clearance import clearance
+from world.geometry.shapes import Circle, Ellipse, Polygon, Shape, ground_of
+
+ROBOT = under(
+    Law.CERTIFIED,
+    robot_radius_m=0.1,
+    directions=720,
+    blind_per_range=2.0 * np.pi / 720 / math.sin(math.pi / 3),
+)
+KEEP_M = ROBOT.robot_radius_m + ROBOT.epsilon_m
+HEADINGS_RAD = np.linspace(-np.pi, np.pi, 72, endpoint=False)
+NOWHERE = np.zeros(2)
+
+
+@st.composite
+def scenes(draw: st.DrawFn) -> list[Shape]:
+    """Posts, ellipses and regular polygons around the robot, which stands clear of all of them.
+
+    All are wide enough to be seen at this range, and no corner is sharper than 60 degrees.
+    """
+    shapes: list[Shape] = []
+    for _ in range(draw(st.integers(1, 8))):
+        bearing_rad, radius_m = draw(st.floats(-3.1, 3.1)), draw(st.floats(0.05, 0.6))
+        distance_m = draw(st.floats(KEEP_M + radius_m + 0.03, 3.5))
+        centre_m = (distance_m * math.cos(bearing_rad), distance_m * math.sin(bearing_rad))
+        turned_rad, corners = draw(st.floats(-3.1, 3.1)), draw(st.sampled_from([0, 1, 3, 4, 7]))
+        shapes.append(_shape(centre_m, radius_m, turned_rad, corners))
+    return shapes
+
+
+def _shape(centre_m: tuple[float, float], radius_m: float, turned_rad: float, corners: int) -> Shape:
+    """A circle, an ellipse (1) or a regular polygon inside the circle."""
+    match corners:
+        case 0:
+            return Circle(centre_m=centre_m, radius_m=radius_m)
+        case 1:
+            axes = (radius_m, max(0.05, radius_m / 3.0))
+            return Ellipse(centre_m=centre_m, semi_axes_m=axes, rotation_rad=turned_rad)
+        case _:
+            bearings = [turned_rad + math.tau * corner / corners for corner in range(corners)]
+            ring = [
+                (centre_m[0] + radius_m * math.cos(b), centre_m[1] + radius_m * math.sin(b)) for b in bearings
+            ]
+            return Polygon(vertices_m=tuple(ring))
+
+
+def least_clearance_m(shapes: list[Shape], lengths_m: np.ndarray) -> np.ndarray:
+    """What the hull really keeps along a step in each heading."""
+    ends = lengths_m[:, None] * np.stack([np.cos(HEADINGS_RAD), np.sin(HEADINGS_RAD)], axis=1)
+    return clearance(ground_of(shapes), np.zeros_like(ends), ends) - ROBOT.robot_radius_m
+
+
+@given(scenes())
+@settings(max_examples=100, deadline=None)
+def test_every_certified_step_keeps_epsilon_all_along(shapes: list[Shape]) -> None:
+    walls = scan_walls(look_around(shapes, ROBOT), ROBOT)
+    lengths = np.minimum(certified_lengths_m(NOWHERE, HEADINGS_RAD, walls), ROBOT.range_m_max)
+    assert (least_clearance_m(shapes, lengths) >= ROBOT.epsilon_m - 1e-9).all()
+
+
+@given(scenes(), st.sampled_from(range(len(HEADINGS_RAD))))
+@settings(max_examples=100, deadline=None)
+def test_what_a_step_promises_it_keeps(shapes: list[Shape], heading: int) -> None:
+    view = look_around(shapes, ROBOT)
+    lengths = certified_lengths_m(NOWHERE, HEADINGS_RAD, scan_walls(view, ROBOT))
+    length_m = min(float(lengths[heading]), ROBOT.range_m_max)
+    target = length_m * np.array([np.cos(HEADINGS_RAD[heading]), np.sin(HEADINGS_RAD[heading])])
+    nobody = np.zeros(len(view.hits), dtype=np.bool_)
+    promised_m = promised_clearance_m(view, target, nobody, ROBOT)
+    kept_m = float(least_clearance_m(shapes, np.full(len(HEADINGS_RAD), length_m))[heading])
+    assert promised_m >= ROBOT.epsilon_m - 1e-6
+    assert kept_m >= promised_m - 1e-9
+
+
+@given(scenes())
+@settings(max_examples=30, deadline=None)
+def test_nothing_beyond_what_was_seen_is_certified(shapes: list[Shape]) -> None:
+    view = look_around(shapes, ROBOT)
+    lengths = certified_lengths_m(NOWHERE, view.bearings_rad, scan_walls(view, ROBOT))
+    assert (lengths <= view.ranges_m - KEEP_M + 1e-9).all()
+
+
+def test_in_the_open_a_step_ends_before_the_range_limit() -> None:
+    walls = scan_walls(look_around([], ROBOT), ROBOT)
+    unsure_m = ROBOT.blind_per_range * ROBOT.range_m_max
+    lengths = certified_lengths_m(NOWHERE, HEADINGS_RAD, walls)
+    assert lengths == pytest.approx(ROBOT.range_m_max - KEEP_M - unsure_m, abs=1e-3)
+
+
+def test_an_opening_narrower_than_robot_and_clearance_is_not_entered() -> None:
+    shapes: list[Shape] = [wall((1.0, 3.0), (1.0, 0.19)), wall((1.0, -0.19), (1.0, -3.0))]
+    walls = scan_walls(look_around(shapes, ROBOT), ROBOT)
+    assert certified_lengths_m(NOWHERE, np.array([0.0]), walls)[0] < 0.95
+
+
+def test_an_opening_that_is_wide_enough_is_passed() -> None:
+    shapes: list[Shape] = [wall((1.0, 3.0), (1.0, 0.24)), wall((1.0, -0.24), (1.0, -3.0))]
+    walls = scan_walls(look_around(shapes, ROBOT), ROBOT)
+    assert certified_lengths_m(NOWHERE, np.array([0.0]), walls)[0] > 1.5
+
+
+def test_what_is_too_near_forbids_motion_towards_it_and_no_other() -> None:
+    near: list[Shape] = [wall((0.15, 0.5), (0.15, -0.5))]
+    walls = scan_walls(look_around(near, ROBOT), ROBOT)
+    towards_m, away_m = certified_lengths_m(NOWHERE, np.array([0.0, np.pi]), walls)
+    assert towards_m == 0.0
+    assert away_m > 1.0
+
+
+def test_an_edge_that_reaches_far_behind_an_obstacle_is_not_as_wide_beside_it() -> None:
+    shapes: list[Shape] = [wall((1.0, 3.0), (1.0, 0.22)), wall((1.0, -0.22), (1.0, -3.0))]
+    walls = scan_walls(look_around(shapes, ROBOT), ROBOT)
+    assert ROBOT.blind_per_range * ROBOT.range_m_max > 0.02, "as wide, it would close the opening"
+    assert certified_lengths_m(NOWHERE, np.array([0.0]), walls)[0] > 1.2
+
+
+def test_a_wider_range_error_makes_steps_shorter() -> None:
+    shapes: list[Shape] = [wall((1.0, 1.0), (1.0, -1.0))]
+    view = look_around(shapes, ROBOT)
+    sharp = certified_lengths_m(NOWHERE, np.array([0.0]), scan_walls(view, ROBOT))
+    blurred = under(Law.CERTIFIED, robot_radius_m=0.1, range_error_m_max=0.05)
+    dull = certified_lengths_m(NOWHERE, np.array([0.0]), scan_walls(view, blurred))
+    assert dull[0] < sharp[0] - 0.04
+
+
+@given(st.floats(0.5, 3.0), st.floats(-1.5, 1.5))
+def test_ground_that_robots_behind_may_come_to_is_kept_away_from(x_m: float, y_m: float) -> None:
+    assume(np.hypot(x_m, y_m) > 0.4)
+    there = ground_walls(np.array([[x_m, y_m], [x_m, y_m + 1.0]]), keep_m=0.3)
+    bearing_rad = np.array([np.arctan2(y_m, x_m)])
+    assert certified_lengths_m(NOWHERE, bearing_rad, there)[0] <= np.hypot(x_m, y_m) - 0.3 + 1e-9
+
+
+def test_the_hull_stays_inside_the_bounds() -> None:
+    bounds = Bounds(x_m_min=-1.0, y_m_min=-2.0, x_m_max=3.0, y_m_max=4.0)
+    free = certified_lengths_m(
+        NOWHERE, np.array([0.0, np.pi / 2, np.pi, -np.pi / 2]), bounds_walls(bounds, ROBOT)
+    )
+    margin_m = ROBOT.robot_radius_m + ROBOT.mu0_m
+    assert free == pytest.approx(np.array([3.0, 4.0, 1.0, 2.0]) - margin_m)
+
+
+def test_walls_join() -> None:
+    one = ground_walls(np.array([[1.0, -1.0], [1.0, 1.0]]), keep_m=0.1)
+    other = ground_walls(np.array([[-1.0, -1.0], [-1.0, 1.0]]), keep_m=0.2)
+    free = certified_lengths_m(NOWHERE, np.array([0.0, np.pi]), Walls.joined(one, other))
+    assert free == pytest.approx([0.9, 0.8])
+
+
+def test_an_obstacle_of_which_one_ray_is_seen_beside_a_robot_is_in_the_promise() -> None:
+    shapes: list[Shape] = [wall((1.5, 1.0), (1.5, -1.0))]
+    view = look_around(shapes, ROBOT)
+    lone = int(np.flatnonzero(view.hits)[len(np.flatnonzero(view.hits)) // 2])
+    robots = view.hits.copy()
+    robots[lone] = False
+    promised_m = promised_clearance_m(view, np.array([-0.5, 0.0]), robots, ROBOT)
+    assert promised_m == pytest.approx(1.5 - ROBOT.robot_radius_m, abs=0.03)

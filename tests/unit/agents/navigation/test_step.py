@@ -1,0 +1,261 @@
+"""What the leader makes of a scan: every case has its stated answer."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from agents.navigation.ground import Ground
+from agents.navigation.step import Crossed, NoStep
+from agents.strand.leader import AGAIN_MAX, GAIN_M, ROOM_STEPS_MAX, DeadEnd, Leader, Wait
+from protocol.frames import Point, Pose
+from protocol.mission import Bounds, Law, Mission
+from protocol.network.outbox import Outbox
+from protocol.path import Path
+from protocol.timeline import StepPlanned
+from tests.support.stages.one_step import ORIGIN, Driven, alone, look_around, plan, step_through, under, wall
+from world.geometry.shapes import Circle, Shape
+
+ROBOT = under(Law.CERTIFIED, robot_radius_m=0.1)
+KEEP_M = ROBOT.robot_radius_m + ROBOT.epsilon_m
+BOUNDS = Bounds(x_m_min=-2.0, y_m_min=-5.0, x_m_max=12.0, y_m_max=5.0)
+
+
+def to(x_m: float, y_m: float) -> Mission:
+    return replace(ROBOT, goal=Point(x_m=x_m, y_m=y_m), goal_tolerance_m=0.2, bounds=BOUNDS)
+
+
+def planned(answer: Driven | NoStep | Crossed) -> StepPlanned:
+    assert isinstance(answer, Driven), answer
+    return answer.planned
+
+
+# --- with a goal ----------------------------------------------------------------------------------
+
+
+def test_a_goal_in_the_open_is_one_step_away() -> None:
+    step = planned(step_through([], to(3.0, 1.0)))
+    assert (step.target.x_m, step.target.y_m) == pytest.approx((3.0, 1.0))
+    assert step.cost_to_go_m == 0.0
+
+
+def test_a_goal_beyond_the_range_is_approached_as_far_as_can_be_promised() -> None:
+    step = planned(step_through([], to(10.0, 0.0)))
+    assert ROBOT.range_m_max - KEEP_M - 0.1 < step.length_m < ROBOT.range_m_max - KEEP_M
+    assert step.heading_rad == pytest.approx(0.0, abs=0.02)
+
+
+def test_with_a_goal_no_obstacle_or_one_is_no_special_case() -> None:
+    post: list[Shape] = [Circle(centre_m=(1.5, 0.05), radius_m=0.3)]
+    step = planned(step_through(post, to(3.0, 0.0)))
+    assert step.length_m > 1.0
+    assert step.heading_rad < 0.0, "round the post on the shorter side"
+
+
+def test_a_goal_behind_is_gone_back_to_where_nobody_is_behind() -> None:
+    step = planned(step_through([], to(-1.5, 0.0)))
+    assert abs(step.heading_rad) == pytest.approx(math.pi)
+
+
+def queue_behind() -> Ground:
+    """Robots behind take up the x axis from -1 m to -0.3 m."""
+    path = Path([Point(x_m=-1.0, y_m=0.0), Point(x_m=0.0, y_m=0.0)])
+    return Ground(path, tail_m=0.0, granted_m=0.7, keep_m=0.3, behind_m=0.0, occupied_m=0.0)
+
+
+def test_a_goal_behind_the_strand_is_gone_to_past_the_ground_that_has_been_granted() -> None:
+    mission = to(-1.5, 0.0)
+    step = plan(Leader(mission, ORIGIN), [], mission, queue_behind())
+    assert isinstance(step, StepPlanned)
+    assert abs(step.target.y_m) >= 0.3
+    assert step.cost_to_go_m is not None
+    assert step.cost_to_go_m < 2.5, "round the queue, not away from it"
+
+
+def test_where_only_the_strand_is_in_the_way_the_leader_waits_for_it_and_then_has_it_turn_round() -> None:
+    mission = to(-1.5, 0.0)
+    corridor: list[Shape] = [
+        wall((-2.0, 0.3), (1.0, 0.3)),
+        wall((1.0, -0.3), (-2.0, -0.3)),
+        wall((1.0, 0.3), (1.0, -0.3)),
+    ]
+    answers = [
+        plan(Leader(mission, ORIGIN), corridor, mission, queue_behind(), settled=settled)
+        for settled in (False, True)
+    ]
+    assert answers == [Wait(), DeadEnd(back_to_m=0.0)]
+
+
+def test_a_leader_that_nobody_is_behind_never_waits_and_never_turns_round() -> None:
+    ring: list[Shape] = [
+        Circle(centre_m=(math.cos(0.3 * k), math.sin(0.3 * k)), radius_m=0.2) for k in range(21)
+    ]
+    mission = to(3.0, 0.0)
+    for settled in (False, True):
+        assert isinstance(plan(Leader(mission, ORIGIN), ring, mission, alone(), settled=settled), NoStep)
+
+
+def test_a_leader_that_every_step_has_led_back_to_one_place_knows_no_way_on() -> None:
+    mission = to(3.0, 0.0)
+    leader = Leader(mission, ORIGIN)
+    answers = [plan(leader, [], mission, alone()) for _ in range(AGAIN_MAX + 1)]
+    assert [isinstance(answer, StepPlanned) for answer in answers] == [True] * AGAIN_MAX + [False]
+    assert isinstance(answers[-1], NoStep)
+
+
+def test_a_leader_that_gains_least_with_every_step_goes_on() -> None:
+    mission = to(3.0, 0.0)
+    leader = Leader(mission, ORIGIN)
+    for step in range(2 * AGAIN_MAX):
+        at = Pose(x_m=step * GAIN_M, y_m=0.0, heading_rad=0.0)
+        assert isinstance(plan(leader, [], mission, alone(at), at=at), StepPlanned)
+
+
+def test_steps_that_free_no_ground_for_the_robots_behind_make_room_only_so_often() -> None:
+    mission, ground = to(3.0, 0.0), queue_behind()
+    leader, view = Leader(mission, ORIGIN), look_around([], mission, ORIGIN)
+
+    def makes_room(ground: Ground) -> bool:
+        return isinstance(leader.make_room(view, ground, epoch=1, room_m=0.5), StepPlanned)
+
+    in_vain = [makes_room(ground) for _ in range(ROOM_STEPS_MAX + 1)]
+    assert in_vain == [True] * ROOM_STEPS_MAX + [False]
+    assert makes_room(dataclasses.replace(ground, granted_m=0.75))
+
+
+@pytest.mark.parametrize("goal", [(0.0, 2.0), (1.0, -1.0), (0.5, 1.5)])
+def test_a_step_keeps_off_ground_that_has_been_granted(goal: tuple[float, float]) -> None:
+    mission = to(*goal)
+    path = Path([Point(x_m=-1.0, y_m=0.5), Point(x_m=-0.3, y_m=0.5), Point(x_m=0.0, y_m=0.0)])
+    ground = Ground(path, tail_m=0.0, granted_m=0.7, keep_m=0.55, behind_m=0.0, occupied_m=0.0)
+    step = plan(Leader(mission, ORIGIN), [], mission, ground)
+    assert isinstance(step, StepPlanned)
+    granted = np.column_stack([np.linspace(-1.0, -0.3, 50), np.full(50, 0.5)])
+    along = np.linspace(0.0, 1.0, 200)[:, None] * np.array([step.target.x_m, step.target.y_m])
+    apart = np.hypot(*(along[:, None] - granted[None]).transpose(2, 0, 1))
+    assert apart.min() >= 0.55 - 1e-9
+
+
+def test_every_way_closed_is_said_and_not_wandered_about() -> None:
+    ring: list[Shape] = [
+        Circle(centre_m=(math.cos(0.3 * k), math.sin(0.3 * k)), radius_m=0.2) for k in range(21)
+    ]
+    answer = step_through(ring, to(3.0, 0.0))
+    assert answer == NoStep("no way to the goal is left in what is known")
+
+
+def test_a_closed_goal_is_approached_within_its_tolerance() -> None:
+    on_it: list[Shape] = [Circle(centre_m=(2.0, 0.0), radius_m=0.1)]
+    mission = replace(to(2.0, 0.0), goal_tolerance_m=0.5)
+    step = planned(step_through(on_it, mission))
+    assert math.hypot(step.target.x_m - 2.0, step.target.y_m) < 0.5
+
+
+def test_a_memory_keeps_the_robot_out_of_the_pocket_it_has_seen() -> None:
+    pocket: list[Shape] = [
+        wall((2.0, -1.0), (2.0, 1.0)),
+        wall((2.0, 1.0), (0.8, 1.0)),
+        wall((0.8, -1.0), (2.0, -1.0)),
+    ]
+    step = planned(step_through(pocket, to(4.0, 0.0)))
+    inside = 0.8 < step.target.x_m < 2.0 and abs(step.target.y_m) < 1.0
+    assert not inside
+
+
+# --- without a goal -------------------------------------------------------------------------------
+
+
+def test_without_a_goal_the_widest_passable_gap_is_approached() -> None:
+    # From right to left: a gap of 0.5 m, then one of 1.2 m.
+    posts: list[Shape] = [Circle(centre_m=(2.0, y_m), radius_m=0.1) for y_m in (-1.2, -0.5, 0.9)]
+    step = planned(step_through(posts, ROBOT))
+    assert step.gap is not None
+    assert step.gaps[step.gap].width_m == pytest.approx(1.2, abs=0.05)
+    assert step.target.y_m == pytest.approx(0.2, abs=0.1)
+
+
+def test_a_gap_too_narrow_is_gone_round() -> None:
+    posts: list[Shape] = [Circle(centre_m=(2.0, y_m), radius_m=0.1) for y_m in (-0.29, 0.29)]
+    step = planned(step_through(posts, ROBOT))
+    assert step.gap is None
+    assert step.target.x_m > 2.0
+    assert abs(step.target.y_m) > 0.29 + 0.1 + KEEP_M
+
+
+def test_every_gap_ahead_too_narrow_is_no_way_on() -> None:
+    slit: list[Shape] = [wall((0.202, 8.0), (0.202, 0.05)), wall((0.202, -0.05), (0.202, -8.0))]
+    answer = step_through(slit, ROBOT)
+    assert isinstance(answer, NoStep)
+    assert "onward" in answer.reason
+
+
+@pytest.mark.parametrize("shapes", [[], [Circle(centre_m=(1.0, 0.5), radius_m=0.2)]])
+def test_without_a_goal_or_a_gap_ahead_an_open_way_means_that_the_region_has_been_crossed(
+    shapes: list[Shape],
+) -> None:
+    assert step_through(shapes, ROBOT) == Crossed()
+
+
+def test_one_obstacle_in_the_way_onward_is_gone_round() -> None:
+    post: list[Shape] = [Circle(centre_m=(1.5, 0.05), radius_m=0.3)]
+    step = planned(step_through(post, ROBOT))
+    assert step.target.x_m > 1.5
+
+
+def test_a_gap_behind_is_not_gone_back_to() -> None:
+    posts: list[Shape] = [Circle(centre_m=(-2.0, y_m), radius_m=0.1) for y_m in (-0.6, 0.6)]
+    assert step_through(posts, ROBOT) == Crossed()
+    facing_it = Pose(x_m=0.0, y_m=0.0, heading_rad=math.pi)
+    assert isinstance(step_through(posts, ROBOT, facing_it), Driven)
+
+
+# --- the record -----------------------------------------------------------------------------------
+
+
+def test_a_plan_says_what_was_seen_and_chosen() -> None:
+    posts: list[Shape] = [Circle(centre_m=(2.0, y_m), radius_m=0.1) for y_m in (-0.6, 0.6)]
+    step = planned(step_through(posts, ROBOT))
+    assert len(step.obstacles) == len(step.gaps) == 2
+    assert [gap.passable for gap in step.gaps] == [True, False], "the second opens away from the robot"
+    assert step.reach_m == step.length_m
+    assert step.promised_clearance_m is not None
+    assert step.promised_clearance_m >= ROBOT.epsilon_m - 1e-9
+
+
+def test_the_last_switching_position_is_the_one_asked_for() -> None:
+    leader = Leader(replace(ROBOT, switching_positions_max=2), ORIGIN)
+    posts: list[Shape] = [Circle(centre_m=(2.0, y_m), radius_m=0.1) for y_m in (-0.6, 0.6)]
+    assert not leader.is_done(np.zeros(2))
+    assert isinstance(plan(leader, posts, ROBOT, alone()), StepPlanned)
+    assert leader.is_done(np.zeros(2))
+
+
+def test_a_plan_from_a_place_where_the_path_does_not_end_is_our_own_fault() -> None:
+    elsewhere = Pose(x_m=0.5, y_m=0.0, heading_rad=0.0)
+    with pytest.raises(AssertionError, match="where the path ends"):
+        plan(Leader(ROBOT, ORIGIN), [], ROBOT, alone(), at=elsewhere)
+
+
+def test_a_promise_speaks_of_obstacles_and_not_of_the_robot_behind() -> None:
+    path = Path([Point(x_m=-0.27, y_m=0.0), Point(x_m=0.0, y_m=0.0)])
+    ground = Ground(path, tail_m=0.0, granted_m=0.0, keep_m=0.26, behind_m=0.0, occupied_m=0.0)
+    robot_behind: list[Shape] = [Circle(centre_m=(-0.27, 0.0), radius_m=0.1)]
+    step = plan(Leader(to(3.0, 0.0), ORIGIN), robot_behind, ROBOT, ground)
+    assert isinstance(step, StepPlanned)
+    assert step.promised_clearance_m is not None
+    assert step.promised_clearance_m >= ROBOT.epsilon_m
+
+
+def test_a_plan_with_very_many_obstacles_still_fits_into_a_message() -> None:
+    finest = replace(ROBOT, directions=7200, robot_radius_m=0.0, epsilon_m=0.001)
+    pickets: list[Shape] = [
+        Circle(centre_m=(2.0 * math.cos(0.01 * k), 2.0 * math.sin(0.01 * k)), radius_m=0.004)
+        for k in range(620)
+    ]
+    step = planned(step_through(pickets, finest))
+    assert len(step.obstacles) == len(step.gaps) == 250
+    outbox = Outbox()
+    outbox.add(step, t_s=0.0, hlc="")
+    assert outbox.batch(0.0) is not None

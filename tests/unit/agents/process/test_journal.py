@@ -1,0 +1,130 @@
+"""Journals: what a robot hears and decides is on disk before anybody acts upon it."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from agents.commands import AskScan
+from agents.events import TokenCame
+from agents.process.journal import Given, Head, Journal, Recording, Turn, decision, open_journal
+from protocol.errors import UsageError
+from world.scenario.scenario import load
+
+HEAD = Head(robot=3, incarnation="0a1b", mission=load("paper").mission())
+HEARD = Given(TokenCame(2, "1"), "alive/r2/1", 0)
+DECIDED = decision([AskScan(1)])
+
+
+def written(folder: Path, turns: int) -> Path:
+    """A journal of so many turns, which has come to its end."""
+    journal = open_journal(folder, HEAD)
+    for turn in range(turns):
+        journal.hear(HEARD, turn / 10.0)
+        journal.decide(DECIDED)
+    journal.end("the run is over")
+    return folder / "r3-0a1b.clew"
+
+
+def read(path: Path) -> tuple[Recording, list[Turn]]:
+    recording = Recording(path)
+    return recording, list(recording.turns())
+
+
+def test_what_was_written_is_read_and_why_it_ends(tmp_path: Path) -> None:
+    recording, turns = read(written(tmp_path / "inputs", 3))
+    assert (recording.head, recording.ended, recording.flaw) == (HEAD, "the run is over", None)
+    assert [(turn.input.now_s, turn.input.key) for turn in turns] == [
+        (0.0, "alive/r2/1"),
+        (0.1, "alive/r2/1"),
+        (0.2, "alive/r2/1"),
+    ]
+    assert all(turn.event == HEARD.event for turn in turns)
+    assert all(turn.decision is not None for turn in turns)
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.data())
+def test_wherever_it_is_torn_what_stands_before_is_read(
+    tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+) -> None:
+    folder = tmp_path_factory.mktemp("torn")
+    path = written(folder / "inputs", 3)
+    whole = path.read_bytes()
+    begin = len(whole[: whole.index(b"\xa2in") - 1])
+    kept = data.draw(st.integers(begin, len(whole)))
+    path.write_bytes(whole[:kept])
+    recording, turns = read(path)
+    assert len(turns) <= 3
+    assert [turn.input.now_s for turn in turns] == [0.0, 0.1, 0.2][: len(turns)]
+    assert (recording.ended is None) == (kept < len(whole))
+    assert all(turn.decision is not None for turn in turns[:-1])
+
+
+def test_a_torn_record_is_told_with_its_length(tmp_path: Path) -> None:
+    path = written(tmp_path / "inputs", 1)
+    path.write_bytes(path.read_bytes()[:-3])
+    recording, turns = read(path)
+    assert len(turns) == 1
+    assert recording.flaw is not None
+    assert "torn" in recording.flaw
+
+
+@settings(deadline=None, max_examples=100)
+@given(st.binary(max_size=300))
+def test_no_bytes_make_the_reader_raise_behind_the_head(
+    tmp_path_factory: pytest.TempPathFactory, rest: bytes
+) -> None:
+    path = written(tmp_path_factory.mktemp("spoilt") / "inputs", 1)
+    path.write_bytes(path.read_bytes() + rest)
+    recording, _ = read(path)
+    assert rest == b"" or recording.flaw is not None
+
+
+@pytest.mark.parametrize("content", [b"", b"\x00", b"\xc1", b"{}", b"\xdd\xff\xff\xff\xff"])
+def test_what_does_not_begin_as_a_journal_is_refused(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "r3-0a1b.clew"
+    path.write_bytes(content)
+    with pytest.raises(UsageError, match="does not begin as a journal"):
+        Recording(path)
+
+
+def test_a_full_journal_says_so_and_takes_no_more(tmp_path: Path) -> None:
+    path = tmp_path / "r3-0a1b.clew"
+    with path.open("xb", buffering=0) as file:
+        journal = Journal(file, size_bytes_max=2000)
+        journal.begin(HEAD)
+        for _ in range(100):
+            journal.hear(HEARD, 0.0)
+            journal.decide(DECIDED)
+    recording, turns = read(path)
+    assert (recording.ended, recording.flaw) == ("full", None)
+    assert 0 < len(turns) < 100
+    assert path.stat().st_size <= 2000 + 10
+
+
+def test_where_the_folder_of_the_run_is_not_none_is_kept(tmp_path: Path) -> None:
+    journal = open_journal(tmp_path / "elsewhere" / "inputs", HEAD)
+    journal.hear(HEARD, 0.0)
+    journal.end("the run is over")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_no_journal_is_written_over_another(tmp_path: Path) -> None:
+    path = written(tmp_path / "inputs", 2)
+    before = path.read_bytes()
+    written(tmp_path / "inputs", 1)
+    assert path.read_bytes() == before
+
+
+def test_every_record_is_on_disk_as_soon_as_it_is_written(tmp_path: Path) -> None:
+    journal = open_journal(tmp_path, HEAD)
+    journal.hear(HEARD, 0.5)
+    _, turns = read(tmp_path / "r3-0a1b.clew")
+    assert [turn.decision for turn in turns] == [None], "the input is there while the core still thinks"
+    journal.decide(DECIDED)
+    _, turns = read(tmp_path / "r3-0a1b.clew")
+    assert len(turns) == 1
+    assert turns[0].decision is not None
+    journal.close()

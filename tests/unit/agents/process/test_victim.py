@@ -1,0 +1,52 @@
+"""A robot that a fault plan strikes at a point of its step: what has struck others is not its own."""
+
+from pathlib import Path
+
+import pytest
+
+from agents.events import ScanHeard
+from agents.process.victim import Victim
+from protocol.faults.plan import Plan
+from protocol.faults.rules import Freeze, Kill, Restart, Rule, StepPoint
+from protocol.faults.strokes import Blow, Stroke
+from protocol.network.faulty_transport import Conditions
+from protocol.timeline import StrandFormed
+from protocol.wire.messages import Faults, Scan
+from tests.support.strategies.scans import ORIGIN
+
+SCANNED = ScanHeard(Scan(t_s=2.0, pose=ORIGIN, ranges_m=(4.0,) * 8))
+AT_SCAN = Kill(target="leader", point=StepPoint.AFTER_SCAN)
+
+
+def victim(*rules: Rule, again: bool = False) -> Victim:
+    made = Victim(1, Path(), Conditions(Plan(name="test", rules=rules)), again=again)
+    made.note(StrandFormed(epoch=1, sensed=True, order=(1, 2, 3), path_length_m=1.0), 0.5)
+    return made
+
+
+def faults(*struck: str, step: int = 0, number: int = 1) -> Faults:
+    return Faults(number=number, step=step, struck=struck, rules=(), slow_s=0.0)
+
+
+@pytest.mark.parametrize(
+    "other", [Kill(target="r2", from_s=1.0), Restart(target="tail"), Freeze(target="router", from_s=1.0)]
+)
+def test_what_has_struck_others_spares_nobody_at_its_point(other: Rule) -> None:
+    robot = victim(other, AT_SCAN)
+    assert robot.struck(SCANNED, [], 2.0, faults(f"{other.fault}-1")) == Stroke("kill-2", Blow.KILL, "r1")
+
+
+def test_a_rule_that_has_struck_somebody_else_strikes_nobody_again() -> None:
+    assert victim(AT_SCAN).struck(SCANNED, [], 2.0, faults("kill-1")) is None
+
+
+def test_who_was_started_again_strikes_itself_only_when_it_knows_what_has_struck() -> None:
+    robot = victim(AT_SCAN, again=True)
+    assert robot.struck(SCANNED, [], 2.0, faults(number=0)) is None
+    assert robot.struck(SCANNED, [], 2.1, faults("kill-1")) is None
+
+
+def test_a_follower_knows_of_the_leaders_step_what_it_is_told() -> None:
+    robot = victim(Kill(target="r1", point=StepPoint.AFTER_SCAN, from_step=3))
+    assert robot.struck(SCANNED, [], 2.0, faults(step=2)) is None
+    assert robot.struck(SCANNED, [], 2.1, faults(step=3)) == Stroke("kill-1", Blow.KILL, "r1")

@@ -1,0 +1,279 @@
+"""A robot that follows, asked what it would do: how far to drive, and whether the segment is clear."""
+
+import math
+
+import pytest
+import shapely
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from agents.strand.follower import DRIVE_M_MIN, RECHECK_S, Follower
+from protocol.frames import Point, Pose
+from protocol.mission import Law, Mission
+from protocol.path import THERE_M, Path
+from protocol.timeline import SegmentChecked
+from tests.support.stages.one_step import look_around, under
+from tests.support.strategies.path_strategies import paths
+from world.geometry.shapes import Circle, Shape
+
+RADIUS_M = 0.1
+MISSION = under(Law.CERTIFIED, robot_radius_m=RADIUS_M)
+CLEAR_M = MISSION.epsilon_m - 2.0 * MISSION.mu0_m
+AUTHORITY_M = 1.5
+SCAN_ERROR_M = (
+    0.012  # 1440 directions are 11 mm apart at 2.5 m: the nearest place of a post falls between two
+)
+shares = st.floats(0.0, 1.0)
+
+
+def bend() -> Path:
+    """3 m to the right, then 2 m up."""
+    return Path(Point(x_m=x_m, y_m=y_m) for x_m, y_m in [(0.0, 0.0), (3.0, 0.0), (3.0, 2.0)])
+
+
+def disc(x_m: float, y_m: float, radius_m: float = RADIUS_M) -> Shape:
+    return Circle(centre_m=(x_m, y_m), radius_m=radius_m)
+
+
+def fresh() -> Follower:
+    return Follower(MISSION, start_m=0.0)
+
+
+def check(
+    follower: Follower,
+    *shapes: Shape,
+    progress_m: float = 0.0,
+    authority_m: float = AUTHORITY_M,
+    ahead_start_m: float = 0.0,
+    now_s: float = 0.0,
+    mission: Mission = MISSION,
+) -> SegmentChecked:
+    """Have it check the segment of the bend that begins where it stands."""
+    path = bend()
+    at = path.at(progress_m)
+    view = look_around(shapes, mission, Pose(x_m=at.x_m, y_m=at.y_m, heading_rad=0.0))
+    return follower.check(
+        view,
+        path,
+        progress_m=progress_m,
+        authority_m=authority_m,
+        own_leg_m=0.0,
+        ahead_start_m=ahead_start_m,
+        now_s=now_s,
+    )
+
+
+@given(paths(), shares, shares, st.floats(0.0, 1.2), st.booleans())
+def test_it_drives_neither_beyond_its_authority_nor_past_a_vertex(
+    path: Path, progress: float, ordered: float, authority: float, final: bool
+) -> None:
+    progress_m, ordered_m = sorted((progress * path.end_m, ordered * path.end_m))
+    authority_m = authority * path.end_m
+    reach_m = fresh().reach_m(
+        path, progress_m=progress_m, ordered_m=ordered_m, authority_m=authority_m, final=final
+    )
+    if reach_m is not None:
+        vertices_m = [vertex.s_m for vertex in path.told_from(0, len(path))]
+        assert ordered_m < reach_m <= authority_m
+        assert not any(progress_m + THERE_M < vertex_m < reach_m for vertex_m in vertices_m)
+
+
+@given(paths(), st.lists(st.floats(0.001, 0.5), max_size=40))
+def test_however_little_it_is_granted_at_a_time_it_comes_as_far_as_it_may(
+    path: Path, grants_m: list[float]
+) -> None:
+    follower, progress_m, authority_m = fresh(), 0.0, 0.0
+    for grant_m, final in [(grant_m, False) for grant_m in grants_m] + [(0.0, True)]:
+        authority_m = min(authority_m + grant_m, path.end_m)
+        for _ in range(len(path)):
+            reach_m = follower.reach_m(
+                path, progress_m=progress_m, ordered_m=progress_m, authority_m=authority_m, final=final
+            )
+            progress_m = progress_m if reach_m is None else reach_m
+        assert authority_m - progress_m <= DRIVE_M_MIN
+    assert authority_m - progress_m <= THERE_M
+
+
+@pytest.mark.parametrize(
+    ("authority_m", "final", "reach_m"),
+    [
+        (1.0 + 0.9 * DRIVE_M_MIN, False, None),
+        (1.0 + 1.1 * DRIVE_M_MIN, False, 1.0 + 1.1 * DRIVE_M_MIN),
+        (1.0 + 0.9 * DRIVE_M_MIN, True, 1.0 + 0.9 * DRIVE_M_MIN),
+        (0.9, True, None),
+        (9.0, False, 3.0),
+    ],
+)
+def test_a_grant_too_small_to_be_worth_an_order_waits_unless_it_is_the_last(
+    authority_m: float, final: bool, reach_m: float | None
+) -> None:
+    found_m = fresh().reach_m(bend(), progress_m=1.0, ordered_m=1.0, authority_m=authority_m, final=final)
+    assert found_m == reach_m
+
+
+def test_a_vertex_is_driven_to_however_near_it_is() -> None:
+    found_m = fresh().reach_m(bend(), progress_m=2.99, ordered_m=2.99, authority_m=9.0, final=False)
+    assert found_m == 3.0
+
+
+def test_who_is_on_the_way_to_its_authority_is_sent_no_further_until_it_grows() -> None:
+    found_m = [
+        fresh().reach_m(bend(), progress_m=1.0, ordered_m=2.0, authority_m=authority_m, final=False)
+        for authority_m in (1.5, 2.0, 2.5)
+    ]
+    assert found_m == [None, None, 2.5]
+
+
+def test_at_the_end_of_the_path_there_is_nowhere_to_drive() -> None:
+    assert fresh().reach_m(bend(), progress_m=5.0, ordered_m=5.0, authority_m=9.0, final=True) is None
+
+
+def test_each_segment_is_checked_once_and_is_then_clear_up_to_its_vertex() -> None:
+    follower = fresh()
+    before = [follower.is_clear(reach_m) for reach_m in (0.5, 3.0)]
+    assert check(follower).clear
+    after = [follower.is_clear(reach_m) for reach_m in (0.5, 3.0, 3.1, 5.0)]
+    assert check(follower, progress_m=3.0).target == Point(x_m=3.0, y_m=2.0)
+    later = [follower.is_clear(reach_m) for reach_m in (3.1, 5.0)]
+    assert (before, after, later) == ([False, False], [True, True, False, False], [True, True])
+
+
+def test_a_segment_that_is_blocked_is_checked_again_after_a_while_and_driven_once_it_is_clear() -> None:
+    follower = fresh()
+    assert follower.may_check(0.0)
+    assert not check(follower, disc(1.0, 0.0), now_s=0.0).clear
+    waited = [follower.may_check(now_s) for now_s in (0.1, 0.9 * RECHECK_S, RECHECK_S)]
+    assert (waited, follower.is_clear(0.5)) == ([False, False, True], False)
+    assert check(follower, now_s=RECHECK_S).clear
+    assert follower.is_clear(3.0)
+
+
+def test_after_a_clear_segment_the_next_may_be_checked_at_once() -> None:
+    follower = fresh()
+    check(follower, now_s=5.0)
+    assert follower.may_check(5.0)
+
+
+def test_robots_ahead_and_behind_on_the_path_are_no_obstacles() -> None:
+    checked = check(fresh(), disc(0.4, 0.0), disc(2.0, 0.0), progress_m=1.0)
+    assert checked.clear
+    assert checked.clearance_m == MISSION.range_m_max - RADIUS_M
+
+
+def test_what_stands_where_no_robot_may_be_is_an_obstacle_even_on_the_path() -> None:
+    checked = check(fresh(), disc(1.0, 0.0))
+    assert not checked.clear
+    assert checked.clearance_m < 0.0
+
+
+def test_a_body_on_a_leg_that_was_driven_is_an_obstacle_up_to_where_the_robot_ahead_stood() -> None:
+    body, robot_ahead = disc(1.0, 0.0), disc(2.0, 0.0)
+    assert check(fresh(), robot_ahead, authority_m=0.0, ahead_start_m=2.0).clear
+    assert not check(fresh(), body, robot_ahead, authority_m=0.0, ahead_start_m=2.0).clear
+
+
+def test_a_dead_robot_that_rolled_off_the_path_ahead_is_an_obstacle() -> None:
+    off_m = RADIUS_M + 2.0 * MISSION.mu0_m
+    assert not check(fresh(), disc(2.0, off_m), authority_m=1.5).clear
+
+
+@given(st.floats(-0.5, 2.5), st.floats(-1.0, 1.0), st.floats(0.05, 0.3))
+def test_a_segment_is_clear_if_what_stands_beside_it_leaves_the_clearance(
+    x_m: float, y_m: float, radius_m: float
+) -> None:
+    segment, post = shapely.LineString([(0.0, 0.0), (3.0, 0.0)]), shapely.Point(x_m, y_m)
+    assume(post.distance(shapely.Point(0.0, 0.0)) > radius_m + RADIUS_M)
+    clearance_m = segment.distance(post) - radius_m - RADIUS_M
+    checked = check(fresh(), disc(x_m, y_m, radius_m), authority_m=3.0)
+    if clearance_m >= 0.0:
+        # Only what faces the robot is seen: of a post that is far ahead, nearly the side that is nearest.
+        assert checked.clearance_m >= clearance_m - 1e-9
+        assert checked.clear or clearance_m < CLEAR_M
+    if clearance_m < CLEAR_M - SCAN_ERROR_M and x_m > SCAN_ERROR_M:
+        assert not checked.clear
+
+
+@given(st.floats(RADIUS_M + 0.01, RADIUS_M + MISSION.clear_m), st.floats(0.05, 0.3), st.floats(-0.99, 0.99))
+def test_what_is_too_near_where_a_robot_stands_does_not_keep_it_from_leaving(
+    off_m: float, radius_m: float, aside: float
+) -> None:
+    sideways_rad = aside * math.acos(radius_m / (off_m + radius_m))  # all of it is behind the robot
+    x_m, y_m = -(off_m + radius_m) * math.cos(sideways_rad), (off_m + radius_m) * math.sin(sideways_rad)
+    assert check(fresh(), disc(x_m, y_m, radius_m), authority_m=3.0).clear
+
+
+def test_what_is_too_near_keeps_a_robot_from_whatever_else_stands_on_its_way() -> None:
+    behind = disc(-0.25, 0.0)
+    checked = check(fresh(), behind, disc(1.5, 0.2), authority_m=3.0)
+    assert not checked.clear
+    assert checked.clearance_m == pytest.approx(0.0, abs=SCAN_ERROR_M)
+
+
+def test_beside_what_is_too_near_no_robot_drives_along_it() -> None:
+    assert not check(fresh(), disc(0.1, 0.24), authority_m=3.0).clear
+
+
+@pytest.mark.parametrize("law", [Law.PRINTED, Law.RESULTANT])
+def test_under_a_law_that_promises_nothing_robots_that_follow_do_not_sense(law: Law) -> None:
+    assert Follower(under(law), start_m=0.0).is_clear(1000.0)
+
+
+# --- turned round -----------------------------------------------------------------------------------
+
+
+def test_ground_that_was_driven_or_checked_stays_clear_when_the_strand_turns_round() -> None:
+    follower = fresh()
+    assert check(follower).clear  # up to 3 m
+    follower.turn_round(cut_m=0.0, end_m=5.0, progress_m=1.0)
+    assert [follower.is_clear(reach_m) for reach_m in (4.0, 5.0, 5.1)] == [True, True, False]
+    follower.turn_round(cut_m=0.0, end_m=5.0, progress_m=5.0)
+    assert [follower.is_clear(reach_m) for reach_m in (1.0, 3.0, 3.1)] == [True, True, False]
+
+
+def test_what_a_leader_has_driven_is_clear_for_it_though_it_checked_nothing() -> None:
+    follower = Follower(MISSION, start_m=1.0)
+    follower.turn_round(cut_m=0.0, end_m=5.0, progress_m=5.0)
+    assert [follower.is_clear(reach_m) for reach_m in (4.0, 4.1)] == [True, False]
+
+
+def test_beyond_the_place_where_the_path_was_cut_nothing_is_clear_that_was_driven_before() -> None:
+    follower = fresh()
+    follower.turn_round(cut_m=0.0, end_m=5.0, progress_m=4.0)  # it drove the first 4 m of 5 m
+    follower.turn_round(cut_m=2.0, end_m=3.0, progress_m=2.5)  # 2 m of them are not on the new path
+    assert [follower.is_clear(reach_m) for reach_m in (0.5, 1.0, 1.1)] == [True, True, False]
+
+
+@given(st.lists(st.tuples(shares, shares, shares), min_size=1, max_size=5))
+def test_however_often_the_strand_turns_nothing_is_clear_that_is_not_on_what_was_driven(
+    turns: list[tuple[float, float, float]],
+) -> None:
+    # On a straight line: the world's x is what arc lengths count along, one way or the other.
+    follower = fresh()
+    at_x, sign, zero_x, driven = 0.0, 1.0, 0.0, (0.0, 0.0)
+    for end, own, cut in turns:
+        reach_m = sign * (at_x - zero_x)
+        at_x += sign * own
+        driven = (min(driven[0], at_x), max(driven[1], at_x))
+        progress_m = reach_m + own
+        end_m = progress_m + end
+        cut_m = cut * progress_m
+        follower.turn_round(cut_m=cut_m, end_m=end_m, progress_m=progress_m)
+        cut_x, zero_x, sign = zero_x + sign * cut_m, zero_x + sign * end_m, -sign
+        driven = (max(driven[0], cut_x), driven[1]) if sign < 0 else (driven[0], min(driven[1], cut_x))
+        for clear_m in (0.01 * step for step in range(600)):
+            if clear_m > sign * (at_x - zero_x) + 1e-6 and follower.is_clear(clear_m):
+                place_x = zero_x + sign * clear_m
+                assert driven[0] - 1e-5 <= place_x <= driven[1] + 1e-5
+
+
+@pytest.mark.parametrize(
+    ("beyond_mu0", "some_are_left_out", "clear"),
+    [(-1.5, False, True), (-1.5, True, False), (-0.5, True, True), (-2.5, False, False)],
+)
+def test_where_robots_are_left_out_the_whole_promise_has_to_be_seen_beside_driven_ground(
+    beyond_mu0: float, *, some_are_left_out: bool, clear: bool
+) -> None:
+    follower = Follower(MISSION, start_m=0.0, some_are_left_out=some_are_left_out)
+    gap_m = MISSION.clear_m + beyond_mu0 * MISSION.mu0_m
+    body = disc(0.5, 2.0 * RADIUS_M + gap_m)
+    assert check(follower, body).clear is clear

@@ -1,0 +1,203 @@
+"""What the leader hands on, down a strand over a network that loses, delays, repeats and reorders."""
+
+from collections import Counter
+from itertools import pairwise
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from agents.body.driver import Driver
+from agents.body.senses import Senses
+from agents.commands import Tell
+from agents.events import LinkHeard
+from agents.strand.member import Member
+from agents.strand.memory import Memory
+from protocol.wire.codec import encode
+from protocol.wire.messages import (
+    SEEN_BYTES_MAX,
+    AheadState,
+    Dissolution,
+    Handover,
+    Odometry,
+    Phase,
+    Reversal,
+)
+from tests.support.stages.strand_stage import (
+    HEARTBEAT_S,
+    MISSION,
+    ORDER,
+    PLACES,
+    behind,
+    own,
+    place,
+    told_behind,
+)
+
+LEADER, TAIL = ORDER[0], ORDER[-1]
+
+actions = st.lists(
+    st.one_of(
+        st.just(("plan", 0, False)),
+        st.tuples(st.just("tell"), st.sampled_from(ORDER), st.just(False)),
+        st.tuples(st.just("deliver"), st.integers(0, 50), st.booleans()),
+        st.tuples(st.just("deliver"), st.integers(0, 50), st.booleans()),
+    ),
+    max_size=60,
+)
+
+
+class Stage:
+    """The robots' parts and memories, and the messages that are on their way."""
+
+    def __init__(self) -> None:
+        self.now_s = 0.0
+        self.memories = {robot: Memory(MISSION) for robot in ORDER}
+        self.members: dict[int, Member] = {}
+        for robot in ORDER:
+            driver = Driver(speed_mps=MISSION.speed_mps)
+            driver.hear(Odometry(t_s=0.0, pose=PLACES[robot], moving=False, finished=0, phase=Phase.RUNNING))
+            senses, strand = Senses(MISSION, driver), place(robot)
+            self.members[robot] = Member(MISSION, driver, senses, strand, self.memories[robot])
+        self.leader = self.memories[LEADER].leader(PLACES[LEADER])
+        self.handed_on = [self.memories[LEADER].handover]
+        self.on_their_way: list[tuple[int, LinkHeard]] = []
+        self._numbers: Counter[tuple[int, int]] = Counter()
+
+    def act(self, what: str, which: int, again: bool) -> None:
+        match what:
+            case "plan":
+                self.plan()
+            case "tell":
+                self.tell(which)
+            case _:
+                self.deliver(which, again=again)
+
+    def plan(self) -> None:
+        """The leader sees and plans something; what, does not matter here."""
+        self.leader.steps += 1
+        self.leader.map.remember(np.array([[float(self.leader.steps), 1.0]]))
+        behind = self.members[LEADER].strand.behind
+        acknowledged = 0 if behind is None or behind.state is None else behind.state.handed
+        self.memories[LEADER].hand_on(acknowledged)
+        self.handed_on.append(self.memories[LEADER].handover)
+
+    def tell(self, robot: int) -> None:
+        self.now_s += HEARTBEAT_S
+        for command in self.members[robot].act(self.now_s):
+            if isinstance(command, Tell):
+                self._numbers[robot, command.robot] += 1
+                heard = LinkHeard(robot, self._numbers[robot, command.robot], command.state)
+                self.on_their_way.append((command.robot, heard))
+
+    def deliver(self, index: int, *, again: bool) -> None:
+        """One of the messages that are on their way comes; it may come again, or the next be lost."""
+        if self.on_their_way:
+            at = index % len(self.on_their_way)
+            receiver, heard = self.on_their_way[at] if again else self.on_their_way.pop(at)
+            self.members[receiver].hear(heard, self.now_s)
+
+    def settle(self) -> None:
+        """What is on its way is lost; from now on nothing is any more."""
+        self.on_their_way.clear()
+        for _ in range(2 * len(ORDER)):  # there and back along all links
+            for robot in ORDER:
+                self.tell(robot)
+            while self.on_their_way:
+                self.deliver(0, again=False)
+
+    def check(self) -> None:
+        numbers = [self.memories[robot].handover.number for robot in ORDER]
+        assert all(ahead_has >= behind_has for ahead_has, behind_has in pairwise(numbers))
+        for memory in self.memories.values():
+            assert memory.handover == self.handed_on[memory.handover.number]
+
+
+@given(actions)
+@settings(deadline=None)
+def test_nobody_has_what_the_leader_did_not_hand_on_or_has_it_before_the_robot_ahead(
+    happening: list[tuple[str, int, bool]],
+) -> None:
+    stage = Stage()
+    had = dict.fromkeys(ORDER, 0)
+    for action in happening:
+        stage.act(*action)
+        stage.check()
+        has = {robot: stage.memories[robot].handover.number for robot in ORDER}
+        assert all(has[robot] >= had[robot] for robot in ORDER), "an older one has been taken for newer"
+        had = has
+
+
+@given(actions)
+@settings(deadline=None)
+def test_once_messages_come_again_all_have_the_newest_and_nobody_is_told_it_any_more(
+    happening: list[tuple[str, int, bool]],
+) -> None:
+    stage = Stage()
+    for action in happening:
+        stage.act(*action)
+    stage.settle()
+    newest = stage.handed_on[-1]
+    assert [memory.handover for memory in stage.memories.values()] == [newest] * len(ORDER)
+    for robot in ORDER:
+        stage.tell(robot)
+    told = [heard.state for _, heard in stage.on_their_way]
+    assert [state.handed for state in told if isinstance(state, AheadState)] == [None, None]
+
+
+def test_who_succeeds_counts_the_steps_on_and_knows_what_the_leader_saw() -> None:
+    stage = Stage()
+    for _ in range(3):
+        stage.plan()
+    stage.settle()
+    successor = stage.memories[TAIL].leader(PLACES[TAIL])
+    assert successor.steps == 3
+    assert successor.map.packed() == stage.leader.map.packed()
+    stage.memories[TAIL].hand_on(0)
+    assert stage.memories[TAIL].handover.number == stage.memories[LEADER].handover.number + 1
+
+
+def handover(number: int, seen: bytes = b"") -> Handover:
+    return Handover(number=number, steps=number, dissolved=0, seen=seen)
+
+
+def test_what_is_handed_on_is_told_at_once_and_on_every_heartbeat_until_it_is_acknowledged() -> None:
+    strand, handed = place(2), handover(4)
+    strand.tell(own(1.0), 0.0)
+    strand.hear(LinkHeard(1, 1, behind()), 0.0)
+    told = [told_behind(strand.tell(own(1.0, handed=handed), now_s), 1).handed for now_s in (0.01, 1.0, 2.0)]
+    strand.hear(LinkHeard(1, 2, behind(handed=4)), 2.1)
+    told.append(told_behind(strand.tell(own(1.0, handed=handed), 3.0), 1).handed)
+    assert told == [handed, handed, handed, None]
+
+
+def test_nobody_is_told_what_was_handed_on_before_it_has_said_what_it_has() -> None:
+    assert told_behind(place(2).tell(own(1.0, handed=handover(4)), 0.0), 1).handed is None
+
+
+def test_of_what_is_handed_on_the_newest_is_kept() -> None:
+    memory = Memory(MISSION)
+    for number in (2, 5, 3):
+        memory.succeed(handover(number))
+    assert memory.handover == handover(5)
+
+
+def test_who_leads_hands_on_more_than_those_behind_have_had_though_it_was_not_handed_that_itself() -> None:
+    memory = Memory(MISSION)
+    memory.leader(PLACES[LEADER])
+    memory.hand_on(7)
+    assert memory.handover.number == 8
+
+
+def test_a_state_is_never_too_long_to_be_sent_however_much_has_been_seen() -> None:
+    much = bytes(SEEN_BYTES_MAX)
+    for halt in (
+        {"reversal": Reversal(cut_m=0.0, end_m=2.0, back_by_m=1.0, turns=1, seen=much)},
+        {"dissolution": Dissolution(times=1, seen=much)},
+    ):
+        strand = place(2)
+        strand.hear(LinkHeard(1, 1, behind()), 0.0)
+        for name, value in halt.items():
+            setattr(strand, name, value)
+        state = told_behind(strand.tell(own(1.0, handed=handover(4, much)), 1.0), 1)
+        assert encode(state, 1)

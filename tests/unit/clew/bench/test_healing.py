@@ -1,0 +1,102 @@
+"""Detection and succession are read from the wall clocks of a timeline; bounds hold for the slowest run."""
+
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from clew.bench.healing import Healing, LeaderBlow, figures_of, healing_in
+from clew.fleet.live import Ended
+from clew.rehearsal.logbook import NTP64_PER_S
+from protocol.faults.fit import check_fits
+from protocol.timeline import Entry, FaultInjected, LeaderSucceeded, LinkBroken, Record, StrandHealed
+from tests.support.campaigns import clew
+from world.record.lines import Line
+
+STRUCK = FaultInjected(fault="kill", rule="kill-1", process="r1")
+BROKEN = LinkBroken(neighbour=1, cause="token", silent_s=0.4)
+SUCCEEDED = LeaderSucceeded(epoch=2, before=1)
+HEALED = StrandHealed(epoch=2, members=(2, 3))
+
+
+def at(wall_s: float, source: str, record: Record) -> Line:
+    """An entry made at that time by the wall clock; simulated time stands still."""
+    hlc = f"{round(wall_s * NTP64_PER_S)}/00"
+    return source, Entry(n=1, t_s=3.0, hlc=hlc, record=record)
+
+
+def test_times_are_the_wall_clocks_and_the_order_of_recording_does_not_matter() -> None:
+    lines = [
+        at(8.0, "r2", HEALED),
+        at(5.9, "r2", SUCCEEDED),
+        at(5.5, "r2", BROKEN),
+        at(5.0, "world", STRUCK),
+        at(4.0, "world", FaultInjected(fault="drop", rule="drop-1", key="link/r1/r2", number=3)),
+    ]
+    healing = healing_in(lines)
+    assert healing is not None
+    assert healing.cause_s == 3.0
+    assert (healing.detection_s, healing.succession_s, healing.healed_s) == pytest.approx((0.5, 0.4, 3.0))
+
+
+def test_what_concerns_another_robot_or_came_before_the_blow_counts_for_nothing() -> None:
+    lines = [
+        at(4.0, "r2", BROKEN),
+        at(5.0, "world", STRUCK),
+        at(5.1, "r3", LinkBroken(neighbour=2, cause="token", silent_s=0.4)),
+        at(5.2, "r4", LeaderSucceeded(epoch=2, before=3)),
+        at(5.3, "r4", HEALED),
+    ]
+    assert healing_in(lines) == Healing(cause_s=3.0)
+    assert healing_in(lines[:1]) is None
+
+
+@given(st.lists(st.floats(0.01, 3.0), min_size=1, max_size=40))
+def test_a_bound_is_kept_exactly_when_the_slowest_of_up_to_a_hundred_runs_keeps_it(
+    detections_s: list[float],
+) -> None:
+    measured = [
+        Healing(cause_s=3.0, detection_s=each, succession_s=0.2, healed_s=4.0) for each in detections_s
+    ]
+    figures = figures_of(LeaderBlow.KILL, measured, [1.0])
+    assert figures.detection is not None
+    assert figures.ok is (max(detections_s) <= LeaderBlow.KILL.detection_s_max)
+    assert figures.detection.p99_s == max(detections_s)
+
+
+def test_a_run_in_which_something_never_came_fails_though_the_others_were_quick() -> None:
+    quick = Healing(cause_s=3.0, detection_s=0.4, succession_s=0.2, healed_s=2.0)
+    for slow in (None, Healing(cause_s=3.0), Healing(cause_s=3.0, detection_s=0.4, succession_s=0.2)):
+        figures = figures_of(LeaderBlow.KILL, [quick, slow], [1.0])
+        assert (figures.never, figures.ok) == (1, False)
+    assert figures_of(LeaderBlow.KILL, [quick], [1.0]).ok
+
+
+@pytest.mark.parametrize("blow", LeaderBlow)
+def test_each_run_strikes_the_leader_at_a_moment_of_its_own(blow: LeaderBlow) -> None:
+    plans = [blow.plan(run) for run in range(20)]
+    for plan in plans:
+        check_fits(plan, robots=5)
+        assert [(rule.fault, rule.target) for rule in plan.rules] == [(blow, "leader")]  # type: ignore[union-attr]  # of processes
+    assert len({plan.rules[0].from_s for plan in plans}) == 20
+
+
+def test_a_scenario_that_is_none_is_one_line_and_no_fleet_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_fleet(*_: object, **__: object) -> Ended:
+        raise AssertionError("a fleet was started")
+
+    monkeypatch.setattr("clew.verbs.bench_healing.run_fleet", no_fleet)
+    told = clew("bench", "healing", "nope")
+    assert (told.exit_code, told.stdout, told.stderr.count("\n")) == (2, "", 1)
+    assert "nope" in told.stderr
+
+
+@pytest.mark.processes
+def test_the_verb_measures_real_leaders() -> None:
+    told = clew("bench", "healing", "--runs", "1", "--json")
+    rows = json.loads(told.stdout)
+    assert [row["blow"] for row in rows] == ["kill", "freeze"]
+    for row in rows:
+        assert (row["runs"], row["never"]) == (1, 0)
+        assert 0.0 < row["detection"]["p50_s"] < row["healed"]["p50_s"]

@@ -1,0 +1,117 @@
+"""Time against loss: who never arrives is slower than anybody; page and figure come from the same runs."""
+
+import json
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from clew.bench.loss import (
+    BEGIN,
+    BOUND_RATE,
+    END,
+    RATES,
+    Crossing,
+    LossPoint,
+    Reach,
+    loss_plan,
+    median_s,
+    page_with,
+    rehearsed,
+    slowdown,
+    table,
+    worst_s,
+)
+from clew.bench.loss_chart import loss_chart
+from clew.figures.style import render
+from clew.manual.faults import DOCUMENT
+from protocol.faults.plan import NO_FAULTS
+from tests.support.campaigns import clew
+from world.scenario.scenario import load
+
+TIMES = st.lists(st.none() | st.floats(1.0, 300.0), min_size=1, max_size=9)
+
+
+def crossings(*times_s: float | None) -> tuple[Crossing, ...]:
+    return tuple(Crossing(seed=seed, time_s=time_s, violations=0) for seed, time_s in enumerate(times_s, 1))
+
+
+def points(seconds_at: dict[float, float | None], live_s: float | None = None) -> list[LossPoint]:
+    return [
+        LossPoint(reach=reach, rate=rate, rehearsed=crossings(time_s), live=crossings(live_s))
+        for reach in Reach
+        for rate, time_s in seconds_at.items()
+    ]
+
+
+MEASURED = points({rate: 20.0 + 20.0 * rate if rate < 0.8 else None for rate in RATES}, live_s=33.0)
+
+
+def test_a_plan_loses_what_is_said_between_robots_or_everything_and_at_no_loss_nothing() -> None:
+    assert loss_plan(Reach.LINKS, 0.0) == NO_FAULTS
+    (links,) = loss_plan(Reach.LINKS, 0.5).rules
+    (all_kinds,) = loss_plan(Reach.ALL, 0.5).rules
+    assert (links.probability, all_kinds.probability) == (0.5, 0.5)
+    assert set(Reach.LINKS.kinds) == {"ahead", "behind", "muster", "beacon", "plea"}
+    assert Reach.ALL.kinds == ()
+
+
+@given(TIMES)
+def test_who_never_arrives_is_slower_than_anybody(times_s: list[float | None]) -> None:
+    told = crossings(*times_s)
+    arrived = sorted(time_s for time_s in times_s if time_s is not None)
+    assert math.isinf(worst_s(told)) is (None in times_s)
+    assert median_s(told) <= worst_s(told)
+    most_arrived = 2 * len(arrived) >= len(times_s)
+    assert math.isfinite(median_s(told)) is most_arrived
+
+
+def test_the_bound_is_for_what_robots_say_to_each_other() -> None:
+    assert slowdown(MEASURED) == pytest.approx((20.0 + 20.0 * BOUND_RATE) / 20.0)
+
+
+def test_the_table_has_a_row_for_each_rate_and_says_never() -> None:
+    rows = table(MEASURED).splitlines()[2:]
+    assert [row.split(" | ")[0] for row in rows] == [f"| {100.0 * rate:.0f} %" for rate in RATES]
+    assert rows[0] == "| 0 % | 20.0 | 20.0 | 33.0 | 20.0 | 20.0 | 33.0 |"
+    assert rows[-1] == "| 90 % | never | never | 33.0 | never | never | 33.0 |"
+
+
+def test_what_stands_around_the_marks_stays_and_twice_is_once() -> None:
+    page = f"before\n{BEGIN}old\n{END}after\n"
+    once = page_with(page, "new")
+    assert once == f"before\n{BEGIN}\nnew\n{END}after\n"
+    assert page_with(once, "new") == once
+
+
+def test_the_page_of_the_project_has_the_marks_and_the_figure() -> None:
+    page = DOCUMENT.read_text(encoding="utf-8")
+    assert (page.count(BEGIN), page.count(END), page.count("](loss.svg)")) == (1, 1, 1)
+    assert DOCUMENT.with_name("loss.svg").exists()
+
+
+def test_the_figure_is_the_same_to_the_byte_and_what_never_arrived_is_a_hole() -> None:
+    drawn = render(loss_chart(MEASURED, "five robots"), ("svg",))["svg"]
+    assert drawn == render(loss_chart(MEASURED, "five robots"), ("svg",))["svg"]
+    assert b"five robots" in drawn
+    assert b"nan" not in drawn
+
+
+def test_a_rehearsal_that_loses_a_tenth_arrives_a_little_later_and_one_that_loses_all_never() -> None:
+    scenario = load("grove")
+    whole, tenth = (rehearsed(scenario, loss_plan(Reach.ALL, rate), 1) for rate in (0.0, 0.1))
+    assert whole.time_s is not None
+    assert tenth.time_s is not None
+    assert whole.time_s < tenth.time_s < 2.0 * whole.time_s
+    nothing = rehearsed(scenario, loss_plan(Reach.LINKS, 1.0), 1)
+    assert (nothing.time_s, nothing.violations) == (None, 0)
+
+
+def test_the_verb_rehearses_every_loss_of_both_kinds() -> None:
+    told = clew("bench", "loss", "follower", "--runs", "1", "--json")
+    said = json.loads(told.stdout)
+    assert [(point["reach"], point["rate"]) for point in said] == [
+        (reach, rate) for reach in Reach for rate in RATES
+    ]
+    assert [len(point["rehearsed"]) for point in said] == [1] * len(said)

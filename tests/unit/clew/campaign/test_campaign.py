@@ -1,0 +1,318 @@
+"""Campaigns: every episode is an outcome, nothing is played twice, and surprises are said by name."""
+
+import contextlib
+import json
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+from click.testing import Result
+from hypothesis import given
+from hypothesis import strategies as st
+
+from clew.campaign.episode import Episode, Surprise, surprise_of
+from clew.campaign.families import by_family, figures_of
+from clew.campaign.pool import outcomes_of
+from clew.campaign.scenes import tight_radius_m
+from protocol.root import ROOT
+from tests.support.campaigns import clew, closed, outcome, refused, scene
+from tests.support.logs.logs import GOOD
+from tests.support.processes.fleets import END_S_MAX, START_S_MAX, wait_until
+from world.scenario.scene import EPSILON_M_MAX, EPSILON_RADII
+
+
+@pytest.fixture
+def scenes(tmp_path: Path) -> Path:
+    """Two families: in one a scene with a way, in the other one without."""
+    scene(tmp_path / "scenes" / "posts" / "one.json")
+    closed(tmp_path / "scenes" / "walls" / "across.json")
+    return tmp_path / "scenes"
+
+
+def campaign(scenes: Path, *more: str | Path) -> Result:
+    """Played in this process, by one robot: quick."""
+    out = scenes.parent / "out"
+    return clew("campaign", "--scenes", scenes, "--robots", "1", "--jobs", "1", "--out", out, *more)
+
+
+def told(scenes: Path) -> dict[str, Any]:
+    read: dict[str, Any] = json.loads((scenes.parent / "out" / "campaign.json").read_text(encoding="utf-8"))
+    return read
+
+
+def played(scenes: Path) -> list[str]:
+    return (scenes.parent / "out" / "episodes.jsonl").read_text(encoding="utf-8").splitlines()
+
+
+def test_what_is_as_it_should_be_exits_0_and_has_a_row_for_each_family(scenes: Path) -> None:
+    said = campaign(scenes, "--seeds", "1-2")
+    assert said.exit_code == 0, said.stdout
+    rows = {line.split("│")[1].strip(): line for line in said.stdout.splitlines() if line.startswith("│")}
+    assert list(rows) == ["posts", "walls", "all"]
+    families = told(scenes)["families"]
+    facts = ("episodes", "solvable", "reached", "no_route", "surprises", "violations")
+    assert [families["posts"][fact] for fact in facts] == [2, 2, 2, 0, 0, 0]
+    assert [families["walls"][fact] for fact in facts] == [2, 0, 0, 2, 0, 0]
+    assert said.stdout.splitlines()[-1].startswith("OK: 4 of 4 episodes, 0 surprises. Campaign: ")
+
+
+def test_json_is_the_campaign_and_nothing_else(scenes: Path) -> None:
+    said = campaign(scenes, "--json")
+    assert json.loads(said.stdout) == told(scenes)
+    (one,) = [each for each in told(scenes)["episodes"] if each["scene"] == "one"]
+    assert (one["robots_arrived"], one["goal_reached"], one["solvable"]) == (1, True, True)
+    assert one["clearance_margin_m"] == pytest.approx(one["clearance_m_min"] - 0.045)
+    assert one["events_per_m"] == pytest.approx(one["planning_events"] / one["path_m"])
+
+
+def test_the_same_again_plays_nothing(scenes: Path) -> None:
+    campaign(scenes)
+    before = played(scenes)
+    assert campaign(scenes).exit_code == 0
+    assert played(scenes) == before
+
+
+def test_what_is_torn_new_or_changed_is_played_and_nothing_else(scenes: Path) -> None:
+    campaign(scenes)
+    path = scenes.parent / "out" / "episodes.jsonl"
+    first, second = played(scenes)
+    path.write_text(f"{first}\n{second[:40]}", encoding="utf-8")
+    scene(scenes / "posts" / "new.json")
+    campaign(scenes)
+    assert sorted(json.loads(line)["scene"] for line in played(scenes)[2:]) == ["across", "new"]
+    scene(scenes / "posts" / "one.json", goal_tol=0.25)
+    campaign(scenes)
+    assert [json.loads(line)["scene"] for line in played(scenes)[4:]] == ["one"]
+    assert told(scenes)["all"]["episodes"] == 3
+
+
+def test_an_episode_that_raises_is_a_surprise_and_stops_nobody(scenes: Path) -> None:
+    refused(scenes / "a" / "stuck.json")
+    said = campaign(scenes)
+    assert said.exit_code == 1
+    assert told(scenes)["all"]["episodes"] == 3
+    (surprise,) = told(scenes)["surprises"]
+    assert (surprise["scene"], surprise["surprise"], surprise["ending"]) == ("stuck", "crashed", "crashed")
+    assert "UsageError" in surprise["reason"]
+    assert f"./launch/clew rehearse {scenes}/a/stuck.json -n 1 --seed 1" in said.stdout
+
+
+def test_the_command_line_of_a_surprise_replays_it(scenes: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(scenes.parent)
+    closed(scenes / "walls" / "lie.json", stats={"widest_path_radius": 0.7})
+    assert campaign(scenes).exit_code == 1
+    (surprise,) = told(scenes)["surprises"]
+    assert surprise["surprise"] == "false_no_route"
+    again = clew(*surprise["replay"].split()[1:], "--json")
+    assert json.loads(again.stdout)["reason"] == surprise["reason"]
+    assert json.loads(again.stdout)["sim_s"] == surprise["sim_s"]
+
+
+def test_an_episode_out_of_time_says_so_and_is_played_again(scenes: Path) -> None:
+    assert campaign(scenes, "--wall-s-max", "0.001").exit_code == 1
+    (one, _) = told(scenes)["surprises"]
+    assert "the wall-clock limit of 0.001 s struck" in one["reason"]
+    assert campaign(scenes).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [["--seeds", "3-1"], ["--seeds", "x"], ["--tight", "0"], ["--robots", "0"], ["--jobs", "0"]],
+)
+def test_what_cannot_be_asked_exits_2(scenes: Path, wrong: list[str]) -> None:
+    said = campaign(scenes, *wrong)
+    assert (said.exit_code, said.stdout) == (2, "")
+    assert not (scenes.parent / "out").exists()
+
+
+def test_no_scene_at_all_exits_2(tmp_path: Path) -> None:
+    (tmp_path / "scenes").mkdir()
+    assert campaign(tmp_path / "scenes").exit_code == 2
+    assert campaign(tmp_path / "nowhere").exit_code == 2
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_tight_robot_just_fits_and_those_without_room_behind_it_are_left_out(scenes: Path) -> None:
+    said = campaign(scenes / "posts", "--tight", "0.9", "--robots", "2", "--json")
+    (one,) = json.loads(said.stdout)["episodes"]
+    assert (one["robots"], one["robots_left_out"], one["solvable"]) == (1, 1, True)
+    assert json.loads(said.stdout)["all"]["fewer_robots"] == 1
+    changed = json.loads((scenes / "out" / "scenes" / "posts" / "one.json").read_text(encoding="utf-8"))
+    assert changed["robot_radius"] + EPSILON_M_MAX == pytest.approx(0.9 * 0.7)
+    assert "posts/one.json -n 1 --seed 1" in one["replay"]
+
+
+def test_robots_deployed_at_random_start_elsewhere_by_each_seed_and_the_command_line_says_so(
+    scenes: Path,
+) -> None:
+    said = campaign(scenes / "posts", "--deployment", "random", "--seeds", "1-2", "--json")
+    assert said.exit_code == 0
+    first, second = json.loads(said.stdout)["episodes"]
+    assert first["path_m"] != second["path_m"]
+    assert first["replay"].endswith("posts/one.json -n 1 --deployment random --seed 1")
+    before = played(scenes / "posts")
+    campaign(scenes / "posts", "--seeds", "1-2")
+    assert len(played(scenes / "posts")) == len(before) + 2, "from other places it is another episode"
+
+
+def test_tight_needs_to_know_the_widest_path(scenes: Path) -> None:
+    scene(scenes / "posts" / "one.json", stats={})
+    said = campaign(scenes, "--tight", "0.9")
+    assert said.exit_code == 2
+    assert "widest_path_radius" in said.stderr
+    assert not (scenes.parent / "out").exists()
+
+
+@pytest.mark.parametrize("more", [[], ["--tight", "0.9"]])
+def test_a_fault_plan_that_is_not_there_leaves_no_folder(scenes: Path, more: list[str]) -> None:
+    said = campaign(scenes, "--faults", "nope", *more)
+    assert said.exit_code == 2
+    assert "nope" in said.stderr
+    assert not (scenes.parent / "out").exists()
+
+
+@given(st.floats(0.001, 100.0))
+def test_the_tight_radius_is_that_of_the_robot_that_comes_so_near(closest_m: float) -> None:
+    radius_m = tight_radius_m(closest_m)
+    assert 0.0 < radius_m < closest_m
+    assert radius_m + min(EPSILON_M_MAX, EPSILON_RADII * radius_m) == pytest.approx(closest_m)
+
+
+@pytest.mark.parametrize(
+    ("violations", "arrived", "no_route", "solvable", "surprise"),
+    [
+        (0, 5, False, True, Surprise.NONE),
+        (0, 5, False, None, Surprise.NONE),
+        (0, 2, True, None, Surprise.NONE),
+        (0, 0, True, False, Surprise.NONE),
+        (1, 5, False, True, Surprise.VIOLATION),
+        (1, 0, True, True, Surprise.VIOLATION),
+        (0, 4, False, True, Surprise.UNREACHED),
+        (0, 0, True, True, Surprise.FALSE_NO_ROUTE),
+        (0, 0, False, False, Surprise.MISSED_NO_ROUTE),
+        (0, 5, False, False, Surprise.MISSED_NO_ROUTE),
+    ],
+)
+def test_every_surprise_is_told_from_what_is_as_it_should_be(
+    violations: int, arrived: int, no_route: bool, solvable: bool | None, surprise: Surprise
+) -> None:
+    verdict = msgspec.structs.replace(GOOD, violations=violations, robots_arrived=arrived)
+    assert surprise_of(verdict, expected=5, no_route=no_route, solvable=solvable) is surprise
+
+
+def test_figures_of_a_family_are_of_what_ended_and_per_metre_of_all_paths_together() -> None:
+    outcomes = [
+        outcome(switching_steps=2, planning_events=10, path_m=10.0, robots_arrived=5, clearance_margin_m=0.2),
+        outcome(switching_steps=6, planning_events=50, path_m=20.0, robots_arrived=4, clearance_margin_m=0.1),
+        outcome(ending="crashed", surprise=Surprise.CRASHED),
+        outcome(family="g", switching_steps=100),
+    ]
+    figures = figures_of(by_family(outcomes)["f"])
+    assert (figures.episodes, figures.reached, figures.surprises, figures.crashed) == (3, 1, 1, 1)
+    assert (figures.switching_steps_median, figures.switching_steps_max) == (4, 6)
+    assert (figures.events_per_m, figures.clearance_margin_m_min) == (2.0, 0.1)
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+def test_a_worker_that_dies_or_hears_the_users_interrupt_costs_no_outcome(
+    scenes: Path, number: signal.Signals
+) -> None:
+    far = scene(scenes / "far.json", goal=[900.0, 0.0], bounds=[0.0, -1.0, 1000.0, 1.0])
+    paths = [scenes / "posts" / "one.json", far]
+    episodes = [
+        Episode(
+            key=str(index),
+            path=str(path),
+            family="",
+            seed=1,
+            robots=1,
+            robots_left_out=0,
+            law=None,
+            deployment=None,
+            widest_path_radius_m=None,
+            wall_s_max=0.5 if path == far else 100.0,
+        )
+        for index, path in enumerate(paths)
+    ]
+    coming = outcomes_of(episodes, 2)
+    first = next(coming)
+    for worker in multiprocessing.active_children():
+        assert worker.pid is not None
+        os.kill(worker.pid, number)
+    surprises = {each.key: each.surprise for each in (first, *coming)}
+    assert surprises == {"0": Surprise.NONE, "1": Surprise.CRASHED}, "the second has no end"
+
+
+@pytest.fixture
+def begun(scenes: Path) -> Iterator[subprocess.Popen[str]]:
+    """A campaign on two processes that has just been started."""
+    for index in range(4):  # they come last, and take the longest
+        scene(scenes / "z" / f"{index}.json", goal=[12.0, 0.0], bounds=[0.0, -1.0, 14.0, 1.0])
+    out = scenes.parent / "out"
+    asked = ["--scenes", str(scenes), "--robots", "1", "--out", str(out), "--jobs", "2"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "clew.cli", "campaign", *asked],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    yield process
+    with contextlib.suppress(ProcessLookupError):  # as it should be: nobody is left of its group
+        os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+
+
+@pytest.fixture
+def going(scenes: Path, begun: subprocess.Popen[str]) -> subprocess.Popen[str]:
+    """The same when it has just written its first outcome, and has more to play."""
+    path = scenes.parent / "out" / "episodes.jsonl"
+    wait_until(lambda: True if path.exists() and path.read_bytes().count(b"\n") else None, START_S_MAX)
+    return begun
+
+
+def test_workers_are_born_deaf_to_the_users_interrupt(begun: subprocess.Popen[str]) -> None:
+    children = Path(f"/proc/{begun.pid}/task/{begun.pid}/children")
+
+    def blocked_by_a_worker() -> int | None:
+        for child in children.read_text().split():
+            if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes():
+                status = Path(f"/proc/{child}/status").read_text()
+                return int(status.partition("SigBlk:")[2].split()[0], base=16)
+        return None
+
+    assert wait_until(blocked_by_a_worker, START_S_MAX) >> (signal.SIGINT - 1) & 1
+    os.killpg(begun.pid, signal.SIGINT)
+    _, complaints = begun.communicate(timeout=END_S_MAX)
+    assert begun.returncode == 130
+    assert "Traceback" not in complaints
+
+
+def test_an_interrupted_campaign_exits_130_and_goes_on_where_it_was(
+    scenes: Path, going: subprocess.Popen[str]
+) -> None:
+    os.killpg(going.pid, signal.SIGINT)  # as a terminal does: the workers hear it too
+    said, complaints = going.communicate(timeout=END_S_MAX)
+    assert going.returncode == 130
+    assert said.splitlines()[-1].startswith("INTERRUPTED: ")
+    assert "Traceback" not in complaints
+    finished = played(scenes)
+    assert (told(scenes)["interrupted"], told(scenes)["all"]["episodes"]) == (True, len(finished))
+    assert 1 <= len(finished) < 6
+    campaign(scenes)
+    assert played(scenes)[: len(finished)] == finished
+    assert told(scenes)["all"]["episodes"] == len(played(scenes)) == 6
+
+
+def test_a_campaign_that_is_killed_leaves_no_process(going: subprocess.Popen[str]) -> None:
+    going.kill()
+    # Its workers share its stderr: there is an end to read only when the last of them has gone.
+    going.communicate(timeout=END_S_MAX)

@@ -1,0 +1,106 @@
+import json
+import shlex
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import Result
+
+from clew.campaign.campaign import SEEN_BY
+from protocol.faults.plan import Plan
+from protocol.faults.plan_text import plan_text
+from protocol.faults.rules import Kill
+from tests.support.campaigns import clew, scene
+
+SEEDS = "1,8,17"  # which take a tenth of a second each
+
+
+def swarm(out: Path, *more: str | Path) -> Result:
+    return clew("campaign", "--faults", "swarm", "--seeds", SEEDS, "--jobs", "1", "--out", out, *more)
+
+
+def told(out: Path) -> dict[str, Any]:
+    read: dict[str, Any] = json.loads((out / "campaign.json").read_text(encoding="utf-8"))
+    return read
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("swarm") / "out"
+    swarm(out, "--keep")
+    return out
+
+
+def test_each_seed_is_an_episode_with_its_mode_its_classes_and_what_has_struck(kept: Path) -> None:
+    episodes = told(kept)["episodes"]
+    assert [each["seed"] for each in episodes] == [1, 8, 17]
+    assert all(each["mode"] in {"safety", "liveness"} and each["classes"] for each in episodes)
+    assert any(each["injected"] for each in episodes)
+
+
+def test_an_episode_counts_in_each_of_its_classes_and_once_in_all(kept: Path) -> None:
+    campaign = told(kept)
+    assert campaign["classes"]["all"]["episodes"] == 3
+    drawn = [name for each in campaign["episodes"] for name in each["classes"]]
+    assert {name: figures["episodes"] for name, figures in campaign["classes"].items() if name != "all"} == {
+        name: drawn.count(name) for name in drawn
+    }
+
+
+def test_what_never_happened_is_said_and_fails_only_a_campaign_that_is_long_enough(kept: Path) -> None:
+    campaign = told(kept)
+    assert campaign["never"]
+    assert campaign["ok"] == (not campaign["surprises"])
+    assert SEEN_BY > 3
+
+
+def test_the_line_that_is_printed_replays_the_episode(kept: Path, tmp_path: Path) -> None:
+    episode = told(kept)["episodes"][0]
+    clew(*shlex.split(episode["replay"])[1:], "--out", tmp_path / "run")
+    verdict = json.loads((tmp_path / "run" / "verdict.json").read_text(encoding="utf-8"))
+    assert (verdict["sim_s"], verdict["path_m"]) == (episode["sim_s"], episode["path_m"])
+
+
+def test_where_nothing_was_written_the_line_writes_it_first(
+    kept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    swarm(tmp_path / "out")
+    assert not (tmp_path / "out" / "drawn").exists(), "nothing surprises"
+    episode = told(tmp_path / "out")["episodes"][2]
+    line = json.loads((tmp_path / "out" / "episodes.jsonl").read_text(encoding="utf-8").splitlines()[2])
+    assert line["replay"] == episode["replay"]
+    monkeypatch.chdir(tmp_path)
+    assert clew(*shlex.split(episode["replay"])[1:]).exit_code == 0
+    (again,) = (tmp_path / "runs").iterdir()
+    (same,) = told(again)["episodes"]
+    assert (same["key"], same["sim_s"], same["path_m"]) == tuple(
+        episode[name] for name in ("key", "sim_s", "path_m")
+    )
+    assert (again / "drawn" / f"{episode['seed']}.toml").exists()
+    assert same["replay"].split()[:3] == ["./launch/clew", "rehearse", f"runs/{again.name}/drawn/17.toml"]
+    assert told(kept)["episodes"][2]["replay"].split()[1] == "rehearse", "--keep has written it"
+
+
+def test_the_same_again_plays_nothing_twice(kept: Path) -> None:
+    lines = (kept / "episodes.jsonl").read_bytes()
+    swarm(kept, "--keep")
+    assert (kept / "episodes.jsonl").read_bytes() == lines
+
+
+def test_worlds_are_either_drawn_or_given(tmp_path: Path) -> None:
+    field = scene(tmp_path / "scenes" / "one.json")
+    assert clew("campaign").exit_code == 2
+    for more in (["--scenes", str(field)], ["--robots", "3"], ["--law", "printed"], ["--tight", "0.9"]):
+        assert swarm(tmp_path / "out", *more).exit_code == 2
+
+
+def test_scenes_suffer_a_plan_and_whom_it_kills_need_not_arrive(tmp_path: Path) -> None:
+    field = scene(tmp_path / "scenes" / "one.json")
+    plan = Plan(name="tail", rules=(Kill(target="tail", from_s=1.0),))
+    (tmp_path / "tail.toml").write_text(plan_text(plan), encoding="utf-8")
+    out = tmp_path / "out"
+    asked = ("--scenes", field, "--robots", "3", "--faults", tmp_path / "tail.toml", "--jobs", "1")
+    assert clew("campaign", *asked, "--out", out).exit_code == 0
+    (episode,) = told(out)["episodes"]
+    assert (episode["robots"], episode["robots_arrived"], episode["injected"]) == (3, 2, {"kill": 1})
+    assert "--faults" in episode["replay"]

@@ -1,0 +1,127 @@
+"""What an export writes is there whole, or not at all; and what is no export is never replaced."""
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from clew.export.place import whole_file, whole_folder
+from protocol.errors import UsageError
+from protocol.root import ROOT
+from protocol.timeline import RobotReleased, RunEnded
+from tests.support.campaigns import clew
+from tests.support.logs.logs import numbered, recorded
+from tests.support.processes.fleets import END_S_MAX, START_S_MAX, wait_until
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    return recorded(tmp_path / "run", numbered((("world", RunEnded(reason="done")),)))
+
+
+def interrupted(draft: Path) -> None:
+    draft.write_text("half")
+    raise KeyboardInterrupt
+
+
+def test_a_file_that_is_not_finished_never_was(tmp_path: Path) -> None:
+    out = tmp_path / "deep" / "events.mcap"
+    with pytest.raises(KeyboardInterrupt), whole_file(out) as draft:
+        interrupted(draft)
+    assert list(out.parent.iterdir()) == []
+
+
+def test_a_former_file_stays_until_the_new_one_is_whole(tmp_path: Path) -> None:
+    out = tmp_path / "events.mcap"
+    out.write_bytes(b"old")
+    with whole_file(out) as draft:
+        draft.write_bytes(b"new")
+        assert out.read_bytes() == b"old"
+    assert out.read_bytes() == b"new"
+    assert list(tmp_path.iterdir()) == [out]
+
+
+def test_a_former_folder_stays_until_the_new_one_is_whole(tmp_path: Path) -> None:
+    out = tmp_path / "csv"
+    for text in ("old", "new"):
+        with whole_folder(out, {"old.csv", "new.csv"}) as draft:
+            (draft / f"{text}.csv").write_text(text)
+            assert [each.name for each in out.glob("*")] == (["old.csv"] if text == "new" else [])
+    assert [each.name for each in out.iterdir()] == ["new.csv"]
+    with pytest.raises(KeyboardInterrupt), whole_folder(out, {"old.csv", "new.csv"}) as draft:
+        interrupted(draft / "half.csv")
+    assert [each.name for each in out.iterdir()] == ["new.csv"]
+    assert list(tmp_path.iterdir()) == [out]
+
+
+def test_a_folder_with_anything_else_in_it_is_not_replaced(run: Path) -> None:
+    for out in (run, run / "events.jsonl"):
+        said = clew("log", "export", run, "--to", "csv", "--out", out)
+        assert said.exit_code == 2
+        assert "it is no former export and would be lost: events.jsonl is none of its files" in said.stderr
+    assert (run / "events.jsonl").stat().st_size > 0
+
+
+def test_a_folder_of_the_users_own_tables_is_not_replaced_and_a_former_export_is(
+    run: Path, tmp_path: Path
+) -> None:
+    own = tmp_path / "mydata"
+    own.mkdir()
+    (own / "precious.csv").write_text("a,b")
+    said = clew("log", "export", run, "--to", "csv", "--out", own)
+    assert said.exit_code == 2
+    assert "precious.csv is none of its files" in said.stderr
+    assert [each.name for each in own.iterdir()] == ["precious.csv"]
+    for _ in range(2):
+        assert clew("log", "export", run, "--to", "csv", "--out", tmp_path / "out").exit_code == 0
+
+
+def test_what_a_killed_export_left_goes_with_the_next_and_nothing_else_does(
+    run: Path, tmp_path: Path
+) -> None:
+    left, own = tmp_path / ".out.dead.part", tmp_path / ".out.own.part"
+    for folder, name in ((left, "new"), (own, "diary.txt")):
+        folder.mkdir()
+        (folder / name).touch()
+    out = tmp_path / "out"
+    with whole_folder(out, {"pose.sampled.csv"}) as living:
+        assert clew("log", "export", run, "--to", "csv", "--out", out).exit_code == 0
+        assert living.is_dir()
+    assert {each.name for each in tmp_path.iterdir()} == {"run", "out", own.name}
+
+
+@pytest.mark.processes
+def test_an_export_that_is_told_to_end_leaves_nothing(tmp_path: Path) -> None:
+    run = recorded(tmp_path / "run", numbered((("r1", RobotReleased()),) * 50_000))
+    command = [sys.executable, "-m", "clew.cli", "log", "export", str(run), "--to", "csv"]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE) as process:
+        wait_until(lambda: next(run.glob(".csv.*/new/*.csv"), None), START_S_MAX)
+        process.terminate()
+        assert process.wait(END_S_MAX) == 128 + signal.SIGTERM
+    assert [each.name for each in run.iterdir()] == ["events.jsonl"]
+
+
+def test_a_log_is_never_overwritten_by_its_own_export(run: Path) -> None:
+    said = clew("log", "export", run, "--to", "mcap", "--out", run / "events.jsonl")
+    assert said.exit_code == 2
+    assert "the name of such a file ends in .mcap" in said.stderr
+    (run / "folder.mcap").mkdir()
+    assert clew("log", "export", run, "--to", "mcap", "--out", run / "folder.mcap").exit_code == 2
+
+
+def test_what_cannot_be_written_is_said_in_one_line(tmp_path: Path, run: Path) -> None:
+    (tmp_path / "file").write_text("")
+    said = clew("log", "export", run, "--to", "csv", "--out", tmp_path / "file" / "csv")
+    assert said.exit_code == 2
+    assert said.stderr.startswith(f"Error: --out {tmp_path}/file/csv: cannot be written: ")
+    with pytest.raises(UsageError, match="No space left"), whole_file(tmp_path / "full.mcap"):
+        Path("/dev/full").write_bytes(b"more than fits")
+
+
+def test_a_folder_without_a_run_is_refused(tmp_path: Path) -> None:
+    said = clew("log", "export", tmp_path, "--to", "csv")
+    assert said.exit_code == 2
+    assert said.stderr.startswith(f"Error: no run in {tmp_path}: events.jsonl: ")
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,181 @@
+"""CSV and Parquet, read back by what people read them with: the same values under the same types."""
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import duckdb
+import msgspec
+import pytest
+from hypothesis import HealthCheck, given, settings
+from pyarrow import parquet
+
+from clew.export import csv_files, tables
+from clew.export import parquet as parquet_files
+from clew.export.columns import Column, Part, Plain, columns_of
+from clew.export.tables import TYPES
+from clew.log.log import Log
+from tests.support.campaigns import clew
+from tests.support.logs.exports import lively, one_of_each_kind, rows_of
+from tests.support.logs.logs import recorded
+from world.record.lines import Line
+
+READ: dict[Plain, Callable[[str], object]] = {
+    Plain.NUMBER: float,
+    Plain.COUNT: int,
+    Plain.TEXT: str,
+    Plain.FLAG: {"true": True, "false": False}.get,
+}
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return lively(tmp_path_factory.mktemp("lively") / "run")
+
+
+def sql(query: str) -> list[tuple[Any, ...]]:
+    return duckdb.execute(query).fetchall()
+
+
+def types_in(query: str) -> dict[str, str]:
+    return {name: kind for name, kind, *_ in sql(f"DESCRIBE {query}")}
+
+
+@settings(max_examples=5, suppress_health_check=[HealthCheck.too_slow])
+@given(lines=one_of_each_kind())
+def test_parquet_holds_every_kind_with_every_value(
+    tmp_path_factory: pytest.TempPathFactory, lines: list[Line]
+) -> None:
+    folder = recorded(tmp_path_factory.mktemp("log") / "run", lines)
+    exported = parquet_files.export(Log(folder), folder / "parquet")
+    assert exported.entries == len(lines)
+    for kind, rows in rows_of(lines).items():
+        table = f"SELECT * FROM '{folder}/parquet/{kind}.parquet'"
+        assert [dict(zip(types_in(table), row, strict=True)) for row in sql(table)] == rows
+
+
+@settings(max_examples=5, suppress_health_check=[HealthCheck.too_slow])
+@given(lines=one_of_each_kind())
+def test_csv_holds_every_kind_with_every_value(
+    tmp_path_factory: pytest.TempPathFactory, lines: list[Line]
+) -> None:
+    folder = recorded(tmp_path_factory.mktemp("log") / "run", lines)
+    csv_files.export(Log(folder), folder / "csv")
+    for kind, rows in rows_of(lines).items():
+        with (folder / "csv" / f"{kind}.csv").open(newline="", encoding="utf-8") as file:
+            read = [whole(columns_of(TYPES[kind]), cells) for cells in csv.DictReader(file)]
+        assert read == [null_if_empty(columns_of(TYPES[kind]), row) for row in rows]
+
+
+def whole(fields: tuple[Column, ...], cells: dict[str, str], before: str = "") -> dict[str, Any] | None:
+    """A row as it was, from its cells; None where a part with these fields is null."""
+    row: dict[str, Any] = {}
+    for field in fields:
+        name = f"{before}{field.name}"
+        if isinstance(field.type, Part):
+            row[field.name] = whole(field.type.columns, cells, f"{name}.")
+        elif cells[name] == "" and (field.nullable or field.type is not Plain.TEXT):
+            row[field.name] = None
+        elif isinstance(field.type, Plain):
+            row[field.name] = READ[field.type](cells[name])
+        else:
+            row[field.name] = json.loads(cells[name])
+    return None if before and not any(value is not None for value in row.values()) else row
+
+
+def null_if_empty(fields: tuple[Column, ...], row: dict[str, Any]) -> dict[str, Any]:
+    """What CSV cannot tell apart: an empty text that might be null is null."""
+    return row | {
+        field.name: row[field.name] or None for field in fields if field.nullable and row[field.name] == ""
+    }
+
+
+def test_duckdb_finds_the_types_of_parquet(run: Path) -> None:
+    parquet_files.export(Log(run), run / "parquet")
+    found = types_in(f"SELECT * FROM '{run}/parquet/step.planned.parquet'")
+    assert found["t_s"] == "DOUBLE"
+    assert found["n"] == found["step"] == found["gap"] == "BIGINT"
+    assert found["law"] == "VARCHAR"
+    assert found["target"] == "STRUCT(x_m DOUBLE, y_m DOUBLE)"
+    assert found["gaps"].endswith("width_m DOUBLE, delta_rad DOUBLE, passable BOOLEAN)[]")
+    assert types_in(f"SELECT sent FROM '{run}/parquet/traffic.counted.parquet'") == {
+        "sent": "MAP(VARCHAR, BIGINT)"
+    }
+
+
+def test_a_question_about_a_kind_that_never_occurred_has_an_answer(run: Path) -> None:
+    parquet_files.export(Log(run), run / "parquet")
+    assert sql(f"SELECT count(*), max(away_s) FROM '{run}/parquet/router.found.parquet'") == [(0, None)]
+
+
+def test_parquet_says_units_and_meanings_and_which_run(run: Path) -> None:
+    parquet_files.export(Log(run), run / "parquet")
+    schema = parquet.read_schema(run / "parquet" / "step.planned.parquet")
+    assert schema.field("length_m").metadata[b"unit"] == b"m"
+    assert schema.field("heading_rad").metadata[b"unit"] == b"rad"
+    assert (
+        schema.field("cost_to_go_m").metadata[b"description"] == b"from the target to the goal; null: no goal"
+    )
+    assert b"unit" not in (schema.field("step").metadata or {})
+    header = Log(run).header
+    assert msgspec.json.decode(schema.metadata[b"clew.run"], type=type(header)) == header
+
+
+def test_duckdb_finds_the_types_of_csv(run: Path) -> None:
+    csv_files.export(Log(run), run / "csv")
+    found = types_in(f"SELECT * FROM '{run}/csv/order.accepted.csv'")
+    assert found["t_s"] == found["target.x_m"] == found["reach_m"] == "DOUBLE"
+    assert found["n"] == found["robot"] == "BIGINT"
+    assert found["source"] == "VARCHAR"
+    assert types_in(f"SELECT sensed FROM '{run}/csv/strand.formed.csv'") == {"sensed": "BOOLEAN"}
+
+
+@pytest.mark.parametrize("kind", ["pose.sampled", "order.accepted", "authority.granted"])
+def test_csv_parquet_and_the_log_itself_say_the_same_to_duckdb(
+    run: Path, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tables, "ROWS_AT_ONCE", 100)  # so that tables are written in several stretches
+    csv_files.export(Log(run), run / "csv")
+    parquet_files.export(Log(run), run / "parquet")
+    named = "t_s, source, n, epoch" if kind != "pose.sampled" else "t_s, source, n, x_m, heading_rad"
+    log = f"SELECT {named} FROM '{run}/events.jsonl' WHERE kind = '{kind}' ORDER BY ALL"
+    from_log = sql(log)
+    assert len(from_log) > 100
+    for suffix in ("csv", "parquet"):
+        assert sql(f"SELECT {named} FROM '{run}/{suffix}/{kind}.{suffix}' ORDER BY ALL") == from_log
+
+
+def test_the_header_is_a_table_too(run: Path) -> None:
+    for suffix, export in (("csv", csv_files.export), ("parquet", parquet_files.export)):
+        export(Log(run), run / suffix)
+        header = f"'{run}/{suffix}/run.started.{suffix}'"
+        assert sql(f"SELECT seed, schema, scenario->>'$.name' FROM {header}") == [
+            (1, "clew-timeline/1", "grove")
+        ]
+
+
+def test_a_unit_is_a_word_in_a_fields_name() -> None:
+    units = {column.name: column.unit for kind in TYPES.values() for column in columns_of(kind)}
+    assert units["silent_since_s"] == units["t_s"] == "s"
+    assert units["ranges_m"] == "m"
+    assert units["heading_rad"] == "rad"
+    assert units["revolutions"] is units["n"] is units["torn_bytes"] is None
+
+
+def test_what_cannot_be_read_is_said_and_all_else_is_exported(tmp_path: Path) -> None:
+    folder = recorded(tmp_path / "run", [])
+    with (folder / "events.jsonl").open("ab") as file:
+        file.write(b'{"t_s":0.5,"hlc":"0/0","source":"world","n":1,"kind":"robot.sneezed"}\n')
+        file.write(
+            b'{"t_s":1.0,"hlc":"0/0","source":"world","n":2,"kind":"run.ended","reason":"done"}\n{"t_s"'
+        )
+    said = clew("log", "export", folder, "--to", "csv")
+    assert said.exit_code == 0
+    assert said.stdout.strip() == str(folder / "csv")
+    assert said.stderr.splitlines() == [
+        "not complete: line 4 is torn: dropped",
+        "not complete: 1 entries of a kind that this program does not know: 'robot.sneezed'",
+    ]
+    assert sql(f"SELECT reason FROM '{folder}/csv/run.ended.csv'") == [("done",)]

@@ -1,0 +1,239 @@
+"""A field is what it was asked to be: the same again, as wide, as dense, and a way through it or none."""
+
+import json
+from collections.abc import Iterable
+from functools import cache
+from hashlib import blake2b
+from itertools import chain, combinations, repeat
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+import shapely
+from click.testing import CliRunner, Result
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from clew.cli import main
+from clew.fields.field import Field, Kind, scene
+from clew.fields.scatter import scatter
+from clew.fields.shapes import extent, polygon
+from tests.support.full_map import Answer, Disc, solvable
+from world.geometry.shapes import Polygon
+from world.scenario.budget import sure_range_m
+from world.scenario.scenario import Scenario, load
+from world.scenario.scene import as_scenario
+
+SMALL_M = (4.0, 3.0)
+SCATTERED = [kind for kind in Kind if kind is not Kind.CORRIDORS]
+ROUNDING_M = 1e-9
+
+kinds, seeds = st.sampled_from(Kind), st.integers(0, 3)
+few = settings(max_examples=30)
+
+
+@cache
+def small(kind: Kind, seed: int) -> dict[str, Any]:
+    return scene(Field(kind=kind, seed=seed, size_m=SMALL_M))
+
+
+def shapes(of: dict[str, Any]) -> list[shapely.Geometry]:
+    """The obstacles on the ground; 512 chords to a quarter are off a disc by a millionth of its radius."""
+    discs = [shapely.Point(x, y).buffer(radius_m, quad_segs=512) for x, y, radius_m in of["circles"]]
+    return discs + polygons(of["polygons"])
+
+
+def polygons(rings: Iterable[Any]) -> list[shapely.Geometry]:
+    return [shapely.Polygon(ring) for ring in rings]
+
+
+def as_told(asked: dict[str, Any]) -> dict[str, Any]:
+    """As a file would hold it."""
+    told: dict[str, Any] = json.loads(json.dumps(asked))
+    return told
+
+
+SAID = {
+    Kind.CIRCLES: "a90f546150090be6",
+    Kind.ELLIPSES: "3981944a748564a9",
+    Kind.CONVEX: "fdf2395b4887b127",
+    Kind.NONCONVEX: "f17c2ff3f2f5d612",
+    Kind.MIXED: "e728767c1207ca86",
+    Kind.CORRIDORS: "11c1895f8772a303",
+}
+"""What fields of seed 3 say, hashed: a change here changes everybody's worlds."""
+
+
+@pytest.mark.parametrize("kind", Kind)
+def test_the_same_words_make_the_same_field_on_any_machine_and_any_day(kind: Kind) -> None:
+    said = json.dumps(scene(Field(kind=kind, seed=3, size_m=SMALL_M)))
+    assert blake2b(said.encode(), digest_size=8).hexdigest() == SAID[kind]
+
+
+@pytest.mark.parametrize("kind", Kind)
+def test_another_seed_makes_another_field(kind: Kind) -> None:
+    one, other = (shapely.union_all(shapes(small(kind, seed))) for seed in (1, 2))
+    assert not shapely.equals(one, other)
+
+
+@given(kinds, seeds)
+@few
+def test_every_field_loads_as_a_scenario_with_room_for_five_and_the_goal(kind: Kind, seed: int) -> None:
+    scenario = msgspec.convert(as_scenario(as_told(small(kind, seed)), "field"), Scenario)
+    assert scenario.fleet.robots == 5
+    assert sure_range_m(scenario.obstacles, 360) >= 4.0, "one revolution of a common scanner shows it all"
+
+
+@given(st.sampled_from(SCATTERED), seeds, st.sampled_from([0.02, 0.6]))
+@few
+def test_obstacles_keep_the_least_width_from_each_other_and_from_the_walls(
+    kind: Kind, seed: int, width_m: float
+) -> None:
+    drawn = scene(Field(kind=kind, seed=seed, size_m=SMALL_M, least_width_m=width_m, density=0.12))
+    radii_m = np.array([radius_m for _, _, radius_m in drawn["circles"]] + [0.0] * len(drawn["polygons"]))
+    cores = [shapely.Point(x, y) for x, y, _ in drawn["circles"]] + polygons(drawn["polygons"])
+    apart_m = shapely.distance(np.array(cores)[:, None], cores) - radii_m[:, None] - radii_m
+    np.fill_diagonal(apart_m, np.inf)
+    off_walls_m = shapely.distance(np.array(polygons(drawn["walls"]))[:, None], cores) - radii_m
+    assert len(cores) >= 2
+    assert min(apart_m.min(), off_walls_m.min()) >= width_m - ROUNDING_M
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_no_obstacle_is_put_round_another(seed: int) -> None:
+    sides_m = chain([0.1], repeat(1.5))
+
+    def square(_chance: np.random.Generator, _unit_m: float) -> Polygon:
+        return polygon(next(sides_m) * np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]))
+
+    chance = np.random.default_rng(seed)
+    small, *large = scatter([square], chance, size_m=(2.0, 2.0), density=1.0, least_width_m=0.01, unit_m=1.0)
+    outlines = polygons(each.vertices_m for each in large if isinstance(each, Polygon))
+    assert not any(outline.intersects(shapely.Point(extent(small)[0])) for outline in outlines)
+
+
+@given(kinds, seeds)
+@few
+def test_the_lanes_before_and_behind_the_field_are_free(kind: Kind, seed: int) -> None:
+    drawn = small(kind, seed)
+    low_x, _, high_x, _ = shapely.union_all(shapes(drawn)).bounds
+    start_x, goal_x, spacing_m = drawn["start"][0], drawn["goal"][0], 3.0 * drawn["robot_radius"]
+    assert start_x + spacing_m <= low_x + ROUNDING_M
+    assert high_x <= goal_x - spacing_m + 1e-3, "one millimetre, to which coordinates are rounded"
+    assert drawn["bounds"][0] <= start_x - 4 * spacing_m - drawn["robot_radius"]
+    assert drawn["bounds"][2] >= goal_x + 4 * spacing_m + drawn["robot_radius"]
+
+
+@given(kinds, seeds)
+@few
+def test_whatever_is_thinner_than_the_least_width_gets_through(kind: Kind, seed: int) -> None:
+    drawn = small(kind, seed)
+    assert solvable(drawn, Disc(0.995 * 2.0 * drawn["robot_radius"])) is Answer.SOLVABLE
+
+
+@given(st.integers(0, 99), st.floats(0.2, 0.9))
+@few
+def test_corridors_are_exactly_as_wide_as_asked(seed: int, width_m: float) -> None:
+    maze = scene(Field(kind=Kind.CORRIDORS, seed=seed, size_m=SMALL_M, least_width_m=width_m))
+    assert maze["stats"]["widest_path_radius"] == width_m / 2.0
+    assert solvable(maze, Disc(width_m / 2.0 - 2e-3)) is Answer.SOLVABLE
+    assert solvable(maze, Disc(width_m / 2.0 + 2e-3)) is Answer.UNSOLVABLE
+
+
+@given(st.integers(0, 99))
+@few
+def test_corridors_reach_all_ground_and_run_in_no_circle(seed: int) -> None:
+    maze = scene(Field(kind=Kind.CORRIDORS, seed=seed, size_m=SMALL_M))
+    ground = shapely.box(*maze["bounds"]).difference(shapely.union_all(shapes(maze)))
+    assert isinstance(ground, shapely.Polygon), "one piece"
+    assert len(ground.interiors) == 0
+
+
+@given(st.integers(0, 99))
+@few
+def test_a_plugged_maze_lets_nothing_through(seed: int) -> None:
+    maze = scene(Field(kind=Kind.CORRIDORS, seed=seed, size_m=SMALL_M, plugged=True))
+    assert maze["stats"]["widest_path_radius"] == 0.0
+    assert solvable(maze, Disc(0.01)) is Answer.UNSOLVABLE
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_maze_has_dead_ends(seed: int) -> None:
+    maze = scene(Field(kind=Kind.CORRIDORS, seed=seed))
+    walls = shapely.union_all(shapes(maze)).union(
+        shapely.union_all([shapely.Polygon(w) for w in maze["walls"]])
+    )
+    pitch_m, middle_m = 5 * maze["robot_radius"], 2 * maze["robot_radius"]
+    columns, rows = Field(kind=Kind.CORRIDORS, seed=seed).cells
+    ways = np.zeros((columns, rows), dtype=int)
+    for column, row in np.ndindex(columns, rows):
+        x_m, y_m = column * pitch_m + pitch_m / 5 + middle_m, row * pitch_m + middle_m
+        for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+            way = shapely.LineString([(x_m, y_m), (x_m + dx * pitch_m, y_m + dy * pitch_m)])
+            ways[column, row] += not way.intersects(walls)
+    assert (ways >= 1).all()
+    assert (ways == 1).sum() >= 3
+
+
+@pytest.mark.parametrize("kind", SCATTERED)
+@pytest.mark.parametrize("density", [0.0, 0.1, 0.3])
+def test_obstacles_cover_the_share_that_was_asked_for(kind: Kind, density: float) -> None:
+    drawn = scene(Field(kind=kind, seed=1, size_m=SMALL_M, density=density, least_width_m=0.0))
+    each_m2 = [shape.area for shape in shapes(drawn)]
+    ground_m2 = SMALL_M[0] * SMALL_M[1]
+    assert sum(each_m2) >= density * ground_m2 - 1e-3
+    assert sum(each_m2[:-1]) <= density * ground_m2 or drawn["circles"], "not one more than needed"
+    assert drawn["stats"]["density"] == pytest.approx(sum(each_m2) / ground_m2, abs=1e-3)
+
+
+def test_obstacles_may_overlap_where_no_width_is_kept() -> None:
+    drawn = scene(Field(kind=Kind.CIRCLES, seed=1, size_m=SMALL_M, density=0.5, least_width_m=0.0))
+    assert any(one.intersects(other) for one, other in combinations(shapes(drawn), 2))
+
+
+@pytest.mark.parametrize(
+    ("kind", "convex"), [(Kind.CONVEX, True), (Kind.ELLIPSES, True), (Kind.NONCONVEX, False)]
+)
+def test_polygons_are_convex_or_not_as_the_kind_says(kind: Kind, convex: bool) -> None:
+    rings = polygons(ring for seed in range(4) for ring in small(kind, seed)["polygons"])
+    dents_m2 = [ring.convex_hull.area - ring.area for ring in rings]
+    dented = [dent_m2 > 1e-2 * ring.area for dent_m2, ring in zip(dents_m2, rings, strict=True)]
+    assert set(dented) == {not convex}
+
+
+def test_a_mixed_field_holds_discs_and_polygons() -> None:
+    drawn = scene(Field(kind=Kind.MIXED, seed=3))
+    assert drawn["circles"]
+    assert drawn["polygons"]
+
+
+def clew(*words: str) -> Result:
+    return CliRunner().invoke(main, ["field", *words])
+
+
+def test_the_verb_prints_a_scene_that_every_other_verb_loads(tmp_path: Path) -> None:
+    path = tmp_path / "maze.json"
+    path.write_text(clew("corridors", "--seed", "3", "--robot-radius", "0.2").stdout)
+    assert as_told(scene(Field(kind=Kind.CORRIDORS, seed=3, robot_radius_m=0.2))) == json.loads(
+        path.read_text()
+    )
+    assert load(str(path)).name == "corridors-3"
+
+
+@pytest.mark.parametrize(
+    ("words", "refusal"),
+    [
+        (["circles", "--density", "nan"], "$.density: must be >= 0.0, got nan"),
+        (["circles", "--size", "0", "4"], "$.size_m[0]: must be > 0.0 m, got 0.0"),
+        (["circles", "--plugged"], "$.plugged: must be absent but for corridors, got circles"),
+        (["corridors", "--size", "1", "4"], "$.size_m: must hold 2 x 2 corridors of 0.6 m"),
+        (["corridors", "--least-width", "0"], "$.least_width_m: must be >= robot_radius_m = 0.15 m"),
+    ],
+)
+def test_what_no_field_can_be_is_refused_in_one_line(words: list[str], refusal: str) -> None:
+    said = clew(*words)
+    assert said.exit_code == 2
+    assert said.stderr.startswith(f"Error: clew field: {refusal}")
+    assert said.stderr.count("\n") == 1

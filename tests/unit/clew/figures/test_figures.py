@@ -1,0 +1,292 @@
+"""Figures for print: they draw what was judged, and the same run gives the same bytes."""
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.text import Annotation
+
+from clew.figures.distances import from_hull_m
+from clew.figures.run import charts_of
+from clew.figures.style import COLUMN_IN, PAGE_IN, Chart, LeftOut, render
+from clew.figures.traces import POINTS_MAX, moving_clearance_m, separations_m, thinned
+from clew.log import timeline
+from clew.story.course import course_of
+from protocol.root import ROOT
+from protocol.timeline import PoseSampled
+from tests.support.campaigns import clew, closed
+from tests.support.figures import chart, course, painted
+from world.judge.table import measure
+from world.judge.tally import Tally
+from world.record.run_files import read_verdict
+
+PLAN = ROOT / "launch" / "faults" / "leader-killed.toml"
+FORMATS = ("svg", "pdf", "png")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Four runs: the paper's, one whose leader is killed, one with a moving obstacle, one without a way."""
+    folder = tmp_path_factory.mktemp("runs")
+    calls: dict[str, list[str | Path]] = {
+        "paper": ["paper"],
+        "killed": ["grove", "--faults", PLAN],
+        "pedestrian": ["pedestrian"],
+        "closed": [closed(folder / "closed.json")],
+    }
+    for name, arguments in calls.items():
+        clew("rehearse", *arguments, "--seed", "1", "--out", folder / name)
+    return folder
+
+
+def words(chart: Chart) -> str:
+    return " ".join(ET.fromstring(render(chart, ("svg",))["svg"]).itertext())
+
+
+@pytest.mark.parametrize("name", ["paper", "killed"])
+def test_figure_4_draws_the_distances_of_table_1(folder: Path, name: str) -> None:
+    read = timeline.read(folder / name)
+    tally = Tally()
+    for source, entry in read.lines:
+        tally.hear(source, entry)
+    drawn = course_of(read)
+    table_m = np.array(measure(drawn.scenario, tally.switching_positions))
+    assert len(table_m) == read_verdict(folder / name).switching_steps + 1
+    lines = {line.get_label(): line for line in painted(chart(drawn, "distances"))[0].lines}
+    told = [label for label in map(str, lines) if label.startswith("obstacle")]
+    assert len(told) == min(6, table_m.shape[1])
+    for label in told:
+        column_m = table_m[:, int(label.split()[1]) - 1] - drawn.scenario.fleet.robot_radius_m
+        drawn_m = np.asarray(lines[label].get_ydata())
+        at_table = [stand.place in tally.switching_positions for stand in drawn.stands]
+        assert np.array_equal(drawn_m[at_table], column_m)
+        assert all(at_table) == (name == "paper")
+
+
+def test_switching_positions_bear_the_numbers_of_steps_also_where_one_broke_off(folder: Path) -> None:
+    drawn = course(folder, "killed")
+    begun = [str(planned.plan.step) for planned in drawn.plans]
+    assert [stand.name for stand in drawn.stands] == ["1", "1 end", *begun[1:], f"{begun[-1]} end"]
+    region = painted(chart(drawn, "region"))[0]
+    numbered_m = {text.get_text(): text.xy for text in region.texts if isinstance(text, Annotation)}
+    for planned in drawn.plans:
+        assert numbered_m[str(planned.plan.step)] == pytest.approx(
+            (planned.plan.x_m, planned.plan.y_m), abs=1e-3
+        )
+    ticks = [label.get_text() for label in painted(chart(drawn, "distances"))[0].get_xticklabels()]
+    assert ticks == [stand.name for stand in drawn.stands]
+
+
+def test_figure_4_tells_apart_the_obstacles_that_were_nearest(folder: Path) -> None:
+    drawn = course(folder, "killed")
+    least_m = from_hull_m(drawn).min(axis=0)
+    labels = [str(line.get_label()) for line in painted(chart(drawn, "distances"))[0].lines]
+    told = {int(label.split()[1]) - 1 for label in labels if label.startswith("obstacle")}
+    assert told == set(np.argsort(least_m)[:6].tolist())
+    assert f"{len(least_m) - 6} others" in labels
+
+
+@pytest.mark.parametrize("name", ["paper", "killed", "pedestrian"])
+def test_every_path_ends_where_its_robot_was_seen_last(folder: Path, name: str) -> None:
+    whole = timeline.read(folder / name)
+    read = replace(whole, lines=whole.lines[: len(whole.lines) // 2])  # while they drive
+    last_m = {
+        entry.record.robot: (entry.record.x_m, entry.record.y_m)
+        for _, entry in read.lines
+        if isinstance(entry.record, PoseSampled)
+    }
+    lines = painted(chart(course_of(read), "region"))[0].lines
+    ends_m = {str(line.get_gid()): np.asarray(line.get_xydata())[-1] for line in lines if line.get_gid()}
+    assert {f"path-{robot}": at_m for robot, at_m in last_m.items()} == {
+        path: tuple(at_m) for path, at_m in ends_m.items()
+    }
+
+
+@pytest.mark.parametrize("name", ["paper", "killed", "pedestrian"])
+def test_the_least_of_each_trace_is_the_verdicts(folder: Path, name: str) -> None:
+    verdict, drawn = read_verdict(folder / name), course(folder, name)
+    assert drawn.clearance_m.min() == pytest.approx(verdict.clearance_m_min, abs=1e-9)
+    assert separations_m(drawn)[1].min() == pytest.approx(verdict.separation_m_min, abs=1e-9)
+    if verdict.moving_clearance_m_min is not None:
+        least_m = np.nanmin(moving_clearance_m(drawn))
+        assert least_m == pytest.approx(verdict.moving_clearance_m_min, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["paper", "killed", "pedestrian"])
+def test_the_verdicts_least_is_drawn(folder: Path, name: str) -> None:
+    verdict, drawn = read_verdict(folder / name), course(folder, name)
+    panels = painted(chart(drawn, "clearance"))
+    told = [verdict.clearance_m_min, verdict.moving_clearance_m_min]
+    for axes, least_m in zip(panels, told, strict=False):
+        assert least_m is not None
+        assert min(map(seen_m, axes.lines)) == pytest.approx(least_m, abs=1e-9)
+    (axes,) = painted(chart(drawn, "separation"))
+    assert min(map(seen_m, axes.lines)) == pytest.approx(verdict.separation_m_min, abs=1e-9)
+
+
+def seen_m(line: Line2D) -> float:
+    """The least of a trace that leaves ink: a point beside another, or one with a marker."""
+    if len(np.asarray(line.get_xdata())) < 3:  # a limit, a cross, a succession
+        return np.inf
+    apart_m = np.asarray(line.get_ydata())
+    known = np.pad(np.isfinite(apart_m), 1)
+    inked = known[1:-1] & (known[:-2] | known[2:])
+    if line.get_linestyle() == "None":
+        inked[:] = True
+    elif line.get_marker() != "None":
+        inked[line.get_markevery()] = True
+    return float(np.nanmin(np.where(inked, apart_m, np.inf)))
+
+
+def test_a_robot_that_drove_for_one_instant_leaves_ink(folder: Path) -> None:
+    drawn = course(folder, "pedestrian")
+    places_m = drawn.places_m.copy()
+    places_m[:50, 1], places_m[50:, 1] = places_m[0, 1], places_m[50, 1]
+    stood = replace(drawn, places_m=places_m)
+    (at_m,) = (each for each in moving_clearance_m(stood)[:, 1] if np.isfinite(each))
+    panel = painted(chart(stood, "clearance"))[1]
+    points = [line for line in panel.lines if line.get_marker() == "."]
+    assert [at_m] in [np.asarray(line.get_ydata()).tolist() for line in points]
+
+
+def test_the_trace_of_the_dead_goes_on_as_long_as_its_body(folder: Path) -> None:
+    drawn = course(folder, "killed")
+    moved = np.diff(drawn.places_m[:, 0], axis=0).any(axis=1)
+    stands_s = drawn.times_s[1:][moved].max()
+    assert stands_s > drawn.dead[1]
+    (axes,) = painted(chart(drawn, "clearance"))
+    (trace,) = (line for line in axes.lines if line.get_label() == "robot 1")
+    assert np.asarray(trace.get_xdata()).max() == stands_s
+    (cross,) = (line for line in axes.lines if line.get_marker() == "x")
+    assert drawn.dead[1] <= np.asarray(cross.get_xdata())[0] < stands_s
+
+
+@pytest.mark.parametrize(
+    ("name", "said", "heights"),
+    [("pedestrian", "required, 0.040 m", 2), ("paper", "required, above 0 m", 0)],
+)
+def test_the_separation_required_is_the_verdicts_and_its_axis_has_plain_numbers(
+    folder: Path, name: str, said: str, heights: int
+) -> None:
+    drawn = chart(course(folder, name), "separation")
+    assert said in words(drawn)
+    (axes,) = painted(drawn)
+    required_m = read_verdict(folder / name).separation_m_required
+    limits = [line for line in axes.lines if str(line.get_label()).startswith("required")]
+    assert [np.asarray(line.get_ydata()).tolist() for line in limits] == [[required_m] * heights]
+    assert isinstance(axes.figure, Figure)
+    axes.figure.draw_without_rendering()
+    assert {text.get_text() for text in axes.get_yticklabels(minor=True)} <= {""}
+    assert all(float(text.get_text()) > 0.0 for text in axes.get_yticklabels())
+
+
+def test_a_trace_that_is_thinned_keeps_its_nearest_point() -> None:
+    times_s = np.arange(10_000.0)
+    apart_m = np.full(10_000, 1.0)
+    apart_m[7_777], apart_m[:100] = 0.01, np.nan
+    kept_s, kept_m = thinned(times_s, apart_m)
+    assert len(kept_s) <= POINTS_MAX
+    assert (kept_s[np.nanargmin(kept_m)], np.nanmin(kept_m)) == (7_777.0, 0.01)
+
+
+def test_the_dead_and_who_leads_instead_are_marked_where_they_stand(folder: Path) -> None:
+    drawn = course(folder, "killed")
+    assert list(drawn.dead) == [1]
+    region = chart(drawn, "region")
+    said = words(region)
+    assert "dead body" in said
+    assert "leads from here" in said
+    crosses = [line for line in painted(region)[0].lines if line.get_marker() == "x"]
+    assert [tuple(np.asarray(line.get_xydata())[0]) for line in crosses] == [tuple(drawn.places_m[-1, 0])]
+    assert "succession" in words(chart(drawn, "clearance"))
+
+
+def test_a_run_without_a_way_shows_where_the_leader_stood(folder: Path) -> None:
+    drawn = course(folder, "closed")
+    assert "no way on" in words(chart(drawn, "region"))
+    left_out = [each.name for each in charts_of(drawn) if isinstance(each, LeftOut)]
+    assert left_out == ["steps", "distances"]
+
+
+def test_every_switching_step_has_its_panel_with_the_gap_chosen(folder: Path) -> None:
+    drawn = course(folder, "paper")
+    panels = [axes for axes in painted(chart(drawn, "steps")) if axes.get_title()]
+    assert len(panels) == len(drawn.plans) == 10
+    for axes, planned in zip(panels, drawn.plans, strict=True):
+        assert planned.plan.gap is not None
+        (gap,) = (line for line in axes.lines if line.get_linestyle() == "--")
+        width_m = np.hypot(*np.diff(np.asarray(gap.get_xydata()), axis=0)[0])
+        assert width_m == pytest.approx(planned.plan.gaps[planned.plan.gap].width_m, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["paper", "killed", "pedestrian"])
+def test_panels_of_steps_leave_little_of_the_page_empty(folder: Path, name: str) -> None:
+    drawn = chart(course(folder, name), "steps")
+    figure = Figure(figsize=drawn.size_in, layout="constrained")
+    drawn.paint(figure)
+    figure.draw_without_rendering()
+    panels = [axes for axes in figure.axes if axes.get_title()]
+    first = figure.axes[0].get_subplotspec()
+    assert first is not None
+    wide = sum(axes.get_position().width for axes in panels[: first.get_gridspec().ncols])
+    assert wide > 0.9
+
+
+@pytest.mark.parametrize("name", ["killed", "closed"])
+def test_files_are_valid_as_wide_as_columns_and_hold_text_not_outlines(folder: Path, name: str) -> None:
+    for each in charts_of(course(folder, name)):
+        if isinstance(each, LeftOut):
+            continue
+        files = render(each, FORMATS)
+        width_in, _ = each.size_in
+        assert width_in in (COLUMN_IN, PAGE_IN)
+        svg = ET.fromstring(files["svg"])
+        assert svg.get("width") == f"{72.0 * width_in:g}pt"
+        assert "[m]" in "".join(svg.itertext()) or each.name == "steps"
+        assert files["pdf"].startswith(b"%PDF-")
+        assert files["pdf"].rstrip().endswith(b"%%EOF")
+        assert b"/Subtype /Type3" not in files["pdf"]
+        assert files["png"].startswith(b"\x89PNG")
+        assert int.from_bytes(files["png"][16:20]) == int(300.0 * width_in)
+
+
+def test_the_same_run_gives_the_same_bytes_in_another_process_and_whatever_the_user_likes(
+    folder: Path, tmp_path: Path
+) -> None:
+    assert clew("figures", folder / "pedestrian", "--out", tmp_path / "here").exit_code == 0
+    (tmp_path / "matplotlibrc").write_text("lines.linewidth: 9\nsavefig.bbox: tight\n", encoding="utf-8")
+    subprocess.run(
+        [sys.executable, "-m", "clew.cli", "figures", folder / "pedestrian", "--out", tmp_path / "there"],
+        env=os.environ | {"PYTHONHASHSEED": "7", "PYTHONPATH": str(ROOT), "MATPLOTLIBRC": str(tmp_path)},
+        check=True,
+        capture_output=True,
+    )
+    names = sorted(path.name for path in (tmp_path / "here").iterdir())
+    assert len(names) == 15
+    for name in names:
+        here, there = (tmp_path / where / name for where in ("here", "there"))
+        assert here.read_bytes() == there.read_bytes(), name
+
+
+def test_figures_stand_in_the_runs_folder_and_every_file_is_named(folder: Path) -> None:
+    told = clew("figures", folder / "paper", "--format", "svg, png", "--json")
+    said = json.loads(told.stdout)
+    assert said["left_out"] == {}
+    assert {Path(path).suffix for path in said["written"]} == {".svg", ".png"}
+    assert all(Path(path).parent == folder / "paper" / "figures" for path in said["written"])
+    assert all(Path(path).exists() for path in said["written"])
+
+
+def test_a_figure_leaves_matplotlibs_settings_as_they_were(folder: Path) -> None:
+    before = dict(mpl.rcParams)
+    render(chart(course(folder, "closed"), "region"), ("svg",))
+    assert dict(mpl.rcParams) == before

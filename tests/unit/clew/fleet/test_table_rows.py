@@ -1,0 +1,229 @@
+"""The scoreboard of a run: entries in, rows out. Its numbers are the verdict's."""
+
+from pathlib import Path
+
+import msgspec
+import pytest
+from click.testing import CliRunner
+
+from clew.cli import main
+from clew.fleet.table_rows import Row, Scoreboard
+from clew.log.log import Log
+from clew.story.standing import State
+from protocol.frames import Point
+from protocol.mission import Law
+from protocol.timeline import (
+    BodyStopped,
+    FaultInjected,
+    GoalReached,
+    LinkBroken,
+    LinkHeard,
+    LinkSilent,
+    MusterJoined,
+    OrderAccepted,
+    PoseSampled,
+    PromiseBroken,
+    Record,
+    RobotAppeared,
+    RobotArrived,
+    RobotBlocked,
+    RobotDied,
+    RobotFailed,
+    RobotHeld,
+    RobotReleased,
+    RobotRestarted,
+    RobotReturned,
+    RouteLost,
+    StepPlanned,
+    StrandFormed,
+)
+from tests.support.logs.logs import HEADER, numbered
+from world.record.run_files import read_verdict
+
+HERE = {"x_m": 0.0, "y_m": 0.0}
+FORMED = StrandFormed(epoch=1, sensed=False, order=(2, 1), path_length_m=1.0, laid=())
+AT_WORK: tuple[tuple[str, Record], ...] = (
+    ("world", RobotAppeared(robot=1)),
+    ("world", RobotAppeared(robot=2)),
+    ("r1", FORMED),
+    ("r2", FORMED),
+)
+
+
+def board(*records: tuple[str, Record]) -> Scoreboard:
+    board = Scoreboard.of(HEADER)
+    for source, entry in numbered(records):
+        board.hear(source, entry)
+    return board
+
+
+def row_of(robot: int, *records: tuple[str, Record]) -> Row:
+    return next(row for row in board(*records).rows if row.robot == robot)
+
+
+def planned(step: int, *, x_m: float, reach_m: float, cost_to_go_m: float | None) -> StepPlanned:
+    return StepPlanned(
+        x_m=0.0,
+        y_m=0.0,
+        step=step,
+        epoch=1,
+        law=Law.CERTIFIED,
+        obstacles=(),
+        gaps=(),
+        gap=None,
+        heading_rad=0.0,
+        length_m=x_m,
+        target=Point(x_m=x_m, y_m=0.0),
+        reach_m=reach_m,
+        promised_clearance_m=None,
+        cost_to_go_m=cost_to_go_m,
+    )
+
+
+def seen(robot: int, x_m: float) -> tuple[str, Record]:
+    return "world", PoseSampled(robot=robot, x_m=x_m, y_m=-3.0, heading_rad=0.0)
+
+
+@pytest.fixture(scope="module", params=["leader-killed", "loss-50"])
+def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A rehearsal in which something goes wrong."""
+    folder = tmp_path_factory.mktemp("run") / str(request.param)
+    command = ["rehearse", "grove", "--seed", "1", "--faults", str(request.param), "--out", str(folder)]
+    assert CliRunner().invoke(main, command).exit_code == 0
+    return folder
+
+
+def heard(run: Path, *, looks: int) -> Scoreboard:
+    """The board of a whole run, looked at so often meanwhile."""
+    log = Log(run)
+    board, lines = Scoreboard.of(log.header), list(log.lines)
+    for number, (source, entry) in enumerate(lines):
+        board.hear(source, entry)
+        if looks and number % (len(lines) // looks) == 0:
+            assert board.rows
+    return board
+
+
+def test_numbers_at_the_end_are_the_verdicts(run: Path) -> None:
+    board, verdict = heard(run, looks=20), read_verdict(run)
+    rows = board.rows
+    assert min(row.clearance_m_min or 0.0 for row in rows) == pytest.approx(verdict.clearance_m_min, abs=1e-9)
+    assert sum(row.driven_m for row in rows) == pytest.approx(verdict.path_m, abs=1e-9)
+    assert sum(row.lost for row in rows) == sum(verdict.messages.injected.values())
+    assert len([row for row in rows if row.state is State.ARRIVED]) == verdict.robots_arrived
+    assert len([row for row in rows if row.state is State.DEAD]) == len(verdict.deaths)
+    assert board.step == verdict.switching_steps
+    assert board.ended == verdict.reason
+
+
+def test_rows_do_not_depend_on_how_often_somebody_looks(run: Path) -> None:
+    assert heard(run, looks=0).rows == heard(run, looks=50).rows
+
+
+@pytest.mark.parametrize(
+    ("records", "state"),
+    [
+        ([], State.FOLLOWING),
+        ([("r1", LinkSilent(neighbour=2, silent_s=0.5))], State.WAITING),
+        ([("r1", LinkSilent(neighbour=2, silent_s=0.5)), ("r1", LinkHeard(neighbour=2))], State.FOLLOWING),
+        ([("r1", RobotHeld(behind_m=1.0))], State.HOLDING),
+        ([("r1", RobotHeld(behind_m=1.0)), ("r1", RobotReleased())], State.FOLLOWING),
+        ([("r1", LinkBroken(neighbour=2, cause="token", silent_s=1.0))], State.ADRIFT),
+        ([("r1", RobotHeld(behind_m=1.0)), ("r1", MusterJoined(epoch=2))], State.JOINING),
+        (
+            [("r1", LinkBroken(neighbour=2, cause="token", silent_s=1.0)), ("r1", MusterJoined(epoch=2))],
+            State.JOINING,
+        ),
+        ([("r1", MusterJoined(epoch=2)), ("r1", RobotBlocked(**HERE, turn=1, reason="x"))], State.BLOCKED),
+        ([("r1", RobotArrived(progress_m=1.0))], State.ARRIVED),
+        ([("r1", RobotArrived(progress_m=1.0)), ("r1", MusterJoined(epoch=2))], State.JOINING),
+        ([("r1", RouteLost(reason="x"))], State.NO_WAY),
+        ([("r1", RobotFailed(reason="x"))], State.FAILED),
+        ([("world", FaultInjected(fault="kill", rule="a", process="r1"))], State.KILLED),
+        ([("world", FaultInjected(fault="freeze", rule="a", process="r1"))], State.FROZEN),
+        (
+            [
+                ("world", FaultInjected(fault="freeze", rule="a", process="r1")),
+                ("world", FaultInjected(fault="thaw", rule="a", process="r1")),
+            ],
+            State.FOLLOWING,
+        ),
+        ([("world", RobotDied(robot=1, silent_since_s=0.0))], State.DEAD),
+        (
+            [("world", RobotDied(robot=1, silent_since_s=0.0)), ("world", RobotReturned(robot=1))],
+            State.FOLLOWING,
+        ),
+        (
+            [("world", RobotDied(robot=1, silent_since_s=0.0)), ("world", RobotRestarted(robot=1))],
+            State.JOINING,
+        ),
+        ([("world", BodyStopped(robot=1))], State.STOPPED),
+        ([seen(1, 0.0), ("world", BodyStopped(robot=1)), seen(1, 0.0)], State.STOPPED),
+        ([seen(1, 0.0), ("world", BodyStopped(robot=1)), seen(1, 0.1)], State.FOLLOWING),
+    ],
+)
+def test_state_is_what_the_timeline_said_last(records: list[tuple[str, Record]], state: State) -> None:
+    assert row_of(1, *AT_WORK, *records).state is state
+
+
+def test_strand_stands_in_its_order_and_who_has_no_place_behind_it() -> None:
+    rows = board(*AT_WORK).rows
+    assert [(row.robot, row.place) for row in rows[:2]] == [(2, 0), (1, 1)]
+    assert rows[0].state is State.LEADING
+    assert {row.state for row in rows[2:]} == {State.ABSENT}
+
+
+def test_who_waits_says_for_whom() -> None:
+    waiting = row_of(1, *AT_WORK, ("r1", LinkSilent(neighbour=2, silent_s=0.5)))
+    assert waiting.about == (2,)
+    assert row_of(2, *AT_WORK).about == ()
+
+
+def test_dead_leader_has_no_place_beside_the_one_that_leads_now() -> None:
+    again = msgspec.structs.replace(FORMED, epoch=2, order=(1,))
+    killed = ("world", FaultInjected(fault="kill", rule="a", process="r2"))
+    rows = board(*AT_WORK, killed, ("r1", again)).rows
+    assert [row.robot for row in rows if row.place == 0] == [1]
+
+
+def test_way_is_what_is_driven_of_what_the_leaders_plan_leaves() -> None:
+    plan = planned(1, x_m=2.0, reach_m=3.0, cost_to_go_m=5.0)
+    order = OrderAccepted(
+        robot=2, number=1, epoch=1, step=1, x_m=0.0, y_m=-3.0, target=Point(x_m=2.0, y_m=-3.0), reach_m=3.0
+    )
+    begun = (*AT_WORK, seen(2, 0.0), ("r2", plan), ("world", order))
+    assert row_of(2, *begun).share == 0.0
+    half = row_of(2, *begun, seen(2, 1.0))
+    assert (half.step, half.driven_m) == (1, 1.0)
+    assert half.share == pytest.approx(1.0 / 7.0)  # of 2 m to the target and 5 m from there
+    assert row_of(2, *begun, seen(2, 1.0), ("r2", RobotArrived(progress_m=8.0))).share == 1.0
+
+
+def test_way_to_nowhere_is_not_told() -> None:
+    plan = planned(1, x_m=2.0, reach_m=3.0, cost_to_go_m=None)
+    assert row_of(2, *AT_WORK, seen(2, 0.0), ("r2", plan), seen(2, 1.0)).share is None
+
+
+@pytest.mark.parametrize(
+    ("source", "key", "fault", "lost"),
+    [
+        ("r1", "link/r2/r1", "drop", 1),
+        ("r1", "body/r1/odometry", "partition", 1),
+        ("world", "body/r1/drive", "corrupt", 1),
+        ("r2", "link/r1/r2", "drop", 0),
+        ("r1", "link/r2/r1", "delay", 0),
+        ("r1", "body/r1/scan", "drop", 0),
+    ],
+)
+def test_message_is_lost_at_the_robot_that_was_to_hear_it(
+    source: str, key: str, fault: str, lost: int
+) -> None:
+    struck = FaultInjected(fault=fault, rule="a", key=key, number=1)
+    assert row_of(1, *AT_WORK, (source, struck)).lost == lost
+
+
+def test_broken_promises_are_counted_and_events_kept_are_few() -> None:
+    broken = PromiseBroken(invariant="S1", robot=1, measured_m=0.0, required_m=0.1, why="near")
+    told = board(*AT_WORK, *(("world", broken),) * 3, *(("r2", GoalReached(**HERE)),) * 50)
+    assert told.broken == 3
+    assert len(told.events) == told.events.maxlen

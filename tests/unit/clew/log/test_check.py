@@ -1,0 +1,71 @@
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from clew.log import timeline
+from clew.log.check import Finding, check, sentences
+from clew.log.completeness import Completeness
+from protocol.errors import UsageError
+from protocol.timeline import PoseSampled, PromiseBroken, Record
+from tests.support.logs.logs import AT_REST, numbered, recorded
+from world.judge.invariants import INVARIANTS
+
+
+def found(folder: Path, records: tuple[tuple[str, Record], ...]) -> Finding:
+    return check(timeline.read(recorded(folder, numbered(records))))
+
+
+def test_run_in_which_nobody_moved_kept_every_promise(tmp_path: Path) -> None:
+    finding = found(tmp_path / "run", AT_REST)
+    assert finding.ok
+    assert finding.violations_by_invariant == dict.fromkeys(INVARIANTS, 0)
+    assert finding.separation_m_min == pytest.approx(0.1)  # paper.toml's spacing; its robots are points
+    assert sentences(finding)[-1].startswith("kept: ")
+
+
+def test_pose_in_an_obstacle_breaks_clearance_and_authority(tmp_path: Path) -> None:
+    in_obstacle_2 = PoseSampled(robot=1, x_m=1.02, y_m=0.432, heading_rad=0.0)
+    finding = found(tmp_path / "run", (*AT_REST[:-1], ("world", in_obstacle_2), AT_REST[-1]))
+    assert not finding.ok
+    assert finding.violations_by_invariant["S1"] >= 1
+    assert finding.violations_by_invariant["S3"] >= 1
+    assert any("S1, robot 1" in sentence for sentence in sentences(finding))
+
+
+def test_log_with_a_hole_is_not_good_though_nothing_broke(tmp_path: Path) -> None:
+    finding = found(tmp_path / "run", AT_REST[:-1])
+    assert not finding.ok
+    assert finding.violations == 0
+    assert sentences(finding)[-1].startswith("not proved: ")
+
+
+def test_header_without_a_sound_scenario_is_refused(tmp_path: Path) -> None:
+    read = timeline.read(recorded(tmp_path / "run", numbered(AT_REST)))
+    header = msgspec.structs.replace(read.header, scenario={"name": "paper"})
+    with pytest.raises(UsageError, match="the header's scenario cannot be judged by"):
+        check(timeline.Timeline(header, read.lines, read.flaws))
+
+
+def test_log_whose_scenario_is_not_the_one_that_was_run_is_not_good(tmp_path: Path) -> None:
+    read = timeline.read(recorded(tmp_path / "run", numbered(AT_REST)))
+    scenario = read.header.scenario | {"name": "another"}
+    edited = msgspec.structs.replace(read.header, scenario=scenario)
+    finding = check(timeline.Timeline(edited, read.lines, read.flaws))
+    assert not finding.ok
+    assert any("its hash differs" in flaw for flaw in finding.flaws)
+
+
+def test_log_that_records_a_broken_promise_which_its_poses_do_not_show_is_not_good(tmp_path: Path) -> None:
+    broken = PromiseBroken(invariant="S1", robot=2, measured_m=0.0, required_m=0.1, why="near")
+    finding = found(tmp_path / "run", (*AT_REST[:-1], ("world", broken), AT_REST[-1]))
+    assert not finding.ok
+    assert any("S1, robot 2: recorded as broken" in flaw for flaw in finding.flaws)
+
+
+def test_log_with_two_lines_of_one_source_swapped_is_not_good(tmp_path: Path) -> None:
+    read = timeline.read(recorded(tmp_path / "run", numbered(AT_REST)))
+    completeness = Completeness()
+    for source, entry in (read.lines[1], read.lines[0], *read.lines[2:]):
+        completeness.hear(source, entry)
+    assert [flaw for flaw in completeness.flaws() if "stands behind" in flaw]

@@ -1,0 +1,138 @@
+"""Following a timeline that is still being written: `clew/log/follow.py`."""
+
+import asyncio
+from contextlib import aclosing
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from clew.log import follow as following
+from clew.log import vigil
+from clew.log.follow import Follower, News, follow
+from protocol.timeline import RobotReleased, RunEnded
+from tests.support.logs.logs import AT_REST, HEADER, numbered, recorded
+from world.judge.verdict import VERDICT_FILE
+from world.record.recorder import EVENTS_FILE
+
+LINES = numbered((*AT_REST[:-1], ("r1", RobotReleased()), ("r2", RobotReleased()), *AT_REST[-1:]))
+WAIT_S = 10.0  # for what comes within a tenth of a second
+
+
+@pytest.fixture(scope="module")
+def text(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    return (recorded(tmp_path_factory.mktemp("run"), LINES) / EVENTS_FILE).read_bytes()
+
+
+def told(news: list[News]) -> list[object]:
+    return [(heard.source, heard.entry) for each in news for heard in each.heard]
+
+
+def play(sizes: list[bytes]) -> tuple[list[News], Follower]:
+    """Looks at a file that holds each of these contents in turn."""
+    follower = Follower()
+    return [follower.take(content[follower.whole_bytes :]) for content in sizes], follower
+
+
+@given(cuts=st.lists(st.integers(0, 4000), max_size=20))
+def test_however_the_file_grows_each_entry_comes_once_and_whole(cuts: list[int], text: bytes) -> None:
+    news, follower = play([text[:cut] for cut in sorted(cuts)] + [text])
+    assert told(news) == LINES
+    assert [each.header for each in news if each.header] == [HEADER]
+    assert not any(each.flaws for each in news)
+    assert follower.ended
+    assert follower.whole_bytes == len(text)
+
+
+def test_torn_line_is_given_when_it_is_completed_later(text: bytes) -> None:
+    news, _ = play([text[:-9], text])
+    assert told(news[:1]) == LINES[:-1]
+    assert told(news[1:]) == LINES[-1:]
+
+
+def test_torn_line_that_a_resumed_world_cuts_off_is_forgotten(text: bytes) -> None:
+    whole = text[: text[:-1].rindex(b"\n") + 1]
+    news, follower = play([text[:-9], whole, whole, text])
+    assert told(news) == LINES
+    assert follower.close().flaws == ()
+
+
+def test_line_that_stays_torn_is_a_flaw_with_its_number(text: bytes) -> None:
+    _, follower = play([text[:-9]])
+    assert follower.close().flaws == (
+        f"line {len(LINES) + 1} is torn: dropped",
+        "no run.ended: the world did not live to end the run",
+    )
+
+
+def test_line_that_cannot_be_read_is_a_flaw_and_the_rest_is_given(text: bytes) -> None:
+    first, *rest = text.splitlines(keepends=True)
+    news, _ = play([b"".join([first, b'{"kind":"nonsense"}\n', *rest])])
+    assert told(news) == LINES
+    assert [flaw.partition(":")[0] for flaw in news[0].flaws] == ["line 2 cannot be read"]
+
+
+def test_header_of_another_schema_is_a_flaw_and_the_rest_is_given(text: bytes) -> None:
+    news, _ = play([text.replace(b"clew-timeline/1", b"clew-timeline/9", 1)])
+    assert news[0].header is not None
+    assert "clew-timeline/9" in news[0].flaws[0]
+    assert told(news) == LINES
+
+
+def test_first_line_that_is_no_header_is_a_flaw_and_the_rest_is_given(text: bytes) -> None:
+    news, _ = play([b"{}\n" + text.partition(b"\n")[2]])
+    assert news[0].flaws[0].startswith("line 1 is damaged")
+    assert told(news) == LINES
+
+
+def test_line_longer_than_what_is_read_at_once_comes(
+    text: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(following, "READ_BYTES", 50)
+    path, follower = tmp_path / EVENTS_FILE, Follower()
+    path.write_bytes(text)
+    news = []
+    while follower.whole_bytes < len(text):
+        news.append(following.look(path, follower))
+        assert len(news) < len(text)
+    assert told(news) == LINES
+
+
+def test_file_that_loses_what_was_read_says_so_and_is_read_on(text: bytes, tmp_path: Path) -> None:
+    path, follower = tmp_path / EVENTS_FILE, Follower()
+    path.write_bytes(text)
+    following.look(path, follower)
+    last = text[: text[:-1].rindex(b"\n") + 1]
+    path.write_bytes(last)
+    assert "no longer in the file" in following.look(path, follower).flaws[0]
+    path.write_bytes(text)
+    assert told([following.look(path, follower)]) == LINES[-1:]
+
+
+async def test_run_is_awaited_followed_and_left_when_its_verdict_is_there(
+    text: bytes, tmp_path: Path
+) -> None:
+    run = tmp_path / "run"
+    async with asyncio.timeout(WAIT_S), aclosing(follow(run)) as news:
+        waiting = asyncio.ensure_future(anext(news))
+        await asyncio.sleep(0)
+        assert not waiting.done()
+        run.mkdir()
+        (run / EVENTS_FILE).write_bytes(text[:-9])
+        first = await waiting
+        with (run / EVENTS_FILE).open("ab") as file:
+            file.write(text[-9:])
+        second = await anext(news)
+        (run / VERDICT_FILE).touch()
+        assert [each async for each in news] == []
+    assert told([first, second]) == LINES
+
+
+async def test_log_without_a_verdict_is_left_some_time_after_its_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(vigil, "QUIET_S", 0.0)
+    log = recorded(tmp_path, numbered((("world", RunEnded(reason="interrupted")),))) / EVENTS_FILE
+    async with asyncio.timeout(WAIT_S):
+        assert len([news async for news in follow(log)]) == 1

@@ -1,0 +1,156 @@
+"""`clew replay` says "all the same" of whole journals only: what is damaged or missing is said, and fails."""
+
+import json
+import shutil
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from agents.process.journal import Recording
+from clew.log.replay_missing import NEVER_STARTED, NO_MISSION
+from clew.rehearsal.recorded import rehearse
+from protocol.faults.plan import load as load_plan
+from protocol.network.session import INPUTS
+from protocol.root import ROOT
+from protocol.wire.codec import packed
+from tests.support.campaigns import clew
+from world.record.recorder import EVENTS_FILE
+from world.scenario.scenario import load
+
+DAMAGE_AT = 5000  # of tens of thousands of bytes
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("whole")
+    rehearse(load("grove"), 1, folder, lambda _: None)
+    return folder
+
+
+@pytest.fixture
+def run(whole: Path, tmp_path: Path) -> Path:
+    """A copy, to be spoilt."""
+    return Path(shutil.copytree(whole, tmp_path / "run"))
+
+
+def journal_of(run: Path, robot: int) -> Path:
+    (journal,) = (run / INPUTS).glob(f"r{robot}-*")
+    return journal
+
+
+def overwrite(path: Path, at: int, content: bytes) -> None:
+    with path.open("r+b") as file:
+        file.seek(at)
+        file.write(content)
+
+
+def begin_of_second_half(path: Path) -> int:
+    """Where a decision begins, half way through a journal."""
+    content = path.read_bytes()
+    return content.index(b"\x93\xa3out", len(content) // 2)
+
+
+def test_a_record_that_cannot_be_read_fails_and_says_that_the_rest_was_not_compared(run: Path) -> None:
+    overwrite(journal_of(run, 1), DAMAGE_AT, b"\xc1" * 6)
+    said = clew("replay", run)
+    assert said.exit_code == 1
+    assert "robot 1 (1): the record at byte " in said.stdout
+    assert "it is damaged, or of another version, and what follows is not compared" in said.stdout
+    assert "all the same" not in said.stdout
+    told = json.loads(clew("replay", run, "--json").stdout)
+    assert not told["ok"]
+    assert [each["damaged"] for each in told["robots"]] == [True, False, False, False, False]
+
+
+def test_a_length_that_was_changed_is_no_torn_end(run: Path) -> None:
+    journal = journal_of(run, 3)
+    overwrite(journal, begin_of_second_half(journal), b"\xdc\x0f\xff")  # an array of so many items
+    said = clew("replay", run)
+    assert said.exit_code == 1
+    assert "it has no end" in said.stdout
+    assert "is torn" not in said.stdout
+
+
+def test_a_record_that_is_left_out_is_missed(run: Path) -> None:
+    journal = journal_of(run, 2)
+    content, begin = journal.read_bytes(), begin_of_second_half(journal)
+    journal.write_bytes(content[:begin] + content[content.index(b"\x96\xa2in", begin) :])
+    said = clew("replay", run)
+    assert said.exit_code == 1
+    assert "robot 2 (1): a record stands where it cannot" in said.stdout
+
+
+@pytest.mark.parametrize("more", [b"\x96\xa2in", packed(["end", "again"])])
+def test_nothing_may_follow_the_end(run: Path, more: bytes) -> None:
+    with journal_of(run, 5).open("ab") as file:
+        file.write(more)
+    assert clew("replay", run).exit_code == 1
+
+
+def test_damage_before_the_first_decision_is_no_lack_of_inputs(run: Path) -> None:
+    journal = journal_of(run, 1)
+    overwrite(journal, journal.read_bytes().index(b"\x96\xa2in"), b"\xc1")
+    assert clew("replay", run, "--robot", "1").exit_code == 1
+
+
+def test_a_journal_torn_in_its_last_record_is_excused(run: Path) -> None:
+    journal = journal_of(run, 1)
+    journal.write_bytes(journal.read_bytes()[: begin_of_second_half(journal) + 7])
+    said = clew("replay", run)
+    assert said.exit_code == 0
+    assert "robot 1 (1): its last record is torn" in said.stdout
+
+
+def test_a_robot_without_a_journal_is_named_and_fails(run: Path) -> None:
+    journal_of(run, 1).unlink()
+    said = clew("replay", run)
+    assert said.exit_code == 1
+    assert "robot 1 (1): has no journal, though by the log it took part" in said.stdout
+    assert "all the same" not in said.stdout
+    told = json.loads(clew("replay", run, "--json").stdout)
+    assert (told["ok"], told["missing"]) == (False, [{"robot": 1, "incarnation": "1", "excuse": None}])
+    assert clew("replay", run, "--robot", "2").exit_code == 0, "nobody asked for robot 1"
+
+
+def test_a_robot_that_was_started_again_has_two_journals(tmp_path: Path) -> None:
+    plan = load_plan(str(ROOT / "launch" / "faults" / "robot-restarted.toml"))
+    rehearse(load("grove"), 1, tmp_path, lambda _: None, plan)
+    assert clew("replay", tmp_path).exit_code == 0
+    first, _ = sorted(
+        path for path in (tmp_path / INPUTS).iterdir() if len(lives(tmp_path, Recording(path).head.robot)) > 1
+    )
+    first.unlink()
+    said = clew("replay", tmp_path)
+    assert said.exit_code == 1
+    assert "(1): has no journal, though" in said.stdout
+
+
+def lives(run: Path, robot: int) -> list[Path]:
+    return list((run / INPUTS).glob(f"r{robot}-*"))
+
+
+@pytest.mark.parametrize(("began", "excuse"), [(True, NO_MISSION), (False, NEVER_STARTED)])
+def test_a_robot_that_never_had_its_mission_may_have_no_journal(
+    run: Path, *, began: bool, excuse: str
+) -> None:
+    journal_of(run, 4).unlink()
+    log = run / EVENTS_FILE
+    kept = ["robot.started"] if began else []
+    lines = [
+        line
+        for line in log.read_bytes().splitlines(keepends=True)
+        if (said := msgspec.json.decode(line))["source"] != "r4" or said["kind"] in kept
+    ]
+    log.write_bytes(b"".join(lines))
+    said = clew("replay", run)
+    assert said.exit_code == 0
+    assert "robot 4" in said.stdout
+    assert f"has no journal, and may have none: {excuse}" in said.stdout
+
+
+def test_without_a_log_nobody_knows_whether_a_journal_is_missing_and_that_is_said(run: Path) -> None:
+    (run / EVENTS_FILE).unlink()
+    said = clew("replay", run)
+    assert said.exit_code == 0
+    assert "whether a journal is missing is not known" in said.stdout

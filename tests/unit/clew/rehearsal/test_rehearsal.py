@@ -1,0 +1,129 @@
+"""Whole fleets in virtual time: what a seed decides, and what no loss, delay or death may break.
+
+Every failure says the line that replays it.
+"""
+
+import itertools
+from collections.abc import Callable
+
+import pytest
+from msgspec.structs import replace
+
+from clew.rehearsal.rehearsal import Rehearsal
+from protocol.faults.plan import NO_FAULTS, uniform
+from protocol.timeline import LinkSilent, RobotDied, RobotHeld, StrandFormed
+from tests.support.faults import injected
+from world.judge.ending import Ending
+from world.judge.judgement import Judgement, judge
+from world.judge.table import measure, rms_m
+from world.scenario.scenario import Scenario, load
+
+PERFECT = NO_FAULTS
+LOSSY = uniform(delay_s_max=0.3, loss=0.3, repeat=0.1)
+
+
+def judged(rehearsal: Rehearsal) -> Judgement:
+    return judge(rehearsal.world.scenario, rehearsal.entries)
+
+
+def replay(test: Callable[..., None], *arguments: object) -> str:
+    chosen = f"{test.__name__}[{'-'.join(map(str, arguments))}]"
+    return f"replay with  ./launch/test.sh 'tests/unit/clew/rehearsal/test_rehearsal.py::{chosen}'"
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_printed_law_gives_table_1_back(seed: int) -> None:
+    scenario = load("paper")
+    tally = Rehearsal(scenario, seed, PERFECT).run().world.tally
+    assert len(tally.switching_positions) == 11
+    error_m = rms_m(measure(scenario, tally.switching_positions), scenario.table_m)
+    assert error_m is not None
+    assert error_m <= 0.035, replay(test_the_printed_law_gives_table_1_back, seed)
+
+
+@pytest.mark.parametrize("name", ["paper", "grove"])
+def test_the_certified_law_brings_the_fleet_through_and_keeps_every_promise(name: str) -> None:
+    rehearsal = Rehearsal(load(name, law="certified"), 1, PERFECT).run()
+    judgement = judged(rehearsal)
+    assert rehearsal.world.ending is Ending.ARRIVED
+    assert rehearsal.world.tally.goal_reached
+    assert judgement.breaches == ()
+    assert judgement.least_clearance.distance_m >= 0.09
+
+
+@pytest.mark.parametrize("seed", range(1, 6))
+def test_loss_delay_and_repetition_cost_time_and_nothing_else(seed: int) -> None:
+    rehearsal = Rehearsal(load("grove"), seed, LOSSY).run()
+    again = replay(test_loss_delay_and_repetition_cost_time_and_nothing_else, seed)
+    assert injected(rehearsal)["drop"] > 500, again
+    assert injected(rehearsal)["duplicate"] > 100, again
+    assert judged(rehearsal).breaches == (), again
+    assert rehearsal.world.ending is Ending.ARRIVED, again
+
+
+def test_nine_messages_in_ten_lost_still_break_no_promise() -> None:
+    deaf = uniform(delay_s_max=1.5, loss=0.9)
+    rehearsal = Rehearsal(load("grove"), 1, PERFECT)
+    hears = True
+    for _ in itertools.takewhile(lambda now_s: now_s < 60.0, rehearsal.ticks()):
+        # From when the strand has formed; with so many lost from the start that alone takes its time.
+        if hears and any(isinstance(entry.record, StrandFormed) for _, entry in rehearsal.entries):
+            rehearsal.inject(deaf)
+            hears = False
+    assert any(isinstance(entry.record, LinkSilent) for _, entry in rehearsal.entries)
+    assert judged(rehearsal).breaches == ()
+
+
+@pytest.mark.parametrize("robot", range(1, 6))
+@pytest.mark.parametrize("dies_at_s", [2.0, 6.5])
+def test_when_a_robot_dies_the_others_arrive_without_it(robot: int, dies_at_s: float) -> None:
+    rehearsal = Rehearsal(load("grove"), 1, PERFECT)
+    for now_s in rehearsal.ticks():
+        if now_s == pytest.approx(dies_at_s):
+            rehearsal.kill(robot)
+    again = replay(test_when_a_robot_dies_the_others_arrive_without_it, dies_at_s, robot)
+    assert rehearsal.world.ending is Ending.ARRIVED, again
+    died = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, RobotDied)]
+    assert [death.robot for death in died] == [robot], again
+    assert judged(rehearsal).breaches == (), again
+
+
+def test_a_seed_decides_everything() -> None:
+    runs = [Rehearsal(load("grove"), seed, LOSSY).run().entries for seed in (7, 7, 8)]
+    assert runs[0] == runs[1]
+    assert runs[0] != runs[2]
+
+
+@pytest.mark.parametrize("robots", [1, 2, 9])
+def test_a_strand_may_be_short_or_long(robots: int) -> None:
+    rehearsal = Rehearsal(spread_out(robots), 1, PERFECT).run()
+    assert rehearsal.world.ending is Ending.ARRIVED
+    assert judged(rehearsal).breaches == ()
+
+
+def test_robots_that_stand_anywhere_agree_on_one_order() -> None:
+    rehearsal = Rehearsal(load("grove"), 3, LOSSY).run()
+    orders = {entry.record.order for _, entry in rehearsal.entries if isinstance(entry.record, StrandFormed)}
+    assert len(orders) == 1
+    assert sorted(*orders) == [1, 2, 3, 4, 5]
+
+
+def test_a_leader_whose_follower_lags_waits_for_it() -> None:
+    rehearsal = Rehearsal(load("grove"), 1, uniform(delay_s_max=0.6, loss=0.5)).run()
+    assert any(isinstance(entry.record, RobotHeld) for _, entry in rehearsal.entries)
+    assert judged(rehearsal).breaches == ()
+
+
+def spread_out(robots: int) -> Scenario:
+    """The paper's scene, which has room for many points, with more or fewer of them."""
+    return load("paper", robots=robots)
+
+
+@pytest.mark.parametrize(("directions", "error_m"), [(360, 0.0535), (900, 0.0250), (7200, 0.1663)])
+def test_the_printed_law_is_ill_conditioned_in_the_number_of_directions(
+    directions: int, error_m: float
+) -> None:
+    paper = load("paper")
+    scenario = replace(paper, sensor=replace(paper.sensor, directions=directions))
+    positions = Rehearsal(scenario, 1, PERFECT).run().world.tally.switching_positions
+    assert rms_m(measure(scenario, positions), scenario.table_m) == pytest.approx(error_m, abs=1e-4)

@@ -1,0 +1,145 @@
+"""`clew rehearse`: a run's folder as a live run writes it, and the same from the same seed."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from clew.log import timeline
+from clew.log.check import check
+from protocol.faults.plan import Plan
+from protocol.faults.plan import load as load_plan
+from protocol.root import ROOT
+from tests.support.campaigns import clew, closed, scene
+from tests.support.processes.fleets import END_S_MAX
+from world.record.lines import Line
+from world.record.run_files import read_verdict
+
+
+@pytest.fixture(autouse=True)
+def somewhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A working folder of its own, so that nothing of a test lands in the project's `runs/`."""
+    monkeypatch.chdir(tmp_path)
+
+
+def process(*arguments: str | Path, hash_seed: int = 0) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "clew.cli", *map(str, arguments)],
+        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONHASHSEED": str(hash_seed)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def kinds(lines: Sequence[Line]) -> set[str]:
+    return {timeline.kind_of(entry.record) for _, entry in lines}
+
+
+def test_a_seed_decides_the_timeline_to_the_byte_whatever_the_order_of_hashes(tmp_path: Path) -> None:
+    path = scene(tmp_path / "posts.json")
+    runs = [
+        process("rehearse", path, "--seed", "7", "--out", tmp_path / f"run{hash_seed}", hash_seed=hash_seed)
+        for hash_seed in (1, 2)
+    ]
+    assert [run.communicate(timeout=60)[0] != "" for run in runs] == [True, True]
+    first, second = ((tmp_path / f"run{hash_seed}" / "events.jsonl").read_bytes() for hash_seed in (1, 2))
+    assert first == second
+    clew("rehearse", path, "--seed", "8", "--out", tmp_path / "other")
+    assert (tmp_path / "other" / "events.jsonl").read_bytes() != first
+
+
+def test_the_header_holds_the_fault_plan_or_null(tmp_path: Path) -> None:
+    field = scene(tmp_path / "posts.json")
+    clew("rehearse", field, "-n", "1", "--out", tmp_path / "none")
+    clew("rehearse", field, "-n", "1", "--faults", "loss-50", "--out", tmp_path / "lossy")
+    none, lossy = (timeline.read(tmp_path / name).header.faults for name in ("none", "lossy"))
+    assert none is None
+    assert msgspec.convert(lossy, Plan) == load_plan("loss-50")
+
+
+def test_the_folder_is_that_of_a_live_run(tmp_path: Path) -> None:
+    said = clew("rehearse", scene(tmp_path / "posts.json"))
+    assert said.exit_code == 0, said.stderr
+    latest = tmp_path / "runs" / "latest"
+    last = said.stdout.splitlines()[-1]
+    assert last.startswith("OK: every living robot has arrived; 5 of 5 robots arrived")
+    assert last.endswith(f"Run: runs/{latest.resolve().name}")
+    read = timeline.read(latest)
+    assert read.flaws == ()
+    assert {"robot.started", "robot.settled", "traffic.counted", "run.ended"} <= kinds(read.lines)
+    finding, verdict = check(read), read_verdict(latest)
+    assert finding.ok
+    assert (finding.clearance_m_min, finding.path_m) == (verdict.clearance_m_min, verdict.path_m)
+    assert verdict.messages.sent == verdict.messages.received > 100
+    assert (verdict.messages.left_out, verdict.events.recorded) == ((), len(read.lines))
+    assert read.lines[-1][1].t_s - verdict.sim_s < 0.2, "nobody had to be waited for at the end"
+
+
+def test_time_stamps_of_a_source_follow_its_simulated_time_and_never_repeat(tmp_path: Path) -> None:
+    clew("rehearse", scene(tmp_path / "posts.json"), "--out", tmp_path / "run")
+    stamps: dict[str, list[int]] = {}
+    for source, entry in timeline.read(tmp_path / "run").lines:
+        ntp64, by = entry.hlc.split("/")
+        assert by == source
+        assert int(ntp64) / 2**32 == pytest.approx(entry.t_s, abs=1e-6)
+        stamps.setdefault(source, []).append(int(ntp64))
+    assert len(stamps) == 6
+    assert all(each == sorted(set(each)) for each in stamps.values())
+
+
+def test_json_is_the_verdict_and_nothing_else(tmp_path: Path) -> None:
+    said = clew("rehearse", scene(tmp_path / "posts.json"), "-n", "2", "--out", tmp_path / "run", "--json")
+    assert said.stdout == (tmp_path / "run" / "verdict.json").read_text(encoding="utf-8")
+    assert (json.loads(said.stdout)["robots"], json.loads(said.stdout)["speed"]) == (2, None)
+    assert not (tmp_path / "runs").exists(), "with --out, runs/latest stays as it is"
+
+
+def test_a_run_that_fails_exits_1_and_says_why(tmp_path: Path) -> None:
+    said = clew("rehearse", closed(tmp_path / "closed.json"), "--out", tmp_path / "run")
+    assert said.exit_code == 1
+    assert "the leader lost its route" in said.stdout.splitlines()[-1]
+
+
+@pytest.mark.parametrize(
+    "wrong", [["nowhere"], ["paper", "-n", "0"], ["paper", "--law", "none"], ["paper", "--seed", "-1"]]
+)
+def test_what_cannot_be_rehearsed_exits_2_and_leaves_nothing(tmp_path: Path, wrong: list[str]) -> None:
+    said = clew("rehearse", *wrong)
+    assert (said.exit_code, said.stdout) == (2, "")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_no_run_is_rehearsed_into_the_folder_of_another(tmp_path: Path) -> None:
+    path = scene(tmp_path / "posts.json")
+    assert clew("rehearse", path, "--out", tmp_path / "run").exit_code == 0
+    assert clew("rehearse", path, "--out", tmp_path / "run").exit_code == 2
+
+
+@pytest.mark.parametrize(
+    ("number", "code", "ended"),
+    [
+        (signal.SIGINT, 130, "interrupted"),
+        (signal.SIGTERM, 143, "told to end"),
+        (signal.SIGHUP, 143, "told to end"),
+    ],
+)
+def test_a_signal_ends_the_run_and_it_has_its_verdict(
+    tmp_path: Path, number: signal.Signals, code: int, ended: str
+) -> None:
+    far = scene(tmp_path / "far.json", goal=[900.0, 0.0], bounds=[0.0, -1.0, 1000.0, 1.0])
+    run = process("rehearse", far, "--out", tmp_path / "run")
+    assert run.stderr is not None
+    while "plans step 1" not in (line := run.stderr.readline()):
+        assert line, "ended before it planned a step"
+    run.send_signal(number)
+    run.communicate(timeout=END_S_MAX)
+    assert run.returncode == code
+    assert timeline.read(tmp_path / "run").ended == ended
+    assert read_verdict(tmp_path / "run").exit_code == code

@@ -1,0 +1,128 @@
+"""Liveliness tokens in rehearsal: who sees whose, and when that changes."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from clew.rehearsal.tokens import Change, Tokens
+
+
+def fleet(robots: int = 3) -> Tokens:
+    tokens = Tokens()
+    for process in range(robots + 1):
+        tokens.show(process, "1")
+    tokens.changes(0.0)
+    return tokens
+
+
+def said(changes: list[Change]) -> list[str]:
+    return [
+        f"{each.observer}{'+' if each.came else '-'}{each.process}.{each.incarnation}" for each in changes
+    ]
+
+
+def test_at_the_start_everybody_sees_all_others_and_nobody_itself() -> None:
+    tokens = Tokens()
+    for process in range(3):
+        tokens.show(process, "1")
+    assert said(tokens.changes(0.0)) == ["0+1.1", "0+2.1", "1+0.1", "1+2.1", "2+0.1", "2+1.1"]
+    assert tokens.changes(0.1) == []
+
+
+def test_the_token_of_a_process_that_dies_goes_at_once_and_a_new_one_shows_another() -> None:
+    tokens = fleet()
+    tokens.end(2)
+    assert said(tokens.changes(1.0)) == ["0-2.1", "1-2.1", "3-2.1"]
+    tokens.show(2, "2")
+    assert said(tokens.changes(2.0)) == ["0+2.2", "1+2.2", "2+0.1", "2+1.1", "2+3.1", "3+2.2"]
+
+
+def test_a_process_that_comes_again_before_anybody_looked_is_seen_to_have_gone() -> None:
+    tokens = fleet(1)
+    tokens.end(1)
+    tokens.show(1, "2")
+    assert said(tokens.changes(1.0)) == ["0-1.1", "0+1.2", "1+0.1"]
+
+
+def test_the_token_of_a_frozen_process_goes_with_its_lease_and_comes_back_when_it_thaws() -> None:
+    tokens = fleet(2)
+    tokens.freeze(1, 5.0)
+    assert said(tokens.changes(5.98)) == []
+    assert said(tokens.changes(6.0)) == ["0-1.1", "2-1.1"]
+    tokens.thaw(1)
+    assert said(tokens.changes(9.0)) == ["0+1.1", "2+1.1"]
+
+
+def test_a_short_freeze_is_seen_by_nobody() -> None:
+    tokens = fleet(2)
+    tokens.freeze(1, 5.0)
+    tokens.changes(5.5)
+    tokens.thaw(1)
+    assert said(tokens.changes(9.0)) == []
+
+
+def test_who_is_cut_off_sees_nobody_and_is_seen_by_nobody() -> None:
+    tokens = fleet(2)
+    tokens.cut({2}, 3.0)
+    assert said(tokens.changes(3.9)) == []
+    assert said(tokens.changes(4.0)) == ["0-2.1", "1-2.1", "2-0.1", "2-1.1"]
+    tokens.cut(set(), 6.0)
+    assert said(tokens.changes(6.0)) == ["0+2.1", "1+2.1", "2+0.1", "2+1.1"]
+
+
+class Stage:
+    """Four processes, what they suffer, and what each has been told of the others."""
+
+    def __init__(self) -> None:
+        self.tokens = fleet()
+        self.living, self.frozen, self.cut = {0, 1, 2, 3}, set[int](), set[int]()
+        self.seen = {each: {other: "1" for other in range(4) if other != each} for each in range(4)}
+        self._lives = 1
+
+    def do(self, deed: str, process: int, at_s: float) -> None:
+        match deed:
+            case "end":
+                self.tokens.end(process)
+                self.living.discard(process)
+                self.seen.pop(process, None)
+            case "show" if process not in self.living:
+                self._lives += 1
+                self.tokens.show(process, str(self._lives))
+                self.living.add(process)
+                self.frozen.discard(process)
+                self.seen[process] = {}
+            case "freeze":
+                self.tokens.freeze(process, at_s)
+                self.frozen.add(process)
+            case "thaw":
+                self.tokens.thaw(process)
+                self.frozen.discard(process)
+            case "cut":
+                self.cut ^= {process}
+                self.tokens.cut(set(self.cut), at_s)
+            case _:
+                pass  # it lives
+
+    def look(self, at_s: float) -> None:
+        for change in self.tokens.changes(at_s):
+            told = self.seen[change.observer]
+            if change.came:
+                told[change.process] = change.incarnation
+            else:
+                assert told.pop(change.process) == change.incarnation
+
+
+@given(
+    st.lists(st.tuples(st.sampled_from(["end", "show", "freeze", "thaw", "cut"]), st.integers(0, 3))),
+    st.sampled_from([0.02, 0.4, 3.0]),
+)
+def test_whatever_happens_everybody_sees_in_the_end_who_is_there_to_be_seen(
+    deeds: list[tuple[str, int]], every_s: float
+) -> None:
+    stage = Stage()
+    for number, (deed, process) in enumerate(deeds):
+        stage.do(deed, process, number * every_s)
+        stage.look(number * every_s)
+    stage.look(1000.0)
+    listed = stage.living - stage.frozen - stage.cut
+    expected = {each: set() if each in stage.cut else listed - {each} for each in stage.living}
+    assert {each: set(told) for each, told in stage.seen.items()} == expected

@@ -1,0 +1,165 @@
+"""Fault plans: what the files may say, and how what they may not say is refused."""
+
+import json
+from pathlib import Path
+from typing import get_args
+
+import msgspec
+import pytest
+
+from protocol.errors import UsageError
+from protocol.faults.fates import LEFT_ALONE
+from protocol.faults.fit import WAYS, check_fits
+from protocol.faults.plan import PLANS, Plan, load, schema, uniform
+from protocol.faults.rules import Drop, Kill, MessageKind, Partition, Rule
+from protocol.wire.messages import Message
+from tests.support.campaigns import clew
+from tests.support.faults import SHIPPED
+
+
+def refusal(tmp_path: Path, rule: str, head: str = 'name = "bad"\n') -> str:
+    path = tmp_path / "bad.toml"
+    path.write_text(f"{head}[[rule]]\n{rule}\n", encoding="utf-8")
+    with pytest.raises(UsageError) as refused:
+        load(str(path))
+    said = str(refused.value)
+    assert said.startswith(f"{path}: ")
+    assert "\n" not in said
+    return said.removeprefix(f"{path}: ")
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_every_shipped_plan_loads_and_says_what_it_does(name: str) -> None:
+    plan = load(name)
+    assert plan.name == name
+    assert plan.description
+    assert plan.rules
+
+
+def test_plans_are_shipped_for_the_cases_that_the_issue_names() -> None:
+    assert {"leader-killed", "middle-killed", "two-neighbours-killed", "tail-killed", "leader-frozen"} <= {
+        *SHIPPED
+    }
+    assert {"robot-restarted", "world-restarted", "router-restarted", "one-way", "flapping"} <= {*SHIPPED}
+
+
+def test_the_kept_schema_is_the_one_that_the_types_make() -> None:
+    made = json.dumps(schema(), indent=2) + "\n"
+    kept = (PLANS / "plan.schema.json").read_text(encoding="utf-8")
+    assert kept == made, "run: clew schema faults > launch/faults/plan.schema.json"
+    assert clew("schema", "faults").stdout == made
+
+
+@pytest.mark.parametrize(
+    ("rule", "said"),
+    [
+        ('fault = "drop"\nprobability = 1.5', "$.rule[0].probability: must be <= 1.0, got 1.5"),
+        ('fault = "drop"\nprobability = nan', "$.rule[0].probability: must be >= 0.0, got nan"),
+        ('fault = "drop"\nfrom_s = -1.0', "$.rule[0].from_s: must be >= 0.0 s, got -1.0"),
+        ('fault = "freeze"\ntarget = "tail"\nfor_s = 0.0', "$.rule[0].for_s: must be > 0.0 s, got 0.0"),
+        ('fault = "kill"', "$.rule[0]: must have the field target, got fault"),
+        ('fault = "kill"\ntarget = "tail"\npoint = "lunch"', "$.rule[0].point: must be one of after_plan, "),
+        ('fault = "drop"\nkind = ["chat"]', "$.rule[0].kind[0]: must be one of ahead, ask, "),
+        ('fault = "theft"', "$.rule[0].fault: must be one of corrupt, delay, "),
+        ('fault = "drop"\nchance = 0.5', "$.rule[0]: must have no field but fault, name, "),
+        ('fault = "drop"\nfrom_s = 2.0\nuntil_s = 1.0', "$.rule[0]: until_s must be > from_s = 2 s, got 1"),
+        ('fault = "drop"\nfrom_step = 2\nuntil_step = 2', "$.rule[0]: until_step must be > from_step = 2, "),
+        ('fault = "delay"\ndelay_s_min = 2.0\ndelay_s_max = 1.0', "$.rule[0]: delay_s_min must be <= "),
+        ('fault = "corrupt"\nbits = 0', "$.rule[0]: bits must be >= 1 where nothing is cut off, got 0"),
+        ('fault = "partition"\ngroup = ["r1"]\nperiod_s = 1.0', "$.rule[0]: period_s and cut_s must be "),
+        ('fault = "kill"\ntarget = "world"\npoint = "after_scan"', "$.rule[0]: target must be a robot "),
+        (
+            'fault = "slow"\ntarget = "r1"\ndelay_s = 0.1\npoint = "mid_drive"',
+            "$.rule[0]: point must not be ",
+        ),
+        ('fault = "thaw"\ntarget = "r1"\npoint = "mid_drive"', "$.rule[0]: point must not be given to thaw"),
+        ('fault = "thaw"\ntarget = "world"', "$.rule[0]: target must not be the world"),
+        ('fault = "slow"\ntarget = "router"\ndelay_s = 0.1', "$.rule[0]: target must not be the router"),
+        ('fault = "freeze"\ntarget = "world"', "$.rule[0]: for_s must be given where the world is frozen"),
+        ('fault = "kill"\ntarget = "r0"', "$.rule[0].target: Expected `str` matching regex "),
+        (
+            'fault = "drop"\nburst = { enter = 0.6, leave = 0.6, loss = 1.0 }',
+            "$.rule[0].burst: enter + leave must be <= 1, got 0.6 + 0.6",
+        ),
+        (
+            'fault = "drop"\nprobability = 0.5\nburst = { enter = 0.1, leave = 0.6, loss = 1.0 }',
+            "$.rule[0]: a rule with a burst must have no probability, got 0.5",
+        ),
+    ],
+)
+def test_what_cannot_be_is_refused_by_its_path_bound_and_value(tmp_path: Path, rule: str, said: str) -> None:
+    assert refusal(tmp_path, rule).startswith(said)
+
+
+def test_a_relation_that_is_broken_is_said_without_all_of_the_rule(tmp_path: Path) -> None:
+    said = "$.rule[0]: for_s must be given where the world is frozen: nobody could thaw it"
+    assert refusal(tmp_path, 'fault = "freeze"\ntarget = "world"') == said
+
+
+def test_no_two_rules_have_one_name(tmp_path: Path) -> None:
+    twice = 'fault = "drop"\nname = "a"\n[[rule]]\nfault = "kill"\ntarget = "tail"\nname = "a"'
+    assert refusal(tmp_path, twice) == "$: no two rules may have one name, got a twice"
+
+
+def test_a_rule_without_a_name_gets_one_that_it_keeps_when_others_are_left_out() -> None:
+    plan = Plan(name="two", rules=(Drop(), Kill(target="tail")))
+    assert [rule.name for rule in plan.rules] == ["drop-1", "kill-2"]
+    assert [rule.name for rule in Plan(name="one", rules=plan.rules[1:]).rules] == ["kill-2"]
+
+
+def test_a_plan_comes_back_from_json_as_it_was() -> None:
+    for plan in (*map(load, SHIPPED), uniform(loss=0.1, delay_s_max=0.2, repeat=0.3)):
+        assert msgspec.json.decode(msgspec.json.encode(plan), type=Plan) == plan
+
+
+def test_an_unknown_plan_is_refused_with_those_that_there_are() -> None:
+    with pytest.raises(UsageError, match="unknown fault plan 'rain': must be one of burst, corrupt, "):
+        load("rain")
+
+
+@pytest.mark.parametrize(
+    ("rule", "said"),
+    [
+        (Kill(target="r6"), r"\.target: must be a robot of the fleet, r1 to r5, got r6"),
+        (Kill(target="leader", robots=6), r"\.robots: must be <= 5, the fleet's, got 6"),
+        (Drop(sender=("r1", "r9")), r"\.from\[1\]: must be a robot of the fleet, r1 to r5, got r9"),
+        (Drop(receiver=("r7",)), r"\.to\[0\]: must be .*, got r7"),
+        (Partition(group=("r8",)), r"\.group\[0\]: must be .*, got r8"),
+        (Partition(group=("r1",), others=("router", "r8")), r"\.others\[1\]: must be .*, got r8"),
+        (Drop(sender=("world",), kinds=("ahead",)), r"\.kind: must be .*, got ahead, which goes from robots"),
+        (Drop(receiver=("r2",), kinds=("drive", "log")), r"\.kind: must be .*, got drive, .* to world; log,"),
+        (Drop(sender=("r3",), kinds=("ask",)), r"\.kind: must be .*, got ask, .* name is not told to world"),
+    ],
+)
+def test_a_plan_that_names_whom_or_what_the_fleet_has_not_does_not_fit(rule: Rule, said: str) -> None:
+    with pytest.raises(UsageError, match=rf"fault plan far: \$\.rule\[1\]{said}"):
+        check_fits(Plan(name="far", rules=(Drop(), rule)), robots=5)
+
+
+@pytest.mark.parametrize(
+    "rule",
+    [
+        Kill(target="r6", robots=1),
+        Kill(target="tail", robots=6),
+        Partition(group=("r6", "world"), others=("router",)),
+        Drop(sender=("world", "r1"), kinds=("ahead", "odometry")),
+        Drop(receiver=("r6",), kinds=("drive", "odometry")),
+        Drop(kinds=("ask",)),
+    ],
+)
+def test_a_plan_fits_whose_every_name_and_some_kind_is_there(rule: Rule) -> None:
+    check_fits(Plan(name="near", rules=(rule,)), robots=6)
+
+
+def test_every_kind_of_message_has_a_way() -> None:
+    assert set(WAYS) == {*get_args(MessageKind)}
+
+
+def test_rules_can_name_every_kind_of_message_but_what_tells_of_faults() -> None:
+    tags = {str(kind.__struct_config__.tag) for kind in get_args(Message)}
+    assert tags - {*get_args(MessageKind)} == tags & {"faults"}
+    assert {"log", "logged"} <= {*LEFT_ALONE}
+
+
+def test_every_fault_says_what_it_does() -> None:
+    assert [kind for kind in get_args(Rule) if not kind.__doc__] == []

@@ -1,0 +1,161 @@
+"""The transport on which faults happen, over one whose arrivals the test hands in."""
+
+import asyncio
+from collections.abc import Sequence
+
+from protocol.faults.plan import Plan
+from protocol.faults.rules import Corrupt, Delay, Drop, Duplicate, Partition, Rule
+from protocol.network.faulty_transport import Conditions, FaultyTransport
+from protocol.network.traffic import Traffic
+from protocol.network.transport import Appeared, Arrival, Asked, Heard, Refused, Vanished
+from protocol.timeline import FaultInjected
+from protocol.wire.messages import Ask, Faults, Message
+from tests.support.processes.wire import DEADLINE_S, KEYS, drive, odometry
+
+DRIVE = KEYS.drive("r1")
+FAST = 1000.0  # simulated seconds per second: nobody waits for a delay
+
+
+class Inner:
+    """The network as the test plays it: what it has is there at once, then there is nothing for a moment."""
+
+    router: str | None = "a"
+
+    def __init__(self, *bursts: Sequence[Arrival]) -> None:
+        self.traffic = Traffic()
+        self.bursts = list(bursts)
+        self.put_keys: list[str] = []
+
+    def put(self, key: str, message: Message) -> None:  # noqa: ARG002 - the port's
+        self.put_keys.append(key)
+
+    def ask(self, key: str, message: Message) -> None:
+        raise NotImplementedError
+
+    def timestamp(self) -> str:
+        return ""
+
+    async def arrivals(self, timeout_s: float | None) -> Sequence[Arrival]:
+        if not self.bursts:
+            await asyncio.sleep(timeout_s if timeout_s is not None else 0.0)
+            return []
+        burst = self.bursts.pop(0)
+        for arrival in burst:
+            if isinstance(arrival, Heard) and arrival.number > 0:
+                self.traffic.receive(arrival.key, arrival.number)
+        return burst
+
+
+def stage(
+    *rules: Rule, name: str = "world", bursts: Sequence[Sequence[Arrival]]
+) -> tuple[FaultyTransport, list[FaultInjected]]:
+    noted: list[FaultInjected] = []
+    conditions = Conditions(Plan(name="test", rules=rules), 1, FAST)
+    return FaultyTransport(Inner(*bursts), conditions, KEYS, name, noted.append), noted
+
+
+async def all_arrivals(transport: FaultyTransport) -> list[Arrival]:
+    """Everything, until the delays that there may be are over."""
+    arrived: list[Arrival] = []
+    async with asyncio.timeout(DEADLINE_S):
+        while burst := await transport.arrivals(0.05):
+            arrived += burst
+    return arrived
+
+
+def drives(*numbers: int) -> list[Heard]:
+    return [Heard(DRIVE, number, drive(number)) for number in numbers]
+
+
+async def test_without_rules_everything_arrives_as_it_came() -> None:
+    transport, noted = stage(bursts=[drives(1, 2), [Appeared(KEYS.alive("r1", "a"))], [Refused("k", "why")]])
+    arrived = await all_arrivals(transport)
+    assert arrived == [*drives(1, 2), Appeared(KEYS.alive("r1", "a")), Refused("k", "why")]
+    assert noted == []
+
+
+async def test_what_is_dropped_is_noted_with_its_key_and_number_and_counted_as_taken_away() -> None:
+    transport, noted = stage(Drop(), bursts=[drives(1, 2)])
+    assert await all_arrivals(transport) == []
+    said = [(each.fault, each.rule, each.key, each.number) for each in noted]
+    assert said == [("drop", "drop-1", "body/r1/drive", 1), ("drop", "drop-1", "body/r1/drive", 2)]
+    traffic = transport.traffic
+    assert (traffic.received[DRIVE], traffic.newest[DRIVE]) == (0, 2)
+    assert traffic.injected_by_fault() == {"drop": {DRIVE: 2}}
+
+
+async def test_what_is_damaged_is_refused_and_neither_received_nor_a_strangers() -> None:
+    transport, _ = stage(Corrupt(bits=3), bursts=[drives(1)])
+    (refused,) = await all_arrivals(transport)
+    assert isinstance(refused, Refused)
+    assert refused.key == DRIVE
+    assert transport.traffic.injected_by_fault() == {"corrupt": {DRIVE: 1}}
+    assert transport.traffic.refused.total() == 0
+
+
+async def test_what_is_late_comes_later_and_counts_as_received() -> None:
+    rule = Delay(delay_s_min=5.0, delay_s_max=5.0, kinds=("drive",))
+    tell = [Heard(KEYS.log("r1"), 1, odometry(0.0))]
+    transport, _ = stage(rule, bursts=[[*drives(1), *tell]])
+    arrived = await all_arrivals(transport)
+    assert arrived == [*tell, *drives(1)]
+    assert transport.traffic.received[DRIVE] == 1
+
+
+async def test_a_message_that_comes_again_is_received_once_and_a_question_is_asked_once() -> None:
+    asked = Asked(KEYS.mission(), Ask(), lambda _: None)
+    transport, noted = stage(Duplicate(copies=2), bursts=[[*drives(1), asked]])
+    arrived = await all_arrivals(transport)
+    assert [type(each) for each in arrived].count(Heard) == 3
+    assert arrived.count(asked) == 1
+    assert transport.traffic.received[DRIVE] == 1
+    assert {each.fault for each in noted} == {"duplicate"}
+
+
+async def test_who_is_cut_off_from_the_router_shows_no_token_until_it_is_over() -> None:
+    one, two = KEYS.alive("r1", "a"), KEYS.alive("r2", "b")
+    cut = Partition(group=("r1",), others=("router",), from_s=1.0, until_s=2.0)
+    transport, _ = stage(cut, bursts=[[Appeared(one), Appeared(two)]])
+    assert await all_arrivals(transport) == [Appeared(one), Appeared(two)]
+    transport.tell_time(1.5)
+    assert await all_arrivals(transport) == [Vanished(one)]
+    transport.tell_time(2.0)
+    assert await all_arrivals(transport) == [Appeared(one)]
+
+
+async def test_who_is_cut_off_sees_nobodys_token_and_knows_the_time_from_what_it_does_not_hear() -> None:
+    one = KEYS.alive("world", "a")
+    cut = Partition(group=("r1",), others=("router",), from_s=1.0, until_s=2.0)
+    told = [Heard(KEYS.odometry("r1"), number, odometry(number - 1.0)) for number in (1, 2, 3)]
+    transport, _ = stage(cut, name="r1", bursts=[[Appeared(one)], told[:1], told[1:2], told[2:]])
+    arrived = await all_arrivals(transport)
+    assert arrived == [Appeared(one), told[0], Vanished(one), told[2], Appeared(one)]
+    assert transport.now_s == 2.0
+
+
+async def test_a_fault_is_noted_at_a_time_at_which_its_rule_holds_though_nobody_hears_that_time() -> None:
+    told = [Heard(KEYS.odometry("r1"), number, odometry(number - 1.0)) for number in (1, 2, 3)]
+    rules = (Drop(sender=("world",), from_s=1.0), Drop(sender=("r2",), from_s=2.0))
+    transport, noted = stage(*rules, name="r1", bursts=[[*told, Heard(KEYS.muster("r2"), 1, odometry(0.0))]])
+    assert await all_arrivals(transport) == told[:1]
+    assert ([each.rule for each in noted], transport.now_s) == (["drop-1", "drop-1", "drop-2"], 2.0)
+
+
+async def test_a_token_that_went_while_it_could_not_be_seen_goes_without_a_word() -> None:
+    one = KEYS.alive("r1", "a")
+    transport, _ = stage(
+        Partition(group=("r1",), others=("router",)), bursts=[[Appeared(one)], [Vanished(one)]]
+    )
+    assert await all_arrivals(transport) == []
+
+
+async def test_rules_that_the_world_gives_hold_from_then_on_and_are_themselves_spared() -> None:
+    def told(number: int, *rules: Rule) -> Heard:
+        faults = Faults(number=number, step=0, struck=(), rules=rules, slow_s=0.0)
+        return Heard(KEYS.fault("r1"), number, faults)
+
+    muster = [Heard(KEYS.muster("r2"), number, odometry(0.0)) for number in (1, 2, 3)]
+    said = [told(2, Drop(name="given-1")), muster[0], told(1), muster[1], told(3), muster[2]]
+    transport, noted = stage(name="r1", bursts=[[each] for each in said])
+    assert await all_arrivals(transport) == [muster[2]]
+    assert [(each.rule, each.number) for each in noted] == [("given-1", 1), ("given-1", 2)]

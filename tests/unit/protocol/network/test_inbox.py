@@ -1,0 +1,62 @@
+"""The inbox: arrivals of other threads, in order, bounded, with one wake-up a burst."""
+
+from threading import Event, Thread
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from protocol.network.inbox import Inbox
+
+DEADLINE_S = 10.0
+
+
+def test_a_burst_wakes_once_and_the_next_burst_again() -> None:
+    wakes: list[None] = []
+    inbox = Inbox[int](lambda: wakes.append(None), capacity=10)
+    for burst in ([1, 2, 3], [4, 5]):
+        for item in burst:
+            inbox.append(item)
+        assert inbox.drain() == burst
+    assert len(wakes) == 2
+
+
+def test_an_empty_inbox_drains_to_nothing() -> None:
+    assert Inbox[int](lambda: None, capacity=1).drain() == []
+
+
+@given(st.lists(st.one_of(st.integers(), st.just("drain")), max_size=60), st.integers(1, 8))
+def test_the_newest_are_kept_in_order_and_every_item_is_drained_or_counted(
+    steps: list[int | str], capacity: int
+) -> None:
+    inbox = Inbox[int | str](lambda: None, capacity=capacity)
+    since_drain: list[int | str] = []
+    drained_count = 0
+    for step in [*steps, "drain"]:
+        if step == "drain":
+            items = inbox.drain()
+            assert items == since_drain[-capacity:]
+            drained_count += len(items)
+            since_drain = []
+        else:
+            inbox.append(step)
+            since_drain.append(step)
+    assert drained_count + inbox.dropped_count == len([step for step in steps if step != "drain"])
+
+
+def test_nothing_is_lost_or_left_asleep_while_another_thread_appends() -> None:
+    woken = Event()
+    inbox = Inbox[int](woken.set, capacity=100_000)
+
+    def write() -> None:
+        for n in range(20_000):
+            inbox.append(n)
+
+    writer = Thread(target=write)
+    writer.start()
+    drained: list[int] = []
+    while len(drained) < 20_000:
+        assert woken.wait(DEADLINE_S)
+        woken.clear()
+        drained += inbox.drain()
+    writer.join(DEADLINE_S)
+    assert drained == list(range(20_000))

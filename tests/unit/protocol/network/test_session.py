@@ -1,0 +1,138 @@
+"""Sessions: who a process is on the network, written so that nobody else can read it."""
+
+import stat
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from protocol.errors import UsageError
+from protocol.keys import Keys
+from protocol.network.session import (
+    Session,
+    check_endpoint,
+    read_router_session,
+    read_session,
+    unix_socket_endpoint,
+    write_sessions,
+)
+from protocol.network.settings import client_settings, router_settings
+
+ENDPOINT = "unixsock-stream//tmp/x/router.sock"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    folder = tmp_path / "run" / "net"
+    write_sessions(folder, fleet="f", run="t1", robots=3, endpoints=[ENDPOINT])
+    return folder
+
+
+def passwords(folder: Path) -> dict[str, str]:
+    return dict(line.split(":") for line in (folder / "users").read_text().splitlines())
+
+
+def test_every_process_of_the_run_gets_its_own_session(folder: Path) -> None:
+    known = passwords(folder)
+    assert sorted(known) == ["r1", "r2", "r3", "world"]
+    for name, password in known.items():
+        assert read_session(folder / f"{name}.json") == Session(
+            fleet="f", run="t1", name=name, endpoints=(ENDPOINT,), user=name, password=password
+        )
+
+
+def test_the_router_is_told_whom_to_admit_and_where_to_listen(folder: Path) -> None:
+    session = read_router_session(folder)
+    assert (session.robots, session.endpoints, session.keys) == (3, (ENDPOINT,), Keys("f", "t1"))
+    settings = router_settings(session, folder)
+    assert settings["transport"]["auth"]["usrpwd"] == {"dictionary_file": str(folder / "users")}
+
+
+def test_no_two_processes_and_no_two_runs_share_a_password(folder: Path, tmp_path: Path) -> None:
+    write_sessions(tmp_path / "other", fleet="f", run="t1", robots=3, endpoints=[ENDPOINT])
+    all_passwords = [*passwords(folder).values(), *passwords(tmp_path / "other").values()]
+    assert len(set(all_passwords)) == 8
+    assert min(len(password) for password in all_passwords) >= 32
+
+
+def test_nobody_else_can_read_the_folder_or_its_files(folder: Path) -> None:
+    assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+    assert {stat.S_IMODE(file.stat().st_mode) for file in folder.iterdir()} == {0o600}
+
+
+def test_what_stood_open_before_is_closed(tmp_path: Path) -> None:
+    (tmp_path / "r1.json").touch(mode=0o666)
+    tmp_path.chmod(0o777)
+    write_sessions(tmp_path, fleet="f", run="t1", robots=1, endpoints=[ENDPOINT])
+    assert stat.S_IMODE(tmp_path.stat().st_mode) == 0o700
+    assert stat.S_IMODE((tmp_path / "r1.json").stat().st_mode) == 0o600
+
+
+def test_for_a_router_of_the_users_own_there_are_no_passwords(tmp_path: Path) -> None:
+    folder = tmp_path / "net"
+    write_sessions(folder, fleet="f", run="t1", robots=1, endpoints=["tcp/127.0.0.1:7447"], passwords=False)
+    assert sorted(file.name for file in folder.iterdir()) == ["r1.json", "world.json"]
+    session = read_session(folder / "r1.json")
+    assert session.password is None
+    assert "auth" not in client_settings(session)["transport"]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"fleet": "a/b"},
+        {"fleet": "*"},
+        {"run": ""},
+        {"run": "$*"},
+        {"run": "x\n"},
+        {"robots": 0},
+        {"endpoints": ["nowhere"]},
+        {"endpoints": ["unixsock-stream/" + "/x" * 100]},
+        {"endpoints": []},
+        {"endpoints": [ENDPOINT] * 3},
+    ],
+)
+def test_what_would_not_do_is_refused_and_nothing_is_made(tmp_path: Path, wrong: dict[str, Any]) -> None:
+    right: dict[str, Any] = {"fleet": "f", "run": "t1", "robots": 1, "endpoints": [ENDPOINT]}
+    with pytest.raises(UsageError):
+        write_sessions(tmp_path / "net", **(right | wrong))
+    assert not (tmp_path / "net").exists()
+
+
+def test_a_folder_that_cannot_be_made_is_a_usage_error(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(UsageError, match="cannot write sessions"):
+        write_sessions(tmp_path / "file" / "net", fleet="f", run="t1", robots=1, endpoints=[ENDPOINT])
+
+
+@pytest.mark.parametrize("content", [None, b"", b"{}", b"\xff", b'{"fleet": "*"}', b"[" * 5000])
+def test_a_file_that_holds_no_session_is_a_usage_error_of_one_line(
+    tmp_path: Path, content: bytes | None
+) -> None:
+    path = tmp_path / "r1.json"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(UsageError, match="no session in") as refusal:
+        read_session(path)
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_socket_path_may_be_as_long_as_the_kernel_takes_and_no_longer() -> None:
+    longest = "unixsock-stream//" + "x" * 106
+    check_endpoint(longest)
+    with pytest.raises(UsageError, match="107 bytes, not 108"):
+        check_endpoint(longest + "x")
+
+
+def test_the_default_socket_stands_in_the_runs_own_folder(tmp_path: Path) -> None:
+    assert unix_socket_endpoint(tmp_path) == f"unixsock-stream/{tmp_path}/router.sock"
+
+
+def test_no_process_scouts_shares_memory_or_takes_a_second_link(folder: Path) -> None:
+    client = client_settings(read_session(folder / "r1.json"))
+    for settings in (client, router_settings(read_router_session(folder), folder)):
+        assert settings["scouting"]["multicast"] == settings["scouting"]["gossip"] == {"enabled": False}
+        assert settings["transport"]["shared_memory"] == {"enabled": False}
+        assert settings["transport"]["unicast"]["max_links"] == 1
+    assert client["listen"] == {"endpoints": []}
+    assert client["connect"]["endpoints"] == [ENDPOINT]

@@ -1,0 +1,1 @@
+"""What tests share does what it is asked for."""

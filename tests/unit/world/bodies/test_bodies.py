@@ -1,0 +1,279 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from msgspec.structs import replace
+
+from protocol.errors import MessageRefusedError
+from protocol.frames import Point, Pose
+from protocol.mission import DEADMAN_S
+from protocol.wire.messages import Drive
+from world.bodies.bodies import Bodies
+from world.scenario.sections import DriveSection
+
+TICK_S = 0.02
+HOME = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
+
+places = st.builds(lambda x_m, y_m: Point(x_m=x_m, y_m=y_m), st.floats(-2, 2), st.floats(-2, 2))
+headings = st.floats(-3.1, 3.1)
+speeds = st.floats(0.2, 0.99)
+quietly = settings(deadline=None, max_examples=40)  # the machine may be busy; a case is 100s of ticks
+
+
+def drive_section(heading_error_rad: float = 0.0) -> DriveSection:
+    return DriveSection(
+        speed_mps=0.5,
+        speed_mps_min=0.05,
+        speed_mps_max=1.0,
+        turn_rate_radps=2.0,
+        heading_error_rad=heading_error_rad,
+    )
+
+
+def bodies(*poses: Pose, heading_error_rad: float = 0.0) -> Bodies:
+    return Bodies(
+        poses, drive_section(heading_error_rad), [np.random.default_rng(n) for n in range(len(poses))]
+    )
+
+
+def order(
+    target: Point | None, *, number: int = 1, basis_s: float = 0.0, speed_mps: float = 0.5, epoch: int = 1
+) -> Drive:
+    return Drive(
+        number=number, basis_s=basis_s, target=target, speed_mps=speed_mps, epoch=epoch, step=0, reach_m=0.0
+    )
+
+
+def drive_on(fleet: Bodies, *, until: int = 5000, first: int = 0) -> list[float]:
+    """Tick until body 0 stands, its robot speaking all the while; what it drove in each tick."""
+    drove_m: list[float] = []
+    for tick in range(first, first + until):
+        last = fleet.orders[0]
+        assert last is not None
+        fleet.hear(0, order(last.target, number=last.number, basis_s=tick * TICK_S), now_s=tick * TICK_S)
+        if not fleet.moving[0]:
+            return drove_m
+        moves = fleet.tick(now_s=tick * TICK_S, tick_s=TICK_S)
+        drove_m.append(math.dist(moves.starts_m[0], moves.ends_m[0]))
+    raise AssertionError("the body never stood")
+
+
+@quietly
+@given(headings, places, speeds)
+def test_without_drive_error_a_body_stands_exactly_at_its_target(
+    heading_rad: float, target: Point, speed_mps: float
+) -> None:
+    fleet = bodies(Pose(x_m=0.3, y_m=-0.7, heading_rad=heading_rad))
+    assert fleet.hear(0, order(target, speed_mps=speed_mps), now_s=0.0)
+    drive_on(fleet)
+    assert fleet.place_m[0].tolist() == [target.x_m, target.y_m]
+    assert fleet.finished_number == [1]
+
+
+@quietly
+@given(headings, places, st.floats(0.001, 0.1))
+def test_drive_error_ends_within_its_share_of_the_length_and_is_finished(
+    heading_rad: float, target: Point, error_rad: float
+) -> None:
+    fleet = bodies(Pose(x_m=0.0, y_m=0.0, heading_rad=heading_rad), heading_error_rad=error_rad)
+    fleet.hear(0, order(target), now_s=0.0)
+    drive_on(fleet)
+    miss_m = math.dist(fleet.place_m[0], (target.x_m, target.y_m))
+    assert miss_m <= error_rad * math.hypot(target.x_m, target.y_m) + 1e-9
+    assert fleet.finished_number == [1]
+
+
+@quietly
+@given(headings, places, speeds)
+def test_a_driving_body_keeps_the_ordered_speed_but_for_its_last_tick(
+    heading_rad: float, target: Point, speed_mps: float
+) -> None:
+    fleet = bodies(Pose(x_m=0.0, y_m=0.0, heading_rad=heading_rad))
+    fleet.hear(0, order(target, speed_mps=speed_mps), now_s=0.0)
+    drove_m = [way_m for way_m in drive_on(fleet) if way_m > 0.0]
+    assert drove_m[:-1] == pytest.approx([speed_mps * TICK_S] * (len(drove_m) - 1))
+    assert all(way_m <= speed_mps * TICK_S + 1e-12 for way_m in drove_m)
+
+
+@quietly
+@given(headings, places)
+def test_a_tick_turns_or_drives_and_never_faster_than_the_turn_rate(
+    heading_rad: float, target: Point
+) -> None:
+    fleet = bodies(Pose(x_m=0.0, y_m=0.0, heading_rad=heading_rad))
+    fleet.hear(0, order(target), now_s=0.0)
+    for _ in range(40):
+        before_rad = float(fleet.heading_rad[0])
+        moves = fleet.tick(now_s=0.0, tick_s=TICK_S)
+        turned_rad = abs(math.remainder(float(fleet.heading_rad[0]) - before_rad, math.tau))
+        drove_m = math.dist(moves.starts_m[0], moves.ends_m[0])
+        assert turned_rad == 0.0 or drove_m == 0.0
+        assert turned_rad <= 2.0 * TICK_S + 1e-12
+        assert -math.pi < fleet.heading_rad[0] <= math.pi
+
+
+@quietly
+@given(st.lists(st.tuples(st.integers(1, 5), places), min_size=1, max_size=12))
+def test_only_a_newer_number_changes_the_order_in_hand(orders: list[tuple[int, Point]]) -> None:
+    fleet = bodies(HOME)
+    newest: tuple[int, Point | None] = (0, None)
+    for number, target in orders:
+        new = number > newest[0]
+        newest = (number, target) if new else newest
+        assert fleet.hear(0, order(target, number=number), now_s=0.0) is new
+        assert fleet.orders[0] is not None
+        assert (fleet.orders[0].number, fleet.orders[0].target) == newest
+
+
+@quietly
+@given(headings)
+def test_a_body_facing_further_on_goes_on_without_stopping(bearing_rad: float) -> None:
+    def ahead(distance_m: float) -> Point:
+        return Point(x_m=distance_m * math.cos(bearing_rad), y_m=distance_m * math.sin(bearing_rad))
+
+    fleet = bodies(Pose(x_m=0.0, y_m=0.0, heading_rad=bearing_rad))
+    fleet.hear(0, order(ahead(0.5)), now_s=0.0)
+    drove_m = []
+    for tick in range(100):
+        if tick == 40:
+            fleet.hear(0, order(ahead(1.0), number=2), now_s=0.0)
+        moves = fleet.tick(now_s=0.0, tick_s=TICK_S)
+        drove_m.append(math.dist(moves.starts_m[0], moves.ends_m[0]))
+    assert drove_m == pytest.approx([0.01] * 100)
+    assert fleet.finished_number == [2]
+
+
+def test_the_same_target_again_draws_no_new_drive_error() -> None:
+    fleet = bodies(HOME, heading_error_rad=0.1)
+    fleet.hear(0, order(Point(x_m=1.0, y_m=1.0)), now_s=0.0)
+    for tick in range(100):
+        fleet.hear(0, order(Point(x_m=1.0, y_m=1.0), number=tick + 2), now_s=0.0)
+        fleet.tick(now_s=0.0, tick_s=TICK_S)
+    alone = bodies(HOME, heading_error_rad=0.1)
+    alone.hear(0, order(Point(x_m=1.0, y_m=1.0)), now_s=0.0)
+    for _ in range(100):
+        alone.tick(now_s=0.0, tick_s=TICK_S)
+    assert fleet.pose(0) == alone.pose(0)
+
+
+def test_a_silent_robot_stops_its_body_once_and_goes_on_when_it_speaks() -> None:
+    fleet = bodies(HOME)
+    far = Point(x_m=4.0, y_m=0.0)
+    fleet.hear(0, order(far), now_s=0.0)
+    stopped_s = [
+        tick * TICK_S for tick in range(100) if fleet.tick(now_s=tick * TICK_S, tick_s=TICK_S).stopped
+    ]
+    assert stopped_s == [pytest.approx(DEADMAN_S + TICK_S)]
+    stood_m = fleet.place_m.copy()
+    assert not fleet.moving[0]
+    assert not fleet.hear(0, order(far, basis_s=2.0), now_s=2.0)
+    fleet.tick(now_s=2.0, tick_s=TICK_S)
+    assert fleet.place_m[0, 0] == pytest.approx(stood_m[0, 0] + 0.01)
+
+
+def test_no_target_means_stand_and_is_done_at_once() -> None:
+    fleet = bodies(HOME)
+    fleet.hear(0, order(Point(x_m=4.0, y_m=0.0)), now_s=0.0)
+    fleet.hear(0, order(None, number=2, speed_mps=0.0), now_s=0.0)
+    fleet.tick(now_s=0.0, tick_s=TICK_S)
+    assert fleet.place_m.tolist() == [[0.0, 0.0]]
+    assert fleet.finished_number == [2]
+
+
+@pytest.mark.parametrize(
+    ("drive", "why"),
+    [
+        (order(Point(x_m=1.0, y_m=0.0), number=9, basis_s=3.9, epoch=2), "void"),
+        (order(Point(x_m=1.0, y_m=0.0), number=9, basis_s=5.1, epoch=2), "void"),
+        (order(Point(x_m=1.0, y_m=0.0), number=9, basis_s=5.0, epoch=1), "epoch 1 is over"),
+        (order(Point(x_m=1.0, y_m=0.0), number=9, basis_s=5.0, epoch=2, speed_mps=0.05), "speed"),
+        (order(Point(x_m=1.0, y_m=0.0), number=9, basis_s=5.0, epoch=2, speed_mps=1.0), "speed"),
+    ],
+)
+def test_void_orders_change_nothing_and_do_not_keep_the_body_awake(drive: Drive, why: str) -> None:
+    fleet = bodies(HOME)
+    fleet.hear(0, order(None, epoch=2, basis_s=4.5), now_s=4.5)
+    with pytest.raises(MessageRefusedError, match=why):
+        fleet.hear(0, drive, now_s=5.0)
+    assert fleet.orders[0] is not None
+    assert fleet.orders[0].number == 1
+    assert fleet.basis_s(0) == 4.5
+
+
+def test_the_dead_man_counts_from_when_the_robot_knew_and_not_from_when_its_order_came() -> None:
+    fleet = bodies(HOME)
+    fleet.hear(0, order(Point(x_m=4.0, y_m=0.0), basis_s=0.0), now_s=0.9)
+    stopped_s = [
+        tick * TICK_S for tick in range(45, 100) if fleet.tick(now_s=tick * TICK_S, tick_s=TICK_S).stopped
+    ]
+    assert stopped_s == [pytest.approx(DEADMAN_S + TICK_S)]
+
+
+def test_an_older_order_that_comes_late_does_not_keep_the_body_going() -> None:
+    fleet = bodies(HOME)
+    far = Point(x_m=4.0, y_m=0.0)
+    fleet.hear(0, order(far, number=2, basis_s=0.0), now_s=0.0)
+    assert not fleet.hear(0, order(far, number=1, basis_s=0.8), now_s=0.8)
+    assert not fleet.hear(0, order(far, number=0, basis_s=1.0), now_s=1.0)
+    assert fleet.basis_s(0) == 0.0
+
+
+def test_to_stand_is_never_void_and_takes_no_epoch_back() -> None:
+    fleet = bodies(HOME)
+    far = Point(x_m=4.0, y_m=0.0)
+    fleet.hear(0, order(far, number=1, epoch=5), now_s=0.0)
+    assert fleet.hear(0, order(None, number=2, epoch=0), now_s=0.0)
+    assert not fleet.moving[0]
+    assert (fleet.ordered(0), fleet.finished_number[0]) == (2, 2)
+    with pytest.raises(MessageRefusedError, match="epoch 4 is over, now 5"):
+        fleet.hear(0, order(far, number=3, epoch=4), now_s=0.0)
+
+
+def test_each_body_obeys_its_own_robot_alone() -> None:
+    fleet = bodies(HOME, Pose(x_m=0.0, y_m=1.0, heading_rad=0.0), Pose(x_m=0.0, y_m=2.0, heading_rad=0.0))
+    fleet.hear(1, order(Point(x_m=1.0, y_m=1.0)), now_s=0.0)
+    moves = fleet.tick(now_s=0.0, tick_s=TICK_S)
+    assert moves.ends_m.tolist() == [[0.0, 0.0], [0.01, 1.0], [0.0, 2.0]]
+    assert moves.veered.tolist() == [False, True, False]
+    assert fleet.tick(now_s=0.0, tick_s=TICK_S).veered.tolist() == [False, False, False]
+
+
+orders_at = st.tuples(
+    st.integers(0, 120),  # tick
+    st.integers(0, 2),  # body
+    st.none() | st.builds(lambda x_m, y_m: Point(x_m=x_m, y_m=y_m), st.floats(-0.4, 0.4), st.floats(0, 0.4)),
+    st.none() | st.floats(0.0, 2.0),  # how long it is good for, and less each time that it is said
+)
+
+
+@quietly
+@given(st.lists(orders_at, min_size=1, max_size=12), st.sets(st.integers(0, 170)))
+def test_to_coast_is_to_tick_to_the_last_bit(
+    orders: list[tuple[int, int, Point | None, float | None]], looks: set[int]
+) -> None:
+    fleets = [bodies(HOME, HOME, HOME, heading_error_rad=0.05) for _ in range(2)]
+    ticking, coasting = fleets
+    coasted = 0
+    for tick in range(200):
+        now_s = tick * TICK_S
+        for number, (at, body, target, good_s) in enumerate(orders, start=1):
+            until_s = None if good_s is None else now_s + good_s / (1 + max(tick - at, 0))
+            given = replace(order(target, number=number, basis_s=now_s), until_s=until_s)
+            for fleet in fleets if tick - at in (0, 15, 30, 100) else ():  # silent for long in between
+                fleet.hear(body, given, now_s=now_s)
+        moves = ticking.tick(now_s=now_s, tick_s=TICK_S)
+        if coasting.coast(now_s=now_s, tick_s=TICK_S):
+            coasted += 1
+            assert not moves.veered.any()
+            assert [*moves.finished, *moves.stopped] == []
+        else:
+            same = coasting.tick(now_s=now_s, tick_s=TICK_S)
+            assert (same.finished, same.stopped) == (moves.finished, moves.stopped)
+            assert same.veered.tolist() == moves.veered.tolist()
+        assert coasting.moving.tolist() == ticking.moving.tolist()
+        assert coasting.heading_rad.tolist() == ticking.heading_rad.tolist()
+        if tick in looks or tick == 199:
+            assert coasting.place_m.tolist() == ticking.place_m.tolist()
+    assert coasted > 0

@@ -1,0 +1,122 @@
+from protocol.timeline import Entry, FaultInjected
+from world.judge.books import Account, Messages, balance
+from world.judge.tally import Tally
+
+ROBOTS = [1, 2, 3]
+
+
+def account(
+    sent: dict[str, int] | None = None,
+    received: dict[str, int] | None = None,
+    newest: dict[str, int] | None = None,
+    injected: dict[str, dict[str, int]] | None = None,
+) -> Account:
+    return Account(
+        sent=sent or {}, received=received or {}, newest=newest or received or {}, injected=injected or {}
+    )
+
+
+def books(**accounts: Account) -> Messages:
+    everybody = {name: account() for name in ("world", "r1", "r2", "r3")} | accounts
+    return balance(everybody, robots=ROBOTS)
+
+
+def test_what_was_sent_and_received_balances() -> None:
+    link, drive = "link/r1/r2", "body/r2/drive"
+    messages = books(
+        r1=account(sent={link: 5}),
+        r2=account(sent={drive: 7}, received={link: 5}),
+        world=account(received={drive: 7}),
+    )
+    assert (messages.sent, messages.received, messages.unaccounted) == (12, 12, 0)
+    assert messages.left_out == ()
+
+
+def test_a_lost_message_is_unaccounted_even_when_it_was_the_last() -> None:
+    link = "link/r1/r2"
+    messages = books(r1=account(sent={link: 5}), r2=account(received={link: 4}, newest={link: 4}))
+    assert messages.unaccounted == 1
+
+
+def test_what_a_fault_plan_took_away_is_accounted_for_by_its_fault() -> None:
+    link, muster = "link/r1/r2", "muster/r1"
+    messages = books(
+        r1=account(sent={link: 9, muster: 2}),
+        r2=account(
+            received={link: 5, muster: 2},
+            newest={link: 9, muster: 2},
+            injected={"drop": {link: 2}, "corrupt": {link: 1}},
+        ),
+        r3=account(newest={muster: 2}, injected={"drop": {muster: 2}}),
+    )
+    assert (messages.sent, messages.received, messages.unaccounted) == (13, 7, 1)
+    assert messages.injected == {"corrupt": 1, "drop": 4}
+
+
+def test_what_was_refused_is_one_of_the_wanting_or_a_strangers() -> None:
+    link, drive = "link/r1/r2", "body/r1/drive"
+    damaged = Account(sent={}, received={link: 3}, newest={link: 5}, refused={link: 1})
+    forged = Account(sent={}, received={drive: 2}, newest={drive: 2}, refused={drive: 40})
+    messages = books(r1=account(sent={link: 5, drive: 2}), r2=damaged, world=forged)
+    assert (messages.sent, messages.received, messages.refused, messages.unaccounted) == (7, 5, 1, 1)
+
+
+def test_what_was_taken_away_altogether_is_in_the_books_too() -> None:
+    drive = "body/r1/drive"
+    messages = books(
+        r1=account(sent={drive: 3}),
+        world=account(newest={drive: 3}, injected={"partition": {drive: 3}}),
+    )
+    assert (messages.sent, messages.received, messages.unaccounted) == (3, 0, 0)
+
+
+def test_a_muster_is_received_by_every_other_robot() -> None:
+    muster = "muster/r1"
+    messages = books(
+        r1=account(sent={muster: 2}), r2=account(received={muster: 2}), r3=account(received={muster: 1})
+    )
+    assert (messages.sent, messages.received, messages.unaccounted) == (4, 3, 1)
+
+
+def test_odometry_sent_after_a_robot_counted_is_in_nobodys_book() -> None:
+    odometry = "body/r1/odometry"
+    messages = books(
+        world=account(sent={odometry: 90}), r1=account(received={odometry: 79}, newest={odometry: 80})
+    )
+    assert (messages.sent, messages.received, messages.unaccounted) == (80, 79, 1)
+
+
+def test_books_with_a_dead_robot_are_left_out_and_named() -> None:
+    link, drive = "link/r1/r2", "body/r2/drive"
+    messages = balance({"world": account(received={drive: 3}), "r1": account(sent={link: 5})}, robots=[1, 2])
+    assert (messages.sent, messages.received, messages.unaccounted) == (0, 0, 0)
+    assert messages.left_out == ("body/r2/drive > world", "link/r1/r2 > r2")
+
+
+def test_what_was_taken_away_of_books_that_are_left_out_is_counted_apart() -> None:
+    link, drive = "link/r1/r2", "body/r1/drive"
+    taken = {(link, "r2"): {"drop": 4}, (drive, "world"): {"drop": 1, "corrupt": 2}}
+    dead = balance({"world": account(), "r2": account()}, robots=[1, 2], taken=taken)
+    assert (dead.injected, dead.injected_left_out) == ({}, {"corrupt": 2, "drop": 5})
+    assert dead.left_out == (f"{drive} > world", f"{link} > r2")
+    counted = account(newest={link: 4}, injected={"drop": {link: 4}})
+    alive = balance(
+        {"r1": account(sent={link: 4}), "r2": counted}, robots=[1, 2], taken={(link, "r2"): {"drop": 4}}
+    )
+    assert (alive.injected, alive.injected_left_out) == ({"drop": 4}, {})
+
+
+def test_the_recorders_keys_and_queries_are_in_no_book() -> None:
+    keys = {"log/r1": 5, "logged/r1": 5, "body/r1/scan": 5, "mission": 1}
+    messages = books(r1=account(sent=keys, received=keys))
+    assert (messages.sent, messages.received, messages.left_out) == (0, 0, ())
+
+
+def test_a_message_is_taken_away_once_however_many_faults_have_struck_it() -> None:
+    tally = Tally()
+    for n, (fault, number) in enumerate(
+        [("delay", 1), ("corrupt", 2), ("drop", 2), ("drop", 3), ("drop", 0)]
+    ):
+        injected = FaultInjected(fault=fault, rule=fault, key="link/r1/r2", number=number)
+        tally.hear("r2", Entry(n=n, t_s=1.0, hlc="", record=injected))
+    assert tally.taken == {("link/r1/r2", "r2"): {"drop": 2}}

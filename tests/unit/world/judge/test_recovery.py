@@ -1,0 +1,132 @@
+from protocol.timeline import (
+    FaultInjected,
+    LeaderSucceeded,
+    LinkBroken,
+    MusterCalled,
+    Record,
+    RobotDied,
+    RobotRestarted,
+    RobotReturned,
+    StrandHealed,
+)
+from world.judge.recovery import Death, Heal, Recovery, Succession, tells
+
+
+def struck(fault: str, robot: int = 1) -> FaultInjected:
+    return FaultInjected(fault=fault, rule="a", process=f"r{robot}")
+
+
+def died(robot: int = 1, silent_since_s: float = 4.9) -> RobotDied:
+    return RobotDied(robot=robot, silent_since_s=silent_since_s)
+
+
+BROKEN = LinkBroken(neighbour=1, cause="token", silent_s=0.3)
+CALLED = MusterCalled(epoch=7, members=(2, 3), why="r1 is gone")
+SUCCEEDED = LeaderSucceeded(epoch=8, before=1)
+HEALED = StrandHealed(epoch=8, members=(2, 3))
+LEADER_KILLED: list[tuple[float, str, Record]] = [
+    (9.0, "r2", HEALED),  # sources come in any order
+    (8.0, "r2", SUCCEEDED),
+    (5.4, "r2", BROKEN),
+    (5.5, "r2", CALLED),
+    (5.0, "world", struck("kill")),
+    (6.1, "world", died()),
+]
+
+
+def test_a_killed_leader_has_cause_detection_succession_and_heal() -> None:
+    recovery = Recovery(LEADER_KILLED)
+    assert recovery.deaths == (
+        Death(
+            robot=1, ordered=True, cause_s=5.0, detected_s=5.4, known_s=6.1, recovered_s=9.0, returned_s=None
+        ),
+    )
+    assert recovery.successions == (
+        Succession(robot=2, before=1, epoch=8, cause_s=5.0, detected_s=5.4, recovered_s=8.0),
+    )
+    assert recovery.heals == (Heal(epoch=8, members=(2, 3), cause_s=5.0, detected_s=5.4, recovered_s=9.0),)
+    assert list(recovery.unordered) == []
+
+
+def test_a_crash_is_nobodys_order_and_dates_from_the_last_sign_of_life() -> None:
+    recovery = Recovery([entry for entry in LEADER_KILLED if not isinstance(entry[2], FaultInjected)])
+    (death,) = recovery.unordered
+    assert (death.ordered, death.cause_s) == (False, 4.9)
+
+
+def test_who_was_only_cut_off_and_is_there_again_is_not_held_against_a_run() -> None:
+    lines: list[tuple[float, str, Record]] = [(6.1, "world", died()), (8.0, "world", RobotReturned(robot=1))]
+    recovery = Recovery(lines)
+    assert [death.returned_s for death in recovery.deaths] == [8.0]
+    assert list(recovery.unordered) == []
+
+
+def test_a_new_process_in_the_place_of_one_that_crashed_does_not_excuse_the_crash() -> None:
+    lines: list[tuple[float, str, Record]] = [(6.1, "world", died()), (8.0, "world", RobotRestarted(robot=1))]
+    assert [death.returned_s for death in Recovery(lines).unordered] == [None]
+
+
+def test_who_noticed_by_a_call_alone_noticed_then() -> None:
+    recovery = Recovery([entry for entry in LEADER_KILLED if not isinstance(entry[2], LinkBroken)])
+    assert [death.detected_s for death in recovery.deaths] == [5.5]
+    assert [heal.detected_s for heal in recovery.heals] == [5.5]
+
+
+def test_what_never_healed_has_no_time_of_recovery() -> None:
+    (death,) = Recovery([(5.0, "world", struck("freeze")), (6.1, "world", died())]).deaths
+    assert (death.ordered, death.detected_s, death.recovered_s) == (True, None, None)
+
+
+def test_one_order_excuses_one_death() -> None:
+    again = [*LEADER_KILLED, (20.0, "world", died(silent_since_s=18.9))]
+    assert [death.ordered for death in Recovery(again).deaths] == [True, False]
+
+
+def test_a_freeze_that_was_taken_back_excuses_no_later_death() -> None:
+    lines: list[tuple[float, str, Record]] = [
+        (5.0, "world", struck("freeze")),
+        (5.5, "world", struck("thaw")),
+        (20.0, "world", died(silent_since_s=18.9)),
+    ]
+    assert [death.ordered for death in Recovery(lines).deaths] == [False]
+
+
+def test_an_order_for_another_robot_excuses_nobody() -> None:
+    assert [
+        d.ordered for d in Recovery([(5.0, "world", struck("kill", 2)), (6.0, "world", died())]).deaths
+    ] == [False]
+
+
+def test_a_heal_without_a_death_dates_from_when_the_broken_link_was_last_heard() -> None:
+    silent = LinkBroken(neighbour=1, cause="silence", silent_s=3.0)
+    (heal,) = Recovery([(8.0, "r2", silent), (8.1, "r2", CALLED), (12.0, "r2", HEALED)]).heals
+    assert (heal.cause_s, heal.detected_s, heal.recovered_s) == (5.0, 8.0, 12.0)
+
+
+def test_a_heal_that_takes_a_robot_back_in_dates_from_its_return() -> None:
+    back: list[tuple[float, str, Record]] = [
+        (11.0, "world", RobotReturned(robot=1)),
+        (11.2, "r2", CALLED),
+        (13.0, "r2", StrandHealed(epoch=9, members=(1, 2, 3))),
+    ]
+    heal = Recovery([*LEADER_KILLED, *back]).heals[-1]
+    assert (heal.cause_s, heal.detected_s, heal.recovered_s) == (11.0, 11.2, 13.0)
+
+
+def test_each_heal_has_the_causes_since_the_one_before() -> None:
+    second: list[tuple[float, str, Record]] = [
+        (15.0, "world", struck("kill", 3)),
+        (15.4, "r2", LinkBroken(neighbour=3, cause="token", silent_s=0.3)),
+        (16.1, "world", died(3, 14.9)),
+        (19.0, "r2", StrandHealed(epoch=10, members=(2,))),
+    ]
+    heals = Recovery([*LEADER_KILLED, *second]).heals
+    assert [(heal.cause_s, heal.detected_s, heal.recovered_s) for heal in heals] == [
+        (5.0, 5.4, 9.0),
+        (15.0, 15.4, 19.0),
+    ]
+
+
+def test_faults_of_messages_are_not_kept() -> None:
+    assert not tells("r1", FaultInjected(fault="drop", rule="a", key="link/r1/r2", number=1))
+    assert tells("world", struck("kill"))

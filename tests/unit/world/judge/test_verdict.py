@@ -1,0 +1,182 @@
+import re
+
+import pytest
+from msgspec.structs import replace as with_fields
+
+from protocol.root import ROOT
+from protocol.timeline import (
+    Entry,
+    FaultInjected,
+    GoalReached,
+    OrderAccepted,
+    PromiseBroken,
+    Record,
+    RobotArrived,
+    RobotDied,
+    RouteLost,
+    ScanServed,
+    StepFinished,
+)
+from tests.support.scenes.world_scenarios import scenario
+from world.judge.books import Messages
+from world.judge.ending import Ending
+from world.judge.judgement import Breach, Judgement
+from world.judge.monitor import Least
+from world.judge.table import measure, rms_m
+from world.judge.tally import Tally
+from world.judge.verdict import Events, Facts, Verdict, pass_verdict
+
+DOCS = ROOT / "docs" / "verdict.md"
+JUDGED = Judgement(
+    least_clearance=Least(distance_m=0.12, t_s=3.0, robot=1),
+    least_separation=Least(distance_m=0.3, t_s=4.0, robot=1, other=2),
+    least_moving_clearance=Least(),
+    path_m=4.5,
+    breaches=(),
+)
+ALL_WELL: list[tuple[str, float, Record]] = [
+    ("r1", 9.0, GoalReached(x_m=1.0, y_m=0.0)),
+    ("r1", 9.0, RobotArrived(progress_m=2.0)),
+    ("r2", 9.5, RobotArrived(progress_m=1.5)),
+]
+BROKEN = PromiseBroken(invariant="S1", robot=2, measured_m=0.05, required_m=0.08, why="too near")
+
+
+def tally_of(lines: list[tuple[str, float, Record]]) -> Tally:
+    tally = Tally()
+    for n, (source, t_s, record) in enumerate(lines, start=1):
+        tally.hear(source, Entry(n=n, t_s=t_s, hlc="", record=record))
+    return tally
+
+
+def verdict(
+    lines: list[tuple[str, float, Record]],
+    *,
+    ending: Ending = Ending.ARRIVED,
+    judgement: Judgement = JUDGED,
+    missing: int = 0,
+    living: frozenset[int] = frozenset({1, 2}),
+) -> Verdict:
+    facts = Facts(
+        scenario=scenario(),
+        seed=1,
+        speed=None,
+        started_at="2026-11-20T00:00:00+00:00",
+        ending=ending,
+        absent="r2",
+        living=living,
+        tally=tally_of(lines),
+        judgement=judgement,
+        messages=Messages(sent=10, received=10, injected={}, refused=0, unaccounted=0, left_out=()),
+        events=Events(recorded=100, missing=missing),
+        unstruck=(),
+        sim_s=9.5,
+        wall_s=1.0,
+        cpu_s=0.5,
+    )
+    return pass_verdict(facts)
+
+
+def test_a_run_that_kept_every_promise_is_ok() -> None:
+    passed = verdict(ALL_WELL)
+    assert (passed.ok, passed.exit_code, passed.reason) == (True, 0, "every living robot has arrived")
+    assert [passed.clearance_m_min, passed.clearance_m_required] == pytest.approx([0.12, 0.08])
+    assert [passed.separation_m_min, passed.separation_m_required] == pytest.approx([0.3, 0.08])
+    assert (passed.violations, passed.table_rms_m) == (0, None)
+
+
+BREACHED = with_fields(JUDGED, breaches=(Breach(t_s=4.0, broken=BROKEN),))
+DIED = ("world", 5.0, RobotDied(robot=2, silent_since_s=4.2))
+LOST = ("r1", 6.0, RouteLost(reason="every gap is too narrow"))
+PROMISES = {
+    "clearance": (
+        verdict(ALL_WELL, judgement=BREACHED),
+        "S1 broken by robot 2 at t=4.0 s: too near (0.0500 m, required 0.0800 m)",
+    ),
+    "nobody dies": (
+        verdict([*ALL_WELL, DIED], ending=Ending.STUCK),
+        "robot 2 died at t=4.2 s (known at t=5.0 s), and nobody had asked for it",
+    ),
+    "a way is found": (
+        verdict([LOST], ending=Ending.ROUTE_LOST),
+        "no_route: the leader lost its route at t=6.0 s: every gap is too narrow",
+    ),
+    "the strand heals": (
+        verdict(ALL_WELL, ending=Ending.STUCK),
+        "the strand did not heal: by t=9.5 s nothing had moved for long",
+    ),
+    "somebody lives": (verdict([], ending=Ending.EXTINCT, living=frozenset()), "every robot has died"),
+    "in time": (
+        verdict(ALL_WELL[:2], ending=Ending.TIMED_OUT),
+        "the time was up with 1 of 2 living robots arrived",
+    ),
+    "all come": (verdict([], ending=Ending.MISSING), "robots never came: r2"),
+    "the goal": (verdict(ALL_WELL[1:]), "the goal was not reached"),
+    "all arrive": (verdict(ALL_WELL[:2]), "1 of 2 living robots arrived"),
+    "a whole timeline": (verdict(ALL_WELL, missing=3), "3 entries of the timeline never came"),
+}
+
+
+@pytest.mark.parametrize(("passed", "reason"), PROMISES.values(), ids=PROMISES.keys())
+def test_each_broken_promise_fails_the_run_and_is_named(passed: Verdict, reason: str) -> None:
+    assert (passed.ok, passed.exit_code, passed.reason) == (False, 1, reason)
+
+
+def test_only_a_lost_route_is_no_route() -> None:
+    assert verdict([LOST], ending=Ending.ROUTE_LOST).no_route
+    assert not verdict(ALL_WELL).no_route
+    assert not verdict([LOST], ending=Ending.INTERRUPTED).no_route
+
+
+def test_the_first_broken_promise_is_the_reason() -> None:
+    late = with_fields(JUDGED, breaches=(Breach(t_s=4.3, broken=BROKEN),))
+    assert verdict([*ALL_WELL, DIED], judgement=late).reason.startswith("robot 2 died")
+    assert verdict([*ALL_WELL, DIED], judgement=BREACHED).reason.startswith("S1 broken")
+
+
+def test_an_interrupted_run_says_so_by_its_exit_code() -> None:
+    passed = verdict(ALL_WELL, ending=Ending.INTERRUPTED)
+    assert (passed.ok, passed.exit_code, passed.reason) == (False, 130, "the run was interrupted")
+    passed = verdict(ALL_WELL, ending=Ending.TERMINATED)
+    assert (passed.ok, passed.exit_code, passed.reason) == (False, 143, "the run was told to end")
+
+
+def test_a_run_that_had_failed_before_it_was_interrupted_has_failed() -> None:
+    passed = verdict([*ALL_WELL, DIED], ending=Ending.TERMINATED)
+    assert (passed.exit_code, passed.reason[:12]) == (1, "robot 2 died")
+
+
+KILLED = FaultInjected(fault="kill", rule="kill-1", process="r2")
+
+
+def test_a_death_that_was_ordered_breaks_no_promise() -> None:
+    passed = verdict([*ALL_WELL[:2], ("world", 4.0, KILLED), ("world", 5.0, DIED[2])], living=frozenset({1}))
+    assert (passed.ok, passed.reason, passed.robots_arrived) == (True, "every living robot has arrived", 1)
+
+
+def test_every_scan_is_a_planning_event_however_many_revolutions_it_takes() -> None:
+    scan = ScanServed(revolutions=1, robot=1, x_m=0.0, y_m=0.0, heading_rad=0.0, hits=3)
+    closer = ScanServed(revolutions=4, robot=1, x_m=0.0, y_m=0.0, heading_rad=0.0, hits=12)
+    passed = verdict([("world", 0.1, scan), ("world", 0.2, closer), ("world", 0.3, scan)])
+    assert (passed.planning_events, passed.scans) == (3, 6)
+
+
+def test_the_table_is_measured_where_the_leader_stood() -> None:
+    began = OrderAccepted(robot=1, number=1, epoch=1, step=1, x_m=0.0, y_m=0.6, target=None, reach_m=0.0)
+    finished = StepFinished(robot=1, step=1, x_m=1.0, y_m=-1.0, clearance_m=None)
+    positions = tally_of([("world", 0.0, began), ("world", 1.0, finished)]).switching_positions
+    first, second = measure(scenario(), positions)
+    assert first == pytest.approx((1.2, (2.0**2 + 1.1**2) ** 0.5))
+    assert second == pytest.approx(((0.5**2 + 1.6**2) ** 0.5 - 0.3, 1.0))
+
+
+def test_the_rms_is_over_all_distances_and_none_without_a_whole_table() -> None:
+    reference = ((1.0, 2.0), (3.0, 4.0))
+    assert rms_m(((1.0, 2.0), (3.0, 4.2)), reference) == pytest.approx(0.1)
+    assert rms_m(((1.0, 2.0),), reference) is None
+    assert rms_m(reference, None) is None
+
+
+def test_every_field_is_in_the_docs() -> None:
+    said = re.findall(r"^\| (`[^|]*) \|", DOCS.read_text(), flags=re.MULTILINE)
+    assert re.findall(r"`(\w+)`", " ".join(said)) == list(Verdict.__struct_fields__)

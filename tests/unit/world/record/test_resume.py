@@ -1,0 +1,279 @@
+"""A world that was killed goes on from its own timeline: what it takes up, and what robots find."""
+
+import json
+import os
+import signal
+from pathlib import Path
+
+import msgspec
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from protocol.errors import UsageError
+from protocol.exit_codes import ExitCode
+from protocol.frames import Point
+from protocol.timeline import (
+    Entry,
+    OrderFinished,
+    PoseSampled,
+    RobotArrived,
+    RobotStarted,
+    RunEnded,
+    StepFinished,
+    TrafficCounted,
+    WorldResumed,
+)
+from protocol.wire.messages import Odometry, Phase
+from tests.support.logs.logs import AT_REST, HEADER, numbered, recorded
+from tests.support.processes.fleets import RUN_S_MAX, Fleet, clew
+from tests.support.scenes.world_scenarios import scenario
+from tests.support.stages.world_stage import Stage
+from world.attendance import SILENCE_S
+from world.bodies.arena import TICK_S
+from world.events import ScanAsked, StopAsked, TokenCame
+from world.judge.ending import Ending
+from world.judge.judgement import judge
+from world.record.recorder import EVENTS_FILE, Recorder, open_events
+from world.record.resume import QUIET_S, continue_events, read_past
+
+SECOND = round(1.0 / TICK_S)
+FAR = Point(x_m=1.0, y_m=0.0)
+
+
+def led(*, ticks: int) -> Stage:
+    """A run in which robot 1 has driven towards `FAR` for so long."""
+    stage = Stage(scenario())
+    stage.begin()
+    stage.lead(1, FAR)
+    stage.tick(ticks)
+    return stage
+
+
+def told(stage: Stage) -> Odometry:
+    """What robot 1 was told last."""
+    return stage.odometry[1][-1]
+
+
+def first_told(stage: Stage) -> Odometry:
+    """What robot 1 is told first by a world that goes on."""
+    while not stage.odometry[1]:
+        stage.tick(awake=False)
+    return stage.odometry[1][0]
+
+
+# --- what robots find -----------------------------------------------------------------------------
+
+
+@settings(max_examples=25, deadline=None)
+@given(ticks=st.integers(0, 3 * SECOND))
+def test_wherever_it_was_killed_time_goes_on_and_bodies_stand_where_their_robots_saw_them(ticks: int) -> None:
+    before = led(ticks=ticks)
+    last = told(before)
+    after = before.resumed()
+    now = first_told(after)
+    assert now.t_s > last.t_s
+    assert now.t_s <= before.world.now_s + QUIET_S + 0.3
+    assert (now.finished, now.ordered) == (before.world.bodies.finished_number[0], 1)
+    # Where it stood at the last odometry, or where it has been recorded since.
+    assert last.pose.x_m - 1e-9 <= now.pose.x_m <= before.world.bodies.pose(0).x_m + 1e-9
+
+
+@settings(max_examples=25, deadline=None)
+@given(ticks=st.integers(0, 3 * SECOND), again=st.integers(0, SECOND))
+def test_the_log_of_both_worlds_is_judged_good_and_nobody_jumps(ticks: int, again: int) -> None:
+    stage = led(ticks=ticks).resumed()
+    stage.tick(again)
+    stage = stage.resumed()
+    stage.tick(3 * SECOND)
+    judgement = judge(stage.world.scenario, stage.lines)
+    assert judgement.breaches == ()
+    assert judgement.path_m == pytest.approx(1.0, abs=1e-6)  # to the target, and no way twice
+
+
+def test_time_goes_on_even_where_nothing_happened_for_long() -> None:
+    before = Stage(scenario())
+    before.begin()
+    before.tick(20 * SECOND, awake=False)
+    assert first_told(before.resumed()).t_s > told(before).t_s
+
+
+def test_bodies_stand_until_their_robot_confirms_its_order_and_then_go_on() -> None:
+    stage = led(ticks=SECOND).resumed()
+    stage.tick(2 * SECOND, awake=False)
+    stood_m = told(stage).pose.x_m
+    assert not told(stage).moving
+    assert 0.4 < stood_m < 0.6
+    stage.order(1, FAR, step=1)  # the same one, by its number
+    stage.tick(2 * SECOND)
+    assert told(stage).pose.x_m == pytest.approx(1.0)
+    assert told(stage).finished == 1
+
+
+def test_an_order_that_was_driven_to_its_end_is_not_driven_again() -> None:
+    stage = led(ticks=4 * SECOND).resumed()
+    assert (first_told(stage).finished, first_told(stage).moving) == (1, False)
+    stage.tick(SECOND)
+    assert not any(isinstance(record, OrderFinished) for record in stage.records)
+
+
+def test_a_place_that_only_a_scan_has_shown_is_sampled_as_of_then() -> None:
+    before = led(ticks=SECOND + 2)
+    before.handle(ScanAsked(1, 1))
+    shown_s, shown = before.world.now_s, before.scans[-1].pose
+    times_s = [
+        (entry.t_s, entry.record.x_m)
+        for _, entry in before.resumed().lines[len(before.lines) :]
+        if isinstance(entry.record, PoseSampled) and entry.record.robot == 1
+    ]
+    assert times_s[0] == (shown_s, shown.x_m)
+    assert [x_m for _, x_m in times_s] == [shown.x_m] * 2
+
+
+def test_an_order_of_an_epoch_that_is_over_stays_void() -> None:
+    stage = led(ticks=SECOND).resumed()
+    stage.tick(awake=False)
+    assert stage.world.bodies.orders[0] is not None
+    (refused,) = stage.order(1, FAR, number=2, epoch=0)
+    assert type(refused).__name__ == "OrderRefused"
+
+
+def test_a_step_is_measured_as_a_whole() -> None:
+    whole, stage = led(ticks=4 * SECOND), led(ticks=SECOND).resumed()
+    stage.tick(4 * SECOND)
+    finished = [
+        [each.clearance_m for each in one.records if isinstance(each, StepFinished)] for one in (whole, stage)
+    ]
+    assert finished[0] == pytest.approx(finished[1], abs=1e-6)
+
+
+# --- what it knows --------------------------------------------------------------------------------
+
+
+def test_who_had_come_and_arrived_need_not_do_so_again() -> None:
+    before = led(ticks=SECOND)
+    before.write(1, RobotStarted(pid=1, incarnation="a"))
+    before.write(2, RobotArrived(progress_m=0.0))
+    after = before.resumed()
+    assert after.handle(TokenCame(1, "a")) == []
+    assert after.world.tally.arrived == {2}
+    assert after.at()[0]
+
+
+def test_before_it_is_over_who_lives_may_show_its_token_again() -> None:
+    after = led(ticks=SECOND).resumed()
+    after.look()
+    after.handle(StopAsked(ExitCode.TERMINATED))
+    assert after.at()[1:] == (Phase.OVER, Ending.TERMINATED)
+    arrived = led(ticks=SECOND)
+    for robot in (1, 2):
+        arrived.write(robot, RobotArrived(progress_m=0.0))
+    arrived = arrived.resumed()
+    arrived.look()
+    assert arrived.at()[2] is None
+    for robot in (1, 2):
+        arrived.handle(TokenCame(robot, "a"))
+    arrived.look()
+    assert arrived.at()[2] is Ending.ARRIVED
+
+
+def test_who_had_gone_as_it_was_told_when_the_run_was_over_has_not_died() -> None:
+    before = led(ticks=SECOND)
+    for robot in (1, 2):
+        before.write(robot, RobotArrived(progress_m=0.0))
+    before.write(1, TrafficCounted(sent={}, received={}, newest={}, refused={}, overflowed=0, unrecorded=0))
+    after = before.resumed()
+    after.handle(TokenCame(2, "a"))
+    after.look(after_wall_s=SILENCE_S)
+    assert after.at()[2] is Ending.ARRIVED
+    assert after.world.attendance.dead == set()
+
+
+def test_a_world_that_died_before_its_verdict_has_nothing_to_do_but_to_pass_it() -> None:
+    before = led(ticks=SECOND)
+    before.write(1, RobotArrived(progress_m=0.0))
+    before.lines.append(
+        ("world", Entry(n=9999, t_s=9.0, hlc="", record=RunEnded(reason=str(Ending.ARRIVED))))
+    )
+    after = before.resumed()
+    assert after.world.judgement is not None
+    assert after.at()[2] is Ending.ARRIVED
+    assert after.records == []
+
+
+def test_each_life_has_its_own_number() -> None:
+    stage = led(ticks=SECOND).resumed().resumed()
+    lives = [each.record.life for _, each in stage.lines if isinstance(each.record, WorldResumed)]
+    assert lives == [1, 2]
+
+
+# --- the file -------------------------------------------------------------------------------------
+
+
+@settings(max_examples=30, deadline=None)
+@given(cut=st.integers(1, 200))
+def test_a_torn_line_is_cut_off_and_numbers_go_on(tmp_path_factory: pytest.TempPathFactory, cut: int) -> None:
+    folder = recorded(tmp_path_factory.mktemp("run"), numbered(AT_REST))
+    path = folder / EVENTS_FILE
+    text = path.read_bytes()
+    path.write_bytes(text[:-cut])
+    past = read_past(folder)
+    assert past is not None
+    assert past.torn_bytes == len(path.read_bytes()) - past.whole_bytes
+    with continue_events(folder, past.whole_bytes) as file:
+        recorder = Recorder(file, None)
+        for source, incarnation, entry in past.said():
+            recorder.recall(source, entry, incarnation)
+        n = len(past.lines) + 1
+        again = Entry(n=n, t_s=9.0, hlc="", record=RunEnded(reason="again"))
+        assert recorder.take("world", [again]) == [again]
+        assert recorder.take("world", [again]) == []
+        assert (recorder.recorded_count, recorder.missing) == (n, {})
+    lines = [json.loads(line) for line in path.read_bytes().splitlines()]
+    assert [line["n"] for line in lines] == list(range(n + 1))
+
+
+def test_entries_of_a_life_that_was_recorded_are_not_taken_twice_nor_lost(tmp_path: Path) -> None:
+    started = RobotStarted(pid=7, incarnation="ab")
+    lines = [("r1", Entry(n=1, t_s=0.0, hlc="", record=started))]
+    past = read_past(recorded(tmp_path, lines))
+    assert past is not None
+    with continue_events(tmp_path, past.whole_bytes) as file:
+        recorder = Recorder(file, None)
+        for source, incarnation, entry in past.said():
+            recorder.recall(source, entry, incarnation)
+        more = Entry(n=2, t_s=0.0, hlc="", record=RobotArrived(progress_m=0.0))
+        assert recorder.take("r1", [lines[0][1], more], "ab") == [more]
+
+
+def test_where_no_run_has_begun_there_is_nothing_to_go_on_from(tmp_path: Path) -> None:
+    assert read_past(tmp_path) is None
+    (tmp_path / EVENTS_FILE).write_bytes(msgspec.json.encode(HEADER)[:40])
+    assert read_past(tmp_path) is None
+    open_events(tmp_path).close()  # which the torn header does not hinder
+
+
+def test_a_file_that_is_no_timeline_is_refused(tmp_path: Path) -> None:
+    (tmp_path / EVENTS_FILE).write_bytes(b"words\n")
+    with pytest.raises(UsageError, match="no run can go on from it"):
+        read_past(tmp_path)
+
+
+# --- the whole ------------------------------------------------------------------------------------
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize("speed", ["2", "max"])
+def test_a_fleet_whose_world_is_killed_arrives_and_nothing_is_missing(fleet: Fleet, speed: str) -> None:
+    fleet.start("grove", "--speed", speed, "--json")
+    fleet.wait_for("order.finished")
+    os.kill(fleet.process("world"), signal.SIGKILL)
+    outcome = fleet.end(RUN_S_MAX)
+    assert outcome.code == 0, outcome.err
+    assert "the world was killed by SIGKILL; it is started again" in outcome.err
+    verdict = json.loads(outcome.out)
+    assert (verdict["ok"], verdict["violations"], verdict["events"]["missing"]) == (True, 0, 0)
+    assert verdict["robots_arrived"] == 5
+    assert clew("log", "check", "runs/latest", cwd=fleet.cwd).returncode == 0
+    assert [each["life"] for each in fleet.entries() if each["kind"] == "world.resumed"] == [1]
+    assert fleet.leftovers() == []

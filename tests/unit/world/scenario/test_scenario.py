@@ -1,0 +1,389 @@
+import json
+import re
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import ndimage
+
+from protocol.errors import UsageError
+from protocol.files.reading import understand
+from protocol.mission import Law
+from tests.support.strategies.shape_strategies import as_shapely
+from world.scenario.reading import SCENARIOS
+from world.scenario.scenario import Scenario, load, schema
+
+NAMES = sorted(path.stem for path in SCENARIOS.glob("*.toml"))
+SCHEMA = SCENARIOS / "scenario.schema.json"
+
+SOUND = """
+name = "sound"
+[fleet]
+robots = 3
+robot_radius_m = 0.1
+start = [1.0, 1.0, 0.0]
+spacing_m = 0.3
+separation_m = 0.05
+link_length_m_max = 1.0
+[law]
+epsilon_m = 0.1
+mu0_m = 0.01
+[goal]
+at_m = [4.0, 1.0]
+tolerance_m = 0.1
+[bounds]
+x_m_min = 0.0
+y_m_min = 0.0
+x_m_max = 5.0
+y_m_max = 2.0
+[sensor]
+directions = 1440
+range_m_max = 4.0
+range_sigma_m = 0.001
+[drive]
+speed_mps = 0.5
+speed_mps_min = 0.05
+speed_mps_max = 1.0
+turn_rate_radps = 1.5
+heading_error_rad = 0.0003
+[time]
+time_s_max = 100.0
+[[obstacle]]
+shape = "circle"
+centre_m = [2.0, 1.0]
+radius_m = 0.2
+[[obstacle]]
+shape = "polygon"
+vertices_m = [[3.0, 1.5], [3.5, 1.5], [3.5, 1.9], [3.0, 1.9]]
+"""
+QUEUE = "start = [1.0, 1.0, 0.0]\nspacing_m = 0.3"
+
+
+def _load(tmp_path: Path, text: str, **overrides: object) -> Scenario:
+    path = tmp_path / "wood.toml"
+    path.write_text(text)
+    return load(str(path), **overrides)  # type: ignore[arg-type] # a test passes wrong things on purpose
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        ("robots = 3", "robots = 0", "$.fleet.robots: must be >= 1, got 0"),
+        (
+            "robots = 3",
+            "robots = 3\ncolour = 1",
+            "$.fleet: must have no field but robots, robot_radius_m, separation_m, link_length_m_max, places,"
+            " start, spacing_m, deployment, got 'colour' = 1",
+        ),
+        ("epsilon_m = 0.1", "", "$.law: must have the field epsilon_m, got mu0_m"),
+        ("range_m_max = 4.0", "range_m_max = -1.0", "$.sensor.range_m_max: must be > 0.0 m, got -1.0"),
+        ("range_m_max = 4.0", "range_m_max = nan", "$.sensor.range_m_max: must be > 0.0 m, got nan"),
+        (
+            "range_m_max = 4.0",
+            "range_m_max = 0.2",
+            "$.sensor.range_m_max: must be > radius + epsilon = 0.2 m, got 0.2",
+        ),
+        ("range_m_max = 4.0", 'range_m_max = "far"', "$.sensor.range_m_max: must be a number, got 'far'"),
+        ("robots = 3", 'robots = "3"', "$.fleet.robots: must be an integer, got '3'"),
+        ("start = [1.0, 1.0, 0.0]", "start = [1.0]", "$.fleet.start: must be a list of length 3, got [1.0]"),
+        ("start = [1.0, 1.0, 0.0]", "start = 1", "$.fleet.start: must be a list, got 1"),
+        (
+            "epsilon_m = 0.1",
+            'epsilon_m = 0.1\nlaw = "best"',
+            "$.law.law: must be one of certified, printed, resultant, got 'best'",
+        ),
+        (
+            "radius_m = 0.2",
+            "radius_m = 0.2\ncolour = 1",
+            "$.obstacle[0]: must have no field but shape, centre_m, radius_m, got 'colour' = 1",
+        ),
+        (
+            "at_m = [4.0, 1.0]",
+            "at_m = [4.0, -99.0]",
+            "$.goal.at_m: must be inside the bounds by the radius, "
+            "at y >= y_m_min + 0.1 = 0.1 m, got (4, -99)",
+        ),
+        (
+            "at_m = [4.0, 1.0]",
+            "at_m = [99.0, 1.0]",
+            "$.goal.at_m: must be inside the bounds by the radius, "
+            "at x <= x_m_max - 0.1 = 4.9 m, got (99, 1)",
+        ),
+        (
+            "tolerance_m = 0.1",
+            'tolerance_m = 0.1\n"a\\nb" = 1',
+            "$.goal: must have no field but at_m, tolerance_m, got 'a\\nb' = 1",
+        ),
+        ("directions = 1440", "directions = 7", "$.sensor.directions: must be >= 8, got 7"),
+        ('"circle"', '"ring"', "$.obstacle[0].shape: must be one of circle, ellipse, polygon, got 'ring'"),
+        ("radius_m = 0.2", "radius_m = 0.0", "$.obstacle[0].radius_m: must be > 0.0 m, got 0.0"),
+        (
+            "[3.5, 1.5], [3.5, 1.9]",
+            "[3.5, 1.9], [3.5, 1.5]",
+            "$.obstacle[1]: vertices_m must make a simple ring, got one that touches or crosses itself",
+        ),
+        (
+            "speed_mps = 0.5",
+            "speed_mps = 1.0",
+            "$.drive.speed_mps: must be > speed_mps_min = 0.05 and < speed_mps_max = 1 m/s, got 1",
+        ),
+        ("mu0_m = 0.01", "mu0_m = 0.1", "$.law.mu0_m: must be < epsilon_m = 0.1 m, got 0.1"),
+        (
+            "spacing_m = 0.3",
+            "spacing_m = 0.24",
+            "$.fleet.spacing_m: must be >= 2 robot_radius_m + separation_m = 0.25 m, got 0.24",
+        ),
+        (
+            "spacing_m = 0.3",
+            "",
+            "$.fleet: must be placed either by places, or by start and spacing_m, or at random, got start",
+        ),
+        (
+            QUEUE,
+            "places = [[1.0, 1.0, 0.0], [0.5, 1.0, 0.0]]",
+            "$.fleet.robots: must be <= the number of places = 2, got 3",
+        ),
+        (
+            QUEUE,
+            "places = [[1.0, 1.0, 0.0], [0.5, 1.0, 0.0], [0.7, 1.0, 0.0]]",
+            "$.fleet.places[2]: must be >= 2 robot_radius_m + separation_m = 0.25 m from places[1],"
+            " got 0.2 m at (0.7, 1)",
+        ),
+        (
+            "start = [1.0,",
+            "start = [1.7,",
+            "$.fleet.start, place of robot 1: must be >= 0.2 m away from $.obstacle[0],"
+            " got 0.1 m at (1.7, 1)",
+        ),
+        (
+            "start = [1.0,",
+            "start = [0.6,",
+            "$.fleet.start, place of robot 3: must be inside the bounds by the radius,"
+            " at x >= x_m_min + 0.1 = 0.1 m, got (0, 1)",
+        ),
+        (
+            "at_m = [4.0, 1.0]",
+            "at_m = [2.1, 1.0]",
+            "$.goal.at_m: must be >= 0.1 m away from $.obstacle[0], got inside it at (2.1, 1)",
+        ),
+        ("at_m = [4.0, 1.0]", "at_m = [3.9, 1.7]", None),
+        (
+            "at_m = [4.0, 1.0]",
+            "at_m = [3.52, 1.7]",
+            "$.goal.at_m: must be >= 0.1 m away from $.obstacle[1], got 0.02 m at (3.52, 1.7)",
+        ),
+        ("x_m_min = 0.0", "x_m_min = 5.0", "$.bounds.x_m_min: must be < x_m_max = 5 m, got 5"),
+        (
+            'name = "sound"',
+            'name = "sound"\ntable_m = [[1.0, 2.0]]\nswitching_positions_max = 2',
+            "$.table_m: must be as many rows as switching_positions_max = 2, got 1",
+        ),
+        (
+            'name = "sound"',
+            'name = "sound"\ntable_m = [[1.0]]\nswitching_positions_max = 1',
+            "$.table_m[0]: must be as many distances as obstacles = 2, got 1",
+        ),
+        (
+            "radius_m = 0.2",
+            "radius_m = 0.00005",
+            "$.sensor: must be sure of every obstacle out to 2 (radius + epsilon) = 0.4 m,"
+            " got 0.114592 m with 7200 directions",
+        ),
+        (
+            "range_sigma_m = 0.001",
+            "range_sigma_m = 0.003",
+            "$.law.mu0_m: must be >= 0.0126019 m, which is ray quantisation 1.90386e-06 m"
+            " + range noise 0.009 m + drive 0.0036 m, got 0.01",
+        ),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(tmp_path: Path, old: str, new: str, line: str | None) -> None:
+    assert SOUND.count(old) == 1
+    if line is None:
+        _load(tmp_path, SOUND.replace(old, new))
+        return
+    with pytest.raises(UsageError) as refusal:
+        _load(tmp_path, SOUND.replace(old, new))
+    assert str(refusal.value) == f"{tmp_path / 'wood.toml'}: {line}"
+
+
+def test_a_law_that_promises_nothing_needs_no_budget_and_only_no_contact(tmp_path: Path) -> None:
+    near = SOUND.replace("start = [1.0,", "start = [1.65,").replace("directions = 1440", "directions = 360")
+    assert _load(tmp_path, near, law="resultant").law.law is Law.RESULTANT
+    with pytest.raises(UsageError, match=r"robot 1: must be >= 0.1 m away"):
+        _load(tmp_path, near.replace("1.65", "1.75"), law="resultant")
+
+
+def test_a_point_may_not_start_inside_an_obstacle_under_any_law(tmp_path: Path) -> None:
+    point = SOUND.replace("robot_radius_m = 0.1", "robot_radius_m = 0.0").replace(
+        "start = [1.0,", "start = [2.0,"
+    )
+    with pytest.raises(
+        UsageError, match=r"robot 1: must be >= 0 m away from \$\.obstacle\[0\], got inside it"
+    ):
+        _load(tmp_path, point, law="printed")
+
+
+def test_robots_and_law_can_be_overridden(tmp_path: Path) -> None:
+    assert len(_load(tmp_path, SOUND, robots=2).fleet.poses()) == 2
+    assert _load(tmp_path, SOUND, law="printed").mission().law is Law.PRINTED
+    with pytest.raises(
+        UsageError,
+        match=r"/wood\.toml: \$\.fleet\.robots: must be >= 1, got 0 \(-n 0 instead of its robots = 3\)$",
+    ):
+        _load(tmp_path, SOUND, robots=0)
+    with pytest.raises(
+        UsageError,
+        match=r"/wood\.toml: \$\.law\.law: must be one of certified, printed, resultant, got 'best'",
+    ):
+        _load(tmp_path, SOUND, law="best")
+
+
+def test_a_queue_that_n_makes_too_long_is_told_so() -> None:
+    with pytest.raises(UsageError) as refusal:
+        load("grove", robots=8)
+    assert str(refusal.value) == (
+        "grove: $.fleet.start, place of robot 6: must be inside the bounds by the radius,"
+        " at x >= x_m_min + 0.1 = 0.1 m, got (0, 2) (-n 8 instead of its robots = 5)"
+    )
+
+
+PATHS = [("fleet", "robots"), ("fleet", "start"), ("law", "law"), ("goal",), ("obstacle",), ("name",)]
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
+    max_leaves=6,
+)
+
+
+@given(st.sampled_from(PATHS), VALUES)
+def test_whatever_is_wrong_is_one_line_with_path_and_value(path: tuple[str, ...], value: object) -> None:
+    raw = msgspec.toml.decode(SOUND)
+    inner = raw
+    for key in path[:-1]:
+        inner = inner[key]
+    inner[path[-1]] = value
+    line = ""
+    try:
+        understand(raw, Scenario, "wood")
+    except UsageError as error:
+        line = str(error)
+    assert line.isprintable()
+    assert re.match(r"$|wood: \$.*: must .*, got ", line)
+
+
+def test_an_unknown_scenario_is_told_the_known_ones() -> None:
+    known = "door, follower, grove, paper, pedestrian, or"
+    with pytest.raises(UsageError, match=rf"^unknown scenario 'groove': must be one of {known}"):
+        load("groove")
+
+
+def test_a_file_that_cannot_be_read_or_parsed_is_said_so(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="No such file"):
+        load(str(tmp_path / "nowhere.toml"))
+    with pytest.raises(UsageError, match=r"/wood\.toml: is not TOML: .*line 3"):
+        _load(tmp_path, '\nname = "x"\nrobots =\n')
+    path = tmp_path / "wood.json"
+    path.write_text("[1, 2")
+    with pytest.raises(UsageError, match=r"/wood\.json: is not JSON"):
+        load(str(path))
+
+
+@given(st.binary(max_size=200))
+def test_no_file_raises_anything_but_a_usage_error(
+    tmp_path_factory: pytest.TempPathFactory, text: bytes
+) -> None:
+    for name in ("any.toml", "any.json"):
+        path = tmp_path_factory.getbasetemp() / name
+        path.write_bytes(text)
+        with pytest.raises(UsageError):
+            load(str(path))
+
+
+def test_the_range_in_use_is_as_far_as_the_thinnest_obstacle_is_surely_seen(tmp_path: Path) -> None:
+    thin = _load(tmp_path, SOUND.replace("radius_m = 0.2", "radius_m = 0.006"))
+    assert thin.mission().range_m_max == pytest.approx(0.012 / (2 * np.pi / 1440))
+    assert _load(tmp_path, SOUND).mission().range_m_max == 4.0
+
+
+def test_robots_queue_behind_the_first_along_its_heading(tmp_path: Path) -> None:
+    turned = _load(
+        tmp_path, SOUND.replace("start = [1.0, 1.0, 0.0]", "start = [1.0, 1.0, 1.5707963267948966]")
+    )
+    places = [(pose.x_m, pose.y_m) for pose in turned.fleet.poses()]
+    assert np.array(places) == pytest.approx(np.array([(1.0, 1.0), (1.0, 0.7), (1.0, 0.4)]))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_scenario_survives_the_timelines_header(name: str) -> None:
+    scenario = load(name)
+    again = msgspec.convert(json.loads(json.dumps(msgspec.to_builtins(scenario))), Scenario)
+    assert again == scenario
+    assert again.fingerprint() == scenario.fingerprint()
+    assert load(name, robots=1).fingerprint() != scenario.fingerprint()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_certified_is_the_law_of_every_scenario_but_the_papers(name: str) -> None:
+    assert load(name).law.law is (Law.PRINTED if name == "paper" else Law.CERTIFIED)
+    assert load(name).name == name
+    load(name, law="certified")  # its budget can be kept everywhere
+
+
+def test_the_papers_scenario_holds_the_first_row_of_table_1() -> None:
+    paper = load("paper")
+    assert paper.table_m is not None
+    assert len(paper.table_m) == paper.switching_positions_max == 11
+    start = shapely.Point(paper.fleet.poses()[0].x_m, paper.fleet.poses()[0].y_m)
+    measured = [start.distance(as_shapely(obstacle)) for obstacle in paper.obstacles]
+    # The reconstruction's RMS error is 0.025 m over all rows.
+    assert measured == pytest.approx(paper.table_m[0], abs=0.05)
+
+
+def test_the_grove_can_be_crossed_with_room_to_spare() -> None:
+    grove = load("grove")
+    assert {type(obstacle).__name__ for obstacle in grove.obstacles} == {"Circle", "Ellipse", "Polygon"}
+    assert grove.goal is not None
+    cell_m = 0.02
+    x, y = np.meshgrid(np.arange(0.0, 6.0, cell_m), np.arange(0.0, 4.0, cell_m))
+    solid = shapely.union_all([as_shapely(obstacle) for obstacle in grove.obstacles])
+    rim_m = np.minimum.reduce([x, 6.0 - x, y, 4.0 - y])
+    room_m = np.minimum(shapely.distance(solid, shapely.points(x, y)), rim_m)
+    regions, _ = ndimage.label(room_m >= grove.closest_m + 0.03)
+    first = grove.fleet.poses()[0]
+    ends = ((first.x_m, first.y_m), grove.goal.at_m)
+    start, goal = (int(regions[round(y_m / cell_m), round(x_m / cell_m)]) for x_m, y_m in ends)
+    assert start == goal != 0
+
+
+def test_the_kept_schema_is_the_one_that_the_types_make() -> None:
+    made = json.dumps(schema(), indent=2) + "\n"
+    # On a change of the types, let this line write it anew: SCHEMA.write_text(made)
+    assert SCHEMA.read_text() == made
+
+
+UNITS = {"m": "m", "rad": "rad", "mps": "m/s", "radps": "rad/s", "s": "s"}
+
+
+def test_every_quantity_in_the_schema_says_its_unit() -> None:
+    definitions = schema()["$defs"]
+    for section in (
+        "Fleet",
+        "LawSection",
+        "Goal",
+        "SensorSection",
+        "DriveSection",
+        "TimeSection",
+        "Circle",
+        "Ellipse",
+        "MovingCircle",
+    ):
+        for name, described in definitions[section]["properties"].items():
+            suffix = re.search(r"_(m|rad|mps|radps|s)(_min|_max)?$", name)
+            if suffix is not None:
+                said = " ".join(re.findall(r'"description": "([^"]*)"', json.dumps(described)))
+                assert re.search(rf"(^|[\[ ]){UNITS[suffix[1]]}($|[\];, ])", said), (section, name, said)

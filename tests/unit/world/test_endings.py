@@ -1,0 +1,138 @@
+"""When a run in which robots die, freeze, come again or cannot be heard is over."""
+
+import pytest
+
+from protocol.frames import Point
+from protocol.timeline import (
+    LinkBroken,
+    RobotArrived,
+    RobotDied,
+    RobotRestarted,
+    RobotReturned,
+)
+from tests.support.scenes.world_scenarios import scenario
+from tests.support.stages.world_stage import Stage
+from world.bodies.arena import TICK_S
+from world.core import HEAL_S_MAX, ROBOTS_PATIENCE_WALL_S, ROUTER_PATIENCE_WALL_S
+from world.events import TokenCame, TokenWent
+from world.judge.ending import Ending
+
+SECOND = round(1.0 / TICK_S)
+
+
+def running(**sections: dict[str, object]) -> Stage:
+    stage = Stage(scenario(**sections))
+    stage.begin()
+    return stage
+
+
+def test_a_death_does_not_end_the_run_and_the_others_arrive() -> None:
+    stage = running()
+    stage.tick(SECOND // 2)
+    die(stage, 1)
+    stage.tick(SECOND)
+    stage.look()
+    assert stage.at()[2] is None
+    stage.write(2, RobotArrived(progress_m=1.0))
+    stage.look()
+    assert stage.at()[2] is Ending.ARRIVED
+
+
+def die(stage: Stage, robot: int, *, incarnation: str = "a") -> None:
+    stage.handle(TokenWent(robot, incarnation))
+    stage.look(after_wall_s=1.0)
+    assert [record for record in stage.records if isinstance(record, RobotDied)][-1].robot == robot
+
+
+def test_a_run_of_which_all_robots_stay_away_is_over_after_a_while() -> None:
+    stage = running()
+    die(stage, 1)
+    die(stage, 2)  # each of which takes a second
+    stage.look(after_wall_s=ROBOTS_PATIENCE_WALL_S - 2.1)
+    assert stage.at()[2] is None
+    stage.look(after_wall_s=0.2)
+    assert stage.at()[2] is Ending.EXTINCT
+
+
+def test_a_run_of_which_all_robots_were_cut_off_for_a_while_goes_on() -> None:
+    stage = running()
+    die(stage, 1)
+    die(stage, 2)
+    for robot in (1, 2):
+        stage.handle(TokenCame(robot, "a"))
+    stage.look(after_wall_s=ROBOTS_PATIENCE_WALL_S)
+    assert stage.at()[2] is None
+    for robot in (1, 2):
+        stage.write(robot, RobotArrived(progress_m=1.0))
+    stage.look()
+    assert stage.at()[2] is Ending.ARRIVED
+
+
+@pytest.mark.parametrize("upset", ["a death", "a broken link"])
+def test_a_run_that_does_not_heal_ends_when_nothing_has_moved_for_the_longest_time(upset: str) -> None:
+    stage = running(time={"time_s_max": 500.0})
+    stage.order(2, Point(x_m=-1.5, y_m=0.0))
+    if upset == "a death":
+        die(stage, 1)
+    else:
+        stage.write(2, LinkBroken(neighbour=1, cause="silence", silent_s=3.0))
+    stage.tick(round(HEAL_S_MAX * SECOND))
+    stage.look()
+    assert stage.at()[2] is None
+    since_s = stage.world.arena.moved_s
+    assert since_s > 1.0
+    while stage.world.now_s < since_s + HEAL_S_MAX:
+        assert stage.at()[2] is None
+        stage.tick()
+        stage.look()
+    assert stage.at()[2] is Ending.STUCK
+
+
+def test_where_nobody_died_and_no_link_broke_a_strand_may_stand_as_long_as_it_likes() -> None:
+    stage = running(time={"time_s_max": 500.0})
+    stage.tick(round(2 * HEAL_S_MAX * SECOND))
+    stage.look()
+    assert stage.at()[2] is None
+
+
+def test_a_frozen_robot_counts_as_dead_until_its_token_is_back() -> None:
+    stage = running()
+    die(stage, 1)
+    assert stage.handle(TokenCame(1, "a")) == [RobotReturned(robot=1)]
+    stage.write(2, RobotArrived(progress_m=1.0))
+    stage.look()
+    assert stage.at()[2] is None
+    stage.write(1, RobotArrived(progress_m=2.0))
+    stage.look()
+    assert stage.at()[2] is Ending.ARRIVED
+
+
+def test_a_robot_that_is_started_again_has_died_lives_and_has_arrived_nowhere() -> None:
+    stage = running()
+    stage.write(1, RobotArrived(progress_m=1.0))
+    stage.tick(SECOND)
+    stage.order(2, None, number=1)
+    known = [RobotDied(robot=1, silent_since_s=0.0), RobotRestarted(robot=1)]
+    assert stage.handle(TokenCame(1, "b")) == known
+    assert stage.odometry[1][-1].t_s == stage.world.now_s  # it learns the time at once
+    stage.handle(TokenWent(1, "a"))
+    stage.write(2, RobotArrived(progress_m=2.0))
+    stage.look()
+    assert stage.at()[2] is None
+    die(stage, 1, incarnation="b")
+    assert stage.handle(TokenCame(1, "c")) == [RobotRestarted(robot=1)]
+
+
+def test_without_a_router_nobody_is_said_to_have_died_and_the_run_waits_for_it_for_a_while() -> None:
+    stage = running()
+    stage.look()
+    for robot, incarnation in ((1, "a"), (2, "a")):
+        stage.handle(TokenWent(robot, incarnation))
+    stage.wall_s += ROUTER_PATIENCE_WALL_S - 0.1
+    stage.world.look(wall_s=stage.wall_s, router=None)
+    stage.look(after_wall_s=0.1)
+    assert stage.at()[2] is None
+    stage.wall_s += ROUTER_PATIENCE_WALL_S
+    stage.world.look(wall_s=stage.wall_s, router=None)
+    assert stage.at()[2] is Ending.CUT_OFF
+    assert stage.world.tally.died == set()

@@ -1,0 +1,1 @@
+"""The bodies of robots: how they move, what they sense."""

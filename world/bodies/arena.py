@@ -1,0 +1,280 @@
+"""The arena: all bodies, their sensors and the monitor, in simulated time; what is recorded of them.
+
+Rule 1: simulated time goes on by ticks alone.
+Rule 2: a body is sampled where its motion changes, and before every odometry while it moves; so between two
+        samples it moved straight and evenly, and the samples alone give the least distances.
+"""
+
+import math
+from functools import cache
+
+import numpy as np
+
+from protocol.arrays import Flags, Floats
+from protocol.frames import Pose
+from protocol.timeline import (
+    BodyStopped,
+    OrderAccepted,
+    OrderFinished,
+    PoseSampled,
+    Record,
+    ScanServed,
+    StepFinished,
+)
+from protocol.timeline.bodies import RANGES_TOLD_MAX
+from protocol.wire.messages import Drive, Odometry, Phase, Scan
+from world.bodies.bodies import Bodies, Moves
+from world.bodies.sensor import Sensor
+from world.chance import stream
+from world.commands import Note
+from world.geometry.clearance import clearance
+from world.judge.monitor import Monitor
+from world.record.resume import QUIET_S, BodyPast, Past
+from world.scenario.scenario import Scenario
+
+TICK_S = 0.02  # docs/run.md
+ODOMETRY_TICKS = 5  # 0.1 s: docs/run.md
+ROUNDING_S = 1e-9  # what adding up ticks may be off by
+OUTLOOK_TICKS_MAX = 50  # a second: looking twice as far ahead saves nothing worth having
+
+
+class Arena:
+    """Robot k is row k - 1 of all arrays."""
+
+    def __init__(self, scenario: Scenario, *, seed: int, life: int = 0) -> None:
+        """A world that goes on from its timeline for the n-th time has the streams of chance of life n."""
+        robots = range(1, scenario.fleet.robots + 1)
+        of_life = f"/{life}" if life else ""
+        self._speed_mps = scenario.drive.speed_mps
+        self.bodies = Bodies(
+            scenario.fleet.poses(),
+            scenario.drive,
+            [stream(seed, f"drive/{robot}{of_life}") for robot in robots],
+        )
+        self.moved_s = 0.0
+        """When a body last moved."""
+        self._sensor = Sensor(scenario, [stream(seed, f"scan/{robot}{of_life}") for robot in robots])
+        self._monitor = Monitor.of(scenario)
+        self._ground = scenario.ground
+        self._radius_m = scenario.fleet.robot_radius_m
+        self._corners_m: list[list[Floats]] = [[] for _ in robots]
+        """Where each body has veered since it took its order, and where it was then."""
+        self._outlook_until, self._is_safe = 0, False
+        self._steps = [0] * len(robots)
+        self._finished: list[tuple[int, int] | None] = [None] * len(robots)
+        """The step that each body finished last, by epoch and number: it may be ordered again at its end."""
+        self._ticks = 0
+        self.now_s = 0.0
+        """Simulated time."""
+        self._noted_s = 0.0
+        self._none: Flags = np.zeros(len(robots), dtype=bool)
+        self._first: Flags = np.arange(len(robots)) == 0
+        self._sampled = self._none
+        """Which bodies have been sampled at the end of the last tick."""
+        self._moving, self._any_moving = self._none, False
+
+    @property
+    def is_odometry_instant(self) -> bool:
+        """Whether every robot is told of its body now."""
+        return self._ticks % ODOMETRY_TICKS == 0
+
+    def note(self, record: Record) -> Note:
+        """A record of now."""
+        return Note(self.now_s, record)
+
+    def place(self) -> list[Note]:
+        """Judge and record where bodies stand at the start."""
+        places_m = self.bodies.place_m
+        broken = self._monitor.watch(places_m, places_m, t_s=self.now_s)
+        return self.sample() + [self.note(each) for each in broken]
+
+    def resume(self, past: Past) -> list[Note]:
+        """Go on from a timeline: bodies stand where it saw them last, and are recorded there."""
+        self._go_to(round(past.newest_s / TICK_S))
+        notes: list[Note] = []
+        for robot, known in past.bodies.items():
+            self._stand_as(robot - 1, known)
+            if not known.sampled:  # it was there by then, and not as late as it will be recorded next
+                notes.append(self.note(_sample(robot - 1, self.bodies.place_m, self.bodies.heading_rad)))
+        instants = math.ceil((past.newest_s + QUIET_S - ROUNDING_S) / (TICK_S * ODOMETRY_TICKS))
+        self._go_to(instants * ODOMETRY_TICKS)
+        self._noted_s = self.now_s
+        return notes
+
+    def _stand_as(self, body: int, known: BodyPast) -> None:
+        order = None if known.order is None else _as_given(known.order, self._speed_mps)
+        pose = Pose(x_m=known.x_m, y_m=known.y_m, heading_rad=known.heading_rad)
+        self.bodies.resume(body, pose, order, finished=known.finished, epoch=known.epoch, now_s=self.now_s)
+        self._steps[body] = 0 if order is None else order.step
+        self._corners_m[body] = [np.array(place_m) for place_m in known.way_m]
+
+    def sample(self) -> list[Note]:
+        """Record where all bodies are."""
+        places_m, headings_rad = self.bodies.place_m, self.bodies.heading_rad
+        return [self.note(_sample(body, places_m, headings_rad)) for body in range(len(places_m))]
+
+    def order(self, robot: int, drive: Drive) -> list[Note]:
+        """Give a body an order; raises `MessageRefusedError` where it is void."""
+        body = robot - 1
+        if not self.bodies.hear(body, drive, now_s=self.now_s):
+            return []
+        if drive.target is not None:  # to stand still interrupts a step, which is measured as a whole
+            if drive.step == 0 or drive.step != self._steps[body]:
+                self._corners_m[body] = [self.bodies.place_m[body]]
+            self._steps[body] = drive.step
+        pose = self.bodies.pose(body)
+        accepted = OrderAccepted(
+            robot=robot,
+            number=drive.number,
+            epoch=drive.epoch,
+            step=drive.step,
+            x_m=pose.x_m,
+            y_m=pose.y_m,
+            target=drive.target,
+            reach_m=drive.reach_m,
+        )
+        return [self.note(accepted)]
+
+    def scan(self, robot: int, revolutions: int) -> tuple[Note, Scan]:
+        """Read a body's sensor, so many revolutions or as many as fit into a scan."""
+        pose = self.bodies.pose(robot - 1)
+        scan = self._sensor.read(
+            robot - 1, pose, self.bodies.place_m, now_s=self.now_s, revolutions=revolutions
+        )
+        served = ScanServed(
+            robot=robot,
+            x_m=pose.x_m,
+            y_m=pose.y_m,
+            heading_rad=pose.heading_rad,
+            revolutions=len(scan.ranges_m) // self._sensor.directions,
+            hits=self._sensor.hits(scan),
+            ranges_m=_told(scan),
+        )
+        return self.note(served), scan
+
+    def odometry(self, robot: int, phase: Phase) -> Odometry:
+        """What a body tells its robot."""
+        body = robot - 1
+        return Odometry(
+            t_s=self.now_s,
+            pose=self.bodies.pose(body),
+            moving=self.bodies.is_moving(body),
+            finished=self.bodies.finished_number[body],
+            ordered=self.bodies.ordered(body),
+            phase=phase,
+        )
+
+    def tick(self) -> tuple[list[Note], list[int]]:
+        """Go on by one tick: what is recorded of it, and the robots whose bodies have finished an order."""
+        outlook = self._is_safe and self._ticks + 1 < self._outlook_until
+        if outlook and self.bodies.coast(now_s=self.now_s, tick_s=TICK_S):
+            self._go_to(self._ticks + 1)
+            return self._note(self._sample_moved(self._moving)), []
+        began_s, headings_rad, moving = self.now_s, self.bodies.heading_rad, self.bodies.moving
+        moves = self.bodies.tick(now_s=began_s, tick_s=TICK_S)
+        veered = np.flatnonzero(moves.veered).tolist()
+        for body in veered:
+            self._corners_m[body].append(moves.starts_m[body])
+        notes = [
+            Note(began_s, _sample(body, moves.starts_m, headings_rad))
+            for body in veered
+            if not self._sampled[body]
+        ]
+        self._go_to(self._ticks + 1)
+        notes += self._sample_moved(moving)
+        notes += [self.note(BodyStopped(robot=body + 1)) for body in moves.stopped]
+        notes += self._watch(moves)
+        notes += [self.note(record) for body in moves.finished for record in self._finish(body)]
+        self._moving = self.bodies.moving
+        self._any_moving = bool(self._moving.any())
+        return self._note(notes), [body + 1 for body in moves.finished]
+
+    def _note(self, notes: list[Note]) -> list[Note]:
+        """Take down when something was last recorded, and moved."""
+        if notes:
+            self._noted_s = self.now_s
+        if self._any_moving:
+            self.moved_s = self.now_s
+        return notes
+
+    def _go_to(self, ticks: int) -> None:
+        self._ticks = ticks
+        self.now_s = round(ticks * TICK_S, 9)  # 4.02 and not 4.0200000000000005
+
+    def _sample_moved(self, moved: Flags) -> list[Note]:
+        """What is to be on record before robots are told of their bodies; and something each `QUIET_S`."""
+        if not self.is_odometry_instant:
+            self._sampled = self._none
+            return []
+        self._sampled = moved
+        if not moved.any() and self.now_s - self._noted_s >= QUIET_S - ROUNDING_S:
+            self._sampled = self._first
+        places_m, headings_rad = self.bodies.place_m, self.bodies.heading_rad
+        rows = np.flatnonzero(self._sampled).tolist()
+        return [self.note(_sample(body, places_m, headings_rad)) for body in rows]
+
+    def _watch(self, moves: Moves) -> list[Note]:
+        """Rule 3."""
+        if moves.veered.any() or self._ticks >= self._outlook_until:
+            moves_m = moves.ends_m - moves.starts_m
+            ticks = min(self.bodies.straight_ticks(np.hypot(*moves_m.T)), OUTLOOK_TICKS_MAX)
+            self._outlook_until = self._ticks + ticks
+            ends_m = moves.starts_m + (1 + ticks) * moves_m
+            self._is_safe = self._monitor.is_safe(moves.starts_m, ends_m, courses_m=self.bodies.courses_m)
+        if self._is_safe:
+            return []
+        return [self.note(each) for each in self._monitor.watch(moves.starts_m, moves.ends_m, t_s=self.now_s)]
+
+    def _order_clearance_m(self, body: int) -> float | None:
+        """The least clearance of a hull since its body took its order; None where there is no obstacle."""
+        way_m = np.array([*self._corners_m[body], self.bodies.place_m[body]])
+        least_m = float(clearance(self._ground, way_m[:-1], way_m[1:]).min()) - self._radius_m
+        return least_m if least_m < np.inf else None
+
+    def _finish(self, body: int) -> list[Record]:
+        order = self.bodies.orders[body]
+        assert order is not None, f"body {body} finished without an order"
+        pose = self.bodies.pose(body)
+        clearance_m = self._order_clearance_m(body)
+        x_m, y_m = pose.x_m, pose.y_m
+        done = OrderFinished(
+            robot=body + 1,
+            number=order.number,
+            step=order.step,
+            x_m=x_m,
+            y_m=y_m,
+            clearance_m=clearance_m,
+        )
+        if order.step == 0 or self._finished[body] == (order.epoch, order.step):
+            return [done]
+        self._finished[body] = (order.epoch, order.step)
+        step = StepFinished(robot=body + 1, step=order.step, x_m=x_m, y_m=y_m, clearance_m=clearance_m)
+        return [done, step]
+
+
+def _sample(body: int, places_m: Floats, headings_rad: Floats) -> PoseSampled:
+    x_m, y_m = places_m[body].tolist()
+    return PoseSampled(robot=body + 1, x_m=x_m, y_m=y_m, heading_rad=float(headings_rad[body]))
+
+
+def _told(scan: Scan) -> tuple[float, ...]:
+    """What the timeline tells of a scan: every n-th ray, by the least n that divides them evenly."""
+    return tuple(round(range_m, 3) for range_m in scan.ranges_m[:: _stride(len(scan.ranges_m))])
+
+
+@cache
+def _stride(rays: int) -> int:
+    return next(n for n in range(1, rays + 1) if rays % n == 0 and rays // n <= RANGES_TOLD_MAX)
+
+
+def _as_given(order: OrderAccepted, speed_mps: float) -> Drive:
+    """An order that is on record, as its robot gave it."""
+    return Drive(
+        number=order.number,
+        basis_s=0.0,  # it is confirmed by newer ones
+        target=order.target,
+        speed_mps=speed_mps,
+        epoch=order.epoch,
+        step=order.step,
+        reach_m=order.reach_m,
+    )

@@ -1,0 +1,311 @@
+"""N unicycle bodies: what drive orders make of them, tick by tick.
+
+Rule 1: within one tick a body turns on the spot, or drives straight, or stands. So a tick's motion is a
+        segment, and how far a body turned or drove is exact.
+Rule 2: a body drives at the ordered speed, v_min < v < v_max, equation (1); only the tick that ends a run
+        is shorter.
+Rule 3: an order is taken once, by its number; older or same numbers change nothing. An order to drive is void
+        in an older epoch than the newest; to stand is never void.
+Rule 4: a body drives its course straight to the end and stands; drive error makes the course miss the
+        target by at most `heading_error_rad` times the length, and the order is finished all the same.
+Rule 5: an order is good for `deadman_s` from its basis on, however late it came; then the body stands. The
+        same order goes on when its robot confirms it, by a newer basis; another number confirms nothing.
+Rule 6: an order that is good until some time is driven until then, and on when a later time is heard.
+Rule 7: a tick in which every body goes on as in the one before is the same whether it is worked out in full
+        (`tick`) or only added (`coast`).
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from protocol.arrays import Flags, Floats
+from protocol.errors import MessageRefusedError
+from protocol.frames import Point, Pose, wrap
+from protocol.mission import DEADMAN_S
+from protocol.wire.messages import Drive
+from world.scenario.sections import DriveSection
+
+ROUNDING_M = 1e-9  # what places may be off by: a robot sent straight on must not stop for that
+TICKS_MAX = 1e9  # more than a run has
+LANDING_TICKS = 2  # before a body lands, and more than rounding can make of the way that is left
+ROUNDING_S = 1e-9  # what adding up ticks may be off by
+
+
+@dataclass(frozen=True, slots=True)
+class Moves:
+    """What one tick did to all bodies; bodies are named by their index."""
+
+    starts_m: Floats
+    """(N, 2) [world frame]; between start and end each body moved straight and evenly."""
+    ends_m: Floats
+    veered: Flags
+    """Which bodies move otherwise in this tick than in the one before."""
+    finished: Sequence[int]
+    stopped: Sequence[int]
+    """Those that the dead-man stop has caught under way."""
+
+
+class Bodies:
+    """The poses of all bodies and the orders that they have in hand."""
+
+    def __init__(
+        self, starts: Sequence[Pose], limits: DriveSection, errors: Sequence[np.random.Generator]
+    ) -> None:
+        count = len(starts)
+        self._place_m: Floats = np.array([(pose.x_m, pose.y_m) for pose in starts]).reshape(count, 2)
+        self._place_is_due = False  # it is worked out when somebody asks for it
+        self.heading_rad: Floats = np.array([pose.heading_rad for pose in starts])
+        self.orders: list[Drive | None] = [None] * count
+        self.finished_number = [0] * count
+        self._limits = limits
+        self._errors = errors  # one stream a body: the order in which orders arrive must not matter
+        self._under_way: Flags = np.zeros(count, dtype=bool)
+        self._held: Flags = np.zeros(count, dtype=bool)
+        self._basis_s: Floats = np.zeros(count)
+        self._epoch = [0] * count
+        self._until_s: Floats = np.full(count, math.inf)
+        self._course_rad = self.heading_rad.copy()
+        self._origin_m = self.place_m.copy()
+        self._landing_m = self.place_m.copy()
+        self._length_m, self._driven_m, self._speed_mps = np.zeros(count), np.zeros(count), np.zeros(count)
+        self._run = np.zeros(count, dtype=np.int64)
+        self._last_run = self._run.copy()
+        self._last_step_m = np.zeros(count)
+        self._none: Flags = np.zeros(count, dtype=bool)
+        self._at_rest = True
+        """No body drove in the last tick."""
+        self._same_ticks = 0
+        """How many more ticks are like the last one, as far as that is certain."""
+        self._same_until_s = -math.inf
+        self._turning: list[int] = []  # in such a tick
+
+    @property
+    def place_m(self) -> Floats:
+        """(N, 2) [world frame]; an array that has been given out never changes."""
+        if self._place_is_due:
+            self._place_is_due = False
+            self._place_m = np.where((self._last_step_m > 0.0)[:, None], self._on_way_m(), self._place_m)
+        return self._place_m
+
+    @property
+    def moving(self) -> Flags:
+        """Which bodies turn or drive."""
+        return self._under_way & ~self._held
+
+    def is_moving(self, body: int) -> bool:
+        """Whether a body turns or drives."""
+        return bool(self._under_way[body] and not self._held[body])
+
+    def pose(self, body: int) -> Pose:
+        """Where a body stands [world frame]."""
+        x_m, y_m = self.place_m[body].tolist()
+        return Pose(x_m=x_m, y_m=y_m, heading_rad=float(self.heading_rad[body]))
+
+    @property
+    def courses_m(self) -> Floats:
+        """(N, 4) [world frame]: from x, y to x, y, the straight way on which alone each body drives."""
+        return np.hstack((self._origin_m, self._landing_m))
+
+    def straight_ticks(self, steps_m: Floats) -> int:
+        """How many more ticks like the last one no body will have landed, as far as orders say now.
+
+        Args:
+            steps_m: how far each body drove in the last tick (N,).
+        """
+        driving = steps_m > 0.0
+        left_m = (self._length_m - self._driven_m)[driving]
+        return int((left_m / steps_m[driving]).min(initial=TICKS_MAX))
+
+    def basis_s(self, body: int) -> float:
+        """When the body's robot was last known to be awake: the basis of the newest order heard."""
+        return float(self._basis_s[body])
+
+    def ordered(self, body: int) -> int:
+        """The number of the newest order that the body has taken."""
+        order = self.orders[body]
+        return 0 if order is None else order.number
+
+    def resume(
+        self, body: int, pose: Pose, order: Drive | None, *, finished: int, epoch: int, now_s: float
+    ) -> None:
+        """Stand there, with an order in hand that was heard of before; it goes on when it is confirmed."""
+        self._place_m[body], self.heading_rad[body] = (pose.x_m, pose.y_m), pose.heading_rad
+        self.orders[body], self.finished_number[body], self._epoch[body] = order, finished, epoch
+        self._basis_s[body], self._held[body] = now_s, True
+        if order is not None and order.target is not None and order.number > finished:
+            self._speed_mps[body] = order.speed_mps
+            self._lay_course(body, order.target)
+
+    def stand(self) -> None:
+        """All bodies drop their orders and stand: the run is over."""
+        self._under_way[:] = False
+        self._same_ticks = 0
+
+    def hear(self, body: int, drive: Drive, *, now_s: float) -> bool:
+        """Take an order; whether it is new.
+
+        Raises:
+            MessageRefusedError: the order is void, or the drive cannot do it.
+        """
+        last, epoch = self.orders[body], self._epoch[body]
+        if not now_s - DEADMAN_S - ROUNDING_S <= drive.basis_s <= now_s + ROUNDING_S:
+            raise MessageRefusedError(
+                f"order {drive.number} is void: its basis is {now_s - drive.basis_s:.3f} s old"
+            )
+        if drive.target is not None and drive.epoch < epoch:
+            raise MessageRefusedError(
+                f"order {drive.number} is void: epoch {drive.epoch} is over, now {epoch}"
+            )
+        low_mps, high_mps = self._limits.speed_mps_min, self._limits.speed_mps_max
+        if drive.target is not None and not low_mps < drive.speed_mps < high_mps:
+            raise MessageRefusedError(
+                f"order {drive.number}: speed must be in ({low_mps}, {high_mps}) m/s, got {drive.speed_mps}"
+            )
+        if drive.number < self.ordered(body) or drive.basis_s < self._basis_s[body]:
+            return False
+        until_s = math.inf if drive.until_s is None else drive.until_s
+        is_same = drive.number == self.ordered(body)
+        if not is_same or self._held[body] or until_s < self._until_s[body]:
+            self._same_ticks = 0
+        self._basis_s[body], self._until_s[body] = drive.basis_s, until_s
+        self._held[body] = False
+        if is_same:
+            return False
+        self.orders[body] = drive
+        self._epoch[body] = max(epoch, drive.epoch)
+        self._begin(body, drive, last)
+        return True
+
+    def _begin(self, body: int, drive: Drive, last: Drive | None) -> None:
+        if drive.target is None:
+            self._under_way[body] = False
+            self.finished_number[body] = drive.number  # to stand still is done at once
+            return
+        self._speed_mps[body] = drive.speed_mps
+        if not (self._under_way[body] and last is not None and last.target == drive.target):
+            self._lay_course(body, drive.target)
+
+    def _lay_course(self, body: int, target: Point) -> None:
+        x_m, y_m = self.place_m[body].tolist()
+        length_m = math.hypot(target.x_m - x_m, target.y_m - y_m)
+        bearing_rad = math.atan2(target.y_m - y_m, target.x_m - x_m)
+        error_rad = self._limits.heading_error_rad
+        heading_rad = float(self.heading_rad[body])
+        miss_rad = abs(wrap(bearing_rad - heading_rad))
+        aims = miss_rad < math.pi / 2 and length_m * (miss_rad - error_rad) <= ROUNDING_M
+        if length_m <= ROUNDING_M or aims:
+            course_rad = heading_rad
+        else:
+            course_rad = wrap(bearing_rad + float(self._errors[body].uniform(-error_rad, error_rad)))
+        self._under_way[body] = True
+        self._course_rad[body] = course_rad
+        self._origin_m[body] = (x_m, y_m)
+        self._landing_m[body] = (target.x_m, target.y_m)
+        if error_rad > 0.0 and length_m > ROUNDING_M:
+            self._landing_m[body] = (
+                x_m + length_m * math.cos(course_rad),
+                y_m + length_m * math.sin(course_rad),
+            )
+        self._length_m[body], self._driven_m[body] = length_m, 0.0
+        self._run[body] += 1
+
+    def tick(self, *, now_s: float, tick_s: float) -> Moves:
+        """Move all bodies from `now_s` on for one tick."""
+        if self._at_rest and not self._under_way.any():
+            self._same_ticks, self._same_until_s, self._turning = int(TICKS_MAX), math.inf, []
+            return Moves(self.place_m, self.place_m, self._none, (), ())
+        silent = ~self._held & (now_s - self._basis_s > DEADMAN_S + ROUNDING_S)
+        stopped = np.flatnonzero(silent & self._under_way)
+        self._held |= silent
+        moving = self.moving & (now_s + tick_s <= self._until_s + ROUNDING_S)
+        turning = moving & (self._course_rad != self.heading_rad)
+        if turning.any():
+            self._turn(turning, self._limits.turn_rate_radps * tick_s)
+        moves = self._drive(moving & ~turning, tick_s, stopped.tolist())
+        self._look_ahead(now_s + tick_s, tick_s)
+        return moves
+
+    def _look_ahead(self, now_s: float, tick_s: float) -> None:
+        """Rule 7: for how long all will go on as in the tick that ends now."""
+        alive = self.moving
+        moving = alive & (now_s + tick_s <= self._until_s)
+        turning = moving & (self._course_rad != self.heading_rad)
+        driving = moving & ~turning
+        if (driving != (self._last_step_m > 0.0)).any() or (moving != alive).any():
+            self._same_ticks = 0
+            return
+        self._turning = np.flatnonzero(turning).tolist()
+        self._same_ticks = self.straight_ticks(self._last_step_m) - LANDING_TICKS
+        until_s = np.minimum(self._basis_s + DEADMAN_S, self._until_s - tick_s)[alive]
+        self._same_until_s = float(until_s.min(initial=math.inf))
+
+    def coast(self, *, now_s: float, tick_s: float) -> bool:
+        """Rule 7: go on from `now_s` for a tick like the last one, if it is certain to be; else do nothing.
+
+        Two ticks in three are such, and take a twentieth of what `tick` does, with five bodies.
+        """
+        if self._same_ticks <= 0 or now_s > self._same_until_s:
+            return False
+        if self._turning and not self._turn_on(self._limits.turn_rate_radps * tick_s):
+            return False
+        self._same_ticks -= 1
+        if not self._at_rest:
+            self._driven_m = self._driven_m + self._last_step_m
+            self._place_is_due = True
+        return True
+
+    def _turn_on(self, reach_rad: float) -> bool:
+        """`_turn` of few bodies, none of which reaches its course; else it does nothing."""
+        turned_rad: list[float] = []
+        for body in self._turning:
+            heading_rad = float(self.heading_rad[body])
+            off_rad = _wrapped(float(self._course_rad[body]) - heading_rad)
+            if abs(off_rad) <= reach_rad:
+                return False
+            turned_rad.append(_wrapped(heading_rad + min(max(off_rad, -reach_rad), reach_rad)))
+        self.heading_rad = self.heading_rad.copy()
+        self.heading_rad[self._turning] = turned_rad
+        return True
+
+    def _turn(self, turning: Flags, reach_rad: float) -> None:
+        off_rad = np.pi - np.mod(np.pi - (self._course_rad - self.heading_rad), 2 * np.pi)
+        turned_rad = self.heading_rad + np.clip(off_rad, -reach_rad, reach_rad)
+        turned_rad = np.where(
+            np.abs(off_rad) <= reach_rad, self._course_rad, np.pi - np.mod(np.pi - turned_rad, 2 * np.pi)
+        )
+        self.heading_rad = np.where(turning, turned_rad, self.heading_rad)
+
+    def _drive(self, driving: Flags, tick_s: float, stopped: Sequence[int]) -> Moves:
+        starts_m = self.place_m
+        left_m = self._length_m - self._driven_m
+        step_m = np.where(driving, np.minimum(self._speed_mps * tick_s, left_m), 0.0)
+        lands = driving & (left_m - step_m <= 1e-12)  # the rest is rounding, not way
+        self._driven_m = self._driven_m + step_m
+        on_way_m = self._on_way_m()
+        ends_m = np.where(driving[:, None], np.where(lands[:, None], self._landing_m, on_way_m), starts_m)
+        veered = (step_m != self._last_step_m) | ((step_m > 0.0) & (self._run != self._last_run))
+        self._last_step_m, self._last_run = step_m, self._run.copy()
+        self._at_rest = not step_m.any()
+        self._place_m = ends_m
+        self._under_way &= ~lands
+        finished = np.flatnonzero(lands).tolist()
+        for body in finished:
+            order = self.orders[body]
+            assert order is not None, f"body {body} finished without an order"
+            self.finished_number[body] = order.number
+        return Moves(starts_m, ends_m, veered, finished, stopped)
+
+    def _on_way_m(self) -> Floats:
+        """(N, 2): how far each body has come on its course; only of those that drive."""
+        whole = np.ones_like(self._length_m)
+        share = np.divide(self._driven_m, self._length_m, out=whole, where=self._length_m > 0.0)
+        on_way_m: Floats = self._origin_m + (self._landing_m - self._origin_m) * share[:, None]
+        return on_way_m
+
+
+def _wrapped(angle_rad: float) -> float:
+    """`wrap` to the last bit as `_turn` has it."""
+    return math.pi - (math.pi - angle_rad) % (2 * math.pi)

@@ -1,0 +1,50 @@
+"""The range sensor that every body carries: read only when its robot asks."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from protocol.arrays import Floats, scan_bearings_rad
+from protocol.frames import Pose
+from protocol.wire.messages import RAYS_MAX, Scan
+from world.geometry.rays import cast, noisy
+from world.scenario.scenario import Scenario
+
+
+class Sensor:
+    """Reads scans of the obstacles and of the other bodies, each body with its own stream of errors."""
+
+    def __init__(self, scenario: Scenario, errors: Sequence[np.random.Generator]) -> None:
+        self.directions = scenario.sensor.directions
+        """Of one revolution."""
+        self._ground = scenario.ground
+        self._movers = scenario.movers
+        self._errors = errors
+        self._radius_m = scenario.fleet.robot_radius_m
+        self._sigma_m = scenario.sensor.range_sigma_m
+        self._error_m_max = scenario.range_error_m_max
+        self._range_m_max = scenario.range_m_used
+
+    def read(self, body: int, pose: Pose, places_m: Floats, *, now_s: float, revolutions: int) -> Scan:
+        """The scan of one body among bodies at these places [world frame], at this time."""
+        rays = self.directions * max(1, min(revolutions, RAYS_MAX // self.directions))
+        others_m = np.delete(places_m, body, axis=0)
+        ranges_m = cast(
+            self._movers.among(self._ground, now_s),
+            places_m[body],
+            scan_bearings_rad(rays),
+            range_m_max=self._range_m_max,
+            discs=np.column_stack((others_m, np.full(len(others_m), self._radius_m))),
+        )
+        ranges_m = noisy(
+            ranges_m,
+            self._errors[body],
+            sigma_m=self._sigma_m,
+            error_m_max=self._error_m_max,
+            range_m_max=self._range_m_max,
+        )
+        return Scan(t_s=now_s, pose=pose, ranges_m=tuple(ranges_m.tolist()))
+
+    def hits(self, scan: Scan) -> int:
+        """How many rays of a scan hit something."""
+        return int(np.count_nonzero(np.array(scan.ranges_m) < self._range_m_max))

@@ -1,0 +1,1 @@
+"""Shapes, rays and distances, standing and moving."""

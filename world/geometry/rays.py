@@ -1,0 +1,114 @@
+"""Casts rays at the ground and at bodies, exactly [m, rad; world frame]."""
+
+import math
+
+import numpy as np
+from numpy.random import Generator
+
+from protocol.arrays import Floats, Indices
+from world.geometry.ellipses import unit_vectors
+from world.geometry.rings import winding
+from world.geometry.shapes import Ground
+
+TOUCHING_M = 1e-9  # nearer than this to a rim counts as on it: rounding of metres
+GRAZING_RAD = 1e-6  # more than the rounding of an arc sine near 1, the square root of a double's last bit
+
+
+def cast(
+    ground: Ground,
+    origin_in_world: Floats,
+    bearings_rad: Floats,
+    *,
+    range_m_max: float,
+    discs: Floats,
+) -> Floats:
+    """How far each ray gets: the range of its first hit, or `range_m_max` where there is none.
+
+    Args:
+        ground: the obstacles.
+        origin_in_world: `(2,)`; inside a shape every range is 0.
+        bearings_rad: `(m,)`, in [-pi, pi].
+        range_m_max: where rays end.
+        discs: hulls of other bodies, `(k, 3)`: x, y, radius. One of radius 0 is a point: no ray hits it.
+    """
+    hulls = discs[discs[:, 2] > 0.0]
+    # A circle is an ellipse with equal axes, in any rotation.
+    round_shapes = np.vstack(
+        [ground.ellipses] + [np.column_stack((c, c[:, 2], np.zeros(len(c)))) for c in (ground.circles, hulls)]
+    )
+    cosine, sine = np.cos(bearings_rad), np.sin(bearings_rad)
+    ranges_m = np.minimum(
+        _cast_at_ellipses(round_shapes, origin_in_world, cosine, sine, range_m_max),
+        _cast_at_edges(ground, origin_in_world, bearings_rad, cosine, sine),
+    )
+    return np.minimum(ranges_m, range_m_max)
+
+
+def _cast_at_ellipses(
+    ellipses: Floats, origin: Floats, cosine: Floats, sine: Floats, range_m_max: float
+) -> Floats:
+    offsets = origin - ellipses[:, :2]
+    near = np.hypot(offsets[:, 0], offsets[:, 1]) - ellipses[:, 2:4].max(axis=1) <= range_m_max
+    # A unit frame is linear in the world's: shares of a ray's vector are metres along it in both.
+    rows, offsets = ellipses[near, None], offsets[near, None]
+    x, y = unit_vectors(rows, offsets[..., 0], offsets[..., 1])
+    dx, dy = unit_vectors(rows, cosine, sine)
+    squares = dx * dx + dy * dy
+    middle_m = -(x * dx + y * dy) / squares  # where the ray's line is nearest to the centre
+    half_chord_squared = 1.0 - (x + middle_m * dx) ** 2 - (y + middle_m * dy) ** 2
+    half_chord_m = np.sqrt(np.maximum(half_chord_squared, 0.0) / squares)
+    hit = (half_chord_squared >= 0.0) & (middle_m > 0.0)
+    ranges_m = np.where(hit, np.maximum(middle_m - half_chord_m, 0.0), math.inf)
+    ranges_m = np.where(x * x + y * y <= 1.0, 0.0, ranges_m)
+    first_m: Floats = ranges_m.min(axis=0, initial=math.inf)
+    return first_m
+
+
+def _cast_at_edges(
+    ground: Ground, origin: Floats, bearings_rad: Floats, cosine: Floats, sine: Floats
+) -> Floats:
+    edges, (middles, half_lengths_m) = ground.edges, ground.edge_middles
+    if winding(edges, origin[None])[2].sum() != 0.0:
+        return np.zeros_like(cosine)
+    edge, ray = _in_sight(middles - origin, half_lengths_m, bearings_rad)
+    x, y = (edges[:, 0::2] - origin[0]).T, (edges[:, 1::2] - origin[1]).T
+    beside_m = y[:, edge] * cosine[ray] - x[:, edge] * sine[ray]  # (2, p): both ends, seen along the ray
+    # Neighbouring edges get the very same number for their common vertex, so no ray slips through.
+    straddles = beside_m[0] * beside_m[1] <= 0.0
+    edge, ray, beside_m = edge[straddles], ray[straddles], beside_m[:, straddles]
+    along_m = x[:, edge] * cosine[ray] + y[:, edge] * sine[ray]
+    run = beside_m[0] - beside_m[1]
+    share = beside_m[0] / np.where(run == 0.0, 1.0, run)  # an edge along the ray: its first end counts
+    ranges_m = along_m[0] + share * (along_m[1] - along_m[0])
+    first_m = np.full(len(cosine), math.inf)
+    np.minimum.at(first_m, ray, np.where(ranges_m >= 0.0, ranges_m, math.inf))
+    return first_m
+
+
+def _in_sight(centres: Floats, radii_m: Floats, bearings_rad: Floats) -> tuple[Indices, Indices]:
+    """Which rays from the origin may meet which disc, as pairs: index of disc, index of ray.
+
+    A disc far away takes up few of all directions. An origin in a disc, or on its rim, sees it all around.
+    """
+    off_m = np.hypot(centres[:, 0], centres[:, 1])
+    outside = off_m > radii_m + TOUCHING_M
+    sine = np.where(outside, radii_m, 0.0) / np.where(outside, off_m, 1.0)
+    half_rad = np.where(outside, np.arcsin(sine) + GRAZING_RAD, math.pi)
+    low_rad = np.arctan2(centres[:, 1], centres[:, 0]) - half_rad
+    low_rad = np.where(low_rad < -math.pi, low_rad + math.tau, low_rad)
+    order = np.argsort(bearings_rad)
+    twice_round_rad = np.concatenate((bearings_rad[order], bearings_rad[order] + math.tau))
+    first = np.searchsorted(twice_round_rad, low_rad)
+    beyond = np.searchsorted(twice_round_rad, low_rad + 2.0 * half_rad, side="right")
+    counts = np.minimum(beyond - first, len(order))
+    place = np.arange(counts.sum()) + np.repeat(first - (np.cumsum(counts) - counts), counts)
+    return np.repeat(np.arange(len(counts)), counts), order[place % len(order)]
+
+
+def noisy(
+    ranges_m: Floats, generator: Generator, *, sigma_m: float, error_m_max: float, range_m_max: float
+) -> Floats:
+    """Ranges as a sensor reads them: each hit off by a Gaussian error, clipped at `error_m_max`."""
+    errors_m = np.clip(generator.normal(0.0, sigma_m, ranges_m.shape), -error_m_max, error_m_max)
+    read_m = np.clip(ranges_m + errors_m, 0.0, range_m_max)
+    return np.where(ranges_m < range_m_max, read_m, range_m_max)

@@ -1,0 +1,160 @@
+"""The shapes of obstacles, and all of them packed into arrays [m, rad; world frame]."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated
+
+import numpy as np
+from msgspec import Meta, Struct
+
+from protocol.arrays import Floats, Indices
+from protocol.frames import Metres, Radians
+from world.geometry import rings
+
+Position = Annotated[tuple[Metres, Metres], Meta(description="x, y [m; world frame]")]
+Extent = Annotated[float, Meta(gt=0.0, le=1e4, description="m")]
+
+
+class _Shape(Struct, frozen=True, kw_only=True, tag_field="shape", forbid_unknown_fields=True):
+    """What all shapes share: the field that says which one it is."""
+
+
+class Circle(_Shape, frozen=True, kw_only=True, tag="circle"):
+    """A disc."""
+
+    centre_m: Position
+    radius_m: Annotated[Extent, Meta(description="m, from its centre to its outline")]
+
+    @property
+    def smallest_width_m(self) -> float:
+        """How thin it is where it is thinnest."""
+        return 2.0 * self.radius_m
+
+    @property
+    def sharpest_corner_rad(self) -> float:
+        """The angle of the sharpest wedge that fits over its outline; see `Ellipse`."""
+        return math.pi / 2
+
+
+class Ellipse(_Shape, frozen=True, kw_only=True, tag="ellipse"):
+    """A filled ellipse; its first semi-axis stands `rotation_rad` anti-clockwise of the world's x axis."""
+
+    centre_m: Position
+    semi_axes_m: Annotated[
+        tuple[Extent, Extent], Meta(description="m, from its centre to its outline, along each of its axes")
+    ]
+    rotation_rad: Annotated[
+        Radians, Meta(description="rad, of its first axis, anti-clockwise of the world's x axis")
+    ] = 0.0
+
+    @property
+    def smallest_width_m(self) -> float:
+        """How thin it is where it is thinnest."""
+        return 2.0 * min(self.semi_axes_m)
+
+    @property
+    def sharpest_corner_rad(self) -> float:
+        """The angle of the sharpest wedge that fits over its outline.
+
+        Of all caps that a chord cuts off, relative to the chord, the tallest is half the ellipse: it
+        is as tall as the wedge of the rhombus through the four ends of its axes.
+        """
+        return 2.0 * math.atan(min(self.semi_axes_m) / max(self.semi_axes_m))
+
+
+class Polygon(_Shape, frozen=True, kw_only=True, tag="polygon"):
+    """A simple polygon, convex or not; its vertices run in either sense and are not closed."""
+
+    vertices_m: Annotated[
+        tuple[Position, ...],
+        Meta(min_length=3, max_length=2000, description="its corners, in order: x, y [m; world frame]"),
+    ]
+
+    def __post_init__(self) -> None:
+        if not rings.is_simple(self.ring_m):
+            raise ValueError("vertices_m must make a simple ring, got one that touches or crosses itself")
+
+    @property
+    def ring_m(self) -> Floats:
+        """The vertices, `(n, 2)`."""
+        return np.array(self.vertices_m, dtype=np.float64)
+
+    @property
+    def smallest_width_m(self) -> float:
+        """How thin it is where it is thinnest."""
+        return rings.smallest_width_m(self.ring_m)
+
+    @property
+    def sharpest_corner_rad(self) -> float:
+        """The least interior angle."""
+        return float(rings.corners_rad(self.ring_m).min())
+
+
+Shape = Circle | Ellipse | Polygon
+
+
+@dataclass(frozen=True)
+class Ground:
+    """All obstacles, packed by kind; the `*_owner` arrays say which shape of the scenario each row is of."""
+
+    shape_count: int
+    circles: Floats
+    """`(k, 3)`: x, y, radius."""
+    circle_owner: Indices
+    ellipses: Floats
+    """`(k, 5)`: x, y, first and second semi-axis, rotation."""
+    ellipse_owner: Indices
+    edges: Floats
+    """`(k, 4)`: from x, y to x, y; the edges of one polygon follow one another, anti-clockwise."""
+    edge_owner: Indices
+
+    @cached_property
+    def ellipse_reach_m(self) -> tuple[Floats, Floats]:
+        """`(k,)`: how far the outline of each is from its centre, at most and at least."""
+        axes_m = self.ellipses[:, 2:4]
+        return axes_m.max(axis=1, initial=0.0), axes_m.min(axis=1, initial=math.inf)
+
+    @cached_property
+    def edge_middles(self) -> tuple[Floats, Floats]:
+        """`(k, 2)`: the middles of the edges; and `(k,)` how far their ends are from them."""
+        starts, ends = self.edges[:, :2], self.edges[:, 2:]
+        return (starts + ends) / 2.0, np.hypot(*(ends - starts).T) / 2.0
+
+    @cached_property
+    def discs(self) -> Floats:
+        """`(k, 3)`: x, y, radius of a disc round each circle, then round each ellipse, then each edge."""
+        middles, half_lengths_m = self.edge_middles
+        of_ellipses = np.column_stack((self.ellipses[:, :2], self.ellipse_reach_m[0]))
+        return np.vstack((self.circles, of_ellipses, np.column_stack((middles, half_lengths_m))))
+
+
+def ground_of(shapes: Sequence[Shape]) -> Ground:
+    """Pack shapes into arrays."""
+    circles: list[tuple[float, ...]] = []
+    ellipses: list[tuple[float, ...]] = []
+    edges: list[Floats] = []
+    owners: tuple[list[int], list[int], list[int]] = ([], [], [])
+    for index, shape in enumerate(shapes):
+        match shape:
+            case Circle():
+                circles.append((*shape.centre_m, shape.radius_m))
+                owners[0].append(index)
+            case Ellipse():
+                ellipses.append((*shape.centre_m, *shape.semi_axes_m, shape.rotation_rad))
+                owners[1].append(index)
+            case Polygon():
+                ring = rings.anticlockwise(shape.ring_m)
+                edges.append(np.hstack((ring, np.roll(ring, -1, axis=0))))
+                owners[2].extend([index] * len(ring))
+    packed = [np.array(owner, dtype=np.intp) for owner in owners]
+    return Ground(
+        shape_count=len(shapes),
+        circles=np.array(circles, dtype=np.float64).reshape(-1, 3),
+        circle_owner=packed[0],
+        ellipses=np.array(ellipses, dtype=np.float64).reshape(-1, 5),
+        ellipse_owner=packed[1],
+        edges=np.vstack(edges) if edges else np.empty((0, 4)),
+        edge_owner=packed[2],
+    )

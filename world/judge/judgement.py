@@ -1,0 +1,105 @@
+"""The judgement of a run from its timeline alone: S1, S2, S3, by the rules that judge it live, and P1 to P6.
+
+Between two samples a body moved straight and evenly, so the samples of all bodies cut the run into
+intervals in which everybody did; the monitor watches those instead of ticks.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+from msgspec import Struct
+
+from protocol.arrays import Floats
+from protocol.timeline import Entry, PromiseBroken
+from world.geometry.clearance import clearance
+from world.geometry.shapes import Ground
+from world.judge.authority import Tolerance, judge_authority
+from world.judge.evidence import Evidence
+from world.judge.invariants import INVARIANTS, judge_invariants
+from world.judge.monitor import Least, Monitor
+from world.scenario.scenario import Scenario
+
+MOVES_AT_ONCE = 1000  # so many judged against obstacles in one go: more need memory and save no time
+
+
+class Breach(Struct, frozen=True, kw_only=True):
+    """A broken promise and its time."""
+
+    t_s: float
+    broken: PromiseBroken
+
+
+class Judgement(Struct, frozen=True, kw_only=True):
+    """What a timeline says of the promises."""
+
+    least_clearance: Least
+    least_separation: Least
+    least_moving_clearance: Least
+    path_m: float
+    """Metres driven by all robots."""
+    breaches: tuple[Breach, ...]
+
+    @property
+    def violations(self) -> dict[str, int]:
+        """How often each promise was broken."""
+        counts = Counter(breach.broken.invariant for breach in self.breaches)
+        return {invariant: counts[invariant] for invariant in INVARIANTS}
+
+
+def judge(scenario: Scenario, lines: Iterable[tuple[str, Entry]]) -> Judgement:
+    """Judge a timeline, given as sources and their entries in the recorder's order."""
+    evidence = Evidence()
+    for source, entry in lines:
+        evidence.hear(source, entry)
+    return judge_evidence(scenario, evidence)
+
+
+def judge_evidence(scenario: Scenario, evidence: Evidence) -> Judgement:
+    """Judge what has been heard of a run."""
+    monitor = Monitor.of(scenario)
+    breaches: list[Breach] = []
+    path_m = 0.0
+    for t_s, starts_m, ends_m, clear_m in intervals(evidence, monitor.ground, scenario.fleet.robots):
+        broken = monitor.watch(starts_m, ends_m, t_s=t_s, clear_m=clear_m)
+        breaches += [Breach(t_s=t_s, broken=each) for each in broken]
+        path_m += float(np.hypot(*(ends_m - starts_m).T).sum())
+    tolerance = Tolerance(
+        mu0_m=scenario.law.mu0_m,
+        heading_error_rad=scenario.drive.heading_error_rad,
+        speed_mps_max=scenario.drive.speed_mps_max,
+    )
+    said = [*judge_authority(evidence, tolerance), *judge_invariants(evidence, scenario.mission())]
+    breaches += [Breach(t_s=t_s, broken=broken) for t_s, broken in said]
+    return Judgement(
+        least_clearance=monitor.least_clearance,
+        least_separation=monitor.least_separation,
+        least_moving_clearance=monitor.least_moving_clearance,
+        path_m=path_m,
+        breaches=tuple(sorted(breaches, key=lambda breach: breach.t_s)),
+    )
+
+
+def intervals(
+    evidence: Evidence, ground: Ground, robots: int
+) -> Iterator[tuple[float, Floats, Floats, Floats]]:
+    """Simultaneous straight moves of all bodies, when they ended and how clear they were of obstacles.
+
+    The first is where the bodies were placed.
+    """
+    samples = [evidence.poses[robot] for robot in range(1, robots + 1)]
+    if not all(samples):
+        return  # the run ended before the bodies were placed: nothing moved
+    instants_s = np.unique([t_s for each in samples for t_s, _ in each])
+    places_m = np.empty((len(instants_s), robots, 2))
+    for row, each in enumerate(samples):
+        sampled_s = [t_s for t_s, _ in each]
+        places_m[:, row, 0] = np.interp(instants_s, sampled_s, [pose.x_m for _, pose in each])
+        places_m[:, row, 1] = np.interp(instants_s, sampled_s, [pose.y_m for _, pose in each])
+    starts_m = np.concatenate((places_m[:1], places_m[:-1]))
+    at_once = max(MOVES_AT_ONCE // robots, 1)
+    for first in range(0, len(instants_s), at_once):
+        chunk = slice(first, first + at_once)
+        moves_m = starts_m[chunk].reshape(-1, 2), places_m[chunk].reshape(-1, 2)
+        clear_m = clearance(ground, *moves_m).reshape(-1, robots)
+        yield from zip(instants_s[chunk].tolist(), starts_m[chunk], places_m[chunk], clear_m, strict=True)

@@ -1,0 +1,317 @@
+"""The monitor: clearance and separation, judged all along straight moves from true poses.
+
+Rule 1 (S1): every hull keeps `clearance_m_required` from every obstacle that never moves, and stays inside
+        the bounds.
+Rule 2 (S1): no hull is in contact with a moving obstacle while it moves itself. One that stands, or turns on
+        the spot, may be touched: the promise is passive.
+Rule 3 (S2): every two hulls keep `separation_m_required`. They move evenly from start to end.
+Rule 4: to touch is broken whatever is required. Robots of radius 0 are points.
+Rule 5: a promise that stays broken is one violation, until it has been kept again.
+"""
+
+import math
+from collections.abc import Set
+from dataclasses import dataclass, field
+from typing import Self
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from protocol.arrays import Floats, distances_to_segments
+from protocol.mission import Bounds
+from protocol.timeline import PromiseBroken
+from world.geometry.clearance import clearance, keep_off, separations
+from world.geometry.movers import Movers
+from world.geometry.shapes import Ground
+from world.scenario.scenario import Scenario
+
+Rows = NDArray[np.intp]
+Topic = tuple[str, int, int | None]  # what is judged, of which robot, against which other or obstacle
+
+PAIR_SLACK_M = 2.0  # a second's outlook and a second's way of two bodies at 0.5 m/s
+ROUNDING_M = 1e-9  # what adding up ticks may be off by; far below any tolerance
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Promises:
+    """What S1 and S2 require."""
+
+    radius_m: float
+    clearance_m_required: float
+    separation_m_required: float
+    bounds: Bounds | None
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> Self:
+        """What a scenario requires; of a law that promises no clearance only that nothing touches."""
+        law = scenario.law
+        kept_m = law.epsilon_m - law.mu0_m if law.law.promises_clearance else 0.0
+        apart_m = max(scenario.fleet.separation_m - law.mu0_m, 0.0) if law.law.promises_clearance else 0.0
+        return cls(
+            radius_m=scenario.fleet.robot_radius_m,
+            clearance_m_required=kept_m,
+            separation_m_required=apart_m,
+            bounds=scenario.bounds,
+        )
+
+
+class Least(Struct, frozen=True, kw_only=True):
+    """The least distance so far, whose and when; infinite while there was nothing to be near to."""
+
+    distance_m: float = math.inf
+    t_s: float = 0.0
+    robot: int | None = None
+    other: int | None = None
+
+
+@dataclass(slots=True)
+class Monitor:
+    """Watches simultaneous straight moves of all bodies. Robot k is row k - 1."""
+
+    ground: Ground
+    movers: Movers
+    promises: Promises
+    least_clearance: Least = field(default_factory=Least)
+    least_separation: Least = field(default_factory=Least)
+    least_moving_clearance: Least = field(default_factory=Least)
+    """Of hulls that moved, to moving obstacles."""
+    clearance_m: Floats = field(default_factory=lambda: np.empty(0))
+    """Of each hull in the last moves watched; below 0 where it was in an obstacle."""
+    _watched_s: float = 0.0
+    _moved: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, dtype=bool))
+    _pairs: tuple[Rows, Rows] = field(default_factory=lambda: (np.empty(0, np.intp), np.empty(0, np.intp)))
+    _compared_m: Floats = field(default_factory=lambda: np.empty((0, 2)))
+    """Where bodies were when all pairs were compared."""
+    _slack_m: float = 0.0
+    """How much nearer than they were then two bodies may come, and no other pairs need to be looked at."""
+    _clear_ways_m: Floats = field(default_factory=lambda: np.empty((0, 4)))
+    """The newest way of each body that is known to be clear; nan where none is."""
+    _broken: set[Topic] = field(default_factory=set)
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> Self:
+        """A monitor of a scenario's promises on its ground."""
+        return cls(scenario.ground, scenario.movers, Promises.of(scenario))
+
+    def watch(
+        self, starts_m: Floats, ends_m: Floats, *, t_s: float, clear_m: Floats | None = None
+    ) -> list[PromiseBroken]:
+        """Judge moves since the last ones, up to `t_s`; what they break that was kept just before.
+
+        Args:
+            starts_m: (N, 2) [world frame].
+            ends_m: likewise.
+            t_s: simulated time.
+            clear_m: (N,) what `clearance` says of these moves, where it is known already.
+        """
+        from_s, self._watched_s = self._watched_s, t_s
+        moved = (starts_m != ends_m).any(axis=1)
+        first = len(self.clearance_m) == 0
+        if first:
+            self.clearance_m = np.full(len(starts_m), math.inf)
+        # A body that moved before and stands now is no longer as near as it may have been on its way.
+        stale = np.flatnonzero(np.ones_like(moved) if first else moved | self._moved)
+        self._moved = moved
+        if len(stale) == 0:
+            return []
+        if clear_m is None:
+            stale_m = clearance(self.ground, starts_m[stale], ends_m[stale])
+        else:
+            stale_m = clear_m[stale]
+        self.clearance_m[stale] = stale_m - self.promises.radius_m
+        nearest = int(np.argmin(self.clearance_m))
+        if self.clearance_m[nearest] < self.least_clearance.distance_m:
+            self.least_clearance = Least(
+                distance_m=float(self.clearance_m[nearest]), t_s=t_s, robot=nearest + 1
+            )
+        return [
+            *self._judge_clearance(),
+            *self._judge_contact(starts_m, ends_m, from_s, t_s),
+            *self._judge_bounds(ends_m),
+            *self._judge_pairs(starts_m, ends_m, t_s),
+        ]
+
+    def is_safe(self, starts_m: Floats, ends_m: Floats, *, courses_m: Floats | None = None) -> bool:
+        """Whether moves on from what was watched last, or parts of them, break no promise; in doubt, not.
+
+        Nothing is taken down of them: they may yet be otherwise.
+
+        Args:
+            starts_m: (N, 2) [world frame].
+            ends_m: likewise.
+            courses_m: (N, 4), from x, y to x, y: a straight way of each body that its move is part of. One
+                that is clear is not looked at again.
+        """
+        if self._broken or self.movers.names:
+            return False
+        moved = np.flatnonzero((starts_m != ends_m).any(axis=1))
+        if len(moved) == 0:
+            return True
+        clear = courses_m is not None and self._are_clear(moved, courses_m)
+        if not clear and not self._are_clear(moved, np.hstack((starts_m, ends_m))):
+            return False
+        _, _, apart_m = self._pairs_apart(starts_m, ends_m)
+        return bool((apart_m > self.promises.separation_m_required).all())
+
+    def _are_clear(self, rows: Rows, ways_m: Floats) -> bool:
+        """Whether ways of bodies keep off obstacles and inside the bounds; that they do is remembered."""
+        if len(self._clear_ways_m) == 0:
+            self._clear_ways_m = np.full_like(ways_m, math.nan)
+        new = rows[(self._clear_ways_m[rows] != ways_m[rows]).any(axis=1)]
+        if len(new) == 0:
+            return True
+        starts_m, ends_m = ways_m[new, :2], ways_m[new, 2:]
+        # Places on a way are rounded, the way's own distance is not.
+        kept_m = self.promises.radius_m + self.promises.clearance_m_required + ROUNDING_M
+        # Where they start has been seen before.
+        if not keep_off(self.ground, starts_m, ends_m, kept_m):
+            return False
+        if not (self._inside_m(ends_m) > ROUNDING_M).all():
+            return False
+        self._clear_ways_m[new] = ways_m[new]
+        return True
+
+    def _judge_clearance(self) -> list[PromiseBroken]:
+        required_m = self.promises.clearance_m_required
+        measured: dict[Topic, float] = {
+            ("clearance", row + 1, None): float(self.clearance_m[row])
+            for row in np.flatnonzero(_is_broken(self.clearance_m, required_m)).tolist()
+        }
+        return self._newly("S1", "clearance", measured, required_m, "nearer to an obstacle than promised")
+
+    def _judge_contact(
+        self, starts_m: Floats, ends_m: Floats, from_s: float, t_s: float
+    ) -> list[PromiseBroken]:
+        """Rule 2."""
+        if not self.movers.names:
+            return []
+        apart_m = self._apart_from_movers_m(starts_m, ends_m, from_s, t_s)
+        row = int(apart_m.min(axis=1).argmin())
+        if apart_m[row].min() < self.least_moving_clearance.distance_m:
+            self.least_moving_clearance = Least(distance_m=float(apart_m[row].min()), t_s=t_s, robot=row + 1)
+        touching = np.argwhere(_is_broken(apart_m, 0.0)).tolist()
+        begun = self._begun("contact", {("contact", row + 1, obstacle) for row, obstacle in touching})
+        return [
+            PromiseBroken(
+                invariant="S1",
+                robot=row + 1,
+                measured_m=float(apart_m[row, obstacle]),
+                required_m=0.0,
+                why=f"in contact with moving obstacle {self.movers.names[obstacle]} while it moved",
+            )
+            for row, obstacle in touching
+            if ("contact", row + 1, obstacle) in begun
+        ]
+
+    def _apart_from_movers_m(self, starts_m: Floats, ends_m: Floats, from_s: float, t_s: float) -> Floats:
+        """From each hull to each moving obstacle, `(N, K)`; inf for robots that stood."""
+        apart_m = np.full((len(starts_m), len(self.movers.names)), math.inf)
+        moved, radius_m = np.flatnonzero(self._moved), self.promises.radius_m
+        if len(moved) > 0:
+            near_m = radius_m + max(self.least_moving_clearance.distance_m, 0.0)
+            approaches_m = self.movers.approaches_m(
+                starts_m[moved], ends_m[moved], from_s=from_s, to_s=t_s, near_m=near_m
+            )
+            apart_m[moved] = approaches_m - radius_m
+        return apart_m
+
+    def _judge_bounds(self, ends_m: Floats) -> list[PromiseBroken]:
+        inside_m = self._inside_m(ends_m)
+        measured: dict[Topic, float] = {
+            ("bounds", row + 1, None): float(inside_m[row])
+            for row in np.flatnonzero(inside_m < -ROUNDING_M).tolist()
+        }
+        return self._newly("S1", "bounds", measured, 0.0, "out of bounds")
+
+    def _inside_m(self, places_m: Floats) -> Floats:
+        """How far each hull is inside the bounds (N,)."""
+        bounds = self.promises.bounds
+        if bounds is None:
+            return np.full(len(places_m), math.inf)
+        low_m = places_m - (bounds.x_m_min, bounds.y_m_min)
+        high_m = np.array((bounds.x_m_max, bounds.y_m_max)) - places_m
+        inside_m: Floats = np.minimum(low_m, high_m).min(axis=1) - self.promises.radius_m
+        return inside_m
+
+    def _judge_pairs(self, starts_m: Floats, ends_m: Floats, t_s: float) -> list[PromiseBroken]:
+        required_m = self.promises.separation_m_required
+        one, other, apart_m = self._pairs_apart(starts_m, ends_m)
+        least = int(np.argmin(apart_m)) if len(apart_m) else None
+        if least is not None and apart_m[least] < self.least_separation.distance_m:
+            self.least_separation = Least(
+                distance_m=float(apart_m[least]),
+                t_s=t_s,
+                robot=int(one[least]) + 1,
+                other=int(other[least]) + 1,
+            )
+        measured: dict[Topic, float] = {
+            ("separation", int(one[pair]) + 1, int(other[pair]) + 1): float(apart_m[pair])
+            for pair in np.flatnonzero(_is_broken(apart_m, required_m)).tolist()
+        }
+        return self._newly("S2", "separation", measured, required_m, "two robots nearer than promised")
+
+    def _pairs_apart(self, starts_m: Floats, ends_m: Floats) -> tuple[Rows, Rows, Floats]:
+        """Pairs of hulls, and how near each comes while both move; those left out are far apart."""
+        one, other = self._near_pairs(starts_m, ends_m)
+        # Seen from one of them the other moves straight: how near does that move come?
+        nearest_m = distances_to_segments(
+            np.zeros(2), starts_m[other] - starts_m[one], ends_m[other] - ends_m[one]
+        )
+        return one, other, nearest_m - 2 * self.promises.radius_m
+
+    def _near_pairs(self, starts_m: Floats, ends_m: Floats) -> tuple[Rows, Rows]:
+        """The pairs that may be nearer than is required or than any was before.
+
+        All pairs are compared only when a body has moved, or is to move, far enough for others to have come
+        near: that is quadratic, and 1000 bodies have half a million pairs.
+        """
+        if len(self._compared_m) == 0 or 2.0 * self._off_compared_m(starts_m, ends_m) > self._slack_m:
+            self._compared_m = starts_m
+            self._slack_m = PAIR_SLACK_M + 2.0 * self._off_compared_m(starts_m, ends_m)
+            apart_m = separations(starts_m, starts_m) - 2 * self.promises.radius_m
+            near_m = max(
+                self.promises.separation_m_required, min(self.least_separation.distance_m, apart_m.min())
+            )
+            one, other = np.nonzero(np.triu(apart_m <= near_m + self._slack_m, k=1))
+            self._pairs = (one, other)
+        return self._pairs
+
+    def _off_compared_m(self, starts_m: Floats, ends_m: Floats) -> float:
+        """How far any body is off where it was when all pairs were compared, at either end of its move."""
+        off_m = np.concatenate((starts_m - self._compared_m, ends_m - self._compared_m))
+        return float(np.hypot(off_m[:, 0], off_m[:, 1]).max())
+
+    def _newly(
+        self,
+        invariant: str,
+        topic: str,
+        measured: dict[Topic, float],
+        required_m: float,
+        why: str,
+    ) -> list[PromiseBroken]:
+        begun = self._begun(topic, measured.keys())
+        return [
+            PromiseBroken(
+                invariant=invariant,
+                robot=key[1],
+                other=key[2],
+                measured_m=distance_m,
+                required_m=required_m,
+                why=why,
+            )
+            for key, distance_m in measured.items()
+            if key in begun
+        ]
+
+    def _begun(self, topic: str, broken: Set[Topic]) -> Set[Topic]:
+        """Which of what is broken now was kept just before."""
+        if not self._broken and not broken:
+            return broken
+        before = {key for key in self._broken if key[0] == topic}
+        self._broken = (self._broken - before) | broken
+        return broken - before
+
+
+def _is_broken(distance_m: Floats, required_m: float) -> NDArray[np.bool_]:
+    return (distance_m <= 0.0) | (distance_m < required_m - ROUNDING_M)

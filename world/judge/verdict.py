@@ -1,0 +1,206 @@
+"""The verdict: whether a run kept its promises, and if not, the first one broken, in a sentence."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from msgspec import Struct
+
+from protocol.exit_codes import ExitCode
+from protocol.timeline import PromiseBroken
+from world.judge.books import Messages
+from world.judge.ending import Ending
+from world.judge.judgement import Judgement
+from world.judge.monitor import Promises
+from world.judge.recovery import Death, Heal, Recovery, Succession
+from world.judge.table import measure, rms_m
+from world.judge.tally import Tally
+from world.scenario.scenario import Scenario
+
+VERDICT_FILE = "verdict.json"
+NO_ROUTE = "no_route: "
+"""What the reason of a run begins with that ended because the leader found no way."""
+
+
+class Events(Struct, frozen=True, kw_only=True):
+    """How complete the timeline is."""
+
+    recorded: int
+    missing: int
+
+
+@dataclass(frozen=True, slots=True)
+class Flaw:
+    """What went wrong, in a sentence, and how the run ends where it is the first."""
+
+    sentence: str
+    exit_code: ExitCode = ExitCode.FAILED
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Facts:
+    """What a verdict is made of."""
+
+    scenario: Scenario
+    seed: int
+    speed: float | None
+    started_at: str
+    ending: Ending
+    absent: str
+    """The robots that never came."""
+    living: frozenset[int]
+    """The robots that had come and not died when the run was over."""
+    tally: Tally
+    judgement: Judgement
+    messages: Messages
+    events: Events
+    unstruck: tuple[str, ...]
+    """Rules of the fault plan that never struck."""
+    sim_s: float
+    wall_s: float
+    cpu_s: float
+
+
+class Verdict(Struct, frozen=True, kw_only=True):
+    """`verdict.json`; docs/verdict.md says what each field means."""
+
+    ok: bool
+    exit_code: int
+    reason: str
+    scenario: str
+    seed: int
+    robots: int
+    law: str
+    speed: float | None
+    """Simulated seconds per second as asked for; null: as fast as the robots answer."""
+    started_at: str
+    no_route: bool
+    """The run ended because the leader found no way."""
+    goal_reached: bool
+    robots_arrived: int
+    clearance_m_min: float | None
+    """Null: there is no obstacle."""
+    clearance_m_required: float
+    moving_clearance_m_min: float | None
+    """Null: nothing moves but robots."""
+    separation_m_min: float | None
+    """Null: there is one robot."""
+    separation_m_required: float
+    violations: int
+    violations_by_invariant: dict[str, int]
+    switching_steps: int
+    planning_events: int
+    scans: int
+    path_m: float
+    table_rms_m: float | None
+    sim_s: float
+    wall_s: float
+    cpu_s: float
+    """Of the world's own process."""
+    messages: Messages
+    events: Events
+    deaths: tuple[Death, ...]
+    successions: tuple[Succession, ...] = ()
+    heals: tuple[Heal, ...] = ()
+    unstruck: tuple[str, ...] = ()
+    """Rules of the fault plan that never struck."""
+
+
+def pass_verdict(facts: Facts) -> Verdict:
+    """The verdict on a run that has been judged."""
+    scenario, tally, judgement = facts.scenario, facts.tally, facts.judgement
+    promises = Promises.of(scenario)
+    recovery = Recovery(tally.recovery)
+    flaws = list(_flaws(facts, recovery))
+    return Verdict(
+        ok=not flaws,
+        exit_code=flaws[0].exit_code if flaws else ExitCode.OK,
+        reason=flaws[0].sentence if flaws else str(facts.ending),
+        scenario=scenario.name,
+        seed=facts.seed,
+        robots=scenario.fleet.robots,
+        law=scenario.law.law,
+        speed=facts.speed,
+        started_at=facts.started_at,
+        no_route=facts.ending is Ending.ROUTE_LOST,
+        goal_reached=tally.goal_reached,
+        robots_arrived=len(tally.arrived & facts.living),
+        clearance_m_min=finite(judgement.least_clearance.distance_m),
+        clearance_m_required=promises.clearance_m_required,
+        moving_clearance_m_min=finite(judgement.least_moving_clearance.distance_m),
+        separation_m_min=finite(judgement.least_separation.distance_m),
+        separation_m_required=promises.separation_m_required,
+        violations=sum(judgement.violations.values()),
+        violations_by_invariant=judgement.violations,
+        switching_steps=tally.switching_steps,
+        planning_events=tally.planning_events,
+        scans=tally.scans,
+        path_m=judgement.path_m,
+        table_rms_m=rms_m(measure(scenario, tally.switching_positions), scenario.table_m),
+        sim_s=facts.sim_s,
+        wall_s=facts.wall_s,
+        cpu_s=facts.cpu_s,
+        messages=facts.messages,
+        events=facts.events,
+        deaths=recovery.deaths,
+        successions=recovery.successions,
+        heals=recovery.heals,
+        unstruck=facts.unstruck,
+    )
+
+
+def _flaws(facts: Facts, recovery: Recovery) -> Iterator[Flaw]:
+    """What went wrong, the first broken promise first."""
+    tally, arrived, living = facts.tally, len(facts.tally.arrived & facts.living), len(facts.living)
+    dated = [(breach.t_s, _breach_sentence(breach.t_s, breach.broken)) for breach in facts.judgement.breaches]
+    dated += [(death.cause_s, _death_sentence(death)) for death in recovery.unordered]
+    if tally.route_lost is not None:
+        t_s, lost = tally.route_lost
+        dated.append((t_s, f"{NO_ROUTE}the leader lost its route at t={t_s:.1f} s: {lost.reason}"))
+    yield from (Flaw(sentence) for _, sentence in sorted(dated))
+    yield from _flaws_of_ending(facts)
+    if not tally.goal_reached:
+        yield Flaw("the goal was not reached")
+    if arrived < living:
+        yield Flaw(f"{arrived} of {living} living robots arrived")
+    if facts.events.missing > 0:
+        yield Flaw(f"{facts.events.missing} entries of the timeline never came")
+
+
+def _flaws_of_ending(facts: Facts) -> Iterator[Flaw]:
+    """What the run's end itself says; some ends stand among what has a date."""
+    match facts.ending:
+        case Ending.INTERRUPTED:
+            yield Flaw("the run was interrupted", ExitCode.INTERRUPTED)
+        case Ending.TERMINATED:
+            yield Flaw("the run was told to end", ExitCode.TERMINATED)
+        case Ending.CUT_OFF:
+            yield Flaw(f"the router was lost by t={facts.sim_s:.1f} s")
+        case Ending.MISSING:
+            yield Flaw(f"robots never came: {facts.absent}")
+        case Ending.TIMED_OUT:
+            arrived, living = len(facts.tally.arrived & facts.living), len(facts.living)
+            yield Flaw(f"the time was up with {arrived} of {living} living robots arrived")
+        case Ending.STUCK:
+            yield Flaw(f"the strand did not heal: by t={facts.sim_s:.1f} s nothing had moved for long")
+        case Ending.EXTINCT:
+            yield Flaw("every robot has died")
+        case Ending.ARRIVED | Ending.ROUTE_LOST:
+            pass
+
+
+def _breach_sentence(t_s: float, broken: PromiseBroken) -> str:
+    against = "" if broken.other is None else f" and robot {broken.other}"
+    who = f"{broken.invariant} broken by robot {broken.robot}{against} at t={t_s:.1f} s"
+    if broken.measured_m is None:
+        return f"{who}: {broken.why}"
+    return f"{who}: {broken.why} ({broken.measured_m:.4f} m, required {broken.required_m:.4f} m)"
+
+
+def _death_sentence(death: Death) -> str:
+    when = f"at t={death.cause_s:.1f} s (known at t={death.known_s:.1f} s)"
+    return f"robot {death.robot} died {when}, and nobody had asked for it"
+
+
+def finite(distance_m: float) -> float | None:
+    """A distance; None where nothing was there to measure it to."""
+    return distance_m if distance_m < float("inf") else None

@@ -1,0 +1,189 @@
+"""Relations that a scenario has to keep; each refusal is one line: path, bound, value."""
+
+from collections.abc import Sequence
+from itertools import combinations, pairwise
+from typing import NoReturn
+
+import numpy as np
+
+from protocol.frames import SPEED_MPS_MAX, Point, Pose
+from protocol.mission import Bounds
+from world.geometry.clearance import distances
+from world.geometry.movers import Movers
+from world.geometry.moving import Moving
+from world.geometry.shapes import Ground, ground_of
+from world.scenario.budget import Budget
+from world.scenario.sections import DriveSection, Fleet, Goal, LawSection, SensorSection
+
+GOAL = "goal.at_m"
+ROUNDING_M = 1e-9
+"""What places computed by sine and cosine may be off: a million times the last bit of a metre."""
+ROUNDING_MPS = 1e-9
+"""What a leg's length by its time may be off: as much for speeds of metres a second."""
+
+
+def _refuse(path: str, rule: str, got: object) -> NoReturn:
+    said = f"{got:.6g}" if isinstance(got, float) else str(got)
+    raise ValueError(f"$.{path}: must be {rule}, got {said}")
+
+
+def speeds(drive: DriveSection) -> None:
+    """Equation (1): v_min < v < v_max."""
+    if not drive.speed_mps_min < drive.speed_mps < drive.speed_mps_max:
+        _refuse(
+            "drive.speed_mps",
+            f"> speed_mps_min = {drive.speed_mps_min:g} and < speed_mps_max = {drive.speed_mps_max:g} m/s",
+            drive.speed_mps,
+        )
+
+
+def law(section: LawSection) -> None:
+    """A tolerance as large as the clearance would allow contact."""
+    if section.mu0_m >= section.epsilon_m:
+        _refuse("law.mu0_m", f"< epsilon_m = {section.epsilon_m:g} m", section.mu0_m)
+
+
+def fleet(section: Fleet) -> None:
+    """Places are said in one way, and for every robot."""
+    queued = (section.start is not None, section.spacing_m is not None)
+    if (section.places is not None) == any(queued) or any(queued) != all(queued):
+        said = [name for name in ("places", "start", "spacing_m") if getattr(section, name) is not None]
+        rule = "placed either by places, or by start and spacing_m, or at random"
+        _refuse("fleet", rule, " and ".join(said) or "neither")
+    if section.places is not None and len(section.places) < section.robots:
+        _refuse("fleet.robots", f"<= the number of places = {len(section.places)}", section.robots)
+
+
+def table(rows: Sequence[Sequence[float]] | None, obstacles: int, positions: int | None) -> None:
+    """A reference table has a row for each switching position and a column for each obstacle."""
+    if rows is None:
+        return
+    if positions != len(rows):
+        _refuse("table_m", f"as many rows as switching_positions_max = {positions}", len(rows))
+    for index, row in enumerate(rows):
+        if len(row) != obstacles:
+            _refuse(f"table_m[{index}]", f"as many distances as obstacles = {obstacles}", len(row))
+
+
+def tracks(moving: Sequence[Moving], speed_mps_max: float | None) -> None:
+    """Moving obstacles have names of their own, go forward in time, and no faster than is said."""
+    most_mps = SPEED_MPS_MAX if speed_mps_max is None else speed_mps_max
+    rule = f"no faster than {'' if speed_mps_max is None else 'obstacle_speed_mps_max = '}{most_mps:g} m/s"
+    for index, each in enumerate(moving):
+        path = f"moving[{index}]"
+        if each.id in {other.id for other in moving[:index]}:
+            _refuse(f"{path}.id", "another than those before it", repr(each.id))
+        for place, (one, other) in enumerate(pairwise(each.track), start=1):
+            if other[0] <= one[0]:
+                _refuse(f"{path}.track[{place}]", f"later than t = {one[0]:g} s", f"t = {other[0]:g} s")
+        if each.speed_mps_max > most_mps + ROUNDING_MPS:
+            _refuse(f"{path}.track", rule, f"{each.speed_mps_max:.6g} m/s")
+
+
+def sight(sensor: SensorSection, rays: int, range_m_used: float, closest_m: float) -> None:
+    """The sensor is sure to see every obstacle in time: at twice the distance that is kept from it."""
+    if sensor.range_m_max <= closest_m:
+        _refuse("sensor.range_m_max", f"> radius + epsilon = {closest_m:g} m", sensor.range_m_max)
+    # A disc of radius r + epsilon that is to move at all needs sight of more than itself; as much again.
+    if range_m_used < 2.0 * closest_m:
+        raise ValueError(
+            f"$.sensor: must be sure of every obstacle out to 2 (radius + epsilon) = {2.0 * closest_m:g} m, "
+            f"got {range_m_used:.6g} m with {rays} directions"
+        )
+
+
+def errors_covered(section: LawSection, errors: Budget) -> None:
+    """The error budget: mu0 covers everything that makes a promised clearance differ from the true one."""
+    if section.mu0_m < errors.total_m:
+        _refuse(
+            "law.mu0_m",
+            f">= {errors.total_m:.6g} m, which is ray quantisation {errors.quantisation_m:.6g} m"
+            f" + range noise {errors.range_noise_m:.6g} m + drive {errors.drive_m:.6g} m",
+            section.mu0_m,
+        )
+
+
+def said(bounds: Bounds | None) -> Bounds:
+    """A random deployment has to know where the ground ends."""
+    if bounds is None:
+        _refuse("bounds", "said for a random deployment", "none")
+    return bounds
+
+
+def places_apart(section: Fleet, poses: Sequence[Pose]) -> None:
+    """No two robots start nearer than their separation."""
+    least_m = 2.0 * section.robot_radius_m + section.separation_m
+    rule = f">= 2 robot_radius_m + separation_m = {least_m:g} m"
+    if section.spacing_m is not None:  # places on one line: the spacing says it all
+        if len(poses) > 1 and section.spacing_m < least_m - ROUNDING_M:
+            _refuse("fleet.spacing_m", rule, section.spacing_m)
+        return
+    for (i, one), (j, other) in combinations(enumerate(poses), 2):
+        apart_m = float(np.hypot(one.x_m - other.x_m, one.y_m - other.y_m))
+        if apart_m < least_m - ROUNDING_M:
+            _refuse(f"fleet.places[{j}]", f"{rule} from places[{i}]", f"{apart_m:.6g} m at {_at(other)}")
+
+
+def within(bounds: Bounds | None, section: Fleet, poses: Sequence[Pose], goal: Goal | None) -> None:
+    """Every robot starts inside the bounds, hull and all, and may stand at the goal."""
+    if bounds is None:
+        return
+    for name, low_m, high_m in (("x", bounds.x_m_min, bounds.x_m_max), ("y", bounds.y_m_min, bounds.y_m_max)):
+        if low_m >= high_m:
+            _refuse(f"bounds.{name}_m_min", f"< {name}_m_max = {high_m:g} m", low_m)
+    radius_m = section.robot_radius_m
+    for path, place in _stands(section, poses, goal):
+        for axis, at_m, low_m, high_m in (
+            ("x", place.x_m, bounds.x_m_min, bounds.x_m_max),
+            ("y", place.y_m, bounds.y_m_min, bounds.y_m_max),
+        ):
+            rule = "inside the bounds by the radius, at"
+            if at_m - low_m < radius_m - ROUNDING_M:
+                least = f"{axis} >= {axis}_m_min + {radius_m:g} = {low_m + radius_m:g} m"
+                _refuse(path, f"{rule} {least}", _at(place))
+            if high_m - at_m < radius_m - ROUNDING_M:
+                most = f"{axis} <= {axis}_m_max - {radius_m:g} = {high_m - radius_m:g} m"
+                _refuse(path, f"{rule} {most}", _at(place))
+
+
+def clear_of(
+    ground: Ground, section: Fleet, poses: Sequence[Pose], goal: Goal | None, standoff_m: float
+) -> None:
+    """No place and no goal is in an obstacle, or nearer to one than `standoff_m`.
+
+    A goal may be that much nearer as its tolerance lets the leader stop short of it.
+    """
+    if ground.shape_count == 0:
+        return
+    for path, place in _stands(section, poses, goal):
+        apart_m = distances(ground, np.array((place.x_m, place.y_m)))
+        nearest = int(apart_m.argmin())
+        spare_m = goal.tolerance_m if goal is not None and path == GOAL else 0.0
+        if apart_m[nearest] < standoff_m - spare_m - ROUNDING_M or apart_m[nearest] == 0.0:
+            how_near = "inside it" if apart_m[nearest] == 0.0 else f"{apart_m[nearest]:.6g} m"
+            rule = f">= {max(standoff_m - spare_m, 0.0):g} m away from $.obstacle[{nearest}]"
+            _refuse(path, rule, f"{how_near} at {_at(place)}")
+
+
+def untouched(movers: Movers, section: Fleet, poses: Sequence[Pose]) -> None:
+    """No robot starts in contact with a moving obstacle, which is where it is at t = 0."""
+    ground = movers.among(ground_of(()), 0.0)
+    for path, place in _stands(section, poses, None) if movers.names else ():
+        apart_m = distances(ground, np.array((place.x_m, place.y_m)))
+        nearest = int(apart_m.argmin())
+        if apart_m[nearest] <= section.robot_radius_m:
+            rule = f"> robot_radius_m = {section.robot_radius_m:g} m away from $.moving[{nearest}] at t = 0 s"
+            _refuse(path, rule, f"{apart_m[nearest]:.6g} m at {_at(place)}")
+
+
+def _stands(section: Fleet, poses: Sequence[Pose], goal: Goal | None) -> list[tuple[str, Pose | Point]]:
+    """Everywhere that a robot must be able to stand, and how the scenario's author knows it."""
+    stands: list[tuple[str, Pose | Point]] = [
+        (f"fleet.{'start' if section.places is None else f'places[{k}]'}, place of robot {k + 1}", pose)
+        for k, pose in enumerate(poses)
+    ]
+    return stands if goal is None else [*stands, (GOAL, Point(x_m=goal.at_m[0], y_m=goal.at_m[1]))]
+
+
+def _at(place: Pose | Point) -> str:
+    return f"({place.x_m:.6g}, {place.y_m:.6g})"

@@ -1,0 +1,120 @@
+"""A random deployment: places for a fleet, drawn by the run's seed.
+
+Rule 1: the places are free, apart, and on one piece of ground: between any two of them there is a way.
+Rule 2: that piece is the one of the place that the scenario gives its robot 1, if it does; else the goal's.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from msgspec import Struct, field
+
+from protocol.errors import UsageError
+from protocol.files.reading import understand
+from protocol.frames import Pose
+from protocol.mission import Bounds
+from world.chance import stream
+from world.geometry.clearance import distances
+from world.geometry.movers import Movers
+from world.geometry.moving import Moving
+from world.geometry.shapes import Ground, Shape, ground_of
+from world.scenario import checks
+from world.scenario.piece import Piece, piece_of
+from world.scenario.sections import Fleet, Goal, LawSection
+
+TRIES = 10_000  # places drawn for each robot: where one in a thousand is free, all but 5 in 100,000 are found
+SAID = ("places", "start", "spacing_m")
+"""The fields of a fleet that say where it starts; drawn places stand in the first of them."""
+
+
+class _Site(Struct, frozen=True, kw_only=True):
+    """What of a scenario decides where robots may stand; all else is for the scenario to check."""
+
+    fleet: Fleet
+    law: LawSection
+    goal: Goal | None = None
+    bounds: Bounds | None = None
+    obstacles: tuple[Shape, ...] = field(default=(), name="obstacle")
+    moving: tuple[Moving, ...] = ()
+
+    def __post_init__(self) -> None:
+        checks.within(checks.said(self.bounds), self.fleet, (), None)
+        checks.tracks(self.moving, None)
+
+    @property
+    def at_m(self) -> tuple[float, float] | None:
+        """Rule 2."""
+        start = self.fleet.places[0] if self.fleet.places else self.fleet.start
+        if start is not None:
+            return start[:2]
+        return None if self.goal is None else self.goal.at_m
+
+    def places(self, seed: int) -> tuple[Pose, ...]:
+        """As many as there are robots, or all that were found."""
+        radius_m, bounds = self.fleet.robot_radius_m, checks.said(self.bounds)
+        ground, clear_m = ground_of(self.obstacles), radius_m + self.law.epsilon_m
+        return free_places(
+            self.fleet.robots,
+            piece_of(ground, bounds, at_m=self.at_m, hull_m=radius_m, clear_m=clear_m),
+            Movers.of(self.moving).among(ground, 0.0),
+            seed=seed,
+            clear_m=clear_m,
+            # As much as a robot that joins the strand keeps from all others.
+            apart_m=2.0 * radius_m + self.fleet.separation_m + self.law.mu0_m,
+        )
+
+
+def is_undeployed(raw: dict[str, Any]) -> bool:
+    """Whether the scenario wants random places, and none have been drawn."""
+    fleet = raw.get("fleet")
+    return isinstance(fleet, dict) and "deployment" in fleet and "places" not in fleet
+
+
+def deployed(raw: dict[str, Any], *, seed: int, source: str) -> dict[str, Any]:
+    """The scenario with its fleet at random places; `source` names it in refusals.
+
+    Raises:
+        UsageError: it has no bounds, or no room for so many robots, or cannot be understood.
+    """
+    site = understand(raw, _Site, source)
+    places = site.places(seed)
+    if len(places) < site.fleet.robots:
+        rule = f"<= {len(places)}, for which seed {seed} finds free places"
+        raise UsageError(f"{source}: $.fleet.robots: must be {rule}, got {site.fleet.robots}")
+    fleet = {name: value for name, value in raw["fleet"].items() if name not in SAID}
+    fleet["places"] = [(place.x_m, place.y_m, place.heading_rad) for place in places]
+    return {**raw, "fleet": fleet}
+
+
+def free_places(
+    robots: int, piece: Piece, ground: Ground, *, seed: int, clear_m: float, apart_m: float
+) -> tuple[Pose, ...]:
+    """Where robots may start: fewer than are wanted where no room is found for more.
+
+    Args:
+        robots: how many.
+        piece: where a robot may stand at all.
+        ground: the obstacles, those that move at their first place.
+        seed: the run's; with as many robots or more, the first of them start at the same places.
+        clear_m: least distance of a centre from an obstacle.
+        apart_m: least distance between two centres.
+    """
+    chance = stream(seed, "deployment")
+    high_m = piece.low_m + piece.cell_m * np.array(piece.cells.shape)
+    poses: list[Pose] = []
+    for _ in range(robots):
+        for _ in range(TRIES):
+            x_m, y_m = chance.uniform(piece.low_m, high_m).tolist()
+            heading_rad = float(chance.uniform(-np.pi, np.pi))
+            apart = all(math.hypot(x_m - pose.x_m, y_m - pose.y_m) >= apart_m for pose in poses)
+            if apart and piece.holds(x_m, y_m) and _clear_m(ground, x_m, y_m) >= clear_m:
+                poses.append(Pose(x_m=x_m, y_m=y_m, heading_rad=heading_rad))
+                break
+        else:
+            break
+    return tuple(poses)
+
+
+def _clear_m(ground: Ground, x_m: float, y_m: float) -> float:
+    return float(distances(ground, np.array((x_m, y_m))).min(initial=math.inf))

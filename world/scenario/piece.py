@@ -1,0 +1,78 @@
+"""One piece of free ground: all that a disc can be moved to from one place, found on a grid.
+
+Rule 1: it is on the safe side: of a way that barely fits the grid may know nothing.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from protocol.arrays import Flags, Floats, Indices
+from protocol.mission import Bounds
+from world.geometry.clearance import clearance
+from world.geometry.shapes import Ground
+
+CELLS = 4.0  # to the distance that is kept: ways that are wider than it by a fifth are found
+CELLS_MAX = 400_000  # a second or two; where the bounds are wider, cells are larger and ways need be wider
+POINTS = 4096  # measured at once, against all obstacles: some ten megabytes a thousand edges
+
+
+@dataclass(frozen=True)
+class Piece:
+    """The cells that belong to it."""
+
+    low_m: Floats
+    """The least corner of the first cell (2,) [m; world frame]."""
+    cell_m: float
+    cells: Flags
+    """`(columns, rows)`, along x and along y."""
+
+    def holds(self, x_m: float, y_m: float) -> bool:
+        """Whether a place is in one of its cells."""
+        column, row = np.floor((np.array((x_m, y_m)) - self.low_m) / self.cell_m).astype(int)
+        inside = 0 <= column < self.cells.shape[0] and 0 <= row < self.cells.shape[1]
+        return bool(inside and self.cells[column, row])
+
+
+def piece_of(
+    ground: Ground, bounds: Bounds, *, at_m: tuple[float, float] | None, hull_m: float, clear_m: float
+) -> Piece:
+    """The piece nearest to a place, or the largest if none is given; without a cell where nothing is free.
+
+    Args:
+        ground: the obstacles.
+        bounds: the rectangle that no hull may leave.
+        at_m: the place [m; world frame].
+        hull_m: a robot's radius.
+        clear_m: least distance of a centre from an obstacle.
+    """
+    low_m = np.array([bounds.x_m_min, bounds.y_m_min])
+    size_m = np.array([bounds.x_m_max, bounds.y_m_max]) - low_m
+    cell_m = max(clear_m / CELLS, math.sqrt(float(np.prod(size_m)) / CELLS_MAX))
+    columns, rows = np.ceil(size_m / cell_m).astype(int)
+    middles = low_m + cell_m * (np.indices((columns, rows)).reshape(2, -1).T + 0.5)
+    # Half a cell more, or half a diagonal, and all of a free cell is free.
+    inner = np.minimum(middles - low_m, low_m + size_m - middles).min(axis=1) >= hull_m + cell_m / 2.0
+    free = inner.copy()
+    free[inner] = _clearances(ground, middles[inner]) >= clear_m + cell_m / math.sqrt(2.0)
+    labels = np.asarray(ndimage.label(free.reshape(columns, rows))[0], dtype=np.intp)
+    return Piece(low_m, cell_m, free.reshape(columns, rows) & (labels == _chosen(labels, middles, at_m)))
+
+
+def _chosen(labels: Indices, middles: Floats, at_m: tuple[float, float] | None) -> int:
+    """The label of the piece that is wanted."""
+    flat = labels.reshape(-1)
+    free = np.flatnonzero(flat)
+    if len(free) == 0:
+        return 0
+    if at_m is None:
+        return int(np.bincount(flat[free]).argmax())
+    return int(flat[free[np.hypot(*(middles[free] - at_m).T).argmin()]])
+
+
+def _clearances(ground: Ground, points: Floats) -> Floats:
+    """The distance from each point (n, 2) to the nearest obstacle."""
+    parts = np.array_split(points, len(points) // POINTS + 1)
+    return np.concatenate([clearance(ground, part, part) for part in parts])

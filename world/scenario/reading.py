@@ -1,0 +1,21 @@
+"""Which file a scenario is in."""
+
+from pathlib import Path
+
+from protocol.errors import UsageError
+from protocol.root import ROOT
+
+SCENARIOS = ROOT / "launch" / "scenarios"
+
+
+def find(name_or_path: str) -> Path:
+    """The file of a scenario: by its name in launch/scenarios, or by its own path."""
+    path = Path(name_or_path)
+    if path.suffix in {".toml", ".json"}:
+        return path
+    known = {kept.stem: kept for kept in sorted(SCENARIOS.glob("*.toml"))}
+    if name_or_path not in known:
+        raise UsageError(
+            f"unknown scenario {name_or_path!r}: must be one of {', '.join(known)}, or a .toml or .json file"
+        )
+    return known[name_or_path]

@@ -1,0 +1,137 @@
+"""`clew-scene/1`: obstacle scenes in JSON, said as a scenario file would say them."""
+
+import math
+import re
+from typing import Annotated, Any, Literal
+
+from msgspec import Meta, Struct
+
+from protocol.errors import UsageError
+from protocol.files.reading import understand
+from protocol.frames import Metres, wrap
+from world.geometry.moving import Name, Track
+from world.geometry.shapes import Extent, Position, Shape
+from world.scenario.budget import HEADING_ERRORS, NOISE_SIGMAS
+from world.scenario.sections import SomeMetres
+
+ROBOTS = 5  # the paper's fleet
+EPSILON_M_MAX, EPSILON_RADII = 0.05, 0.5  # half the radius, at most 5 cm
+MU0_SHARE = 0.1  # of epsilon, as in the paper
+DIRECTIONS = 360  # a degree, as common low-cost scanners turn
+SPEED_MPS, SPEED_MPS_MIN, SPEED_MPS_MAX = 0.5, 0.05, 1.0  # a small indoor robot's
+TURN_RATE_RADPS = 1.5708  # a quarter turn a second
+RANGE_M_MAX = 4.0  # as in the trial of the certified law on the BARN worlds
+RANGE_RADII = 20.0  # a robot too large for that sees as far in its own measure
+SPACING_RADII = 3.0  # the scenes' own rule for the places of robots
+LINK_RADII = 10.0  # three places apart, and some
+ERROR_SHARE = 0.25  # of the tolerance, to noise and drive each; about half stays in hand
+TIME_FACTOR = 20.0  # over the straight way at full speed: detours, turns, and five robots one by one
+
+OWN_PATHS = {
+    "$.fleet.start": "$.start",
+    "$.goal.at_m": "$.goal",
+    "$.bounds.x_m_min": "$.bounds[0]",
+    "$.bounds.y_m_min": "$.bounds[1]",
+}
+"""Where a scene says what a refusal of its scenario is about."""
+
+
+class _Mover(Struct, frozen=True, kw_only=True):
+    """A disc on a track."""
+
+    id: Name | int
+    radius: Extent
+    track: Track
+
+
+class Scene(Struct, frozen=True, kw_only=True):
+    """The keys of a scene that we use; it has others, about where it comes from.
+
+    `circles` and `polygons` must be there, though they may be empty: misspelt, they would be no obstacles.
+    """
+
+    schema: Literal["clew-scene/1"]
+    name: str
+    units: Literal["m"] = "m"
+    robot_radius: SomeMetres
+    start: tuple[Metres, Metres, Metres]
+    goal: tuple[Metres, Metres]
+    goal_tol: SomeMetres
+    bounds: tuple[Metres, Metres, Metres, Metres]
+    circles: tuple[tuple[Metres, Metres, Extent], ...]
+    polygons: tuple[Annotated[tuple[Position, ...], Meta(min_length=3)], ...]
+    walls: tuple[Annotated[tuple[Position, ...], Meta(min_length=3)], ...] = ()
+    moving: tuple[_Mover, ...] = ()
+
+
+class _Obstacles(Struct, frozen=True, kw_only=True):
+    obstacle: tuple[Shape, ...]
+
+
+def as_scenario(raw: dict[str, Any], source: str) -> dict[str, Any]:
+    """What a scenario file would say of this scene; `source` names it in refusals.
+
+    The noise of sensor and drive is what the tolerance can bear.
+    """
+    scene = understand(raw, Scene, source)
+    obstacles = [{"shape": "circle", "centre_m": (x, y), "radius_m": r} for x, y, r in scene.circles]
+    obstacles += [{"shape": "polygon", "vertices_m": ring} for ring in (*scene.polygons, *scene.walls)]
+    try:
+        understand({"obstacle": obstacles}, _Obstacles, source)
+    except UsageError as error:
+        raise UsageError(in_own_words(str(error), raw)) from error
+    radius_m = scene.robot_radius
+    range_m_max = max(RANGE_M_MAX, RANGE_RADII * radius_m)
+    epsilon_m = min(EPSILON_M_MAX, EPSILON_RADII * radius_m)
+    mu0_m = MU0_SHARE * epsilon_m
+    share_m = ERROR_SHARE * mu0_m
+    x_m_min, y_m_min, x_m_max, y_m_max = scene.bounds
+    way_m = math.dist(scene.start[:2], scene.goal)
+    return {
+        "name": scene.name,
+        "fleet": {
+            "robots": ROBOTS,
+            "robot_radius_m": radius_m,
+            "separation_m": epsilon_m,  # a robot that has died is an obstacle like any other
+            "link_length_m_max": LINK_RADII * radius_m,
+            "start": (*scene.start[:2], wrap(scene.start[2])),
+            "spacing_m": SPACING_RADII * radius_m,
+        },
+        "law": {"epsilon_m": epsilon_m, "mu0_m": mu0_m},
+        "goal": {"at_m": scene.goal, "tolerance_m": scene.goal_tol},
+        "bounds": {"x_m_min": x_m_min, "y_m_min": y_m_min, "x_m_max": x_m_max, "y_m_max": y_m_max},
+        "sensor": {
+            "directions": DIRECTIONS,
+            "range_m_max": range_m_max,
+            "range_sigma_m": share_m / NOISE_SIGMAS,
+        },
+        "drive": {
+            "speed_mps": SPEED_MPS,
+            "speed_mps_min": SPEED_MPS_MIN,
+            "speed_mps_max": SPEED_MPS_MAX,
+            "turn_rate_radps": TURN_RATE_RADPS,
+            "heading_error_rad": share_m / (HEADING_ERRORS * range_m_max),
+        },
+        "time": {"time_s_max": TIME_FACTOR * max(way_m, RANGE_M_MAX) / SPEED_MPS},
+        "obstacle": obstacles,
+        "moving": [
+            {"shape": "circle", "id": str(each.id), "radius_m": each.radius, "track": each.track}
+            for each in scene.moving
+        ],
+    }
+
+
+def in_own_words(refusal: str, raw: dict[str, Any]) -> str:
+    """A refusal of the scenario that a scene makes, with the scene's own paths in it."""
+
+    def own(obstacle: re.Match[str]) -> str:
+        index = int(obstacle["index"])
+        for key in ("circles", "polygons", "walls"):
+            if index < len(raw.get(key, ())):
+                return f"$.{key}[{index}]"
+            index -= len(raw.get(key, ()))
+        raise AssertionError(obstacle)  # each obstacle of the scenario is one of the scene's
+
+    for theirs, ours in OWN_PATHS.items():
+        refusal = refusal.replace(theirs, ours)
+    return re.sub(r"\$\.obstacle\[(?P<index>\d+)\]", own, refusal)
