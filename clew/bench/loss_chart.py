@@ -1,4 +1,4 @@
-"""The figure of `docs/faults.md`: time to the goal against loss."""
+"""The figure of `docs/measured.md`: time to the goal against loss."""
 
 import math
 from collections.abc import Sequence

@@ -21,7 +21,6 @@ from clew.bench.loss import (
     table,
 )
 from clew.fleet.live import run_fleet
-from clew.manual.faults import DOCUMENT
 from clew.verbs.extras import need
 from clew.verbs.options import AS_JSON
 from protocol.asked import terminable
@@ -29,11 +28,13 @@ from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
 from protocol.faults.plan_text import FAULTS_FILE, plan_text
+from protocol.root import ROOT
 from protocol.run_settings import SPEED_MAX
 from world.judge.ending import Ending
 from world.record.run_files import read_verdict
 from world.scenario.scenario import Scenario, load
 
+DOCUMENT = ROOT / "docs" / "measured.md"
 FIGURE = DOCUMENT.with_name("loss.svg")
 LATE, START_S = 2.0, 60.0  # how much slower than asked, and to begin and to end, a busy machine may be
 
@@ -53,7 +54,7 @@ LATE, START_S = 2.0, 60.0  # how much slower than asked, and to begin and to end
     show_default=True,
     help="Of real fleets, times real time.",
 )
-@click.option("--write", is_flag=True, help="Write the table into docs/faults.md, and docs/loss.svg.")
+@click.option("--write", is_flag=True, help="Write the table into docs/measured.md, and docs/loss.svg.")
 @AS_JSON
 @click.pass_context
 @terminable()

@@ -25,7 +25,7 @@ from clew.bench.loss import (
 )
 from clew.bench.loss_chart import loss_chart
 from clew.figures.style import render
-from clew.manual.faults import DOCUMENT
+from clew.verbs.bench_loss import DOCUMENT
 from protocol.faults.plan import NO_FAULTS
 from tests.support.campaigns import clew
 from world.scenario.scenario import load

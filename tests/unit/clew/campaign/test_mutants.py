@@ -26,7 +26,7 @@ def test_there_are_fifteen_bugs_at_least_each_with_a_name_of_its_own() -> None:
 
 
 def test_every_bug_stands_in_the_documentation_with_its_rule() -> None:
-    text = (ROOT / "docs" / "oracle.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "mutants.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| `([a-z-]+)` \| (.*) \|$", text, re.MULTILINE)
     assert rows == [(bug.name, bug.rule) for bug in BUGS]
 
