@@ -7,7 +7,7 @@ from clew.log import timeline
 from clew.log.check import Finding, check, sentences
 from clew.log.completeness import Completeness
 from protocol.errors import UsageError
-from protocol.timeline import PoseSampled, PromiseBroken, Record
+from protocol.timeline import PoseSampled, PromiseBroken, Record, StrandFormed, StrandReversed
 from tests.support.logs.logs import AT_REST, numbered, recorded
 from world.judge.invariants import INVARIANTS
 
@@ -69,3 +69,19 @@ def test_log_with_two_lines_of_one_source_swapped_is_not_good(tmp_path: Path) ->
     for source, entry in (read.lines[1], read.lines[0], *read.lines[2:]):
         completeness.hear(source, entry)
     assert [flaw for flaw in completeness.flaws() if "stands behind" in flaw]
+
+
+@pytest.mark.parametrize("reversals", [3_000, 20_000])
+def test_a_strand_that_turned_round_thousands_of_times_is_judged(tmp_path: Path, reversals: int) -> None:
+    order = (1, 2, 3, 4, 5)
+    turns: list[tuple[str, Record]] = [
+        ("r1", StrandFormed(epoch=1, sensed=False, order=order, path_length_m=0.4, laid=()))
+    ]
+    for epoch in range(1, reversals + 1):
+        turned = StrandReversed(epoch=epoch, cut_m=0.0, end_m=0.4, back_by_m=0.1)
+        order = order[::-1]
+        formed = StrandFormed(epoch=epoch + 1, sensed=False, order=order, path_length_m=0.4, laid=())
+        turns += [(f"r{order[-1]}", turned), (f"r{order[0]}", formed)]
+    finding = found(tmp_path / "run", (*AT_REST[:-1], *turns, AT_REST[-1]))
+    assert finding.violations == 0
+    assert finding.ended == "interrupted"
