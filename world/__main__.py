@@ -13,6 +13,7 @@ from protocol.faults.plan import NO_FAULTS
 from protocol.faults.plan import load as load_plan
 from protocol.mission import Law
 from protocol.network.session import read_session
+from protocol.plain import PlainFormatter
 from world.options import DEPLOYMENTS, seed_of, speed_of
 from world.record.recorder import RecordingFailedError
 from world.scenario.scenario import load
@@ -24,7 +25,9 @@ STDIN = 0
 def main() -> int:
     """Run the world; returns the verdict's exit code."""
     arguments = _parse()
-    logging.basicConfig(format="world: %(message)s", level=logging.INFO)
+    stderr = logging.StreamHandler()
+    stderr.setFormatter(PlainFormatter("world: %(message)s"))
+    logging.basicConfig(handlers=[stderr], level=logging.INFO)
     try:
         request = Request(
             scenario=load(

@@ -9,6 +9,7 @@ import click
 
 from clew.page.document import document, is_document
 from clew.story.telling import Telling
+from clew.verbs.say import warn
 from protocol.errors import UsageError
 
 REPORT_FILE = "report.html"
@@ -37,7 +38,7 @@ def report(run: Path, *, out: Path | None) -> None:
     except OSError as error:
         raise UsageError(f"cannot write {path}: {error.strerror}") from error
     for flaw in telling.flaws:
-        click.echo(f"not complete: {flaw}", err=True)
+        warn(f"not complete: {flaw}")
     click.echo(str(path))
 
 

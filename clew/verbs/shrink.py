@@ -14,6 +14,7 @@ from clew.fleet.folder import make_folder
 from clew.log import timeline
 from clew.swarm.swarm import Mode, draw
 from clew.verbs.options import SEED
+from clew.verbs.say import warn
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
@@ -47,13 +48,13 @@ def shrink_verb(ctx: click.Context, run: Path, *, seed: int | None, out: Path | 
     """
     case, recorded = _run(run) if (run / EVENTS_FILE).exists() else _episode(run, seed)
     if recorded is None:
-        click.echo(f"{run}: did not fail", err=True)
+        warn(f"{run}: did not fail")
         ctx.exit(ExitCode.FAILED)
     if (again := failure_of(case)) is None or again.way != recorded.way:
         now = "does not fail" if again is None else f"fails in another way: {again.reason}"
-        click.echo(f"{run}: failed: {recorded.reason}; rehearsed again it {now}", err=True)
+        warn(f"{run}: failed: {recorded.reason}; rehearsed again it {now}")
         ctx.exit(ExitCode.FAILED)
-    click.echo(f"shrink: {recorded.told}", err=True)
+    warn(f"shrink: {recorded.told}")
     folder = out or _next(run / SHRUNK_FOLDER)
     make_folder(folder)  # before the work, not after it
     least = shrink(case, _Trials(recorded))
