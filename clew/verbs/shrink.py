@@ -20,6 +20,7 @@ from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
 from protocol.faults.plan import load as load_plan
 from protocol.faults.plan_text import FAULTS_FILE, plan_text
+from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from protocol.files.reading import understand
 from protocol.files.toml_text import toml_text
 from world.record.recorder import EVENTS_FILE, Header
@@ -110,7 +111,7 @@ def _plan_of(run: Path, header: Header) -> Plan | None:
 def _episode(folder: Path, seed: int | None) -> tuple[Case, Failure | None]:
     """An episode of a swarm, and how it failed."""
     try:
-        campaign = msgspec.json.decode((folder / CAMPAIGN_FILE).read_bytes(), type=Campaign)
+        campaign = msgspec.json.decode(read_bytes(folder / CAMPAIGN_FILE, MADE_BYTES_MAX), type=Campaign)
     except FileNotFoundError as error:
         neither = f"neither a run (no {EVENTS_FILE}) nor a campaign (no {CAMPAIGN_FILE})"
         raise UsageError(f"{folder}: {neither}") from error

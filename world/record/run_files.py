@@ -7,6 +7,7 @@ from pathlib import Path
 import msgspec
 
 from protocol.faults.plan import Plan
+from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from world.judge.verdict import VERDICT_FILE, Verdict
 from world.record.recorder import Header, RecordingFailedError
 from world.scenario.scenario import Scenario
@@ -61,4 +62,4 @@ def read_verdict(folder: Path) -> Verdict:
         OSError: there is none.
         msgspec.MsgspecError: it is no verdict.
     """
-    return msgspec.json.decode((folder / VERDICT_FILE).read_bytes(), type=Verdict)
+    return msgspec.json.decode(read_bytes(folder / VERDICT_FILE, MADE_BYTES_MAX), type=Verdict)
