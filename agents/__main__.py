@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 import agents.navigation.guidance  # noqa: F401 - loaded before the fork, scipy with it, so that all robots share it
-from agents.process.host import Orders, run_host, run_robot
+from agents.process.host import Orders, run_host, run_robot, say
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import NO_FAULTS
@@ -23,7 +23,7 @@ def main() -> int:
     try:
         conditions = _conditions(arguments.run)
     except UsageError as error:
-        print(f"robots: {error}", file=sys.stderr)  # noqa: T201 - the user reads it
+        say(f"robots: {error}")
         return ExitCode.USAGE
     told = Orders(arguments.sessions, conditions)
     if len(arguments.robots) == 1 and not arguments.host:

@@ -11,7 +11,6 @@ import sys
 
 import click
 
-from clew.log.plain import plain
 from clew.verbs.bench import bench
 from clew.verbs.bench_healing import healing
 from clew.verbs.bench_loss import loss
@@ -34,6 +33,7 @@ from protocol.asked import AskedToEnd
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import schema as faults_schema
+from protocol.plain import plain
 from world.record.recorder import RecordingFailedError
 from world.scenario.scenario import schema as scenario_schema
 

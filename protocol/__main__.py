@@ -12,6 +12,7 @@ from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.network.router import open_router
 from protocol.network.session import ROUTERS_MAX, RouterSession, read_router_session
+from protocol.plain import plain
 
 STDIN = 0
 
@@ -30,7 +31,7 @@ def main() -> int:
         listening = _listen(session, arguments.sessions, arguments.number)
         return asyncio.run(until_ended(listening, STDIN if arguments.lifeline else None))
     except UsageError as error:
-        print(f"router: {error}", file=sys.stderr)  # noqa: T201 - the user reads it
+        print(plain(f"router: {error}"), file=sys.stderr)  # noqa: T201 - the user reads it
         return ExitCode.USAGE
 
 

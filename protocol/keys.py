@@ -9,6 +9,7 @@ from functools import lru_cache
 
 WORLD = "world"
 WORLD_NUMBER = 0  # robots count from 1
+DIGITS_MAX = 9  # of a robot; a log may say any text where a name should be, and int() refuses long ones
 
 
 def robot_name(robot: int) -> str:
@@ -20,7 +21,8 @@ def robot_name(robot: int) -> str:
 def robot_number(name: str) -> int | None:
     """The robot behind a name, or None where it is not a robot's."""
     digits = name[1:]
-    return int(digits) if name[:1] == "r" and digits.isascii() and digits.isdigit() else None
+    is_number = digits.isascii() and digits.isdigit() and len(digits) <= DIGITS_MAX
+    return int(digits) if name[:1] == "r" and is_number else None
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ from pathlib import Path
 from protocol.errors import SessionLostError, UsageError
 from protocol.exit_codes import ExitCode
 from protocol.network.session import read_session
+from protocol.plain import PlainFormatter
 from protocol.run_settings import check_is_run, read_plan, read_settings
 from world.record.recorder import RecordingFailedError
 from world.record.run_files import read_scenario
@@ -21,7 +22,9 @@ STDIN = 0
 def main() -> int:
     """Run the world; returns the verdict's exit code."""
     arguments = _parse()
-    logging.basicConfig(format="world: %(message)s", level=logging.INFO)
+    stderr = logging.StreamHandler()
+    stderr.setFormatter(PlainFormatter("world: %(message)s"))
+    logging.basicConfig(handlers=[stderr], level=logging.INFO)
     try:
         check_is_run(arguments.run)
         settings = read_settings(arguments.run)

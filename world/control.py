@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import os
 from collections.abc import AsyncIterator, Callable
 from pathlib import Path
 
@@ -29,7 +30,7 @@ async def heard(private: Path, folder: Path, give: Give) -> AsyncIterator[None]:
         return
     try:
         async with server:
-            where.write_text(str(path.resolve()), encoding="utf-8")
+            where.write_bytes(os.fsencode(path.resolve()))
             yield
     finally:
         where.unlink(missing_ok=True)

@@ -31,6 +31,7 @@ from protocol.faults.strokes import Blow
 from protocol.keys import robot_name
 from protocol.network.faulty_transport import Conditions
 from protocol.network.session import read_session
+from protocol.plain import plain
 
 KILL_AFTER_S = 2.0  # wall: a fleet has 5 s to end, and its launcher wants some of that
 HANDLED = (signal.SIGCHLD, signal.SIGTERM, signal.SIGINT)  # what a host hears, and a robot not from it
@@ -59,10 +60,10 @@ def run_robot(robot: int, told: Orders, lifeline: int | None, *, again: bool = F
         life = run(robot, session, conditions=told.conditions, sessions=told.sessions, again=again)
         return asyncio.run(until_ended(life, lifeline))
     except UsageError as error:
-        _say(f"robot {robot}: {error}")
+        say(f"robot {robot}: {error}")
         return ExitCode.USAGE
     except SessionLostError as error:
-        _say(f"robot {robot}: {error}")
+        say(f"robot {robot}: {error}")
         return ExitCode.FAILED
 
 
@@ -77,7 +78,7 @@ def run_host(robots: Sequence[int], told: Orders, lifeline: int | None) -> int:
         try:
             listening = stack.enter_context(ear(told.sessions, min(robots)))
         except OSError as error:  # then nobody can have it do anything to them, which few want to
-            _say(f"host: cannot be told of faults: {error.strerror}")
+            say(f"host: cannot be told of faults: {error.strerror}")
             listening = None
         return asyncio.run(host.reap(lifeline, listening))
 
@@ -170,7 +171,7 @@ class _Host:
             as_asked = self._ends and exit_code == ExitCode.TERMINATED
             if exit_code != 0 and not (struck or as_asked):
                 self._exit_code = self._exit_code or max(exit_code, ExitCode.FAILED)  # a signal's is negative
-                _say(f"robot {robot} {_how(exit_code)}")
+                say(f"robot {robot} {_how(exit_code)}")
             if robot in self._wanted and not self._ends:
                 self._wanted.discard(robot)
                 self.fork(robot)
@@ -189,7 +190,8 @@ class _Host:
             os.close(self._writing_end)
             exit_code = run_robot(robot, self._told, self._reading_end, again=again)
         except BaseException:
-            traceback.print_exc()
+            for line in traceback.format_exc().splitlines():
+                say(line)
         finally:
             sys.stdout.flush()
             sys.stderr.flush()
@@ -209,5 +211,6 @@ def _how(exit_code: int) -> str:
     return f"ended with exit code {exit_code}"
 
 
-def _say(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)  # noqa: T201 - the user reads it
+def say(line: str) -> None:
+    """On stderr, where the user reads it."""
+    print(plain(line), file=sys.stderr, flush=True)  # noqa: T201 - the user reads it

@@ -22,6 +22,7 @@ from agents.commands import Command
 from agents.events import Event
 from agents.robot import Robot
 from protocol.errors import UsageError
+from protocol.files.opening import open_regular
 from protocol.frames import Count, RobotId, Seconds
 from protocol.keys import robot_name
 from protocol.mission import Mission
@@ -238,7 +239,7 @@ class Recording:
             yield Turn(heard, None)
 
     def _read(self) -> Iterator[_RECORD]:
-        with self.path.open("rb") as file:
+        with open_regular(self.path) as file:
             unpacker = msgpack.Unpacker(file, max_buffer_size=self._size_bytes + 1)
             whole_bytes = 0
             try:

@@ -33,6 +33,7 @@ from clew.campaign.scenes import Scene, check_widest, find_scenes, tighten
 from clew.swarm.swarm import draw
 from protocol.errors import UsageError
 from protocol.faults import plan as plans
+from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from protocol.root import ROOT
 
 EPISODES_FILE, CAMPAIGN_FILE, SCENES_FOLDER = "episodes.jsonl", "campaign.json", "scenes"
@@ -113,7 +114,7 @@ def read_outcomes(path: Path) -> dict[str, Outcome]:
     """What has been played, by key. A torn line has not, nor has what only lacked time."""
     decoder = msgspec.json.Decoder(Outcome)
     outcomes: dict[str, Outcome] = {}
-    for line in path.read_bytes().split(b"\n") if path.exists() else ():
+    for line in read_bytes(path, MADE_BYTES_MAX).split(b"\n") if path.exists() else ():
         try:
             outcome = decoder.decode(line)
         except msgspec.MsgspecError:

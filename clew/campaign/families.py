@@ -5,8 +5,10 @@ from statistics import median
 
 from msgspec import Struct
 from rich.table import Table
+from rich.text import Text
 
 from clew.campaign.episode import Outcome, Surprise
+from protocol.plain import plain
 
 ALL = "all"
 
@@ -66,7 +68,7 @@ def table(families: Mapping[str, Figures], whole: Figures) -> Table:
     for column in drawn.columns[1:]:
         column.justify = "right"
     for name, figures in families.items():
-        drawn.add_row(name, *(cell for _, cell in _cells(figures)))
+        drawn.add_row(Text(plain(name)), *(cell for _, cell in _cells(figures)))
     drawn.add_section()
     drawn.add_row(ALL, *(cell for _, cell in _cells(whole)))
     return drawn

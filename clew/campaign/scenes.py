@@ -12,6 +12,8 @@ from typing import Any
 import msgspec
 
 from protocol.errors import UsageError
+from protocol.files.opening import WRITTEN_BYTES_MAX, read_bytes
+from protocol.files.reading import decode
 from world.scenario.scenario import Scenario, load
 from world.scenario.scene import EPSILON_M_MAX, EPSILON_RADII, ROBOTS
 
@@ -107,11 +109,10 @@ def _below(root: Path, robots: int | None) -> Iterator[Scene]:
 def _read(path: Path) -> dict[str, Any]:
     """What the file says; nothing where it is no object: the loader will say so."""
     try:
-        text = path.read_bytes()
-        said = msgspec.toml.decode(text) if path.suffix == ".toml" else msgspec.json.decode(text)
+        said = decode(read_bytes(path, WRITTEN_BYTES_MAX), path.suffix)
     except OSError as error:
         raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+    except ValueError:
         return {}
     return said if isinstance(said, dict) else {}
 

@@ -28,6 +28,7 @@ from protocol.keys import WORLD
 from protocol.network.interlink import PROTOCOL
 from protocol.network.session import INPUTS, Session, read_session, unix_socket_endpoint, write_sessions
 from protocol.network.zenoh_transport import open_transport
+from protocol.plain import plain
 from protocol.run_settings import Settings
 from world.record.run_files import prepare_folder
 from world.scenario.scenario import load
@@ -131,10 +132,10 @@ def main(arguments: Sequence[str]) -> int:
     try:
         assignments = prepare(parse(arguments[1:]), Path(arguments[0]))
     except UsageError as error:
-        sys.stderr.write(f"fleet.sh: {error}\n")
+        sys.stderr.write(f"fleet.sh: {plain(str(error))}\n")
         return ExitCode.USAGE
     except SessionLostError as error:
-        sys.stderr.write(f"fleet.sh: {error}\n")
+        sys.stderr.write(f"fleet.sh: {plain(str(error))}\n")
         return ExitCode.FAILED
     sys.stdout.write("\n".join(assignments) + "\n")
     return 0

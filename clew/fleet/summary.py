@@ -16,6 +16,7 @@ from clew.log.check import scenario_of
 from clew.log.timeline import Timeline
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
+from protocol.plain import plain
 from world.judge.recovery import Death
 from world.judge.table import Rows, measure
 from world.judge.tally import Tally
@@ -25,7 +26,11 @@ from world.scenario.scenario import Scenario
 
 
 def report(run: str, read: Timeline, verdict: Verdict) -> Iterator[str]:
-    """The lines of a report; `run` is the folder as the user calls it."""
+    """The lines of a report, plain; `run` is the folder as the user calls it."""
+    yield from map(plain, _lines(run, read, verdict))
+
+
+def _lines(run: str, read: Timeline, verdict: Verdict) -> Iterator[str]:
     scenario = scenario_of(read)
     if scenario.table_m is not None:
         tally = Tally()
@@ -129,7 +134,7 @@ def main(arguments: Sequence[str]) -> int:
         verdict = read_verdict(Path(run))
         sys.stdout.write("\n".join(report(run, timeline.read(Path(run)), verdict)) + "\n")
     except (OSError, msgspec.MsgspecError, UsageError) as error:
-        sys.stderr.write(f"report: {run}: {error}\n")
+        sys.stderr.write(f"report: {plain(f'{run}: {error}')}\n")
         return ExitCode.USAGE
     return 0
 

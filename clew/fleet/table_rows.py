@@ -108,6 +108,8 @@ class Scoreboard:
         self.t_s = max(self.t_s, entry.t_s)
         if (said := progress(source, entry)) is not None:
             self.events.append(said)
+        if not self._knows(source, entry.record):
+            return
         match entry.record:
             case PoseSampled(robot=robot) as pose:
                 if self.motion.see(robot, Point(x_m=pose.x_m, y_m=pose.y_m)):
@@ -124,6 +126,12 @@ class Scoreboard:
                 self.ended = reason
             case _:
                 self._hear_of_robots(source, entry.record)
+
+    def _knows(self, source: str, record: Record) -> bool:
+        """Whether all robots of an entry are the fleet's: a log may name others."""
+        process = getattr(record, "process", None) or ""
+        named = (robot_number(source), robot_number(process), getattr(record, "robot", None))
+        return all(robot is None or robot in self.standings for robot in named)
 
     def _hear_of_robots(self, source: str, record: Record) -> None:
         speaker = robot_number(source)
@@ -167,7 +175,7 @@ class Scoreboard:
         """Rule 2."""
         parts = key.split("/")
         if fault.fault in TAKING and (parts[0] in IN_BOOKS or parts[-1] in IN_BOOKS):
-            robot = robot_number(source) or robot_number(parts[1])
+            robot = robot_number(source) or robot_number(parts[min(1, len(parts) - 1)])
             if robot is not None:
                 self._lost[robot] += 1
 

@@ -6,9 +6,9 @@ import msgspec
 from msgspec import Struct
 
 from clew.log.log import Log
-from clew.log.plain import plain
 from clew.log.timeline import Timeline
 from protocol.errors import UsageError
+from protocol.plain import plain
 from protocol.run_settings import SCENARIO_FILE
 from protocol.timeline import PromiseBroken
 from world.judge.judgement import Breach, Judgement, judge
@@ -116,14 +116,18 @@ def scenario_of(timeline: Timeline | Log) -> Scenario:
 
 
 def sentences(finding: Finding) -> list[str]:
-    """A finding for people: a line for each thing wrong, how the run ended, and the sum of it last."""
+    """A finding for people, plain: a line for each thing wrong, how the run ended, and the sum of it last."""
+    return list(map(plain, _sentences(finding)))
+
+
+def _sentences(finding: Finding) -> list[str]:
     broken = [
         f"t={breach.t_s:.3f} s: {breach.broken.invariant}, robot {breach.broken.robot}: "
-        f"{plain(breach.broken.why)}{_lengths(breach.broken)}"
+        f"{breach.broken.why}{_lengths(breach.broken)}"
         for breach in finding.breaches
     ]
     flaws = [f"not complete: {flaw}" for flaw in finding.flaws]
-    ended = [] if finding.ended is None else [f"ended: {plain(finding.ended)}"]
+    ended = [] if finding.ended is None else [f"ended: {finding.ended}"]
     counts = ", ".join(f"{invariant} {count}" for invariant, count in finding.violations_by_invariant.items())
     least = (
         f"clearance {_metres(finding.clearance_m_min)} ({finding.clearance_m_required:.4f} m required), "

@@ -9,7 +9,7 @@ from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from clew.log.plain import plain
+from protocol.plain import plain
 from protocol.timeline import Entry, RobotStarted
 
 TOLD_MAX = 20

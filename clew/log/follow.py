@@ -19,6 +19,7 @@ from clew.log.header import UNREADABLE, header_or_rest, is_entry
 from clew.log.log import LINE_BYTES_MAX
 from clew.log.vigil import Vigil
 from protocol.errors import UsageError
+from protocol.files.opening import open_regular
 from protocol.timeline import Entry
 from world.judge.verdict import VERDICT_FILE
 from world.record.lines import read_line
@@ -175,7 +176,7 @@ def look(path: Path, follower: Follower) -> News:
         size_bytes = path.stat().st_size
         if size_bytes < follower.whole_bytes:
             return follower.miss(size_bytes)
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             while True:
                 wanted_bytes = follower.wanted_bytes
                 file.seek(follower.whole_bytes)

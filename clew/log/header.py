@@ -11,8 +11,8 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from clew.log.plain import plain
 from protocol.errors import UsageError
+from protocol.plain import plain
 from protocol.run_settings import read_plan, read_settings
 from world.record.lines import Stamp
 from world.record.recorder import SCHEMA, Header

@@ -6,8 +6,8 @@ import sys
 import click
 import msgspec
 
-from clew.log.plain import plain
 from clew.log.timeline import kind_of
+from protocol.plain import plain
 from protocol.timeline import Entry
 
 # By what stands before the dot of a kind. What goes wrong is red, what is done about it yellow.

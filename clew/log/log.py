@@ -16,6 +16,7 @@ import msgspec
 from clew.log.flaws import Findings
 from clew.log.header import UNREADABLE, header_of, is_entry
 from protocol.errors import UsageError
+from protocol.files.opening import open_regular
 from world.record.lines import Line, read_line
 from world.record.recorder import EVENTS_FILE
 
@@ -69,7 +70,7 @@ class Log:
 
     def _open(self) -> BufferedReader:
         try:
-            return self.path.open("rb")
+            return open_regular(self.path)
         except OSError as error:
             where = f"{self.path.parent}: {self.path.name}" if self._in_folder else str(self.path)
             raise UsageError(f"no run in {where}: {error.strerror}") from error

@@ -23,6 +23,7 @@ from protocol.errors import UsageError
 from protocol.faults.mischief import goes_on
 from protocol.keys import robot_name
 from protocol.network.session import INPUTS
+from protocol.plain import plain
 from protocol.wire.codec import packed
 from world.record.recorder import EVENTS_FILE
 
@@ -165,7 +166,11 @@ def _flaws(recording: Recording, *, going_on: bool) -> Iterator[str]:
 
 
 def sentences(replayed: Replay) -> Iterator[str]:
-    """A replay for people: a line for each robot, and the first difference in full."""
+    """A replay for people, plain: a line for each robot, and the first difference in full."""
+    yield from map(plain, _sentences(replayed))
+
+
+def _sentences(replayed: Replay) -> Iterator[str]:
     for each in replayed.robots:
         who = f"robot {each.robot} ({each.incarnation})"
         yield from (f"{who}: {flaw}" for flaw in each.flaws)

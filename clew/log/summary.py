@@ -8,8 +8,8 @@ import msgspec
 from msgspec import Struct
 
 from clew.log.log import Log
-from clew.log.plain import plain
 from clew.log.timeline import Timeline, kind_of
+from protocol.plain import plain
 from world.judge.verdict import VERDICT_FILE, Verdict
 from world.record.recorder import EVENTS_FILE
 from world.record.run_files import read_verdict

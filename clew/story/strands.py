@@ -30,6 +30,7 @@ from protocol.timeline import (
 from world.geometry.clearance import distances
 from world.geometry.shapes import Ground
 from world.judge.evidence import Evidence
+from world.judge.paths import Paths
 
 Laying = StepPlanned | StepAbandoned | StrandFormed | StrandReversed | StrandDissolved | MusterCalled
 """What a path depends on, besides each robot's first order of an epoch."""
@@ -90,7 +91,8 @@ class Strands:
 
     def laid(self) -> dict[int, Path]:
         """The path of every epoch in which all robots have been seen."""
-        found = {epoch: self._evidence.path(formed) for epoch, formed in self._formed.items()}
+        paths = Paths(self._evidence)
+        found = {epoch: paths.of(formed) for epoch, formed in self._formed.items()}
         return {epoch: path for epoch, path in found.items() if path is not None}
 
 

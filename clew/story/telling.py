@@ -13,6 +13,7 @@ import msgspec
 from clew.log.log import Log
 from clew.story.story import Story
 from protocol.errors import UsageError
+from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE
 
@@ -68,7 +69,7 @@ def verdict_of(run: Path) -> tuple[dict[str, Any] | None, str | None]:
         return None, None  # a copy under another name may be of another run
     path = (run if run.is_dir() else run.parent) / VERDICT_FILE
     try:
-        return msgspec.json.decode(path.read_bytes(), type=dict[str, Any]), None
+        return msgspec.json.decode(read_bytes(path, MADE_BYTES_MAX), type=dict[str, Any]), None
     except FileNotFoundError:
         return None, f"there is no {VERDICT_FILE}"
     except (OSError, msgspec.MsgspecError, ValueError, RecursionError) as error:

@@ -14,6 +14,7 @@ from clew.bench.healing import Healing, HealingFigures, LeaderBlow, Times, figur
 from clew.fleet.live import run_fleet
 from clew.log.timeline import read
 from clew.verbs.options import AS_JSON
+from clew.verbs.say import warn
 from protocol.asked import terminable
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan_text import FAULTS_FILE, plan_text
@@ -67,7 +68,7 @@ def _measure(scenario: str, blow: LeaderBlow, run: int) -> Healing | None:
             until=lambda: events.exists() and HEALED in events.read_bytes(),
         )
         if not events.exists():
-            click.echo(f"no run: {'; '.join(ended.said)}", err=True)
+            warn(f"no run: {'; '.join(ended.said)}")
             return None
         return healing_in(read(out).lines)
 

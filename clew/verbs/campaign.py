@@ -17,6 +17,7 @@ from clew.campaign.episode import SWARM
 from clew.campaign.families import table
 from clew.fleet.folder import RUNS
 from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, ROBOTS
+from clew.verbs.say import say
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.run_settings import SEED_MAX
@@ -141,12 +142,10 @@ def _print(result: Campaign, out: Path) -> None:
         console.print(class_table(result.classes))
         console.print(sometimes_table(result.sometimes))
     for outcome in result.surprises:
-        click.echo(
-            f"{outcome.surprise}: {outcome.family}/{outcome.scene}, seed {outcome.seed}: {outcome.reason}"
-        )
-        click.echo(f"    {outcome.replay}")
+        say(f"{outcome.surprise}: {outcome.family}/{outcome.scene}, seed {outcome.seed}: {outcome.reason}")
+        say(f"    {outcome.replay}")
     if result.never:
-        click.echo(f"never seen: {', '.join(result.never)}")
+        say(f"never seen: {', '.join(result.never)}")
     word = "INTERRUPTED" if result.interrupted else "OK" if result.ok else "FAILED"
     done, asked = result.all.episodes, result.episodes_asked
     click.echo(f"{word}: {done} of {asked} episodes, {len(result.surprises)} surprises. Campaign: {out}")

@@ -19,6 +19,7 @@ from clew.fleet.folder import RUNS, make_folder
 from clew.fleet.live import run_fleet
 from clew.swarm.swarm import draw
 from clew.verbs.options import AS_JSON, SEED
+from clew.verbs.say import say, warn
 from protocol.asked import AskedToEnd, terminable
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
@@ -60,7 +61,7 @@ def chaos(ctx: click.Context, *, runs: int, speed: float, seed: int, out: Path |
     try:
         for each in range(seed, seed + runs):
             done.append(_play(each, f"{speed:g}", folder))
-            click.echo(_sentence(done[-1], len(done), runs), err=True)
+            warn(_sentence(done[-1], len(done), runs))
     except AskedToEnd as signal:
         asked = signal.exit_code
     except OSError as error:
@@ -103,11 +104,11 @@ def _print(result: Chaos, folder: Path) -> None:
     console.print(_table(result.each))
     for run in result.each:
         for trouble in run.troubles:
-            click.echo(f"TROUBLE, seed {run.seed}: {trouble}")
+            say(f"TROUBLE, seed {run.seed}: {trouble}")
         if not run.arrived:
-            click.echo(f"did not arrive, seed {run.seed} ({run.mode}): {run.reason}")
+            say(f"did not arrive, seed {run.seed} ({run.mode}): {run.reason}")
         if run.troubles or not run.arrived:
-            click.echo(f"    {run.replay}")
+            say(f"    {run.replay}")
     word = "INTERRUPTED" if result.interrupted else "OK" if result.ok else "FAILED"
     strokes = ", ".join(f"{blow} {count}" for blow, count in result.strokes.items())
     click.echo(

@@ -7,6 +7,7 @@ import click
 
 from clew.verbs.extras import need
 from clew.verbs.options import AS_JSON
+from clew.verbs.say import warn
 from protocol.errors import UsageError
 
 FOLDER = "figures"
@@ -44,10 +45,10 @@ def figures(source: Path, *, out: Path | None, formats: tuple[str, ...], as_json
 
     charts, flaws = charts_in(source)
     for flaw in flaws:
-        click.echo(f"not complete: {flaw}", err=True)
+        warn(f"not complete: {flaw}")
     left_out = {each.name: each.why for each in charts if isinstance(each, LeftOut)}
     for name, why in left_out.items():
-        click.echo(f"not drawn: {name}: {why}", err=True)
+        warn(f"not drawn: {name}: {why}")
     folder = source if source.is_dir() else source.parent
     written = [str(path) for path in write(charts, out or folder / FOLDER, formats)]
     click.echo(json.dumps({"written": written, "left_out": left_out}) if as_json else "\n".join(written))

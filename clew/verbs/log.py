@@ -10,10 +10,10 @@ from rich.text import Text
 
 from clew.log.check import check, sentences
 from clew.log.log import Log
-from clew.log.plain import plain
 from clew.log.summary import Judged, Summary, summarise
 from clew.verbs.log_export import export
 from clew.verbs.options import AS_JSON
+from protocol.plain import plain
 
 RUN = click.argument("run", type=click.Path(path_type=Path))
 
@@ -63,11 +63,11 @@ def _print_summary(summary: Summary) -> None:
     facts.add_row("sources", _said(", ".join(f"{name} {count}" for name, count in summary.sources.items())))
     kinds = Table("kind", "entries")
     for kind, count in summary.kinds.items():
-        kinds.add_row(kind, str(count))
+        kinds.add_row(_said(kind), str(count))
     console.print(facts)
     console.print(kinds)
     for flaw in summary.flaws:
-        console.print(Text(f"not complete: {flaw}"), style="bold")
+        console.print(_said(f"not complete: {flaw}"), style="bold")
 
 
 def _said(text: str) -> Text:

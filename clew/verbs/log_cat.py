@@ -20,6 +20,7 @@ from clew.log.log import Log
 from clew.log.timeline import Choice, kind_of
 from clew.verbs.log import RUN
 from clew.verbs.options import AS_JSON
+from clew.verbs.say import warn
 from protocol.timeline import Entry, Record
 from world.record.recorder import line
 
@@ -127,4 +128,4 @@ async def _follow(run: Path, say: Say) -> None:
 
 
 def _warn(flaw: str) -> None:
-    click.echo(f"not complete: {flaw}", err=True)
+    warn(f"not complete: {flaw}")

@@ -18,9 +18,10 @@ from clew.log.diff import (
 )
 from clew.log.line import WHEN, is_coloured, one_line
 from clew.log.log import Log
-from clew.log.plain import plain
 from clew.rehearsal.recorded import EPOCH
 from clew.verbs.options import AS_JSON
+from clew.verbs.say import warn
+from protocol.plain import plain
 from world.record.lines import Line
 from world.record.recorder import line
 
@@ -75,7 +76,7 @@ def diff(ctx: click.Context, a: Path, b: Path, *, by: str, within: float, color:
             click.echo("entries of two live runs always differ: --by step says what came of them", err=True)
     for which, each in flaws.items():
         for flaw in each:
-            click.echo(f"{which} is not complete: {flaw}", err=True)
+            warn(f"{which} is not complete: {flaw}")
     ctx.exit(0 if same else 1)
 
 

@@ -11,6 +11,7 @@ from clew.export.exported import Exported
 from clew.log.log import Log
 from clew.verbs.extras import need
 from clew.verbs.options import AS_JSON
+from clew.verbs.say import warn
 from protocol.asked import terminable
 from protocol.errors import UsageError
 
@@ -50,4 +51,4 @@ def export(run: Path, *, to: str, out: Path | None, as_json: bool) -> None:
     else:
         click.echo(place)
     for flaw in exported.flaws:
-        click.echo(f"not complete: {flaw}", err=True)
+        warn(f"not complete: {flaw}")

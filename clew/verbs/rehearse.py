@@ -12,6 +12,7 @@ from clew.log import timeline
 from clew.rehearsal.processes import check_rehearsable
 from clew.rehearsal.recorded import rehearse as rehearse_into
 from clew.verbs.options import AS_JSON, DEPLOYMENT, FAULTS, LAW, ROBOTS, SEED
+from clew.verbs.say import warn
 from protocol.faults.plan import NO_FAULTS
 from protocol.faults.plan import load as load_plan
 from world.judge.verdict import VERDICT_FILE
@@ -51,9 +52,7 @@ def rehearse(
     make_folder(folder)
     if out is None:
         make_latest(folder)
-    verdict = rehearse_into(
-        loaded, seed, folder, lambda said: click.echo(f"rehearsal: {said}", err=True), plan
-    )
+    verdict = rehearse_into(loaded, seed, folder, lambda said: warn(f"rehearsal: {said}"), plan)
     if as_json:
         click.echo((folder / VERDICT_FILE).read_text(encoding="utf-8"), nl=False)
     else:

@@ -9,6 +9,7 @@ import click
 
 from clew.page.document import document, is_document
 from clew.story.telling import Telling
+from clew.verbs.say import warn
 from protocol.errors import UsageError
 
 REPORT_FILE = "report.html"
@@ -25,22 +26,19 @@ def report(run: Path, *, out: Path | None) -> None:
     if not run.exists():
         raise UsageError(f"no run in {run}: there is no such file or folder")
     path = out or (run if run.is_dir() else run.parent) / REPORT_FILE
-    exists = path.is_file()
-    if exists and not is_document(path):
+    if path.is_file() and not is_document(path):
         raise UsageError(f"cannot write {path}: it is there, and no report that could be replaced")
     telling = Telling(run)
-    if not telling.is_there and (exists or run.is_file()):
-        raise UsageError(f"{telling.flaws[0]} ({path} is left as it is)")
+    if not telling.is_there:
+        raise UsageError(telling.flaws[0])  # no run: nothing is written into a folder that is none
     with _uncollected():
         page = document([telling.batches()])
     try:
         path.write_text(page, encoding="utf-8")
     except OSError as error:
         raise UsageError(f"cannot write {path}: {error.strerror}") from error
-    if not telling.is_there:
-        raise UsageError(f"{telling.flaws[0]} ({path} says so)")
     for flaw in telling.flaws:
-        click.echo(f"not complete: {flaw}", err=True)
+        warn(f"not complete: {flaw}")
     click.echo(str(path))
 
 

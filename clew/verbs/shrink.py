@@ -14,11 +14,13 @@ from clew.fleet.folder import make_folder
 from clew.log import timeline
 from clew.swarm.swarm import Mode, draw
 from clew.verbs.options import SEED
+from clew.verbs.say import warn
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
 from protocol.faults.plan import load as load_plan
 from protocol.faults.plan_text import FAULTS_FILE, plan_text
+from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from protocol.files.reading import understand
 from protocol.files.toml_text import toml_text
 from world.record.recorder import EVENTS_FILE, Header
@@ -47,13 +49,13 @@ def shrink_verb(ctx: click.Context, run: Path, *, seed: int | None, out: Path | 
     """
     case, recorded = _run(run) if (run / EVENTS_FILE).exists() else _episode(run, seed)
     if recorded is None:
-        click.echo(f"{run}: did not fail", err=True)
+        warn(f"{run}: did not fail")
         ctx.exit(ExitCode.FAILED)
     if (again := failure_of(case)) is None or again.way != recorded.way:
         now = "does not fail" if again is None else f"fails in another way: {again.reason}"
-        click.echo(f"{run}: failed: {recorded.reason}; rehearsed again it {now}", err=True)
+        warn(f"{run}: failed: {recorded.reason}; rehearsed again it {now}")
         ctx.exit(ExitCode.FAILED)
-    click.echo(f"shrink: {recorded.told}", err=True)
+    warn(f"shrink: {recorded.told}")
     folder = out or _next(run / SHRUNK_FOLDER)
     make_folder(folder)  # before the work, not after it
     least = shrink(case, _Trials(recorded))
@@ -109,7 +111,7 @@ def _plan_of(run: Path, header: Header) -> Plan | None:
 def _episode(folder: Path, seed: int | None) -> tuple[Case, Failure | None]:
     """An episode of a swarm, and how it failed."""
     try:
-        campaign = msgspec.json.decode((folder / CAMPAIGN_FILE).read_bytes(), type=Campaign)
+        campaign = msgspec.json.decode(read_bytes(folder / CAMPAIGN_FILE, MADE_BYTES_MAX), type=Campaign)
     except FileNotFoundError as error:
         neither = f"neither a run (no {EVENTS_FILE}) nor a campaign (no {CAMPAIGN_FILE})"
         raise UsageError(f"{folder}: {neither}") from error

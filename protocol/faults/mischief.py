@@ -4,6 +4,7 @@ Rule 1: the world's socket stands in the run's private folder, so only the user 
         folder says where that is, for as long as the run goes on.
 """
 
+import os
 import socket
 from pathlib import Path
 from typing import Annotated
@@ -13,6 +14,7 @@ from msgspec import Meta, Struct
 
 from protocol.errors import UsageError
 from protocol.faults.rules import Rule, SomeSeconds
+from protocol.files.opening import read_bytes
 
 SOCKET = "world.sock"
 WHERE_FILE = "faults.at"
@@ -38,11 +40,11 @@ class Answer(Struct, frozen=True, kw_only=True):
 def goes_on(run: Path) -> bool:
     """Whether a live run with this folder is going on: its world can be reached."""
     try:
-        where = (run / WHERE_FILE).read_text(encoding="utf-8")
+        where = os.fsdecode(read_bytes(run / WHERE_FILE, LINE_BYTES_MAX))
         with socket.socket(socket.AF_UNIX) as connection:
             connection.settimeout(ANSWER_S_MAX)
             connection.connect(where)
-    except OSError:
+    except (OSError, ValueError):  # none goes on there, or its file is none of ours
         return False
     return True
 
@@ -54,7 +56,7 @@ def wish(run: Path, wished: Wish) -> str:
         UsageError: the run is over, or the world does not do it.
     """
     try:
-        where = (run / WHERE_FILE).read_text(encoding="utf-8")
+        where = os.fsdecode(read_bytes(run / WHERE_FILE, LINE_BYTES_MAX))
         with socket.socket(socket.AF_UNIX) as connection:
             connection.settimeout(ANSWER_S_MAX)
             connection.connect(where)
@@ -65,7 +67,7 @@ def wish(run: Path, wished: Wish) -> str:
         raise UsageError(f"{run}: no run goes on there") from error
     except TimeoutError as error:
         raise UsageError(f"{run}: its world does not answer within {ANSWER_S_MAX:g} s") from error
-    except (OSError, msgspec.MsgspecError) as error:
+    except (OSError, ValueError) as error:  # msgspec's are ValueErrors
         raise UsageError(f"{run}: its world has gone: the run is over") from error
     if answer.name is None:
         raise UsageError(answer.error or f"{run}: its world refuses, and does not say why")

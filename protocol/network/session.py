@@ -15,6 +15,7 @@ import msgspec
 from msgspec import Meta, Struct
 
 from protocol.errors import UsageError
+from protocol.files.opening import read_bytes
 from protocol.frames import ROBOTS_MAX
 from protocol.keys import WORLD, Keys, robot_name
 from protocol.network.interlink import ROUTER
@@ -30,6 +31,7 @@ UNIX_SOCKET = "unixsock-stream/"
 UNIX_SOCKET_PATH_BYTES_MAX = 107  # sockaddr_un of Linux: 108 with the closing NUL
 ROUTER_FILE = "router.json"
 USERS_FILE = "users"
+SESSION_BYTES_MAX = 1 << 20  # a session takes some hundred, the router's 200 bytes for each robot
 INPUTS = "inputs"  # the folder in that of the run where robots keep what they hear and decide
 
 
@@ -168,7 +170,7 @@ def check_endpoint(endpoint: str) -> None:
 
 def _read(path: Path, kind: type[T]) -> T:
     try:
-        return msgspec.json.decode(path.read_bytes(), type=kind)
+        return msgspec.json.decode(read_bytes(path, SESSION_BYTES_MAX), type=kind)
     except (OSError, ValueError) as error:
         raise UsageError(f"no session in {path}: {error}") from error
 

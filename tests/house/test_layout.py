@@ -14,7 +14,7 @@ FLOORS: dict[str, dict[str, int]] = {
     # Rooms end with a slash; what stands beside them is named file by file. On one floor, files beside the
     # rooms may import each other, and rooms may not.
     "protocol": {
-        **dict.fromkeys(("arrays", "epochs", "errors", "exit_codes", "frames", "keys", "root"), 0),
+        **dict.fromkeys(("arrays", "epochs", "errors", "exit_codes", "frames", "keys", "plain", "root"), 0),
         **dict.fromkeys(("asked", "ending", "mission", "path", "sweep", "files/"), 1),
         "timeline/": 2,
         "faults/": 3,

@@ -23,17 +23,16 @@ from itertools import pairwise
 from operator import itemgetter
 
 from protocol.frames import Point
-from protocol.path import Path
 from protocol.timeline import (
     AuthorityGranted,
     OrderAccepted,
     PoseSampled,
     PromiseBroken,
     StepPlanned,
-    StrandFormed,
 )
 from world.judge.evidence import ROUNDING_M, ROUNDING_S, Evidence, Orders, apart_m
 from world.judge.one_at_a_time import judge_one_at_a_time
+from world.judge.paths import Paths
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,9 +50,7 @@ class Tolerance:
 
 def judge_authority(evidence: Evidence, tolerance: Tolerance) -> list[tuple[float, PromiseBroken]]:
     """Every breach of S3 with its time, each order and each unlawful motion once."""
-    paths: dict[StrandFormed, Path | None] = {
-        strand: evidence.path(strand) for strand in set(evidence.strands.values())
-    }
+    paths = Paths(evidence)
     breaches: list[tuple[float, PromiseBroken]] = []
     for robot in sorted({*evidence.orders, *evidence.poses}):
         for t_s, order in evidence.orders[robot]:
@@ -68,7 +65,7 @@ def judge_authority(evidence: Evidence, tolerance: Tolerance) -> list[tuple[floa
 
 def _judge_order(
     evidence: Evidence,
-    paths: dict[StrandFormed, Path | None],
+    paths: Paths,
     tolerance: Tolerance,
     t_s: float,
     order: OrderAccepted,
@@ -77,14 +74,14 @@ def _judge_order(
     if order.target is None or joins:
         return _judge_planned(evidence.plans[order.robot], t_s, order, joins=joins)
     strand = evidence.strands.get((order.robot, order.epoch))
-    path = paths[strand] if strand is not None else None
+    path = paths.of(strand) if strand is not None else None
     if strand is None or path is None or order.robot not in strand.order:
         return _breach(order.robot, order.reach_m, 0.0, f"ordered in epoch {order.epoch} without a strand")
     place = strand.order.index(order.robot)
     if place == 0 and (order.step > 0 or order.epoch - 1 in evidence.lining_up):
         return _judge_planned(evidence.plans[order.robot], t_s, order, joins=False)
     if place == 0:
-        laid = evidence.laid(strand.order, order.epoch)
+        laid = paths.laid(strand.order, order.epoch)
         granted_m, excused, granter = 0.0 if laid is None else laid.end_m, False, "the strand's path"
     else:
         granted_m, excused = _granted(evidence, strand.order[place - 1], t_s, order)

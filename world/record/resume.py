@@ -17,6 +17,7 @@ from pathlib import Path
 import msgspec
 
 from protocol.errors import UsageError
+from protocol.files.opening import open_regular
 from protocol.keys import WORLD, robot_number
 from protocol.timeline import (
     Entry,
@@ -158,7 +159,10 @@ def read_past(folder: Path) -> Past | None:
     """
     path = folder / EVENTS_FILE
     try:
-        text = path.read_bytes() if path.exists() else b""
+        text = b""
+        if path.exists():
+            with open_regular(path) as file:
+                text = file.read()
         *whole, torn = text.split(b"\n")
         if not whole:
             path.unlink(missing_ok=True)

@@ -10,6 +10,7 @@ import msgspec
 from protocol.errors import UsageError
 from protocol.faults.plan import Plan
 from protocol.faults.plan_text import FAULTS_FILE
+from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from protocol.files.toml_text import toml_text
 from protocol.run_settings import SCENARIO_FILE, Settings, read_plan, texts
 from world.judge.verdict import VERDICT_FILE, Verdict
@@ -107,4 +108,4 @@ def read_verdict(folder: Path) -> Verdict:
         OSError: there is none.
         msgspec.MsgspecError: it is no verdict.
     """
-    return msgspec.json.decode((folder / VERDICT_FILE).read_bytes(), type=Verdict)
+    return msgspec.json.decode(read_bytes(folder / VERDICT_FILE, MADE_BYTES_MAX), type=Verdict)

@@ -227,3 +227,22 @@ def test_broken_promises_are_counted_and_events_kept_are_few() -> None:
     told = board(*AT_WORK, *(("world", broken),) * 3, *(("r2", GoalReached(**HERE)),) * 50)
     assert told.broken == 3
     assert len(told.events) == told.events.maxlen
+
+
+@pytest.mark.parametrize(
+    ("source", "record"),
+    [
+        ("world", FaultInjected(fault="kill", rule="by-hand", process="r99")),
+        ("world", FaultInjected(fault="drop", rule="lossy", key="link")),
+        ("world", PoseSampled(robot=99, x_m=0.0, y_m=0.0, heading_rad=0.0)),
+        ("world", RobotReturned(robot=99)),
+        ("r99", FORMED),
+        ("r99", RobotArrived(progress_m=1.0)),
+    ],
+)
+def test_what_is_said_of_a_robot_that_the_fleet_does_not_have_makes_no_row(
+    source: str, record: Record
+) -> None:
+    rows = board(*AT_WORK, (source, record)).rows
+    assert [row.robot for row in rows] == [row.robot for row in board(*AT_WORK).rows]
+    assert all(row.lost == 0 for row in rows)

@@ -11,7 +11,7 @@ from clew.rehearsal.recorded import rehearse
 from protocol.errors import UsageError
 from protocol.faults.plan import load as load_plan
 from protocol.run_settings import SCENARIO_FILE
-from protocol.timeline import PoseSampled, PromiseBroken, Record
+from protocol.timeline import PoseSampled, PromiseBroken, Record, StrandFormed, StrandReversed
 from tests.support.logs.logs import AT_REST, numbered, recorded
 from world.judge.invariants import INVARIANTS
 from world.record.recorder import EVENTS_FILE
@@ -96,3 +96,19 @@ def test_a_scenario_that_was_changed_after_the_run_began_is_found(tmp_path: Path
     kept.write_text(kept.read_text().replace('name = "grove"', 'name = "another"'))
     (flaw,) = check(Log(folder)).flaws
     assert flaw.endswith("scenario.toml: was changed after the run had begun")
+
+
+@pytest.mark.parametrize("reversals", [3_000, 20_000])
+def test_a_strand_that_turned_round_thousands_of_times_is_judged(tmp_path: Path, reversals: int) -> None:
+    order = (1, 2, 3, 4, 5)
+    turns: list[tuple[str, Record]] = [
+        ("r1", StrandFormed(epoch=1, sensed=False, order=order, path_length_m=0.4, laid=()))
+    ]
+    for epoch in range(1, reversals + 1):
+        turned = StrandReversed(epoch=epoch, cut_m=0.0, end_m=0.4, back_by_m=0.1)
+        order = order[::-1]
+        formed = StrandFormed(epoch=epoch + 1, sensed=False, order=order, path_length_m=0.4, laid=())
+        turns += [(f"r{order[-1]}", turned), (f"r{order[0]}", formed)]
+    finding = found(tmp_path / "run", (*AT_REST[:-1], *turns, AT_REST[-1]))
+    assert finding.violations == 0
+    assert finding.ended == "interrupted"

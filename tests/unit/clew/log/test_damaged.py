@@ -1,5 +1,6 @@
 """Logs that something has happened to: each flaw is said once, and all the rest is read."""
 
+import os
 from pathlib import Path
 
 import msgspec
@@ -14,9 +15,10 @@ from clew.log.header import UNKNOWN
 from clew.log.log import Log
 from protocol.errors import UsageError
 from protocol.timeline import RobotHeld, RobotReleased, RunEnded
+from tests.support.campaigns import clew
 from tests.support.logs.logs import HEADER, numbered, recorded
 from world.record.lines import Line
-from world.record.recorder import line
+from world.record.recorder import EVENTS_FILE, line
 
 LINES = numbered(
     (
@@ -225,3 +227,11 @@ def test_numbers_know_what_is_missing_and_what_is_there_twice(seen: list[int]) -
     ]
     assert [flaw for flaw in flaws if "missing" in flaw] == missing
     assert any("more than once" in flaw for flaw in flaws) == (len(set(seen)) < len(seen))
+
+
+@pytest.mark.parametrize("verb", [["log", "check"], ["log", "cat"], ["log", "cat", "--follow"], ["report"]])
+def test_a_log_that_is_no_regular_file_is_refused_and_not_waited_for(tmp_path: Path, verb: list[str]) -> None:
+    os.mkfifo(tmp_path / EVENTS_FILE)
+    said = clew(*verb, tmp_path)
+    assert (said.exit_code, said.stderr.count("\n")) == (2, 1)
+    assert "no regular file" in said.stderr

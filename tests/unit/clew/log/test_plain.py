@@ -1,20 +1,37 @@
 """What a log says reaches a terminal as words, never as orders."""
 
+import io
+import logging
 import subprocess
 import sys
 from pathlib import Path
 
+import msgspec
 import pytest
+from rich.console import Console
 
-from clew.log.plain import plain
+from agents.process.host import say
+from clew.fleet.summary import main as summary
+from clew.fleet.table_picture import picture
+from clew.fleet.table_rows import Scoreboard
+from clew.log.replay import Difference, Replay, Replayed, sentences
+from protocol.plain import PlainFormatter, plain
 from protocol.root import ROOT
+from protocol.timeline import RobotFailed
 from tests.support.campaigns import clew
-from tests.support.logs.logs import AT_REST, numbered, recorded
+from tests.support.logs.logs import AT_REST, GOOD, HEADER, numbered, recorded
 from tests.support.processes.fleets import START_S_MAX
+from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE
 
+ESCAPED = "\\x1b[2J"
 ORDERS = "\x1b[2J\x1b]0;pwn\x07\u202e[bold]r1"
 IN_JSON = b"\\u001b[2J\\u001b]0;pwn\\u0007\\u202e[bold]r1"
+
+
+def orders_in(said: str) -> list[str]:
+    """The lines that would do more to a terminal than to be read."""
+    return [line for line in said.split("\n") if not line.isprintable()]
 
 
 @pytest.fixture
@@ -37,7 +54,65 @@ def test_a_terminal_gets_no_order_from_a_log(run: Path, tmp_path: Path, verb: st
     said = clew("log", verb, run, *([other] if verb == "diff" else []))
     assert said.exit_code in {0, 1}
     assert "\\x1b[2J" in said.stdout + said.stderr
-    assert [text for text in (said.stdout + said.stderr).split("\n") if not text.isprintable()] == []
+    assert orders_in(said.stdout + said.stderr) == []
+
+
+@pytest.mark.parametrize(
+    "verb", [["report"], ["figures", "--format", "svg"], ["log", "export", "--to", "csv"]]
+)
+def test_a_terminal_gets_no_order_from_what_is_wrong_with_a_log(run: Path, verb: list[str]) -> None:
+    said = clew(*verb, run)
+    assert ESCAPED in said.stderr
+    assert orders_in(said.stdout + said.stderr) == []
+
+
+def test_a_terminal_gets_no_order_from_a_replay() -> None:
+    apart = Difference(
+        robot=1,
+        incarnation=ORDERS,
+        input=1,
+        t_s=0.0,
+        key=ORDERS,
+        number=1,
+        kind=ORDERS,
+        event={"why": "\x9b2J"},
+        recorded={"failed": "\x9b2J"},
+        replayed=[],
+    )
+    one = Replayed(robot=1, incarnation="", decisions=1, flaws=(ORDERS,), damaged=False, difference=apart)
+    said = list(sentences(Replay(ok=False, decisions=1, robots=(one,), missing=())))
+    assert len(said) == 5
+    assert orders_in("\n".join(said)) == []
+
+
+def test_a_summary_gives_no_order(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (run / VERDICT_FILE).write_bytes(msgspec.json.encode(msgspec.structs.replace(GOOD, reason=ORDERS)))
+    assert summary([str(run)]) == 0
+    said = capsys.readouterr().out
+    assert ESCAPED in said
+    assert orders_in(said) == []
+
+
+def test_a_live_table_gives_no_order() -> None:
+    console = Console(width=200, height=50, file=io.StringIO())
+    board = Scoreboard.of(HEADER)
+    for source, entry in numbered(
+        (("world", RobotFailed(reason=ORDERS)), ("r1", RobotFailed(reason=ORDERS)))
+    ):
+        board.hear(source, entry)
+    console.print(picture(board, None, (ORDERS,), height=50, width=200))
+    said = console.file.getvalue()  # type: ignore[attr-defined] # it is the StringIO from above
+    assert said.count(ESCAPED) == 3
+    assert orders_in(said) == []
+
+
+def test_a_world_and_a_robot_say_nothing_on_stderr_that_a_terminal_obeys(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    record = logging.LogRecord("world", logging.INFO, "", 0, "r1 has failed: %s", (ORDERS,), None)
+    assert PlainFormatter("world: %(message)s").format(record) == f"world: r1 has failed: {plain(ORDERS)}"
+    say(ORDERS)
+    assert capsys.readouterr().err == f"{plain(ORDERS)}\n"
 
 
 def test_a_refusal_gives_no_order_either(run: Path) -> None:
