@@ -12,6 +12,7 @@
 # Rule 6: a viewer (--view) only reads what the world writes. What becomes of it is nothing to the run; it ends with it.
 # Rule 7: a table, on a terminal, only reads likewise. While it is shown, or with --quiet, what the parts say goes into
 #         a file; it comes out at the end, but for the progress. The terminal is left as it was.
+# shellcheck disable=SC2154 # `eval "$settings"` sets what prepare.py has checked
 set -uo pipefail
 # Parts are started with redirections, which fail where a caller has closed these.
 for descriptor in 0 1 2; do
@@ -26,7 +27,7 @@ others_us=400000  # for router and robots, which have nothing left to do by then
 ready_us=10000000 # for the router to listen: it takes 0.3 s; more only on a machine that is overloaded
 
 declare -A part=() # name of each part that has not ended, by process id
-private= heir= striker= shows=lines world= run_folder= latest= as_json=0
+private='' heir='' striker='' shows=lines world='' run_folder='' latest='' as_json=0
 router_restarts_max=10 # in one run: enough for any plan, and an end to a router that cannot live
 world_restarts_max=5
 router_deaths=0 world_deaths=0
@@ -89,7 +90,8 @@ await_viewer() {
     ((until += ready_us))
     until [[ -s $private/address || -n $asked ]]; do
         now_us now
-        ((now < until)) && kill -0 "$viewer" 2>/dev/null || break
+        ((now < until)) || break
+        kill -0 "$viewer" 2>/dev/null || break
         pause
     done
     [[ ! -s $private/address ]] || clew_say "the page is at $(<"$private/address")"
@@ -133,18 +135,18 @@ forget() {
 
 # await_groups US PID...: true when no process of these groups is left.
 await_groups() {
-    local now until pid left=1
+    local now until pid some_left=1
     now_us until
     ((until += $1))
     shift
-    while ((left)); do
-        left=0
+    while ((some_left)); do
+        some_left=0
         for pid in "$@"; do
-            kill -0 -- "-$pid" 2>/dev/null && left=1
+            kill -0 -- "-$pid" 2>/dev/null && some_left=1
         done
         now_us now
-        ((left && now > until)) && return 1
-        ((left)) && pause
+        ((some_left && now > until)) && return 1
+        ((some_left)) && pause
     done
     return 0
 }
@@ -212,10 +214,10 @@ clean_up() {
 how() { if (($1 > 128)); then echo "was killed by SIG$(kill -l "$1")"; else echo "ended with exit code $1"; fi; }
 
 await_router() {
-    local router=$1 now until line
+    local router=$1 now until
     now_us until
     ((until += ready_us))
-    until read -r -t 0.05 -u 8 line; do
+    until read -r -t 0.05 -u 8 _; do
         now_us now
         if ! kill -0 "$router" 2>/dev/null; then
             wait "$router"

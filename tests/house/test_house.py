@@ -179,5 +179,6 @@ def test_whoever_may_import_a_clock_or_zenoh_does(module: str) -> None:
     assert idle == []
 
 
-def test_launch_holds_no_python_package() -> None:
-    assert list((ROOT / "launch").rglob("*.py")) == []
+def test_launch_holds_no_python_package_but_one_script_of_the_set_up() -> None:
+    # ROS 2 owns the name `launch`. The script runs before there is an environment, so it is in no package.
+    assert list((ROOT / "launch").rglob("*.py")) == [ROOT / "launch" / "locked.py"]
