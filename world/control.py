@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 
 from protocol.errors import UsageError
-from protocol.faults.mischief import ANSWER_S_MAX, LINE_BYTES_MAX, SOCKET, WHERE_FILE, Answer, Wish
+from protocol.faults.manual_faults import ANSWER_S_MAX, LINE_BYTES_MAX, SOCKET, WHERE_FILE, Answer, Wish
 from protocol.faults.rules import Rule
 
 Give = Callable[[Rule, float | None], str]

@@ -14,9 +14,9 @@ from msgspec.structs import replace
 from protocol.errors import UsageError
 from protocol.faults.fit import misfits
 from protocol.faults.plan import Plan
+from protocol.faults.process_faults import Blow, Stroke, Strokes
 from protocol.faults.roles import Roles
 from protocol.faults.rules import MessageRule, ProcessRule, Restart, Rule, Thaw
-from protocol.faults.strokes import Blow, Stroke, Strokes
 from protocol.keys import WORLD, robot_name, robot_number
 from protocol.timeline import Entry, FaultInjected, RobotStarted, WorldResumed
 from protocol.wire.messages import Faults

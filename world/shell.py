@@ -16,10 +16,10 @@ from pathlib import Path
 from protocol.ending import asked_to_end
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
-from protocol.faults.blows import strike
 from protocol.faults.plan import NO_FAULTS, Plan
+from protocol.faults.process_commands import strike
+from protocol.faults.process_faults import Blow
 from protocol.faults.rules import Rule
-from protocol.faults.strokes import Blow
 from protocol.keys import WORLD, robot_name, robot_number
 from protocol.network.faulty_transport import Conditions, FaultyTransport
 from protocol.network.session import Session

@@ -5,8 +5,8 @@ Rule 2: asked to end, the host asks all its robots, waits, and kills what is lef
         it could not hear. Who then goes has done as it was asked.
 Rule 3: a robot outlives its host by no more than a moment: it holds the reading end of a pipe whose
         writing end is the host's alone.
-Rule 4: what the world has it do to a robot (`protocol.faults.blows`) is no failure of that robot, nor of the
-        host.
+Rule 4: a process fault that the world commands (`protocol.faults.process_commands`) is no failure of the
+        robot, nor of the host.
 """
 
 import asyncio
@@ -26,8 +26,8 @@ from agents.process.shell import run
 from protocol.ending import asked_to_end, until_ended
 from protocol.errors import SessionLostError, UsageError
 from protocol.exit_codes import ExitCode
-from protocol.faults.blows import HostOrder, ear, orders
-from protocol.faults.strokes import Blow
+from protocol.faults.process_commands import HostOrder, ear, orders
+from protocol.faults.process_faults import Blow
 from protocol.keys import robot_name
 from protocol.network.faulty_transport import Conditions
 from protocol.network.session import read_session

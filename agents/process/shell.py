@@ -31,7 +31,7 @@ from agents.process.points import is_plan
 from agents.process.victim import Victim
 from agents.robot import Robot
 from protocol.exit_codes import ExitCode
-from protocol.faults.strokes import Stroke
+from protocol.faults.process_faults import Stroke
 from protocol.keys import WORLD, WORLD_NUMBER, Keys, robot_name, robot_number
 from protocol.mission import Mission
 from protocol.network.faulty_transport import Conditions, FaultyTransport

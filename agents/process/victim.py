@@ -13,8 +13,8 @@ from pathlib import Path
 from agents.commands import Command
 from agents.events import Event
 from agents.process.points import Points
-from protocol.faults.blows import HostOrder, tell_hosts
-from protocol.faults.strokes import Blow, Stroke, Strokes
+from protocol.faults.process_commands import HostOrder, tell_hosts
+from protocol.faults.process_faults import Blow, Stroke, Strokes
 from protocol.keys import robot_name
 from protocol.network.faulty_transport import Conditions
 from protocol.timeline import Entry, Record

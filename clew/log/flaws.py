@@ -13,7 +13,7 @@ import msgspec
 
 from clew.log.completeness import Completeness, Told
 from clew.log.header import UNREADABLE, Stamped, other
-from protocol.faults.mischief import goes_on
+from protocol.faults.manual_faults import goes_on
 from protocol.timeline import Entry, Record, RunEnded
 from world.record.recorder import SCHEMA, Header
 

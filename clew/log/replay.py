@@ -20,7 +20,7 @@ from agents.process.journal import SUFFIX, Decision, Input, Recording, decision,
 from agents.robot import Robot
 from clew.log.replay_missing import Missing, missing, told
 from protocol.errors import UsageError
-from protocol.faults.mischief import goes_on
+from protocol.faults.manual_faults import goes_on
 from protocol.keys import robot_name
 from protocol.network.session import INPUTS
 from protocol.wire.codec import packed

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from protocol.faults.mischief import goes_on
+from protocol.faults.manual_faults import goes_on
 from world.judge.verdict import VERDICT_FILE
 
 QUIET_S = (

@@ -9,7 +9,7 @@ from msgspec import Struct
 from clew.rehearsal.actor import Actor, Arrival, Desk
 from clew.rehearsal.mail import Mail
 from clew.rehearsal.network import Network
-from protocol.faults.fates import Fates
+from protocol.faults.message_faults import Fates
 from protocol.faults.plan import Plan
 from protocol.timeline import FaultInjected
 

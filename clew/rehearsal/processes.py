@@ -13,11 +13,11 @@ from agents.robot import Robot
 from clew.rehearsal.actor import Actor, Desk
 from clew.rehearsal.tokens import Tokens
 from protocol.errors import UsageError
-from protocol.faults.fates import Fates
 from protocol.faults.fit import check_fits
+from protocol.faults.message_faults import Fates
 from protocol.faults.plan import Plan
+from protocol.faults.process_faults import Blow, Stroke
 from protocol.faults.rules import ROUTER, Slow
-from protocol.faults.strokes import Blow, Stroke
 from protocol.keys import WORLD, WORLD_NUMBER, robot_name, robot_number
 from protocol.mission import Mission
 

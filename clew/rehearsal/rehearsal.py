@@ -30,10 +30,10 @@ from clew.rehearsal.processes import Processes, check_rehearsable
 from clew.rehearsal.tokens import Change
 from protocol.errors import MessageRefusedError
 from protocol.exit_codes import ExitCode
-from protocol.faults.fates import Fates
+from protocol.faults.message_faults import Fates
 from protocol.faults.plan import NO_FAULTS, Plan
+from protocol.faults.process_faults import Stroke, Strokes
 from protocol.faults.rules import ROUTER, StepPoint
-from protocol.faults.strokes import Stroke, Strokes
 from protocol.keys import WORLD, WORLD_NUMBER
 from protocol.timeline import Entry, MessageRefused, Record, RobotSettled, RobotStarted, TrafficCounted
 from protocol.wire.messages import Message, Phase, ScanQuery

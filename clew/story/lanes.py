@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from clew.story.batch import Lane, LinkChange
-from protocol.faults.strokes import Blow
+from protocol.faults.process_faults import Blow
 from protocol.keys import robot_number
 from protocol.timeline import (
     Entry,

@@ -7,7 +7,7 @@ Rule 2: a robot that has left one strand, or joined the next, has none of the ol
 from dataclasses import dataclass, field
 from enum import IntEnum, auto
 
-from protocol.faults.strokes import Blow
+from protocol.faults.process_faults import Blow
 from protocol.timeline import (
     BodyStopped,
     FaultInjected,

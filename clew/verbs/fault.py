@@ -8,7 +8,7 @@ import click
 
 from clew.verbs.log import RUN
 from clew.verbs.options import ROBOTS
-from protocol.faults.mischief import Wish, wish
+from protocol.faults.manual_faults import Wish, wish
 from protocol.faults.rules import Rule
 from protocol.files.reading import understand
 from protocol.keys import robot_number

@@ -17,7 +17,7 @@ from math import inf
 
 from protocol.errors import MessageRefusedError
 from protocol.faults.damage import Damage
-from protocol.faults.fates import Fate, Fates
+from protocol.faults.message_faults import Fate, Fates
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.faults.rules import Rule
 from protocol.keys import Keys

@@ -14,8 +14,8 @@ import pytest
 from msgspec.structs import replace
 
 from agents.__main__ import robots_of
-from protocol.faults.blows import strike
-from protocol.faults.strokes import Blow, Stroke
+from protocol.faults.process_commands import strike
+from protocol.faults.process_faults import Blow, Stroke
 from protocol.frames import Pose
 from protocol.keys import robot_name
 from protocol.network.transport import Appeared, Arrival, Asked, Heard, Vanished

@@ -7,8 +7,8 @@ import pytest
 from agents.events import ScanHeard
 from agents.process.victim import Victim
 from protocol.faults.plan import Plan
+from protocol.faults.process_faults import Blow, Stroke
 from protocol.faults.rules import Freeze, Kill, Restart, Rule, StepPoint
-from protocol.faults.strokes import Blow, Stroke
 from protocol.network.faulty_transport import Conditions
 from protocol.timeline import StrandFormed
 from protocol.wire.messages import Faults, Scan

@@ -16,7 +16,7 @@ from pathlib import Path
 import msgspec
 from msgspec import Struct
 
-from protocol.faults.strokes import Blow, Stroke
+from protocol.faults.process_faults import Blow, Stroke
 from protocol.frames import RobotId
 from protocol.keys import robot_number
 

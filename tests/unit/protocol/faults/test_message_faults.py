@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from protocol.errors import MessageRefusedError
 from protocol.faults.damage import Damage
-from protocol.faults.fates import UNTOUCHED, Copy, Fate, Fates, Injected, sender_of
+from protocol.faults.message_faults import UNTOUCHED, Copy, Fate, Fates, Injected, sender_of
 from protocol.faults.plan import NO_FAULTS, Plan, uniform
 from protocol.faults.rules import Burst, Corrupt, Delay, Drop, Duplicate, Partition, Reorder, Rule
 from protocol.wire.codec import decode, encode

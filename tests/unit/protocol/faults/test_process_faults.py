@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from protocol.faults.plan import Plan
+from protocol.faults.process_faults import Blow, Stroke, Strokes
 from protocol.faults.rules import Freeze, Kill, Restart, Rule, Slow, StepPoint, Thaw
-from protocol.faults.strokes import Blow, Stroke, Strokes
 from protocol.timeline import (
     Entry,
     LeaderSucceeded,

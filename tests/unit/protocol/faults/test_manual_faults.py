@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from protocol.errors import UsageError
-from protocol.faults.mischief import WHERE_FILE, Wish, wish
+from protocol.faults.manual_faults import WHERE_FILE, Wish, wish
 from protocol.faults.plan import Plan
+from protocol.faults.process_faults import Blow, Stroke
 from protocol.faults.rules import Drop, Freeze, Kill, Restart, Rule, Slow, StepPoint, Thaw
-from protocol.faults.strokes import Blow, Stroke
 from protocol.timeline import Entry, FaultInjected, Record, RobotStarted, StrandFormed, WorldResumed
 from world.control import heard
 from world.faults import GIVEN_MAX, TELL_S, Mischief
