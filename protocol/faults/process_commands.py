@@ -1,10 +1,11 @@
-"""What is to be done to processes, told to whoever started them: through the run's private folder. A shell.
+"""Sends process faults to the parents of the processes, through the run's private folder. A shell.
 
-Rule 1: only who may write into that folder (0700: the user) can strike anybody.
-Rule 2: a host of robots has a socket there, and hears one order a datagram; the launcher, which is bash, has
-        a pipe, and hears one a line. Nobody waits for either.
-Rule 3: the launcher itself undoes what it has done to world and router, after the time that it is told: the
-        world has no time while it is away, and little in lock-step while there is no router.
+Rule 1: the folder has mode 0700, so only the user can inject a process fault.
+Rule 2: each host of robots has a socket in the folder and reads one command per datagram. The launcher has a
+        pipe and reads one command per line. The sender waits for neither.
+Rule 3: the launcher itself ends a fault of the world or the router after the time in the command. The world
+        cannot do it: it has no clock while it is stopped, and its clock hardly moves in lock-step without a
+        router.
 """
 
 import contextlib
@@ -16,52 +17,52 @@ from pathlib import Path
 import msgspec
 from msgspec import Struct
 
-from protocol.faults.process_faults import Blow, Stroke
+from protocol.faults.process_faults import ProcessAction, ProcessFault
 from protocol.frames import RobotId
 from protocol.keys import robot_number
 
-SOCKETS = "h*.sock"  # a host's carries its first robot's number; a longer name might not fit (107 bytes)
+SOCKETS = "h*.sock"  # `*` is the host's first robot; a socket path may have 107 bytes at most
 PIPE = "strokes"
-ORDER_BYTES_MAX = 200  # they take less than 60
+COMMAND_BYTES_MAX = 200  # a command takes less than 60
 
 
-class HostOrder(Struct, frozen=True, kw_only=True):
-    """What a host is to do to one of its robots."""
+class HostCommand(Struct, frozen=True, kw_only=True):
+    """A process fault that a host applies to one of its robots."""
 
-    blow: Blow
+    action: ProcessAction
     robot: RobotId
     done: bool = False
-    """The robot does it to itself: its host only has to know that it was meant to be."""
+    """The robot applies the fault to itself; the host only has to know that its end is no failure."""
 
 
-def strike(folder: Path, stroke: Stroke, *, speed: float) -> None:
-    """Have whoever started a process do this to it; nothing happens where nobody listens.
+def send_process_fault(folder: Path, fault: ProcessFault, *, speed: float) -> None:
+    """Send a process fault to the parent of the process; it is lost where no parent listens.
 
     Args:
         folder: the run's private folder.
-        stroke: what to do, and to whom.
+        fault: the action and the process.
         speed: simulated seconds per wall-clock second.
     """
-    robot = robot_number(stroke.process)
+    robot = robot_number(fault.process)
     if robot is not None:
-        tell_hosts(folder, HostOrder(blow=stroke.blow, robot=robot))
+        send_to_hosts(folder, HostCommand(action=fault.action, robot=robot))
     else:
-        wall_s = "" if stroke.for_s is None else f" {stroke.for_s / speed:.3f}"
-        _tell_launcher(folder, f"{stroke.blow} {stroke.process}{wall_s}\n")
+        wall_s = "" if fault.for_s is None else f" {fault.for_s / speed:.3f}"
+        _tell_launcher(folder, f"{fault.action} {fault.process}{wall_s}\n")
 
 
-def tell_hosts(folder: Path, order: HostOrder) -> None:
-    """Tell all hosts; each knows which robots are its own."""
+def send_to_hosts(folder: Path, command: HostCommand) -> None:
+    """Send a command to all hosts; each host knows its own robots."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sender:
         sender.setblocking(False)
         for path in sorted(folder.glob(SOCKETS)):
-            with contextlib.suppress(OSError):  # one that has gone, or is itself frozen with a full socket
-                sender.sendto(msgspec.json.encode(order), str(path))
+            with contextlib.suppress(OSError):  # a host that has ended, or is frozen with a full socket
+                sender.sendto(msgspec.json.encode(command), str(path))
 
 
 @contextlib.contextmanager
-def ear(folder: Path, first_robot: int) -> Iterator[socket.socket]:
-    """The socket by which a host hears what it is to do."""
+def command_socket(folder: Path, first_robot: int) -> Iterator[socket.socket]:
+    """The socket on which a host receives its commands."""
     path = folder / SOCKETS.replace("*", str(first_robot))
     path.unlink(missing_ok=True)
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listening:
@@ -73,19 +74,19 @@ def ear(folder: Path, first_robot: int) -> Iterator[socket.socket]:
             path.unlink(missing_ok=True)
 
 
-def orders(listening: socket.socket) -> Iterator[HostOrder]:
-    """All orders that have come; what is none is left out, since only the user could have sent it."""
+def received_commands(listening: socket.socket) -> Iterator[HostCommand]:
+    """All commands that have arrived. Invalid datagrams are skipped: only the user could have sent one."""
     while True:
         try:
-            said = listening.recv(ORDER_BYTES_MAX)
+            said = listening.recv(COMMAND_BYTES_MAX)
         except BlockingIOError:
             return
         with contextlib.suppress(msgspec.MsgspecError):
-            yield msgspec.json.decode(said, type=HostOrder)
+            yield msgspec.json.decode(said, type=HostCommand)
 
 
 def _tell_launcher(folder: Path, line: str) -> None:
-    with contextlib.suppress(OSError):  # no pipe, or nobody who reads it
+    with contextlib.suppress(OSError):  # there is no pipe, or nothing reads it
         descriptor = os.open(folder / PIPE, os.O_WRONLY | os.O_NONBLOCK)
         try:
             os.write(descriptor, line.encode())

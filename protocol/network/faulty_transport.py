@@ -1,4 +1,4 @@
-"""A transport on which a fault plan is at work: what arrives suffers its fate before anybody hears of it.
+"""A transport on which a fault plan is at work: what arrives suffers its effect before anybody hears of it.
 
 Rule 1: faults happen at the receiver: what is told to one process, or on one link, goes wrong there alone.
 Rule 2: each one is noted, by the message's key and number, and counted: the books balance all the same.
@@ -17,7 +17,7 @@ from math import inf
 
 from protocol.errors import MessageRefusedError
 from protocol.faults.damage import Damage
-from protocol.faults.message_faults import Fate, Fates
+from protocol.faults.message_faults import Effect, MessageFaults
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.faults.rules import Rule
 from protocol.keys import Keys
@@ -58,7 +58,7 @@ class FaultyTransport:
         self._note = note
         self.now_s = 0.0
         """The newest time that has come, whatever became of the odometry that told it."""
-        self._fates = Fates(conditions.plan, conditions.seed)
+        self._message_faults = MessageFaults(conditions.plan, conditions.seed)
         self._due: list[tuple[float, int, Arrival]] = []
         self._held_count = 0  # breaks ties, so that arrivals due together keep their order
         self._tokens: dict[str, bool] = {}
@@ -96,7 +96,7 @@ class FaultyTransport:
             return
         if faults.rules != self.faults.rules:
             rules: tuple[Rule, ...] = (*self._conditions.plan.rules, *faults.rules)
-            self._fates = Fates(Plan(name="given", rules=rules), self._conditions.seed)
+            self._message_faults = MessageFaults(Plan(name="given", rules=rules), self._conditions.seed)
         self.faults = faults
 
     async def arrivals(self, timeout_s: float | None) -> Sequence[Arrival]:
@@ -126,28 +126,28 @@ class FaultyTransport:
             case Heard(key, number, message):
                 if isinstance(message, Odometry) and key == self._keys.odometry(self._name):
                     self.tell_time(message.t_s)
-                yield from self._meet_fate(arrival, message, self._fate(key, message, number))
+                yield from self._apply(arrival, message, self._effect(key, message, number))
             case Asked(key, message):
-                fate = self._fate(key, message, 0)
+                effect = self._effect(key, message, 0)
                 # Somebody who asks is answered once: a question that comes twice is one.
-                yield from self._meet_fate(arrival, message, Fate(fate.copies[:1], fate.injected))
+                yield from self._apply(arrival, message, Effect(effect.copies[:1], effect.injections))
             case Refused():
                 yield arrival
 
-    def _fate(self, key: str, message: Message, number: int) -> Fate:
+    def _effect(self, key: str, message: Message, number: int) -> Effect:
         behind_root, kind = self._keys.behind_root(key), str(type(message).__struct_config__.tag)
         step = self.faults.step
-        fate = self._fates.of(behind_root, kind, number, self._name, now_s=self.now_s, step=step)
-        for injected in fate.injected:
+        effect = self._message_faults.of(behind_root, kind, number, self._name, now_s=self.now_s, step=step)
+        for injected in effect.injections:
             self._note(
                 FaultInjected(fault=injected.fault, rule=injected.rule, key=behind_root, number=number)
             )
-        if number > 0 and fate.taken_away is not None:
-            self.traffic.take_back(key, number, fate.taken_away)
-        return fate
+        if number > 0 and effect.taken_away is not None:
+            self.traffic.take_back(key, number, effect.taken_away)
+        return effect
 
-    def _meet_fate(self, arrival: Heard | Asked, message: Message, fate: Fate) -> Iterator[Arrival]:
-        for copy in fate.copies:
+    def _apply(self, arrival: Heard | Asked, message: Message, effect: Effect) -> Iterator[Arrival]:
+        for copy in effect.copies:
             each = arrival if copy.damage is None else _damaged(arrival, message, copy.damage)
             if copy.delay_s <= 0.0:
                 yield each
@@ -171,14 +171,14 @@ class FaultyTransport:
                 yield Appeared(key) if visible else Vanished(key)
 
     def _is_cut(self, process: str) -> bool:
-        return self._fates.is_cut(process, now_s=self.now_s, step=self.faults.step)
+        return self._message_faults.is_cut(process, now_s=self.now_s, step=self.faults.step)
 
 
 def _damaged(arrival: Heard | Asked, message: Message, damage: Damage) -> Arrival:
     """What decoding makes of the message's damaged bytes."""
     number = arrival.number if isinstance(arrival, Heard) else 0
     try:
-        number, message = decode(damage.strike(encode(message, number)))
+        number, message = decode(damage.apply(encode(message, number)))
     except MessageRefusedError as error:
         return Refused(arrival.key, str(error))
     if isinstance(arrival, Heard):
