@@ -1,4 +1,4 @@
-"""From a file to checked types; whatever is wrong becomes one line that names file, path, bound and value."""
+"""Reads a file into checked types. An error becomes one line that names file, path, bound and value."""
 
 from pathlib import Path
 from typing import Any, TypeVar
@@ -12,7 +12,7 @@ T = TypeVar("T")
 
 
 def read(path: Path, source: str) -> dict[str, Any]:
-    """What a TOML or JSON file says, unchecked; `source` names it in refusals."""
+    """The content of a TOML or JSON file, unchecked; `source` names it in error messages."""
     try:
         text = path.read_bytes()
         said = msgspec.toml.decode(text) if path.suffix == ".toml" else msgspec.json.decode(text)
@@ -26,7 +26,7 @@ def read(path: Path, source: str) -> dict[str, Any]:
 
 
 def understand(raw: object, wanted: type[T], source: str) -> T:
-    """The raw value as the wanted type; `source` names it in refusals."""
+    """The raw value as the wanted type; `source` names it in error messages."""
     try:
         return msgspec.convert(raw, wanted)
     except msgspec.ValidationError as error:

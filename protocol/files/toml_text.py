@@ -1,7 +1,7 @@
-"""Writes plain data as TOML: what a drawn field or plan is read back from. Pure.
+"""Writes plain data as TOML, for drawn fields and plans. Pure.
 
-Rule 1: what is read back is equal, floats to the last bit.
-Rule 2: what is None is not there.
+Rule 1: data that is read back is equal, floats to the last bit.
+Rule 2: None values are left out.
 """
 
 import json
@@ -12,11 +12,11 @@ Table = Mapping[str, Any]
 
 
 def toml_text(table: Table, schema: str | None = None) -> str:
-    """The table as TOML; sections and lists of tables at its top have headings, what is deeper is inline.
+    """The table as TOML; top-level sections and lists of tables get headings, deeper ones are inline.
 
     Args:
-        table: what to write.
-        schema: the file that tells editors what may stand here.
+        table: the data to write.
+        schema: the JSON Schema file for editors.
     """
     lines = [] if schema is None else [f"#:schema {schema}"]
     said = {key: value for key, value in table.items() if value is not None}
