@@ -1,8 +1,8 @@
-"""How a verb without an event loop is asked to end: Ctrl-C, SIGTERM, or SIGHUP where its terminal goes.
+"""Signals that ask a verb without an event loop to end: SIGINT (Ctrl-C), SIGTERM, SIGHUP (terminal closed).
 
-Rule 1: `terminable` ends it in the midst of whatever it does, as Ctrl-C would.
-Rule 2: `asked_to_end` only tells it, for what has to come to its own end: a run to judge, a fleet to stop.
-Rule 3: what was to be ignored when we were started still is: `nohup` says so of SIGHUP.
+Rule 1: `terminable` interrupts the verb at once, as Ctrl-C does.
+Rule 2: `asked_to_end` only reports the signal, for verbs that must finish: judge a run, stop a fleet.
+Rule 3: signals that were ignored at our start stay ignored: `nohup` ignores SIGHUP, for example.
 """
 
 import signal
@@ -20,7 +20,7 @@ EXIT_CODES: dict[int, ExitCode] = {
 
 
 class AskedToEnd(KeyboardInterrupt):
-    """One of the signals has come. Whoever ends well on Ctrl-C ends well on this."""
+    """One of the signals has arrived. Code that ends cleanly on Ctrl-C ends cleanly on this."""
 
     def __init__(self, exit_code: ExitCode) -> None:
         super().__init__()
@@ -29,12 +29,12 @@ class AskedToEnd(KeyboardInterrupt):
 
 @contextmanager
 def terminable() -> Iterator[None]:
-    """The first of the signals raises `AskedToEnd`; decorates a verb as well."""
+    """The first signal raises `AskedToEnd`; also usable as a decorator of a verb."""
     asked: list[ExitCode] = []
 
     def end(exit_code: ExitCode) -> None:
         asked.append(exit_code)
-        if len(asked) == 1:  # `timeout` says it twice, and the second is not to disturb the end
+        if len(asked) == 1:  # `timeout` sends two signals; the second must not disturb the end
             raise AskedToEnd(exit_code)
 
     with _heard_by(end):

@@ -16,10 +16,10 @@ from pathlib import Path
 from protocol.ending import asked_to_end
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
-from protocol.faults.blows import strike
 from protocol.faults.plan import NO_FAULTS, Plan
+from protocol.faults.process_commands import send_process_fault
+from protocol.faults.process_faults import ProcessAction
 from protocol.faults.rules import Rule
-from protocol.faults.strokes import Blow
 from protocol.keys import WORLD, robot_name, robot_number
 from protocol.network.faulty_transport import Conditions, FaultyTransport
 from protocol.network.session import Session
@@ -42,7 +42,7 @@ from world.events import (
     TokenCame,
     TokenWent,
 )
-from world.faults import Mischief
+from world.faults import RunFaults
 from world.judge.books import Account
 from world.judge.verdict import Verdict
 from world.pace import Pace
@@ -129,7 +129,7 @@ class _Life:
         self._transport = FaultyTransport(
             transport, conditions, self._keys, WORLD, lambda fault: self._note(self._world.now_s, fault)
         )
-        self._mischief = Mischief(request.plan, request.seed, robots=request.scenario.fleet.robots)
+        self._faults = RunFaults(request.plan, request.seed, robots=request.scenario.fleet.robots)
         self._recorder = recorder
         self._mission = request.scenario.mission()
         self._started_wall_s = self._over_wall_s = time.monotonic()
@@ -163,7 +163,7 @@ class _Life:
         """Take up what the world that was killed had written."""
         for source, incarnation, entry in past.said():
             self._recorder.recall(source, entry, incarnation)
-            self._mischief.hear(source, entry)
+            self._faults.hear(source, entry)
         ran_s = (datetime.now(UTC) - datetime.fromisoformat(past.header.started_at)).total_seconds()
         self._obey(self._world.resume(wall_s=time.monotonic()))
         if self._world.started:
@@ -183,7 +183,7 @@ class _Life:
         """
         if not self._world.started or self._world.phase is not Phase.RUNNING:
             raise UsageError("the run has not begun, or is over")
-        return self._mischief.give(rule, now_s=self._world.now_s, for_s=for_s)
+        return self._faults.add(rule, now_s=self._world.now_s, for_s=for_s)
 
     def _strike(self) -> None:
         """Do what is due of the run's faults, while it goes on; what is done is on record first."""
@@ -191,14 +191,14 @@ class _Life:
         self._transport.tell_time(now_s)
         if not self._world.started or self._world.phase is not Phase.RUNNING:
             return
-        for stroke in self._mischief.due(now_s):
-            self._note(now_s, stroke.as_record())
-            if stroke.blow is not Blow.SLOW:
-                strike(self._request.private, stroke, speed=self._request.speed or 1.0)
-            if (stroke.process, stroke.blow) == (WORLD, Blow.FREEZE):
+        for fault in self._faults.due(now_s):
+            self._note(now_s, fault.as_record())
+            if fault.action is not ProcessAction.SLOW:
+                send_process_fault(self._request.private, fault, speed=self._request.speed or 1.0)
+            if (fault.process, fault.action) == (WORLD, ProcessAction.FREEZE):
                 time.sleep(STRUCK_S)  # so that nothing is done between asking for it and being stopped
-        self._transport.have(self._mischief.of(WORLD))
-        for name, faults in self._mischief.news(sorted(self._world.attendance.robots), now_s).items():
+        self._transport.have(self._faults.of(WORLD))
+        for name, faults in self._faults.news(sorted(self._world.attendance.robots), now_s).items():
             self._transport.put(self._keys.fault(name), faults)
 
     def _take(self, arrival: Arrival) -> None:
@@ -267,7 +267,7 @@ class _Life:
         for entry in self._recorder.take(source, entries, incarnation):
             if (sentence := progress(source, entry)) is not None:
                 log.info(sentence)
-            self._mischief.hear(source, entry)
+            self._faults.hear(source, entry)
             self._handle(EntryWritten(source, entry))
 
     def _verdict(self, started_at: str) -> Verdict:

@@ -56,12 +56,12 @@ def scan_walls(view: View, mission: Mission, *, leave_out: Flags | None = None) 
     edge, starts, ends, far = _pieces(view)
     blind_per_range = mission.blind_per_range_in(len(view.ranges_m))
     unsure = mission.range_error_m_max + blind_per_range * far
-    walls = Walls(starts, ends, mission.berth_m + unsure)
+    walls = Walls(starts, ends, mission.obstacle_keep_m + unsure)
     if leave_out is None:
         return walls
     kept = ~(leave_out | np.roll(leave_out, -1))[edge]
     lone = ~leave_out & (np.roll(leave_out, 1) | np.roll(leave_out, -1))
-    lone_keep_m = mission.berth_m + mission.range_error_m_max + blind_per_range * view.ranges_m[lone]
+    lone_keep_m = mission.obstacle_keep_m + mission.range_error_m_max + blind_per_range * view.ranges_m[lone]
     return Walls.joined(
         Walls(walls.starts[kept], walls.ends[kept], walls.keep_m[kept]),
         Walls(view.points[lone], view.points[lone], lone_keep_m),
@@ -125,7 +125,7 @@ def promised_clearance_m(view: View, target: Floats, robots: Flags, mission: Mis
         mission: the robot's.
     """
     walls = scan_walls(view, mission, leave_out=robots)
-    margin = walls.keep_m - mission.berth_m
+    margin = walls.keep_m - mission.obstacle_keep_m
     off_ends = distances_to_segments(walls.starts, view.position, target)
     off_edges = [distances_to_segments(end, walls.starts, walls.ends) for end in (view.position, target)]
     apart = np.minimum(off_ends, np.minimum(*off_edges))

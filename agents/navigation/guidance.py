@@ -97,14 +97,14 @@ class Map:
     """What the leader has seen of the region so far, as its mission's goal needs it."""
 
     def __init__(self, mission: Mission, start: Floats) -> None:
-        self._keep_m = mission.berth_m
+        self._keep_m = mission.obstacle_keep_m
         self._keep_in_m = mission.robot_radius_m + mission.mu0_m
         self._margin_m = mission.range_m_max
         self._bounded = mission.bounds is not None
         self._hits = np.empty((0, 2))
         self._closed = np.empty((0, 2))
         self._closed_for_now = np.empty((0, 2))
-        self._cell_m = min(CELL_M_MAX, mission.berth_m / CELLS_A_BERTH)
+        self._cell_m = min(CELL_M_MAX, mission.obstacle_keep_m / CELLS_A_BERTH)
         if mission.bounds is not None:
             bounds = mission.bounds
             low, high = (bounds.x_m_min, bounds.y_m_min), (bounds.x_m_max, bounds.y_m_max)

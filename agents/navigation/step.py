@@ -69,7 +69,7 @@ class Crossed:
 
 def look(view: View, mission: Mission) -> Sight:
     """Find obstacles and gaps in a scan."""
-    passable_m = passable_width_m(mission.berth_m)
+    passable_m = passable_width_m(mission.obstacle_keep_m)
     obstacles = find_obstacles(view, passable_m=passable_m)
     return Sight(view, obstacles, find_gaps(obstacles), passable_m)
 

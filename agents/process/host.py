@@ -5,8 +5,8 @@ Rule 2: asked to end, the host asks all its robots, waits, and kills what is lef
         it could not hear. Who then goes has done as it was asked.
 Rule 3: a robot outlives its host by no more than a moment: it holds the reading end of a pipe whose
         writing end is the host's alone.
-Rule 4: what the world has it do to a robot (`protocol.faults.blows`) is no failure of that robot, nor of the
-        host.
+Rule 4: a process fault that the world commands (`protocol.faults.process_commands`) is no failure of the
+        robot, nor of the host.
 """
 
 import asyncio
@@ -26,8 +26,8 @@ from agents.process.shell import run
 from protocol.ending import asked_to_end, until_ended
 from protocol.errors import SessionLostError, UsageError
 from protocol.exit_codes import ExitCode
-from protocol.faults.blows import HostOrder, ear, orders
-from protocol.faults.strokes import Blow
+from protocol.faults.process_commands import HostCommand, command_socket, received_commands
+from protocol.faults.process_faults import ProcessAction
 from protocol.keys import robot_name
 from protocol.network.faulty_transport import Conditions
 from protocol.network.session import read_session
@@ -76,7 +76,7 @@ def run_host(robots: Sequence[int], told: Orders, lifeline: int | None) -> int:
         for robot in robots:
             host.fork(robot)
         try:
-            listening = stack.enter_context(ear(told.sessions, min(robots)))
+            listening = stack.enter_context(command_socket(told.sessions, min(robots)))
         except OSError as error:  # then nobody can have it do anything to them, which few want to
             say(f"host: cannot be told of faults: {error.strerror}")
             listening = None
@@ -132,26 +132,26 @@ class _Host:
             return asked.result()
 
     def _hear(self) -> None:
-        for order in orders(self._listening) if self._listening is not None else ():
+        for command in received_commands(self._listening) if self._listening is not None else ():
             if not self._ends:
-                self._obey(order)
+                self._obey(command)
 
-    def _obey(self, order: HostOrder) -> None:
-        pids = [pid for pid, robot in self._robots.items() if robot == order.robot]
-        match order.blow:
-            case Blow.KILL:
+    def _obey(self, command: HostCommand) -> None:
+        pids = [pid for pid, robot in self._robots.items() if robot == command.robot]
+        match command.action:
+            case ProcessAction.KILL:
                 self._struck.update(pids)
                 number = signal.SIGKILL
-            case Blow.FREEZE:
+            case ProcessAction.FREEZE:
                 number = signal.SIGSTOP
-            case Blow.THAW:
+            case ProcessAction.THAW:
                 number = signal.SIGCONT
-            case Blow.START:
-                self._start(order.robot, pids)
+            case ProcessAction.START:
+                self._start(command.robot, pids)
                 return
-            case Blow.SLOW:
+            case ProcessAction.SLOW:
                 return  # robots are told that themselves
-        for pid in pids if not order.done else ():
+        for pid in pids if not command.done else ():
             os.kill(pid, number)  # it is there: it has not been reaped
 
     def _start(self, robot: int, pids: Sequence[int]) -> None:

@@ -31,7 +31,7 @@ from agents.process.points import is_plan
 from agents.process.victim import Victim
 from agents.robot import Robot
 from protocol.exit_codes import ExitCode
-from protocol.faults.strokes import Stroke
+from protocol.faults.process_faults import ProcessFault
 from protocol.keys import WORLD, WORLD_NUMBER, Keys, robot_name, robot_number
 from protocol.mission import Mission
 from protocol.network.faulty_transport import Conditions, FaultyTransport
@@ -59,7 +59,7 @@ MISSION_RETRY_S = 0.3  # wall
 MISSION_PATIENCE_S = 10.0  # wall: what docs/run.md gives a fleet to come together
 WORLD_SILENCE_S = 60.0  # wall: docs/run.md; longer than any cut that a fleet is to survive
 LOOK_S_MAX = 1.0  # wall: whatever took longer than ten turns was not the world's silence
-STRUCK_PATIENCE_S = 5.0  # wall: a robot that cannot tell of its stroke is struck all the same
+STRUCK_PATIENCE_S = 5.0  # wall: a robot that cannot tell of its fault is struck all the same
 START_PATIENCE_S = 20.0  # wall: the others have 10 s to come, and a slow machine as much again
 CLOSING_PATIENCE_S = 2.0  # wall: docs/run.md
 
@@ -165,9 +165,9 @@ class _Life:
 
     async def _obey(self, event: Event, commands: Sequence[Command]) -> None:
         notes = [command for command in commands if isinstance(command, Note)]
-        stroke = self._victim.struck(event, commands, self._now_s, self._transport.faults)
-        if stroke is not None:
-            await self._be_struck(stroke, [note for note in notes if is_plan(note)])
+        fault = self._victim.struck(event, commands, self._now_s, self._transport.faults)
+        if fault is not None:
+            await self._be_struck(fault, [note for note in notes if is_plan(note)])
             notes = [note for note in notes if not is_plan(note)]
         for note in notes:
             self._note(note.record)
@@ -175,18 +175,18 @@ class _Life:
         for command in commands:
             self._do(command)
 
-    async def _be_struck(self, stroke: Stroke, plans: Sequence[Note]) -> None:
+    async def _be_struck(self, fault: ProcessFault, plans: Sequence[Note]) -> None:
         """Rule 4."""
         for plan in plans:
             self._note(plan.record)
-        self._note(stroke.as_record())
+        self._note(fault.as_record())
         until_s = time.monotonic() + STRUCK_PATIENCE_S
         while len(self._outbox) and time.monotonic() < until_s:
             self._flush()
             arrivals = await self._transport.arrivals(TURN_S)
             self._hear_world(arrivals)
             self._kept += [arrival for arrival in arrivals if not isinstance(arrival, Refused)]
-        self._victim.strike(stroke)
+        self._victim.strike(fault)
 
     async def _close(self) -> ExitCode:
         """Say what was sent; when all have, say what was received; go when the recorder has it."""

@@ -203,7 +203,7 @@ class Leader:
         refused = refused_at(view, walls, way)
         first = min(refused, len(way) - 1)
         off_first_m = np.hypot(*(way[first:] - way[first]).T)
-        spot = self.map.narrowest(way[first:][off_first_m <= 2.0 * self._mission.berth_m])
+        spot = self.map.narrowest(way[first:][off_first_m <= 2.0 * self._mission.obstacle_keep_m])
         robots = ~view.hits & (view.ranges_m < self._mission.range_m_max)
         alone = Walls.joined(scan_walls(view, self._mission, leave_out=robots), *self._bounds())
         still = not self._world_changes
@@ -225,7 +225,7 @@ class Leader:
             return self._no_way("no way to the goal is left in what is known")
         if not settled:
             return Wait()
-        back_to_m = way_back_m(ground, self._mission.berth_m, reachable)
+        back_to_m = way_back_m(ground, self._mission.obstacle_keep_m, reachable)
         return DeadEnd(0.0 if back_to_m is None else back_to_m)
 
     def _no_way(self, reason: str) -> NoStep:

@@ -35,7 +35,7 @@ class Textbook:
         x, y = grid.cells_of(self._hits[grid.has(self._hits)]).T
         free = np.ones(grid.shape, dtype=np.bool_)
         free[x, y] = False
-        is_open = distance_transform_edt(free) * grid.cell_m >= self._mission.berth_m
+        is_open = distance_transform_edt(free) * grid.cell_m >= self._mission.obstacle_keep_m
         goal = np.clip(grid.cells_of(self._goal[None])[0], 0, np.array(grid.shape) - 1)
         source = np.ravel_multi_index(goal[:, None], grid.shape)
         cost = dijkstra(_graph(is_open, grid.cell_m), directed=False, indices=source)
@@ -43,7 +43,7 @@ class Textbook:
 
     def _grid(self, position: Floats) -> Grid:
         """The leader's grid: over the bounds; without bounds, over all that was seen and the goal."""
-        cell_m = min(CELL_M_MAX, self._mission.berth_m / CELLS_A_BERTH)
+        cell_m = min(CELL_M_MAX, self._mission.obstacle_keep_m / CELLS_A_BERTH)
         bounds = self._mission.bounds
         if bounds is not None:
             low, high = (bounds.x_m_min, bounds.y_m_min), (bounds.x_m_max, bounds.y_m_max)

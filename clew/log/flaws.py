@@ -13,7 +13,7 @@ import msgspec
 
 from clew.log.completeness import Completeness, Told
 from clew.log.header import UNREADABLE, Stamped, other
-from protocol.faults.mischief import goes_on
+from protocol.faults.manual_faults import is_running
 from protocol.timeline import Entry, Record, RunEnded
 from world.record.recorder import SCHEMA, Header
 
@@ -77,7 +77,7 @@ class Findings:
             unknown.add(f"{count} entries of a kind that this program does not know: {kind!r}")
         yield from unknown
         yield from self._completeness.flaws()
-        if self.ended is None and goes_on(run):
+        if self.ended is None and is_running(run):
             yield "the run is still going on: this is what was recorded up to now"
         elif self.ended is None:
             yield "no run.ended: the world did not live to end the run"

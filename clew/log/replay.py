@@ -20,7 +20,7 @@ from agents.process.journal import SUFFIX, Decision, Input, Recording, decision,
 from agents.robot import Robot
 from clew.log.replay_missing import Missing, missing, told
 from protocol.errors import UsageError
-from protocol.faults.mischief import goes_on
+from protocol.faults.manual_faults import is_running
 from protocol.keys import robot_name
 from protocol.network.session import INPUTS
 from protocol.plain import plain
@@ -78,7 +78,7 @@ def replay(run: Path, robot: int | None = None) -> Replay:
     name = "r*" if robot is None else robot_name(robot)
     found = list((run / INPUTS).glob(f"{name}-*{SUFFIX}"))
     robots: list[Replayed] = []
-    going_on = goes_on(run)
+    going_on = is_running(run)
     recordings = sorted(map(Recording, found), key=lambda each: (each.head.robot, each.path.name))
     for recording in recordings:
         robots.append(replay_recording(recording, going_on=going_on))

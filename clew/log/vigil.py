@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from protocol.faults.mischief import goes_on
+from protocol.faults.manual_faults import is_running
 from world.judge.verdict import VERDICT_FILE
 
 QUIET_S = (
@@ -35,7 +35,7 @@ class Vigil:
 
     def _is_there(self) -> bool:
         now_s = time.monotonic()
-        if now_s - self._reached_s >= QUIET_S and goes_on(self.events.parent):
+        if now_s - self._reached_s >= QUIET_S and is_running(self.events.parent):
             self._reached_s = now_s
         return now_s - self._reached_s < QUIET_S
 

@@ -9,7 +9,7 @@ from msgspec import Struct
 from clew.rehearsal.actor import Actor, Arrival, Desk
 from clew.rehearsal.mail import Mail
 from clew.rehearsal.network import Network
-from protocol.faults.fates import Fates
+from protocol.faults.message_faults import MessageFaults
 from protocol.faults.plan import Plan
 from protocol.timeline import FaultInjected
 
@@ -25,24 +25,26 @@ class Exchange:
     """All mail of a run."""
 
     def __init__(self, plan: Plan, seed: int) -> None:
-        self.fates = Fates(plan, seed)
+        self.message_faults = MessageFaults(plan, seed)
         self.network: Network[tuple[Actor | Desk, Arrival]] = Network()
 
     def open(self, mail: Mail, receiver: Actor | Desk, *, now_s: float, step: int) -> Opened:
         """Ask the fault plan, and keep the receiver's books."""
-        fate = self.fates.of(mail.key, mail.kind, mail.number, receiver.name, now_s=now_s, step=step)
+        effect = self.message_faults.of(
+            mail.key, mail.kind, mail.number, receiver.name, now_s=now_s, step=step
+        )
         if mail.number > 0:
-            if (fault := fate.taken_away) is None:
+            if (fault := effect.taken_away) is None:
                 receiver.traffic.receive(mail.key, mail.number)
             else:
                 receiver.traffic.take_away(mail.key, mail.number, fault)
-        if not fate.injected:
+        if not effect.injections:
             return Opened(((0.0, Arrival(mail)),))
         return Opened(
-            tuple((copy.delay_s, Arrival(mail, copy.damage)) for copy in fate.copies),
+            tuple((copy.delay_s, Arrival(mail, copy.damage)) for copy in effect.copies),
             tuple(
                 FaultInjected(fault=each.fault, rule=each.rule, key=mail.key, number=mail.number)
-                for each in fate.injected
+                for each in effect.injections
             ),
         )
 

@@ -45,7 +45,7 @@ class Mail(Struct, frozen=True):
         Raises:
             MessageRefusedError: the codec has seen it, as it should.
         """
-        number, message = decode(damage.strike(encode(self.message, self.number)))
+        number, message = decode(damage.apply(encode(self.message, self.number)))
         return replace(self, number=number, message=message)
 
     def to_robot(self) -> RobotEvent | None:

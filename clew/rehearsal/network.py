@@ -1,4 +1,4 @@
-"""The network of a rehearsal: a heap of messages due, in virtual time. Fates decide when, and how often."""
+"""The network of a rehearsal: a heap of messages due, in virtual time. Faults decide when and how often."""
 
 import heapq
 from itertools import count

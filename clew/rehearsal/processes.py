@@ -1,4 +1,4 @@
-"""The processes of a rehearsal: who lives, is frozen, slow or cut off, and what strokes do to them.
+"""The processes of a rehearsal: who lives, is frozen, slow or cut off, and what faults do to them.
 
 Rule 1: bodies move on while the world's process is down: it hears and says nothing, and time goes on. The one
         that takes its place has its state, as a live one has from the timeline.
@@ -13,11 +13,11 @@ from agents.robot import Robot
 from clew.rehearsal.actor import Actor, Desk
 from clew.rehearsal.tokens import Tokens
 from protocol.errors import UsageError
-from protocol.faults.fates import Fates
 from protocol.faults.fit import check_fits
+from protocol.faults.message_faults import MessageFaults
 from protocol.faults.plan import Plan
+from protocol.faults.process_faults import ProcessAction, ProcessFault
 from protocol.faults.rules import ROUTER, Slow
-from protocol.faults.strokes import Blow, Stroke
 from protocol.keys import WORLD, WORLD_NUMBER, robot_name, robot_number
 from protocol.mission import Mission
 
@@ -58,59 +58,59 @@ class Processes:
         """The process with this number; None where there is none."""
         return self.desk if process == WORLD_NUMBER else self.actors.get(process)
 
-    def strike(self, stroke: Stroke, now_s: float) -> Actor | None:
+    def strike(self, fault: ProcessFault, now_s: float) -> Actor | None:
         """Do what a fault plan wants done; returns the robot that it has started, if any."""
-        if stroke.process == ROUTER:
-            self.router_is_up = stroke.blow in {Blow.START, Blow.THAW}
-        elif stroke.process == WORLD:
-            self._strike_world(stroke.blow, now_s)
-        elif (robot := robot_number(stroke.process)) is not None:
+        if fault.process == ROUTER:
+            self.router_is_up = fault.action in {ProcessAction.START, ProcessAction.THAW}
+        elif fault.process == WORLD:
+            self._strike_world(fault.action, now_s)
+        elif (robot := robot_number(fault.process)) is not None:
             if (actor := self.actors.get(robot)) is not None:
-                self._strike_robot(actor, stroke, now_s)
-            elif stroke.blow is Blow.START:
+                self._strike_robot(actor, fault, now_s)
+            elif fault.action is ProcessAction.START:
                 return self.start(robot)
         return None
 
-    def cut_off(self, fates: Fates, *, now_s: float, step: int) -> set[int]:
+    def cut_off(self, faults: MessageFaults, *, now_s: float, step: int) -> set[int]:
         """Who is cut off from the router."""
         if not self.router_is_up:
             return {WORLD_NUMBER, *self.actors}
-        if not fates.may_cut:
+        if not faults.may_cut:
             return set()
         names = {WORLD: WORLD_NUMBER} | {actor.name: actor.robot for actor in self.actors.values()}
-        return {number for name, number in names.items() if fates.is_cut(name, now_s=now_s, step=step)}
+        return {number for name, number in names.items() if faults.is_cut(name, now_s=now_s, step=step)}
 
-    def _strike_world(self, blow: Blow, now_s: float) -> None:
-        match blow:
-            case Blow.KILL:
+    def _strike_world(self, action: ProcessAction, now_s: float) -> None:
+        match action:
+            case ProcessAction.KILL:
                 self.desk.ended = True
                 self.tokens.end(WORLD_NUMBER)
-            case Blow.FREEZE:
+            case ProcessAction.FREEZE:
                 self.desk.ended = True
                 self.tokens.freeze(WORLD_NUMBER, now_s)
-            case Blow.START:
+            case ProcessAction.START:
                 self.desk = Desk(WORLD, self.desk.traffic)
                 self._show(WORLD_NUMBER)
-            case Blow.THAW:
+            case ProcessAction.THAW:
                 self.desk = Desk(WORLD, self.desk.traffic)
                 self.tokens.thaw(WORLD_NUMBER)
                 self.tokens.forget(WORLD_NUMBER)
-            case Blow.SLOW:
+            case ProcessAction.SLOW:
                 pass  # `check_rehearsable` refuses it
 
-    def _strike_robot(self, actor: Actor, stroke: Stroke, now_s: float) -> None:
-        match stroke.blow:
-            case Blow.KILL:
+    def _strike_robot(self, actor: Actor, fault: ProcessFault, now_s: float) -> None:
+        match fault.action:
+            case ProcessAction.KILL:
                 self.end(actor.robot)
-            case Blow.FREEZE:
+            case ProcessAction.FREEZE:
                 actor.frozen = True
                 self.tokens.freeze(actor.robot, now_s)
-            case Blow.THAW:
+            case ProcessAction.THAW:
                 actor.frozen = False
                 self.tokens.thaw(actor.robot)
-            case Blow.SLOW:
-                actor.delay_s = stroke.delay_s
-            case Blow.START:
+            case ProcessAction.SLOW:
+                actor.delay_s = fault.delay_s
+            case ProcessAction.START:
                 pass  # it lives
 
     def _show(self, process: int) -> str:

@@ -30,10 +30,10 @@ from clew.rehearsal.processes import Processes, check_rehearsable
 from clew.rehearsal.tokens import Change
 from protocol.errors import MessageRefusedError
 from protocol.exit_codes import ExitCode
-from protocol.faults.fates import Fates
+from protocol.faults.message_faults import MessageFaults
 from protocol.faults.plan import NO_FAULTS, Plan
+from protocol.faults.process_faults import ProcessFault, ProcessFaults
 from protocol.faults.rules import ROUTER, StepPoint
-from protocol.faults.strokes import Stroke, Strokes
 from protocol.keys import WORLD, WORLD_NUMBER
 from protocol.timeline import Entry, MessageRefused, Record, RobotSettled, RobotStarted, TrafficCounted
 from protocol.wire.messages import Message, Phase, ScanQuery
@@ -63,7 +63,7 @@ class Rehearsal:
         self._seed = seed
         self.plan = plan
         self._exchange = Exchange(plan, seed)
-        self._strokes = Strokes(plan, seed)
+        self._process_faults = ProcessFaults(plan, seed)
         self._processes = Processes(scenario.mission(), inputs)
         self._logbook = Logbook()
         for robot in range(1, scenario.fleet.robots + 1):
@@ -106,7 +106,7 @@ class Rehearsal:
 
     def inject(self, plan: Plan) -> None:
         """From now on this plan decides on messages; what is on its way stays so."""
-        self._exchange.fates = Fates(plan, self._seed)
+        self._exchange.message_faults = MessageFaults(plan, self._seed)
 
     def kill(self, robot: int) -> None:
         """The robot's process is no more; its body stays."""
@@ -125,10 +125,10 @@ class Rehearsal:
 
     def _suffer(self, now_s: float) -> bool:
         """Do what is due at processes and tokens; returns whether the world is connected to the router."""
-        for stroke in self._strokes.due(now_s):
-            self._strike(stroke)
+        for fault in self._process_faults.due(now_s):
+            self._strike(fault)
         processes = self._processes
-        cut = processes.cut_off(self._exchange.fates, now_s=now_s, step=self._strokes.step)
+        cut = processes.cut_off(self._exchange.message_faults, now_s=now_s, step=self._process_faults.step)
         processes.tokens.cut(cut, now_s)
         for change in processes.tokens.changes(now_s):
             self._show_change(change)
@@ -137,10 +137,10 @@ class Rehearsal:
                 self._wake(actor)
         return WORLD_NUMBER not in cut
 
-    def _strike(self, stroke: Stroke) -> None:
-        self._write(WORLD, self.world.now_s, stroke.as_record())
+    def _strike(self, fault: ProcessFault) -> None:
+        self._write(WORLD, self.world.now_s, fault.as_record())
         was_down = self._processes.desk.ended
-        started = self._processes.strike(stroke, self.world.now_s)
+        started = self._processes.strike(fault, self.world.now_s)
         if was_down and not self._processes.desk.ended:
             self.world.come_back(wall_s=self.world.now_s)
         if started is not None:
@@ -189,7 +189,7 @@ class Rehearsal:
         if isinstance(to, Actor):
             to.meet(mail.message)
             now_s = to.come_s
-        opened = self._exchange.open(mail, to, now_s=now_s, step=self._strokes.step)
+        opened = self._exchange.open(mail, to, now_s=now_s, step=self._process_faults.step)
         for record in opened.records:
             self._write_for(to, record)
         return opened.arrivals
@@ -282,7 +282,7 @@ class Rehearsal:
             self._write(actor.name, actor.come_s, failed(error))
             self._processes.end(actor.robot)
             return
-        if self._strokes.has_points:
+        if self._process_faults.has_points:
             commands = self._pass_points(actor, event, commands)
         for command in commands:
             self._obey_robot(actor, command)
@@ -303,8 +303,8 @@ class Rehearsal:
 
     def _is_struck(self, actor: Actor, points: Sequence[StepPoint], rest: Sequence[RobotCommand]) -> bool:
         """Whether that ends it, or stops it; then it does the rest when it goes on."""
-        for stroke in self._strokes.at_points(actor.name, points, self.world.now_s):
-            self._strike(stroke)
+        for fault in self._process_faults.at_points(actor.name, points, self.world.now_s):
+            self._strike(fault)
         actor.unfinished = rest if actor.frozen else ()
         return actor.ended or actor.frozen
 
@@ -373,5 +373,5 @@ class Rehearsal:
 
     def _write(self, source: str, t_s: float, record: Record) -> None:
         entry = self._logbook.write(source, t_s, record)
-        self._strokes.hear(source, entry)
+        self._process_faults.hear(source, entry)
         self.world.handle(EntryWritten(source, entry), wall_s=self.world.now_s)

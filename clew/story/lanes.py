@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from clew.story.batch import Lane, LinkChange
-from protocol.faults.strokes import Blow
+from protocol.faults.process_faults import ProcessAction
 from protocol.keys import robot_number
 from protocol.timeline import (
     Entry,
@@ -50,8 +50,8 @@ KINDS = frozenset(
     }
 )
 """What lanes and links are made of; the rest need not be heard."""
-STOPPED = frozenset({Blow.KILL, Blow.FREEZE})
-REVIVED = frozenset({Blow.THAW, Blow.START})
+STOPPED = frozenset({ProcessAction.KILL, ProcessAction.FREEZE})
+REVIVED = frozenset({ProcessAction.THAW, ProcessAction.START})
 
 Pair = tuple[int, int]  # the lower number first
 ENDS = ("up", "silent", "broken")  # the worse, the later

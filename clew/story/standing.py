@@ -7,7 +7,7 @@ Rule 2: a robot that has left one strand, or joined the next, has none of the ol
 from dataclasses import dataclass, field
 from enum import IntEnum, auto
 
-from protocol.faults.strokes import Blow
+from protocol.faults.process_faults import ProcessAction
 from protocol.timeline import (
     BodyStopped,
     FaultInjected,
@@ -51,7 +51,7 @@ class State(IntEnum):
     ABSENT = auto()
 
 
-_STRUCK = {Blow.KILL: State.KILLED, Blow.FREEZE: State.FROZEN}
+_STRUCK = {ProcessAction.KILL: State.KILLED, ProcessAction.FREEZE: State.FROZEN}
 
 
 @dataclass(slots=True)
@@ -106,10 +106,10 @@ class Standing:
             case RobotRestarted():
                 self.gone = None
                 self._leave()
-            case FaultInjected(fault=Blow.THAW) if self.gone is State.FROZEN:
+            case FaultInjected(fault=ProcessAction.THAW) if self.gone is State.FROZEN:
                 self.gone = None
             case FaultInjected(fault=fault) if fault in tuple(_STRUCK):
-                self.gone = _STRUCK[Blow(fault)]
+                self.gone = _STRUCK[ProcessAction(fault)]
             case BodyStopped():
                 self._stopped = True
             case _:

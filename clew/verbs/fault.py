@@ -8,7 +8,7 @@ import click
 
 from clew.verbs.log import RUN
 from clew.verbs.options import ROBOTS
-from protocol.faults.mischief import Wish, wish
+from protocol.faults.manual_faults import FaultRequest, request_fault
 from protocol.faults.rules import Rule
 from protocol.files.reading import understand
 from protocol.keys import robot_number
@@ -188,7 +188,7 @@ def _give_messages(run: Path, rule: dict[str, Any], messages: Limits) -> None:
 def _give(run: Path, rule: dict[str, Any], for_s: float | None = None) -> None:
     source = f"fault {rule['fault']}"
     understand(rule, Rule, source)  # type: ignore[arg-type] # a union of types; so it is said by its own path
-    click.echo(wish(run, understand({"rule": rule, "for_s": for_s}, Wish, source)))
+    click.echo(request_fault(run, understand({"rule": rule, "for_s": for_s}, FaultRequest, source)))
 
 
 def _process(name: str) -> str:

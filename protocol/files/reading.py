@@ -1,7 +1,6 @@
-"""From a file to checked types; whatever is wrong becomes one line that names file, path, bound and value.
+"""Reads a file into checked types. An error becomes one line that names file, path, bound and value.
 
-Rule 1: a file is of bounded size and depth, and its integers have 64 bits: what is deeper, or has thousands
-        of digits, cannot even be shown.
+Rule 1: a file has a bounded size and depth, and its integers have 64 bits: an error message can show no more.
 """
 
 import re
@@ -26,7 +25,7 @@ _LONG_KEY = re.compile(
 
 
 def read(path: Path, source: str) -> dict[str, Any]:
-    """What a TOML or JSON file says, unchecked; `source` names it in refusals."""
+    """The content of a TOML or JSON file, unchecked; `source` names it in error messages."""
     try:
         said = decode(read_bytes(path, WRITTEN_BYTES_MAX), path.suffix)
     except OSError as error:
@@ -74,7 +73,7 @@ def _check(said: object) -> None:
 
 
 def understand(raw: object, wanted: type[T], source: str) -> T:
-    """The raw value as the wanted type; `source` names it in refusals."""
+    """The raw value as the wanted type; `source` names it in error messages."""
     try:
         return msgspec.convert(raw, wanted)
     except msgspec.ValidationError as error:

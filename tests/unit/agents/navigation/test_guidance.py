@@ -15,7 +15,7 @@ from tests.support.stages.one_step import under
 BOUNDS = Bounds(x_m_min=-1.0, y_m_min=-2.0, x_m_max=3.0, y_m_max=1.0)
 ROBOT = under(Law.CERTIFIED, robot_radius_m=0.1, bounds=BOUNDS)
 CELL_M = 0.05  # the largest that a cell is
-KEEP_M = ROBOT.berth_m
+KEEP_M = ROBOT.obstacle_keep_m
 KEEP_IN_M = ROBOT.robot_radius_m + ROBOT.mu0_m
 DETOUR = 1.083  # what eight neighbours make of a way at worst
 GOAL = np.array([2.03, -0.52])

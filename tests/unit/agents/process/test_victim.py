@@ -7,8 +7,8 @@ import pytest
 from agents.events import ScanHeard
 from agents.process.victim import Victim
 from protocol.faults.plan import Plan
+from protocol.faults.process_faults import ProcessAction, ProcessFault
 from protocol.faults.rules import Freeze, Kill, Restart, Rule, StepPoint
-from protocol.faults.strokes import Blow, Stroke
 from protocol.network.faulty_transport import Conditions
 from protocol.timeline import StrandFormed
 from protocol.wire.messages import Faults, Scan
@@ -33,7 +33,9 @@ def faults(*struck: str, step: int = 0, number: int = 1) -> Faults:
 )
 def test_what_has_struck_others_spares_nobody_at_its_point(other: Rule) -> None:
     robot = victim(other, AT_SCAN)
-    assert robot.struck(SCANNED, [], 2.0, faults(f"{other.fault}-1")) == Stroke("kill-2", Blow.KILL, "r1")
+    assert robot.struck(SCANNED, [], 2.0, faults(f"{other.fault}-1")) == ProcessFault(
+        "kill-2", ProcessAction.KILL, "r1"
+    )
 
 
 def test_a_rule_that_has_struck_somebody_else_strikes_nobody_again() -> None:
@@ -49,4 +51,4 @@ def test_who_was_started_again_strikes_itself_only_when_it_knows_what_has_struck
 def test_a_follower_knows_of_the_leaders_step_what_it_is_told() -> None:
     robot = victim(Kill(target="r1", point=StepPoint.AFTER_SCAN, from_step=3))
     assert robot.struck(SCANNED, [], 2.0, faults(step=2)) is None
-    assert robot.struck(SCANNED, [], 2.1, faults(step=3)) == Stroke("kill-1", Blow.KILL, "r1")
+    assert robot.struck(SCANNED, [], 2.1, faults(step=3)) == ProcessFault("kill-1", ProcessAction.KILL, "r1")

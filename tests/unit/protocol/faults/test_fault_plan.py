@@ -8,8 +8,8 @@ import msgspec
 import pytest
 
 from protocol.errors import UsageError
-from protocol.faults.fates import LEFT_ALONE
 from protocol.faults.fit import WAYS, check_fits
+from protocol.faults.message_faults import LEFT_ALONE
 from protocol.faults.plan import PLANS, Plan, load, schema, uniform
 from protocol.faults.rules import Drop, Kill, MessageKind, Partition, Rule
 from protocol.wire.messages import Message

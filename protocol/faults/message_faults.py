@@ -1,9 +1,10 @@
-"""What a fault plan does to messages, asked where they are received. Pure: time is an argument.
+"""The effects of a fault plan on messages, decided at the receiver. Pure: time is an argument.
 
-Rule 1: every draw is a hash of seed, rule, key, receiver and number. So a live run and a rehearsal decide
-        alike, and a message more or less elsewhere, or in another order, changes nothing.
-Rule 2: rules decide in the order of the plan; what one has taken away no other sees.
-Rule 3: the recorder's messages are left alone unless a rule names their kind; what tells of faults always is.
+Rule 1: every draw is a hash of seed, rule, key, receiver and number. So a live run and a rehearsal make the
+        same decisions, and other messages and their order have no influence.
+Rule 2: rules decide in the order of the plan; a message that one rule removes is not seen by later rules.
+Rule 3: a rule affects the recorder's messages only if it names their kind. Messages about faults are never
+        affected.
 """
 
 from collections import Counter
@@ -32,52 +33,52 @@ LEFT_ALONE = ("log", "logged", "faults")
 
 
 class Copy(Struct, frozen=True):
-    """One arrival of a message: how much later, and with what damage."""
+    """One arrival of a message: its delay and its damage."""
 
     delay_s: float = 0.0
     damage: Damage | None = None
 
 
-class Injected(Struct, frozen=True):
-    """A rule has struck."""
+class Injection(Struct, frozen=True):
+    """One injection: the rule that struck, and its fault."""
 
     rule: str
     fault: str
 
 
-class Fate(Struct, frozen=True):
-    """What becomes of a message: its arrivals, and who did it."""
+class Effect(Struct, frozen=True):
+    """The effect on a message: its arrivals, and the injections that caused them."""
 
     copies: tuple[Copy, ...] = (Copy(),)
-    injected: tuple[Injected, ...] = ()
+    injections: tuple[Injection, ...] = ()
 
     @property
     def taken_away(self) -> str | None:
-        """The fault that leaves nothing lawful of the message: it is lost, or will be refused."""
+        """The fault that removes the message (it is lost) or makes it invalid (it will be refused)."""
         if not self.copies:
-            return self.injected[-1].fault
+            return self.injections[-1].fault
         return "corrupt" if self.copies[0].damage is not None else None
 
 
-UNTOUCHED = Fate()
+NO_EFFECT = Effect()
 
 
 @dataclass(slots=True)
 class _Case:
-    """A rule that may strike messages of one kind, on one key, at one receiver."""
+    """A rule that may affect messages of one kind, on one key, at one receiver."""
 
     rule: MessageRule
     chance: Chance
 
     def strikes(self, number: int, draw: float) -> bool:
-        """Whether chance has it that this message is struck."""
+        """Whether the draw selects this message."""
         burst = self.rule.burst
         if burst is None:
             return draw < self.rule.probability
         return draw < burst.loss and self._in_burst(burst, number)
 
     def _in_burst(self, burst: Burst, number: int) -> bool:
-        """The newest message that began or ended a burst, whatever went before, says whether it lasts."""
+        """Whether this message is in a burst: the newest message that began or ended one decides."""
         for earlier in range(number, 0, -1):
             draw = self.chance.draws(earlier)[1]
             if draw < burst.enter:
@@ -87,8 +88,8 @@ class _Case:
         return False
 
 
-class Fates:
-    """The fates of all messages of a run, or of those that one process receives."""
+class MessageFaults:
+    """The effects of a plan on all messages of a run, or on those that one process receives."""
 
     def __init__(self, plan: Plan, seed: int) -> None:
         self._rules = tuple(rule for rule in plan.rules if isinstance(rule, MessageRule))
@@ -99,38 +100,38 @@ class Fates:
 
     @property
     def may_cut(self) -> bool:
-        """Whether a rule may ever cut a process off from the router."""
+        """Whether any rule can cut a process off from the router."""
         return len(self._cuts) > 0
 
-    def of(self, key: str, kind: str, number: int, receiver: str, *, now_s: float, step: int) -> Fate:
-        """What becomes of a message.
+    def of(self, key: str, kind: str, number: int, receiver: str, *, now_s: float, step: int) -> Effect:
+        """The effect on a message.
 
         Args:
-            key: that it came by, without the run's root.
+            key: the key of the message, without the run's root.
             kind: its tag: `ahead`, `drive`, ...
-            number: its number on that key; 0 for queries and answers, which are counted here.
-            receiver: who has received it: `r3`, `world`.
+            number: its number on that key; 0 for queries and replies, which are counted here.
+            receiver: the process that received it: `r3`, `world`.
             now_s: simulated time.
-            step: the newest switching step that is known to have been planned.
+            step: the newest switching step that is known to be planned.
         """
         place = (key, kind, receiver)
         if (cases := self._cases.get(place)) is None:
             cases = self._cases[place] = tuple(self._find_cases(*place))
         if not cases:
-            return UNTOUCHED
+            return NO_EFFECT
         if number == 0:
             self._unnumbered[place] += 1
             number = self._unnumbered[place]
-        fate = UNTOUCHED
+        effect = NO_EFFECT
         for case in cases:
-            if fate.copies and case.rule.holds(now_s, step):
+            if effect.copies and case.rule.holds(now_s, step):
                 draws = case.chance.draws(number)
                 if case.strikes(number, draws[0]):
-                    fate = _strike(fate, case.rule, draws)
-        return fate
+                    effect = _apply(effect, case.rule, draws)
+        return effect
 
     def is_cut(self, process: str, *, now_s: float, step: int) -> bool:
-        """Whether a process is cut off from the router, and so from everybody, and shows no token."""
+        """Whether a process is cut off from the router: it reaches nobody, and its token is gone."""
         return any(
             rule.holds(now_s, step) and (rule.cuts(process, ROUTER) or rule.cuts(ROUTER, process))
             for rule in self._cuts
@@ -144,7 +145,7 @@ class Fates:
 
 
 def sender_of(key: str, receiver: str) -> str:
-    """Who sent what came by a key, without the run's root; empty where the key does not say it."""
+    """The sender of messages on a key (without the run's root); empty where the key does not name it."""
     match key.split("/"):
         case ["link" | "muster" | "log" | "alive", sender, *_]:
             return sender
@@ -157,7 +158,7 @@ def sender_of(key: str, receiver: str) -> str:
 
 
 def _concerns(rule: MessageRule, kind: str, sender: str, receiver: str) -> bool:
-    """Whether a rule may strike such messages at all, as far as time does not matter."""
+    """Whether a rule can affect such messages at any time."""
     if isinstance(rule, Partition):
         ways = ((sender, receiver), (sender, ROUTER), (ROUTER, receiver))
         if not any(rule.cuts(*way) for way in ways):
@@ -170,14 +171,14 @@ def _concerns(rule: MessageRule, kind: str, sender: str, receiver: str) -> bool:
 
 
 def _is_whole(rule: Partition) -> bool:
-    """Whether nothing gets past it while it holds."""
+    """Whether the partition stops every message while it is active."""
     limits = (rule.sender, rule.receiver, rule.kinds, rule.burst)
     return rule.probability == 1.0 and not any(limits)
 
 
-def _strike(fate: Fate, rule: MessageRule, draws: Draws) -> Fate:
-    """What the rule makes of a fate; each draw has one purpose, so that they do not lean on each other."""
-    copies = fate.copies
+def _apply(effect: Effect, rule: MessageRule, draws: Draws) -> Effect:
+    """The effect after this rule. Each draw has one purpose, so that draws stay independent."""
+    copies = effect.copies
     match rule:
         case Drop() | Partition():
             copies = ()
@@ -193,7 +194,7 @@ def _strike(fate: Fate, rule: MessageRule, draws: Draws) -> Fate:
         case Corrupt():
             damage = Damage(rule.bits, rule.truncate, seed=seed_of(draws[3]))
             copies = tuple(Copy(copy.delay_s, damage) for copy in copies)
-    return Fate(copies, (*fate.injected, Injected(str(rule.name), rule.fault)))
+    return Effect(copies, (*effect.injections, Injection(str(rule.name), rule.fault)))
 
 
 def _later(copies: tuple[Copy, ...], delay_s: float) -> tuple[Copy, ...]:

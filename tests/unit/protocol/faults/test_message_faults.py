@@ -1,4 +1,4 @@
-"""Fates are decided by seed, rule and message alone: not by order, nor by what else is sent."""
+"""MessageFaults are decided by seed, rule and message alone: not by order, nor by what else is sent."""
 
 import itertools
 import math
@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from protocol.errors import MessageRefusedError
 from protocol.faults.damage import Damage
-from protocol.faults.fates import UNTOUCHED, Copy, Fate, Fates, Injected, sender_of
+from protocol.faults.message_faults import NO_EFFECT, Copy, Effect, Injection, MessageFaults, sender_of
 from protocol.faults.plan import NO_FAULTS, Plan, uniform
 from protocol.faults.rules import Burst, Corrupt, Delay, Drop, Duplicate, Partition, Reorder, Rule
 from protocol.wire.codec import decode, encode
@@ -46,18 +46,18 @@ sent = st.lists(
 )
 
 
-def fates(*rules: Rule, seed: int = 1) -> Fates:
-    return Fates(Plan(name="test", rules=tuple(rules)), seed)
+def message_faults(*rules: Rule, seed: int = 1) -> MessageFaults:
+    return MessageFaults(Plan(name="test", rules=tuple(rules)), seed)
 
 
-def fate(of: Fates, message: Sent, now_s: float = 0.0, step: int = 0) -> Fate:
+def effect(of: MessageFaults, message: Sent, now_s: float = 0.0, step: int = 0) -> Effect:
     key, kind, number, receiver = message
     return of.of(key, kind, number, receiver, now_s=now_s, step=step)
 
 
-def struck(of: Fates, count: int = COUNT) -> list[bool]:
+def struck(of: MessageFaults, count: int = COUNT) -> list[bool]:
     """Which of so many messages of one key are struck."""
-    return [bool(fate(of, ("link/r1/r2", "ahead", n, "r2")).injected) for n in range(1, count + 1)]
+    return [bool(effect(of, ("link/r1/r2", "ahead", n, "r2")).injections) for n in range(1, count + 1)]
 
 
 def is_fair(hits: int, count: int, probability: float) -> bool:
@@ -70,22 +70,22 @@ def test_the_order_in_which_messages_come_decides_nothing(
 ) -> None:
     shuffled = list(messages)
     random.shuffle(shuffled)  # type: ignore[attr-defined]  # hypothesis has no type for its random
-    one, other = fates(*RULES, seed=seed), fates(*RULES, seed=seed)
-    first = {message: fate(one, message) for message in messages}
-    assert {message: fate(other, message) for message in shuffled} == first
+    one, other = message_faults(*RULES, seed=seed), message_faults(*RULES, seed=seed)
+    first = {message: effect(one, message) for message in messages}
+    assert {message: effect(other, message) for message in shuffled} == first
 
 
 @given(sent, st.integers(0, 60), st.sampled_from(RULES))
 def test_what_else_is_sent_and_which_other_rules_there_are_decides_nothing(
     messages: list[Sent], left_out: int, rule: Rule
 ) -> None:
-    alone, among = fates(rule), fates(*RULES)
+    alone, among = message_faults(rule), message_faults(*RULES)
     fewer = [message for message in messages if message[2] != left_out]
-    by_all = {message: fate(among, message) for message in messages}
+    by_all = {message: effect(among, message) for message in messages}
     name = str(rule.name)
     for message in fewer:
-        decided = Injected(name, rule.fault) in fate(alone, message).injected
-        reached = Injected(name, rule.fault) in by_all[message].injected
+        decided = Injection(name, rule.fault) in effect(alone, message).injections
+        reached = Injection(name, rule.fault) in by_all[message].injections
         assert decided or not reached
         assert reached or not decided or not by_all[message].copies
 
@@ -93,7 +93,7 @@ def test_what_else_is_sent_and_which_other_rules_there_are_decides_nothing(
 @pytest.mark.parametrize("probability", [0.02, 0.3, 0.5, 0.9])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_as_many_are_struck_as_the_probability_says(seed: int, probability: float) -> None:
-    hits = struck(fates(Drop(probability=probability), seed=seed))
+    hits = struck(message_faults(Drop(probability=probability), seed=seed))
     assert is_fair(sum(hits), COUNT, probability)
     pairs = sum(one and other for one, other in itertools.pairwise(hits))
     assert is_fair(pairs, COUNT - 1, probability**2), "messages next to each other have nothing in common"
@@ -101,18 +101,18 @@ def test_as_many_are_struck_as_the_probability_says(seed: int, probability: floa
 
 @pytest.mark.parametrize("probability", [0.0, 1.0])
 def test_never_and_always_are_just_that(probability: float) -> None:
-    assert set(struck(fates(Drop(probability=probability)), 500)) == {probability == 1.0}
+    assert set(struck(message_faults(Drop(probability=probability)), 500)) == {probability == 1.0}
 
 
 def test_two_rules_receivers_and_seeds_draw_apart() -> None:
-    def drawn(of: Fates, receiver: str) -> list[bool]:
-        return [bool(fate(of, ("muster/r1", "muster", n, receiver)).injected) for n in range(1, COUNT)]
+    def drawn(of: MessageFaults, receiver: str) -> list[bool]:
+        return [bool(effect(of, ("muster/r1", "muster", n, receiver)).injections) for n in range(1, COUNT)]
 
     half = [
-        drawn(fates(Drop(name="a", probability=0.5)), "r2"),
-        drawn(fates(Drop(name="b", probability=0.5)), "r2"),
-        drawn(fates(Drop(name="a", probability=0.5), seed=2), "r2"),
-        drawn(fates(Drop(name="a", probability=0.5)), "r3"),
+        drawn(message_faults(Drop(name="a", probability=0.5)), "r2"),
+        drawn(message_faults(Drop(name="b", probability=0.5)), "r2"),
+        drawn(message_faults(Drop(name="a", probability=0.5), seed=2), "r2"),
+        drawn(message_faults(Drop(name="a", probability=0.5)), "r3"),
     ]
     for one, other in itertools.combinations(half, 2):
         alike = sum(a == b for a, b in zip(one, other, strict=True))
@@ -121,7 +121,7 @@ def test_two_rules_receivers_and_seeds_draw_apart() -> None:
 
 @pytest.mark.parametrize(("enter", "leave"), [(0.05, 0.2), (0.2, 0.5), (0.01, 0.1)])
 def test_bursts_are_as_long_and_as_many_as_gilbert_and_elliott_say(enter: float, leave: float) -> None:
-    hits = struck(fates(Drop(burst=Burst(enter=enter, leave=leave, loss=1.0))), 4 * COUNT)
+    hits = struck(message_faults(Drop(burst=Burst(enter=enter, leave=leave, loss=1.0))), 4 * COUNT)
     runs = [len(list(run)) for lost, run in itertools.groupby(hits) if lost]
     mean = sum(runs) / len(runs)
     # Lengths are geometric, with mean 1 / leave and standard deviation sqrt(1 - leave) / leave.
@@ -135,27 +135,27 @@ def test_bursts_are_as_long_and_as_many_as_gilbert_and_elliott_say(enter: float,
 
 def test_within_a_burst_losses_are_as_likely_as_the_rule_says() -> None:
     burst = Burst(enter=0.1, leave=0.1, loss=0.6)
-    in_burst = struck(fates(Drop(name="a", burst=Burst(enter=0.1, leave=0.1, loss=1.0))))
-    lost = struck(fates(Drop(name="a", burst=burst)))
+    in_burst = struck(message_faults(Drop(name="a", burst=Burst(enter=0.1, leave=0.1, loss=1.0))))
+    lost = struck(message_faults(Drop(name="a", burst=burst)))
     assert not any(hit and not bad for hit, bad in zip(lost, in_burst, strict=True))
     assert is_fair(sum(lost), sum(in_burst), 0.6)
 
 
 @given(st.floats(0.0, 0.5), st.floats(0.5, 2.0), st.integers(1, 1000))
 def test_delays_keep_their_bounds(low_s: float, high_s: float, number: int) -> None:
-    (copy,) = fate(
-        fates(Delay(delay_s_min=low_s, delay_s_max=high_s)), ("link/r1/r2", "ahead", number, "r2")
+    (copy,) = effect(
+        message_faults(Delay(delay_s_min=low_s, delay_s_max=high_s)), ("link/r1/r2", "ahead", number, "r2")
     ).copies
     assert low_s <= copy.delay_s <= high_s
 
 
 def test_faults_add_up_and_a_lost_message_suffers_no_more() -> None:
-    held = fate(fates(Reorder(hold_s=0.5), Reorder(hold_s=0.25)), ("link/r1/r2", "ahead", 1, "r2"))
+    held = effect(message_faults(Reorder(hold_s=0.5), Reorder(hold_s=0.25)), ("link/r1/r2", "ahead", 1, "r2"))
     assert held.copies == (Copy(0.75),)
-    twice = fate(fates(Duplicate(copies=2), Reorder(hold_s=0.5)), ("link/r1/r2", "ahead", 1, "r2"))
+    twice = effect(message_faults(Duplicate(copies=2), Reorder(hold_s=0.5)), ("link/r1/r2", "ahead", 1, "r2"))
     assert twice.copies == (Copy(0.5),) * 3
-    lost = fate(fates(Drop(), Duplicate()), ("link/r1/r2", "ahead", 1, "r2"))
-    assert lost == Fate((), (Injected("drop-1", "drop"),))
+    lost = effect(message_faults(Drop(), Duplicate()), ("link/r1/r2", "ahead", 1, "r2"))
+    assert lost == Effect((), (Injection("drop-1", "drop"),))
     assert (lost.taken_away, twice.taken_away) == ("drop", None)
 
 
@@ -168,7 +168,7 @@ def test_faults_add_up_and_a_lost_message_suffers_no_more() -> None:
 )
 def test_no_damaged_message_gets_past_the_codec(message: Message, bits: int, cut: bool, seed: int) -> None:
     payload = encode(message, 7)
-    damaged = Damage(bits, cut, seed).strike(payload)
+    damaged = Damage(bits, cut, seed).apply(payload)
     assert damaged != payload
     with pytest.raises(MessageRefusedError):
         decode(damaged)
@@ -176,7 +176,7 @@ def test_no_damaged_message_gets_past_the_codec(message: Message, bits: int, cut
 
 @given(st.binary(min_size=1, max_size=50), st.integers(1, 500), st.integers(0, 99))
 def test_as_many_bits_are_flipped_as_the_rule_says(payload: bytes, bits: int, seed: int) -> None:
-    damaged = Damage(bits, truncate=False, seed=seed).strike(payload)
+    damaged = Damage(bits, truncate=False, seed=seed).apply(payload)
     flipped = sum((a ^ b).bit_count() for a, b in zip(payload, damaged, strict=True))
     assert flipped == min(bits, 8 * len(payload))
 
@@ -195,8 +195,8 @@ def test_as_many_bits_are_flipped_as_the_rule_says(payload: bytes, bits: int, se
     ],
 )
 def test_a_rule_strikes_what_it_names_and_nothing_else(rule: Rule, lost: set[str]) -> None:
-    of = fates(rule)
-    gone = {key for key, kind, receiver in KINDS if not fate(of, (key, kind, 1, receiver)).copies}
+    of = message_faults(rule)
+    gone = {key for key, kind, receiver in KINDS if not effect(of, (key, kind, 1, receiver)).copies}
     assert gone == lost
 
 
@@ -205,25 +205,25 @@ def test_a_rule_strikes_what_it_names_and_nothing_else(rule: Rule, lost: set[str
     [(1.9, 5, False), (2.0, 5, True), (3.9, 5, True), (4.0, 5, False), (2.0, 2, False), (2.0, 6, False)],
 )
 def test_a_rule_holds_in_its_window_of_time_and_steps(now_s: float, step: int, holds: bool) -> None:
-    of = fates(Drop(from_s=2.0, until_s=4.0, from_step=3, until_step=6))
-    assert bool(fate(of, ("link/r1/r2", "ahead", 1, "r2"), now_s, step).injected) == holds
+    of = message_faults(Drop(from_s=2.0, until_s=4.0, from_step=3, until_step=6))
+    assert bool(effect(of, ("link/r1/r2", "ahead", 1, "r2"), now_s, step).injections) == holds
 
 
 def test_a_flapping_partition_comes_and_goes_from_its_start_on() -> None:
-    of = fates(Partition(group=("r1",), from_s=1.0, period_s=2.0, cut_s=0.5))
+    of = message_faults(Partition(group=("r1",), from_s=1.0, period_s=2.0, cut_s=0.5))
     times_s = [0.9, 1.0, 1.4, 1.5, 2.9, 3.0, 3.4, 3.6]
-    cut = [not fate(of, ("link/r1/r2", "ahead", 1, "r2"), now_s).copies for now_s in times_s]
+    cut = [not effect(of, ("link/r1/r2", "ahead", 1, "r2"), now_s).copies for now_s in times_s]
     assert cut == [False, True, True, False, False, True, True, False]
 
 
 def test_who_is_cut_off_from_the_router_is_known_for_its_token() -> None:
-    of = fates(Partition(group=("r1", "r2"), others=("router",), from_s=1.0))
+    of = message_faults(Partition(group=("r1", "r2"), others=("router",), from_s=1.0))
     assert of.may_cut
     assert [of.is_cut(name, now_s=1.0, step=0) for name in ("r1", "r2", "r3", "world")] == [True] * 2 + [
         False
     ] * 2
     assert not of.is_cut("r1", now_s=0.9, step=0)
-    leaky = fates(Partition(group=("r1",), others=("router",), probability=0.9))
+    leaky = message_faults(Partition(group=("r1",), others=("router",), probability=0.9))
     assert not leaky.may_cut, "what gets through keeps the connection"
 
 
@@ -231,14 +231,16 @@ def test_who_is_cut_off_from_the_router_is_known_for_its_token() -> None:
     ("key", "kind", "receiver"), [("log/r1", "log", "world"), ("logged/r1", "logged", "r1")]
 )
 def test_the_recorder_is_left_alone_unless_it_is_named(key: str, kind: str, receiver: str) -> None:
-    assert fate(fates(Drop(), Partition(group=("r1",))), (key, kind, 1, receiver)) == UNTOUCHED
-    assert not fate(fates(Drop(kinds=("log", "logged"))), (key, kind, 1, receiver)).copies
+    assert effect(message_faults(Drop(), Partition(group=("r1",))), (key, kind, 1, receiver)) == NO_EFFECT
+    assert not effect(message_faults(Drop(kinds=("log", "logged"))), (key, kind, 1, receiver)).copies
 
 
 def test_queries_and_answers_are_counted_where_they_arrive_since_they_have_no_number() -> None:
-    of, scan = fates(Drop(probability=0.5)), ("body/r1/scan", "scan", 0, "r1")
-    answers = [bool(fate(of, scan).injected) for _ in range(COUNT)]
-    questions = [bool(fate(of, ("body/r1/scan", "scan_query", 0, "world")).injected) for _ in range(COUNT)]
+    of, scan = message_faults(Drop(probability=0.5)), ("body/r1/scan", "scan", 0, "r1")
+    answers = [bool(effect(of, scan).injections) for _ in range(COUNT)]
+    questions = [
+        bool(effect(of, ("body/r1/scan", "scan_query", 0, "world")).injections) for _ in range(COUNT)
+    ]
     assert is_fair(sum(answers), COUNT, 0.5)
     assert is_fair(sum(a == b for a, b in zip(answers, questions, strict=True)), COUNT, 0.5)
 
@@ -263,6 +265,6 @@ def test_the_key_and_the_receiver_say_who_sent_it(key: str, receiver: str, sende
 
 
 def test_a_plan_without_rules_leaves_everything_as_it_is() -> None:
-    assert fate(Fates(NO_FAULTS, 1), ("link/r1/r2", "ahead", 1, "r2")) is UNTOUCHED
+    assert effect(MessageFaults(NO_FAULTS, 1), ("link/r1/r2", "ahead", 1, "r2")) is NO_EFFECT
     everything: Sequence[Rule] = uniform(loss=0.1, delay_s_max=0.2, repeat=0.1).rules
     assert [rule.fault for rule in everything] == ["drop", "duplicate", "delay"]

@@ -1,4 +1,4 @@
-"""Strokes as conversations: the time and the timeline go in, what is due comes out."""
+"""ProcessFaults as conversations: the time and the timeline go in, what is due comes out."""
 
 from collections.abc import Sequence
 
@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from protocol.faults.plan import Plan
+from protocol.faults.process_faults import ProcessAction, ProcessFault, ProcessFaults
 from protocol.faults.rules import Freeze, Kill, Restart, Rule, Slow, StepPoint, Thaw
-from protocol.faults.strokes import Blow, Stroke, Strokes
 from protocol.timeline import (
     Entry,
     LeaderSucceeded,
@@ -23,11 +23,11 @@ from tests.support.planned import planned
 FIVE = (1, 2, 3, 4, 5)
 
 
-def strokes(*rules: Rule, seed: int = 1) -> Strokes:
-    return Strokes(Plan(name="test", rules=tuple(rules)), seed)
+def faults(*rules: Rule, seed: int = 1) -> ProcessFaults:
+    return ProcessFaults(Plan(name="test", rules=tuple(rules)), seed)
 
 
-def tell(of: Strokes, source: str, record: Record, t_s: float = 0.0) -> None:
+def tell(of: ProcessFaults, source: str, record: Record, t_s: float = 0.0) -> None:
     of.hear(source, Entry(n=1, t_s=t_s, hlc="", record=record))
 
 
@@ -35,26 +35,26 @@ def formed(order: Sequence[int] = FIVE, epoch: int = 1) -> StrandFormed:
     return StrandFormed(epoch=epoch, sensed=True, order=tuple(order), path_length_m=1.0)
 
 
-def said(due: Sequence[Stroke]) -> list[str]:
-    return [f"{stroke.blow} {stroke.process}" for stroke in due]
+def said(due: Sequence[ProcessFault]) -> list[str]:
+    return [f"{fault.action} {fault.process}" for fault in due]
 
 
 def test_a_named_robot_is_struck_once_when_its_time_has_come() -> None:
-    of = strokes(Kill(target="r3", from_s=2.0))
+    of = faults(Kill(target="r3", from_s=2.0))
     assert said(of.due(1.99)) == []
-    assert of.due(2.0) == [Stroke("kill-1", Blow.KILL, "r3")]
+    assert of.due(2.0) == [ProcessFault("kill-1", ProcessAction.KILL, "r3")]
     assert of.due(2.0) == of.due(9.0) == []
 
 
 def test_a_role_waits_for_the_strand() -> None:
-    of = strokes(Kill(target="leader"), Kill(target="middle"), Kill(target="tail"))
+    of = faults(Kill(target="leader"), Kill(target="middle"), Kill(target="tail"))
     assert said(of.due(5.0)) == []
     tell(of, "r2", formed())
     assert said(of.due(5.1)) == ["kill r1", "kill r3", "kill r5"]
 
 
 def test_the_next_leader_is_struck_only_when_there_is_one() -> None:
-    of = strokes(Kill(target="leader"), Kill(target="leader", name="again"))
+    of = faults(Kill(target="leader"), Kill(target="leader", name="again"))
     tell(of, "r1", formed())
     assert said(of.due(1.0)) == ["kill r1"]
     assert said(of.due(2.0)) == []
@@ -64,7 +64,7 @@ def test_the_next_leader_is_struck_only_when_there_is_one() -> None:
 
 
 def test_what_a_robot_tells_of_an_older_epoch_says_nothing_of_now() -> None:
-    of = strokes(Kill(target="leader", from_s=1.0))
+    of = faults(Kill(target="leader", from_s=1.0))
     tell(of, "r4", formed((4, 5), epoch=7))
     tell(of, "r1", formed(epoch=1))
     tell(of, "r1", LeaderSucceeded(epoch=6, before=2))
@@ -72,13 +72,13 @@ def test_what_a_robot_tells_of_an_older_epoch_says_nothing_of_now() -> None:
 
 
 def test_neighbours_are_counted_towards_the_tail_and_all_have_to_be_there() -> None:
-    of = strokes(Kill(target="middle", robots=2), Kill(target="tail", robots=2, name="beyond"))
+    of = faults(Kill(target="middle", robots=2), Kill(target="tail", robots=2, name="beyond"))
     tell(of, "r1", formed((5, 3, 1, 2)))
     assert said(of.due(0.0)) == ["kill r1", "kill r2"]
 
 
 def test_a_rule_waits_for_the_leaders_step_and_no_other_robots() -> None:
-    of = strokes(Kill(target="tail", from_step=3))
+    of = faults(Kill(target="tail", from_step=3))
     tell(of, "r1", formed())
     tell(of, "r2", planned(3))
     tell(of, "r1", planned(2))
@@ -88,25 +88,25 @@ def test_a_rule_waits_for_the_leaders_step_and_no_other_robots() -> None:
 
 
 def test_a_window_that_closes_first_spares_the_process() -> None:
-    of = strokes(Kill(target="leader", until_s=2.0))
+    of = faults(Kill(target="leader", until_s=2.0))
     tell(of, "r1", formed())
     assert said(of.due(2.0)) == []
 
 
 def test_what_is_frozen_for_a_while_is_thawed() -> None:
-    of = strokes(Freeze(target="r2", from_s=1.0, for_s=6.0))
+    of = faults(Freeze(target="r2", from_s=1.0, for_s=6.0))
     assert said(of.due(1.0)) == ["freeze r2"]
     assert said(of.due(6.9)) == []
     assert said(of.due(7.0)) == ["thaw r2"]
 
 
 def test_what_is_frozen_for_good_stays_so_unless_a_rule_thaws_it() -> None:
-    of = strokes(Freeze(target="router", from_s=1.0), Thaw(target="router", from_s=3.0))
+    of = faults(Freeze(target="router", from_s=1.0), Thaw(target="router", from_s=3.0))
     assert [said(of.due(at_s)) for at_s in (1.0, 2.0, 3.0)] == [["freeze router"], [], ["thaw router"]]
 
 
 def test_a_restart_is_a_death_and_a_new_process_and_only_then_a_role_again() -> None:
-    of = strokes(Restart(target="tail", from_s=1.0, after_s=2.0), Kill(target="tail", from_s=1.5))
+    of = faults(Restart(target="tail", from_s=1.0, after_s=2.0), Kill(target="tail", from_s=1.5))
     tell(of, "r1", formed())
     assert said(of.due(1.0)) == ["kill r5"]
     assert said(of.due(2.9)) == []
@@ -114,13 +114,13 @@ def test_a_restart_is_a_death_and_a_new_process_and_only_then_a_role_again() -> 
 
 
 def test_a_slow_process_gets_as_fast_as_it_was() -> None:
-    of = strokes(Slow(target="r2", delay_s=0.4, for_s=5.0))
-    assert of.due(0.0) == [Stroke("slow-1", Blow.SLOW, "r2", 0.4)]
-    assert of.due(5.0) == [Stroke("slow-1", Blow.SLOW, "r2", 0.0)]
+    of = faults(Slow(target="r2", delay_s=0.4, for_s=5.0))
+    assert of.due(0.0) == [ProcessFault("slow-1", ProcessAction.SLOW, "r2", 0.4)]
+    assert of.due(5.0) == [ProcessFault("slow-1", ProcessAction.SLOW, "r2", 0.0)]
 
 
 def test_a_point_strikes_only_its_robot_only_there_and_at_its_occurrence() -> None:
-    of = strokes(Kill(target="leader", point=StepPoint.AFTER_PLAN, occurrence=2, from_s=1.0))
+    of = faults(Kill(target="leader", point=StepPoint.AFTER_PLAN, occurrence=2, from_s=1.0))
     tell(of, "r1", formed())
     assert of.has_points
     assert said(of.due(9.0)) == []
@@ -136,17 +136,17 @@ def test_a_point_strikes_only_its_robot_only_there_and_at_its_occurrence() -> No
 
 def test_what_follows_of_a_stroke_at_a_point_is_due_for_whoever_hears_of_it() -> None:
     rule = Restart(target="r2", point=StepPoint.BEFORE_ACK, after_s=2.0)
-    its_own, launcher = strokes(rule), strokes(rule)
-    (stroke,) = its_own.at_points("r2", [StepPoint.BEFORE_ACK], 3.0)
-    tell(launcher, "r2", stroke.as_record(), t_s=3.0)
+    its_own, launcher = faults(rule), faults(rule)
+    (fault,) = its_own.at_points("r2", [StepPoint.BEFORE_ACK], 3.0)
+    tell(launcher, "r2", fault.as_record(), t_s=3.0)
     assert said(launcher.due(4.9)) == []
     assert said(launcher.due(5.0)) == ["start r2"]
 
 
 def test_hearing_of_ones_own_stroke_repeats_nothing() -> None:
-    of = strokes(Freeze(target="r2", for_s=1.0))
-    (stroke,) = of.due(0.0)
-    tell(of, "world", stroke.as_record())
+    of = faults(Freeze(target="r2", for_s=1.0))
+    (fault,) = of.due(0.0)
+    tell(of, "world", fault.as_record())
     assert said(of.due(1.0)) == ["thaw r2"]
     assert said(of.due(9.0)) == []
 
@@ -158,7 +158,7 @@ def test_how_often_it_is_asked_decides_nothing(times_s: list[float]) -> None:
         Restart(target="r2", from_s=2.0, after_s=3.0),
         Slow(target="r3", from_s=4.0, delay_s=0.1, for_s=1.0),
     )
-    of = strokes(*rules)
+    of = faults(*rules)
     # Whoever is struck late is so for as long.
     seen = [each for at_s in [*sorted(times_s), 20.0, 30.0] for each in of.due(at_s)]
     assert sorted(said(seen)) == sorted(["freeze r1", "thaw r1", "kill r2", "start r2", "slow r3", "slow r3"])
@@ -168,14 +168,12 @@ def test_how_often_it_is_asked_decides_nothing(times_s: list[float]) -> None:
 
 @pytest.mark.parametrize("probability", [0.0, 0.3, 1.0])
 def test_a_rule_comes_true_in_as_many_runs_as_its_probability_says(probability: float) -> None:
-    hits = sum(
-        bool(strokes(Kill(target="r1", probability=probability), seed=n).due(0.0)) for n in range(1000)
-    )
+    hits = sum(bool(faults(Kill(target="r1", probability=probability), seed=n).due(0.0)) for n in range(1000))
     assert abs(hits - 1000 * probability) <= 4.5 * (1000 * probability * (1.0 - probability)) ** 0.5
 
 
 def test_who_is_told_that_rules_have_struck_spares_nobody_else() -> None:
-    of = strokes(Kill(target="leader"), Kill(target="r1", point=StepPoint.AFTER_SCAN, from_step=2))
+    of = faults(Kill(target="leader"), Kill(target="r1", point=StepPoint.AFTER_SCAN, from_step=2))
     tell(of, "r1", formed())
     of.catch_up(["kill-1"], 2)
     assert of.due(1.0) == []
@@ -183,7 +181,7 @@ def test_who_is_told_that_rules_have_struck_spares_nobody_else() -> None:
 
 
 def test_each_process_of_a_robot_comes_to_its_points_for_the_first_time() -> None:
-    of = strokes(Kill(target="leader", point=StepPoint.AFTER_SCAN, occurrence=2))
+    of = faults(Kill(target="leader", point=StepPoint.AFTER_SCAN, occurrence=2))
     tell(of, "r1", formed())
     assert of.at_points("r1", [StepPoint.AFTER_SCAN], 1.0) == []
     tell(of, "r2", LeaderSucceeded(epoch=2, before=1))
@@ -194,12 +192,12 @@ def test_each_process_of_a_robot_comes_to_its_points_for_the_first_time() -> Non
 
 
 def test_whoever_strikes_is_told_for_how_long() -> None:
-    of = strokes(Restart(target="router", after_s=1.5), Freeze(target="r2", for_s=2.0), Kill(target="r1"))
-    assert [stroke.for_s for stroke in of.due(0.0)] == [1.5, 2.0, None]
+    of = faults(Restart(target="router", after_s=1.5), Freeze(target="r2", for_s=2.0), Kill(target="r1"))
+    assert [fault.for_s for fault in of.due(0.0)] == [1.5, 2.0, None]
 
 
 def test_a_world_that_goes_on_has_been_started_however_little_time_it_knows_to_have_passed() -> None:
-    of = strokes(Restart(target="world", from_s=1.0, after_s=9.0), Restart(target="r1", after_s=9.0))
+    of = faults(Restart(target="world", from_s=1.0, after_s=9.0), Restart(target="r1", after_s=9.0))
     assert said(of.due(1.0)) == ["kill world", "kill r1"]
     tell(of, "world", WorldResumed(life=1, entries=7, torn_bytes=0), t_s=2.0)
     assert said(of.due(2.0)) == ["start world"]
@@ -207,7 +205,7 @@ def test_a_world_that_goes_on_has_been_started_however_little_time_it_knows_to_h
 
 
 def test_steps_by_which_a_former_leader_joins_are_not_the_strands() -> None:
-    of = strokes(Kill(target="tail", from_step=3))
+    of = faults(Kill(target="tail", from_step=3))
     tell(of, "r1", formed())
     tell(of, "r1", replace(planned(7), joins=True))
     assert (of.due(1.0), of.step) == ([], 0)

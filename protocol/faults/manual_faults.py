@@ -1,7 +1,7 @@
-"""How `clew fault` speaks to the world of a running fleet: one request and one answer, each a line of JSON.
+"""The protocol between `clew fault` and the world of a run: one request, one answer, each a JSON line.
 
-Rule 1: the world's socket stands in the run's private folder, so only the user can reach it. The run's own
-        folder says where that is, for as long as the run goes on.
+Rule 1: the world's socket is in the run's private folder, so only the user can reach it. A file in the run's
+        folder names the socket while the run is active.
 """
 
 import os
@@ -18,27 +18,27 @@ from protocol.files.opening import read_bytes
 
 SOCKET = "world.sock"
 WHERE_FILE = "faults.at"
-LINE_BYTES_MAX = 65_536  # a rule that names each of 2000 robots twice takes half of it
+LINE_BYTES_MAX = 65_536  # a rule that names each of 2000 robots twice takes half of this
 ANSWER_S_MAX = 5.0  # a world answers between two ticks
 
 
-class Wish(Struct, frozen=True, kw_only=True):
-    """A rule that is to hold from now on."""
+class FaultRequest(Struct, frozen=True, kw_only=True):
+    """A rule to apply from now on."""
 
     rule: Rule
     for_s: SomeSeconds | None = None
-    """Of a rule for messages; None: to the end of the run."""
+    """How long a rule for messages is active; None: to the end of the run."""
 
 
 class Answer(Struct, frozen=True, kw_only=True):
-    """The name that the timeline will call the rule by, or why there is none."""
+    """The name of the rule in the timeline, or the reason for a refusal."""
 
     name: Annotated[str, Meta(max_length=64)] | None = None
     error: str | None = None
 
 
-def goes_on(run: Path) -> bool:
-    """Whether a live run with this folder is going on: its world can be reached."""
+def is_running(run: Path) -> bool:
+    """Whether a live run with this folder is active: its world can be reached."""
     try:
         where = os.fsdecode(read_bytes(run / WHERE_FILE, LINE_BYTES_MAX))
         with socket.socket(socket.AF_UNIX) as connection:
@@ -49,18 +49,18 @@ def goes_on(run: Path) -> bool:
     return True
 
 
-def wish(run: Path, wished: Wish) -> str:
-    """Tell the world of a run; returns the name of the rule.
+def request_fault(run: Path, request: FaultRequest) -> str:
+    """Ask the world of a run to apply a rule; returns the name of the rule.
 
     Raises:
-        UsageError: the run is over, or the world does not do it.
+        UsageError: the run is over, or the world refuses the rule.
     """
     try:
         where = os.fsdecode(read_bytes(run / WHERE_FILE, LINE_BYTES_MAX))
         with socket.socket(socket.AF_UNIX) as connection:
             connection.settimeout(ANSWER_S_MAX)
             connection.connect(where)
-            connection.sendall(msgspec.json.encode(wished) + b"\n")
+            connection.sendall(msgspec.json.encode(request) + b"\n")
             with connection.makefile("rb") as file:
                 answer = msgspec.json.decode(file.readline(LINE_BYTES_MAX), type=Answer)
     except FileNotFoundError as error:
@@ -68,7 +68,7 @@ def wish(run: Path, wished: Wish) -> str:
     except TimeoutError as error:
         raise UsageError(f"{run}: its world does not answer within {ANSWER_S_MAX:g} s") from error
     except (OSError, ValueError) as error:  # msgspec's are ValueErrors
-        raise UsageError(f"{run}: its world has gone: the run is over") from error
+        raise UsageError(f"{run}: its world has ended: the run is over") from error
     if answer.name is None:
-        raise UsageError(answer.error or f"{run}: its world refuses, and does not say why")
+        raise UsageError(answer.error or f"{run}: its world refuses without a reason")
     return answer.name
