@@ -14,7 +14,6 @@ import click
 from clew.verbs.bench import bench
 from clew.verbs.bench_healing import healing
 from clew.verbs.bench_loss import loss
-from clew.verbs.bench_page import page
 from clew.verbs.campaign import campaign
 from clew.verbs.chaos import chaos
 from clew.verbs.fault import fault
@@ -93,7 +92,7 @@ for _verb in (
     main.add_command(_verb)
 for _verb in (cat, diff):
     log.add_command(_verb)
-for _verb in (healing, loss, page):
+for _verb in (healing, loss):
     bench.add_command(_verb)
 
 
