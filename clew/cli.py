@@ -5,16 +5,15 @@ Data goes to stdout, the rest to stderr. Exit codes: 0 good, 1 a promise broke o
 """
 
 import errno
-import json
 import os
 import sys
 
 import click
 
+from clew.manual.parts import SCHEMAS, schema_line
 from clew.verbs.bench import bench
 from clew.verbs.bench_healing import healing
 from clew.verbs.bench_loss import loss
-from clew.verbs.bench_page import page
 from clew.verbs.campaign import campaign
 from clew.verbs.chaos import chaos
 from clew.verbs.fault import fault
@@ -32,10 +31,8 @@ from clew.verbs.view import view
 from protocol.asked import AskedToEnd
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
-from protocol.faults.plan import schema as faults_schema
 from protocol.plain import plain
 from world.record.recorder import RecordingFailedError
-from world.scenario.scenario import schema as scenario_schema
 
 
 class _Refusal(click.ClickException):
@@ -68,11 +65,10 @@ def main() -> None:
 
 
 @main.command()
-@click.argument("what", type=click.Choice(["scenario", "faults"]), default="scenario")
+@click.argument("what", type=click.Choice(list(SCHEMAS)), default="scenario")
 def schema(what: str) -> None:
     """Print the JSON Schema of a scenario file, or of a fault plan, for editors."""
-    said = faults_schema() if what == "faults" else scenario_schema()
-    click.echo(json.dumps(said, indent=2))
+    click.echo(schema_line(what), nl=False)
 
 
 for _verb in (
@@ -93,7 +89,7 @@ for _verb in (
     main.add_command(_verb)
 for _verb in (cat, diff):
     log.add_command(_verb)
-for _verb in (healing, loss, page):
+for _verb in (healing, loss):
     bench.add_command(_verb)
 
 

@@ -19,8 +19,6 @@ from world.scenario.scenario import Scenario
 
 RATES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9)
 BOUND_RATE, BOUND = 0.5, 1.5  # at half of all loss on links, at most so many times the time without
-BEGIN = "<!-- measured by `clew bench loss --write` -->\n"
-END = "<!-- measured until here -->\n"
 
 
 class Reach(StrEnum):
@@ -105,13 +103,6 @@ def table(points: Sequence[LossPoint]) -> str:
             "",
         ]
     )
-
-
-def page_with(page: str, said: str) -> str:
-    """The page with this between the marks."""
-    before, _, rest = page.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    return f"{before}{BEGIN}\n{said}\n{END}{after}"
 
 
 def said_s(time_s: float | None) -> str:

@@ -15,12 +15,12 @@ from clew.bench.loss import (
     LossPoint,
     Reach,
     loss_plan,
-    page_with,
     rehearsed,
     slowdown,
     table,
 )
 from clew.fleet.live import run_fleet
+from clew.manual.parts import with_part
 from clew.verbs.extras import need
 from clew.verbs.options import AS_JSON
 from protocol.asked import terminable
@@ -35,7 +35,7 @@ from world.record.run_files import read_verdict
 from world.scenario.scenario import Scenario, load
 
 DOCUMENT = ROOT / "docs" / "measured.md"
-FIGURE = DOCUMENT.with_name("loss.svg")
+PART, FIGURE = "loss", DOCUMENT.with_name("loss.svg")
 LATE, START_S = 2.0, 60.0  # how much slower than asked, and to begin and to end, a busy machine may be
 
 
@@ -84,7 +84,7 @@ def loss(
     said = _said(known, points, runs=runs, speed=speed)
     if write:
         _draw(points, f"{known.fleet.robots} robots, {known.name}")
-        DOCUMENT.write_text(page_with(DOCUMENT.read_text(encoding="utf-8"), said), encoding="utf-8")
+        DOCUMENT.write_text(with_part(DOCUMENT.read_text(encoding="utf-8"), PART, said), encoding="utf-8")
     click.echo(msgspec.json.format(msgspec.json.encode(points)).decode() if as_json else said)
     broken = sum(each.violations for point in points for each in (*point.rehearsed, *point.live))
     ctx.exit(ExitCode.OK if broken == 0 and slowdown(points) <= BOUND else ExitCode.FAILED)

@@ -19,10 +19,8 @@ FORMATS = {
     "mcap": ("foxglove", "clew.export.mcap_file", "events.mcap"),
     "csv": (None, "clew.export.csv_files", "csv"),
     "parquet": ("pyarrow", "clew.export.parquet", "parquet"),
-    "rrd": ("rerun", "clew.export.rerun_file", "events.rrd"),
 }
 """What has to be installed, what writes it, and what it is called in the run's folder."""
-EXTRAS = {"rrd": "rerun"}
 
 
 @click.command()
@@ -34,13 +32,13 @@ EXTRAS = {"rrd": "rerun"}
 @AS_JSON
 @terminable()
 def export(run: Path, *, to: str, out: Path | None, as_json: bool) -> None:
-    """Write a timeline as MCAP, CSV, Parquet or Rerun's RRD; by default into the run's folder.
+    """Write a timeline as MCAP, CSV or Parquet; by default into the run's folder.
 
     A former export is replaced. Whatever cannot be read of the log is said and left out.
     """
     needed, writer, name = FORMATS[to]
     if needed is not None:
-        need(needed, extra=EXTRAS.get(to, to), by="this export needs")
+        need(needed, extra=to, by="this export needs")
     log = Log(run)
     place = log.path.parent / name if out is None else out
     if Path(name).suffix and place.suffix != Path(name).suffix:

@@ -13,12 +13,12 @@ import pytest
 from clew.log import timeline
 from clew.log.check import scenario_of
 from clew.log.timeline import Timeline
-from clew.page.serve.browser import chromium
 from protocol.arrays import Floats, distances_to_segments, scan_bearings_rad
 from protocol.frames import Point
 from protocol.timeline import AuthorityGranted, PoseSampled, Record, RobotDied, ScanServed, StepPlanned
 from tests.support.pages.browser import Sight, sight
 from tests.support.pages.canvas import Mark, drawn, layer, record
+from tests.support.pages.chromium import chromium
 from tests.support.pages.pages import page_of, rehearsed, told
 from world.record.run_files import read_verdict
 from world.scenario.scenario import Scenario

@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser
 
-from clew.page.serve.browser import PHONE, chromium
 from protocol.root import ROOT
 from tests.support.campaigns import clew
 from tests.support.pages.browser import Sight, sight
+from tests.support.pages.chromium import PHONE, chromium
 from tests.support.processes.fleets import RUN_S_MAX
 from world.record.recorder import EVENTS_FILE
 

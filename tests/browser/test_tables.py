@@ -14,7 +14,6 @@ import pytest
 from clew.log import timeline
 from clew.log.check import scenario_of
 from clew.log.timeline import Timeline
-from clew.page.serve.browser import chromium
 from protocol.frames import Point
 from protocol.timeline import (
     FaultInjected,
@@ -26,6 +25,7 @@ from protocol.timeline import (
 )
 from tests.support.pages.browser import Sight, sight
 from tests.support.pages.canvas import layer, record
+from tests.support.pages.chromium import chromium
 from tests.support.pages.pages import page_of, rehearsed
 from world.judge.table import measure
 from world.judge.tally import TAKES_AWAY, Tally

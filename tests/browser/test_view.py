@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser
 
-from clew.page.serve.browser import chromium
 from tests.support.campaigns import clew
 from tests.support.pages.browser import Sight, sight
+from tests.support.pages.chromium import chromium
 from tests.support.pages.views import address_of, view
 from tests.support.processes.fleets import END_S_MAX, RUN_S_MAX, Fleet
 

@@ -9,8 +9,8 @@ from playwright.sync_api import Browser
 from clew.fleet.summary import verdict_sentence
 from clew.log import timeline
 from clew.log.check import scenario_of
-from clew.page.serve.browser import chromium
 from tests.support.pages.browser import Sight, sight
+from tests.support.pages.chromium import chromium
 from tests.support.pages.pages import page_of, rehearsed
 from world.record.recorder import EVENTS_FILE
 from world.record.run_files import read_verdict

@@ -44,7 +44,6 @@ ONLY_IN = {
         "clew/log/vigil.py",
         "clew/rehearsal/recorded.py",
         "clew/verbs/bench.py",
-        "clew/verbs/bench_page.py",
         "protocol/network/faulty_transport.py",
         "world/shell.py",
     },

@@ -11,12 +11,12 @@ from protocol.root import ROOT
 
 
 def test_an_extra_comes_into_the_environment_that_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    words = shlex.split(extras.install_line("rerun"))
-    assert words[-1] == f"{ROOT}[rerun]"
+    words = shlex.split(extras.install_line("plot"))
+    assert words[-1] == f"{ROOT}[plot]"
     assert (ROOT / "pyproject.toml").exists()
     assert sys.executable in words
     monkeypatch.setattr(extras, "find_spec", lambda _: None)
-    assert shlex.split(extras.install_line("rerun"))[:4] == ["uv", "pip", "install", "--python"]
+    assert shlex.split(extras.install_line("plot"))[:4] == ["uv", "pip", "install", "--python"]
 
 
 def test_pip_is_there_where_the_line_says_pip() -> None:

@@ -12,10 +12,10 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clew.manual.scenario import EXAMPLE
 from protocol.errors import UsageError
 from protocol.mission import Bounds
 from tests.support.campaigns import clew, scene
+from tests.support.docs import example
 from tests.support.processes.fleets import Fleet
 from tests.support.strategies.shape_strategies import as_shapely
 from world.geometry.clearance import distances
@@ -129,10 +129,11 @@ def test_a_scene_has_the_places_that_its_seed_draws_written_into_it(tmp_path: Pa
 
 def test_a_scenario_file_may_ask_for_it_and_draws_nothing_where_the_places_are_said(tmp_path: Path) -> None:
     queue = "start = [1.0, 1.0, 0.0]\nspacing_m = 0.3"
-    assert queue in EXAMPLE
+    text = example("scenario.md")
+    assert queue in text
 
     def places(said: str, seed: int) -> tuple[tuple[float, float, float], ...] | None:
-        (tmp_path / "gate.toml").write_text(EXAMPLE.replace(queue, f'deployment = "random"\n{said}'))
+        (tmp_path / "gate.toml").write_text(text.replace(queue, f'deployment = "random"\n{said}'))
         return load(str(tmp_path / "gate.toml"), seed=seed).fleet.places
 
     first = places("", 3)

@@ -18,7 +18,6 @@ from world.scenario.reading import SCENARIOS
 from world.scenario.scenario import Scenario, load, schema
 
 NAMES = sorted(path.stem for path in SCENARIOS.glob("*.toml"))
-SCHEMA = SCENARIOS / "scenario.schema.json"
 
 SOUND = """
 name = "sound"
@@ -358,12 +357,6 @@ def test_the_grove_can_be_crossed_with_room_to_spare() -> None:
     ends = ((first.x_m, first.y_m), grove.goal.at_m)
     start, goal = (int(regions[round(y_m / cell_m), round(x_m / cell_m)]) for x_m, y_m in ends)
     assert start == goal != 0
-
-
-def test_the_kept_schema_is_the_one_that_the_types_make() -> None:
-    made = json.dumps(schema(), indent=2) + "\n"
-    # On a change of the types, let this line write it anew: SCHEMA.write_text(made)
-    assert SCHEMA.read_text() == made
 
 
 UNITS = {"m": "m", "rad": "rad", "mps": "m/s", "radps": "rad/s", "s": "s"}

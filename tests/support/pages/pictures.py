@@ -1,44 +1,39 @@
-"""The pictures of the page in docs/: `python -m clew.page.serve.pictures`, with chromium and the extra `dev`.
+"""Takes the pictures of the page in docs/.
 
-The report of a rehearsal in which the leader is killed, light, dark and on a phone; and a live fleet.
+They show the report of a rehearsal in which the leader is killed (light, dark, on a phone), and a live fleet.
+
+    python -m tests.support.pages.pictures [FOLDER]
 """
 
-import argparse
 import re
 import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+from playwright.sync_api import Page
 
 from clew.page.document import document
-from clew.page.serve.browser import PHONE, chromium, window
 from clew.rehearsal.recorded import rehearse
 from clew.story.telling import Telling
-from protocol.errors import UsageError
-from protocol.exit_codes import ExitCode
 from protocol.faults.plan import load as load_plan
 from protocol.root import ROOT
+from tests.support.pages.chromium import PHONE, chromium, window
 from world.scenario.scenario import load
 
-if TYPE_CHECKING:
-    from playwright.sync_api import Page
-
-LAUNCHER = ROOT / "launch" / "fleet.sh"
-
 SCENARIO, PLAN, SEED = "grove", "leader-killed", 1
-MOMENT = "#t=12.6&robot=2"  # the second leader is on its way, round the body of the first
-LIVE_S = 9.0  # simulated, of the fleet that is shown live
-SIZE = (1280, 1100)  # the whole map is seen
+MOMENT = "#t=12.6&robot=2"  # the second leader drives around the body of the first
+LIVE_S = 9.0  # simulated, of the live fleet
+SIZE = (1280, 1100)  # shows the whole map
 REACHED = f"new Promise((done) => setInterval(() => clew.time > {LIVE_S} && done(), 20))"
 DRAWN = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 
 
 def pictures(docs: Path, scratch: Path) -> Iterator[Path]:
-    """Take them all; says each when it is there."""
+    """Take all pictures; yields the path of each."""
     report = scratch / "report.html"
     run = scratch / "run"
     rehearse(load(SCENARIO, seed=SEED), SEED, run, lambda _: None, load_plan(PLAN))
@@ -59,7 +54,7 @@ def pictures(docs: Path, scratch: Path) -> Iterator[Path]:
             yield _taken(page, docs / "view-live.png", SIZE[1])
 
 
-def _taken(page: "Page", path: Path, height: int) -> Path:
+def _taken(page: Page, path: Path, height: int) -> Path:
     page.evaluate(DRAWN)
     width = page.viewport_size["width"] if page.viewport_size else 0
     page.screenshot(path=path, full_page=True, clip={"x": 0, "y": 0, "width": width, "height": height})
@@ -68,9 +63,9 @@ def _taken(page: "Page", path: Path, height: int) -> Path:
 
 @contextmanager
 def fleet(run: Path) -> Iterator[str]:
-    """The address at which a fleet shows itself."""
-    with subprocess.Popen(  # noqa: S603 - the launcher is our own
-        [LAUNCHER, SCENARIO, "--seed", str(SEED), "--view", "--out", run],
+    """The address of the page of a live fleet."""
+    with subprocess.Popen(
+        [ROOT / "launch" / "fleet.sh", SCENARIO, "--seed", str(SEED), "--view", "--out", run],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
@@ -83,20 +78,7 @@ def fleet(run: Path) -> Iterator[str]:
             launcher.send_signal(signal.SIGINT)
 
 
-def main(arguments: Sequence[str]) -> int:
-    """Take the pictures; returns the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m clew.page.serve.pictures", description=__doc__)
-    parser.add_argument("folder", nargs="?", default=Path("docs"), type=Path, help="default: %(default)s")
-    docs = parser.parse_args(arguments).folder
-    try:
-        with tempfile.TemporaryDirectory() as scratch:
-            for path in pictures(docs, Path(scratch)):
-                sys.stdout.write(f"{path}\n")
-    except UsageError as error:
-        sys.stderr.write(f"pictures: {error}\n")
-        return ExitCode.USAGE
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    with tempfile.TemporaryDirectory() as scratch_folder:
+        for picture in pictures(Path(sys.argv[1] if len(sys.argv) > 1 else "docs"), Path(scratch_folder)):
+            sys.stdout.write(f"{picture}\n")

@@ -1,24 +1,28 @@
-"""`clew bench page`: how fast the page of a long run opens, and how smoothly it is scrubbed."""
+"""How fast the report page of a long run opens, and how smoothly it is scrubbed.
 
+    python -m tests.support.pages.bench [RUN]
+
+RUN is a run's folder; default: a rehearsal of 20 robots that takes ten minutes. Chromium opens the page
+without a graphics card.
+"""
+
+import sys
 import tempfile
 import time
 from itertools import pairwise
 from pathlib import Path
 
-import click
 import msgspec
-from msgspec import Struct
 
 from clew.page.document import document
-from clew.page.serve.browser import chromium, window
 from clew.rehearsal.recorded import rehearse
 from clew.story.telling import Telling
-from clew.verbs.options import AS_JSON
+from tests.support.pages.chromium import chromium, window
 from world.scenario.scenario import Scenario
 
 ROBOTS, RUN_S = 20, 600.0
 SPEED_MPS = 0.5
-FRAMES = 300  # over the whole run: 2 s of ten minutes each, which is fast scrubbing
+FRAMES = 300  # over the whole run: each frame moves on by 2 s of the ten minutes, which is fast scrubbing
 SCRUB = """new Promise((done) => {
   const end = clew.runs[0].end, times = [];
   const tick = (now) => {
@@ -41,52 +45,8 @@ DRAW = """(() => {
 })()""".replace("FRAMES", str(FRAMES))
 
 
-class PageFigures(Struct, frozen=True, kw_only=True):
-    """What was measured of one page."""
-
-    robots: int
-    run_s: float
-    page_bytes: int
-    pack_s: float
-    """To make the page of the run's log."""
-    open_s: float
-    """Until the browser has drawn it first."""
-    frames_per_s: float
-    """While it is scrubbed through the whole run."""
-    frame_ms_p95: float
-    """Between two frames; 95 % are no further apart."""
-    draw_ms: float
-    """What the page's own code takes for a frame, in the median; the rest is the browser's."""
-
-
-@click.command()
-@click.argument("run", required=False, type=click.Path(path_type=Path))
-@AS_JSON
-def page(run: Path | None, *, as_json: bool) -> None:
-    """Open the page of a run in Chromium and scrub it by a script, on this machine, without a graphics card.
-
-    RUN is its folder; default: a rehearsal of 20 robots that takes ten minutes.
-    """
-    with tempfile.TemporaryDirectory() as scratch:
-        if run is None:
-            run = Path(scratch) / "run"
-            run.mkdir()
-            click.echo(f"rehearsing {ROBOTS} robots for {RUN_S:.0f} s", err=True)
-            rehearse(avenue(), 1, run, lambda _: None)
-        found = measure(run, Path(scratch) / "page.html")
-    if as_json:
-        click.echo(msgspec.json.encode(found).decode())
-        return
-    click.echo(
-        f"{found.robots} robots, {found.run_s:.0f} s: a page of {found.page_bytes / 1e6:.2f} MB, "
-        f"made in {found.pack_s:.1f} s, drawn after {found.open_s:.1f} s\n"
-        f"scrubbed at {found.frames_per_s:.0f} frames a second, 95 % within {found.frame_ms_p95:.0f} ms; "
-        f"its own code takes {found.draw_ms:.1f} ms of a frame"
-    )
-
-
-def measure(run: Path, file: Path) -> PageFigures:
-    """Make the page of a run, open it and scrub it."""
+def measure(run: Path, file: Path) -> str:
+    """Make the page of a run, open it and scrub it; returns the figures in words."""
     began_s = time.perf_counter()
     file.write_text(document([Telling(run).batches()]), encoding="utf-8")
     packed_s = time.perf_counter()
@@ -99,20 +59,17 @@ def measure(run: Path, file: Path) -> PageFigures:
         draw_ms = shown.evaluate(DRAW)
         run_s, robots = shown.evaluate("[clew.runs[0].end, clew.runs[0].bodies.size]")
     gaps_ms = sorted(after - before for before, after in pairwise(times_ms))
-    return PageFigures(
-        robots=robots,
-        run_s=run_s,
-        page_bytes=file.stat().st_size,
-        pack_s=packed_s - began_s,
-        open_s=opened_s - opens_s,
-        frames_per_s=1000.0 * len(gaps_ms) / (times_ms[-1] - times_ms[0]),
-        frame_ms_p95=gaps_ms[int(0.95 * len(gaps_ms))],
-        draw_ms=draw_ms,
+    frames_per_s = 1000.0 * len(gaps_ms) / (times_ms[-1] - times_ms[0])
+    return (
+        f"{robots} robots, {run_s:.0f} s: a page of {file.stat().st_size / 1e6:.2f} MB, made in "
+        f"{packed_s - began_s:.1f} s, drawn after {opened_s - opens_s:.1f} s; scrubbed at {frames_per_s:.0f} "
+        f"frames a second, 95 % within {gaps_ms[int(0.95 * len(gaps_ms))]:.0f} ms; the page's own code takes "
+        f"{draw_ms:.1f} ms of a frame (median)"
     )
 
 
 def avenue() -> Scenario:
-    """A way between two rows of trees that is as long as the robots drive in the time."""
+    """A way between two rows of trees, as long as the robots drive in RUN_S."""
     length_m = RUN_S * SPEED_MPS
     trees = [
         {"shape": "circle", "centre_m": [5.0 * place, 2.0 + 2.2 * (place % 2)], "radius_m": 0.5}
@@ -145,3 +102,18 @@ def avenue() -> Scenario:
         },
         Scenario,
     )
+
+
+def main() -> None:
+    """Measure the run that the command line names, or a new rehearsal."""
+    with tempfile.TemporaryDirectory() as scratch:
+        run = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(scratch) / "run"
+        if len(sys.argv) == 1:
+            run.mkdir()
+            sys.stderr.write(f"rehearsing {ROBOTS} robots for {RUN_S:.0f} s\n")
+            rehearse(avenue(), 1, run, lambda _: None)
+        sys.stdout.write(measure(run, Path(scratch) / "page.html") + "\n")
+
+
+if __name__ == "__main__":
+    main()
