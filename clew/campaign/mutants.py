@@ -20,8 +20,8 @@ from msgspec import Struct
 
 from clew.campaign.campaign import PACKAGES, drawn_episode
 from clew.campaign.episode import Outcome, Surprise, play
-from clew.campaign.mutants_hunt import WALL_S_MAX
 from clew.campaign.mutants_list import Bug
+from clew.campaign.mutants_worker import WALL_S_MAX
 from protocol.errors import UsageError
 from protocol.root import ROOT
 
@@ -104,7 +104,7 @@ def _by(outcome: Outcome) -> str:
 
 
 def _outcomes(folder: Path, first: int, last: int) -> Iterator[Outcome]:
-    command = [sys.executable, "-m", "clew.campaign.mutants_hunt", str(first), str(last)]
+    command = [sys.executable, "-m", "clew.campaign.mutants_worker", str(first), str(last)]
     with _started(command, folder) as process:
         assert process.stdout is not None, "it was asked for"
         for line in process.stdout:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from enum import StrEnum
 
 from clew.swarm import adversary, messages, processes
-from clew.swarm.dice import Dice
+from clew.swarm.draws import Draws
 from clew.swarm.window import Window
 from protocol.faults.rules import Rule
 
@@ -60,12 +60,12 @@ WEATHER = tuple(each for each in FaultClass if each not in ADVERSARY)
 """Whose faults come by themselves."""
 
 
-def draw_rules(fault: FaultClass, dice: Dice, window: Window) -> list[Rule]:
-    """The rules of a class; the dice are its own."""
-    return _DRAWS[fault](dice, window)
+def draw_rules(fault: FaultClass, draws: Draws, window: Window) -> list[Rule]:
+    """The rules of a class, from its own stream of draws."""
+    return _DRAWS[fault](draws, window)
 
 
-_DRAWS: dict[FaultClass, Callable[[Dice, Window], list[Rule]]] = {
+_DRAWS: dict[FaultClass, Callable[[Draws, Window], list[Rule]]] = {
     FaultClass.LOSS: messages.loss,
     FaultClass.DELAY: messages.delay,
     FaultClass.DUPLICATION: messages.duplication,

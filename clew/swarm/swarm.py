@@ -15,7 +15,7 @@ from enum import StrEnum
 from typing import Any
 
 from clew.swarm.classes import ADVERSARY, WEATHER, FaultClass, draw_rules
-from clew.swarm.dice import Dice
+from clew.swarm.draws import Draws
 from clew.swarm.window import SOON_S, Window
 from clew.swarm.world import Ground, as_loaded, draw_world
 from protocol.faults.plan import Plan
@@ -75,24 +75,24 @@ class Swarm:
 
 def draw(seed: int) -> Swarm:
     """What the seed draws; the same on any machine."""
-    dice = Dice(seed, "swarm/mix")
-    mode = Mode.LIVENESS if dice.chance(0.5) else Mode.SAFETY
-    quiet_s = dice.between(*QUIET_S)
+    draws = Draws(seed, "swarm/mix")
+    mode = Mode.LIVENESS if draws.chance(0.5) else Mode.SAFETY
+    quiet_s = draws.between(*QUIET_S)
     is_safety = mode is Mode.SAFETY
     time_s_max = SAFETY_S if is_safety else round(quiet_s + HEAL_S_MAX + ARRIVE_S, 3)
-    classes = _adverse(seed, [each for each in WEATHER if dice.chance(ON)] or [dice.pick(WEATHER)])
-    hides = FaultClass.HIDDEN_BODY in classes and Dice(seed, "swarm/hides").chance(HIDES_IN_QUEUE)
+    classes = _adverse(seed, [each for each in WEATHER if draws.chance(ON)] or [draws.pick(WEATHER)])
+    hides = FaultClass.HIDDEN_BODY in classes and Draws(seed, "swarm/hides").chance(HIDES_IN_QUEUE)
     ground, world = draw_world(seed, time_s_max=time_s_max, queue=hides)
     robots = int(world["fleet"]["robots"])
     window = Window(robots, None if is_safety else quiet_s)
-    rules = [rule for each in classes for rule in draw_rules(each, Dice(seed, f"swarm/{each}"), window)]
+    rules = [rule for each in classes for rule in draw_rules(each, Draws(seed, f"swarm/{each}"), window)]
     outside: frozenset[int] = frozenset()
     if not is_safety:
-        has_outside = robots >= 4 and dice.chance(OUTSIDE)
+        has_outside = robots >= 4 and draws.chance(OUTSIDE)
         rules = _spared(rules, kills_max=robots - (3 if has_outside else 1))
         if has_outside:
-            robot = dice.whole(1, robots)
-            outside, rules = frozenset({robot}), [*rules, _permanent(robot, dice)]
+            robot = draws.whole(1, robots)
+            outside, rules = frozenset({robot}), [*rules, _permanent(robot, draws)]
     return Swarm(
         seed=seed,
         mode=mode,
@@ -107,11 +107,11 @@ def draw(seed: int) -> Swarm:
 
 def _adverse(seed: int, weather: list[FaultClass]) -> list[FaultClass]:
     """Rule 4; from a stream of its own, so that the weather of all other seeds is what it was without."""
-    dice = Dice(seed, "swarm/adversary")
-    if not dice.chance(ADVERSE):
+    draws = Draws(seed, "swarm/adversary")
+    if not draws.chance(ADVERSE):
         return weather
-    some = dice.some(ADVERSARY, 2 if dice.chance(0.2) else 1)
-    return [*(each for each in weather if dice.chance(ADVERSE_ON)), *some]
+    some = draws.some(ADVERSARY, 2 if draws.chance(0.2) else 1)
+    return [*(each for each in weather if draws.chance(ADVERSE_ON)), *some]
 
 
 def _spared(rules: list[Rule], *, kills_max: int) -> list[Rule]:
@@ -126,14 +126,14 @@ def _spared(rules: list[Rule], *, kills_max: int) -> list[Rule]:
     return spared
 
 
-def _permanent(robot: int, dice: Dice) -> Rule:
+def _permanent(robot: int, draws: Draws) -> Rule:
     """A fault that one robot suffers to the end: the others do not hear it, or it hears nobody, or both."""
-    name, from_s = robot_name(robot), dice.between(0.5, 8.0)
-    match dice.whole(1, 4):
+    name, from_s = robot_name(robot), draws.between(0.5, 8.0)
+    match draws.whole(1, 4):
         case 1:
-            return Drop(sender=(name,), probability=dice.between(0.8, 1.0), from_s=from_s)
+            return Drop(sender=(name,), probability=draws.between(0.8, 1.0), from_s=from_s)
         case 2:
-            return Drop(receiver=(name,), probability=dice.between(0.8, 1.0), from_s=from_s)
+            return Drop(receiver=(name,), probability=draws.between(0.8, 1.0), from_s=from_s)
         case 3:
             return Partition(group=(name,), others=("router",), from_s=from_s)
         case _:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from clew.swarm.dice import Dice
+from clew.swarm.draws import Draws
 from protocol.keys import robot_name
 
 SOON_S = 0.5  # five odometries: whoever is to be struck is there by then, or is spared
@@ -24,11 +24,11 @@ class Window:
         low_s, high_s = BEGINS_S
         return low_s, high_s if self.until_s is None else min(high_s, self.until_s - low_s)
 
-    def ends_s(self, from_s: float, dice: Dice) -> float | None:
+    def ends_s(self, from_s: float, draws: Draws) -> float | None:
         """When a fault ends that began then; one in two lasts as long as it may."""
-        if dice.chance(0.5):
+        if draws.chance(0.5):
             return self.until_s
-        end_s = round(from_s + dice.scale(0.5, 15.0), 3)
+        end_s = round(from_s + draws.scale(0.5, 15.0), 3)
         return end_s if self.until_s is None else min(end_s, self.until_s)
 
     def lasts_s(self, from_s: float, wished_s: float) -> float:
@@ -41,7 +41,7 @@ def names(window: Window) -> Sequence[str]:
     return [robot_name(robot) for robot in range(1, window.robots + 1)]
 
 
-def times(dice: Dice, window: Window) -> tuple[float, float | None]:
+def times(draws: Draws, window: Window) -> tuple[float, float | None]:
     """From when until when; one in three from the start."""
-    from_s = 0.0 if dice.chance(0.33) else dice.between(*window.begins_s)
-    return from_s, window.ends_s(from_s, dice)
+    from_s = 0.0 if draws.chance(0.33) else draws.between(*window.begins_s)
+    return from_s, window.ends_s(from_s, draws)

@@ -9,7 +9,7 @@ from typing import Any
 
 from clew.fields.field import Field, Kind, scene
 from clew.fields.maze import rectangle
-from clew.swarm.dice import Dice
+from clew.swarm.draws import Draws
 from protocol.files.reading import understand
 from world.scenario.deployment import deployed
 from world.scenario.scenario import Scenario
@@ -43,12 +43,12 @@ SHARES = (Ground.OPEN,) * 6 + (Ground.SCATTERED,) * 7 + (Ground.CORRIDORS,) * 3 
 
 def draw_world(seed: int, *, time_s_max: float, queue: bool = False) -> tuple[Ground, dict[str, Any]]:
     """A world, as a scenario file would say it; with a `queue`, of as many robots as may be, in the open."""
-    dice = Dice(seed, "swarm/world")
-    ground = Ground.OPEN if queue else dice.pick(SHARES)
-    drawn = _draw_scene(ground, seed, dice)
+    draws = Draws(seed, "swarm/world")
+    ground = Ground.OPEN if queue else draws.pick(SHARES)
+    drawn = _draw_scene(ground, seed, draws)
     raw = as_scenario(drawn, SOURCE)
     raw["name"] = f"swarm-{seed}"
-    raw["fleet"]["robots"] = ROBOTS[1] if queue else dice.whole(*ROBOTS)
+    raw["fleet"]["robots"] = ROBOTS[1] if queue else draws.whole(*ROBOTS)
     raw["sensor"]["directions"] = DIRECTIONS
     raw["time"]["time_s_max"] = time_s_max
     if ground is Ground.POCKET:
@@ -63,7 +63,7 @@ def as_loaded(raw: dict[str, Any]) -> Scenario:
     return understand(raw, Scenario, SOURCE)
 
 
-def _draw_scene(ground: Ground, seed: int, dice: Dice) -> dict[str, Any]:
+def _draw_scene(ground: Ground, seed: int, draws: Draws) -> dict[str, Any]:
     if ground is Ground.CORRIDORS:
         field = Field(
             kind=Kind.CORRIDORS,
@@ -74,8 +74,8 @@ def _draw_scene(ground: Ground, seed: int, dice: Dice) -> dict[str, Any]:
         )
         return scene(field)
     if ground is Ground.POCKET:
-        return _pocket(seed, dice)
-    kind = dice.pick((Kind.CIRCLES, Kind.CONVEX, Kind.MIXED))
+        return _pocket(seed, draws)
+    kind = draws.pick((Kind.CIRCLES, Kind.CONVEX, Kind.MIXED))
     return scene(_open(kind, seed, OPEN_DENSITY))
 
 
@@ -90,11 +90,11 @@ def _open(kind: Kind, seed: int, density: float) -> Field:
     )
 
 
-def _pocket(seed: int, dice: Dice) -> dict[str, Any]:
+def _pocket(seed: int, draws: Draws) -> dict[str, Any]:
     """An empty field, and in the straight way a dead end."""
     drawn = scene(_open(Kind.CIRCLES, seed, 0.0))
     y_m = drawn["start"][1]
-    from_m, depth_m, half_m = dice.between(0.4, 1.0), dice.between(1.3, 2.2), dice.between(0.28, 0.36)
+    from_m, depth_m, half_m = draws.between(0.4, 1.0), draws.between(1.3, 2.2), draws.between(0.28, 0.36)
     to_m, wall_m = from_m + depth_m, RADIUS_M
     walls = [
         rectangle(from_m, to_m, y_m + half_m, y_m + half_m + wall_m),

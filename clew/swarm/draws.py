@@ -1,4 +1,4 @@
-"""Draws for whoever makes up worlds and fault plans. Numbers are rounded, so that people can read them."""
+"""Random draws for worlds and fault plans. Numbers are rounded, so that people can read them."""
 
 import math
 from collections.abc import Sequence
@@ -11,33 +11,33 @@ T = TypeVar("T")
 DECIMALS = 3
 
 
-class Dice:
-    """One stream of draws for one purpose of a seed: a draw more in one does not move the others."""
+class Draws:
+    """The stream of draws for one purpose of a seed. An additional draw does not change other streams."""
 
     def __init__(self, seed: int, purpose: str) -> None:
         self._stream = stream(seed, purpose)
 
     def chance(self, probability: float) -> bool:
-        """Whether something comes true."""
+        """True with this probability."""
         return bool(self._stream.random() < probability)
 
     def between(self, low: float, high: float) -> float:
-        """A number, all between alike."""
+        """A number, uniformly distributed."""
         return round(float(self._stream.uniform(low, high)), DECIMALS)
 
     def scale(self, low: float, high: float) -> float:
-        """A number whose order of magnitude is drawn: small ones as often as large ones."""
+        """A number, log-uniformly distributed: each order of magnitude is equally likely."""
         return round(math.exp(self._stream.uniform(math.log(low), math.log(high))), DECIMALS)
 
     def whole(self, low: int, high: int) -> int:
-        """A whole number, both ends included."""
+        """An integer; both ends are included."""
         return int(self._stream.integers(low, high, endpoint=True))
 
     def pick(self, choices: Sequence[T]) -> T:
-        """One of them."""
+        """One of the choices."""
         return choices[int(self._stream.integers(len(choices)))]
 
     def some(self, choices: Sequence[T], count: int) -> list[T]:
-        """So many of them, each once, in their order."""
+        """A sample of `count` different choices, in their original order."""
         places = self._stream.choice(len(choices), size=count, replace=False)
         return [choices[int(place)] for place in sorted(places)]

@@ -1,7 +1,7 @@
-"""Plays the episodes of a swarm, seed by seed, in the tree that it is started in: one outcome a line.
+"""Plays swarm episodes, seed by seed, with the source of its working directory. Prints one outcome a line.
 
-`python -m clew.campaign.mutants_hunt FIRST LAST`, for `clew.campaign.mutants`, which starts it in a tree with
-a bug in it.
+`clew.campaign.mutants` runs it as `python -m clew.campaign.mutants_worker FIRST LAST` in a mutated copy of
+the source.
 """
 
 import sys
@@ -13,7 +13,7 @@ import msgspec
 from clew.campaign.campaign import drawn_episode
 from clew.campaign.episode import play
 
-WALL_S_MAX = 60.0  # an episode takes a third of a second: one that takes so long has no end
+WALL_S_MAX = 60.0  # an episode takes a third of a second: one that takes this long never ends
 
 
 def main(arguments: Sequence[str]) -> int:
