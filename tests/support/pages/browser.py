@@ -8,10 +8,11 @@ import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Error, Page, Request
 
 from clew.page.serve.browser import CHROMIUM, DESK, INSTALL, window
+from tests.support.deadline import DEADLINE_S
 
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason=f"no chromium here: {INSTALL}")
 
-WAIT_MS = 30_000.0  # for what comes within a second, on machines that are busy
+WAIT_MS = 1000.0 * DEADLINE_S
 WAIT = """new Promise((resolve, reject) => {
   const began = performance.now();
   const look = () => {

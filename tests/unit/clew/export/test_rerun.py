@@ -9,8 +9,8 @@ import pytest
 
 from clew.verbs.extras import install_line
 from tests.support.campaigns import clew
+from tests.support.deadline import DEADLINE_S
 from tests.support.logs.exports import lively
-from tests.support.processes.fleets import END_S_MAX
 
 
 @pytest.mark.skipif(find_spec("rerun") is None, reason="rerun is not installed: 700 MB, the extra `rerun`")
@@ -19,7 +19,7 @@ def test_rerun_itself_finds_the_file_sound(tmp_path: Path) -> None:
     said = clew("log", "export", run, "--to", "rrd")
     assert said.stdout.strip() == str(run / "events.rrd")
     verify = [sys.executable, "-m", "rerun", "rrd", "verify", str(run / "events.rrd")]
-    assert subprocess.run(verify, check=False, timeout=END_S_MAX).returncode == 0
+    assert subprocess.run(verify, check=False, timeout=DEADLINE_S).returncode == 0
     for name in (b"/world/robot/5", b"/world/scan/5", b"/world/links/lines", b"/events/robot.died"):
         assert name in (run / "events.rrd").read_bytes()
 
