@@ -12,9 +12,9 @@ from playwright.sync_api import Browser
 
 from protocol.root import ROOT
 from tests.support.campaigns import clew
+from tests.support.deadline import DEADLINE_S
 from tests.support.pages.browser import Sight, sight
 from tests.support.pages.chromium import PHONE, chromium
-from tests.support.processes.fleets import RUN_S_MAX
 from world.record.recorder import EVENTS_FILE
 
 ROBOTS = 5
@@ -226,7 +226,7 @@ def test_the_bench_scrubs_a_page_and_every_frame_is_drawn(report: str) -> None:
     run = Path(report.removeprefix("file://")).parent
     bench = [sys.executable, "-m", "clew.cli", "bench", "page", str(run), "--json"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    made = subprocess.run(bench, env=environment, capture_output=True, timeout=RUN_S_MAX, check=True)
+    made = subprocess.run(bench, env=environment, capture_output=True, timeout=DEADLINE_S, check=True)
     said = json.loads(made.stdout)
     assert said["robots"] == ROBOTS
     assert said["page_bytes"] < 1e6

@@ -10,10 +10,11 @@ import pytest
 from playwright.sync_api import Browser
 
 from tests.support.campaigns import clew
+from tests.support.deadline import DEADLINE_S
 from tests.support.pages.browser import Sight, sight
 from tests.support.pages.chromium import chromium
 from tests.support.pages.views import address_of, view
-from tests.support.processes.fleets import END_S_MAX, RUN_S_MAX, Fleet
+from tests.support.processes.fleets import Fleet
 
 ENDED = "clew.runs[0].ended"
 
@@ -40,7 +41,7 @@ def served(*arguments: str | Path, cwd: Path) -> Iterator[str]:
     with view(*arguments, cwd=cwd) as viewer:
         yield address_of(viewer.stdout)
         viewer.send_signal(signal.SIGINT)
-        assert viewer.wait(END_S_MAX) == 130
+        assert viewer.wait(DEADLINE_S) == 130
 
 
 def test_a_page_that_watches_a_fleet_sees_robots_move_and_then_the_verdict(
@@ -56,7 +57,7 @@ def test_a_page_that_watches_a_fleet_sees_robots_move_and_then_the_verdict(
         with sight(browser) as late:
             late.show(address)
             late.wait(ENDED)
-            outcome = fleet.end(RUN_S_MAX)
+            outcome = fleet.end()
             shown.wait(ENDED)
             counted = "clew.runs[0].positions.length"
             assert late.page.evaluate(counted) == shown.page.evaluate(counted) > 1

@@ -23,8 +23,8 @@ from protocol.network.transport import Arrival, Asked, Heard, Refused
 from protocol.network.zenoh_transport import KEY_LENGTH_MAX, ZenohTransport
 from protocol.wire.codec import SCHEMA_VERSION, SIZE_MAX_BYTES, encode, packed, sealed
 from protocol.wire.messages import Ask
+from tests.support.deadline import DEADLINE_S
 from tests.support.processes.wire import (
-    DEADLINE_S,
     KEYS,
     arrivals_besides,
     drive,

@@ -19,8 +19,9 @@ from clew.log.check import Finding, check
 from clew.log.timeline import read
 from clew.swarm.swarm import draw
 from tests.support.campaigns import clew
+from tests.support.deadline import DEADLINE_S
 from tests.support.logs.logs import AT_REST, GOOD, numbered, recorded
-from tests.support.processes.fleets import END_S_MAX, RUN_S_MAX, START_S_MAX, Fleet, wait_until
+from tests.support.processes.fleets import Fleet, wait_until
 from world.judge.books import Messages
 
 WELL = Ended(code=0, said=("ok",), wall_s=1.0, leftovers=())
@@ -122,7 +123,7 @@ def test_a_process_that_was_left_behind_is_named_and_ended(
     process, file = left_behind(tmp_path)
     assert process.startswith(sys.executable)
     assert file == "socket"
-    assert sleeper.wait(END_S_MAX) == -9
+    assert sleeper.wait(DEADLINE_S) == -9
     assert processes_of(tmp_path) == {}
 
 
@@ -147,9 +148,9 @@ def no_fleet(*_: object, **__: object) -> Ended:
 def test_a_fleet_that_is_told_to_end_ends_and_leaves_nothing(tmp_path: Path) -> None:
     out = tmp_path / "run"
     has_begun = (out / "events.jsonl").exists
-    ended = run_fleet(["grove", "--out", str(out)], wall_s_max=RUN_S_MAX, until=has_begun)
+    ended = run_fleet(["grove", "--out", str(out)], wall_s_max=DEADLINE_S, until=has_begun)
     assert (ended.code, ended.leftovers) == (143, ())
-    assert ended.wall_s < RUN_S_MAX
+    assert ended.wall_s < DEADLINE_S
 
 
 @pytest.mark.parametrize(
@@ -159,10 +160,10 @@ def test_chaos_that_is_asked_to_end_ends_its_fleet_tells_and_leaves_nothing(
     fleet: Fleet, number: signal.Signals, code: int
 ) -> None:
     chaos = fleet.start_with(sys.executable, "-m", "clew.cli", "chaos", "--speed", "1", "--out", "ch")
-    wait_until(lambda: (fleet.cwd / "ch" / "run-1" / "events.jsonl").exists() or None, START_S_MAX)
+    wait_until(lambda: (fleet.cwd / "ch" / "run-1" / "events.jsonl").exists() or None)
     for _ in range(2):  # as `timeout` does
         chaos.send_signal(number)
-    outcome = fleet.end(2 * END_S_MAX)  # the launcher's promise, and as much for the verb; a run takes longer
+    outcome = fleet.end()  # the launcher's promise, and as much for the verb; a run takes longer
     assert (outcome.code, fleet.leftovers()) == (code, [])
     assert "INTERRUPTED: 0 of 50 runs" in outcome.out
     assert json.loads((fleet.cwd / "ch" / "chaos.json").read_text(encoding="utf-8"))["interrupted"]

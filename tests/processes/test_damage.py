@@ -20,7 +20,8 @@ from protocol.network.transport import Arrival, Heard, Refused
 from protocol.network.zenoh_transport import ZenohTransport
 from protocol.run_settings import Settings
 from protocol.wire.messages import Message
-from tests.support.processes.fleets import RUN_S_MAX, Fleet
+from tests.support.deadline import DEADLINE_S
+from tests.support.processes.fleets import Fleet
 from tests.support.processes.parts import Parts, said
 from tests.support.processes.proxy import Faults, Proxy, Way, proxy_aside
 from tests.support.processes.wire import (
@@ -37,7 +38,6 @@ from world.scenario.scenario import load
 ROBOTS = ("r1", "r2", "r3")
 WIRES_MAX = 5  # Zenoh panicked in 5 talks of some 200
 UNHEARD_OF = Faults(forged=b"\x19\x01")  # the end of an interest, of which Zenoh has a client panic
-TALK_S_MAX = 60.0  # it takes some seconds, more where Zenoh has to open its links again and again
 # 17 s of the run where nothing goes wrong
 GROVE, SETTINGS = load("grove", robots=len(ROBOTS)), Settings(seed=1, speed=2.0)
 ROUND_S = 0.005  # for what has been sent to arrive
@@ -104,7 +104,7 @@ class Talk:
 
 async def converse(talk: Talk, folder: Path, between: Proxy, faults: Faults, *, until_refused: int) -> None:
     """Say different things on all kinds of keys, until enough has been refused."""
-    async with asyncio.timeout(TALK_S_MAX):
+    async with asyncio.timeout(DEADLINE_S):
         with ExitStack() as stack:
             world = stack.enter_context(world_transport(folder))
             robots = [stack.enter_context(robot_transport(folder, name)) for name in ROBOTS]
@@ -173,7 +173,7 @@ def test_world_and_robots_whose_sessions_are_lost_say_so_and_end(fleet: Fleet) -
     with fleet_behind_proxy(fleet) as (world, between):
         fleet.wait_for("step.planned")
         between.faults[Way.DOWN] = UNHEARD_OF
-        assert world.wait(RUN_S_MAX) == -signal.SIGABRT  # a crash, after which the launcher starts it again
+        assert world.wait(DEADLINE_S) == -signal.SIGABRT  # a crash, after which the launcher starts it again
     for who in ("world", *(f"robot {number}" for number in range(1, len(ROBOTS) + 1))):
         assert f"{who}: Zenoh has panicked, and the session is lost" in said(fleet)
 
@@ -187,7 +187,7 @@ def test_fleet_arrives_over_a_slow_wire_that_was_damaging_for_a_while(fleet: Fle
         fleet.wait_for("message.refused")
         for way in Way:
             between.faults[way] = slow
-        world.wait(RUN_S_MAX)
+        world.wait(DEADLINE_S)
     verdict = fleet.verdict()
     assert verdict["violations"] == 0, said(fleet)
     assert (verdict["robots_arrived"], verdict["goal_reached"]) == (len(ROBOTS), True), said(fleet)

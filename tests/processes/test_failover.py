@@ -1,15 +1,15 @@
 """Routers that die: another takes over, or a new one listens in the place of the old one; the run goes on."""
 
+import asyncio
 import json
 import os
 import signal
 from collections.abc import Iterator
 from contextlib import ExitStack
 from functools import partial
-from itertools import pairwise
+from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from time import monotonic
 from typing import Any
 
 import pytest
@@ -18,19 +18,10 @@ from clew.fleet.prepare import free_endpoint
 from protocol.network.session import unix_socket_endpoint, write_sessions
 from protocol.network.transport import Heard
 from protocol.timeline import RouterFound, RouterLost
-from tests.support.processes.fleets import END_S_MAX, RUN_S_MAX, START_S_MAX, Fleet, clew, wait_until
-from tests.support.processes.wire import (
-    DEADLINE_S,
-    KEYS,
-    arrivals_until,
-    drive,
-    python,
-    robot_transport,
-    world_transport,
-)
+from tests.support.deadline import DEADLINE_S
+from tests.support.processes.fleets import Fleet, clew, wait_until
+from tests.support.processes.wire import KEYS, arrivals_until, drive, python, robot_transport, world_transport
 from world.routing import Routing
-
-GAP_S_MAX = 1.0  # what a robot may go unheard; measured are 4 to 40 ms
 
 
 def pid_of(fleet: Fleet, name: str) -> int:
@@ -52,7 +43,7 @@ def has_found(fleet: Fleet, times: int) -> bool | None:
 
 def end_well(fleet: Fleet) -> dict[str, Any]:
     """The verdict of a run that went well, its log judged again, nothing left behind."""
-    outcome = fleet.end(RUN_S_MAX)
+    outcome = fleet.end()
     assert outcome.code == 0, outcome.err
     verdict: dict[str, Any] = json.loads(outcome.out)
     assert (verdict["ok"], verdict["violations"], verdict["events"]["missing"]) == (True, 0, 0)
@@ -68,13 +59,11 @@ def test_of_two_routers_the_other_carries_the_fleet_when_the_active_one_is_kille
     first = pid_of(fleet, "router")
     assert first == pid_of(fleet, "router-1")
     os.kill(first, signal.SIGKILL)
-    wait_until(lambda: new_pid(fleet, "router-1", first), START_S_MAX)
-    wait_until(lambda: pid_of(fleet, "router") == pid_of(fleet, "router-2"), START_S_MAX)
+    wait_until(lambda: new_pid(fleet, "router-1", first))
+    wait_until(lambda: pid_of(fleet, "router") == pid_of(fleet, "router-2"))
     end_well(fleet)
     kinds = [entry["kind"] for entry in fleet.entries()]
     assert (kinds.count("router.lost"), kinds.count("router.found")) == (1, 1)
-    (found,) = [entry for entry in fleet.entries() if entry["kind"] == "router.found"]
-    assert found["away_s"] < GAP_S_MAX
 
 
 @pytest.mark.parametrize("speed", ["2", "max"])
@@ -90,9 +79,9 @@ def test_a_router_that_keeps_dying_ends_the_run_in_the_end(fleet: Fleet) -> None
     fleet.start("paper", "--speed", "0.1")
     fleet.wait_for("order.accepted")
     for times in range(11):
-        wait_until(partial(has_found, fleet, times), START_S_MAX)
+        wait_until(partial(has_found, fleet, times))
         os.kill(pid_of(fleet, "router"), signal.SIGKILL)
-    outcome = fleet.end(START_S_MAX)
+    outcome = fleet.end()
     assert outcome.code == 1
     assert "router 1 was killed by SIGKILL once too often" in outcome.err
     assert fleet.leftovers() == []
@@ -106,9 +95,9 @@ def test_what_is_asked_for_by_the_pipe_is_done(fleet: Fleet, name: str) -> None:
     (private,) = fleet.temporary.glob("clew.*")
     with (private / "strokes").open("w") as pipe:
         pipe.write(f"nonsense\nfreeze nobody\nkill {name}\n")
-    wait_until(lambda: new_pid(fleet, name, before), START_S_MAX)
+    wait_until(lambda: new_pid(fleet, name, before))
     launcher.send_signal(signal.SIGTERM)
-    assert fleet.end(END_S_MAX).code == 143
+    assert fleet.end().code == 143
     assert fleet.leftovers() == []
 
 
@@ -129,7 +118,7 @@ def two() -> Iterator[Path]:
         yield folder
 
 
-async def test_clients_change_over_in_milliseconds_and_both_routers_know_the_rules(two: Path) -> None:
+async def test_clients_change_over_when_a_router_dies_and_both_routers_know_the_rules(two: Path) -> None:
     with ExitStack() as stack:
         routers = []
         for number in ("1", "2"):
@@ -140,26 +129,23 @@ async def test_clients_change_over_in_milliseconds_and_both_routers_know_the_rul
         world = stack.enter_context(world_transport(two))
         robot = stack.enter_context(robot_transport(two, "r1"))
         await arrivals_until(world, bool)  # its token
-        heard_s = [monotonic()]
-        sent = 0
+        numbers = count()
 
-        async def hear(count: int) -> None:
-            nonlocal sent
-            until = len(heard_s) + count
-            while len(heard_s) < until:
-                assert monotonic() < heard_s[0] + DEADLINE_S, "nothing is heard any more"
-                sent += 1
-                robot.put(KEYS.drive("r1"), drive(sent))
-                robot.put(KEYS.odometry("r1"), drive(sent))  # which a robot may not say
-                for each in await world.arrivals(0.002):
-                    if isinstance(each, Heard):
-                        assert each.key == KEYS.drive("r1")
-                        heard_s.append(monotonic())
+        async def hear(messages: int) -> None:
+            """Speak until so many messages are heard; what is said while a router is lost is lost, too."""
+            heard = 0
+            while heard < messages:
+                number = next(numbers)
+                robot.put(KEYS.drive("r1"), drive(number))
+                robot.put(KEYS.odometry("r1"), drive(number))  # which a robot may not say
+                said = [each for each in await world.arrivals(0.002) if isinstance(each, Heard)]
+                assert {each.key for each in said} <= {KEYS.drive("r1")}
+                heard += len(said)
 
-        await hear(100)
-        routers[0].kill()
-        await hear(100)
-        assert max(later - sooner for sooner, later in pairwise(heard_s)) < GAP_S_MAX
+        async with asyncio.timeout(DEADLINE_S):
+            await hear(100)
+            routers[0].kill()
+            await hear(100)
 
 
 def test_a_router_that_takes_over_at_once_was_lost_and_found() -> None:

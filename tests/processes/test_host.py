@@ -22,7 +22,8 @@ from protocol.network.transport import Appeared, Arrival, Asked, Heard, Vanished
 from protocol.network.zenoh_transport import ZenohTransport
 from protocol.timeline import Record, RobotSettled, RobotStarted, TrafficCounted
 from protocol.wire.messages import LogBatch, Logged, Odometry, Phase
-from tests.support.processes.wire import DEADLINE_S, KEYS, python, router, session_folder, world_transport
+from tests.support.deadline import DEADLINE_S
+from tests.support.processes.wire import KEYS, python, router, session_folder, world_transport
 from tests.support.stages.one_step import MISSION
 
 THREE = ("r1", "r2", "r3")

@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 
 from protocol.root import ROOT
+from tests.support.deadline import DEADLINE_S
 from tests.support.logs.logs import AT_REST, numbered, recorded
-from tests.support.processes.fleets import END_S_MAX, RUN_S_MAX, START_S_MAX, Fleet, wait_until
+from tests.support.processes.fleets import Fleet, wait_until
 from tests.support.processes.terminals import CTRL_C, Terminal
 from world.record.recorder import EVENTS_FILE, line
 
@@ -32,22 +33,22 @@ def begin(fleet: Fleet, terminal: Terminal, *arguments: str, term: str = "xterm-
     terminal.begin()
 
 
-def code_of(fleet: Fleet, terminal: Terminal, timeout_s: float) -> int:
+def code_of(fleet: Fleet, terminal: Terminal) -> int:
     """The exit code, once everything has been said."""
-    terminal.read_to_the_end(timeout_s)
+    terminal.read_to_the_end()
     assert fleet.launcher is not None
-    return fleet.launcher.wait(END_S_MAX)
+    return fleet.launcher.wait(DEADLINE_S)
 
 
 def test_table_follows_the_fleet_and_its_last_numbers_are_the_verdicts(
     fleet: Fleet, terminal: Terminal
 ) -> None:
     begin(fleet, terminal, "grove", "--seed", "1", "--speed", "4", "--faults", "leader-killed")
-    assert "r1  leader  leading" in terminal.wait_for("leading", START_S_MAX)
+    assert "r1  leader  leading" in terminal.wait_for("leading")
     assert terminal.hides_its_cursor()
-    terminal.wait_for("r2  leader  leading", START_S_MAX)
-    terminal.wait_for("r1          dead", START_S_MAX)
-    assert code_of(fleet, terminal, RUN_S_MAX) == 0
+    terminal.wait_for("r2  leader  leading")
+    terminal.wait_for("r1          dead")
+    assert code_of(fleet, terminal) == 0
     verdict, lines = fleet.verdict(), terminal.text.splitlines()
     rows = [row for row in map(ROW.match, lines) if row is not None]
     assert len([line for line in lines if " arrived " in line and ROW.match(line)]) == 4
@@ -63,12 +64,12 @@ def test_ctrl_c_ends_the_run_and_what_parts_said_stays_on_the_screen(
     fleet: Fleet, terminal: Terminal
 ) -> None:
     begin(fleet, terminal, "grove", "--seed", "1")
-    terminal.wait_for("leading", START_S_MAX)
+    terminal.wait_for("leading")
     os.kill(fleet.process("protocol"), signal.SIGKILL)
     words = "clew: router 1 was killed by SIGKILL; it is started again"
-    assert terminal.wait_for(words, START_S_MAX).index(words) < terminal.text.index("seed 1")
+    assert terminal.wait_for(words).index(words) < terminal.text.index("seed 1")
     terminal.press(CTRL_C)
-    assert code_of(fleet, terminal, 2 * END_S_MAX) == 130
+    assert code_of(fleet, terminal) == 130
     assert "FAILED: the run was interrupted" in terminal.text
     assert terminal.text.index("seed 1") < terminal.text.index(words) < terminal.text.index("switching steps")
     assert "world: t=" not in terminal.text
@@ -78,9 +79,9 @@ def test_ctrl_c_ends_the_run_and_what_parts_said_stays_on_the_screen(
 
 def test_table_that_is_killed_is_named_and_the_run_goes_on(fleet: Fleet, terminal: Terminal) -> None:
     begin(fleet, terminal, "paper", "--speed", "4")
-    terminal.wait_for("leading", START_S_MAX)
+    terminal.wait_for("leading")
     os.kill(fleet.process("clew.fleet.table"), signal.SIGKILL)
-    assert code_of(fleet, terminal, RUN_S_MAX) == 0
+    assert code_of(fleet, terminal) == 0
     assert "clew: the table was killed by SIGKILL; the run goes on" in terminal.text.splitlines()
     assert "OK: every living robot has arrived; 5 of 5" in terminal.text
     assert not terminal.hides_its_cursor()
@@ -89,12 +90,12 @@ def test_table_that_is_killed_is_named_and_the_run_goes_on(fleet: Fleet, termina
 
 def test_table_goes_with_a_launcher_that_is_killed(fleet: Fleet, terminal: Terminal) -> None:
     begin(fleet, terminal, "paper")
-    terminal.wait_for("leading", START_S_MAX)
+    terminal.wait_for("leading")
     assert fleet.launcher is not None
     fleet.launcher.kill()
-    terminal.read_to_the_end(2 * END_S_MAX)
+    terminal.read_to_the_end()
     assert not terminal.hides_its_cursor()
-    wait_until(lambda: None if fleet.leftovers() else True, END_S_MAX)
+    wait_until(lambda: None if fleet.leftovers() else True)
 
 
 def test_table_goes_when_its_lifeline_ends_and_draws_what_is_on_record_by_then(
@@ -106,14 +107,14 @@ def test_table_goes_when_its_lifeline_ends_and_draws_what_is_on_record_by_then(
     command = [sys.executable, "-m", "clew.fleet.table", str(run), "--said", str(said)]
     with subprocess.Popen(command, env=ours, stdin=subprocess.PIPE, stderr=terminal.theirs) as table:
         terminal.begin()
-        terminal.wait_for("no promise broken so far", START_S_MAX)
+        terminal.wait_for("no promise broken so far")
         with (run / EVENTS_FILE).open("ab") as log:
             log.write(line("world", numbered(AT_REST)[-1][1]))
         assert table.stdin is not None
         table.stdin.close()
         try:
-            terminal.read_to_the_end(END_S_MAX)
-            assert table.wait(END_S_MAX) == 0
+            terminal.read_to_the_end()
+            assert table.wait(DEADLINE_S) == 0
         finally:
             table.kill()
     assert "over: interrupted" in terminal.text
@@ -122,7 +123,7 @@ def test_table_goes_when_its_lifeline_ends_and_draws_what_is_on_record_by_then(
 
 def test_terminal_that_cannot_move_its_cursor_gets_a_line_an_event(fleet: Fleet, terminal: Terminal) -> None:
     begin(fleet, terminal, "paper", "--speed", "max", term="dumb")
-    assert code_of(fleet, terminal, RUN_S_MAX) == 0
+    assert code_of(fleet, terminal) == 0
     assert b"\x1b" not in terminal.written
     assert b"r1 plans step 1" in terminal.written
 

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from protocol.run_settings import Settings
-from tests.support.processes.fleets import START_S_MAX, Fleet, wait_until
+from tests.support.deadline import DEADLINE_S
+from tests.support.processes.fleets import Fleet, wait_until
 from tests.support.processes.netns import ADDRESS, UnavailableError, Wire, chains, drop, holders, wire
 from tests.support.processes.parts import Parts, said
 from world.scenario.scenario import load
@@ -47,7 +48,7 @@ def parts(fleet: Fleet, between: Wire) -> Parts:
 
 def verdict(fleet: Fleet, world: subprocess.Popen[str]) -> dict[str, Any]:
     """How the run ended; what holds whatever was lost has been checked."""
-    world.wait(START_S_MAX)
+    world.wait(DEADLINE_S)
     read = fleet.verdict()
     assert read["violations"] == 0, said(fleet)
     assert (read["robots_arrived"], read["goal_reached"]) == (ROBOTS, True), said(fleet)
@@ -71,7 +72,7 @@ def await_resets(between: Wire) -> None:
         (count,) = re.findall(r"counter packets (\d+)", between.far.run("nft", "list", "ruleset"))
         return int(count) >= RESETS or None
 
-    wait_until(enough, START_S_MAX)
+    wait_until(enough)
 
 
 def test_random_loss_both_ways_costs_nothing_but_time(

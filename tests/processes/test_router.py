@@ -7,16 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.processes.wire import (
-    DEADLINE_S,
-    KEYS,
-    drive,
-    fleet,
-    next_arrivals,
-    python,
-    router,
-    session_folder,
-)
+from tests.support.deadline import DEADLINE_S
+from tests.support.processes.wire import KEYS, drive, fleet, next_arrivals, python, router, session_folder
 
 
 @pytest.fixture

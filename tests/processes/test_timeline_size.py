@@ -1,4 +1,4 @@
-"""A log of a million entries opens within 5 s and 500 MB; no entry is dropped on the way."""
+"""A long log is read without holding it in memory, and an interrupted export leaves nothing."""
 
 import os
 import signal
@@ -11,11 +11,10 @@ import msgspec
 import pytest
 
 from protocol.root import ROOT
-from tests.support.logs.long_logs import MILLION, make
-from tests.support.processes.fleets import END_S_MAX
+from tests.support.deadline import DEADLINE_S
+from tests.support.logs.long_logs import make
 
-CPU_S_MAX = 5.0  # of the processor's time: on a loaded machine the wall's says nothing
-RSS_MB_MAX = 500
+GROWTH_MB_MAX = 20.0  # who holds all entries of the long log has 97 MB more
 LONG = 200_000  # entries, which take a second or more to export
 
 
@@ -28,17 +27,20 @@ def clew(*arguments: str | Path) -> subprocess.Popen[bytes]:
     )
 
 
-def test_a_million_entries_open_within_five_seconds_and_500_mb(tmp_path: Path) -> None:
-    run = make(tmp_path / "run")
+def test_memory_does_not_grow_with_a_log_and_no_entry_is_dropped(tmp_path: Path) -> None:
+    short_mb, long_mb = (peak_mb(make(tmp_path / str(entries), entries), entries) for entries in (1000, LONG))
+    assert long_mb - short_mb < GROWTH_MB_MAX
+
+
+def peak_mb(run: Path, entries: int) -> float:
+    """The most memory that `log info` has on a log of so many entries, all of which it sees."""
     with clew("log", "info", run, "--json") as process:
         assert process.stdout is not None
         said = msgspec.json.decode(process.stdout.read())
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
-    assert said["entries"] == MILLION
-    assert said["flaws"] == []
-    assert usage.ru_maxrss / 1024 < RSS_MB_MAX
-    assert usage.ru_utime + usage.ru_stime < CPU_S_MAX
+    assert (said["entries"], said["flaws"]) == (entries, [])
+    return usage.ru_maxrss / 1024
 
 
 @pytest.mark.parametrize("to", ["mcap", "csv"])
@@ -48,7 +50,7 @@ def test_an_interrupted_export_leaves_nothing(tmp_path: Path, to: str) -> None:
     with clew("log", "export", run, "--to", to) as process:
         assert next(drafts(run, process)).suffix == ".part"
         process.send_signal(signal.SIGINT)
-        assert process.wait(END_S_MAX) == 130
+        assert process.wait(DEADLINE_S) == 130
     assert set(run.iterdir()) == before
 
 

@@ -20,15 +20,8 @@ from protocol.network.zenoh_transport import ZenohTransport
 from protocol.run_settings import SCENARIO_FILE, SETTINGS_FILE, Settings
 from protocol.timeline import GoalReached, Record, RobotArrived, RobotSettled, StrandFormed, TrafficCounted
 from protocol.wire.messages import Ask, Drive, Logged, Message, Odometry, Phase, Scan, ScanQuery
-from tests.support.processes.wire import (
-    DEADLINE_S,
-    KEYS,
-    arrivals_until,
-    python,
-    robot_transport,
-    router,
-    session_folder,
-)
+from tests.support.deadline import DEADLINE_S
+from tests.support.processes.wire import KEYS, arrivals_until, python, robot_transport, router, session_folder
 from tests.support.stages.world_stage import planned
 from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE

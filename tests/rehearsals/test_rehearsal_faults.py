@@ -41,6 +41,7 @@ from protocol.timeline import (
     StepPlanned,
 )
 from tests.support.campaigns import clew, scene
+from tests.support.deadline import DEADLINE_S
 from tests.support.faults import injected
 from world.judge.books import Messages
 from world.judge.ending import Ending
@@ -300,7 +301,7 @@ def test_a_seed_decides_a_run_with_faults_to_the_byte_whatever_the_order_of_hash
         )
         for name in ("1", "2")
     ]
-    assert {run.wait(timeout=120) for run in runs} <= {0, 1}
+    assert {run.wait(DEADLINE_S) for run in runs} <= {0, 1}
     first, second = ((tmp_path / name / "events.jsonl").read_bytes() for name in ("1", "2"))
     assert first == second
     assert first.count(b"fault.injected") > 100

@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Error, Page, Request
 
+from tests.support.deadline import DEADLINE_S
 from tests.support.pages.chromium import CHROMIUM, DESK, INSTALL, window
 
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason=f"no chromium here: {INSTALL}")
 
-WAIT_MS = 30_000.0  # for what comes within a second, on machines that are busy
+WAIT_MS = 1000.0 * DEADLINE_S
 WAIT = """new Promise((resolve, reject) => {
   const began = performance.now();
   const look = () => {

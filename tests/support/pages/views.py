@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from protocol.root import ROOT
-from tests.support.processes.fleets import RUN_S_MAX
+from tests.support.deadline import DEADLINE_S
 
 
 @contextmanager
@@ -45,7 +45,7 @@ def address_of(said: IO[str] | None) -> str:
 
 def told(address: str, run: int = 0) -> Iterator[dict[str, Any]]:
     """What a page is told, batch by batch, until the viewer has gone."""
-    connection = http.client.HTTPConnection(address.removeprefix("http://").rstrip("/"), timeout=RUN_S_MAX)
+    connection = http.client.HTTPConnection(address.removeprefix("http://").rstrip("/"), timeout=DEADLINE_S)
     connection.request("GET", f"/events/{run}")
     with connection.getresponse() as response:
         for text in response:

@@ -15,14 +15,13 @@ from typing import Any, TypeVar
 from uuid import uuid4
 
 from protocol.root import ROOT
+from tests.support.deadline import DEADLINE_S
 
 T = TypeVar("T")
 
 LAUNCHER = ROOT / "launch" / "fleet.sh"
 
-END_S_MAX = 5.0  # from a signal or a crash to the end of everything: what the launcher promises
-START_S_MAX = 30.0  # for a fleet to move: far more than it takes, for machines that are busy
-RUN_S_MAX = 120.0  # for a whole run at the greatest speed, likewise
+END_S_MAX = START_S_MAX = RUN_S_MAX = DEADLINE_S  # the names that the tests of the launcher know
 
 NEVER = threading.Event()  # a process of another family announces nothing that could be waited for
 
@@ -78,12 +77,12 @@ class Fleet:
         )
         return self.launcher
 
-    def end(self, timeout_s: float) -> Outcome:
+    def end(self, timeout_s: float = DEADLINE_S) -> Outcome:
         assert self.launcher is not None
         out, err = self.launcher.communicate(timeout=timeout_s)
         return Outcome(self.launcher.returncode, out, err)
 
-    def run(self, *arguments: str, timeout_s: float = RUN_S_MAX) -> Outcome:
+    def run(self, *arguments: str, timeout_s: float = DEADLINE_S) -> Outcome:
         self.start(*arguments)
         return self.end(timeout_s)
 
@@ -125,7 +124,7 @@ class Fleet:
         def first() -> dict[str, Any] | None:
             return next((entry for entry in self.entries() if entry["kind"] == kind), None)
 
-        return wait_until(first, START_S_MAX)
+        return wait_until(first)
 
     def verdict(self) -> dict[str, Any]:
         read: dict[str, Any] = json.loads((self.folder() / "verdict.json").read_text(encoding="utf-8"))
@@ -143,11 +142,11 @@ class Fleet:
             except ProcessLookupError:
                 continue
         if self.launcher is not None:
-            self.launcher.communicate(timeout=END_S_MAX)
+            self.launcher.communicate(timeout=DEADLINE_S)
         shutil.rmtree(self.temporary)
 
 
-def wait_until(look: Callable[[], T | None], timeout_s: float) -> T:
+def wait_until(look: Callable[[], T | None], timeout_s: float = DEADLINE_S) -> T:
     """What `look` finds, as soon as it finds something."""
     deadline_s = time.monotonic() + timeout_s
     while (found := look()) is None:
@@ -162,6 +161,6 @@ def clew(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
         cwd=cwd,
         capture_output=True,
         text=True,
-        timeout=START_S_MAX,
+        timeout=DEADLINE_S,
         check=False,
     )

@@ -12,10 +12,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from tests.support.deadline import DEADLINE_S
+
 ADDRESS = "10.77.0.1"
 """Of the near end."""
 FAR_ADDRESS = "10.77.0.2"
-DEADLINE_S = 10.0  # for commands that take some milliseconds
 
 
 class UnavailableError(Exception):

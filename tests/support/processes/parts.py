@@ -11,7 +11,8 @@ from protocol.faults.plan import NO_FAULTS
 from protocol.network.session import write_sessions
 from protocol.root import ROOT
 from protocol.run_settings import Settings
-from tests.support.processes.fleets import END_S_MAX, Fleet
+from tests.support.deadline import DEADLINE_S
+from tests.support.processes.fleets import Fleet
 from world.record.run_files import prepare_folder
 from world.scenario.scenario import Scenario
 
@@ -88,7 +89,7 @@ def _end(part: subprocess.Popen[str]) -> None:
     assert part.stdin is not None
     part.stdin.close()
     try:
-        part.wait(END_S_MAX)
+        part.wait(DEADLINE_S)
     finally:
         part.kill()
 

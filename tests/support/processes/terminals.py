@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 
 import pyte
 
+from tests.support.deadline import DEADLINE_S
+
 CTRL_C = b"\x03"
 READ_S = 0.05
 
@@ -62,7 +64,7 @@ class Terminal:
         self._stream.feed(text)
         return True
 
-    def wait_for(self, words: str, timeout_s: float) -> str:
+    def wait_for(self, words: str, timeout_s: float = DEADLINE_S) -> str:
         """What stands on the screen, as soon as these words do."""
         deadline_s = time.monotonic() + timeout_s
         while words not in self.text:
@@ -70,7 +72,7 @@ class Terminal:
             assert time.monotonic() < deadline_s, f"waited {timeout_s} s for {words!r}:\n{self.text}"
         return self.text
 
-    def read_to_the_end(self, timeout_s: float) -> None:
+    def read_to_the_end(self, timeout_s: float = DEADLINE_S) -> None:
         """Until no process has the other end any more."""
         deadline_s = time.monotonic() + timeout_s
         while self.read():

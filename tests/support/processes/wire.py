@@ -16,8 +16,8 @@ from protocol.network.transport import Arrival
 from protocol.network.zenoh_transport import ZenohTransport, open_transport
 from protocol.root import ROOT
 from protocol.wire.messages import Drive, Odometry, Phase
+from tests.support.deadline import DEADLINE_S
 
-DEADLINE_S = 20.0  # on a loaded machine; nothing here takes a tenth of it
 KEYS = Keys("f", "t")
 ORIGIN = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
 

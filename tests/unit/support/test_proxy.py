@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.support.deadline import DEADLINE_S
 from tests.support.processes.proxy import FRAME, PIECE_BYTES_MAX, Fate, Faults, Proxy, Way, fate, proxy
 
-DEADLINE_S = 20.0  # on a loaded machine; nothing here takes a tenth of it
 PIECES = st.binary(min_size=1, max_size=64)
 SEEDS = st.integers(min_value=0, max_value=2**32)
 LONG = bytes(range(256)) * 2000

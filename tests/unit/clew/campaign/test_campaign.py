@@ -23,8 +23,9 @@ from clew.campaign.pool import outcomes_of
 from clew.campaign.scenes import tight_radius_m
 from protocol.root import ROOT
 from tests.support.campaigns import clew, closed, outcome, refused, scene
+from tests.support.deadline import DEADLINE_S
 from tests.support.logs.logs import GOOD
-from tests.support.processes.fleets import END_S_MAX, START_S_MAX, wait_until
+from tests.support.processes.fleets import wait_until
 from world.scenario.scene import EPSILON_M_MAX, EPSILON_RADII
 
 
@@ -275,7 +276,7 @@ def begun(scenes: Path) -> Iterator[subprocess.Popen[str]]:
 def going(scenes: Path, begun: subprocess.Popen[str]) -> subprocess.Popen[str]:
     """The same when it has just written its first outcome, and has more to play."""
     path = scenes.parent / "out" / "episodes.jsonl"
-    wait_until(lambda: True if path.exists() and path.read_bytes().count(b"\n") else None, START_S_MAX)
+    wait_until(lambda: True if path.exists() and path.read_bytes().count(b"\n") else None)
     return begun
 
 
@@ -289,9 +290,9 @@ def test_workers_are_born_deaf_to_the_users_interrupt(begun: subprocess.Popen[st
                 return int(status.partition("SigBlk:")[2].split()[0], base=16)
         return None
 
-    assert wait_until(blocked_by_a_worker, START_S_MAX) >> (signal.SIGINT - 1) & 1
+    assert wait_until(blocked_by_a_worker) >> (signal.SIGINT - 1) & 1
     os.killpg(begun.pid, signal.SIGINT)
-    _, complaints = begun.communicate(timeout=END_S_MAX)
+    _, complaints = begun.communicate(timeout=DEADLINE_S)
     assert begun.returncode == 130
     assert "Traceback" not in complaints
 
@@ -300,7 +301,7 @@ def test_an_interrupted_campaign_exits_130_and_goes_on_where_it_was(
     scenes: Path, going: subprocess.Popen[str]
 ) -> None:
     os.killpg(going.pid, signal.SIGINT)  # as a terminal does: the workers hear it too
-    said, complaints = going.communicate(timeout=END_S_MAX)
+    said, complaints = going.communicate(timeout=DEADLINE_S)
     assert going.returncode == 130
     assert said.splitlines()[-1].startswith("INTERRUPTED: ")
     assert "Traceback" not in complaints
@@ -315,4 +316,4 @@ def test_an_interrupted_campaign_exits_130_and_goes_on_where_it_was(
 def test_a_campaign_that_is_killed_leaves_no_process(going: subprocess.Popen[str]) -> None:
     going.kill()
     # Its workers share its stderr: there is an end to read only when the last of them has gone.
-    going.communicate(timeout=END_S_MAX)
+    going.communicate(timeout=DEADLINE_S)

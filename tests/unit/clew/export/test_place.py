@@ -12,8 +12,9 @@ from protocol.errors import UsageError
 from protocol.root import ROOT
 from protocol.timeline import RobotReleased, RunEnded
 from tests.support.campaigns import clew
+from tests.support.deadline import DEADLINE_S
 from tests.support.logs.logs import numbered, recorded
-from tests.support.processes.fleets import END_S_MAX, START_S_MAX, wait_until
+from tests.support.processes.fleets import wait_until
 
 
 @pytest.fixture
@@ -97,9 +98,9 @@ def test_an_export_that_is_told_to_end_leaves_nothing(tmp_path: Path) -> None:
     run = recorded(tmp_path / "run", numbered((("r1", RobotReleased()),) * 50_000))
     command = [sys.executable, "-m", "clew.cli", "log", "export", str(run), "--to", "csv"]
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE) as process:
-        wait_until(lambda: next(run.glob(".csv.*/new/*.csv"), None), START_S_MAX)
+        wait_until(lambda: next(run.glob(".csv.*/new/*.csv"), None))
         process.terminate()
-        assert process.wait(END_S_MAX) == 128 + signal.SIGTERM
+        assert process.wait(DEADLINE_S) == 128 + signal.SIGTERM
     assert [each.name for each in run.iterdir()] == ["events.jsonl"]
 
 

@@ -20,8 +20,8 @@ from protocol.mission import Law
 from protocol.root import ROOT
 from protocol.timeline import FaultInjected, Record, RobotReleased, ScanServed, StepPlanned
 from protocol.timeline.steps import SeenObstacle
+from tests.support.deadline import DEADLINE_S
 from tests.support.logs.logs import AT_REST, GOOD, numbered, recorded
-from tests.support.processes.fleets import END_S_MAX, START_S_MAX
 from tests.support.processes.terminals import Terminal
 from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE
@@ -58,7 +58,7 @@ def environment() -> dict[str, str]:
 def next_line(process: "subprocess.Popen[str]") -> str:
     """What it says next, or nothing where it says nothing in time."""
     assert process.stdout is not None
-    late = threading.Timer(START_S_MAX, process.kill)
+    late = threading.Timer(DEADLINE_S, process.kill)
     late.start()
     said = process.stdout.readline()
     late.cancel()
@@ -102,7 +102,7 @@ def test_terminal_gets_colours_unless_the_user_wants_none(
     command = [sys.executable, "-m", "clew.cli", "log", "cat", str(run)]
     with subprocess.Popen(command, env=environment() | more, stdout=terminal.theirs):
         terminal.begin()
-        terminal.read_to_the_end(START_S_MAX)
+        terminal.read_to_the_end()
     terminal.close()
     assert (ESCAPE.encode() in terminal.written) == coloured
     assert "run.ended" in terminal.text
@@ -172,7 +172,7 @@ def test_reader_that_has_had_enough_is_no_error(tmp_path: Path) -> None:
         assert process.stdout.readline()
         process.stdout.close()
         assert process.stderr.read() == b""
-        assert process.wait(START_S_MAX) == 0
+        assert process.wait(DEADLINE_S) == 0
 
 
 def test_follow_waits_for_the_run_prints_what_comes_and_ends_with_it(
@@ -190,7 +190,7 @@ def test_follow_waits_for_the_run_prints_what_comes_and_ends_with_it(
     with log.open("ab") as file:
         file.write(b"".join(rest[1:]))
     save_verdict(GOOD, tmp_path / "run")
-    out, err = follower.communicate(timeout=START_S_MAX)
+    out, err = follower.communicate(timeout=DEADLINE_S)
     assert out.count("\n") == len(rest) - 1
     assert err == ""
     assert follower.returncode == 0
@@ -200,7 +200,7 @@ def test_follow_ends_at_ctrl_c_with_130(tmp_path: Path, follower: "subprocess.Po
     recorded(tmp_path / "run", numbered((FAULT,)))
     assert "fault.injected" in next_line(follower)
     follower.send_signal(signal.SIGINT)
-    _, err = follower.communicate(timeout=END_S_MAX)
+    _, err = follower.communicate(timeout=DEADLINE_S)
     assert follower.returncode == 130
     assert err == ""
 

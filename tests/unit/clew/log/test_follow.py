@@ -12,12 +12,12 @@ from clew.log import follow as following
 from clew.log import vigil
 from clew.log.follow import Follower, News, follow
 from protocol.timeline import RobotReleased, RunEnded
+from tests.support.deadline import DEADLINE_S
 from tests.support.logs.logs import AT_REST, HEADER, numbered, recorded
 from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE
 
 LINES = numbered((*AT_REST[:-1], ("r1", RobotReleased()), ("r2", RobotReleased()), *AT_REST[-1:]))
-WAIT_S = 10.0  # for what comes within a tenth of a second
 
 
 @pytest.fixture(scope="module")
@@ -114,7 +114,7 @@ async def test_run_is_awaited_followed_and_left_when_its_verdict_is_there(
     text: bytes, tmp_path: Path
 ) -> None:
     run = tmp_path / "run"
-    async with asyncio.timeout(WAIT_S), aclosing(follow(run)) as news:
+    async with asyncio.timeout(DEADLINE_S), aclosing(follow(run)) as news:
         waiting = asyncio.ensure_future(anext(news))
         await asyncio.sleep(0)
         assert not waiting.done()
@@ -134,5 +134,5 @@ async def test_log_without_a_verdict_is_left_some_time_after_its_end(
 ) -> None:
     monkeypatch.setattr(vigil, "QUIET_S", 0.0)
     log = recorded(tmp_path, numbered((("world", RunEnded(reason="interrupted")),))) / EVENTS_FILE
-    async with asyncio.timeout(WAIT_S):
+    async with asyncio.timeout(DEADLINE_S):
         assert len([news async for news in follow(log)]) == 1

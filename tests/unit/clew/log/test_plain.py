@@ -19,8 +19,8 @@ from protocol.plain import PlainFormatter, plain
 from protocol.root import ROOT
 from protocol.timeline import RobotFailed
 from tests.support.campaigns import clew
+from tests.support.deadline import DEADLINE_S
 from tests.support.logs.logs import AT_REST, GOOD, HEADER, numbered, recorded
-from tests.support.processes.fleets import START_S_MAX
 from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE
 
@@ -134,6 +134,6 @@ def test_a_full_disk_is_one_line_and_exit_1(run: Path, verb: str) -> None:
     command = [sys.executable, "-m", "clew.cli", "log", verb, str(run)]
     with Path("/dev/full").open("wb") as full:
         said = subprocess.run(
-            command, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, timeout=START_S_MAX, check=False
+            command, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, timeout=DEADLINE_S, check=False
         )
     assert (said.returncode, said.stderr) == (1, b"Error: cannot write: No space left on device\n")

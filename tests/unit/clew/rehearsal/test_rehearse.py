@@ -17,7 +17,7 @@ from protocol.faults.plan import Plan
 from protocol.faults.plan import load as load_plan
 from protocol.root import ROOT
 from tests.support.campaigns import clew, closed, scene
-from tests.support.processes.fleets import END_S_MAX
+from tests.support.deadline import DEADLINE_S
 from world.record.lines import Line
 from world.record.run_files import read_verdict
 
@@ -48,7 +48,7 @@ def test_a_seed_decides_the_timeline_to_the_byte_whatever_the_order_of_hashes(tm
         process("rehearse", path, "--seed", "7", "--out", tmp_path / f"run{hash_seed}", hash_seed=hash_seed)
         for hash_seed in (1, 2)
     ]
-    assert [run.communicate(timeout=60)[0] != "" for run in runs] == [True, True]
+    assert [run.communicate(timeout=DEADLINE_S)[0] != "" for run in runs] == [True, True]
     first, second = ((tmp_path / f"run{hash_seed}" / "events.jsonl").read_bytes() for hash_seed in (1, 2))
     assert first == second
     clew("rehearse", path, "--seed", "8", "--out", tmp_path / "other")
@@ -139,7 +139,7 @@ def test_a_signal_ends_the_run_and_it_has_its_verdict(
     while "plans step 1" not in (line := run.stderr.readline()):
         assert line, "ended before it planned a step"
     run.send_signal(number)
-    run.communicate(timeout=END_S_MAX)
+    run.communicate(timeout=DEADLINE_S)
     assert run.returncode == code
     assert timeline.read(tmp_path / "run").ended == ended
     assert read_verdict(tmp_path / "run").exit_code == code

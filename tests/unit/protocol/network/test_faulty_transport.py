@@ -10,7 +10,8 @@ from protocol.network.traffic import Traffic
 from protocol.network.transport import Appeared, Arrival, Asked, Heard, Refused, Vanished
 from protocol.timeline import FaultInjected
 from protocol.wire.messages import Ask, Faults, Message
-from tests.support.processes.wire import DEADLINE_S, KEYS, drive, odometry
+from tests.support.deadline import DEADLINE_S
+from tests.support.processes.wire import KEYS, drive, odometry
 
 DRIVE = KEYS.drive("r1")
 FAST = 1000.0  # simulated seconds per second: nobody waits for a delay

@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocol.network.inbox import Inbox
-
-DEADLINE_S = 10.0
+from tests.support.deadline import DEADLINE_S
 
 
 def test_a_burst_wakes_once_and_the_next_burst_again() -> None:

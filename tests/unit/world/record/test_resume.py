@@ -26,7 +26,7 @@ from protocol.timeline import (
 )
 from protocol.wire.messages import Odometry, Phase
 from tests.support.logs.logs import AT_REST, HEADER, numbered, recorded
-from tests.support.processes.fleets import RUN_S_MAX, Fleet, clew
+from tests.support.processes.fleets import Fleet, clew
 from tests.support.scenes.world_scenarios import scenario
 from tests.support.stages.world_stage import Stage
 from world.attendance import SILENCE_S
@@ -268,7 +268,7 @@ def test_a_fleet_whose_world_is_killed_arrives_and_nothing_is_missing(fleet: Fle
     fleet.start("grove", "--speed", speed, "--json")
     fleet.wait_for("order.finished")
     os.kill(fleet.process("world"), signal.SIGKILL)
-    outcome = fleet.end(RUN_S_MAX)
+    outcome = fleet.end()
     assert outcome.code == 0, outcome.err
     assert "the world was killed by SIGKILL; it is started again" in outcome.err
     verdict = json.loads(outcome.out)
