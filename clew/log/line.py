@@ -8,7 +8,7 @@ import msgspec
 
 from clew.log.timeline import kind_of
 from protocol.plain import plain
-from protocol.timeline import Entry
+from protocol.timeline import Entry, Record
 
 # By what stands before the dot of a kind. What goes wrong is red, what is done about it yellow.
 COLOURS = {
@@ -55,21 +55,31 @@ def is_coloured(when: str) -> bool:
     return when == "always"
 
 
-def one_line(source: str, entry: Entry, *, coloured: bool = False, exact: bool = False) -> str:
-    """Time, source, kind, then the kind's fields; of long lists only how long they are.
+def one_line(source: str, entry: Entry, said: str, *, coloured: bool = False) -> str:
+    """Time, source, kind, and what is said of it: its sentence, or its fields.
 
     Args:
         source: who wrote the entry.
         entry: the entry.
+        said: on one line, plain.
         coloured: whether its kind bears the colour of its family.
-        exact: whether numbers keep all of their digits, and short lists of fields are shown, too.
     """
-    fields = msgspec.to_builtins(entry.record)
-    kind = f"{fields.pop('kind'):<18}"
-    said = " ".join(f"{name}={_short(value, exact=exact)}" for name, value in fields.items())
+    kind = f"{kind_of(entry.record):<18}"
     if coloured:
         kind = click.style(kind, fg=COLOURS[kind_of(entry.record).partition(".")[0]])
     return f"{entry.t_s:9.3f} {plain(source):>6} {kind} {said}".rstrip()
+
+
+def fields_of(record: Record, *, exact: bool = False) -> str:
+    """The fields of a record, of long lists only how long they are.
+
+    Args:
+        record: the record.
+        exact: whether numbers keep all of their digits, and short lists of fields are shown, too.
+    """
+    fields = msgspec.to_builtins(record)
+    del fields["kind"]
+    return " ".join(f"{name}={_short(value, exact=exact)}" for name, value in fields.items())
 
 
 def _short(value: object, *, exact: bool) -> str:

@@ -15,13 +15,15 @@ import click
 import msgspec
 
 from clew.log.follow import follow
-from clew.log.line import WHEN, is_coloured, one_line
+from clew.log.line import WHEN, fields_of, is_coloured, one_line
 from clew.log.log import Log
+from clew.log.plain import plain
 from clew.log.timeline import Choice, kind_of
 from clew.verbs.log import RUN
 from clew.verbs.options import AS_JSON
 from clew.verbs.say import warn
 from protocol.timeline import Entry, Record
+from protocol.timeline.sentences import sentence
 from world.record.recorder import line
 
 Say = Callable[[str, Entry], None]
@@ -41,18 +43,20 @@ AT_ONCE = 1000  # lines: each that is written for itself costs a system call
 @click.option(
     "--follow", "following", is_flag=True, help="Go on with what comes, until the run has ended or Ctrl-C."
 )
+@click.option("--fields", is_flag=True, help="The fields of each entry in place of its sentence.")
 @WHEN
 @AS_JSON
 def cat(
     run: Path,
     *,
     as_json: bool,
+    fields: bool,
     following: bool,
     color: str,
     without: tuple[str, ...],
     **choice: tuple[str, ...] | float | None,
 ) -> None:
-    """Print the entries of a timeline, all or those chosen, one a line.
+    """Print the entries of a timeline, all or those chosen, one a line, each as a sentence.
 
     With --follow, RUN may still go on, or not even be there yet.
     """
@@ -62,8 +66,11 @@ def cat(
     def say(source: str, entry: Entry) -> None:
         kind = kind_of(entry.record)
         if chosen.takes(source, entry) and not any(fnmatchcase(kind, pattern) for pattern in without):
-            said = line(source, entry).decode().rstrip() if as_json else None
-            printer.say(said or one_line(source, entry, coloured=coloured))
+            if as_json:
+                printer.say(line(source, entry).decode().rstrip())
+                return
+            said = fields_of(entry.record) if fields else plain(sentence(source, entry.record))
+            printer.say(one_line(source, entry, said, coloured=coloured))
 
     try:
         if following:

@@ -16,7 +16,7 @@ from clew.log.diff import (
     headers_apart,
     steps_of,
 )
-from clew.log.line import WHEN, is_coloured, one_line
+from clew.log.line import WHEN, fields_of, is_coloured, one_line
 from clew.log.log import Log
 from clew.rehearsal.recorded import EPOCH
 from clew.verbs.options import AS_JSON
@@ -99,14 +99,19 @@ def _sentences(found: Difference | None, *, same: bool, coloured: bool) -> Itera
     what = _some(found.fields) if found.a and found.b else "one has ended"
     yield f"the first difference is behind {found.entry} entries in common: {what}"
     for each in found.before:
-        yield "  " + one_line(*each, coloured=coloured, exact=True)
+        yield f"  {_line(each, coloured=coloured)}"
     for sign, colour, here, after in (
         ("-", "red", found.a, found.after_a),
         ("+", "green", found.b, found.after_b),
     ):
         for each in [] if here is None else [here, *after]:
             mark = click.style(sign, fg=colour) if coloured else sign
-            yield f"{mark} {one_line(*each, coloured=coloured, exact=True)}"
+            yield f"{mark} {_line(each, coloured=coloured)}"
+
+
+def _line(line: Line, *, coloured: bool) -> str:
+    source, entry = line
+    return one_line(source, entry, fields_of(entry.record, exact=True), coloured=coloured)
 
 
 def _some(names: tuple[str, ...]) -> str:

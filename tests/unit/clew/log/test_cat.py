@@ -118,7 +118,7 @@ def test_long_lists_are_counted_for_people_and_whole_for_programs(tmp_path: Path
         robot=1, x_m=0.0, y_m=0.0, heading_rad=0.0, revolutions=1, hits=0, ranges_m=(4.0,) * 360
     )
     run = recorded(tmp_path / "scanned", numbered((("world", scan),)))
-    assert "ranges_m=[360 items]" in clew(run).stdout
+    assert "ranges_m=[360 items]" in clew(run, "--fields").stdout
     assert clew(run, "--json").stdout.count("4.0") == 360
 
 
@@ -130,10 +130,13 @@ def test_a_step_is_a_line_that_people_can_read_and_whole_for_programs(tmp_path: 
         promised_clearance_m=0.1, cost_to_go_m=None,
     )  # fmt: skip
     run = recorded(tmp_path / "planned", numbered((("r1", plan),)))
-    said = clew(run).stdout
+    said = clew(run, "--fields").stdout
     assert "x_m=2.2319 y_m=1e-7 obstacles=[12 items] gaps=[]" in said
     assert 'target={"x_m":0.6667,"y_m":0.0}' in said
     assert "2.231900877152494" in clew(run, "--json").stdout
+    assert (
+        clew(run).stdout == "    0.000     r1 step.planned       r1 plans step 1: 1.000 m, promises 0.100 m\n"
+    )
 
 
 @pytest.mark.parametrize(

@@ -107,7 +107,7 @@ def test_cat_in_json_is_the_log_without_its_header(run: Path) -> None:
 
 def test_cat_shows_what_was_chosen_and_nothing_else(run: Path) -> None:
     said = clew("log", "cat", run, "--kind", "step.*", "--step", "3").stdout
-    assert said == "    0.000  world step.finished      robot=1 step=3 x_m=0.1 y_m=0.2 clearance_m=0.11\n"
+    assert said == "    0.000  world step.finished      r1 finishes step 3, 0.110 m clear\n"
     assert clew("log", "cat", run, "--robot", "1").stdout.count("\n") == 2
     assert clew("log", "cat", run, "--from", "6").stdout.count("\n") == 1
 
