@@ -18,6 +18,7 @@ from protocol.faults.manual_faults import (
     FaultRequest,
 )
 from protocol.faults.rules import Rule
+from protocol.files.writing import write_whole
 
 Add = Callable[[Rule, float | None], str]
 """Applies a rule for a time; returns its name, or raises `UsageError`."""
@@ -37,7 +38,7 @@ async def heard(private: Path, folder: Path, add: Add) -> AsyncIterator[None]:
         return
     try:
         async with server:
-            where.write_bytes(os.fsencode(path.resolve()))
+            write_whole(where, os.fsencode(path.resolve()))
             yield
     finally:
         where.unlink(missing_ok=True)

@@ -23,6 +23,7 @@ from agents.events import Event
 from agents.robot import Robot
 from protocol.errors import UsageError
 from protocol.files.opening import open_regular
+from protocol.files.writing import make_folder, open_private
 from protocol.frames import Count, RobotId, Seconds
 from protocol.keys import robot_name
 from protocol.mission import Mission
@@ -145,8 +146,10 @@ def open_journal(folder: Path | None, head: Head) -> Journal:
     if folder is None:
         return Journal()
     try:
-        folder.mkdir(exist_ok=True)
-        journal = Journal(FileIO(str(folder / f"{robot_name(head.robot)}-{head.incarnation}{SUFFIX}"), "x"))
+        if not folder.parent.is_dir():
+            return Journal()
+        make_folder(folder)
+        journal = Journal(open_private(folder / f"{robot_name(head.robot)}-{head.incarnation}{SUFFIX}", "x"))
     except OSError:
         return Journal()
     journal.begin(head)

@@ -34,6 +34,7 @@ from clew.swarm.swarm import draw
 from protocol.errors import UsageError
 from protocol.faults import plan as plans
 from protocol.files.opening import MADE_BYTES_MAX, read_bytes
+from protocol.files.writing import make_folder, open_private, write_whole
 from protocol.root import ROOT
 
 EPISODES_FILE, CAMPAIGN_FILE, SCENES_FOLDER = "episodes.jsonl", "campaign.json", "scenes"
@@ -93,7 +94,8 @@ def run(request: Request, watch: Callable[[int, int, int], None]) -> Campaign:
     source_hash = hash_of_source()
     try:
         episodes = list(_episodes(request, source_hash))
-        request.out.mkdir(parents=True, exist_ok=True)  # a campaign that is refused leaves none
+        if not request.out.is_dir():
+            make_folder(request.out)  # a campaign that is refused leaves none
         path = request.out / EPISODES_FILE
         keys = {episode.key for episode in episodes}
         done = {key: outcome for key, outcome in read_outcomes(path).items() if key in keys}
@@ -104,7 +106,7 @@ def run(request: Request, watch: Callable[[int, int, int], None]) -> Campaign:
             interrupted = True
         campaign = _sum_up(request, episodes, done, source_hash, interrupted=interrupted)
         text = msgspec.json.format(msgspec.json.encode(campaign)) + b"\n"
-        (request.out / CAMPAIGN_FILE).write_bytes(text)
+        write_whole(request.out / CAMPAIGN_FILE, text)
     except OSError as error:
         raise UsageError(f"cannot write a campaign into {request.out}: {error.strerror or error}") from error
     return campaign
@@ -180,9 +182,9 @@ def drawn_episode(seed: int, out: Path, source_hash: str, *, wall_s_max: float) 
 def write_drawn(seed: int, path: Path) -> None:
     """Write the world that the seed draws, and its fault plan beside it."""
     swarm = draw(seed)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(swarm.world_text(), encoding="utf-8")
-    Path(drawn_plan_path(str(path))).write_text(swarm.plan_text(), encoding="utf-8")
+    make_folder(path.parent)
+    write_whole(path, swarm.world_text().encode())
+    write_whole(Path(drawn_plan_path(str(path))), swarm.plan_text().encode())
 
 
 def _with_drawn(outcome: Outcome, out: Path) -> Outcome:
@@ -214,7 +216,7 @@ def _play(
     torn = path.exists() and not path.read_bytes().endswith(b"\n")
     surprises = sum(outcome.surprise is not Surprise.NONE for outcome in done.values())
     watch(len(done), len(episodes), surprises)
-    with path.open("ab", buffering=0) as file:
+    with open_private(path, "a") as file:
         if torn:
             file.write(b"\n")
         for played in outcomes_of([each for each in episodes if each.key not in done], request.jobs):

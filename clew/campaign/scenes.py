@@ -14,6 +14,7 @@ import msgspec
 from protocol.errors import UsageError
 from protocol.files.opening import WRITTEN_BYTES_MAX, read_bytes
 from protocol.files.reading import decode
+from protocol.files.writing import make_folder, write_whole
 from world.scenario.scenario import Scenario, load
 from world.scenario.scene import EPSILON_M_MAX, EPSILON_RADII, ROBOTS
 
@@ -67,9 +68,9 @@ def tighten(scene: Scene, share: float, folder: Path, deployment: str | None) ->
     assert scene.widest_path_radius_m is not None, "`check_widest` has seen it"
     raw = _read(scene.path)
     path = folder / scene.family / scene.path.name
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     radius_m = tight_radius_m(share * scene.widest_path_radius_m)
-    path.write_bytes(msgspec.json.encode({**raw, "robot_radius": radius_m}))
+    write_whole(path, msgspec.json.encode({**raw, "robot_radius": radius_m}))
     asked = scene.robots or ROBOTS
     robots = next((robots for robots in range(asked, 0, -1) if _is_taken(path, robots, deployment)), asked)
     return replace(scene, path=path, robots=robots, robots_left_out=asked - robots)

@@ -7,6 +7,7 @@ from datetime import datetime
 from pathlib import Path
 
 from protocol.errors import UsageError
+from protocol.files.writing import make_folder as make_private
 
 RUNS = Path("runs")
 LATEST = RUNS / "latest"
@@ -27,7 +28,8 @@ def make_folder(folder: Path) -> list[Path]:
     missing: list[Path] = []
     try:
         missing = [path for path in (folder, *folder.parents) if not path.exists()]
-        folder.mkdir(parents=True, exist_ok=True)
+        if missing:
+            make_private(folder)
         if any(folder.iterdir()):
             raise UsageError(f"--out {folder}: it is not empty, and a run never writes into another's folder")
         with tempfile.TemporaryFile(dir=folder):

@@ -23,6 +23,8 @@ from clew.verbs.say import say, warn
 from protocol.asked import AskedToEnd, terminable
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
+from protocol.files.writing import make_folder as make_private
+from protocol.files.writing import write_whole
 from protocol.run_settings import SPEED_MAX
 
 CHAOS_FILE = "chaos.json"
@@ -68,7 +70,7 @@ def chaos(ctx: click.Context, *, runs: int, speed: float, seed: int, out: Path |
         raise UsageError(f"cannot write into {folder}: {error.strerror or error}") from error
     result = sum_up(done, asked=runs, speed=f"{speed:g}", interrupted=asked is not None)
     said = msgspec.json.format(msgspec.json.encode(result))
-    (folder / CHAOS_FILE).write_bytes(said + b"\n")
+    write_whole(folder / CHAOS_FILE, said + b"\n")
     if as_json:
         click.echo(said.decode())
     else:
@@ -87,8 +89,8 @@ def _play(seed: int, speed: str, folder: Path) -> ChaosRun:
     load, _, _ = os.getloadavg()
     judged = judge_run(swarm, run, ended, replay=replay_line(path, seed, speed), load=load)
     if judged.troubles or not judged.arrived:
-        run.mkdir(exist_ok=True)
-        (run / "stderr.txt").write_text("\n".join(ended.said) + "\n", encoding="utf-8")
+        make_private(run)
+        write_whole(run / "stderr.txt", "".join(f"{line}\n" for line in ended.said).encode())
     else:
         shutil.rmtree(run)
     return judged

@@ -11,6 +11,7 @@ from clew.page.document import document, is_document
 from clew.story.telling import Telling
 from clew.verbs.say import warn
 from protocol.errors import UsageError
+from protocol.files.writing import write_whole
 
 REPORT_FILE = "report.html"
 
@@ -26,7 +27,7 @@ def report(run: Path, *, out: Path | None) -> None:
     if not run.exists():
         raise UsageError(f"no run in {run}: there is no such file or folder")
     path = out or (run if run.is_dir() else run.parent) / REPORT_FILE
-    if path.is_file() and not is_document(path):
+    if path.is_symlink() or (path.is_file() and not is_document(path)):
         raise UsageError(f"cannot write {path}: it is there, and no report that could be replaced")
     telling = Telling(run)
     if not telling.is_there:
@@ -34,7 +35,7 @@ def report(run: Path, *, out: Path | None) -> None:
     with _uncollected():
         page = document([telling.batches()])
     try:
-        path.write_text(page, encoding="utf-8")
+        write_whole(path, page.encode())
     except OSError as error:
         raise UsageError(f"cannot write {path}: {error.strerror}") from error
     for flaw in telling.flaws:

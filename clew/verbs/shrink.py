@@ -23,6 +23,7 @@ from protocol.faults.plan_text import FAULTS_FILE, plan_text
 from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from protocol.files.reading import understand
 from protocol.files.toml_text import toml_text
+from protocol.files.writing import write_whole
 from world.record.recorder import EVENTS_FILE, Header
 from world.record.run_files import read_verdict
 from world.scenario.scenario import Scenario
@@ -150,8 +151,8 @@ def _write(case: Case, out: Path) -> str:
     """Write the case down; returns the line that replays it."""
     try:
         world = toml_text(msgspec.to_builtins(case.scenario))
-        (out / WORLD_FILE).write_text(world, encoding="utf-8")
-        (out / FAULTS_FILE).write_text(plan_text(case.plan), encoding="utf-8")
+        write_whole(out / WORLD_FILE, world.encode())
+        write_whole(out / FAULTS_FILE, plan_text(case.plan).encode())
     except OSError as error:
         raise UsageError(f"cannot write into {out}: {error.strerror}") from error
     faults = out / FAULTS_FILE

@@ -17,6 +17,7 @@ import msgspec
 from msgspec import Struct
 
 from protocol.errors import ClewError, UsageError
+from protocol.files.writing import make_folder, open_private
 from protocol.keys import WORLD
 from protocol.timeline import Entry
 
@@ -130,8 +131,9 @@ def open_events(folder: Path) -> FileIO:
     """
     path = folder / EVENTS_FILE
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        return FileIO(str(path), "x")
+        if not folder.is_dir():
+            make_folder(folder)
+        return open_private(path, "x")
     except OSError as error:
         if path.exists():
             raise UsageError(f"{path}: a run has been recorded there already") from error

@@ -18,6 +18,7 @@ import msgspec
 
 from protocol.errors import UsageError
 from protocol.files.opening import open_regular
+from protocol.files.writing import open_private
 from protocol.keys import WORLD, robot_number
 from protocol.timeline import (
     Entry,
@@ -184,7 +185,7 @@ def continue_events(folder: Path, whole_bytes: int) -> FileIO:
     """
     path = folder / EVENTS_FILE
     try:
-        file = FileIO(str(path), "r+")
+        file = open_private(path, "r+")
         file.truncate(whole_bytes)
         file.seek(0, os.SEEK_END)
     except OSError as error:

@@ -12,6 +12,7 @@ from protocol.faults.plan import Plan
 from protocol.faults.plan_text import FAULTS_FILE
 from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from protocol.files.toml_text import toml_text
+from protocol.files.writing import write_whole
 from protocol.run_settings import SCENARIO_FILE, Settings, read_plan, texts
 from world.judge.verdict import VERDICT_FILE, Verdict
 from world.record.recorder import Header, RecordingFailedError
@@ -49,7 +50,7 @@ def prepare_folder(folder: Path, scenario: Scenario, plan: Plan, settings: Setti
     scenario_text = toml_text(msgspec.to_builtins(scenario))
     try:
         for name, text in {SCENARIO_FILE: scenario_text, **texts(settings, plan)}.items():
-            (folder / name).write_text(text, encoding="utf-8")
+            write_whole(folder / name, text.encode())
     except OSError as error:
         raise UsageError(f"cannot write into {folder}: {error.strerror}") from error
 
@@ -89,7 +90,7 @@ def save_verdict(verdict: Verdict, folder: Path) -> None:
     """
     path = folder / VERDICT_FILE
     try:
-        path.write_bytes(msgspec.json.format(msgspec.json.encode(verdict)) + b"\n")
+        write_whole(path, msgspec.json.format(msgspec.json.encode(verdict)) + b"\n")
     except OSError as error:
         raise RecordingFailedError(f"cannot write {path}: {error.strerror}") from error
 
