@@ -63,11 +63,11 @@ def test_lock_step_waits_for_a_robot_no_longer_than_its_patience() -> None:
 def test_lock_step_reminds_whoever_owes_an_answer() -> None:
     stage, pace = running(), Pace(None)
     pace.wait_s(stage.world, wall_s=100.0)
-    assert pace.should_remind(stage.world, wall_s=100.0)
-    assert not pace.should_remind(stage.world, wall_s=100.0 + REMIND_S / 2)
-    assert pace.should_remind(stage.world, wall_s=100.0 + 2 * REMIND_S)
+    assert pace.take_reminder(stage.world, wall_s=100.0)
+    assert not pace.take_reminder(stage.world, wall_s=100.0 + REMIND_S / 2)
+    assert pace.take_reminder(stage.world, wall_s=100.0 + 2 * REMIND_S)
     answered(stage)
-    assert not pace.should_remind(stage.world, wall_s=200.0)
+    assert not pace.take_reminder(stage.world, wall_s=200.0)
 
 
 def test_when_the_run_is_over_lock_step_is_too() -> None:

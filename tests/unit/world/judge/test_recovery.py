@@ -9,7 +9,7 @@ from protocol.timeline import (
     RobotReturned,
     StrandHealed,
 )
-from world.judge.recovery import Death, Heal, Recovery, Succession, tells
+from world.judge.recovery import Death, Heal, Recovery, Succession, is_relevant
 
 
 def struck(fault: str, robot: int = 1) -> FaultInjected:
@@ -45,12 +45,12 @@ def test_a_killed_leader_has_cause_detection_succession_and_heal() -> None:
         Succession(robot=2, before=1, epoch=8, cause_s=5.0, detected_s=5.4, recovered_s=8.0),
     )
     assert recovery.heals == (Heal(epoch=8, members=(2, 3), cause_s=5.0, detected_s=5.4, recovered_s=9.0),)
-    assert list(recovery.unordered) == []
+    assert list(recovery.unrequested) == []
 
 
 def test_a_crash_is_nobodys_order_and_dates_from_the_last_sign_of_life() -> None:
     recovery = Recovery([entry for entry in LEADER_KILLED if not isinstance(entry[2], FaultInjected)])
-    (death,) = recovery.unordered
+    (death,) = recovery.unrequested
     assert (death.ordered, death.cause_s) == (False, 4.9)
 
 
@@ -58,12 +58,12 @@ def test_who_was_only_cut_off_and_is_there_again_is_not_held_against_a_run() -> 
     lines: list[tuple[float, str, Record]] = [(6.1, "world", died()), (8.0, "world", RobotReturned(robot=1))]
     recovery = Recovery(lines)
     assert [death.returned_s for death in recovery.deaths] == [8.0]
-    assert list(recovery.unordered) == []
+    assert list(recovery.unrequested) == []
 
 
 def test_a_new_process_in_the_place_of_one_that_crashed_does_not_excuse_the_crash() -> None:
     lines: list[tuple[float, str, Record]] = [(6.1, "world", died()), (8.0, "world", RobotRestarted(robot=1))]
-    assert [death.returned_s for death in Recovery(lines).unordered] == [None]
+    assert [death.returned_s for death in Recovery(lines).unrequested] == [None]
 
 
 def test_who_noticed_by_a_call_alone_noticed_then() -> None:
@@ -128,5 +128,5 @@ def test_each_heal_has_the_causes_since_the_one_before() -> None:
 
 
 def test_faults_of_messages_are_not_kept() -> None:
-    assert not tells("r1", FaultInjected(fault="drop", rule="a", key="link/r1/r2", number=1))
-    assert tells("world", struck("kill"))
+    assert not is_relevant("r1", FaultInjected(fault="drop", rule="a", key="link/r1/r2", number=1))
+    assert is_relevant("world", struck("kill"))

@@ -222,7 +222,7 @@ def test_a_torn_line_is_cut_off_and_numbers_go_on(tmp_path_factory: pytest.TempP
     assert past.torn_bytes == len(path.read_bytes()) - past.whole_bytes
     with continue_events(folder, past.whole_bytes) as file:
         recorder = Recorder(file, None)
-        for source, incarnation, entry in past.said():
+        for source, incarnation, entry in past.entries():
             recorder.recall(source, entry, incarnation)
         n = len(past.lines) + 1
         again = Entry(n=n, t_s=9.0, hlc="", record=RunEnded(reason="again"))
@@ -240,7 +240,7 @@ def test_entries_of_a_life_that_was_recorded_are_not_taken_twice_nor_lost(tmp_pa
     assert past is not None
     with continue_events(tmp_path, past.whole_bytes) as file:
         recorder = Recorder(file, None)
-        for source, incarnation, entry in past.said():
+        for source, incarnation, entry in past.entries():
             recorder.recall(source, entry, incarnation)
         more = Entry(n=2, t_s=0.0, hlc="", record=RobotArrived(progress_m=0.0))
         assert recorder.take("r1", [lines[0][1], more], "ab") == [more]
