@@ -1,16 +1,16 @@
 """S3: no body moves without authority. Judged from a run's timeline alone.
 
-Rule 1: a following robot orders its body only to points of the strand's path, and only as far as the robot ahead
-        had granted by then in that epoch. A granter's clock is never ahead of the world's, so a grant with a
-        later time than the order came too late, whenever it was recorded.
+Rule 1: a following robot orders its body only to points of the strand's path, and only as far as the robot
+        ahead had granted by then in that epoch. A granter's clock is never ahead of the world's, so a grant
+        with a later time than the order came too late, whenever it was recorded.
 Rule 2: the leader orders its body only to the target of a switching step that it had planned.
-Rule 3: a body moves only with an accepted order, straight from the place of acceptance towards the target, and
-        no faster than its limit.
+Rule 3: a body moves only with an accepted order, straight from the place of acceptance towards the target,
+        and no faster than its limit.
 Rule 4: if the robot ahead died, its last grants may be unrecorded. So rule 1 excuses an order between that
         robot's last entry and its death.
 Rule 5: a robot never reduces a grant within an epoch, since the robot behind may already be there.
-Rule 6: while robots line up, a robot orders its body only to the target of a step that it had planned, and moves
-        alone (`world.judge.one_at_a_time`). Robots line up in epoch 0, in the epoch after a strand has
+Rule 6: while robots line up, a robot orders its body only to the target of a step that it had planned, and
+        moves alone (`world.judge.one_at_a_time`). Robots line up in epoch 0, in the epoch after a strand has
         dissolved, and in a called epoch.
 """
 
