@@ -26,7 +26,7 @@ Add = Callable[[Rule, float | None], str]
 
 @contextlib.asynccontextmanager
 async def heard(private: Path, folder: Path, add: Add) -> AsyncIterator[None]:
-    """Hear wishes for as long as the context lasts; the run's folder says where."""
+    """Accept fault requests while the context is open; a file in the run's folder names the socket."""
     where, path = folder / WHERE_FILE, private / SOCKET
     path.unlink(missing_ok=True)
     try:

@@ -22,7 +22,7 @@ from protocol.timeline import (
 )
 from world.judge.history import History
 
-ROUNDING_M = 1e-6  # of sums of arc lengths, added up by one process and checked by another
+ROUNDING_M = 1e-6  # of sums of arc lengths, computed by one process and checked by another
 ROUNDING_S = 1e-9
 
 Orders = Sequence[tuple[float, OrderAccepted]]
@@ -30,7 +30,7 @@ Orders = Sequence[tuple[float, OrderAccepted]]
 
 @dataclass(slots=True)
 class Evidence:
-    """What a timeline says about orders, motion, grants and plans: each with its time, by robot."""
+    """Orders, motion, grants and plans of a timeline: each with its time, by robot."""
 
     orders: dict[int, list[tuple[float, OrderAccepted]]] = field(default_factory=lambda: defaultdict(list))
     poses: dict[int, list[tuple[float, PoseSampled]]] = field(default_factory=lambda: defaultdict(list))
@@ -45,17 +45,17 @@ class Evidence:
     strands: dict[tuple[int, int], StrandFormed] = field(default_factory=dict)
     """By robot and epoch."""
     reversals: dict[int, StrandReversed] = field(default_factory=dict)
-    """By the epoch that each ended."""
+    """By the epoch that ended."""
     lining_up: set[int] = field(default_factory=lambda: {0})
     """The epochs in which robots lined up."""
     abandoned: dict[tuple[int, int], dict[int, Point]] = field(default_factory=lambda: defaultdict(dict))
-    """Where the steps ended that were given up, by robot and epoch."""
+    """Where abandoned steps ended, by robot and epoch."""
     deaths_s: dict[int, list[float]] = field(default_factory=lambda: defaultdict(list))
     history: History = field(default_factory=History)
-    """What the same entries say beside."""
+    """Further facts from the same entries."""
 
     def hear(self, source: str, entry: Entry) -> None:
-        """Take an entry in; those of one source come in their order, sources in any."""
+        """Process an entry; the entries of one source come in order, sources in any order."""
         robot = robot_number(source)
         self.history.hear(source, entry)
         if source == WORLD:
@@ -73,7 +73,7 @@ class Evidence:
             case RobotDied() as death:
                 self.deaths_s[death.robot].append(entry.t_s)
             case _:
-                pass  # the rest says nothing about authority
+                pass  # irrelevant for authority
 
     def _hear_robot(self, robot: int, entry: Entry) -> None:
         match entry.record:
@@ -94,10 +94,10 @@ class Evidence:
             case MusterCalled(epoch=epoch):
                 self.lining_up.add(epoch)
             case _:
-                pass  # the rest says nothing about authority
+                pass  # irrelevant for authority
 
     def may_have_said_more(self, robot: int, t_s: float) -> bool:
-        """Whether a robot died soon after, and had recorded nothing since."""
+        """Whether a robot died later and recorded nothing in between."""
         died = next((died_s for died_s in self.deaths_s[robot] if died_s >= t_s), None)
         if died is None:
             return False

@@ -22,7 +22,7 @@ Line = tuple[str, Entry]
 
 
 class Stamp(Struct, frozen=True, kw_only=True):
-    """What every line has beside its record."""
+    """The fields of every line besides its record."""
 
     t_s: Seconds
     hlc: str
@@ -31,10 +31,10 @@ class Stamp(Struct, frozen=True, kw_only=True):
 
 
 def read_line(text: bytes) -> Line:
-    """The line in a text.
+    """Read one line.
 
     Raises:
-        msgspec.MsgspecError: there is none.
+        msgspec.MsgspecError: it is invalid.
         ValueError: likewise.
     """
     line = _LINES.decode(text)

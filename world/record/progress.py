@@ -51,7 +51,7 @@ AWAITED = (
 
 
 def progress(source: str, entry: Entry) -> str | None:
-    """The line for an entry; None where nobody waits for it."""
+    """The line for an entry; None if it is not relevant."""
     match entry.record:
         case StrandFormed(order=order):
             is_awaited = source == robot_name(order[0])

@@ -18,7 +18,7 @@ from world.judge.verdict import VERDICT_FILE, Verdict
 from world.record.recorder import Header, RecordingFailedError
 from world.scenario.scenario import Scenario, load
 
-VERSIONS_OF = {"zenoh": "eclipse-zenoh", "clew": "clew"}  # by the names of their distributions
+VERSIONS_OF = {"zenoh": "eclipse-zenoh", "clew": "clew"}  # distribution names
 
 
 def header_of(
@@ -98,15 +98,15 @@ def save_verdict(verdict: Verdict, folder: Path) -> None:
 def _version(distribution: str) -> str:
     try:
         return metadata.version(distribution)
-    except metadata.PackageNotFoundError:  # run from a tree that was never set up
+    except metadata.PackageNotFoundError:  # run from a source tree without installation
         return "not installed"
 
 
 def read_verdict(folder: Path) -> Verdict:
-    """The verdict in a run's folder.
+    """Read the verdict in a run's folder.
 
     Raises:
-        OSError: there is none.
-        msgspec.MsgspecError: it is no verdict.
+        OSError: there is no verdict.
+        msgspec.MsgspecError: the file is not a valid verdict.
     """
     return msgspec.json.decode(read_bytes(folder / VERDICT_FILE, MADE_BYTES_MAX), type=Verdict)

@@ -1,4 +1,4 @@
-"""Which file a scenario is in."""
+"""Finds the file of a scenario."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ SCENARIOS = ROOT / "launch" / "scenarios"
 
 
 def find(name_or_path: str) -> Path:
-    """The file of a scenario: by its name in launch/scenarios, or by its own path."""
+    """The file of a scenario, by its name in launch/scenarios or by its path."""
     path = Path(name_or_path)
     if path.suffix in {".toml", ".json"}:
         return path

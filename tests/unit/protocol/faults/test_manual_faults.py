@@ -1,4 +1,4 @@
-"""What the world has go wrong, by a plan and by hand; and how it is asked for."""
+"""The faults that the world injects, by a plan and by hand; and requests for manual faults."""
 
 import asyncio
 from pathlib import Path
@@ -27,14 +27,14 @@ def without_plan() -> RunFaults:
     return faults
 
 
-def test_whoever_is_leader_by_now_is_struck_by_hand_at_once() -> None:
+def test_a_manual_rule_for_the_leader_strikes_the_present_leader_at_once() -> None:
     faults = without_plan()
     assert faults.add(Kill(target="leader"), now_s=5.0, for_s=None) == "given-1"
     assert faults.due(5.0) == [ProcessFault("given-1.r2", ProcessAction.KILL, "r2")]
     assert faults.due(6.0) == []
 
 
-def test_a_robot_frozen_by_hand_for_a_while_is_thawed_then() -> None:
+def test_a_robot_frozen_manually_for_a_time_is_thawed_after_it() -> None:
     faults = without_plan()
     faults.add(Freeze(target="r3", for_s=2.0), now_s=5.0, for_s=None)
     assert [fault.action for fault in faults.due(5.0)] == [ProcessAction.FREEZE]
@@ -42,7 +42,7 @@ def test_a_robot_frozen_by_hand_for_a_while_is_thawed_then() -> None:
     assert [fault.action for fault in faults.due(7.0)] == [ProcessAction.THAW]
 
 
-def test_a_world_that_is_frozen_is_thawed_when_it_next_looks() -> None:
+def test_a_frozen_world_is_thawed_at_its_next_look() -> None:
     faults = without_plan()
     faults.add(Freeze(target="world", for_s=9.0), now_s=5.0, for_s=None)
     assert [(fault.action, fault.for_s) for fault in faults.due(5.0)] == [(ProcessAction.FREEZE, 9.0)]
@@ -58,7 +58,7 @@ def test_a_world_that_is_frozen_is_thawed_when_it_next_looks() -> None:
         (Drop(sender=("r4",)), r"fault drop: \$\.from\[0\]: must be .*, got r4"),
     ],
 )
-def test_what_cannot_be_done_by_hand_is_refused(rule: Rule, why: str) -> None:
+def test_an_impossible_manual_rule_is_refused(rule: Rule, why: str) -> None:
     faults = RunFaults(Plan(name="none"), 1, robots=3)
     with pytest.raises(UsageError, match=why):
         faults.add(rule, now_s=5.0, for_s=None)
@@ -81,7 +81,9 @@ def struck(process: str, *actions: ProcessAction) -> RunFaults:
         ([], Kill(target="r1", robots=3), "fewer than 3 stand from there on"),
     ],
 )
-def test_what_would_strike_nobody_is_refused(actions: list[ProcessAction], rule: Rule, why: str) -> None:
+def test_a_manual_rule_without_a_possible_target_is_refused(
+    actions: list[ProcessAction], rule: Rule, why: str
+) -> None:
     with pytest.raises(UsageError, match=why):
         struck("r3", *actions).add(rule, now_s=5.0, for_s=None)
 
@@ -95,27 +97,27 @@ def test_what_would_strike_nobody_is_refused(actions: list[ProcessAction], rule:
         ([ProcessAction.FREEZE], Kill(target="r3")),
     ],
 )
-def test_what_strikes_somebody_is_done(actions: list[ProcessAction], rule: Rule) -> None:
+def test_a_manual_rule_with_a_possible_target_is_injected(actions: list[ProcessAction], rule: Rule) -> None:
     faults = struck("r3", *actions)
     faults.add(rule, now_s=5.0, for_s=None)
     assert [fault.process for fault in faults.due(5.0)] == ["r3"]
 
 
-def test_a_robot_that_was_killed_and_lives_again_can_be_struck() -> None:
+def test_a_robot_that_was_killed_and_restarted_can_be_struck_again() -> None:
     faults = struck("r3", ProcessAction.KILL)
     faults.hear("r3", entry(RobotStarted(pid=1, incarnation="b")))
     faults.add(Kill(target="r3"), now_s=5.0, for_s=None)
     assert [fault.process for fault in faults.due(5.0)] == ["r3"]
 
 
-def test_a_rule_for_messages_holds_from_now_for_as_long_as_was_said() -> None:
+def test_a_manual_message_rule_is_active_from_now_for_the_given_time() -> None:
     faults = without_plan()
     faults.add(Drop(probability=0.5), now_s=5.0, for_s=2.0)
     (rule,) = faults.of("r1").rules
     assert (rule.name, rule.from_s, rule.until_s) == ("given-1", 5.0, 7.0)
 
 
-def test_rules_that_are_over_make_room_for_others() -> None:
+def test_expired_rules_make_room_for_new_ones() -> None:
     faults = without_plan()
     for _ in range(GIVEN_MAX):
         faults.add(Drop(), now_s=0.0, for_s=1.0)
@@ -125,9 +127,9 @@ def test_rules_that_are_over_make_room_for_others() -> None:
     assert len(faults.of("r1").rules) == 1
 
 
-def test_robots_are_told_news_at_once_and_all_of_it_again_after_a_while() -> None:
+def test_robots_get_new_faults_at_once_and_the_whole_state_again_later() -> None:
     faults = without_plan()
-    assert faults.news([1], 0.0) == {}  # nothing has ever gone wrong
+    assert faults.news([1], 0.0) == {}  # there has been no fault
     faults.add(Drop(), now_s=0.0, for_s=None)
     first = faults.news([1, 2], 0.0)
     assert first.keys() == {"r1", "r2"}
@@ -135,7 +137,7 @@ def test_robots_are_told_news_at_once_and_all_of_it_again_after_a_while() -> Non
     assert faults.news([1, 2], TELL_S) == first
 
 
-def test_which_rules_have_struck_is_told_so_that_they_do_not_again() -> None:
+def test_rules_that_have_struck_are_sent_to_robots_so_that_they_strike_only_once() -> None:
     faults = RunFaults(
         Plan(name="some", rules=(Kill(target="leader", point=StepPoint.MID_DRIVE),)), 1, robots=3
     )
@@ -147,7 +149,7 @@ def test_which_rules_have_struck_is_told_so_that_they_do_not_again() -> None:
     assert after.number > before.number
 
 
-def test_a_world_that_goes_on_gives_no_name_twice_and_is_believed_before_the_one_that_was_killed() -> None:
+def test_a_resumed_world_reuses_no_rule_name_and_overrides_the_killed_world() -> None:
     killed, resumed = without_plan(), without_plan()
     killed.add(Drop(), now_s=1.0, for_s=None)
     killed.add(Kill(target="r3"), now_s=2.0, for_s=None)
@@ -159,7 +161,7 @@ def test_a_world_that_goes_on_gives_no_name_twice_and_is_believed_before_the_one
     assert resumed.of("r1").number > killed.of("r1").number
 
 
-def test_a_robot_is_told_how_slow_to_be_and_when_no_more() -> None:
+def test_a_robot_gets_its_delay_and_the_end_of_it() -> None:
     faults = without_plan()
     faults.add(Slow(target="r3", delay_s=0.2, for_s=1.0), now_s=0.0, for_s=None)
     faults.due(0.0)
@@ -172,7 +174,9 @@ async def ask(run: Path, request: FaultRequest) -> str:
     return await asyncio.to_thread(request_fault, run, request)
 
 
-async def test_a_wish_is_answered_with_the_rules_name_or_with_why_there_is_none(tmp_path: Path) -> None:
+async def test_a_fault_request_is_answered_with_the_rules_name_or_the_reason_of_refusal(
+    tmp_path: Path,
+) -> None:
     asked: list[tuple[Rule, float | None]] = []
 
     def add(rule: Rule, for_s: float | None) -> str:
@@ -190,13 +194,13 @@ async def test_a_wish_is_answered_with_the_rules_name_or_with_why_there_is_none(
         await ask(tmp_path, FaultRequest(rule=Drop()))
 
 
-async def test_a_run_whose_world_was_killed_is_over(tmp_path: Path) -> None:
+async def test_a_fault_request_to_a_killed_world_reports_the_end_of_the_run(tmp_path: Path) -> None:
     (tmp_path / WHERE_FILE).write_text(str(tmp_path / "gone.sock"))
     with pytest.raises(UsageError, match="run"):
         await ask(tmp_path, FaultRequest(rule=Drop()))
 
 
-async def test_what_is_no_wish_is_refused_and_the_next_one_is_heard(tmp_path: Path) -> None:
+async def test_an_invalid_request_is_refused_and_the_next_one_is_served(tmp_path: Path) -> None:
     async with heard(tmp_path, tmp_path, lambda *_: "given-1"):
         reader, writer = await asyncio.open_unix_connection((tmp_path / WHERE_FILE).read_text())
         writer.write(b"garbage\n")

@@ -1,4 +1,4 @@
-"""MessageFaults are decided by seed, rule and message alone: not by order, nor by what else is sent."""
+"""Effects on messages depend only on seed, rule and message: not on order or other messages."""
 
 import itertools
 import math
@@ -17,7 +17,7 @@ from protocol.wire.codec import decode, encode
 from protocol.wire.messages import AheadState, Drive, Message, Muster, Odometry, Scan
 from tests.support.strategies.message_strategies import values_of
 
-SIGMAS = 4.5  # a fair draw is further off once in 150,000
+SIGMAS = 4.5  # fair draws deviate further once in 150,000 cases
 COUNT = 4000
 Sent = tuple[str, str, int, str]  # key, kind, number, receiver
 
@@ -56,7 +56,7 @@ def effect(of: MessageFaults, message: Sent, now_s: float = 0.0, step: int = 0) 
 
 
 def struck(of: MessageFaults, count: int = COUNT) -> list[bool]:
-    """Which of so many messages of one key are struck."""
+    """For each of so many messages of one key: whether it is affected."""
     return [bool(effect(of, ("link/r1/r2", "ahead", n, "r2")).injections) for n in range(1, count + 1)]
 
 
@@ -65,7 +65,7 @@ def is_fair(hits: int, count: int, probability: float) -> bool:
 
 
 @given(sent, st.randoms(use_true_random=False), st.integers(0, 99))
-def test_the_order_in_which_messages_come_decides_nothing(
+def test_the_order_of_arrival_does_not_change_the_effects(
     messages: list[Sent], random: object, seed: int
 ) -> None:
     shuffled = list(messages)
@@ -76,7 +76,7 @@ def test_the_order_in_which_messages_come_decides_nothing(
 
 
 @given(sent, st.integers(0, 60), st.sampled_from(RULES))
-def test_what_else_is_sent_and_which_other_rules_there_are_decides_nothing(
+def test_other_messages_and_other_rules_do_not_change_the_effects(
     messages: list[Sent], left_out: int, rule: Rule
 ) -> None:
     alone, among = message_faults(rule), message_faults(*RULES)
@@ -92,7 +92,7 @@ def test_what_else_is_sent_and_which_other_rules_there_are_decides_nothing(
 
 @pytest.mark.parametrize("probability", [0.02, 0.3, 0.5, 0.9])
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_as_many_are_struck_as_the_probability_says(seed: int, probability: float) -> None:
+def test_the_share_of_affected_messages_matches_the_probability(seed: int, probability: float) -> None:
     hits = struck(message_faults(Drop(probability=probability), seed=seed))
     assert is_fair(sum(hits), COUNT, probability)
     pairs = sum(one and other for one, other in itertools.pairwise(hits))
@@ -100,11 +100,11 @@ def test_as_many_are_struck_as_the_probability_says(seed: int, probability: floa
 
 
 @pytest.mark.parametrize("probability", [0.0, 1.0])
-def test_never_and_always_are_just_that(probability: float) -> None:
+def test_probability_zero_never_strikes_and_one_always_strikes(probability: float) -> None:
     assert set(struck(message_faults(Drop(probability=probability)), 500)) == {probability == 1.0}
 
 
-def test_two_rules_receivers_and_seeds_draw_apart() -> None:
+def test_rules_receivers_and_seeds_have_independent_draws() -> None:
     def drawn(of: MessageFaults, receiver: str) -> list[bool]:
         return [bool(effect(of, ("muster/r1", "muster", n, receiver)).injections) for n in range(1, COUNT)]
 
@@ -120,20 +120,20 @@ def test_two_rules_receivers_and_seeds_draw_apart() -> None:
 
 
 @pytest.mark.parametrize(("enter", "leave"), [(0.05, 0.2), (0.2, 0.5), (0.01, 0.1)])
-def test_bursts_are_as_long_and_as_many_as_gilbert_and_elliott_say(enter: float, leave: float) -> None:
+def test_bursts_have_the_length_and_number_of_the_gilbert_elliott_model(enter: float, leave: float) -> None:
     hits = struck(message_faults(Drop(burst=Burst(enter=enter, leave=leave, loss=1.0))), 4 * COUNT)
     runs = [len(list(run)) for lost, run in itertools.groupby(hits) if lost]
     mean = sum(runs) / len(runs)
     # Lengths are geometric, with mean 1 / leave and standard deviation sqrt(1 - leave) / leave.
     assert abs(mean - 1 / leave) <= SIGMAS * math.sqrt((1 - leave) / len(runs)) / leave
     share = sum(hits) / len(hits)
-    # Neighbours hang together: each draw counts for (2 - enter - leave) / (enter + leave) fewer.
+    # Neighbouring draws are correlated: each counts for (2 - enter - leave) / (enter + leave) fewer.
     effective = len(hits) * (enter + leave) / (2 - enter - leave)
     expected = enter / (enter + leave)
     assert abs(share - expected) <= SIGMAS * math.sqrt(expected * (1 - expected) / effective)
 
 
-def test_within_a_burst_losses_are_as_likely_as_the_rule_says() -> None:
+def test_within_a_burst_the_loss_rate_matches_the_rule() -> None:
     burst = Burst(enter=0.1, leave=0.1, loss=0.6)
     in_burst = struck(message_faults(Drop(name="a", burst=Burst(enter=0.1, leave=0.1, loss=1.0))))
     lost = struck(message_faults(Drop(name="a", burst=burst)))
@@ -149,7 +149,7 @@ def test_delays_keep_their_bounds(low_s: float, high_s: float, number: int) -> N
     assert low_s <= copy.delay_s <= high_s
 
 
-def test_faults_add_up_and_a_lost_message_suffers_no_more() -> None:
+def test_faults_add_up_and_later_rules_do_not_see_a_lost_message() -> None:
     held = effect(message_faults(Reorder(hold_s=0.5), Reorder(hold_s=0.25)), ("link/r1/r2", "ahead", 1, "r2"))
     assert held.copies == (Copy(0.75),)
     twice = effect(message_faults(Duplicate(copies=2), Reorder(hold_s=0.5)), ("link/r1/r2", "ahead", 1, "r2"))
@@ -166,7 +166,7 @@ def test_faults_add_up_and_a_lost_message_suffers_no_more() -> None:
     st.booleans(),
     st.integers(0, 2**64 - 1),
 )
-def test_no_damaged_message_gets_past_the_codec(message: Message, bits: int, cut: bool, seed: int) -> None:
+def test_the_codec_refuses_every_damaged_message(message: Message, bits: int, cut: bool, seed: int) -> None:
     payload = encode(message, 7)
     damaged = Damage(bits, cut, seed).apply(payload)
     assert damaged != payload
@@ -175,7 +175,7 @@ def test_no_damaged_message_gets_past_the_codec(message: Message, bits: int, cut
 
 
 @given(st.binary(min_size=1, max_size=50), st.integers(1, 500), st.integers(0, 99))
-def test_as_many_bits_are_flipped_as_the_rule_says(payload: bytes, bits: int, seed: int) -> None:
+def test_the_number_of_flipped_bits_matches_the_rule(payload: bytes, bits: int, seed: int) -> None:
     damaged = Damage(bits, truncate=False, seed=seed).apply(payload)
     flipped = sum((a ^ b).bit_count() for a, b in zip(payload, damaged, strict=True))
     assert flipped == min(bits, 8 * len(payload))
@@ -194,7 +194,7 @@ def test_as_many_bits_are_flipped_as_the_rule_says(payload: bytes, bits: int, se
         (Partition(group=("router",)), {key for key, _, _ in KINDS}),
     ],
 )
-def test_a_rule_strikes_what_it_names_and_nothing_else(rule: Rule, lost: set[str]) -> None:
+def test_a_rule_affects_only_the_messages_that_it_names(rule: Rule, lost: set[str]) -> None:
     of = message_faults(rule)
     gone = {key for key, kind, receiver in KINDS if not effect(of, (key, kind, 1, receiver)).copies}
     assert gone == lost
@@ -204,19 +204,19 @@ def test_a_rule_strikes_what_it_names_and_nothing_else(rule: Rule, lost: set[str
     ("now_s", "step", "holds"),
     [(1.9, 5, False), (2.0, 5, True), (3.9, 5, True), (4.0, 5, False), (2.0, 2, False), (2.0, 6, False)],
 )
-def test_a_rule_holds_in_its_window_of_time_and_steps(now_s: float, step: int, holds: bool) -> None:
+def test_a_rule_is_active_only_in_its_window_of_time_and_steps(now_s: float, step: int, holds: bool) -> None:
     of = message_faults(Drop(from_s=2.0, until_s=4.0, from_step=3, until_step=6))
     assert bool(effect(of, ("link/r1/r2", "ahead", 1, "r2"), now_s, step).injections) == holds
 
 
-def test_a_flapping_partition_comes_and_goes_from_its_start_on() -> None:
+def test_a_periodic_partition_starts_its_period_at_its_own_start() -> None:
     of = message_faults(Partition(group=("r1",), from_s=1.0, period_s=2.0, cut_s=0.5))
     times_s = [0.9, 1.0, 1.4, 1.5, 2.9, 3.0, 3.4, 3.6]
     cut = [not effect(of, ("link/r1/r2", "ahead", 1, "r2"), now_s).copies for now_s in times_s]
     assert cut == [False, True, True, False, False, True, True, False]
 
 
-def test_who_is_cut_off_from_the_router_is_known_for_its_token() -> None:
+def test_the_plan_knows_which_processes_are_cut_off_from_the_router() -> None:
     of = message_faults(Partition(group=("r1", "r2"), others=("router",), from_s=1.0))
     assert of.may_cut
     assert [of.is_cut(name, now_s=1.0, step=0) for name in ("r1", "r2", "r3", "world")] == [True] * 2 + [
@@ -230,12 +230,14 @@ def test_who_is_cut_off_from_the_router_is_known_for_its_token() -> None:
 @pytest.mark.parametrize(
     ("key", "kind", "receiver"), [("log/r1", "log", "world"), ("logged/r1", "logged", "r1")]
 )
-def test_the_recorder_is_left_alone_unless_it_is_named(key: str, kind: str, receiver: str) -> None:
+def test_the_recorders_messages_are_affected_only_if_a_rule_names_them(
+    key: str, kind: str, receiver: str
+) -> None:
     assert effect(message_faults(Drop(), Partition(group=("r1",))), (key, kind, 1, receiver)) == NO_EFFECT
     assert not effect(message_faults(Drop(kinds=("log", "logged"))), (key, kind, 1, receiver)).copies
 
 
-def test_queries_and_answers_are_counted_where_they_arrive_since_they_have_no_number() -> None:
+def test_queries_and_replies_are_counted_at_the_receiver() -> None:
     of, scan = message_faults(Drop(probability=0.5)), ("body/r1/scan", "scan", 0, "r1")
     answers = [bool(effect(of, scan).injections) for _ in range(COUNT)]
     questions = [
@@ -260,11 +262,11 @@ def test_queries_and_answers_are_counted_where_they_arrive_since_they_have_no_nu
         ("logged/r2", "r2", "world"),
     ],
 )
-def test_the_key_and_the_receiver_say_who_sent_it(key: str, receiver: str, sender: str) -> None:
+def test_the_sender_follows_from_key_and_receiver(key: str, receiver: str, sender: str) -> None:
     assert sender_of(key, receiver) == sender
 
 
-def test_a_plan_without_rules_leaves_everything_as_it_is() -> None:
+def test_a_plan_without_rules_has_no_effect() -> None:
     assert effect(MessageFaults(NO_FAULTS, 1), ("link/r1/r2", "ahead", 1, "r2")) is NO_EFFECT
     everything: Sequence[Rule] = uniform(loss=0.1, delay_s_max=0.2, repeat=0.1).rules
     assert [rule.fault for rule in everything] == ["drop", "duplicate", "delay"]

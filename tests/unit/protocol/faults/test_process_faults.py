@@ -1,4 +1,4 @@
-"""ProcessFaults as conversations: the time and the timeline go in, what is due comes out."""
+"""Process faults as conversations: times and timeline entries in, due faults out."""
 
 from collections.abc import Sequence
 
@@ -39,21 +39,21 @@ def said(due: Sequence[ProcessFault]) -> list[str]:
     return [f"{fault.action} {fault.process}" for fault in due]
 
 
-def test_a_named_robot_is_struck_once_when_its_time_has_come() -> None:
+def test_a_named_robot_is_struck_once_at_the_given_time() -> None:
     of = faults(Kill(target="r3", from_s=2.0))
     assert said(of.due(1.99)) == []
     assert of.due(2.0) == [ProcessFault("kill-1", ProcessAction.KILL, "r3")]
     assert of.due(2.0) == of.due(9.0) == []
 
 
-def test_a_role_waits_for_the_strand() -> None:
+def test_a_rule_for_a_role_waits_for_the_strand() -> None:
     of = faults(Kill(target="leader"), Kill(target="middle"), Kill(target="tail"))
     assert said(of.due(5.0)) == []
     tell(of, "r2", formed())
     assert said(of.due(5.1)) == ["kill r1", "kill r3", "kill r5"]
 
 
-def test_the_next_leader_is_struck_only_when_there_is_one() -> None:
+def test_a_second_rule_for_the_leader_waits_for_the_next_leader() -> None:
     of = faults(Kill(target="leader"), Kill(target="leader", name="again"))
     tell(of, "r1", formed())
     assert said(of.due(1.0)) == ["kill r1"]
@@ -63,7 +63,7 @@ def test_the_next_leader_is_struck_only_when_there_is_one() -> None:
     assert said(of.due(3.0)) == ["kill r2"]
 
 
-def test_what_a_robot_tells_of_an_older_epoch_says_nothing_of_now() -> None:
+def test_entries_of_an_older_epoch_do_not_change_roles() -> None:
     of = faults(Kill(target="leader", from_s=1.0))
     tell(of, "r4", formed((4, 5), epoch=7))
     tell(of, "r1", formed(epoch=1))
@@ -71,13 +71,13 @@ def test_what_a_robot_tells_of_an_older_epoch_says_nothing_of_now() -> None:
     assert said(of.due(1.0)) == ["kill r4"]
 
 
-def test_neighbours_are_counted_towards_the_tail_and_all_have_to_be_there() -> None:
+def test_neighbours_are_counted_towards_the_tail_and_all_must_exist() -> None:
     of = faults(Kill(target="middle", robots=2), Kill(target="tail", robots=2, name="beyond"))
     tell(of, "r1", formed((5, 3, 1, 2)))
     assert said(of.due(0.0)) == ["kill r1", "kill r2"]
 
 
-def test_a_rule_waits_for_the_leaders_step_and_no_other_robots() -> None:
+def test_from_step_counts_only_steps_of_the_leader() -> None:
     of = faults(Kill(target="tail", from_step=3))
     tell(of, "r1", formed())
     tell(of, "r2", planned(3))
@@ -87,25 +87,25 @@ def test_a_rule_waits_for_the_leaders_step_and_no_other_robots() -> None:
     assert said(of.due(1.1)) == ["kill r5"]
 
 
-def test_a_window_that_closes_first_spares_the_process() -> None:
+def test_a_rule_whose_window_closes_before_it_strikes_never_strikes() -> None:
     of = faults(Kill(target="leader", until_s=2.0))
     tell(of, "r1", formed())
     assert said(of.due(2.0)) == []
 
 
-def test_what_is_frozen_for_a_while_is_thawed() -> None:
+def test_a_process_frozen_for_a_time_is_thawed_after_it() -> None:
     of = faults(Freeze(target="r2", from_s=1.0, for_s=6.0))
     assert said(of.due(1.0)) == ["freeze r2"]
     assert said(of.due(6.9)) == []
     assert said(of.due(7.0)) == ["thaw r2"]
 
 
-def test_what_is_frozen_for_good_stays_so_unless_a_rule_thaws_it() -> None:
+def test_a_process_frozen_without_a_time_is_thawed_only_by_a_rule() -> None:
     of = faults(Freeze(target="router", from_s=1.0), Thaw(target="router", from_s=3.0))
     assert [said(of.due(at_s)) for at_s in (1.0, 2.0, 3.0)] == [["freeze router"], [], ["thaw router"]]
 
 
-def test_a_restart_is_a_death_and_a_new_process_and_only_then_a_role_again() -> None:
+def test_a_restarted_process_has_a_role_only_after_its_new_start() -> None:
     of = faults(Restart(target="tail", from_s=1.0, after_s=2.0), Kill(target="tail", from_s=1.5))
     tell(of, "r1", formed())
     assert said(of.due(1.0)) == ["kill r5"]
@@ -113,13 +113,13 @@ def test_a_restart_is_a_death_and_a_new_process_and_only_then_a_role_again() -> 
     assert said(of.due(3.0)) == ["start r5", "kill r5"]
 
 
-def test_a_slow_process_gets_as_fast_as_it_was() -> None:
+def test_a_slow_process_returns_to_its_normal_speed() -> None:
     of = faults(Slow(target="r2", delay_s=0.4, for_s=5.0))
     assert of.due(0.0) == [ProcessFault("slow-1", ProcessAction.SLOW, "r2", 0.4)]
     assert of.due(5.0) == [ProcessFault("slow-1", ProcessAction.SLOW, "r2", 0.0)]
 
 
-def test_a_point_strikes_only_its_robot_only_there_and_at_its_occurrence() -> None:
+def test_a_rule_with_a_point_strikes_only_its_robot_at_the_nth_time() -> None:
     of = faults(Kill(target="leader", point=StepPoint.AFTER_PLAN, occurrence=2, from_s=1.0))
     tell(of, "r1", formed())
     assert of.has_points
@@ -134,7 +134,7 @@ def test_a_point_strikes_only_its_robot_only_there_and_at_its_occurrence() -> No
     assert of.at_points("r1", [StepPoint.AFTER_PLAN], 1.4) == []
 
 
-def test_what_follows_of_a_stroke_at_a_point_is_due_for_whoever_hears_of_it() -> None:
+def test_later_parts_of_a_fault_at_a_point_are_due_at_the_process_that_reads_the_timeline() -> None:
     rule = Restart(target="r2", point=StepPoint.BEFORE_ACK, after_s=2.0)
     its_own, launcher = faults(rule), faults(rule)
     (fault,) = its_own.at_points("r2", [StepPoint.BEFORE_ACK], 3.0)
@@ -143,7 +143,7 @@ def test_what_follows_of_a_stroke_at_a_point_is_due_for_whoever_hears_of_it() ->
     assert said(launcher.due(5.0)) == ["start r2"]
 
 
-def test_hearing_of_ones_own_stroke_repeats_nothing() -> None:
+def test_reading_ones_own_entry_of_a_fault_does_not_repeat_it() -> None:
     of = faults(Freeze(target="r2", for_s=1.0))
     (fault,) = of.due(0.0)
     tell(of, "world", fault.as_record())
@@ -152,14 +152,14 @@ def test_hearing_of_ones_own_stroke_repeats_nothing() -> None:
 
 
 @given(st.lists(st.floats(0.0, 10.0), max_size=20))
-def test_how_often_it_is_asked_decides_nothing(times_s: list[float]) -> None:
+def test_the_number_of_calls_does_not_change_the_faults(times_s: list[float]) -> None:
     rules: tuple[Rule, ...] = (
         Freeze(target="r1", from_s=1.0, for_s=2.0),
         Restart(target="r2", from_s=2.0, after_s=3.0),
         Slow(target="r3", from_s=4.0, delay_s=0.1, for_s=1.0),
     )
     of = faults(*rules)
-    # Whoever is struck late is so for as long.
+    # A fault that is injected late has its full duration.
     seen = [each for at_s in [*sorted(times_s), 20.0, 30.0] for each in of.due(at_s)]
     assert sorted(said(seen)) == sorted(["freeze r1", "thaw r1", "kill r2", "start r2", "slow r3", "slow r3"])
     assert said(seen).index("freeze r1") < said(seen).index("thaw r1")
@@ -167,12 +167,12 @@ def test_how_often_it_is_asked_decides_nothing(times_s: list[float]) -> None:
 
 
 @pytest.mark.parametrize("probability", [0.0, 0.3, 1.0])
-def test_a_rule_comes_true_in_as_many_runs_as_its_probability_says(probability: float) -> None:
+def test_the_share_of_runs_in_which_a_rule_strikes_matches_its_probability(probability: float) -> None:
     hits = sum(bool(faults(Kill(target="r1", probability=probability), seed=n).due(0.0)) for n in range(1000))
     assert abs(hits - 1000 * probability) <= 4.5 * (1000 * probability * (1.0 - probability)) ** 0.5
 
 
-def test_who_is_told_that_rules_have_struck_spares_nobody_else() -> None:
+def test_rules_that_have_struck_elsewhere_do_not_disable_other_rules() -> None:
     of = faults(Kill(target="leader"), Kill(target="r1", point=StepPoint.AFTER_SCAN, from_step=2))
     tell(of, "r1", formed())
     of.catch_up(["kill-1"], 2)
@@ -180,7 +180,7 @@ def test_who_is_told_that_rules_have_struck_spares_nobody_else() -> None:
     assert said(of.at_points("r1", [StepPoint.AFTER_SCAN], 1.0)) == ["kill r1"]
 
 
-def test_each_process_of_a_robot_comes_to_its_points_for_the_first_time() -> None:
+def test_a_new_process_of_a_robot_counts_its_points_from_one() -> None:
     of = faults(Kill(target="leader", point=StepPoint.AFTER_SCAN, occurrence=2))
     tell(of, "r1", formed())
     assert of.at_points("r1", [StepPoint.AFTER_SCAN], 1.0) == []
@@ -191,12 +191,12 @@ def test_each_process_of_a_robot_comes_to_its_points_for_the_first_time() -> Non
     assert said(of.at_points("r2", [StepPoint.AFTER_SCAN], 4.0)) == ["kill r2"]
 
 
-def test_whoever_strikes_is_told_for_how_long() -> None:
+def test_a_fault_contains_its_duration() -> None:
     of = faults(Restart(target="router", after_s=1.5), Freeze(target="r2", for_s=2.0), Kill(target="r1"))
     assert [fault.for_s for fault in of.due(0.0)] == [1.5, 2.0, None]
 
 
-def test_a_world_that_goes_on_has_been_started_however_little_time_it_knows_to_have_passed() -> None:
+def test_a_resumed_world_ends_its_restart_fault_early() -> None:
     of = faults(Restart(target="world", from_s=1.0, after_s=9.0), Restart(target="r1", after_s=9.0))
     assert said(of.due(1.0)) == ["kill world", "kill r1"]
     tell(of, "world", WorldResumed(life=1, entries=7, torn_bytes=0), t_s=2.0)
@@ -204,7 +204,7 @@ def test_a_world_that_goes_on_has_been_started_however_little_time_it_knows_to_h
     assert said(of.due(11.0)) == ["start r1"]
 
 
-def test_steps_by_which_a_former_leader_joins_are_not_the_strands() -> None:
+def test_joining_steps_of_a_former_leader_do_not_count_as_steps_of_the_strand() -> None:
     of = faults(Kill(target="tail", from_step=3))
     tell(of, "r1", formed())
     tell(of, "r1", replace(planned(7), joins=True))

@@ -5,7 +5,7 @@ from tests.support.planned import planned
 from world.record.progress import progress
 
 
-def test_only_what_people_wait_for_is_told() -> None:
+def test_only_relevant_entries_are_reported() -> None:
     formed = StrandFormed(epoch=1, sensed=True, order=(2, 1), path_length_m=1.0)
     lost = FaultInjected(fault="drop", rule="loss", key="link/r1/r2", number=7)
     struck = FaultInjected(fault="kill", rule="kill-1", process="r1")
