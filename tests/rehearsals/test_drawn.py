@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from clew.campaign.liveness import unlively
+from clew.campaign.liveness import liveness_failure
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import load as load_plan
 from protocol.timeline import MusterCalled, RobotArrived
@@ -82,7 +82,7 @@ def test_a_fleet_gets_over_what_it_once_did_not(
     name: str, seed: int, quiet_s: float, outside: tuple[int, ...]
 ) -> None:
     rehearsal, again = rehearsed(name, seed)
-    said = unlively(rehearsal.world, rehearsal.entries, quiet_s=quiet_s, outside=frozenset(outside))
+    said = liveness_failure(rehearsal.world, rehearsal.entries, quiet_s=quiet_s, outside=frozenset(outside))
     assert said is None, again
 
 

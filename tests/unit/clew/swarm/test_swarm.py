@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from clew.campaign.liveness import unlively
+from clew.campaign.liveness import liveness_failure
 from clew.rehearsal.rehearsal import Rehearsal
 from clew.swarm.classes import ADVERSARY, FaultClass
 from clew.swarm.swarm import Mode, Swarm, draw
@@ -90,7 +90,9 @@ def test_a_fleet_that_does_not_heal_though_it_could_is_found_out() -> None:
     swarm = next(swarm for swarm in LIVELY if swarm.ground is Ground.OPEN)
     cut = Partition(group=("r1",), others=("r2", "r3"), from_s=0.5)
     rehearsal = Rehearsal(swarm.scenario, swarm.seed, Plan(name="cut", rules=(cut,))).run()
-    judged = unlively(rehearsal.world, rehearsal.entries, quiet_s=1.0, outside=frozenset())
+    judged = liveness_failure(rehearsal.world, rehearsal.entries, quiet_s=1.0, outside=frozenset())
     assert judged is not None
-    alone = unlively(rehearsal.world, rehearsal.entries, quiet_s=1.0, outside=frozenset({1, 2, 3, 4, 5}))
+    alone = liveness_failure(
+        rehearsal.world, rehearsal.entries, quiet_s=1.0, outside=frozenset({1, 2, 3, 4, 5})
+    )
     assert alone is None, "nothing is asked of those outside"
