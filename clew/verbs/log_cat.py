@@ -17,11 +17,11 @@ import msgspec
 from clew.log.follow import follow
 from clew.log.line import WHEN, fields_of, is_coloured, one_line
 from clew.log.log import Log
-from clew.log.plain import plain
 from clew.log.timeline import Choice, kind_of
 from clew.verbs.log import RUN
 from clew.verbs.options import AS_JSON
 from clew.verbs.say import warn
+from protocol.plain import plain
 from protocol.timeline import Entry, Record
 from protocol.timeline.sentences import sentence
 from world.record.recorder import line
