@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from clew.campaign.mutants_list import BUGS
+from clew.campaign.mutants_list import MUTANTS
 from clew.manual.faults import rules
 from clew.manual.scenario import sections
 from clew.manual.timeline import kinds
@@ -58,7 +58,7 @@ def schema_line(of: str) -> str:
 
 def mutants() -> str:
     """Each mutant, and the rule that it breaks."""
-    rows = [f"| `{bug.name}` | {bug.rule} |" for bug in BUGS]
+    rows = [f"| `{mutant.name}` | {mutant.rule} |" for mutant in MUTANTS]
     return "\n".join(["| mutant | the rule that it breaks |", "|---|---|", *rows])
 
 

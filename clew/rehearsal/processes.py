@@ -1,8 +1,8 @@
-"""The processes of a rehearsal: who lives, is frozen, slow or cut off, and what faults do to them.
+"""The processes of a rehearsal: which are alive, frozen, slow or cut off, and how process faults change that.
 
-Rule 1: bodies move on while the world's process is down: it hears and says nothing, and time goes on. The one
-        that takes its place has its state, as a live one has from the timeline.
-Rule 2: a router that is down loses whatever is sent meanwhile; when it is back, so are all tokens, at once.
+Rule 1: while the world's process is down, bodies move and time goes on, but it sends and receives nothing.
+        Its successor has its state, which a live one restores from the timeline.
+Rule 2: while the router is down, all messages are lost. When it is back, all tokens are back at once.
 """
 
 from collections import Counter
@@ -23,21 +23,21 @@ from protocol.mission import Mission
 
 
 class Processes:
-    """All processes, by the numbers that robots call them."""
+    """All processes by number: robots from 1, the world is 0."""
 
     def __init__(self, mission: Mission, inputs: Path | None = None) -> None:
         self.actors: dict[int, Actor] = {}
-        """The robots' that live."""
+        """The live processes of robots."""
         self.desk = Desk(WORLD)
         self.router_is_up = True
         self.tokens = Tokens()
         self._mission = mission
-        self._inputs = inputs  # where robots keep what they hear and decide
+        self._inputs = inputs  # the folder for the robots' journals
         self._lives: Counter[int] = Counter()
         self._show(WORLD_NUMBER)
 
     def start(self, robot: int) -> Actor:
-        """A robot's process begins: it remembers nothing, and does not know the time."""
+        """Start a robot's process. It has no memory and does not know the time."""
         incarnation = self._show(robot)
         again = self._lives[robot] > 1
         head = Head(robot=robot, incarnation=incarnation, mission=self._mission, again=again)
@@ -48,31 +48,31 @@ class Processes:
         return actor
 
     def end(self, robot: int) -> None:
-        """A robot's process is no more; its body stays."""
+        """End a robot's process; its body stays."""
         actor = self.actors.pop(robot)
         actor.ended = True
         actor.journal.close()
         self.tokens.end(robot)
 
     def find(self, process: int) -> Actor | Desk | None:
-        """The process with this number; None where there is none."""
+        """The process with this number, or None."""
         return self.desk if process == WORLD_NUMBER else self.actors.get(process)
 
-    def strike(self, fault: ProcessFault, now_s: float) -> Actor | None:
-        """Do what a fault plan wants done; returns the robot that it has started, if any."""
+    def inject(self, fault: ProcessFault, now_s: float) -> Actor | None:
+        """Inject a process fault; returns the robot that it has started, if any."""
         if fault.process == ROUTER:
             self.router_is_up = fault.action in {ProcessAction.START, ProcessAction.THAW}
         elif fault.process == WORLD:
-            self._strike_world(fault.action, now_s)
+            self._inject_world(fault.action, now_s)
         elif (robot := robot_number(fault.process)) is not None:
             if (actor := self.actors.get(robot)) is not None:
-                self._strike_robot(actor, fault, now_s)
+                self._inject_robot(actor, fault, now_s)
             elif fault.action is ProcessAction.START:
                 return self.start(robot)
         return None
 
     def cut_off(self, faults: MessageFaults, *, now_s: float, step: int) -> set[int]:
-        """Who is cut off from the router."""
+        """The processes that are cut off from the router."""
         if not self.router_is_up:
             return {WORLD_NUMBER, *self.actors}
         if not faults.may_cut:
@@ -80,7 +80,7 @@ class Processes:
         names = {WORLD: WORLD_NUMBER} | {actor.name: actor.robot for actor in self.actors.values()}
         return {number for name, number in names.items() if faults.is_cut(name, now_s=now_s, step=step)}
 
-    def _strike_world(self, action: ProcessAction, now_s: float) -> None:
+    def _inject_world(self, action: ProcessAction, now_s: float) -> None:
         match action:
             case ProcessAction.KILL:
                 self.desk.ended = True
@@ -98,7 +98,7 @@ class Processes:
             case ProcessAction.SLOW:
                 pass  # `check_rehearsable` refuses it
 
-    def _strike_robot(self, actor: Actor, fault: ProcessFault, now_s: float) -> None:
+    def _inject_robot(self, actor: Actor, fault: ProcessFault, now_s: float) -> None:
         match fault.action:
             case ProcessAction.KILL:
                 self.end(actor.robot)
@@ -111,7 +111,7 @@ class Processes:
             case ProcessAction.SLOW:
                 actor.delay_s = fault.delay_s
             case ProcessAction.START:
-                pass  # it lives
+                pass  # it is alive already
 
     def _show(self, process: int) -> str:
         """Show the token of a new process; returns its incarnation."""
@@ -121,10 +121,10 @@ class Processes:
 
 
 def check_rehearsable(plan: Plan, *, robots: int) -> None:
-    """Refuse what does not fit the fleet, or only a live run can do.
+    """Refuse a plan that does not fit the fleet, or that only a live run can execute.
 
     Raises:
-        UsageError: it names the rule.
+        UsageError: the message names the rule.
     """
     check_fits(plan, robots=robots)
     for rule in plan.rules:

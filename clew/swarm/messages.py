@@ -1,4 +1,4 @@
-"""What a swarm does to messages: how the rules of each class are drawn. Pure."""
+"""Message faults of a swarm: draws the rules of each class. Pure."""
 
 from clew.swarm.draws import Draws
 from clew.swarm.window import Window, names, times
@@ -28,7 +28,7 @@ SCANS: Kinds = ("scan", "scan_query")
 
 
 def loss(draws: Draws, window: Window) -> list[Rule]:
-    """Messages are lost, each by itself."""
+    """Messages are lost independently."""
     from_s, until_s = times(draws, window)
     choices: tuple[Kinds, ...] = (ALL_KINDS, ALL_KINDS, LINKS, MUSTER, LINKS + MUSTER)
     kinds = draws.pick(choices)
@@ -36,7 +36,7 @@ def loss(draws: Draws, window: Window) -> list[Rule]:
 
 
 def delay(draws: Draws, window: Window) -> list[Rule]:
-    """Messages come later, each after a time of its own."""
+    """Messages are late, each by its own delay."""
     from_s, until_s = times(draws, window)
     most_s, probability = draws.scale(0.05, 2.5), draws.pick((1.0, 1.0, draws.between(0.05, 0.6)))
     choices: tuple[Kinds, ...] = (ALL_KINDS, LINKS, MUSTER, BODY)
@@ -47,7 +47,7 @@ def delay(draws: Draws, window: Window) -> list[Rule]:
 
 
 def late(draws: Draws, window: Window) -> list[Rule]:
-    """What one robot hears of the others, or they of it, is seconds old: older than any lease."""
+    """Messages to one robot, or from it, are seconds old: older than any lease."""
     from_s, until_s = times(draws, window)
     robot = draws.pick(names(window))
     others = tuple(name for name in names(window) if name != robot)
@@ -66,13 +66,13 @@ def late(draws: Draws, window: Window) -> list[Rule]:
 
 
 def duplication(draws: Draws, window: Window) -> list[Rule]:
-    """Messages come again, some of them when their epoch is long over."""
+    """Messages are duplicated; some copies arrive when their epoch is long over."""
     from_s, until_s = times(draws, window)
     return [
         Duplicate(
             probability=draws.between(0.05, 0.6),
             copies=draws.whole(1, 3),
-            delay_s_max=draws.scale(0.1, 20.0),  # some come when their epoch is long over
+            delay_s_max=draws.scale(0.1, 20.0),
             from_s=from_s,
             until_s=until_s,
         )
@@ -110,7 +110,7 @@ def bursts(draws: Draws, window: Window) -> list[Rule]:
 
 
 def body_link(draws: Draws, window: Window) -> list[Rule]:
-    """Between robots and their bodies: orders, odometry, scans."""
+    """Faults between robots and their bodies: of orders, odometry and scans."""
     from_s, until_s = times(draws, window)
     choices: tuple[Kinds, ...] = (ORDERS, ODOMETRY, BODY, SCANS, BODY + SCANS)
     kinds = draws.pick(choices)
@@ -144,14 +144,14 @@ def body_link(draws: Draws, window: Window) -> list[Rule]:
 
 
 def cut_pair(draws: Draws, window: Window) -> list[Rule]:
-    """Two robots do not hear each other."""
+    """Two robots do not receive each other's messages."""
     from_s, until_s = times(draws, window)
     one, other = draws.some(names(window), 2)
     return [Partition(group=(one,), others=(other,), from_s=from_s, until_s=until_s)]
 
 
 def cut_robot(draws: Draws, window: Window) -> list[Rule]:
-    """One robot, or several, and the others: they show tokens, and hear nothing of each other."""
+    """One or several robots are cut from the others. All keep their tokens."""
     from_s, until_s = times(draws, window)
     group = draws.some(names(window), draws.whole(1, window.robots - 1))
     others = tuple(robot for robot in names(window) if robot not in group)
@@ -159,7 +159,7 @@ def cut_robot(draws: Draws, window: Window) -> list[Rule]:
 
 
 def cut_one_way(draws: Draws, window: Window) -> list[Rule]:
-    """Some robots are not heard by the others, and hear them."""
+    """Messages from some robots to the others are lost; those back arrive."""
     from_s, until_s = times(draws, window)
     group = draws.some(names(window), draws.whole(1, window.robots - 1))
     others = tuple(robot for robot in names(window) if robot not in group)
@@ -167,7 +167,7 @@ def cut_one_way(draws: Draws, window: Window) -> list[Rule]:
 
 
 def cut_flapping(draws: Draws, window: Window) -> list[Rule]:
-    """The link between two robots comes and goes."""
+    """Two robots are cut from each other again and again."""
     from_s, until_s = times(draws, window)
     one, other = draws.some(names(window), 2)
     period_s = draws.between(0.4, 5.0)
@@ -186,8 +186,8 @@ def cut_flapping(draws: Draws, window: Window) -> list[Rule]:
 
 
 def cut_router(draws: Draws, window: Window) -> list[Rule]:
-    """Some robots are cut off from the router, and so from everybody; but not before they have come."""
-    from_s = draws.between(*window.begins_s)  # live, a fleet that is not whole at the start never begins
+    """Some robots are cut off from the router, and so from all others, but not before they have started."""
+    from_s = draws.between(*window.begins_s)  # a live fleet that is not complete at the start never begins
     until_s = window.ends_s(from_s, draws)
     group = tuple(draws.some(names(window), draws.whole(1, max(1, window.robots // 2))))
     return [Partition(group=group, others=(ROUTER,), from_s=from_s, until_s=until_s)]

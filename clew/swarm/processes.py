@@ -1,4 +1,4 @@
-"""What a swarm does to processes: how the rules of each class are drawn. Pure."""
+"""Process faults of a swarm: draws the rules of each class. Pure."""
 
 from typing import TypedDict
 
@@ -8,24 +8,24 @@ from protocol.faults.rules import ROUTER, Freeze, Kill, Restart, Rule, Slow, Ste
 from protocol.keys import WORLD
 
 
-class _Struck(TypedDict):
+class _When(TypedDict):
     from_s: float
     until_s: float | None
 
 
 def kill(draws: Draws, window: Window) -> list[Rule]:
     """One robot dies."""
-    return [Kill(target=draws.pick(names(window)), **_struck(draws, window))]
+    return [Kill(target=draws.pick(names(window)), **_when(draws, window))]
 
 
 def kill_two(draws: Draws, window: Window) -> list[Rule]:
     """Two neighbours die at once."""
-    return [Kill(target=draws.pick(("leader", "middle")), robots=2, **_struck(draws, window))]
+    return [Kill(target=draws.pick(("leader", "middle")), robots=2, **_when(draws, window))]
 
 
 def kill_leader(draws: Draws, window: Window) -> list[Rule]:
-    """The leader; often its successor as well, as soon as there is one."""
-    first = Kill(target="leader", **_struck(draws, window))
+    """The leader dies; often also its successor, as soon as there is one."""
+    first = Kill(target="leader", **_when(draws, window))
     if draws.chance(0.5):
         return [first]
     return [first, Kill(target="leader", from_s=first.from_s, until_s=window.until_s)]
@@ -33,7 +33,7 @@ def kill_leader(draws: Draws, window: Window) -> list[Rule]:
 
 def kill_tail(draws: Draws, window: Window) -> list[Rule]:
     """The tail dies."""
-    return [Kill(target="tail", **_struck(draws, window))]
+    return [Kill(target="tail", **_when(draws, window))]
 
 
 def kill_at_point(draws: Draws, window: Window) -> list[Rule]:
@@ -45,37 +45,35 @@ def kill_at_point(draws: Draws, window: Window) -> list[Rule]:
 
 def freeze(draws: Draws, window: Window) -> list[Rule]:
     """A robot is frozen, and thaws."""
-    struck = _struck(draws, window)
-    target, for_s = _anybody(draws, window), window.lasts_s(struck["from_s"], draws.scale(0.3, 10.0))
-    return [Freeze(target=target, for_s=for_s, from_s=struck["from_s"], until_s=_soon_s(struck["from_s"]))]
+    when = _when(draws, window)
+    target, for_s = _any_target(draws, window), window.lasts_s(when["from_s"], draws.scale(0.3, 10.0))
+    return [Freeze(target=target, for_s=for_s, from_s=when["from_s"], until_s=_soon_s(when["from_s"]))]
 
 
 def restart(draws: Draws, window: Window) -> list[Rule]:
     """A robot dies, and another process takes its place."""
-    struck = _struck(draws, window)
-    target, after_s = _anybody(draws, window), window.lasts_s(struck["from_s"], draws.scale(0.1, 8.0))
-    return [
-        Restart(target=target, after_s=after_s, from_s=struck["from_s"], until_s=_soon_s(struck["from_s"]))
-    ]
+    when = _when(draws, window)
+    target, after_s = _any_target(draws, window), window.lasts_s(when["from_s"], draws.scale(0.1, 8.0))
+    return [Restart(target=target, after_s=after_s, from_s=when["from_s"], until_s=_soon_s(when["from_s"]))]
 
 
 def slow(draws: Draws, window: Window) -> list[Rule]:
-    """A robot takes its time for a while."""
-    struck = _struck(draws, window)
-    for_s = window.lasts_s(struck["from_s"], draws.scale(1.0, 20.0))
+    """A robot is slow for a while."""
+    when = _when(draws, window)
+    for_s = window.lasts_s(when["from_s"], draws.scale(1.0, 20.0))
     return [
         Slow(
-            target=_anybody(draws, window),
+            target=_any_target(draws, window),
             delay_s=draws.scale(0.03, 1.5),
             for_s=for_s,
-            from_s=struck["from_s"],
-            until_s=_soon_s(struck["from_s"]),
+            from_s=when["from_s"],
+            until_s=_soon_s(when["from_s"]),
         )
     ]
 
 
 def outage(draws: Draws, window: Window) -> list[Rule]:
-    """The router is gone for a while, at most half as long as the world waits for it."""
+    """The router is down for a while, at most half as long as the world waits for it."""
     from_s = draws.between(*window.begins_s)
     after_s = window.lasts_s(from_s, draws.scale(0.1, 2.0))
     return [Restart(target=ROUTER, after_s=after_s, from_s=from_s)]
@@ -88,15 +86,15 @@ def world(draws: Draws, window: Window) -> list[Rule]:
     return [Restart(target=WORLD, after_s=after_s, from_s=from_s)]
 
 
-def _anybody(draws: Draws, window: Window) -> str:
+def _any_target(draws: Draws, window: Window) -> str:
     return draws.pick((*names(window), "leader", "middle", "tail"))
 
 
-def _struck(draws: Draws, window: Window) -> _Struck:
-    """When a process is struck."""
+def _when(draws: Draws, window: Window) -> _When:
+    """When the fault of a process begins, and the end of its window."""
     return {"from_s": draws.between(*window.begins_s), "until_s": window.until_s}
 
 
 def _soon_s(from_s: float) -> float:
-    """Who is not there then is spared: what began later might not be over in time."""
+    """The end of a short window. A target that is absent is spared: a later fault might not end in time."""
     return round(from_s + SOON_S, 3)

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from clew.campaign.campaign import CAMPAIGN_FILE, Campaign, Request, cores, run
-from clew.campaign.classes import class_table, sometimes_table
+from clew.campaign.classes import class_table, coverage_table
 from clew.campaign.episode import SWARM
 from clew.campaign.families import table
 from clew.fleet.folder import RUNS
@@ -140,12 +140,12 @@ def _print(result: Campaign, out: Path) -> None:
     console.print(table(result.families, result.all))
     if result.faults == SWARM:
         console.print(class_table(result.classes))
-        console.print(sometimes_table(result.sometimes))
+        console.print(coverage_table(result.coverage))
     for outcome in result.surprises:
         say(f"{outcome.surprise}: {outcome.family}/{outcome.scene}, seed {outcome.seed}: {outcome.reason}")
         say(f"    {outcome.replay}")
-    if result.never:
-        say(f"never seen: {', '.join(result.never)}")
+    if result.uncovered:
+        say(f"never seen: {', '.join(result.uncovered)}")
     word = "INTERRUPTED" if result.interrupted else "OK" if result.ok else "FAILED"
     done, asked = result.all.episodes, result.episodes_asked
     click.echo(f"{word}: {done} of {asked} episodes, {len(result.surprises)} surprises. Campaign: {out}")

@@ -112,12 +112,13 @@ def _print(result: Chaos, folder: Path) -> None:
         if run.troubles or not run.arrived:
             say(f"    {run.replay}")
     word = "INTERRUPTED" if result.interrupted else "OK" if result.ok else "FAILED"
-    strokes = ", ".join(f"{blow} {count}" for blow, count in result.strokes.items())
+    process_faults = ", ".join(f"{fault} {count}" for fault, count in result.process_faults.items())
     click.echo(
         f"{word}: {result.runs} of {result.runs_asked} runs, {result.violations} violations, "
         f"{result.unbalanced} unbalanced, {result.leftovers} left behind, "
         f"{result.not_arrived} did not arrive; {result.messages_sent} messages, "
-        f"{result.messages_unaccounted} unaccounted for; struck: {strokes or 'nobody'}. Chaos: {folder}"
+        f"{result.messages_unaccounted} unaccounted for; process faults: {process_faults or 'none'}. "
+        f"Chaos: {folder}"
     )
 
 

@@ -7,8 +7,8 @@ import msgspec
 from rich.console import Console
 from rich.table import Table
 
-from clew.campaign.mutants import Caught, hunt
-from clew.campaign.mutants_list import BUGS
+from clew.campaign.mutants import Caught, run_mutant
+from clew.campaign.mutants_list import MUTANTS
 from clew.verbs.options import AS_JSON
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
@@ -25,12 +25,12 @@ def oracle(ctx: click.Context, names: tuple[str, ...], *, as_json: bool) -> None
 
     Exit code: 0 each was caught within its number of seeds, 1 one was not, 2 it cannot be done as asked.
     """
-    if unknown := sorted(set(names) - {bug.name for bug in BUGS}):
-        raise UsageError(f"--bug {unknown[0]}: must be one of {', '.join(bug.name for bug in BUGS)}")
+    if unknown := sorted(set(names) - {mutant.name for mutant in MUTANTS}):
+        raise UsageError(f"--bug {unknown[0]}: must be one of {', '.join(mutant.name for mutant in MUTANTS)}")
     caught: list[Caught] = []
-    for bug in BUGS:
-        if not names or bug.name in names:
-            caught.append(hunt(bug))
+    for mutant in MUTANTS:
+        if not names or mutant.name in names:
+            caught.append(run_mutant(mutant))
             click.echo(f"oracle: {_sentence(caught[-1])}", err=True)
     if as_json:
         click.echo(msgspec.json.format(msgspec.json.encode(caught)).decode())
@@ -42,19 +42,19 @@ def oracle(ctx: click.Context, names: tuple[str, ...], *, as_json: bool) -> None
 
 def _sentence(caught: Caught) -> str:
     if caught.by is None:
-        return f"{caught.bug} was NOT caught in {caught.seeds} seeds"
-    return f"{caught.bug} was caught by {caught.by} in seed {caught.seed}"
+        return f"{caught.mutant} was NOT caught in {caught.seeds} seeds"
+    return f"{caught.mutant} was caught by {caught.by} in seed {caught.seed}"
 
 
 def _table(caught: list[Caught]) -> Table:
-    rules = {bug.name: bug.rule for bug in BUGS}
-    drawn = Table("bug", "the rule that it breaks", "caught by", "after seeds", "of", "CPU, s")
+    rules = {mutant.name: mutant.rule for mutant in MUTANTS}
+    drawn = Table("mutant", "rule that it breaks", "caught by", "after seeds", "of", "CPU, s")
     for column in drawn.columns[3:]:
         column.justify = "right"
     for each in caught:
         drawn.add_row(
-            each.bug,
-            rules[each.bug],
+            each.mutant,
+            rules[each.mutant],
             each.by or "NOT CAUGHT",
             str(each.seeds),
             str(each.seeds_max),

@@ -8,7 +8,7 @@ import msgspec
 
 from clew.campaign.campaign import CAMPAIGN_FILE, Campaign
 from clew.campaign.episode import SWARM
-from clew.campaign.failures import Case, Failure, failure_in, failure_of, failure_told
+from clew.campaign.failures import Case, Failure, failure_in, failure_of, failure_of_outcome
 from clew.campaign.shrink import shrink
 from clew.fleet.folder import make_folder
 from clew.log import timeline
@@ -56,7 +56,7 @@ def shrink_verb(ctx: click.Context, run: Path, *, seed: int | None, out: Path | 
         now = "does not fail" if again is None else f"fails in another way: {again.reason}"
         warn(f"{run}: failed: {recorded.reason}; rehearsed again it {now}")
         ctx.exit(ExitCode.FAILED)
-    warn(f"shrink: {recorded.told}")
+    warn(f"shrink: {recorded.sentence}")
     folder = out or _next(run / SHRUNK_FOLDER)
     make_folder(folder)  # before the work, not after it
     least = shrink(case, _Trials(recorded))
@@ -133,7 +133,7 @@ def _episode(folder: Path, seed: int | None) -> tuple[Case, Failure | None]:
         quiet_s=swarm.quiet_s if swarm.mode is Mode.LIVENESS else None,
         outside=swarm.outside,
     )
-    return case, failure_told(outcome)
+    return case, failure_of_outcome(outcome)
 
 
 def _plainly(error: OSError | msgspec.MsgspecError) -> str:
