@@ -7,12 +7,12 @@ Rule 2: the cause is the entry that the world records right before it strikes; d
 Rule 3: each run strikes at another moment of the crossing, so that no one phase of any period is measured.
 """
 
-import math
 from collections.abc import Iterable, Sequence
 from enum import StrEnum
 
 from msgspec import Struct
 
+from clew.percentiles import percentile
 from clew.rehearsal.logbook import NTP64_PER_S
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Freeze, Kill
@@ -142,8 +142,8 @@ def _is_stroke(entry: Entry) -> bool:
 
 
 def _times(times_s: Sequence[float | None], bound_s: float | None) -> Times | None:
-    known_s = sorted(each_s for each_s in times_s if each_s is not None)
+    known_s = [each_s for each_s in times_s if each_s is not None]
     if not known_s:
         return None
-    p50_s, p99_s = (known_s[math.ceil(share * len(known_s)) - 1] for share in (0.5, 0.99))
+    p50_s, p99_s = (percentile(known_s, percent) for percent in (50, 99))
     return Times(p50_s=p50_s, p99_s=p99_s, bound_s=bound_s, ok=bound_s is None or p99_s <= bound_s)

@@ -7,10 +7,10 @@ Rule 2: a fleet that has not arrived when the scenario's time is up has no time;
 import math
 from collections.abc import Sequence
 from enum import StrEnum
-from statistics import median_low
 
 from msgspec import Struct
 
+from clew.percentiles import percentile
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.faults.rules import Drop, MessageKind
@@ -70,8 +70,8 @@ def rehearsed(scenario: Scenario, plan: Plan, seed: int) -> Crossing:
 
 
 def median_s(crossings: Sequence[Crossing]) -> float:
-    """The time in the middle (of two, the shorter); infinite where most did not arrive."""
-    return median_low(_times_s(crossings))
+    """The median time; infinite where most did not arrive."""
+    return percentile(_times_s(crossings), 50)
 
 
 def worst_s(crossings: Sequence[Crossing]) -> float:

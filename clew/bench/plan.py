@@ -12,7 +12,6 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 from msgspec import Struct
 
 from agents.navigation import guidance, step
@@ -20,6 +19,7 @@ from agents.navigation.ground import Ground
 from agents.navigation.scan import View
 from agents.strand import leader
 from clew.bench.textbook import Textbook
+from clew.percentiles import percentile
 from clew.rehearsal.rehearsal import Rehearsal
 from world.scenario.scenario import Scenario
 
@@ -141,8 +141,8 @@ def figures(scenes: Sequence[str], measured: Sequence[Sample]) -> PlanFigures:
 
 
 def _spread(times_s: Sequence[float]) -> Spread:
-    median_ms, p90_ms, max_ms = np.percentile(times_s, [50.0, 90.0, 100.0]) * MS_PER_S
-    return Spread(median_ms=float(median_ms), p90_ms=float(p90_ms), max_ms=float(max_ms))
+    median_ms, p90_ms, max_ms = (MS_PER_S * percentile(times_s, percent) for percent in (50, 90, 100))
+    return Spread(median_ms=median_ms, p90_ms=p90_ms, max_ms=max_ms)
 
 
 @contextmanager

@@ -6,10 +6,10 @@ Rule 2: all runs of one row are the same run, so they differ by what else the ma
 """
 
 from collections.abc import Callable
-from statistics import median
 
 from msgspec import Struct
 
+from clew.percentiles import percentile
 from clew.rehearsal.network import Network
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import Plan
@@ -60,7 +60,7 @@ def _median_s(run: Callable[[], object], runs: int, wall: Clock) -> float:
         since_s = wall()
         run()
         times_s.append(wall() - since_s)
-    return median(times_s)
+    return percentile(times_s, 50)
 
 
 def _dispatch(messages: int, ticks: int) -> None:

@@ -217,7 +217,7 @@ def test_figures_of_a_family_are_of_what_ended_and_per_metre_of_all_paths_togeth
     ]
     figures = figures_of(by_family(outcomes)["f"])
     assert (figures.episodes, figures.reached, figures.surprises, figures.crashed) == (3, 1, 1, 1)
-    assert (figures.switching_steps_median, figures.switching_steps_max) == (4, 6)
+    assert (figures.switching_steps_median, figures.switching_steps_max) == (2, 6)
     assert (figures.events_per_m, figures.clearance_margin_m_min) == (2.0, 0.1)
 
 
