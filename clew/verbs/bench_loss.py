@@ -137,7 +137,7 @@ def _said(known: Scenario, points: list[LossPoint], *, runs: int, speed: float) 
         f"{known.fleet.robots} robots cross `{known.name}`: simulated seconds until all have arrived; "
         f"*never*: not within {known.time.time_s_max:g} s.\nRehearsed with seeds 1 to {runs}{live}.\n"
         f"In {len(crossings)} runs, {broken} promises were broken. "
-        f"With {100 * BOUND_RATE:.0f} % loss on every link a crossing takes {slowdown(points):.2f} times as long "
+        f"With {100 * BOUND_RATE:.0f} % loss on every link it takes {slowdown(points):.2f} times as long "
         f"as without.\n\n{table(points)}"
     )
 
