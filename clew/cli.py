@@ -1,7 +1,6 @@
 """The command line for people: `launch/clew`, and `clew` inside the environment.
 
-Data goes to stdout, the rest to stderr. Exit codes: 0 good, 1 a promise broke or the log is not complete,
-2 it cannot be done as asked, 130, 143 or 129 ended by Ctrl-C, SIGTERM or SIGHUP.
+Data goes to stdout, everything else to stderr. docs/run.md lists the exit codes.
 """
 
 import errno
@@ -22,7 +21,8 @@ from clew.verbs.figures import figures
 from clew.verbs.log import log
 from clew.verbs.log_cat import cat
 from clew.verbs.log_diff import diff
-from clew.verbs.mutants import oracle
+from clew.verbs.log_export import export
+from clew.verbs.mutants import mutants
 from clew.verbs.rehearse import rehearse
 from clew.verbs.replay import replay
 from clew.verbs.report import report
@@ -35,11 +35,36 @@ from protocol.plain import plain
 from world.record.recorder import RecordingFailedError
 
 
+@click.command()
+@click.argument("what", type=click.Choice(list(SCHEMAS)), default="scenario")
+def schema(what: str) -> None:
+    """Print the JSON Schema of scenario files or of fault plans, for editors."""
+    click.echo(schema_line(what), nl=False)
+
+
+SECTIONS = {
+    "A run": (rehearse, fault, view, report, log, replay, figures, schema),
+    "Proving ground (many runs, mutants, benchmarks)": (
+        campaign,
+        shrink_verb,
+        chaos,
+        mutants,
+        bench,
+        field,
+    ),
+}
+
+
 class _Refusal(click.ClickException):
     exit_code = ExitCode.USAGE
 
 
 class _Verbs(click.Group):
+    def format_commands(self, _ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        for title, verbs in SECTIONS.items():
+            with formatter.section(title):
+                formatter.write_dl([(str(verb.name), verb.get_short_help_str(limit=100)) for verb in verbs])
+
     def invoke(self, ctx: click.Context) -> object:
         try:
             return super().invoke(ctx)
@@ -54,40 +79,22 @@ class _Verbs(click.Group):
         except OSError as error:
             if error.filename is not None or error.errno == errno.EPIPE:
                 raise
-            # What was opened is named, so this is stdout: Python would complain once more at its end.
+            # An error of a file has its name, so this is of stdout. Python would report it again at exit.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             raise click.ClickException(f"cannot write: {error.strerror}") from error
 
 
 @click.group(cls=_Verbs)
 def main() -> None:
-    """Clew: rehearse fleets, read and judge their runs. Start a live one with launch/fleet.sh."""
+    """Rehearse fleets of robots, and read and judge their runs.
+
+    To start a live fleet, use launch/fleet.sh.
+    """
 
 
-@main.command()
-@click.argument("what", type=click.Choice(list(SCHEMAS)), default="scenario")
-def schema(what: str) -> None:
-    """Print the JSON Schema of a scenario file, or of a fault plan, for editors."""
-    click.echo(schema_line(what), nl=False)
-
-
-for _verb in (
-    rehearse,
-    campaign,
-    chaos,
-    field,
-    bench,
-    log,
-    fault,
-    replay,
-    shrink_verb,
-    oracle,
-    view,
-    figures,
-    report,
-):
+for _verb in (verb for verbs in SECTIONS.values() for verb in verbs):
     main.add_command(_verb)
-for _verb in (cat, diff):
+for _verb in (cat, diff, export):
     log.add_command(_verb)
 for _verb in (healing, loss):
     bench.add_command(_verb)

@@ -1,13 +1,13 @@
 """The figures of a campaign by family, and the printed table."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from statistics import median
 
 from msgspec import Struct
 from rich.table import Table
 from rich.text import Text
 
 from clew.campaign.episode import Outcome, Surprise
+from clew.percentiles import percentile
 from protocol.plain import plain
 
 ALL = "all"
@@ -45,7 +45,7 @@ def figures_of(outcomes: Sequence[Outcome]) -> Figures:
         crashed=sum(not outcome.ended for outcome in outcomes),
         fewer_robots=sum(outcome.robots_left_out > 0 for outcome in outcomes),
         violations=sum(outcome.violations for outcome in outcomes),
-        switching_steps_median=median(steps) if steps else None,
+        switching_steps_median=percentile(steps, 50) if steps else None,
         switching_steps_max=max(steps, default=None),
         clearance_margin_m_min=min(margins, default=None),
         events_per_m=sum(each.planning_events for each in outcomes) / path_m if path_m > 0.0 else None,

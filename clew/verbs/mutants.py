@@ -20,7 +20,7 @@ PIPE_COLUMNS = 140  # the table's width where stdout is no terminal
 @click.option("--bug", "names", multiple=True, help="Only this one; may be repeated.")
 @AS_JSON
 @click.pass_context
-def oracle(ctx: click.Context, names: tuple[str, ...], *, as_json: bool) -> None:
+def mutants(ctx: click.Context, names: tuple[str, ...], *, as_json: bool) -> None:
     """Plant one bug after the other in a copy of the source, and have a swarm of faults catch it.
 
     Exit code: 0 each was caught within its number of seeds, 1 one was not, 2 it cannot be done as asked.

@@ -1,4 +1,4 @@
-"""`clew rehearse`: one run in one process, in virtual time."""
+"""`clew rehearse`: runs a whole fleet in one process, in virtual time."""
 
 import secrets
 from datetime import UTC, datetime
@@ -21,12 +21,14 @@ from world.scenario.scenario import load
 
 @click.command()
 @click.argument("scenario", default="paper")
-@click.option("-n", "robots", type=ROBOTS, help="Robots, instead of the scenario's.")
+@click.option("-n", "robots", type=ROBOTS, help="Number of robots, instead of the scenario's.")
 @click.option("--seed", type=SEED, default=1, show_default=True, help="Decides every random draw.")
 @LAW
 @DEPLOYMENT
 @FAULTS
-@click.option("--out", type=click.Path(path_type=Path), help="The run's folder; default: a new one in runs/.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), help="Folder of the run; default: a new one in runs/."
+)
 @AS_JSON
 @click.pass_context
 def rehearse(
@@ -41,9 +43,10 @@ def rehearse(
     out: Path | None,
     as_json: bool,
 ) -> None:
-    """Run a whole fleet in this process, in virtual time; the same seed gives the same timeline.
+    """Run a whole fleet in this process, in virtual time.
 
-    SCENARIO is what launch/fleet.sh takes, and so are the run's folder, the report and the exit code.
+    The same seed gives the same timeline, to the byte. SCENARIO is a name in launch/scenarios/ or a file. The
+    run's folder, the summary and the exit code are those of launch/fleet.sh.
     """
     loaded = load(scenario, robots=robots, law=law, deployment=deployment, seed=seed)
     plan = NO_FAULTS if faults is None else load_plan(faults)

@@ -1,4 +1,4 @@
-"""`clew report`: one HTML file that shows a run."""
+"""`clew report`: writes one HTML file that shows a run."""
 
 import contextlib
 import gc
@@ -18,11 +18,14 @@ REPORT_FILE = "report.html"
 
 @click.command()
 @click.argument("run", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), help=f"Default: {REPORT_FILE} beside the log.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), help=f"File to write; default: {REPORT_FILE} beside the log."
+)
 def report(run: Path, *, out: Path | None) -> None:
-    """Make one HTML file of a run, which shows what happened and why; it opens anywhere, requests nothing.
+    """Write one HTML file that shows what happened in a run, and why.
 
-    RUN is a run's folder, or its events.jsonl. Prints the file's path. Replaces nothing but a report.
+    RUN is the folder of a run, or its events.jsonl. The file opens in any browser and requests nothing from
+    the network. The verb prints its path. It replaces an earlier report, but no other file.
     """
     if not run.exists():
         raise UsageError(f"no run in {run}: there is no such file or folder")
@@ -45,7 +48,7 @@ def report(run: Path, *, out: Path | None) -> None:
 
 @contextlib.contextmanager
 def _uncollected() -> Iterator[None]:
-    """Without looking for cycles: entries are in none, and it takes a sixth of the time of a long log."""
+    """Switch off the search for reference cycles: it takes a sixth of the time, and entries are in none."""
     gc.disable()
     try:
         yield

@@ -49,6 +49,7 @@ FLOORS: dict[str, dict[str, int]] = {
         "__init__": 9,
     },
     "clew": {
+        "percentiles": 0,
         **dict.fromkeys(("fields/", "log/", "rehearsal/"), 1),
         **dict.fromkeys(("story/", "swarm/"), 2),
         **dict.fromkeys(("export/", "fleet/", "page/"), 3),

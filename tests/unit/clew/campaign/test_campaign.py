@@ -217,7 +217,7 @@ def test_family_figures_count_ended_runs_and_rates_use_all_metres_together() -> 
     ]
     figures = figures_of(by_family(outcomes)["f"])
     assert (figures.episodes, figures.reached, figures.surprises, figures.crashed) == (3, 1, 1, 1)
-    assert (figures.switching_steps_median, figures.switching_steps_max) == (4, 6)
+    assert (figures.switching_steps_median, figures.switching_steps_max) == (2, 6)
     assert (figures.events_per_m, figures.clearance_margin_m_min) == (2.0, 0.1)
 
 
