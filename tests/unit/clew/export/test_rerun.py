@@ -10,12 +10,12 @@ import pytest
 from clew.verbs.extras import install_line
 from tests.support.campaigns import clew
 from tests.support.deadline import DEADLINE_S
-from tests.support.logs.exports import lively
+from tests.support.runs import Runs
 
 
 @pytest.mark.skipif(find_spec("rerun") is None, reason="rerun is not installed: 700 MB, the extra `rerun`")
-def test_rerun_itself_finds_the_file_sound(tmp_path: Path) -> None:
-    run = lively(tmp_path / "run")
+def test_rerun_itself_finds_the_file_sound(runs: Runs, tmp_path: Path) -> None:
+    run = runs.copy(tmp_path / "run", "grove", faults="leader-killed")
     said = clew("log", "export", run, "--to", "rrd")
     assert said.stdout.strip() == str(run / "events.rrd")
     verify = [sys.executable, "-m", "rerun", "rrd", "verify", str(run / "events.rrd")]
@@ -25,7 +25,7 @@ def test_rerun_itself_finds_the_file_sound(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(find_spec("rerun") is not None, reason="rerun is installed")
-def test_where_rerun_is_missing_the_extra_is_named(tmp_path: Path) -> None:
-    said = clew("log", "export", lively(tmp_path / "run"), "--to", "rrd")
+def test_where_rerun_is_missing_the_extra_is_named(runs: Runs) -> None:
+    said = clew("log", "export", runs.of("grove"), "--to", "rrd")
     assert said.exit_code == 2
     assert said.stderr == f"Error: this export needs rerun, the extra `rerun`: {install_line('rerun')}\n"
