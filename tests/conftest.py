@@ -9,6 +9,7 @@ import pytest
 from hypothesis import settings
 
 from tests.support.processes.fleets import Fleet
+from tests.support.runs import Runs
 
 # No claim here is about time, and on a loaded machine any single example may take longer than 200 ms.
 # What lands must not hang on luck, so under CI the examples are always the same; elsewhere they are new.
@@ -17,6 +18,15 @@ settings.load_profile("clew")
 
 # A shell's job in the background ignores the interrupt, and so would every process that a test starts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(scope="session")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Runs:
+    """Runs to read, each rehearsed once for all workers."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "runs"
+    folder.mkdir(exist_ok=True)
+    return Runs(folder)
 
 
 @pytest.fixture

@@ -19,7 +19,8 @@ from protocol.timeline import AuthorityGranted, PoseSampled, Record, RobotDied, 
 from tests.support.pages.browser import Sight, sight
 from tests.support.pages.canvas import Mark, drawn, layer, record
 from tests.support.pages.chromium import chromium
-from tests.support.pages.pages import page_of, rehearsed, told
+from tests.support.pages.pages import page_of, told
+from tests.support.runs import Runs
 from world.record.run_files import read_verdict
 from world.scenario.scenario import Scenario
 
@@ -31,9 +32,9 @@ OFF_M = 0.002  # the page has places to the millimetre, and sums them up
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def run(runs: Runs, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run that loses its leader, its tail and messages."""
-    return rehearsed(tmp_path_factory.mktemp("layers") / "run", "grove", faults=BUSY)
+    return runs.copy(tmp_path_factory.mktemp("layers") / "run", "grove", faults=BUSY)
 
 
 @pytest.fixture(scope="module")

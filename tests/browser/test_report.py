@@ -15,6 +15,7 @@ from tests.support.campaigns import clew
 from tests.support.deadline import DEADLINE_S
 from tests.support.pages.browser import Sight, sight
 from tests.support.pages.chromium import PHONE, chromium
+from tests.support.runs import Runs
 from world.record.recorder import EVENTS_FILE
 
 ROBOTS = 5
@@ -28,11 +29,9 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.fixture(scope="module")
-def report(tmp_path_factory: pytest.TempPathFactory) -> str:
+def report(runs: Runs, tmp_path_factory: pytest.TempPathFactory) -> str:
     """The address of the report of a run whose leader is killed at 3 s."""
-    run = tmp_path_factory.mktemp("page") / "run"
-    rehearsed = clew("rehearse", "grove", "--faults", "leader-killed", "--out", run)
-    assert rehearsed.exit_code == 0, rehearsed.output
+    run = runs.copy(tmp_path_factory.mktemp("page") / "run", "grove", faults="leader-killed")
     made = clew("report", run)
     assert made.exit_code == 0, made.output
     return Path(made.stdout.strip()).resolve().as_uri()

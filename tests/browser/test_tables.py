@@ -26,7 +26,8 @@ from protocol.timeline import (
 from tests.support.pages.browser import Sight, sight
 from tests.support.pages.canvas import layer, record
 from tests.support.pages.chromium import chromium
-from tests.support.pages.pages import page_of, rehearsed
+from tests.support.pages.pages import page_of
+from tests.support.runs import Runs
 from world.judge.table import measure
 from world.judge.tally import TAKES_AWAY, Tally
 from world.judge.verdict import Verdict
@@ -38,15 +39,15 @@ MOMENTS_SHOWN = 400  # in the page's list
 
 
 @pytest.fixture(scope="module")
-def busy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def busy(runs: Runs, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run that loses its leader, its tail and messages."""
-    return rehearsed(tmp_path_factory.mktemp("tables") / "busy", "grove", faults=BUSY)
+    return runs.copy(tmp_path_factory.mktemp("tables") / "busy", "grove", faults=BUSY)
 
 
 @pytest.fixture(scope="module")
-def paper(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def paper(runs: Runs, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run of which row 7 of Table I was once printed wrongly, rounded twice."""
-    return rehearsed(tmp_path_factory.mktemp("tables") / "paper", "paper", seed=2)
+    return runs.copy(tmp_path_factory.mktemp("tables") / "paper", "paper", seed=2)
 
 
 @pytest.fixture(scope="module")

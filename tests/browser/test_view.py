@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser
 
-from tests.support.campaigns import clew
 from tests.support.deadline import DEADLINE_S
 from tests.support.pages.browser import Sight, sight
 from tests.support.pages.chromium import chromium
 from tests.support.pages.views import address_of, view
 from tests.support.processes.fleets import Fleet
+from tests.support.runs import Runs
 
 ENDED = "clew.runs[0].ended"
 
@@ -26,13 +26,9 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+def twins(runs: Runs) -> list[Path]:
     """The same run under two seeds."""
-    folder = tmp_path_factory.mktemp("view")
-    for seed in ("1", "2"):
-        rehearsed = clew("rehearse", "grove", "--seed", seed, "--out", folder / seed)
-        assert rehearsed.exit_code == 0, rehearsed.output
-    return [folder / "1", folder / "2"]
+    return [runs.of("grove", seed=seed) for seed in (1, 2)]
 
 
 @contextmanager
@@ -73,9 +69,9 @@ def test_a_page_that_watches_a_fleet_sees_robots_move_and_then_the_verdict(
 
 
 def test_served_it_asks_for_itself_and_its_feed_and_nothing_else(
-    browser: Browser, runs: list[Path], tmp_path: Path
+    browser: Browser, twins: list[Path], tmp_path: Path
 ) -> None:
-    with served(runs[0], cwd=tmp_path) as address, sight(browser) as shown:
+    with served(twins[0], cwd=tmp_path) as address, sight(browser) as shown:
         shown.show(address)
         shown.wait(ENDED)
         assert shown.requests == [address, f"{address}events/0"]
@@ -83,18 +79,18 @@ def test_served_it_asks_for_itself_and_its_feed_and_nothing_else(
 
 
 def test_a_deep_link_into_a_served_run_lands_at_its_moment(
-    browser: Browser, runs: list[Path], tmp_path: Path
+    browser: Browser, twins: list[Path], tmp_path: Path
 ) -> None:
-    with served(runs[0], cwd=tmp_path) as address, sight(browser) as shown:
+    with served(twins[0], cwd=tmp_path) as address, sight(browser) as shown:
         shown.show(f"{address}#t=12.3&robot=3")
         shown.wait("clew.time === 12.3 && clew.robot === 3")
 
 
 def test_a_deep_link_lands_though_the_newest_moment_is_just_the_one_it_leads_to(
-    browser: Browser, runs: list[Path], tmp_path: Path
+    browser: Browser, twins: list[Path], tmp_path: Path
 ) -> None:
     events = tmp_path / "events.jsonl"
-    lines = (runs[0] / "events.jsonl").read_bytes().splitlines(keepends=True)
+    lines = (twins[0] / "events.jsonl").read_bytes().splitlines(keepends=True)
     times_s = [0.0, *(json.loads(line)["t_s"] for line in lines[1:])]
     asked_s = 4.0
     until = next(i for i, t_s in enumerate(times_s) if t_s >= asked_s)
@@ -123,9 +119,9 @@ def off_m(shown: Sight, run: int, row: int) -> float:
 
 
 def test_two_runs_stand_side_by_side_aligned_by_switching_step(
-    browser: Browser, runs: list[Path], tmp_path: Path
+    browser: Browser, twins: list[Path], tmp_path: Path
 ) -> None:
-    with served(*runs, cwd=tmp_path) as address, sight(browser) as shown:
+    with served(*twins, cwd=tmp_path) as address, sight(browser) as shown:
         shown.show(address)
         shown.wait("clew.runs.length === 2 && clew.runs.every((run) => run.ended)")
         assert shown.page.locator("#panes canvas").count() >= 2
@@ -140,7 +136,7 @@ def test_two_runs_stand_side_by_side_aligned_by_switching_step(
 
 
 def test_a_page_shows_the_next_run_when_latest_leads_to_it(
-    browser: Browser, runs: list[Path], tmp_path: Path
+    browser: Browser, twins: list[Path], tmp_path: Path
 ) -> None:
     latest = tmp_path / "runs" / "latest"
     latest.parent.mkdir()
@@ -148,19 +144,19 @@ def test_a_page_shows_the_next_run_when_latest_leads_to_it(
         shown.page.goto(address)
         assert "Waiting" in shown.page.locator("#notice").inner_text()
         assert not shown.page.locator("#timeline").is_visible()
-        for run in runs:
+        for seed, run in enumerate(twins, start=1):
             latest.with_name("link").symlink_to(run)
             latest.with_name("link").replace(latest)
-            shown.wait(f"clew.runs[0]?.subject?.seed === {run.name} && {ENDED}")
+            shown.wait(f"clew.runs[0]?.subject?.seed === {seed} && {ENDED}")
             shown.wait(f"document.querySelector('#facts').innerText.endsWith('in {run.name}')")
         assert not shown.page.locator("#notice").is_visible()
         assert shown.troubles == []
 
 
 def test_a_page_whose_viewer_has_gone_says_so_while_the_run_goes_on(
-    browser: Browser, runs: list[Path], tmp_path: Path
+    browser: Browser, twins: list[Path], tmp_path: Path
 ) -> None:
-    events = (runs[0] / "events.jsonl").read_bytes()
+    events = (twins[0] / "events.jsonl").read_bytes()
     (tmp_path / "half.jsonl").write_bytes(events[: len(events) // 2])
     with sight(browser) as shown:
         with served(tmp_path / "half.jsonl", cwd=tmp_path) as address:

@@ -11,7 +11,8 @@ from clew.log import timeline
 from clew.log.check import scenario_of
 from tests.support.pages.browser import Sight, sight
 from tests.support.pages.chromium import chromium
-from tests.support.pages.pages import page_of, rehearsed
+from tests.support.pages.pages import page_of
+from tests.support.runs import Runs
 from world.record.recorder import EVENTS_FILE
 from world.record.run_files import read_verdict
 
@@ -23,8 +24,8 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.fixture(scope="module")
-def killed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return rehearsed(tmp_path_factory.mktemp("words") / "run", "grove", faults="leader-killed")
+def killed(runs: Runs, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return runs.copy(tmp_path_factory.mktemp("words") / "run", "grove", faults="leader-killed")
 
 
 def show(shown: Sight, run: Path) -> None:
@@ -40,8 +41,8 @@ def text(shown: Sight, selector: str) -> str:
     return shown.page.locator(selector).inner_text()
 
 
-def test_the_nearest_obstacle_may_be_one_that_moves(browser: Browser, tmp_path: Path) -> None:
-    run = rehearsed(tmp_path / "run", "pedestrian")
+def test_the_nearest_obstacle_may_be_one_that_moves(browser: Browser, runs: Runs, tmp_path: Path) -> None:
+    run = runs.copy(tmp_path / "run", "pedestrian")
     with sight(browser) as shown:
         show(shown, run)
         least_m = read_verdict(run).moving_clearance_m_min
@@ -55,10 +56,10 @@ def test_the_nearest_obstacle_may_be_one_that_moves(browser: Browser, tmp_path: 
 
 
 def test_passings_of_what_moves_have_a_chart_of_their_own_where_something_does(
-    browser: Browser, killed: Path, tmp_path: Path
+    browser: Browser, runs: Runs, killed: Path, tmp_path: Path
 ) -> None:
     with sight(browser) as shown:
-        show(shown, rehearsed(tmp_path / "run", "pedestrian"))
+        show(shown, runs.copy(tmp_path / "run", "pedestrian"))
         chart = shown.page.locator(".chart", has_text="To moving obstacles")
         assert chart.is_visible()
         assert f"least {read_verdict(tmp_path / 'run').moving_clearance_m_min:.4f} m" in chart.inner_text()
@@ -108,9 +109,9 @@ def test_what_a_damaged_header_does_not_say_is_said_to_be_not_known(
 
 
 def test_a_law_that_promises_no_clearance_is_said_to_and_what_it_falls_short_of(
-    browser: Browser, tmp_path: Path
+    browser: Browser, runs: Runs, tmp_path: Path
 ) -> None:
-    run = rehearsed(tmp_path / "run", "paper")
+    run = runs.copy(tmp_path / "run", "paper")
     sentence = verdict_sentence(read_verdict(run), scenario_of(timeline.read(run)))
     short = sentence.split("this is ")[1].split(" short of")[0]
     with sight(browser) as shown:

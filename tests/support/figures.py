@@ -11,8 +11,8 @@ from clew.log import timeline
 from clew.story.course import Course, course_of
 
 
-def course(folder: Path, name: str) -> Course:
-    return course_of(timeline.read(folder / name))
+def course(run: Path) -> Course:
+    return course_of(timeline.read(run))
 
 
 def chart(course: Course, name: str) -> Chart:

@@ -1,6 +1,5 @@
 """Logs to export."""
 
-from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -9,16 +8,9 @@ from hypothesis import strategies as st
 from clew.export.columns import row_of
 from clew.export.tables import TYPES
 from clew.log import timeline
-from tests.support.campaigns import clew
 from tests.support.logs.logs import numbered
 from tests.support.strategies.message_strategies import values_of
 from world.record.lines import Line
-
-
-def lively(folder: Path) -> Path:
-    """A run in which the leader dies and the strand heals."""
-    clew("rehearse", "grove", "--faults", "leader-killed", "--out", folder)
-    return folder
 
 
 def one_of_each_kind() -> st.SearchStrategy[list[Line]]:

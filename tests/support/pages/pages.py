@@ -1,4 +1,4 @@
-"""Pages for tests: rehearsed runs, and what a report holds of them, read again as the page's script does."""
+"""Pages for tests: what a report holds of them, read again as the page's script does."""
 
 import base64
 import gzip
@@ -9,20 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from clew.page.document import document
-from clew.rehearsal.recorded import rehearse
 from clew.story.telling import Telling
-from protocol.faults.plan import load as load_plan
-from world.scenario.scenario import load
 
 STORY = re.compile(r'<script type="text/plain" id="story">([^<]*)</script>')
-
-
-def rehearsed(folder: Path, scenario: str, *, faults: str = "", seed: int = 1) -> Path:
-    """The folder of a run."""
-    folder.mkdir()
-    plan = [load_plan(faults)] if faults else []
-    rehearse(load(scenario), seed, folder, lambda _: None, *plan)
-    return folder
 
 
 def told(run: Path) -> list[dict[str, Any]]:

@@ -22,15 +22,15 @@ from clew.log.log import Log
 from clew.log.timeline import kind_of
 from protocol.timeline import PoseSampled, Record, RobotHeld, RobotStarted, RunEnded, ScanServed
 from tests.support.campaigns import clew
-from tests.support.logs.exports import lively
 from tests.support.logs.logs import HEADER, numbered, recorded
+from tests.support.runs import Runs
 from world.record.lines import Line
 from world.record.recorder import line
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = lively(tmp_path_factory.mktemp("lively") / "run")
+def run(runs: Runs, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = runs.copy(tmp_path_factory.mktemp("lively") / "run", "grove", faults="leader-killed")
     said = clew("log", "export", folder, "--to", "mcap")
     assert said.stdout.strip() == str(folder / "events.mcap")
     return folder
@@ -162,9 +162,8 @@ def test_the_scene_has_the_ground_the_robots_the_strand_and_the_steps(run: Path)
     assert {"authority/2", "authority/5"} <= set(seen)
 
 
-def test_moving_obstacles_move(tmp_path: Path) -> None:
-    clew("rehearse", "pedestrian", "--out", tmp_path / "run")
-    clew("log", "export", tmp_path / "run", "--to", "mcap", "--out", tmp_path / "new" / "run.mcap")
+def test_moving_obstacles_move(runs: Runs, tmp_path: Path) -> None:
+    clew("log", "export", runs.of("pedestrian"), "--to", "mcap", "--out", tmp_path / "new" / "run.mcap")
     places = [
         entity.lines[0].points[0] for entity in things(tmp_path / "new" / "run.mcap") if entity.id == "moving"
     ]

@@ -18,8 +18,9 @@ from clew.export.columns import Column, Part, Plain, columns_of
 from clew.export.tables import TYPES
 from clew.log.log import Log
 from tests.support.campaigns import clew
-from tests.support.logs.exports import lively, one_of_each_kind, rows_of
+from tests.support.logs.exports import one_of_each_kind, rows_of
 from tests.support.logs.logs import recorded
+from tests.support.runs import Runs
 from world.record.lines import Line
 
 READ: dict[Plain, Callable[[str], object]] = {
@@ -31,8 +32,8 @@ READ: dict[Plain, Callable[[str], object]] = {
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return lively(tmp_path_factory.mktemp("lively") / "run")
+def run(runs: Runs, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return runs.copy(tmp_path_factory.mktemp("lively") / "run", "grove", faults="leader-killed")
 
 
 def sql(query: str) -> list[tuple[Any, ...]]:

@@ -7,25 +7,14 @@ from pathlib import Path
 import pytest
 
 from clew.verbs.extras import install_line
-from protocol.root import ROOT
 from tests.support.campaigns import clew
 from tests.support.logs.logs import AT_REST, numbered, recorded
+from tests.support.runs import Runs
 from world.record.recorder import EVENTS_FILE
 
-PLAN = ROOT / "launch" / "faults" / "leader-killed.toml"
 
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two runs: the paper's, and one whose leader is killed."""
-    folder = tmp_path_factory.mktemp("runs")
-    clew("rehearse", "paper", "--seed", "1", "--out", folder / "paper")
-    clew("rehearse", "grove", "--faults", PLAN, "--seed", "1", "--out", folder / "killed")
-    return folder
-
-
-def test_a_torn_line_and_a_newer_schema_are_said_and_the_rest_is_drawn(folder: Path, tmp_path: Path) -> None:
-    text = (folder / "paper" / EVENTS_FILE).read_bytes()
+def test_a_torn_line_and_a_newer_schema_are_said_and_the_rest_is_drawn(runs: Runs, tmp_path: Path) -> None:
+    text = (runs.of("paper") / EVENTS_FILE).read_bytes()
     newer = tmp_path / EVENTS_FILE
     newer.write_bytes(text[: len(text) // 2].replace(b"clew-timeline/1", b"clew-timeline/2", 1))
     told = clew("figures", newer, "--format", "svg")
@@ -36,9 +25,9 @@ def test_a_torn_line_and_a_newer_schema_are_said_and_the_rest_is_drawn(folder: P
 
 
 def test_where_line_1_is_damaged_it_is_said_and_what_entries_alone_tell_is_drawn(
-    folder: Path, tmp_path: Path
+    runs: Runs, tmp_path: Path
 ) -> None:
-    _, entries = (folder / "killed" / EVENTS_FILE).read_bytes().split(b"\n", 1)
+    _, entries = (runs.of("grove", faults="leader-killed") / EVENTS_FILE).read_bytes().split(b"\n", 1)
     headless = tmp_path / EVENTS_FILE
     headless.write_bytes(b'{"kind": "run.started", "sche\n' + entries)
     told = clew("figures", headless, "--format", "svg")
@@ -84,15 +73,15 @@ def test_what_is_neither_run_nor_campaign_is_refused_in_a_line(
     assert (len(told.stderr.splitlines()), told.stdout) == (1, "")
 
 
-def test_a_format_that_nobody_knows_and_a_folder_that_is_a_file_are_refused(folder: Path) -> None:
-    for option, value in (("--format", "svg,gif"), ("--out", str(folder / "paper" / EVENTS_FILE))):
-        told = clew("figures", folder / "paper", option, value)
+def test_a_format_that_nobody_knows_and_a_folder_that_is_a_file_are_refused(runs: Runs) -> None:
+    for option, value in (("--format", "svg,gif"), ("--out", str(runs.of("paper") / EVENTS_FILE))):
+        told = clew("figures", runs.of("paper"), option, value)
         assert told.exit_code == 2
         assert len(told.stderr.splitlines()) == 1
 
 
-def test_without_matplotlib_a_line_names_the_extra(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_matplotlib_a_line_names_the_extra(runs: Runs, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    told = clew("figures", folder / "paper")
+    told = clew("figures", runs.of("paper"))
     assert told.exit_code == 2
     assert install_line("plot") in told.stderr

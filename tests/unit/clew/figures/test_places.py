@@ -1,18 +1,15 @@
 """Figures for print: what is drawn stands where it has to."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from protocol.arrays import Floats
-from tests.support.campaigns import clew
 from tests.support.figures import chart, course, painted
+from tests.support.runs import Runs
 
 
-def test_lines_stand_where_clearance_has_to_be_kept(tmp_path: Path) -> None:
-    clew("rehearse", "grove", "--seed", "1", "--out", tmp_path / "grove")
-    drawn = course(tmp_path, "grove")
+def test_lines_stand_where_clearance_has_to_be_kept(runs: Runs) -> None:
+    drawn = course(runs.of("grove"))
     law = drawn.scenario.law
     [axes] = painted(chart(drawn, "distances"))
     heights_m = {str(line.get_label()): set(np.asarray(line.get_ydata()).tolist()) for line in axes.lines}
@@ -20,9 +17,8 @@ def test_lines_stand_where_clearance_has_to_be_kept(tmp_path: Path) -> None:
     assert heights_m[r"$\varepsilon - \mu_0$"] == {law.epsilon_m - law.mu0_m}
 
 
-def test_each_panel_has_what_moves_where_it_was_when_the_step_was_planned(tmp_path: Path) -> None:
-    clew("rehearse", "door", "--seed", "3", "--out", tmp_path / "door")
-    drawn = course(tmp_path, "door")
+def test_each_panel_has_what_moves_where_it_was_when_the_step_was_planned(runs: Runs) -> None:
+    drawn = course(runs.of("door"))
     panels = [axes for axes in painted(chart(drawn, "steps")) if axes.get_title()]
     places_m, drawn_m = list[Floats](), list[Floats]()
     for axes, planned in zip(panels, drawn.plans, strict=True):

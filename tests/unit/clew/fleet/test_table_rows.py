@@ -4,9 +4,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from click.testing import CliRunner
 
-from clew.cli import main
 from clew.fleet.table_rows import Row, Scoreboard
 from clew.log.log import Log
 from clew.story.standing import State
@@ -38,6 +36,7 @@ from protocol.timeline import (
     StrandFormed,
 )
 from tests.support.logs.logs import HEADER, numbered
+from tests.support.runs import Runs
 from world.record.run_files import read_verdict
 
 HERE = {"x_m": 0.0, "y_m": 0.0}
@@ -85,12 +84,9 @@ def seen(robot: int, x_m: float) -> tuple[str, Record]:
 
 
 @pytest.fixture(scope="module", params=["leader-killed", "loss-50"])
-def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def run(request: pytest.FixtureRequest, runs: Runs) -> Path:
     """A rehearsal in which something goes wrong."""
-    folder = tmp_path_factory.mktemp("run") / str(request.param)
-    command = ["rehearse", "grove", "--seed", "1", "--faults", str(request.param), "--out", str(folder)]
-    assert CliRunner().invoke(main, command).exit_code == 0
-    return folder
+    return runs.of("grove", faults=str(request.param))
 
 
 def heard(run: Path, *, looks: int) -> Scoreboard:

@@ -11,6 +11,7 @@ from clew.cli import main
 from clew.log.diff import CONTEXT, NO_DIFFERENCE_OF_STEPS, first_difference, headers_apart, steps_of
 from protocol.timeline import PoseSampled, RobotStarted, RouterFound, RunEnded, StepFinished
 from tests.support.logs.logs import AT_REST, HEADER, numbered, recorded
+from tests.support.runs import Runs
 from world.record.lines import Line
 from world.record.recorder import EVENTS_FILE
 
@@ -28,18 +29,12 @@ def moved(lines: list[Line], row: int, **changes: float) -> list[Line]:
     return [*lines[:row], (source, changed), *lines[row + 1 :]]
 
 
-def rehearsed(folder: Path, *, seed: int) -> Path:
-    assert clew("rehearse", "follower", "--seed", str(seed), "--out", folder).exit_code == 0
-    return folder
-
-
 @pytest.fixture(scope="module")
-def twins(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Path]:
+def twins(runs: Runs, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Path]:
     """Two rehearsals of one seed, and one of another."""
-    folder = tmp_path_factory.mktemp("rehearsals")
-    names = (("one", 1), ("same", 1), ("other", 2))
-    one, same, other = (rehearsed(folder / name, seed=seed) for name, seed in names)
-    return one, same, other
+    same = tmp_path_factory.mktemp("rehearsals") / "same"
+    assert clew("rehearse", "grove", "--seed", "1", "--out", same).exit_code == 0
+    return runs.of("grove"), same, runs.of("grove", seed=2)
 
 
 def test_two_rehearsals_of_one_seed_are_the_same(twins: tuple[Path, Path, Path]) -> None:

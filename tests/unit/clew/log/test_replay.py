@@ -16,17 +16,16 @@ from protocol.network.session import INPUTS
 from protocol.root import ROOT
 from tests.support.campaigns import clew
 from tests.support.processes.fleets import Fleet
+from tests.support.runs import Runs
 from world.scenario.scenario import load
 
 PLANS = ROOT / "launch" / "faults"
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def run(runs: Runs) -> Path:
     """A fleet that was rehearsed with nothing going wrong."""
-    folder = tmp_path_factory.mktemp("run")
-    rehearse(load("grove"), 1, folder, lambda _: None)
-    return folder
+    return runs.of("grove")
 
 
 def turn_with_commands(run: Path, robot: int) -> int:

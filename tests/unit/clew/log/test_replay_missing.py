@@ -1,7 +1,6 @@
 """`clew replay` says "all the same" of whole journals only: what is damaged or missing is said, and fails."""
 
 import json
-import shutil
 from pathlib import Path
 
 import msgspec
@@ -15,23 +14,17 @@ from protocol.network.session import INPUTS
 from protocol.root import ROOT
 from protocol.wire.codec import packed
 from tests.support.campaigns import clew
+from tests.support.runs import Runs
 from world.record.recorder import EVENTS_FILE
 from world.scenario.scenario import load
 
 DAMAGE_AT = 5000  # of tens of thousands of bytes
 
 
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("whole")
-    rehearse(load("grove"), 1, folder, lambda _: None)
-    return folder
-
-
 @pytest.fixture
-def run(whole: Path, tmp_path: Path) -> Path:
+def run(runs: Runs, tmp_path: Path) -> Path:
     """A copy, to be spoilt."""
-    return Path(shutil.copytree(whole, tmp_path / "run"))
+    return runs.copy(tmp_path / "run", "grove")
 
 
 def journal_of(run: Path, robot: int) -> Path:

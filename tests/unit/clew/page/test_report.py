@@ -13,7 +13,8 @@ from click.testing import CliRunner, Result
 from clew.cli import main
 from clew.page.document import SCRIPTS, STYLES, document
 from protocol.root import ROOT
-from tests.support.pages.pages import inlined, rehearsed
+from tests.support.pages.pages import inlined
+from tests.support.runs import Runs
 from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE
 
@@ -31,8 +32,8 @@ def report(*arguments: str | Path) -> Result:
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return rehearsed(tmp_path_factory.mktemp("report") / "run", "paper")
+def run(runs: Runs) -> Path:
+    return runs.of("paper")
 
 
 @pytest.fixture
@@ -71,13 +72,13 @@ def test_the_page_requests_nothing_and_may_not(copy: Path) -> None:
     assert "connect-src 'none'" in page
 
 
-def test_ten_robots_take_less_than_a_megabyte_a_minute(tmp_path: Path) -> None:
+def test_ten_robots_take_less_than_a_megabyte_a_minute(runs: Runs, tmp_path: Path) -> None:
     scenario = (ROOT / "launch" / "scenarios" / "grove.toml").read_text(encoding="utf-8")
     for old, new in TEN.items():
         assert old in scenario
         scenario = scenario.replace(old, new)
     (tmp_path / "ten.toml").write_text(scenario, encoding="utf-8")
-    run = rehearsed(tmp_path / "run", str(tmp_path / "ten.toml"))
+    run = runs.copy(tmp_path / "run", str(tmp_path / "ten.toml"))
     report(run)
     page = run / "report.html"
     [batch] = inlined(page.read_text(encoding="utf-8"))

@@ -7,14 +7,15 @@ from typing import Any
 import pytest
 
 from clew.story.judged import SAME_M
-from tests.support.pages.pages import rehearsed, told
+from tests.support.pages.pages import told
+from tests.support.runs import Runs
 from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return rehearsed(tmp_path_factory.mktemp("judged") / "run", "pedestrian")
+def whole(runs: Runs) -> Path:
+    return runs.of("pedestrian")
 
 
 @pytest.fixture

@@ -14,15 +14,16 @@ from clew.story import distances
 from clew.story.batch import PLACE_TOLERANCE_M
 from clew.story.story import Story
 from protocol.timeline import Entry, OrderAccepted, PoseSampled
-from tests.support.pages.pages import column, rehearsed, told
+from tests.support.pages.pages import column, told
+from tests.support.runs import Runs
 from world.judge.tally import Tally
 from world.record.run_files import read_verdict
 
 
 @pytest.fixture(scope="module")
-def killed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def killed(runs: Runs) -> Path:
     """A run whose leader is killed: a death, broken links, a succession, a heal."""
-    return rehearsed(tmp_path_factory.mktemp("story") / "killed", "grove", faults="leader-killed")
+    return runs.of("grove", faults="leader-killed")
 
 
 @pytest.fixture(scope="module")
@@ -61,8 +62,8 @@ def test_thinned_curves_keep_their_lows(
     assert len(apart[0]["t"]) == len(apart[0]["robot"]) == len(apart[0]["other"]) <= 100
 
 
-def test_passings_of_a_moving_obstacle_reach_down_to_the_verdicts(tmp_path: Path) -> None:
-    run = rehearsed(tmp_path / "run", "pedestrian")
+def test_passings_of_a_moving_obstacle_reach_down_to_the_verdicts(runs: Runs) -> None:
+    run = runs.of("pedestrian")
     passed_m = [each for batch in told(run) for each in column(batch["passings"]["least"], 1e4)]
     verdict = read_verdict(run)
     assert verdict.moving_clearance_m_min is not None

@@ -1,0 +1,35 @@
+"""Rehearsed runs that many tests read: each is made once a session, whichever worker asks first."""
+
+import fcntl
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+from clew.rehearsal.recorded import rehearse
+from protocol.faults.plan import NO_FAULTS
+from protocol.faults.plan import load as load_plan
+from world.judge.verdict import VERDICT_FILE
+from world.scenario.scenario import load
+
+
+@dataclass(frozen=True, slots=True)
+class Runs:
+    """A folder that all workers of a session share."""
+
+    folder: Path
+
+    def of(self, scenario: str, *, faults: str = "", seed: int = 1) -> Path:
+        """The folder of such a run, to read."""
+        name = f"{Path(scenario).name}-{Path(faults).name}-{seed}"
+        run = self.folder / name
+        with (self.folder / f"{name}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not (run / VERDICT_FILE).exists():
+                run.mkdir()
+                plan = load_plan(faults) if faults else NO_FAULTS
+                rehearse(load(scenario), seed, run, lambda _: None, plan)
+        return run
+
+    def copy(self, to: Path, scenario: str, *, faults: str = "", seed: int = 1) -> Path:
+        """Such a run in a folder that is the test's own."""
+        return Path(shutil.copytree(self.of(scenario, faults=faults, seed=seed), to))
