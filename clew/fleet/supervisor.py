@@ -36,7 +36,7 @@ from clew.fleet.supervision.limits import Limits, Plan
 from clew.fleet.supervision.rules import TABLE as RULE_FOR
 from clew.fleet.supervision.rules import Do, State, What
 from protocol.exit_codes import ExitCode
-from protocol.faults.strokes import Blow
+from protocol.faults.process_faults import ProcessAction
 
 
 class Supervisor:
@@ -166,19 +166,19 @@ class Supervisor:
     def _inject(self, happening: Happening, now_s: float) -> Iterator[Command]:
         part, fault = happening.part, happening.fault
         assert fault is not None
-        match fault.fault:
-            case Blow.KILL:
+        match fault.action:
+            case ProcessAction.KILL:
                 if fault.wall_s is not None:
                     self._away_s[part] = fault.wall_s
                 yield Signal(part, signal.SIGKILL)
-            case Blow.FREEZE:
+            case ProcessAction.FREEZE:
                 self._facts.froze(part)
                 if fault.wall_s is not None:
                     self._facts.set_timer(What.THAW_DUE, part, now_s + fault.wall_s)
                 yield Signal(part, signal.SIGSTOP)
-            case Blow.THAW:
+            case ProcessAction.THAW:
                 yield from self._thaw(happening, now_s)
-            case Blow.START | Blow.SLOW:
+            case ProcessAction.START | ProcessAction.SLOW:
                 pass  # what was killed is started again anyway; a slow world knows that it is
 
     def _thaw(self, happening: Happening, _: float) -> Iterator[Command]:

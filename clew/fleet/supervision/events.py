@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from signal import Signals
 
 from protocol.exit_codes import ExitCode
-from protocol.faults.strokes import Blow
+from protocol.faults.process_faults import ProcessAction
 
 WORLD, HOST, VIEWER, TABLE = "world", "host", "viewer", "table"
 ROUTER = "router"
@@ -64,7 +64,7 @@ class Asked:
 class FaultAsked:
     """A process fault is asked for."""
 
-    fault: Blow
+    action: ProcessAction
     process: str
     wall_s: float | None = None
     """After so long it is undone; None: at once for what was killed, never for what was frozen."""
@@ -134,8 +134,8 @@ def fault_in(line: str) -> FaultAsked | None:
     """The process fault that a line asks for, as `kill world` or `kill router 2.5`; None: none of ours."""
     with contextlib.suppress(ValueError):
         match line.split():
-            case [fault, process]:
-                return FaultAsked(Blow(fault), process)
-            case [fault, process, wall] if math.isfinite(wall_s := float(wall)) and wall_s >= 0.0:
-                return FaultAsked(Blow(fault), process, wall_s)
+            case [action, process]:
+                return FaultAsked(ProcessAction(action), process)
+            case [action, process, wall] if math.isfinite(wall_s := float(wall)) and wall_s >= 0.0:
+                return FaultAsked(ProcessAction(action), process, wall_s)
     return None

@@ -18,7 +18,7 @@ from clew.fleet.supervision.events import (
 )
 from clew.fleet.supervision.limits import Plan
 from protocol.exit_codes import ExitCode
-from protocol.faults.strokes import Blow
+from protocol.faults.process_faults import ProcessAction
 from tests.support.histories.told import (
     FLEET,
     KILLED_WORLD,
@@ -75,7 +75,7 @@ ENDS = {
         ONE,
         (
             *UP,
-            (2.0, FaultAsked(Blow.KILL, "world", 1.0), [Signal(WORLD, SIGKILL)]),
+            (2.0, FaultAsked(ProcessAction.KILL, "world", 1.0), [Signal(WORLD, SIGKILL)]),
             (2.0, Ended(WORLD, -9), [KILLED_WORLD]),
             (2.0, Gone(WORLD), []),
             (2.9, Asked(ExitCode.TERMINATED), REST_IS_ASKED),
@@ -99,7 +99,7 @@ ENDS = {
         ONE,
         (
             *UP,
-            (2.0, FaultAsked(Blow.KILL, "world", 9.0), [Signal(WORLD, SIGKILL)]),
+            (2.0, FaultAsked(ProcessAction.KILL, "world", 9.0), [Signal(WORLD, SIGKILL)]),
             (2.0, Ended(WORLD, -9), [KILLED_WORLD]),
             (2.0, Gone(WORLD), []),
             (3.0, Ended(HOST, 1), [Say("the host ended with exit code 1 before the world"), *REST_IS_ASKED]),
@@ -188,11 +188,11 @@ ENDS = {
         ONE,
         (
             *UP,
-            (2.0, FaultAsked(Blow.FREEZE, "router", 1.5), [Signal(R1, SIGSTOP)]),
-            (2.0, FaultAsked(Blow.FREEZE, "world"), [Signal(WORLD, SIGSTOP)]),
+            (2.0, FaultAsked(ProcessAction.FREEZE, "router", 1.5), [Signal(R1, SIGSTOP)]),
+            (2.0, FaultAsked(ProcessAction.FREEZE, "world"), [Signal(WORLD, SIGSTOP)]),
             (3.0, Asked(ExitCode.TERMINATED), [*WORLD_IS_ASKED, Signal(R1, SIGCONT)]),
             (3.5, Tick(), []),
-            (3.6, FaultAsked(Blow.FREEZE, "world"), []),
+            (3.6, FaultAsked(ProcessAction.FREEZE, "world"), []),
         ),
     ),
     "what is frozen while the run is given up thaws, and the user need not wait": History(
@@ -201,7 +201,7 @@ ENDS = {
             *UP,
             (2.0, Ended(HOST, -9), [Say("the host was killed by SIGKILL before the world")]),
             (2.0, Gone(HOST), []),
-            (2.1, FaultAsked(Blow.FREEZE, "world", 0.5), [Signal(WORLD, SIGSTOP)]),
+            (2.1, FaultAsked(ProcessAction.FREEZE, "world", 0.5), [Signal(WORLD, SIGSTOP)]),
             (2.6, Tick(), [Signal(WORLD, SIGCONT)]),
             (3.0, Asked(ExitCode.TERMINATED), WORLD_IS_ASKED),
             (5.9, Tick(), []),

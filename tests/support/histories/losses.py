@@ -24,7 +24,7 @@ from clew.fleet.supervision.events import (
 )
 from clew.fleet.supervision.limits import Plan
 from protocol.exit_codes import ExitCode
-from protocol.faults.strokes import Blow
+from protocol.faults.process_faults import ProcessAction
 from tests.support.histories.told import (
     FLEET,
     KILLED_ROUTER,
@@ -92,7 +92,7 @@ LOSSES = {
         ONE,
         (
             *UP,
-            (2.0, FaultAsked(Blow.KILL, "router", 2.5), [Signal(R1, SIGKILL)]),
+            (2.0, FaultAsked(ProcessAction.KILL, "router", 2.5), [Signal(R1, SIGKILL)]),
             (2.1, Ended(R1, -9), [KILLED_ROUTER]),
             (2.1, Gone(R1), []),
             (4.5, Tick(), []),
@@ -104,9 +104,9 @@ LOSSES = {
         ONE,
         (
             *UP,
-            (2.0, FaultAsked(Blow.KILL, "world", 1.0), [Signal(WORLD, SIGKILL)]),
+            (2.0, FaultAsked(ProcessAction.KILL, "world", 1.0), [Signal(WORLD, SIGKILL)]),
             (2.0, Ended(WORLD, -9), [KILLED_WORLD]),
-            (2.5, FaultAsked(Blow.KILL, "world"), []),
+            (2.5, FaultAsked(ProcessAction.KILL, "world"), []),
             (3.0, Tick(), [Start(WORLD, resume=True)]),
         ),
     ),
@@ -116,7 +116,7 @@ LOSSES = {
             *UP_WITH_TWO,
             (2.0, Ended(R1, -9), [KILLED_ROUTER, Activate(R2), Start(R1)]),
             (2.1, Ended(R1, -9), [KILLED_ROUTER, Start(R1)]),
-            (3.0, FaultAsked(Blow.KILL, "router"), [Signal(R2, SIGKILL)]),
+            (3.0, FaultAsked(ProcessAction.KILL, "router"), [Signal(R2, SIGKILL)]),
             (3.0, Ended(R2, -9), [again("router 2 was killed by SIGKILL"), Activate(R1), Start(R2)]),
         ),
     ),
@@ -206,11 +206,11 @@ LOSSES = {
         ONE,
         (
             *UP,
-            (2.0, FaultAsked(Blow.FREEZE, "world", 1.5), [Signal(WORLD, SIGSTOP)]),
+            (2.0, FaultAsked(ProcessAction.FREEZE, "world", 1.5), [Signal(WORLD, SIGSTOP)]),
             (3.4, Tick(), []),
             (3.5, Tick(), [Signal(WORLD, SIGCONT)]),
-            (4.0, FaultAsked(Blow.FREEZE, "world", 1.0), [Signal(WORLD, SIGSTOP)]),
-            (4.5, FaultAsked(Blow.THAW, "world"), [Signal(WORLD, SIGCONT)]),
+            (4.0, FaultAsked(ProcessAction.FREEZE, "world", 1.0), [Signal(WORLD, SIGSTOP)]),
+            (4.5, FaultAsked(ProcessAction.THAW, "world"), [Signal(WORLD, SIGCONT)]),
             (5.0, Tick(), []),
         ),
     ),
@@ -218,8 +218,8 @@ LOSSES = {
         ONE,
         (
             *UP,
-            (2.0, FaultAsked(Blow.FREEZE, "router", 5.0), [Signal(R1, SIGSTOP)]),
-            (3.0, FaultAsked(Blow.KILL, "router"), [Signal(R1, SIGKILL)]),
+            (2.0, FaultAsked(ProcessAction.FREEZE, "router", 5.0), [Signal(R1, SIGSTOP)]),
+            (3.0, FaultAsked(ProcessAction.KILL, "router"), [Signal(R1, SIGKILL)]),
             (3.0, Ended(R1, -9), [KILLED_ROUTER, Start(R1)]),
             (7.0, Tick(), []),
         ),
@@ -227,11 +227,11 @@ LOSSES = {
     "a fault at a process that is not there, or that is another's work, does nothing": History(
         ONE,
         (
-            (0.0, FaultAsked(Blow.KILL, "router"), []),
+            (0.0, FaultAsked(ProcessAction.KILL, "router"), []),
             *UP,
-            (2.0, FaultAsked(Blow.FREEZE, "nobody"), []),
-            (2.0, FaultAsked(Blow.START, "world"), []),
-            (2.0, FaultAsked(Blow.SLOW, "world"), []),
+            (2.0, FaultAsked(ProcessAction.FREEZE, "nobody"), []),
+            (2.0, FaultAsked(ProcessAction.START, "world"), []),
+            (2.0, FaultAsked(ProcessAction.SLOW, "world"), []),
         ),
     ),
     "an old group that is gone late does not hide the new process": History(
@@ -248,9 +248,9 @@ LOSSES = {
         (
             (0.0, Begun(), [Start(VIEWER), Activate(R1), Start(R1)]),
             (0.3, Ready(R1), [Start(R2)]),
-            (0.4, FaultAsked(Blow.FREEZE, R1, 0.1), [Signal(R1, SIGSTOP)]),
+            (0.4, FaultAsked(ProcessAction.FREEZE, R1, 0.1), [Signal(R1, SIGSTOP)]),
             (0.5, Tick(), [Signal(R1, SIGCONT)]),
-            (0.6, FaultAsked(Blow.KILL, R1, 0.1), [Signal(R1, SIGKILL)]),
+            (0.6, FaultAsked(ProcessAction.KILL, R1, 0.1), [Signal(R1, SIGKILL)]),
             (0.6, Ended(R1, -9), [KILLED_ROUTER, Activate(R2)]),
             (0.7, Tick(), [Start(R1)]),
             (0.8, Ended(VIEWER, -9), [Say("the viewer was killed by SIGKILL; the run goes on")]),
@@ -262,9 +262,9 @@ LOSSES = {
         (
             (0.0, Begun(), [Start(VIEWER), Activate(R1), Start(R1)]),
             (0.3, Ready(R1), []),
-            (0.4, FaultAsked(Blow.FREEZE, "router", 0.1), [Signal(R1, SIGSTOP)]),
+            (0.4, FaultAsked(ProcessAction.FREEZE, "router", 0.1), [Signal(R1, SIGSTOP)]),
             (0.5, Tick(), [Signal(R1, SIGCONT)]),
-            (0.6, FaultAsked(Blow.KILL, "router", 0.1), [Signal(R1, SIGKILL)]),
+            (0.6, FaultAsked(ProcessAction.KILL, "router", 0.1), [Signal(R1, SIGKILL)]),
             (0.6, Ended(R1, -9), [KILLED_ROUTER]),
             (0.7, Tick(), [Start(R1)]),
             (0.8, Asked(ExitCode.INTERRUPTED), [*stop(VIEWER), *stop(R1)]),

@@ -1,16 +1,16 @@
 import pytest
 
 from clew.fleet.supervision.events import FaultAsked, fault_in
-from protocol.faults.strokes import Blow
+from protocol.faults.process_faults import ProcessAction
 
 
 @pytest.mark.parametrize(
     ("line", "fault"),
     [
-        ("kill world", FaultAsked(Blow.KILL, "world")),
-        ("kill router 2.5", FaultAsked(Blow.KILL, "router", 2.5)),
-        ("freeze router-2 0", FaultAsked(Blow.FREEZE, "router-2", 0.0)),
-        ("thaw world", FaultAsked(Blow.THAW, "world")),
+        ("kill world", FaultAsked(ProcessAction.KILL, "world")),
+        ("kill router 2.5", FaultAsked(ProcessAction.KILL, "router", 2.5)),
+        ("freeze router-2 0", FaultAsked(ProcessAction.FREEZE, "router-2", 0.0)),
+        ("thaw world", FaultAsked(ProcessAction.THAW, "world")),
         ("", None),
         ("nonsense", None),
         ("kill", None),

@@ -28,7 +28,7 @@ from clew.fleet.supervision.limits import Limits, Plan
 from clew.fleet.supervision.rules import IGNORED, RULES, Do, Rule, State, What
 from clew.fleet.supervisor import ACTIONS, Supervisor
 from protocol.exit_codes import ExitCode
-from protocol.faults.strokes import Blow
+from protocol.faults.process_faults import ProcessAction
 from tests.support.histories.ends import ENDS
 from tests.support.histories.losses import LOSSES
 from tests.support.histories.told import R1, R2, replay
@@ -80,7 +80,7 @@ def test_states_follow_in_one_direction(state: State) -> None:
 def test_who_waits_in_a_state_is_woken_by_its_deadline() -> None:
     supervised = replay(HISTORIES["what is frozen for a time is thawed then"])
     assert supervised.wake_at() is None
-    supervised.handle(FaultAsked(Blow.FREEZE, "world", 1.5), 10.0)
+    supervised.handle(FaultAsked(ProcessAction.FREEZE, "world", 1.5), 10.0)
     assert supervised.wake_at() == 11.5
     supervised.handle(Asked(ExitCode.TERMINATED), 10.5)
     assert supervised.wake_at() == 11.5
@@ -94,7 +94,9 @@ EVENTS = st.one_of(
     st.just(Tick()),
     st.builds(Ready, st.sampled_from((R1, R2, VIEWER))),
     st.builds(Ended, st.sampled_from(PARTS), st.sampled_from((0, 1, 2, -9))),
-    st.builds(FaultAsked, st.sampled_from(Blow), st.sampled_from(PARTS), st.sampled_from((None, 0.5))),
+    st.builds(
+        FaultAsked, st.sampled_from(ProcessAction), st.sampled_from(PARTS), st.sampled_from((None, 0.5))
+    ),
 )
 
 
