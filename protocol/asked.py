@@ -6,9 +6,10 @@ Rule 3: signals that were ignored at our start stay ignored: `nohup` ignores SIG
 """
 
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from types import FrameType
+from typing import Any
 
 from protocol.exit_codes import ExitCode
 
@@ -17,6 +18,8 @@ EXIT_CODES: dict[int, ExitCode] = {
     signal.SIGTERM: ExitCode.TERMINATED,
     signal.SIGHUP: ExitCode.HUNG_UP,
 }
+
+Handler = Callable[[int, FrameType | None], Any] | int | None  # as the standard library has it
 
 
 class AskedToEnd(KeyboardInterrupt):
@@ -49,13 +52,25 @@ def asked_to_end() -> Iterator[list[ExitCode]]:
         yield asked
 
 
-@contextmanager
-def _heard_by(hear: Callable[[ExitCode], None]) -> Iterator[None]:
+def listen(hear: Callable[[ExitCode], None]) -> Mapping[int, Handler]:
+    """Have these signals heard from now on; returns what was done about them before."""
+
     def handle(number: int, _frame: FrameType | None) -> None:
         hear(EXIT_CODES[number])
 
     heard = [number for number in EXIT_CODES if signal.getsignal(number) is not signal.SIG_IGN]
-    before = {number: signal.signal(number, handle) for number in heard}
+    return {number: signal.signal(number, handle) for number in heard}
+
+
+def ignore() -> None:
+    """From now on these signals change nothing: we exit, and know with what code."""
+    for number in EXIT_CODES:
+        signal.signal(number, signal.SIG_IGN)
+
+
+@contextmanager
+def _heard_by(hear: Callable[[ExitCode], None]) -> Iterator[None]:
+    before = listen(hear)
     try:
         yield
     finally:

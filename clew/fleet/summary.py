@@ -125,16 +125,27 @@ def verdict_sentence(verdict: Verdict, scenario: Scenario) -> str:
     )
 
 
+def summary_of(run: str) -> str:
+    """The report of a run that has its verdict, as the user calls its folder.
+
+    Raises:
+        UsageError: what stands there is no such run.
+    """
+    try:
+        verdict = read_verdict(Path(run))
+        return "\n".join(report(run, timeline.read(Path(run)), verdict)) + "\n"
+    except (OSError, msgspec.MsgspecError, UsageError) as error:
+        raise UsageError(f"report: {run}: {error}") from error
+
+
 def main(arguments: Sequence[str]) -> int:
     """Print the report of a run; returns the exit code."""
     parser = argparse.ArgumentParser(prog="python -m clew.fleet.summary", description=__doc__)
     parser.add_argument("run", metavar="RUN", help="a run's folder")
-    run = parser.parse_args(arguments).run
     try:
-        verdict = read_verdict(Path(run))
-        sys.stdout.write("\n".join(report(run, timeline.read(Path(run)), verdict)) + "\n")
-    except (OSError, msgspec.MsgspecError, UsageError) as error:
-        sys.stderr.write(f"report: {plain(f'{run}: {error}')}\n")
+        sys.stdout.write(summary_of(parser.parse_args(arguments).run))
+    except UsageError as error:
+        sys.stderr.write(f"{plain(str(error))}\n")
         return ExitCode.USAGE
     return 0
 

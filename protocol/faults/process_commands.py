@@ -22,7 +22,7 @@ from protocol.frames import RobotId
 from protocol.keys import robot_number
 
 SOCKETS = "h*.sock"  # `*` is the host's first robot; a socket path may have 107 bytes at most
-PIPE = "strokes"
+PIPE = "process-faults"
 COMMAND_BYTES_MAX = 200  # a command takes less than 60
 
 

@@ -24,7 +24,9 @@ ONLY_IN = {
     # The shells, and the two edges of the port that an event loop waits for; all else is told the time.
     "asyncio": {
         "agents/process/host.py",
+        "clew/fleet/parts/processes.py",
         "clew/fleet/prepare.py",
+        "clew/fleet/shell.py",
         "clew/fleet/table.py",
         "clew/log/follow.py",
         "clew/page/serve/channel.py",
