@@ -67,7 +67,7 @@ def _add_what_is_run(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scenario",
         nargs="?",
-        default="paper",
+        default="grove",
         metavar="SCENARIO",
         help="a name in launch/scenarios/, a TOML file or a scene (JSON); default: %(default)s",
     )

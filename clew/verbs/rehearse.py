@@ -20,7 +20,7 @@ from world.scenario.scenario import load
 
 
 @click.command()
-@click.argument("scenario", default="paper")
+@click.argument("scenario", default="grove")
 @click.option("-n", "robots", type=ROBOTS, help="Number of robots, instead of the scenario's.")
 @click.option("--seed", type=SEED, default=1, show_default=True, help="Decides every random draw.")
 @LAW

@@ -38,9 +38,9 @@ def made(private: Path, *arguments: str) -> Prepared:
     return prepare(parse(arguments), private, terminal=False)
 
 
-def test_nothing_asked_means_the_paper_at_real_time_with_seed_1() -> None:
+def test_nothing_asked_means_grove_at_real_time_with_seed_1() -> None:
     request = parse([])
-    assert (request.scenario, request.robots, request.seed, request.speed) == ("paper", None, 1, 1.0)
+    assert (request.scenario, request.robots, request.seed, request.speed) == ("grove", None, 1, 1.0)
 
 
 def test_what_is_asked_is_written_into_the_runs_folder_resolved(private: Path, tmp_path: Path) -> None:
