@@ -302,6 +302,6 @@ def test_a_death_has_its_sign_at_its_time_among_what_went_wrong(
             sign == pytest.approx((zero + slope * t_s, row), abs=9.0) for sign in signs
         )  # one beside it
     assert all(y == pytest.approx(row) for _, y in signs)
-    said = shown.page.locator("#moments li", has_text="is known to be dead")
+    said = shown.page.locator("#moments li", has_text="has died")
     assert said.count() == 2
     assert set(said.locator("i").all_inner_texts()) == {"\N{MULTIPLICATION SIGN}"}

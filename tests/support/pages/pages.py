@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from clew.page.document import document
+from clew.page.telling import Telling
 from clew.rehearsal.recorded import rehearse
-from clew.story.telling import Telling
 from protocol.faults.plan import load as load_plan
 from world.scenario.scenario import load
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from clew.story.judged import SAME_M
+from clew.page.judged import SAME_M
 from tests.support.pages.pages import rehearsed, told
 from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE
