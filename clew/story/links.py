@@ -11,6 +11,8 @@ from enum import IntEnum, auto
 from protocol.keys import robot_number
 from protocol.timeline import Entry, LinkBroken, LinkHeard, LinkSilent, StrandFormed
 
+KINDS = frozenset({LinkBroken, LinkHeard, LinkSilent, StrandFormed})
+
 
 class LinkState(IntEnum):
     """The worse, the later."""

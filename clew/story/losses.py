@@ -9,12 +9,14 @@ Rule 2: a robot that was started again counted in its last life only, and its ne
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 from protocol.keys import robot_number
 from protocol.timeline import Entry, FaultInjected, RobotRestarted, RobotSettled, TrafficCounted
 from world.judge.tally import TAKES_AWAY
 
-IN_BOOKS = ("link", "muster", "drive", "odometry")  # the first or the last part of keys that are
+KINDS = frozenset({FaultInjected, RobotRestarted, RobotSettled, TrafficCounted})
+IN_BOOKS = frozenset({"link", "muster", "drive", "odometry"})  # the first or the last part of keys that are
 
 Link = tuple[int, int]
 """The robot that sends, and the one that hears."""
@@ -53,8 +55,9 @@ class Losses:
     def hear(self, source: str, entry: Entry) -> None:
         """Take an entry in."""
         match entry.record:
-            case FaultInjected(key=str(key), fault=fault) if fault in TAKES_AWAY:
-                self._take(source, entry.t_s, key)
+            case FaultInjected() as fault:
+                if fault.key is not None and fault.fault in TAKES_AWAY:
+                    self._take(source, entry.t_s, fault.key)
             case RobotRestarted(robot=robot):
                 self._restarted.add(robot)
                 self.closed += 1
@@ -74,11 +77,8 @@ class Losses:
     def _take(self, source: str, t_s: float, key: str) -> None:
         if (link := link_of(key)) is not None:
             self.taken.append((t_s, link))
-        parts = key.split("/")
-        if parts[0] in IN_BOOKS or parts[-1] in IN_BOOKS:
-            robot = robot_number(source) or robot_number(parts[1])
-            if robot is not None:
-                self.by_robot[robot] += 1
+        if (robot := _loser(source, key)) is not None:
+            self.by_robot[robot] += 1
 
     def books(self) -> tuple[Book, ...]:
         """Of each link on which a message was counted, in the order of its robots."""
@@ -96,6 +96,16 @@ class Losses:
         )
 
 
+@lru_cache(maxsize=4096)  # a fault plan takes thousands of messages of the same few keys
+def _loser(source: str, key: str) -> int | None:
+    """Rule 1."""
+    parts = key.split("/")
+    if len(parts) < 2 or not {parts[0], parts[-1]} & IN_BOOKS:
+        return None
+    return robot_number(source) or robot_number(parts[1])
+
+
+@lru_cache(maxsize=4096)
 def link_of(key: str) -> Link | None:
     """The link that a key, without the run's root, is of."""
     match key.split("/"):

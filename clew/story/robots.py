@@ -7,7 +7,7 @@ Rule 3: the world and the fault plan say whether a process lives; all else a rob
 Rule 4: entries of one robot may come after later ones of others; its changes never go back in time.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum, auto
@@ -264,11 +264,11 @@ class Robots:
 
     def hear(self, source: str, entry: Entry) -> None:
         """Take an entry in."""
-        if type(entry.record) in KINDS:
-            for number, event in _events(source, entry.record):
-                robot = self.of(number)
-                robot.take(event, entry.record)
-                self._note(entry.t_s, robot)
+        told = _event(source, entry.record)
+        if told is not None:
+            robot = self.of(told[0])
+            robot.take(told[1], entry.record)
+            self._note(entry.t_s, robot)
 
     def move(self, t_s: float, robot: int) -> None:
         """The body of a robot has moved."""
@@ -286,17 +286,16 @@ class Robots:
             self.changes.append(change)
 
 
-def _events(source: str, record: Record) -> Iterator[tuple[int, Event]]:
-    """Rule 3: which robot an entry tells of, and what."""
-    speaker = robot_number(source)
+def _event(source: str, record: Record) -> tuple[int, Event] | None:
+    """Rule 3: which robot an entry tells of, and what; None: of none."""
+    kind = type(record)
     if isinstance(record, FaultInjected):
-        struck = robot_number(record.process or "")
-        if struck is not None and record.fault in _ACTIONS:
-            yield struck, ProcessAction(record.fault)
-    elif speaker is not None:
-        yield speaker, type(record)
-    elif (robot := getattr(record, "robot", None)) is not None:
-        yield robot, type(record)
+        struck = None if record.process is None else robot_number(record.process)
+        return None if struck is None or record.fault not in _ACTIONS else (struck, ProcessAction(record.fault))
+    if kind not in KINDS:
+        return None
+    robot = robot_number(source) or getattr(record, "robot", None)
+    return None if robot is None else (robot, kind)
 
 
 _ACTIONS = frozenset(ProcessAction)

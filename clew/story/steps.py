@@ -19,6 +19,8 @@ from protocol.frames import Point
 from protocol.keys import WORLD, robot_number
 from protocol.timeline import Entry, OrderAccepted, StepAbandoned, StepFinished, StepPlanned, StrandFormed
 
+KINDS = frozenset({OrderAccepted, StepAbandoned, StepFinished, StepPlanned, StrandFormed})
+
 
 class Ending(StrEnum):
     """How a step ended."""

@@ -11,13 +11,14 @@ which rules, stands in the part's file. Entries of one source come in their orde
 
 from dataclasses import dataclass, field
 
+from clew.story import links, losses, robots, steps, strands
 from clew.story.links import Links
 from clew.story.losses import Losses
 from clew.story.robots import Robots
 from clew.story.steps import Step, Steps
 from clew.story.strands import Strands
 from protocol.frames import Point
-from protocol.timeline import Entry, PoseSampled
+from protocol.timeline import Entry, FaultInjected, PoseSampled
 
 
 @dataclass(slots=True)
@@ -43,11 +44,20 @@ class Story:
         if isinstance(entry.record, PoseSampled):
             self._see(entry.t_s, entry.record)
             return
-        self.robots.hear(source, entry)
-        self.links.hear(source, entry)
-        self.strands.hear(source, entry)
-        self.steps.hear(source, entry)
-        self.losses.hear(source, entry)
+        kind = type(entry.record)
+        if isinstance(entry.record, FaultInjected) and entry.record.process is None:
+            self.losses.hear(source, entry)
+            return
+        if kind in robots.KINDS:
+            self.robots.hear(source, entry)
+        if kind in links.KINDS:
+            self.links.hear(source, entry)
+        if kind in strands.KINDS:
+            self.strands.hear(source, entry)
+        if kind in steps.KINDS:
+            self.steps.hear(source, entry)
+        if kind in losses.KINDS:
+            self.losses.hear(source, entry)
 
     def _see(self, t_s: float, pose: PoseSampled) -> None:
         before = self.poses.get(pose.robot)

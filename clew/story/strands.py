@@ -28,6 +28,7 @@ LAYING = frozenset(
     get_args(StepPlanned | StepAbandoned | StrandFormed | StrandReversed | StrandDissolved | MusterCalled)
 )
 """What a path depends on, besides each robot's first order of an epoch."""
+KINDS = LAYING | {OrderAccepted}
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,15 @@ from clew.log.check import scenario_of
 from clew.log.timeline import Timeline
 from protocol.arrays import Floats, distances_to_segments, scan_bearings_rad
 from protocol.frames import Point
-from protocol.timeline import AuthorityGranted, PoseSampled, Record, RobotDied, ScanServed, StepPlanned
+from protocol.timeline import (
+    AuthorityGranted,
+    PoseSampled,
+    Record,
+    RobotDied,
+    ScanServed,
+    StepFinished,
+    StepPlanned,
+)
 from tests.support.pages.browser import Sight, sight
 from tests.support.pages.canvas import Mark, drawn, layer, record
 from tests.support.pages.chromium import chromium
@@ -287,13 +295,33 @@ def test_the_line_of_what_has_to_be_kept_and_the_lowest_point_stand_at_their_hei
     assert lowest == pytest.approx(zero + slope * least_m, abs=0.6)
 
 
+def time_line(stills: list[list[Mark]]) -> tuple[list[Mark], float, float]:
+    """What the time line is made of, how many pixels a second is, and where it begins."""
+    [lanes] = [marks for marks in stills if any(mark.text == "faults" for mark in marks)]
+    bottom = max(y for _, _, y in numbers(lanes))
+    return lanes, *axis([(value, x) for value, x, y in numbers(lanes) if y == bottom])
+
+
+def test_each_step_has_a_band_from_its_plan_to_its_end(stills: list[list[Mark]], read: Timeline) -> None:
+    lanes, slope, zero = time_line(stills)
+    planned = [
+        (entry.t_s, entry.record.step) for _, entry in read.lines if isinstance(entry.record, StepPlanned)
+    ]
+    ended_s = [entry.t_s for _, entry in read.lines if isinstance(entry.record, StepFinished)]
+    bands = [mark.points for mark in lanes if mark.does == "rect" and mark.points[0][1] == 4.0]
+    wide = [(left, right) for (left, _), (right, _) in bands if right - left > 3.0]
+    assert wide == [
+        (pytest.approx(zero + slope * t_s, abs=1.0), pytest.approx(zero + slope * end_s, abs=1.0))
+        for (t_s, _), end_s in zip(planned, ended_s, strict=True)
+    ]
+    [row] = [mark.points[0][1] for mark in lanes if mark.text == "step"]
+    assert [value for value, _, y in numbers(lanes) if abs(y - row) < 2.0] == [step for _, step in planned]
+
+
 def test_a_death_has_its_sign_at_its_time_among_what_went_wrong(
     shown: Sight, stills: list[list[Mark]], read: Timeline
 ) -> None:
-    [lanes] = [marks for marks in stills if any(mark.text == "faults" for mark in marks)]
-    bottom = max(y for _, _, y in numbers(lanes))
-    times = [(value, x) for value, x, y in numbers(lanes) if y == bottom]
-    slope, zero = axis(times)
+    lanes, slope, zero = time_line(stills)
     [row] = [mark.points[0][1] for mark in lanes if mark.text == "faults"]
     died_s = {entry.t_s for _, entry in read.lines if isinstance(entry.record, RobotDied)}
     signs = [mark.points[0] for mark in lanes if mark.text == "\N{MULTIPLICATION SIGN}"]
