@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from clew.page.document import document, is_document
-from clew.story.telling import Telling
+from clew.page.telling import Telling
 from clew.verbs.say import warn
 from protocol.errors import UsageError
 from protocol.files.writing import write_whole

@@ -155,18 +155,6 @@ def test_band_headline_list_and_table_name_each_step_as_the_log_does(
         assert f"plans step {step}:" in shown.page.locator("#moments [aria-current]").inner_text()
 
 
-def test_a_step_that_its_leader_does_not_live_to_end_is_said_to_be_broken_off(shown: Sight) -> None:
-    shown.page.evaluate("""
-      const run = new clew.runs[0].constructor();
-      const at = (step, source, t) => ({ t: [t * 1000], source: [source], step: [step], joins: [false] });
-      run.takeEntries("step.planned", at(1, "r1", 1));
-      run.take({ lanes: [{ robot: 1, t_s: 2, state: "dead" }], end_s: 9 });
-      run.takeEntries("step.planned", at(2, "r2", 4));
-      clew.steps = run.steps.map(({ step, from, to, end }) => [step, from, to, end]);
-    """)
-    assert shown.page.evaluate("clew.steps") == [[1, 1, 2, "broken off"], [2, 4, 9, ""]]
-
-
 def test_the_bracket_keys_go_to_every_step_that_was_planned(
     shown: Sight, planned: list[tuple[float, int]]
 ) -> None:

@@ -8,6 +8,7 @@ from protocol.timeline import (
     LeaderSucceeded,
     LinkBroken,
     PromiseBroken,
+    Record,
     RobotArrived,
     RobotDied,
     RobotFailed,
@@ -27,36 +28,40 @@ from protocol.timeline import (
 )
 from protocol.timeline.sentences import sentence
 
-AWAITED = (
-    GoalReached
-    | LeaderSucceeded
-    | LinkBroken
-    | PromiseBroken
-    | RobotArrived
-    | RobotDied
-    | RobotFailed
-    | RobotRestarted
-    | RobotReturned
-    | RouteLost
-    | RouterFound
-    | RouterLost
-    | RunEnded
-    | StepAbandoned
-    | StepPlanned
-    | StrandDissolved
-    | StrandHealed
-    | StrandReversed
-    | WorldResumed
+AWAITED: frozenset[type[Record]] = frozenset(
+    {
+        FaultInjected,
+        GoalReached,
+        LeaderSucceeded,
+        LinkBroken,
+        PromiseBroken,
+        RobotArrived,
+        RobotDied,
+        RobotFailed,
+        RobotRestarted,
+        RobotReturned,
+        RouteLost,
+        RouterFound,
+        RouterLost,
+        RunEnded,
+        StepAbandoned,
+        StepPlanned,
+        StrandDissolved,
+        StrandFormed,
+        StrandHealed,
+        StrandReversed,
+        WorldResumed,
+    }
 )
 
 
 def progress(source: str, entry: Entry) -> str | None:
     """The line for an entry; None if it is not relevant."""
-    match entry.record:
-        case StrandFormed(order=order):
-            is_awaited = source == robot_name(order[0])
-        case FaultInjected(process=process):
-            is_awaited = process is not None
-        case record:
-            is_awaited = isinstance(record, AWAITED)
-    return f"t={entry.t_s:6.1f} s  {sentence(source, entry.record)}" if is_awaited else None
+    record = entry.record
+    if type(record) not in AWAITED:
+        return None
+    if isinstance(record, StrandFormed) and source != robot_name(record.order[0]):
+        return None  # its leader tells of it
+    if isinstance(record, FaultInjected) and record.process is None:
+        return None  # messages are counted
+    return f"t={entry.t_s:6.1f} s  {sentence(source, record)}"

@@ -15,9 +15,9 @@ from pathlib import Path
 import msgspec
 
 from clew.page.document import document
+from clew.page.telling import Telling
 from clew.percentiles import percentile
 from clew.rehearsal.recorded import rehearse
-from clew.story.telling import Telling
 from tests.support.pages.chromium import chromium, window
 from world.scenario.scenario import Scenario
 

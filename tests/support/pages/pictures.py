@@ -17,8 +17,8 @@ from pathlib import Path
 from playwright.sync_api import Page
 
 from clew.page.document import document
+from clew.page.telling import Telling
 from clew.rehearsal.recorded import rehearse
-from clew.story.telling import Telling
 from protocol.faults.plan import load as load_plan
 from protocol.root import ROOT
 from tests.support.pages.chromium import PHONE, chromium, window

@@ -90,7 +90,7 @@ function figuresOf(run) {
     ["Separation", metres(apart), required(run.subject?.separation_m_required)],
     [
       "Steps",
-      String(verdict?.switching_steps ?? Math.max(run.positions.length - 1, 0)),
+      String(verdict?.switching_steps ?? run.steps.filter(({ end }) => end === "finished").length),
       `${verdict?.planning_events ?? (run.kind("scan.served").t ?? []).length} planning events of all robots`,
     ],
     [

@@ -111,7 +111,7 @@ def test_our_own_router_asks_for_passwords(private: Path) -> None:
 def test_run_without_out_gets_a_folder_of_its_own_in_runs(private: Path, somewhere_else: Path) -> None:
     run = made(private)
     (folder,) = (somewhere_else / "runs").iterdir()
-    assert re.fullmatch(r"\d{8}T\d{6}Z-paper-[0-9a-f]{4}", folder.name)
+    assert re.fullmatch(r"\d{8}T\d{6}Z-grove-[0-9a-f]{4}", folder.name)
     assert (run.folder.name, run.latest) == (folder.name, LATEST)
 
 

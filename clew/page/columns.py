@@ -8,7 +8,7 @@ from msgspec import Struct
 from msgspec.structs import asdict
 from numpy.typing import ArrayLike
 
-from clew.story.batch import Column
+from clew.page.batch import Column
 from protocol.frames import Point
 
 MS, MM, MRAD, TENTH_MM = 1e3, 1e3, 1e3, 1e4
@@ -31,11 +31,12 @@ def plain(values: Sequence[Any]) -> list[Any]:
     if isinstance(values[0], int | str):  # which includes all flags
         return list(values)
     if isinstance(values[0], Point):
-        return [None if place is None else _pair(place) for place in values]
+        return [None if place is None else pair(place) for place in values]
     return [_plain(value) for value in values]
 
 
-def _pair(place: Point) -> tuple[float, float]:
+def pair(place: Point) -> tuple[float, float]:
+    """A place."""
     return round(place.x_m, DECIMALS), round(place.y_m, DECIMALS)
 
 
@@ -44,7 +45,7 @@ def _plain(value: object) -> Any:  # noqa: ANN401 - whatever a record may hold, 
         case float():
             return round(value, DECIMALS)
         case Point():
-            return _pair(value)
+            return pair(value)
         case Struct():
             return {name: _plain(part) for name, part in asdict(value).items()}
         case (float(), *_):

@@ -1,21 +1,28 @@
 """What the page is told of a run: all of it, as it was, and judged as the monitor judges."""
 
 import json
+import re
 from collections import Counter, defaultdict
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from clew.log import timeline
+from clew.log.check import scenario_of
 from clew.log.timeline import Timeline, kind_of
+from clew.page.batch import PLACE_TOLERANCE_M
+from clew.page.batches import Batches
+from clew.page.entries import MOMENTS
 from clew.story import distances
-from clew.story.batch import PLACE_TOLERANCE_M
-from clew.story.story import Story
 from protocol.timeline import Entry, OrderAccepted, PoseSampled
 from tests.support.pages.pages import column, told
+from tests.support.planned import planned
 from tests.support.runs import Runs
+from world.judge.table import measure
 from world.judge.tally import Tally
 from world.record.run_files import read_verdict
 
@@ -111,12 +118,12 @@ def test_bodies_are_where_the_log_has_them(read: Timeline, batches: list[dict[st
 
 @pytest.mark.parametrize("in_pieces", [False, True])
 def test_a_body_that_turns_has_stood_until_then(*, in_pieces: bool) -> None:
-    story, t_s, heading_rad = Story(None), list[float](), list[float]()
+    making, t_s, heading_rad = Batches(None), list[float](), list[float]()
     for number, (at_s, turned_rad) in enumerate([(0.0, 0.0), (2.0, 0.15), (2.1, 0.3)], start=1):
         pose = PoseSampled(robot=1, x_m=0.0, y_m=0.0, heading_rad=turned_rad)
-        story.hear("world", Entry(n=number, t_s=at_s, hlc="0/world", record=pose))
+        making.hear("world", Entry(n=number, t_s=at_s, hlc="0/world", record=pose))
         if in_pieces or number == 3:
-            [track] = json.loads(story.batch() or b"")["tracks"]
+            [track] = json.loads(making.batch() or b"")["tracks"]
             t_s += column(track["t"], 1e3)
             heading_rad += column(track["heading"], 1e3)
     assert np.interp([1.8, 2.05], t_s, heading_rad).tolist() == [0.0, pytest.approx(0.225)]
@@ -132,15 +139,18 @@ def joined(curves: list[dict[str, Any]]) -> list[tuple[float, float]]:
 
 
 def test_a_run_that_is_told_in_pieces_is_told_the_same(read: Timeline, batches: list[dict[str, Any]]) -> None:
-    story, pieces = Story(read.header), []
+    making, pieces = Batches(read.header), []
     for place, (source, entry) in enumerate(read.lines):
-        story.hear(source, entry)
+        making.hear(source, entry)
         if place % 100 == 0:
-            pieces.append(json.loads(story.batch() or b""))
-    pieces.append(json.loads(story.batch(ended=True) or b""))
+            pieces.append(json.loads(making.batch() or b""))
+    pieces.append(json.loads(making.batch(ended=True) or b""))
     whole = batches[0]
-    for field in ("lanes", "links", "strands", "positions"):
+    for field in ("lanes", "links", "strands"):
         assert [each for piece in pieces for each in piece.get(field, ())] == whole[field]
+    steps = {step["place"]: step for piece in pieces for step in piece.get("steps", ())}
+    assert list(steps.values()) == whole["steps"]
+    assert [piece["books"] for piece in pieces if "books" in piece][-1] == whole["books"]
     assert {epoch: path for piece in pieces for epoch, path in piece.get("paths", {}).items()} == whole[
         "paths"
     ]
@@ -153,9 +163,9 @@ def test_a_run_that_is_told_in_pieces_is_told_the_same(read: Timeline, batches: 
 
 
 def test_nothing_new_makes_no_batch(read: Timeline) -> None:
-    story = Story(read.header)
-    assert story.batch() is not None
-    assert story.batch() is None
+    told_of = Batches(read.header)
+    assert told_of.batch() is not None
+    assert told_of.batch() is None
 
 
 def test_lanes_and_links_tell_of_the_death(batches: list[dict[str, Any]]) -> None:
@@ -169,9 +179,36 @@ def test_lanes_and_links_tell_of_the_death(batches: list[dict[str, Any]]) -> Non
     assert [strand["order"][0] for strand in batch["strands"]] == [1, 2]
 
 
-def test_positions_are_those_of_the_step_table(read: Timeline, batches: list[dict[str, Any]]) -> None:
+def test_steps_end_at_the_switching_positions(read: Timeline, batches: list[dict[str, Any]]) -> None:
     tally = Tally()
     for source, entry in read.lines:
         tally.hear(source, entry)
-    told_of = [(position["x_m"], position["y_m"]) for batch in batches for position in batch["positions"]]
-    assert told_of == [(place.x_m, place.y_m) for place in tally.switching_positions]
+    [batch] = batches
+    start, *stood = tally.switching_positions
+    finished = [step for step in batch["steps"] if step["end"] == "finished"]
+    assert [(step["x_m"], step["y_m"]) for step in finished] == [(place.x_m, place.y_m) for place in stood]
+    assert [step["position"] for step in finished] == list(range(1, len(stood) + 1))
+    scenario = scenario_of(read)
+    rows = measure(scenario, [start, *stood])
+    assert [batch["start"]["distances_m"], *(step["distances_m"] for step in finished)] == [
+        pytest.approx(row) for row in rows
+    ]
+
+
+def test_a_step_that_promises_too_little_is_said_to_lead_away(read: Timeline) -> None:
+    making = Batches(read.header)
+    near = replace(planned(1), promised_clearance_m=0.05)
+    for number, plan in enumerate((near, replace(near, step=2, promised_clearance_m=0.1)), start=1):
+        making.hear("r1", Entry(n=number, t_s=float(number), hlc="0/r1", record=plan))
+    batch = json.loads(making.batch() or b"")
+    assert [step["leads_away"] for step in batch["steps"]] == [True, False]
+    assert ["leads away" in said for said in batch["entries"]["step.planned"]["says"]] == [True, False]
+
+
+def test_each_moment_has_a_sign_and_its_sentence(batches: list[dict[str, Any]]) -> None:
+    script = (files("clew.page") / "assets" / "run" / "moments.js").read_text(encoding="utf-8")
+    signs = set(re.findall(r'^  "([a-z.]+)": \{ sign', script, re.MULTILINE))
+    assert signs == {kind.__struct_config__.tag for kind in MOMENTS}
+    [batch] = batches
+    for kind, columns in batch["entries"].items():
+        assert ("says" in columns) == (kind in signs)

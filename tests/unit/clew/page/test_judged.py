@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from clew.story.judged import SAME_M
+from clew.page.judged import SAME_M
 from tests.support.pages.pages import told
 from tests.support.runs import Runs
 from world.judge.verdict import VERDICT_FILE

@@ -6,7 +6,8 @@ Rule 2: no entry of the timeline is left out but pose.sampled, which is `tracks`
         and evenly from one place to the next, and is never further than `PLACE_TOLERANCE_M` from the log's.
 Rule 3: a column is a list of whole numbers, each less the one before it; the first of a batch stands whole.
         Times are in ms, places in mm, angles in mrad, distances that are judged in 0.1 mm.
-Rule 4: what replaces says so: `paths` by epoch, `verdict`, `flaws`. All else is added to what there is.
+Rule 4: these replace what there is: `paths` by epoch, `steps` by place, `books`, `verdict`, `flaws`. All else
+        is added to it.
 """
 
 from typing import Any
@@ -75,7 +76,7 @@ class Lane(Struct, frozen=True, kw_only=True):
     """`free`, `lining up`, `holding` for the robot behind, `waiting` for a link, `arrived` or `dead`."""
 
 
-class LinkChange(Struct, frozen=True, kw_only=True):
+class LinkRow(Struct, frozen=True, kw_only=True):
     """A link from a time on; the lower of its two robots first."""
 
     one: int
@@ -85,7 +86,7 @@ class LinkChange(Struct, frozen=True, kw_only=True):
     """`up`, `silent` or `broken`, by what its two robots recorded."""
 
 
-class Strand(Struct, frozen=True, kw_only=True):
+class StrandRow(Struct, frozen=True, kw_only=True):
     """The order of the strand from a time on, leader first."""
 
     t_s: float
@@ -93,18 +94,61 @@ class Strand(Struct, frozen=True, kw_only=True):
     order: tuple[int, ...]
 
 
-class Position(Struct, frozen=True, kw_only=True):
-    """Where the leader stood: a row of the step table. Row 0 is before the first step."""
+class Start(Struct, frozen=True, kw_only=True):
+    """Where the leader stood before the first step: the first row of the step table."""
 
     t_s: float
     robot: int
-    step: int
-    x_m: float
-    y_m: float
-    clearance_m: float | None
-    """The least in the step that ended here; None: row 0, or no obstacle."""
     distances_m: tuple[float, ...]
     """To each obstacle of the scenario, from the centre, as in the paper's Table I; not rounded."""
+
+
+class StepRow(Struct, frozen=True, kw_only=True):
+    """A switching step: a row of the step table."""
+
+    place: int
+    """Among all steps of the run, from 0."""
+    step: int
+    robot: int
+    """That led."""
+    from_s: float
+    to_s: float | None
+    """None: it is under way."""
+    end: str
+    """`finished`, `abandoned` or `broken off`; empty: it is under way."""
+    length_m: float
+    promised_m: float | None
+    leads_away: bool
+    """It promises less than is required: something has come nearer, and the step leads away from that."""
+    clearance_m: float | None = None
+    """The least in the step; None: it was not finished, or there is no obstacle."""
+    x_m: float | None = None
+    y_m: float | None = None
+    """Where the leader stood when it was finished; None: it was not."""
+    position: int = 0
+    """Which step it was that was finished, from 1: its row in Table I, where row 0 is the start."""
+    distances_m: tuple[float, ...] = ()
+    """From there, as those of the start."""
+
+
+class BookRow(Struct, frozen=True, kw_only=True):
+    """The messages of a link, by the books that its two robots closed with."""
+
+    sender: int
+    receiver: int
+    sent: int | None
+    """None: its process died, or did and was started again."""
+    received: int | None
+    injected: int
+    """What faults took."""
+
+
+class Losses(Struct, frozen=True, kw_only=True):
+    """The messages of links that faults took or damaged."""
+
+    t: Column
+    sender: list[int]
+    receiver: list[int]
 
 
 class Batch(Struct, frozen=True, kw_only=True, omit_defaults=True):
@@ -120,13 +164,20 @@ class Batch(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Hulls that moved, to moving obstacles."""
     entries: dict[str, dict[str, list[Any]]] = {}
     """By kind: `i`, which entry of the log it was, `t` in ms and `source`, all columns but `source`, which
-    holds the source's name; then a list for each field of the kind. A place is a pair `[x, y]`."""
+    holds the source's name; then a list for each field of the kind. A place is a pair `[x, y]`.
+
+    Of kinds that a reader looks for also `says`, their sentences; null: nobody looks for this one. Of
+    `step.planned` also `ends`: between which points each gap opens, right and left; null: that is not known.
+    """
     lanes: tuple[Lane, ...] = ()
-    links: tuple[LinkChange, ...] = ()
-    strands: tuple[Strand, ...] = ()
+    links: tuple[LinkRow, ...] = ()
+    strands: tuple[StrandRow, ...] = ()
     paths: dict[str, list[tuple[float, float]]] = {}
     """By epoch: all corners of the strand's path; arc length counts from the first."""
-    positions: tuple[Position, ...] = ()
+    start: Start | None = None
+    steps: tuple[StepRow, ...] = ()
+    losses: Losses | None = None
+    books: tuple[BookRow, ...] = ()
     end_s: float | None = None
     """The newest time of the run so far."""
     ended: bool = False

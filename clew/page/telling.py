@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 
 from clew.log.log import Log
-from clew.story.story import Story
+from clew.page.batches import Batches
 from protocol.errors import UsageError
 from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from world.judge.verdict import VERDICT_FILE
@@ -42,14 +42,15 @@ class Telling:
 
     def batches(self) -> Iterator[bytes]:
         """The whole run, for `clew.take`."""
-        story = Story(None if self._log is None else self._log.header, self._folder)
+        batches = Batches(None if self._log is None else self._log.header, self._folder)
         for count, (source, entry) in enumerate(() if self._log is None else self._log.lines, start=1):
-            story.hear(source, entry)
+            batches.hear(source, entry)
             if count % AT_ONCE == 0:
-                yield from _some(story.batch())
-        story.add(verdict=self._verdict, flaws=(*(() if self._log is None else self._log.flaws), *self.flaws))
-        self.flaws = story.flaws
-        yield from _some(story.batch(ended=True))
+                yield from _some(batches.batch())
+        flaws = () if self._log is None else self._log.flaws
+        batches.add(verdict=self._verdict, flaws=(*flaws, *self.flaws))
+        self.flaws = batches.flaws
+        yield from _some(batches.batch(ended=True))
 
 
 def folder_of(run: Path) -> str:
