@@ -21,14 +21,14 @@ def rules() -> str:
             "## The file\n",
             _table(_fields(components["Plan"]), components),
             "## `[[rule]]`\n",
-            "Every rule says its `fault`, and may say:\n",
+            "Every rule has a `fault`. Its optional fields:\n",
             _table(shared, components),
             "### Faults of messages\n",
-            "They may say, too:\n",
+            "Further fields:\n",
             _table(_without(for_messages, shared), components),
             _kinds(messages, for_messages, components),
             "### Faults of processes\n",
-            "Each strikes once, as soon as all that it names holds. They may say, too:\n",
+            "Each rule strikes once, as soon as all its conditions hold. Further fields:\n",
             _table(_without(for_processes, shared), components),
             _kinds(processes, for_processes, components),
             "### Burst\n",
@@ -54,7 +54,7 @@ def _kinds(rules: list[Schema], known: Mapping[str, Schema], components: Schema)
 def _plans() -> str:
     plans = [load(path.stem) for path in sorted(PLANS.glob("*.toml"))]
     rows = [f"| `{plan.name}` | {plan.description} |" for plan in plans]
-    return "\n".join(["| plan | what goes wrong |", "|---|---|", *rows, ""])
+    return "\n".join(["| plan | faults |", "|---|---|", *rows, ""])
 
 
 def _fields(described: Schema) -> dict[str, Any]:

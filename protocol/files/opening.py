@@ -1,7 +1,7 @@
-"""Opens what a user has named, or what stands in a run's folder, which may be anybody's.
+"""Opens files that a user has named, or that are in a run's folder, which may belong to another user.
 
-Rule 1: only regular files are read. A FIFO would be waited for without an end, and a device has no end.
-Rule 2: no more of a file is read at once than its limit.
+Rule 1: only regular files are read. A FIFO could block for ever, and a device has no end.
+Rule 2: at most the size limit of a file is read.
 """
 
 import errno
@@ -11,16 +11,16 @@ from io import BufferedReader
 from pathlib import Path
 
 WRITTEN_BYTES_MAX = 8 << 20
-"""Of a file that people write: a scenario with 10,000 polygons takes less."""
+"""For files written by users: a scenario with 10,000 polygons is smaller."""
 MADE_BYTES_MAX = 256 << 20
-"""Of a file that we have written in one piece: a campaign of 100,000 episodes takes less."""
+"""For files written by Clew in one piece: a campaign of 100,000 episodes is smaller."""
 
 
 def open_regular(path: Path) -> BufferedReader:
-    """The file, to be read.
+    """Open a regular file for reading.
 
     Raises:
-        OSError: it is not there, may not be read, or is no regular file.
+        OSError: it is missing, not readable, or not a regular file.
     """
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC | os.O_NOCTTY)
     try:
@@ -36,10 +36,10 @@ def open_regular(path: Path) -> BufferedReader:
 
 
 def read_bytes(path: Path, bytes_max: int) -> bytes:
-    """All of a regular file.
+    """Read a whole regular file.
 
     Raises:
-        OSError: as above, or it is longer than its limit.
+        OSError: see `open_regular`; or it is longer than its limit.
     """
     with open_regular(path) as file:
         text = file.read(bytes_max + 1)

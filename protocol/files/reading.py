@@ -16,7 +16,7 @@ from protocol.files.refusals import one_line, short
 
 T = TypeVar("T")
 
-DEPTH_MAX = 64  # of tables and lists in each other; scenarios have 4
+DEPTH_MAX = 64  # of nested tables and lists; scenarios have 4
 INTEGER_MAX = 2**64
 _TOO_DEEP = f"it is nested deeper than {DEPTH_MAX}"
 _LONG_KEY = re.compile(
@@ -38,12 +38,12 @@ def read(path: Path, source: str) -> dict[str, Any]:
 
 
 def decode(text: bytes, suffix: str) -> object:
-    """What a text says in TOML, or in JSON.
+    """Decode TOML or JSON.
 
     Raises:
-        ValueError: nothing, or nothing that we would handle: rule 1.
+        ValueError: the text is invalid or violates rule 1.
     """
-    if suffix == ".toml" and _LONG_KEY.search(text):  # it alone would take memory by its square
+    if suffix == ".toml" and _LONG_KEY.search(text):  # its memory use would be quadratic
         raise ValueError(f"a key has more than {DEPTH_MAX} parts")
     try:
         said: object = msgspec.toml.decode(text) if suffix == ".toml" else msgspec.json.decode(text)

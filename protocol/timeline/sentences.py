@@ -1,7 +1,7 @@
-"""The sentence for each kind of entry: the only place that says in words what an entry records.
+"""The sentence for each kind of entry: the only place that words entries for users.
 
-Rule 1: a kind's sentence is a template over its fields; what a template cannot say is a function.
-Rule 2: a robot is `r3`; `by` is the source, which has recorded the entry.
+Rule 1: the sentence of a kind is a template over its fields, or a function where a template is not enough.
+Rule 2: robots are written as `r3`; `by` is the source of the entry.
 """
 
 from collections.abc import Callable
@@ -57,7 +57,7 @@ from protocol.timeline import (
 
 
 def sentence(source: str, record: Record) -> str:
-    """What an entry of this source says, in plain English."""
+    """The sentence for an entry of this source, in plain English."""
     said = SENTENCES[type(record)]
     return said.format(by=source, it=record) if isinstance(said, str) else said(source, record)
 
@@ -65,7 +65,7 @@ def sentence(source: str, record: Record) -> str:
 def _order(_: str, order: OrderAccepted) -> str:
     target = order.target
     does = "stand still" if target is None else f"drive to ({target.x_m:.2f}, {target.y_m:.2f})"
-    return f"the body of {robot_name(order.robot)} takes order {order.number}: {does}"
+    return f"the body of {robot_name(order.robot)} accepts order {order.number}: {does}"
 
 
 def _step(by: str, plan: StepPlanned) -> str:
@@ -97,7 +97,7 @@ def _fault(_: str, fault: FaultInjected) -> str:
 
 
 def _leader(by: str, leads: LeaderSucceeded) -> str:
-    return f"{by} leads" + ("" if leads.before is None else f" in the place of {robot_name(leads.before)}")
+    return f"{by} leads" + ("" if leads.before is None else f" instead of {robot_name(leads.before)}")
 
 
 def _traffic(by: str, counted: TrafficCounted) -> str:
@@ -106,17 +106,17 @@ def _traffic(by: str, counted: TrafficCounted) -> str:
 
 
 SENTENCES: dict[type[Record], str | Callable[[str, Any], str]] = {
-    AuthorityGranted: "{by} lets r{it.to} drive up to {it.authority_m:.3f} m of the path",
+    AuthorityGranted: "{by} grants r{it.to} the path up to {it.authority_m:.3f} m",
     BodyStopped: "the body of r{it.robot} stops: its robot is silent",
     FaultInjected: _fault,
     GoalReached: "{by} has reached the goal",
     LeaderSucceeded: _leader,
-    LinkBroken: "{by} gives up its link to r{it.neighbour}, silent for {it.silent_s:.1f} s ({it.cause})",
+    LinkBroken: "{by} breaks its link to r{it.neighbour}, silent for {it.silent_s:.1f} s ({it.cause})",
     LinkHeard: "{by} hears r{it.neighbour} again",
-    LinkSilent: "{by} does not hear r{it.neighbour}, for {it.silent_s:.2f} s",
+    LinkSilent: "{by} has not heard r{it.neighbour} for {it.silent_s:.2f} s",
     MessageRefused: "{by} refuses a message on {it.key}: {it.reason}",
     MusterCalled: lambda by, call: f"{by} calls {len(call.members)} robots to line up: {call.why}",
-    MusterJoined: "{by} leaves what it was in, to line up",
+    MusterJoined: "{by} leaves its strand to line up",
     OrderAccepted: _order,
     OrderFinished: "the body of r{it.robot} finishes order {it.number}",
     OrderRefused: "the body of r{it.robot} refuses order {it.number}: {it.reason}",
@@ -127,26 +127,26 @@ SENTENCES: dict[type[Record], str | Callable[[str, Any], str]] = {
     RobotBlocked: "{by} is blocked: {it.reason}",
     RobotDied: "r{it.robot} has died, silent since t={it.silent_since_s:.1f} s",
     RobotFailed: "{by} has failed: {it.reason}",
-    RobotHeld: "{by} holds for the robot behind, which is {it.behind_m:.2f} m short of its authority",
+    RobotHeld: "{by} waits for the robot behind, which is {it.behind_m:.2f} m short of its authority",
     RobotPlaced: lambda by, placed: f"{by} has joined the strand, at place {placed.rank + 1}",
-    RobotReleased: "{by} need not hold any longer",
-    RobotRestarted: "r{it.robot} has been started again",
-    RobotReturned: "r{it.robot} is there again",
+    RobotReleased: "{by} no longer waits for the robot behind",
+    RobotRestarted: "r{it.robot} has been restarted",
+    RobotReturned: "r{it.robot} has returned",
     RobotSettled: lambda by, it: f"{by} sends no more: {sum(it.sent.values())} messages in all",
     RobotStarted: "{by} starts, as process {it.pid}",
-    RouteLost: "{by} knows no way on: {it.reason}",
-    RouterFound: "a router is there again, after {it.away_s:.3f} s of wall clock",
+    RouteLost: "{by} knows no way to the goal: {it.reason}",
+    RouterFound: "a router is connected again, after {it.away_s:.3f} s of wall clock",
     RouterLost: "the router is lost: no message arrives",
     RunEnded: "the run is over: {it.reason}",
     ScanServed: "r{it.robot} takes a scan with {it.hits} hits",
     SegmentChecked: _segment,
-    StepAbandoned: "{by} stops short of the end of step {it.step}",
+    StepAbandoned: "{by} stops before the end of step {it.step}",
     StepFinished: _step_end,
     StepPlanned: _step,
-    StrandDissolved: "{by} has the strand dissolve: the way of r{it.blocked} is blocked",
+    StrandDissolved: "{by} dissolves the strand: the way of r{it.blocked} is blocked",
     StrandFormed: _strand,
-    StrandHealed: lambda _, healed: f"the strand has healed, of {len(healed.members)} robots",
-    StrandReversed: "{by} has the strand turn round",
+    StrandHealed: lambda _, healed: f"the strand has healed, with {len(healed.members)} robots",
+    StrandReversed: "{by} reverses the strand",
     TrafficCounted: _traffic,
-    WorldResumed: "the world has been started again, life {it.life}: it goes on from {it.entries} entries",
+    WorldResumed: "the world has been restarted, life {it.life}: it resumes from {it.entries} entries",
 }

@@ -1,4 +1,4 @@
-"""What a timeline says about orders, motion, grants and plans; what paths follow from it says `paths`."""
+"""The evidence in a timeline: orders, motion, grants and plans; `paths` derives the strands' paths."""
 
 import math
 from collections import defaultdict

@@ -1,10 +1,10 @@
-"""The paths of strands, as they follow from the evidence.
+"""The paths of strands that follow from the evidence.
 
-Rule 1: a strand's path is the polyline of the places where the robots lined up just before, tail first (of
-        the path between them, where they had stayed in a strand), and then of the targets of the leader's
-        switching steps. When the strand has turned round, it is what there was the other way, and then the
-        new leader's targets; along what there was its first may drive.
-Rule 2: each path is built once, and nothing recurses: a log may have a strand turn round any number of times.
+Rule 1: the strand's path is a polyline. It begins with the places where the robots lined up, tail first;
+        robots that stayed in a strand keep their path between them. Then follow the targets of the leader's
+        switching steps. After a reversal it is the old path reversed, followed by the new leader's targets;
+        the new leader may drive along the old part.
+Rule 2: each path is built once, without recursion: a log may contain any number of reversals.
 """
 
 import math
@@ -16,7 +16,7 @@ from world.judge.evidence import ROUNDING_M, Evidence, apart_m
 
 
 class Paths:
-    """The paths by evidence that hears nothing more while they are asked for."""
+    """The paths of complete evidence: it must not change while paths are requested."""
 
     def __init__(self, evidence: Evidence) -> None:
         self._evidence = evidence
@@ -24,13 +24,13 @@ class Paths:
         """By order and epoch."""
 
     def of(self, strand: StrandFormed) -> Path | None:
-        """The strand's path; None where a robot of it was never seen, or it never turned round."""
+        """The strand's path; None if one of its robots has no pose, or its reversal is missing."""
         if not all(self._evidence.poses.get(robot) for robot in strand.order):
             return None
         return self._path(strand.order, strand.epoch)
 
     def laid(self, order: tuple[int, ...], epoch: int) -> Path | None:
-        """What there was of the strand's path when the epoch began."""
+        """The strand's path at the beginning of the epoch."""
         if epoch - 1 in self._evidence.lining_up:
             return self._lined_up(order, epoch)
         reversal = self._evidence.reversals.get(epoch - 1)
@@ -38,20 +38,20 @@ class Paths:
         return None if reversal is None or before is None else before.reversed(reversal.cut_m, reversal.end_m)
 
     def _path(self, order: tuple[int, ...], epoch: int) -> Path | None:
-        """Back along the reversals to a path that is known or begins by itself, and forward again."""
+        """Go back along the reversals to a path that is known or needs no other, then forward again."""
         wanted = each = order, epoch
         chain = []
         while each not in self._known:
             chain.append(each)
-            if not self._goes_on(each[1]):
+            if not self._continues(each[1]):
                 break
             each = each[0][::-1], each[1] - 1
         for each in reversed(chain):
             self._known[each] = self._driven(*each)
         return self._known[wanted]
 
-    def _goes_on(self, epoch: int) -> bool:
-        """Whether this epoch's path is the one of the epoch before, the other way, and more."""
+    def _continues(self, epoch: int) -> bool:
+        """Whether this epoch's path continues the reversed path of the epoch before."""
         return epoch - 1 not in self._evidence.lining_up and epoch - 1 in self._evidence.reversals
 
     def _driven(self, order: tuple[int, ...], epoch: int) -> Path | None:
@@ -69,13 +69,13 @@ class Paths:
         path = Path(Point(x_m=start.x_m, y_m=start.y_m) for start in starts)
         formed = self._evidence.strands.get((order[0], epoch))
         bent = Path(formed.laid) if formed is not None and formed.laid else None
-        # What a leader says of its path counts only where it begins and ends as the robots stood.
+        # The leader's own path counts only if it begins and ends where the robots stood.
         both = bent is not None and all(
             apart_m(path.at(end), bent.at(end)) <= ROUNDING_M for end in (0.0, math.inf)
         )
         return bent if bent is not None and both else path
 
     def _lined_up_at(self, robot: int, epoch: int) -> OrderAccepted | PoseSampled:
-        """Where a robot stood when the strand formed: where its first order from then on found it."""
+        """Where a robot stood when the strand formed: the place of its first order after that."""
         first = (order for _, order in self._evidence.orders.get(robot, ()) if order.epoch >= epoch)
         return next(first, self._evidence.poses[robot][-1][1])

@@ -73,5 +73,5 @@ def _judge_grant(history: History, robot: int, grant: AuthorityGranted) -> Promi
     if (robot, grant.to) in pairwise(order):
         return None
     return broken(
-        "P3", robot, f"grants ground in epoch {grant.epoch} to who is not right behind it", grant.to
+        "P3", robot, f"grants ground in epoch {grant.epoch} to a robot not directly behind it", grant.to
     )

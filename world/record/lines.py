@@ -1,7 +1,7 @@
-"""A timeline's lines as they are read again: sources and their entries.
+"""Reads the lines of a timeline: sources and their entries.
 
-Rule 1: a line is decoded once. It holds its stamp and the fields of its record side by side, so each kind
-        has a type of line, made from both, and a function that parts the two.
+Rule 1: a line is decoded once. It contains the fields of its stamp and of its record side by side. So each
+        kind has a line type, made from both, and a function that separates the two.
 """
 
 from collections.abc import Callable
@@ -42,13 +42,13 @@ def read_line(text: bytes) -> Line:
 
 
 def _type_of(kind: type[Kind]) -> type[Struct]:
-    """The type of the lines of this kind."""
+    """The line type of this kind."""
     own = [(each.name, each.type, _default(each)) for each in (*fields(Stamp), *fields(kind))]
     tag = kind.__struct_config__.tag
     return msgspec.defstruct(f"{kind.__name__}Line", own, kw_only=True, tag=tag, tag_field="kind")
 
 
-def _default(of: FieldInfo) -> Any:  # noqa: ANN401 - whatever a field may hold
+def _default(of: FieldInfo) -> Any:  # noqa: ANN401 - any value of a field
     if of.required:
         return msgspec.field()
     made = of.default_factory
@@ -56,10 +56,10 @@ def _default(of: FieldInfo) -> Any:  # noqa: ANN401 - whatever a field may hold
 
 
 def _parting(kind: type[Kind]) -> Callable[[Any], Line]:
-    """Parts a line; a function written out for each kind takes half the time of one that serves all."""
+    """Separates a line; a generated function per kind takes half the time of a common one."""
     own = ", ".join(f"{name}=line.{name}" for name in kind.__struct_fields__)
     entry = f"Entry(n=line.n, t_s=line.t_s, hlc=line.hlc, record=Record({own}))"
-    parting: Callable[[Any], Line] = eval(  # noqa: S307 - of the names of our own fields
+    parting: Callable[[Any], Line] = eval(  # noqa: S307 - only names of our own fields
         f"lambda line: (line.source, {entry})", {"Entry": Entry, "Record": kind}
     )
     return parting

@@ -1,4 +1,4 @@
-"""Progress for people who watch a run: a line for each thing that they wait for."""
+"""Progress messages for users who watch a run: one line per relevant entry."""
 
 from protocol.keys import robot_name
 from protocol.timeline import (

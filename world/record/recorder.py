@@ -85,11 +85,11 @@ class Recorder:
         Raises:
             RecordingFailedError: the file cannot be written.
         """
-        who = source, incarnation
+        key = source, incarnation
         taken: list[Entry] = []
-        for entry in entries if who not in self._gone else ():
-            self._newest[who] = max(self._newest[who], entry.n)
-            if entry.n == self._written[who] + 1:
+        for entry in entries if key not in self._gone else ():
+            self._newest[key] = max(self._newest[key], entry.n)
+            if entry.n == self._written[key] + 1:
                 self._write(line(source, entry))
                 self.recall(source, entry, incarnation)
                 taken.append(entry)

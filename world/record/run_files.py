@@ -1,4 +1,4 @@
-"""What stands in a run's folder beside its entries: what was asked for, the header, and the verdict."""
+"""The files in a run's folder besides its entries: the request, the header, and the verdict."""
 
 import platform
 from importlib import metadata
@@ -42,7 +42,7 @@ def header_of(
 
 
 def prepare_folder(folder: Path, scenario: Scenario, plan: Plan, settings: Settings) -> None:
-    """Write what was asked for into the run's folder, resolved, before anything starts.
+    """Write the resolved request into the run's folder, before anything starts.
 
     Raises:
         UsageError: it cannot be written.
@@ -56,19 +56,19 @@ def prepare_folder(folder: Path, scenario: Scenario, plan: Plan, settings: Setti
 
 
 def read_scenario(folder: Path) -> Scenario:
-    """The scenario of the run in this folder.
+    """Read the scenario of the run in this folder.
 
     Raises:
-        UsageError: its file is not there, or holds none.
+        UsageError: the file is missing or invalid.
     """
     return load(str(folder / SCENARIO_FILE))
 
 
 def check_unchanged(folder: Path, header: Header) -> None:
-    """Refuse a folder whose scenario or fault plan is not the one that its run began with.
+    """Refuse a folder whose scenario or fault plan has changed since the run began.
 
     Raises:
-        UsageError: it is one.
+        UsageError: one of them has changed.
     """
     began_with = () if header.faults is None else msgspec.convert(header.faults, Plan).rules
     if read_scenario(folder).fingerprint() != header.scenario_hash:
@@ -78,7 +78,7 @@ def check_unchanged(folder: Path, header: Header) -> None:
 
 
 def as_header(plan: Plan) -> dict[str, Any] | None:
-    """How a header has a fault plan."""
+    """The fault plan as a header contains it."""
     return msgspec.to_builtins(plan) if plan.rules else None
 
 

@@ -1,4 +1,4 @@
-"""Files that users name: whatever they are, they are read within bounds or refused in one line."""
+"""Files named by users: they are read within bounds, or refused in one line."""
 
 import os
 from collections.abc import Callable
@@ -33,7 +33,7 @@ def refusal(load: Callable[[str], object], path: Path) -> str:
 
 @pytest.mark.parametrize("text", NESTED.values(), ids=NESTED)
 @pytest.mark.parametrize("load", LOADERS)
-def test_what_is_nested_too_deep_is_refused_in_one_line(
+def test_a_file_that_is_nested_too_deep_is_refused_in_one_line(
     load: Callable[[str], object], text: str, tmp_path: Path
 ) -> None:
     path = tmp_path / "deep.toml"
@@ -56,7 +56,7 @@ def test_a_number_that_no_field_can_hold_is_refused_in_one_line(number: str, tmp
 
 
 @pytest.mark.parametrize("load", LOADERS)
-def test_what_is_no_regular_file_is_neither_read_nor_waited_for(
+def test_a_file_that_is_not_regular_is_refused_without_blocking(
     load: Callable[[str], object], tmp_path: Path
 ) -> None:
     os.mkfifo(tmp_path / "fifo.toml")
@@ -68,7 +68,7 @@ def test_what_is_no_regular_file_is_neither_read_nor_waited_for(
 
 
 @pytest.mark.parametrize("load", LOADERS)
-def test_what_is_too_long_is_refused(load: Callable[[str], object], tmp_path: Path) -> None:
+def test_a_file_that_is_too_long_is_refused(load: Callable[[str], object], tmp_path: Path) -> None:
     path = tmp_path / "long.toml"
     path.write_bytes(b"#" * (WRITTEN_BYTES_MAX + 1))
     assert refusal(load, path) == f": cannot be read: it is longer than {WRITTEN_BYTES_MAX} bytes"

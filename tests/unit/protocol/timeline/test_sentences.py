@@ -1,4 +1,4 @@
-"""Each kind of entry has its sentence, which says what has happened and to whom."""
+"""Each kind of entry has a sentence that says what has happened."""
 
 from typing import get_args
 
@@ -25,14 +25,14 @@ from tests.support.planned import planned
 from tests.support.strategies.message_strategies import values_of
 
 
-def test_no_kind_is_without_a_sentence() -> None:
+def test_every_kind_has_a_sentence() -> None:
     assert set(SENTENCES) == set(get_args(Record))
 
 
 @pytest.mark.parametrize("kind", get_args(Record))
 @given(data=st.data())
 @settings(max_examples=10)
-def test_whatever_an_entry_holds_it_has_a_sentence(kind: type[Kind], data: st.DataObject) -> None:
+def test_every_entry_has_a_sentence(kind: type[Kind], data: st.DataObject) -> None:
     assert sentence("r3", data.draw(values_of(kind)))
 
 
@@ -42,7 +42,7 @@ def test_whatever_an_entry_holds_it_has_a_sentence(kind: type[Kind], data: st.Da
         ("r2", planned(3), "r2 plans step 3: 1.000 m"),
         ("r2", replace(planned(3), promised_clearance_m=0.1), "r2 plans step 3: 1.000 m, promises 0.100 m"),
         ("r2", replace(planned(1), joins=True), "r2 goes 1.000 m towards its place"),
-        ("r2", StepAbandoned(step=3, epoch=1, x_m=0.0, y_m=0.0), "r2 stops short of the end of step 3"),
+        ("r2", StepAbandoned(step=3, epoch=1, x_m=0.0, y_m=0.0), "r2 stops before the end of step 3"),
         (
             "world",
             StepFinished(robot=2, step=3, x_m=0.0, y_m=0.0, clearance_m=0.107),
@@ -51,10 +51,10 @@ def test_whatever_an_entry_holds_it_has_a_sentence(kind: type[Kind], data: st.Da
         (
             "r2",
             LinkBroken(neighbour=1, cause="token", silent_s=0.84),
-            "r2 gives up its link to r1, silent for 0.8 s (token)",
+            "r2 breaks its link to r1, silent for 0.8 s (token)",
         ),
-        ("r2", LinkSilent(neighbour=1, silent_s=0.5), "r2 does not hear r1, for 0.50 s"),
-        ("r2", LeaderSucceeded(epoch=2, before=1), "r2 leads in the place of r1"),
+        ("r2", LinkSilent(neighbour=1, silent_s=0.5), "r2 has not heard r1 for 0.50 s"),
+        ("r2", LeaderSucceeded(epoch=2, before=1), "r2 leads instead of r1"),
         ("r2", LeaderSucceeded(epoch=2, before=None), "r2 leads"),
         ("r2", RobotFailed(reason="ValueError"), "r2 has failed: ValueError"),
         ("world", RobotDied(robot=1, silent_since_s=2.9), "r1 has died, silent since t=2.9 s"),

@@ -1,4 +1,4 @@
-"""A line that is read is the entry that was written, whatever its kind."""
+"""Reading a line gives the entry that was written, for all kinds."""
 
 from typing import get_args
 
@@ -16,6 +16,6 @@ from world.record.recorder import line
 @pytest.mark.parametrize("kind", get_args(Record))
 @given(data=st.data())
 @settings(max_examples=10)
-def test_what_is_read_is_what_was_written(kind: type[Kind], data: st.DataObject) -> None:
+def test_an_entry_survives_writing_and_reading(kind: type[Kind], data: st.DataObject) -> None:
     entry = Entry(n=7, t_s=1.25, hlc="1/r3", record=data.draw(values_of(kind)))
     assert read_line(line("r3", entry)) == ("r3", entry)
