@@ -33,7 +33,7 @@ def wait_for(done):
     while not done():
         time.sleep(0.005)
 """
-UNTIL_KILLED = "wait_for(lambda: False)"
+UNTIL_KILLED = "sys.stdin.read()"  # or until the test has ended, which holds the other end of the lifeline
 ROUTER = f"note('router', str(os.getpid())); print('ready', flush=True); {UNTIL_KILLED}"
 
 
@@ -70,7 +70,8 @@ class Toys:
             shows=Shows.LINES,
         )
         with processes.orphans_adopted(), output(run) as words:
-            return asyncio.run(supervise(run, self.lifeline, words, hear, limits))
+            supervised = supervise(run, self.lifeline, words, hear, limits)
+            return asyncio.run(asyncio.wait_for(supervised, DEADLINE_S))
 
     def noted(self, name: str) -> int:
         """The process id that a toy has written into a file."""
