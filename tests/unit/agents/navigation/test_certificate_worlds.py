@@ -38,8 +38,8 @@ def least_kept_m(there: Standpoint) -> float:
     A robot that touches may go along what it touches, at a right angle to the nearest point of an edge.
     What the edge hides between its rays can lie ahead by one spacing of them, and is passed at that cosine.
     """
-    berth_m = there.radius_m + there.epsilon_m
-    return min(berth_m, there.off_m) * math.cos(math.tau / there.directions) - ROUNDING_M
+    keep_m = there.radius_m + there.epsilon_m
+    return min(keep_m, there.off_m) * math.cos(math.tau / there.directions) - ROUNDING_M
 
 
 def assert_granted_truly(there: Standpoint) -> None:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from agents.navigation.guidance import CELLS_MAX, COMFORT, DOUBT, PACKED_M, SPOT_BERTHS, CostToGo, Map
+from agents.navigation.guidance import CELLS_MAX, COMFORT, DOUBT, PACKED_M, SPOT_KEEPS, CostToGo, Map
 from protocol.arrays import Flags, Floats
 from protocol.mission import Bounds, Law
 from protocol.wire.messages import SEEN_BYTES_MAX
@@ -296,8 +296,8 @@ def test_a_spot_that_is_closed_stays_closed_and_the_way_leads_elsewhere() -> Non
     closed = cost_of(region)
     assert math.isfinite(before)
     off_m = np.hypot(*np.moveaxis(centres(closed) - narrow, -1, 0))
-    assert np.isinf(closed.cells[off_m <= SPOT_BERTHS * KEEP_M - CELL_M / 2.0 - 1e-9]).all()
-    assert np.isfinite(closed.cells[np.abs(off_m - SPOT_BERTHS * KEEP_M - CELL_M) < CELL_M / 2.0]).any()
+    assert np.isinf(closed.cells[off_m <= SPOT_KEEPS * KEEP_M - CELL_M / 2.0 - 1e-9]).all()
+    assert np.isfinite(closed.cells[np.abs(off_m - SPOT_KEEPS * KEEP_M - CELL_M) < CELL_M / 2.0]).any()
 
 
 def test_the_narrowest_spot_of_a_way_is_in_the_door() -> None:

@@ -33,22 +33,24 @@ def faults(*struck: str, step: int = 0, number: int = 1) -> Faults:
 )
 def test_what_has_struck_others_spares_nobody_at_its_point(other: Rule) -> None:
     robot = victim(other, AT_SCAN)
-    assert robot.struck(SCANNED, [], 2.0, faults(f"{other.fault}-1")) == ProcessFault(
+    assert robot.fault_at(SCANNED, [], 2.0, faults(f"{other.fault}-1")) == ProcessFault(
         "kill-2", ProcessAction.KILL, "r1"
     )
 
 
 def test_a_rule_that_has_struck_somebody_else_strikes_nobody_again() -> None:
-    assert victim(AT_SCAN).struck(SCANNED, [], 2.0, faults("kill-1")) is None
+    assert victim(AT_SCAN).fault_at(SCANNED, [], 2.0, faults("kill-1")) is None
 
 
 def test_who_was_started_again_strikes_itself_only_when_it_knows_what_has_struck() -> None:
     robot = victim(AT_SCAN, again=True)
-    assert robot.struck(SCANNED, [], 2.0, faults(number=0)) is None
-    assert robot.struck(SCANNED, [], 2.1, faults("kill-1")) is None
+    assert robot.fault_at(SCANNED, [], 2.0, faults(number=0)) is None
+    assert robot.fault_at(SCANNED, [], 2.1, faults("kill-1")) is None
 
 
 def test_a_follower_knows_of_the_leaders_step_what_it_is_told() -> None:
     robot = victim(Kill(target="r1", point=StepPoint.AFTER_SCAN, from_step=3))
-    assert robot.struck(SCANNED, [], 2.0, faults(step=2)) is None
-    assert robot.struck(SCANNED, [], 2.1, faults(step=3)) == ProcessFault("kill-1", ProcessAction.KILL, "r1")
+    assert robot.fault_at(SCANNED, [], 2.0, faults(step=2)) is None
+    assert robot.fault_at(SCANNED, [], 2.1, faults(step=3)) == ProcessFault(
+        "kill-1", ProcessAction.KILL, "r1"
+    )
