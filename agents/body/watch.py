@@ -23,12 +23,7 @@ from protocol.frames import Pose
 from protocol.mission import WATCH_S, Mission
 from protocol.sweep import TOUCHING_M
 
-HORIZONS_S = (
-    4.0 * WATCH_S,
-    2.0 * WATCH_S,
-    WATCH_S,
-    WATCH_S / 2.0,
-)  # tried from the longest; the first that is clear is used
+HORIZONS_S = (4.0 * WATCH_S, 2.0 * WATCH_S, WATCH_S, WATCH_S / 2.0)  # the first that is clear is used
 AWAY_S = (WATCH_S / 4.0, WATCH_S / 8.0)  # tried next: short moves away from something that has come too near
 GIVE_UP_S = 2.0  # without permission: a pedestrian has passed by then
 STILL_S_MAX = 10.0  # a body with permission stands less, even with 30 % loss and 0.5 s delay of all messages

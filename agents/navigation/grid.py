@@ -56,9 +56,7 @@ class Grid:
 
     def lower_around(self, room: Floats, points: Floats, *, reach_m: float, less_m: float) -> None:
         """Lower `room` to the distance to the nearest of the points (n, 2), minus `less_m`."""
-        reach = int(
-            reach_m / self.cell_m + 0.5
-        )  # in cells; the centres of cells further off are out of reach
+        reach = int(reach_m / self.cell_m + 0.5)  # in cells: the centres beyond are out of reach
         around = np.arange(-reach, reach + 1)
         cells = self.cells_of(points)
         off_m = self.low + (cells + 0.5) * self.cell_m - points

@@ -45,9 +45,8 @@ class CostToGo:
 
     def at(self, points: Floats) -> Floats:
         """Cost-to-go at points (n, 2) over the best of the four cells around; infinite if all are closed."""
-        wide = np.pad(
-            self.cells, 2, constant_values=np.inf
-        )  # all cells around a point off the grid are closed
+        # The padding closes all cells around a point off the grid.
+        wide = np.pad(self.cells, 2, constant_values=np.inf)
         where = (points - self.grid.low) / self.grid.cell_m + 1.5
         first = np.clip(np.floor(where).astype(np.intp), 0, np.array(self.cells.shape) + 2)
         x, y = (where - first).T
