@@ -1,8 +1,8 @@
-"""What a fault plan does to a robot at a named point of its step, done by the robot to itself. A shell.
+"""Injects faults at named points of a robot's step into the robot's own process. A shell.
 
-Rule 1: a rule strikes once. A robot that was started again strikes itself only when it has been told which
-        rules have: it might else die at the same point for ever.
-Rule 2: its host is told before, by the run's private folder, that this was meant to be.
+Rule 1: a rule takes effect once. A restarted robot waits until it knows which rules have taken effect:
+        otherwise it might die at the same point for ever.
+Rule 2: the robot tells its host first, by the run's private folder, that the fault is intended.
 """
 
 import os
@@ -24,7 +24,7 @@ SIGNALS = {ProcessAction.KILL: signal.SIGKILL, ProcessAction.FREEZE: signal.SIGS
 
 
 class Victim:
-    """One robot's part of a fault plan."""
+    """The process faults of one robot."""
 
     def __init__(self, robot: int, sessions: Path, conditions: Conditions, *, again: bool) -> None:
         self._robot, self._name = robot, robot_name(robot)
@@ -34,13 +34,13 @@ class Victim:
         self._again = again
 
     def note(self, record: Record, now_s: float) -> None:
-        """The robot records something: it says who has which role."""
+        """Read an entry of the robot: roles of robots follow from it."""
         self._process_faults.hear(self._name, Entry(n=1, t_s=now_s, hlc="", record=record))
 
-    def struck(
+    def fault_at(
         self, event: Event, commands: Sequence[Command], now_s: float, faults: Faults
     ) -> ProcessFault | None:
-        """What the robot is to do to itself now, before it obeys these commands."""
+        """The fault to inject now, before these commands are executed."""
         passed = self._points.passed(event, commands)
         self._process_faults.catch_up(faults.struck, faults.step)
         if self._again and faults.number == 0:
@@ -48,7 +48,7 @@ class Victim:
         due = self._process_faults.at_points(self._name, passed, now_s)
         return next((fault for fault in due if fault.action in SIGNALS), None)
 
-    def strike(self, fault: ProcessFault) -> None:
-        """Do it; returns when the process goes on, if ever."""
+    def inject(self, fault: ProcessFault) -> None:
+        """Inject the fault; returns when the process goes on, if ever."""
         send_to_hosts(self._sessions, HostCommand(action=fault.action, robot=self._robot, done=True))
         os.kill(os.getpid(), SIGNALS[fault.action])

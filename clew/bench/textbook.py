@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from agents.navigation.grid import Grid
-from agents.navigation.guidance import CELL_M_MAX, CELLS_A_BERTH, CELLS_MAX
+from agents.navigation.guidance import CELL_M_MAX, CELLS_MAX, CELLS_PER_KEEP
 from agents.navigation.scan import View
 from protocol.arrays import Flags, Floats, Indices
 from protocol.mission import Mission
@@ -43,7 +43,7 @@ class Textbook:
 
     def _grid(self, position: Floats) -> Grid:
         """The leader's grid: over the bounds; without bounds, over all that was seen and the goal."""
-        cell_m = min(CELL_M_MAX, self._mission.obstacle_keep_m / CELLS_A_BERTH)
+        cell_m = min(CELL_M_MAX, self._mission.obstacle_keep_m / CELLS_PER_KEEP)
         bounds = self._mission.bounds
         if bounds is not None:
             low, high = (bounds.x_m_min, bounds.y_m_min), (bounds.x_m_max, bounds.y_m_max)

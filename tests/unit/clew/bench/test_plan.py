@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agents.navigation.guidance import CELLS_A_BERTH
+from agents.navigation.guidance import CELLS_PER_KEEP
 from agents.navigation.scan import View
 from agents.strand.leader import Leader
 from clew.bench.plan import PARTS, SEED, Sample, Stopwatch, figures, samples
@@ -100,7 +100,7 @@ def textbook_cost_at_start(path: Path, hit_points: Floats) -> float:
     rays = np.round((np.arctan2(off[:, 1], off[:, 0]) + np.pi) / (2.0 * np.pi) * RAYS).astype(int) % RAYS
     ranges_m[rays], hits[rays] = np.hypot(off[:, 0], off[:, 1]), True
     view = View(np.array([2.0, 0.0]), scan_bearings_rad(RAYS), ranges_m, hits, t_s=0.0)
-    cell_m = mission.obstacle_keep_m / CELLS_A_BERTH
+    cell_m = mission.obstacle_keep_m / CELLS_PER_KEEP
     cost = Textbook(mission).plan(view)
     return float(cost[int(2.0 / cell_m), int(1.0 / cell_m)])
 
