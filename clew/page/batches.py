@@ -334,4 +334,4 @@ def _scenario_of(header: Header | None) -> tuple[Scenario | None, tuple[str, ...
     try:
         return msgspec.convert(header.scenario, Scenario), ()
     except (msgspec.ValidationError, UsageError) as error:
-        return None, (f"no distances: the header's scenario cannot be judged by: {error}",)
+        return None, (f"no distances: the scenario in the header cannot be read: {error}",)

@@ -1,4 +1,4 @@
-"""`clew log cat`: the entries of a timeline, one a line; of a run that goes on, as they come."""
+"""`clew log cat`: prints the entries of a timeline, one a line; of a running fleet, as they come."""
 
 import asyncio
 import os
@@ -28,22 +28,22 @@ from world.record.recorder import line
 
 Say = Callable[[str, Entry], None]
 KINDS = tuple(each.__struct_config__.tag for each in get_args(Record))
-AT_ONCE = 1000  # lines: each that is written for itself costs a system call
+AT_ONCE = 1000  # lines in one write, because each write is a system call
 
 
 @click.command()
 @RUN
-@click.option("--source", multiple=True, help="Only entries by this source: world, r1, ...; may be repeated.")
-@click.option("--kind", multiple=True, help="Only this kind; 'step.*' works too; may be repeated.")
-@click.option("--without", multiple=True, help="All but this kind, as 'pose.*'; may be repeated.")
-@click.option("--robot", type=int, help="Only entries by this robot or about it, kills and freezes too.")
-@click.option("--step", type=int, help="Only this switching step of the leader.")
-@click.option("--from", "from_s", type=float, help="Only from this time on [simulated s].")
-@click.option("--to", "to_s", type=float, help="Only up to this time [simulated s].")
+@click.option("--source", multiple=True, help="Only entries by this source: world, r1, ...; repeatable.")
+@click.option("--kind", multiple=True, help="Only entries of this kind, for example 'step.*'; repeatable.")
+@click.option("--without", multiple=True, help="No entries of this kind, for example 'pose.*'; repeatable.")
+@click.option("--robot", type=int, help="Only entries by this robot or about it, including faults.")
+@click.option("--step", type=int, help="Only entries of this switching step of the leader.")
+@click.option("--from", "from_s", type=float, help="Only entries from this time on [simulated s].")
+@click.option("--to", "to_s", type=float, help="Only entries up to this time [simulated s].")
 @click.option(
-    "--follow", "following", is_flag=True, help="Go on with what comes, until the run has ended or Ctrl-C."
+    "--follow", "following", is_flag=True, help="Wait for new entries until the run has ended or Ctrl-C."
 )
-@click.option("--fields", is_flag=True, help="The fields of each entry in place of its sentence.")
+@click.option("--fields", is_flag=True, help="Print the fields of each entry instead of a sentence.")
 @WHEN
 @AS_JSON
 def cat(
@@ -56,9 +56,10 @@ def cat(
     without: tuple[str, ...],
     **choice: tuple[str, ...] | float | None,
 ) -> None:
-    """Print the entries of a timeline, all or those chosen, one a line, each as a sentence.
+    """Print the entries of a timeline, each as a sentence on a line.
 
-    With --follow, RUN may still go on, or not even be there yet.
+    Options choose entries by source, kind, robot, step and time. With --follow, the run may still be going
+    on, or may not have started yet.
     """
     chosen, coloured = msgspec.convert(choice, Choice), is_coloured(color) and not as_json
     printer = _Printer(1 if following or sys.stdout.isatty() else AT_ONCE, coloured=coloured)
@@ -75,7 +76,7 @@ def cat(
     try:
         if following:
             asyncio.run(_follow(run, say))
-            flaws: tuple[str, ...] = ()  # told as they came
+            flaws: tuple[str, ...] = ()  # warned of as they came
         else:
             flaws = _read(run, say)
         printer.flush()
@@ -84,12 +85,12 @@ def cat(
         if not printer.has_said:
             click.echo(_none_matches(chosen.kind), err=True)
     except BrokenPipeError:
-        # Whoever reads has had enough, as `head` has; Python would complain when it flushes at its end.
+        # The reader has closed the pipe, as `head` does. Python would report it again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 class _Printer:
-    """Prints lines: each as it comes, or so many at once."""
+    """Prints lines one by one, or many in one write."""
 
     def __init__(self, at_once: int, *, coloured: bool) -> None:
         self.has_said = False
@@ -109,7 +110,7 @@ class _Printer:
 
 
 def _none_matches(patterns: tuple[str, ...]) -> str:
-    """That nothing was chosen; of a kind that there is not, which are near."""
+    """Say that no entry matches, and suggest similar names for an unknown kind."""
     said = "no entry matches"
     for pattern in patterns:
         if not filter_names(KINDS, pattern):

@@ -49,7 +49,7 @@ def test_log_with_a_hole_is_not_good_though_nothing_broke(tmp_path: Path) -> Non
 def test_header_without_a_sound_scenario_is_refused(tmp_path: Path) -> None:
     read = timeline.read(recorded(tmp_path / "run", numbered(AT_REST)))
     header = msgspec.structs.replace(read.header, scenario={"name": "paper"})
-    with pytest.raises(UsageError, match="the header's scenario cannot be judged by"):
+    with pytest.raises(UsageError, match="the scenario in the header cannot be read"):
         check(timeline.Timeline(header, read.lines, read.flaws))
 
 
@@ -74,7 +74,7 @@ def test_log_with_two_lines_of_one_source_swapped_is_not_good(tmp_path: Path) ->
     completeness = Completeness()
     for source, entry in (read.lines[1], read.lines[0], *read.lines[2:]):
         completeness.hear(source, entry)
-    assert [flaw for flaw in completeness.flaws() if "stands behind" in flaw]
+    assert [flaw for flaw in completeness.flaws() if "comes after" in flaw]
 
 
 def test_a_log_whose_header_is_gone_is_judged_by_the_scenario_in_the_runs_folder(tmp_path: Path) -> None:

@@ -98,7 +98,7 @@ def test_a_last_line_that_lacks_but_its_end_is_torn(path: Path, header: bytes) -
 def test_numbers_out_of_order_are_said_though_times_are_not(path: Path, header: bytes) -> None:
     same_time = [line(source, msgspec.structs.replace(entry, t_s=5.0)) for source, entry in LINES]
     _, flaws = through(path, header + b"".join([same_time[1], same_time[0], *same_time[2:]]))
-    assert flaws == ("r1: entry 1 of t=5.0 s stands behind 2 of t=5.0 s",)
+    assert flaws == ("r1: entry 1 of t=5.0 s comes after entry 2 of t=5.0 s",)
 
 
 def test_a_line_edited_by_hand_is_named_though_its_number_has_come(path: Path, header: bytes) -> None:
@@ -128,8 +128,7 @@ def test_entries_of_a_newer_schema_are_read_as_far_as_they_are_known(path: Path,
     lines, flaws = through(path, newer + b"".join(texts))
     assert lines == [LINES[0], LINES[3]]
     assert flaws == (
-        "its schema is 'clew-timeline/2', this program reads 'clew-timeline/1': "
-        "only what both know can be shown",
+        "its schema is 'clew-timeline/2', this program reads 'clew-timeline/1': only what both know is shown",
         "2 entries of a kind that this program does not know: 'robot.sneezed'",
     )
 
@@ -159,7 +158,7 @@ def test_a_log_whose_header_is_damaged_is_read_without_it(path: Path, damage: by
 def test_of_a_header_edited_by_hand_the_rest_is_known(path: Path, header: bytes) -> None:
     lines, (flaw,) = through(path, header.replace(b'"seed":1', b'"seed":"one"') + b"".join(TEXTS))
     assert lines == LINES
-    assert "Expected `int`, got `str` - at `$.seed`; what it does not say is not known" in flaw
+    assert "Expected `int`, got `str` - at `$.seed`; what it lacks is unknown" in flaw
     assert Log(path).header == msgspec.structs.replace(HEADER, seed=0)
 
 
@@ -196,7 +195,7 @@ def test_folder_without_a_run_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_header_alone_is_a_log_that_nobody_has_ended(path: Path, header: bytes) -> None:
-    assert through(path, header) == ([], ("no run.ended: the world did not live to end the run",))
+    assert through(path, header) == ([], ("no run.ended: the world died before it could end the run",))
 
 
 def test_of_many_flaws_the_first_are_told_and_the_rest_are_counted(path: Path, header: bytes) -> None:

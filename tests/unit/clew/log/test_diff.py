@@ -56,7 +56,7 @@ def test_rehearsal_of_another_seed_says_so_and_where_it_parts(twins: tuple[Path,
     said = clew("log", "diff", one, other)
     assert said.exit_code == 1
     first, second, *rest = said.stdout.splitlines()
-    assert first == "asked for different runs: seed"
+    assert first == "the runs were started differently: seed"
     assert "first difference" in second
     assert {line[0] for line in rest} == {" ", "-", "+"}
     found = json.loads(clew("log", "diff", one, other, "--json").stdout)
@@ -127,7 +127,7 @@ def test_runs_that_differ_in_what_cannot_be_read_are_not_the_same(tmp_path: Path
         file.write(b"{bad}\n")
     said = clew("log", "diff", one, other, "--by", by)
     assert said.exit_code == 1
-    assert said.stdout == "what cannot be read of them differs\nno entry differs\n"
+    assert said.stdout == "the unreadable lines differ\nno entry differs\n"
     assert said.stderr.startswith(f"b is not complete: line {len(LINES) + 2} cannot be read: ")
     found = json.loads(clew("log", "diff", one, other, "--by", by, "--json").stdout)
     assert (found["same"], found["unread"], found["flaws"]["a"]) == (False, True, [])

@@ -62,7 +62,7 @@ def test_line_that_stays_torn_is_a_flaw_with_its_number(text: bytes) -> None:
     _, follower = play([text[:-9]])
     assert follower.close().flaws == (
         f"line {len(LINES) + 1} is torn: dropped",
-        "no run.ended: the world did not live to end the run",
+        "no run.ended: the world died before it could end the run",
     )
 
 

@@ -49,7 +49,7 @@ def test_a_record_that_cannot_be_read_fails_and_says_that_the_rest_was_not_compa
     said = clew("replay", run)
     assert said.exit_code == 1
     assert "robot 1 (1): the record at byte " in said.stdout
-    assert "it is damaged, or of another version, and what follows is not compared" in said.stdout
+    assert "the journal is damaged or of another version, and the rest was not compared" in said.stdout
     assert "all the same" not in said.stdout
     told = json.loads(clew("replay", run, "--json").stdout)
     assert not told["ok"]
@@ -146,4 +146,4 @@ def test_without_a_log_nobody_knows_whether_a_journal_is_missing_and_that_is_sai
     (run / EVENTS_FILE).unlink()
     said = clew("replay", run)
     assert said.exit_code == 0
-    assert "whether a journal is missing is not known" in said.stdout
+    assert "it is unknown whether a journal is missing" in said.stdout

@@ -76,7 +76,7 @@ def test_hole_in_a_source_is_a_flaw(tmp_path: Path) -> None:
 def test_entry_twice_is_a_flaw(tmp_path: Path) -> None:
     texts = [line(source, entry) for source, entry in lines_of()]
     read = timeline.read(rewritten(tmp_path / "run", [texts[0], *texts]))
-    assert read.flaws == ("r1: entry number 1 stands in the log more than once",)
+    assert read.flaws == ("r1: entry 1 is in the log more than once",)
 
 
 def test_a_robot_that_was_started_again_counts_from_one_and_a_hole_in_either_life_is_a_flaw(
@@ -96,7 +96,7 @@ def test_a_robot_that_was_started_again_counts_from_one_and_a_hole_in_either_lif
 
 def test_log_that_the_world_did_not_end_is_not_complete(tmp_path: Path) -> None:
     read = timeline.read(recorded(tmp_path / "run", lines_of()[:-1]))
-    assert read.flaws == ("no run.ended: the world did not live to end the run",)
+    assert read.flaws == ("no run.ended: the world died before it could end the run",)
 
 
 EVERYTHING = Choice()

@@ -97,10 +97,10 @@ def flaws_of(run: Path) -> tuple[Result, list[str]]:
     ("old", "new", "flaw"),
     [
         (b'"kind":"run.ended"', b'"kind":"run.e', "cannot be read"),
-        (b'"clew-timeline/1"', b'"clew-timeline/2"', "only what both know can be shown"),
+        (b'"clew-timeline/1"', b'"clew-timeline/2"', "only what both know is shown"),
         (b'"kind":"goal.reached"', b'"kind":"goal.moved"', "does not know: 'goal.moved'"),
         (b'"robot":1,', b'"robot":"one",', "cannot be read"),
-        (b'"epsilon_m":', b'"epsilon_furlongs":', "no distances: the header's scenario cannot be judged by"),
+        (b'"epsilon_m":', b'"epsilon_furlongs":', "no distances: the scenario in the header cannot be read"),
     ],
 )
 def test_what_is_wrong_with_a_log_is_said_and_the_rest_is_shown(
