@@ -3,9 +3,11 @@
 Data goes to stdout, everything else to stderr. docs/run.md lists the exit codes.
 """
 
+import contextlib
 import errno
 import os
 import sys
+from collections.abc import Iterator
 
 import click
 
@@ -23,6 +25,7 @@ from clew.verbs.log_cat import cat
 from clew.verbs.log_diff import diff
 from clew.verbs.log_export import export
 from clew.verbs.mutants import mutants
+from clew.verbs.options import VERSION, Word
 from clew.verbs.rehearse import rehearse
 from clew.verbs.replay import replay
 from clew.verbs.report import report
@@ -36,7 +39,7 @@ from world.record.recorder import RecordingFailedError
 
 
 @click.command()
-@click.argument("what", type=click.Choice(list(SCHEMAS)), default="scenario")
+@click.argument("what", type=Word(list(SCHEMAS)), default="scenario")
 def schema(what: str) -> None:
     """Print the JSON Schema of scenario files or of fault plans, for editors."""
     click.echo(schema_line(what), nl=False)
@@ -59,7 +62,25 @@ class _Refusal(click.ClickException):
     exit_code = ExitCode.USAGE
 
 
+@contextlib.contextmanager
+def _one_line() -> Iterator[None]:
+    """Say in one line what is wrong with a command line: where its help is, and not how to call it."""
+    try:
+        yield
+    except click.exceptions.NoArgsIsHelpError:
+        raise
+    except click.UsageError as error:
+        help_is = "" if error.ctx is None else f" ({error.ctx.command_path} -h is its help)"
+        raise _Refusal(plain(error.format_message()) + help_is) from error
+
+
 class _Verbs(click.Group):
+    def make_context(
+        self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: object
+    ) -> click.Context:
+        with _one_line():
+            return super().make_context(info_name, args, parent, **extra)
+
     def format_commands(self, _ctx: click.Context, formatter: click.HelpFormatter) -> None:
         for title, verbs in SECTIONS.items():
             with formatter.section(title):
@@ -67,7 +88,8 @@ class _Verbs(click.Group):
 
     def invoke(self, ctx: click.Context) -> object:
         try:
-            return super().invoke(ctx)
+            with _one_line():
+                return super().invoke(ctx)
         except UsageError as error:
             raise _Refusal("\n".join(map(plain, str(error).splitlines()))) from error
         except RecordingFailedError as error:  # whose exit code, 1, is click's own
@@ -84,7 +106,8 @@ class _Verbs(click.Group):
             raise click.ClickException(f"cannot write: {error.strerror}") from error
 
 
-@click.group(cls=_Verbs)
+@click.group(cls=_Verbs, context_settings={"help_option_names": ["-h", "--help"]})
+@VERSION
 def main() -> None:
     """Rehearse fleets of robots, and read and judge their runs.
 

@@ -8,17 +8,18 @@ Rule 3: a resumed world continues from the timeline of a world that was killed. 
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from msgspec.structs import replace
 
 from protocol.errors import UsageError
+from protocol.faults.ended import Ended
 from protocol.faults.fit import misfits
 from protocol.faults.plan import Plan
 from protocol.faults.process_faults import ProcessAction, ProcessFault, ProcessFaults
 from protocol.faults.roles import Roles
 from protocol.faults.rules import MessageRule, ProcessRule, Restart, Rule, Thaw
-from protocol.keys import WORLD, robot_name, robot_number
+from protocol.keys import WORLD, robot_name
 from protocol.timeline import Entry, FaultInjected, RobotStarted, WorldResumed
 from protocol.wire.messages import Faults
 
@@ -39,6 +40,7 @@ class RunFaults:
         self._manual: list[ProcessFaults] = []
         self._rules: tuple[Rule, ...] = ()
         self._struck: dict[str, None] = {}
+        self._ended = Ended(plan.rules)
         self._last_action: dict[str, str] = {}
         """The last action on each process that stopped or resumed it."""
         self._slow_s: dict[str, float] = {}
@@ -51,6 +53,7 @@ class RunFaults:
         """Process a timeline entry."""
         step = self._planned.step
         self._roles.hear(source, entry)
+        self._ended.hear(source, entry)
         for faults in (self._planned, *self._manual):
             faults.hear(source, entry)
         match entry.record:
@@ -78,7 +81,7 @@ class RunFaults:
 
     def due(self, now_s: float) -> list[ProcessFault]:
         """The process faults that are due by now."""
-        faults = [fault for each in (self._planned, *self._manual) for fault in each.due(now_s)]
+        faults = list(self._due(now_s))
         for fault in faults:
             if fault.action is ProcessAction.SLOW:
                 self._slow_s[fault.process] = fault.delay_s
@@ -88,6 +91,14 @@ class RunFaults:
                 for each in (self._planned, *self._manual):
                     each.note_recovered(WORLD, now_s)
         return faults
+
+    def _due(self, now_s: float) -> Iterator[ProcessFault]:
+        """The faults of the plan, then of the manual rules; none strikes a robot that another has killed."""
+        for each in (self._planned, *self._manual):
+            for fault in each.due(now_s):
+                yield fault
+                for other in (self._planned, *self._manual):
+                    other.note_injected(fault)
 
     def add(self, rule: Rule, *, now_s: float, for_s: float | None) -> str:
         """Apply a rule from now on; returns its name.
@@ -108,6 +119,9 @@ class RunFaults:
             if len(kept) == GIVEN_MAX:
                 raise UsageError(f"no more than {GIVEN_MAX} rules may be given at once")
             self._rules = (*kept, rule)
+            self._ended.expect((rule,))
+            for each in (self._planned, *self._manual):
+                each.expect((rule,))
             self._news += 1
         return name
 
@@ -127,11 +141,9 @@ class RunFaults:
 
     def _check(self, rule: ProcessRule, process: str) -> None:
         """Refuse a rule that cannot affect a process: a dead process can only be restarted."""
-        action = self._last_action.get(process)
-        is_dead = action == ProcessAction.KILL and robot_number(process) is not None
-        if is_dead and not isinstance(rule, Restart):
+        if process in self._ended and not isinstance(rule, Restart):
             raise UsageError(f"{process} is dead; restart has it start again")
-        if isinstance(rule, Thaw) and action != ProcessAction.FREEZE:
+        if isinstance(rule, Thaw) and self._last_action.get(process) != ProcessAction.FREEZE:
             raise UsageError(f"{process} is not frozen")
 
     def of(self, process: str) -> Faults:

@@ -16,7 +16,7 @@ from clew.campaign.classes import class_table, coverage_table
 from clew.campaign.episode import SWARM
 from clew.campaign.families import table
 from clew.fleet.folder import RUNS
-from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, ROBOTS
+from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, robots_option
 from clew.verbs.say import say
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
@@ -48,7 +48,7 @@ def _seeds(_ctx: click.Context, _param: click.Parameter, said: str) -> tuple[int
     help="May be repeated.",
 )
 @click.argument("more", nargs=-1, type=click.Path(path_type=Path))
-@click.option("--robots", type=ROBOTS, help="Robots, instead of each scenario's (of a scene: 5).")
+@robots_option("Robots, instead of each scenario's (of a scene: 5).")
 @click.option("--seeds", callback=_seeds, default="1", show_default=True, help="Like 1, 1-3 or 1,4-6.")
 @LAW
 @DEPLOYMENT

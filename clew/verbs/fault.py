@@ -7,9 +7,10 @@ from typing import Any, TypedDict, Unpack
 import click
 
 from clew.verbs.log import RUN
-from clew.verbs.options import ROBOTS
+from clew.verbs.options import robots_option
 from protocol.faults.manual_faults import FaultRequest, request_fault
 from protocol.faults.rules import Rule
+from protocol.files.names import did_you_mean
 from protocol.files.reading import understand
 from protocol.keys import robot_number
 
@@ -27,14 +28,7 @@ OTHERS = ("leader", "middle", "tail", "world", "router")
 FOR = click.option(
     "--for", "for_s", type=seconds, help="Duration in simulated time, as 5s; default: to the end of the run."
 )
-HOW_MANY = click.option(
-    "-n",
-    "--robots",
-    type=ROBOTS,
-    default=1,
-    show_default=True,
-    help="Number of robots: the target and the next ones behind it.",
-)
+HOW_MANY = robots_option("Number of robots: the target and the next ones behind it.", default=1)
 
 
 @click.group()
@@ -214,5 +208,6 @@ def _process(name: str) -> str:
     """The name of a process; a bare number is a robot."""
     process = f"r{name}" if name.isdecimal() else name
     if robot_number(process) is None and process not in OTHERS:
-        raise click.BadParameter(f"must be a robot (3 or r3), or one of {', '.join(OTHERS)}, got {name}")
+        others, near = ", ".join(OTHERS), did_you_mean(name, OTHERS)
+        raise click.BadParameter(f"must be a robot (3 or r3), or one of {others}, got {name}{near}")
     return process

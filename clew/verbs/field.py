@@ -5,12 +5,12 @@ import json
 import click
 
 from clew.fields.field import DENSITY, ROBOT_RADIUS_M, SIZE_M, WIDTH_RADII, Field, Kind, scene
-from clew.verbs.options import SEED
+from clew.verbs.options import SEED, Word
 from protocol.files.reading import understand
 
 
 @click.command()
-@click.argument("kind", type=click.Choice([kind.value for kind in Kind]))
+@click.argument("kind", type=Word([kind.value for kind in Kind]))
 @click.option("--seed", type=SEED, default=1, show_default=True, help="Decides every random draw.")
 @click.option(
     "--density",

@@ -5,7 +5,6 @@ import os
 import sys
 from collections.abc import Callable
 from contextlib import aclosing
-from difflib import get_close_matches
 from fnmatch import filter as filter_names
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -21,6 +20,7 @@ from clew.log.timeline import Choice, kind_of
 from clew.verbs.log import RUN
 from clew.verbs.options import AS_JSON
 from clew.verbs.say import warn
+from protocol.files.names import did_you_mean
 from protocol.plain import plain
 from protocol.timeline import Entry, Record
 from protocol.timeline.sentences import sentence
@@ -114,8 +114,7 @@ def _none_matches(patterns: tuple[str, ...]) -> str:
     said = "no entry matches"
     for pattern in patterns:
         if not filter_names(KINDS, pattern):
-            near = ", ".join(get_close_matches(pattern, KINDS))
-            said += f"; there is no kind {pattern!r}" + (f", but {near}" if near else "")
+            said += f"; there is no kind {pattern!r}{did_you_mean(pattern, KINDS)}"
     return said
 
 

@@ -19,7 +19,7 @@ from clew.log.diff import (
 from clew.log.line import WHEN, fields_of, is_coloured, one_line
 from clew.log.log import Log
 from clew.rehearsal.recorded import EPOCH
-from clew.verbs.options import AS_JSON
+from clew.verbs.options import AS_JSON, Word
 from clew.verbs.say import warn
 from protocol.plain import plain
 from world.record.lines import Line
@@ -34,7 +34,7 @@ PATH = click.Path(path_type=Path)
 @click.argument("b", type=PATH)
 @click.option(
     "--by",
-    type=click.Choice(["entry", "step"]),
+    type=Word(["entry", "step"]),
     default="entry",
     show_default=True,
     help="step: compare only the leader's steps and their results, at any time; for live runs.",

@@ -10,7 +10,7 @@ import click
 from clew.export.exported import Exported
 from clew.log.log import Log
 from clew.verbs.extras import need
-from clew.verbs.options import AS_JSON
+from clew.verbs.options import AS_JSON, Word
 from clew.verbs.say import warn
 from protocol.asked import terminable
 from protocol.errors import UsageError
@@ -25,7 +25,7 @@ FORMATS = {
 
 @click.command()
 @click.argument("run", type=click.Path(path_type=Path))
-@click.option("--to", "to", type=click.Choice(list(FORMATS)), required=True, help="Format of the export.")
+@click.option("--to", "to", type=Word(list(FORMATS)), required=True, help="Format of the export.")
 @click.option(
     "--out", type=click.Path(path_type=Path), help="The file to write; for csv and parquet, the folder."
 )

@@ -11,7 +11,7 @@ from clew.fleet.summary import report
 from clew.log import timeline
 from clew.rehearsal.processes import check_rehearsable
 from clew.rehearsal.recorded import rehearse as rehearse_into
-from clew.verbs.options import AS_JSON, DEPLOYMENT, FAULTS, LAW, ROBOTS, SEED
+from clew.verbs.options import AS_JSON, DEPLOYMENT, FAULTS, LAW, SEED, robots_option
 from clew.verbs.say import warn
 from protocol.faults.plan import NO_FAULTS
 from protocol.faults.plan import load as load_plan
@@ -21,7 +21,7 @@ from world.scenario.scenario import load
 
 @click.command()
 @click.argument("scenario", default="grove")
-@click.option("-n", "robots", type=ROBOTS, help="Number of robots, instead of the scenario's.")
+@robots_option("Number of robots, instead of the scenario's.")
 @click.option("--seed", type=SEED, default=1, show_default=True, help="Decides every random draw.")
 @LAW
 @DEPLOYMENT

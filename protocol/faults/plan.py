@@ -9,6 +9,7 @@ from msgspec.structs import force_setattr, replace
 
 from protocol.errors import UsageError
 from protocol.faults.rules import Delay, Drop, Duplicate, Name, Rule
+from protocol.files.names import did_you_mean
 from protocol.files.reading import read, understand
 from protocol.root import ROOT
 
@@ -67,6 +68,7 @@ def load(name_or_path: str) -> Plan:
         if name_or_path not in known:
             raise UsageError(
                 f"unknown fault plan {name_or_path!r}: must be one of {', '.join(known)}, or a .toml file"
+                f"{did_you_mean(name_or_path, known)}"
             )
         path = known[name_or_path]
     return understand(read(path, name_or_path), Plan, name_or_path)

@@ -6,6 +6,7 @@ Rule 2: a robot's own process is the first to know the points of its step. So it
         the process that reads the timeline. A robot knows only its own entries, so it is told which rules
         have struck, and the newest switching step (`catch_up`).
 Rule 3: a process that a rule has killed and not restarted is not a leader, middle or tail.
+Rule 4: no rule strikes a dead robot, whatever it died of: it waits until the robot lives again (`ended`).
 """
 
 import heapq
@@ -15,9 +16,10 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from protocol.faults.chance import draws
+from protocol.faults.ended import Ended
 from protocol.faults.plan import Plan
 from protocol.faults.roles import Roles
-from protocol.faults.rules import Freeze, Kill, ProcessRule, Restart, Slow, StepPoint, Thaw
+from protocol.faults.rules import Freeze, Kill, ProcessRule, Restart, Rule, Slow, StepPoint, Thaw
 from protocol.keys import WORLD
 from protocol.timeline import Entry, FaultInjected, RobotStarted, WorldResumed
 
@@ -59,6 +61,7 @@ class ProcessFaults:
         """Whether any rule strikes at a point of a robot's step."""
         self._roles = Roles()
         self._down: set[str] = set()
+        self._ended = Ended(plan.rules)
         self._later: list[tuple[float, int, ProcessFault]] = []
         self._count = 0  # breaks ties, so that faults due together keep their order
         self._reached: Counter[tuple[str, str]] = Counter()  # by rule and robot
@@ -78,6 +81,7 @@ class ProcessFaults:
     def hear(self, source: str, entry: Entry) -> None:
         """Process a timeline entry."""
         self._roles.hear(source, entry)
+        self._ended.hear(source, entry)
         match entry.record:
             case FaultInjected(rule=rule, process=str(process)) if rule in self._pending:
                 # A robot has injected a fault into itself, at a point of its step.
@@ -96,6 +100,7 @@ class ProcessFaults:
             faults.append(fault := heapq.heappop(self._later)[2])
             if fault.action is ProcessAction.START:
                 self._down.discard(fault.process)
+                self._ended.strike(fault.process, fault.action)
         for rule in [rule for rule in self._pending.values() if rule.point is None]:
             if rule.holds(now_s, self.step) and (found := self._find(rule)):
                 faults += self._strike(rule, found, now_s)
@@ -111,6 +116,14 @@ class ProcessFaults:
                     faults += self._strike(rule, (robot,), now_s)
         return faults
 
+    def expect(self, rules: Iterable[Rule]) -> None:
+        """Take rules of others into account: a robot that a partition has cut off is missed, and not dead."""
+        self._ended.expect(rules)
+
+    def note_injected(self, fault: ProcessFault) -> None:
+        """This fault is injected now, by us or by others; its record follows."""
+        self._ended.strike(fault.process, fault.action)
+
     def note_recovered(self, process: str, now_s: float) -> None:
         """The fault of this process has been ended elsewhere: its remaining parts are due now."""
         self._later = [
@@ -122,7 +135,7 @@ class ProcessFaults:
     def _find(self, rule: ProcessRule) -> tuple[str, ...]:
         """The rule's targets; empty while it has to wait for one of them."""
         found = self._roles.find(rule.target, rule.robots)
-        waits = self._down.intersection(found) or len(found) < rule.robots
+        waits = any(each in self._down or each in self._ended for each in found) or len(found) < rule.robots
         return () if waits else found
 
     def _strike(self, rule: ProcessRule, processes: Sequence[str], now_s: float) -> list[ProcessFault]:

@@ -5,6 +5,8 @@ from collections.abc import Iterator
 
 from msgspec import inspect
 
+from protocol.files.names import did_you_mean
+
 # The form of msgspec's errors: what is wrong, then where, unless it is the whole value.
 _REFUSAL = re.compile(r"(?P<what>.*?)(?: - at `\$(?P<path>.*)`)?", re.DOTALL)
 _EXPECTED = re.compile(r"Expected `(?P<kind>[^`]*)`(?: (?P<bound>[^,]*))?(?:, got .*)?")
@@ -42,7 +44,7 @@ def one_line(refusal: str, raw: object, wanted: type) -> str:
         return f"${path}: must be {_bound(expected, path)}, got {short(value)}"
     if what.startswith("Invalid"):  # of an enum, a literal, or the field that says which shape it is
         choices = sorted({choice for kind in _kinds(wanted, path) for choice in _choices(kind)})
-        return f"${path}: must be {_one_of(choices)}, got {short(value)}"
+        return f"${path}: must be {_one_of(choices)}, got {short(value)}{did_you_mean(str(value), choices)}"
     if ", got" in what or isinstance(value, dict):  # a whole object would not help the user
         return f"${path}: {what}"
     return f"${path}: {what}, got {short(value)}"
@@ -76,8 +78,9 @@ def _field(field: re.Match[str], value: object, path: str, wanted: type) -> str:
         # Their representations, since a key of TOML or JSON may hold a line break.
         names = ", ".join(short(name).strip("'") for name in value)
         return f"must have the field {field['name']}, got {names or 'no field'}"
-    known = ", ".join(name for kind in _kinds(wanted, path) for name in _names(kind, value))
-    return f"must have no field but {known}, got {short(field['name'])} = {short(value[field['name']])}"
+    known = [name for kind in _kinds(wanted, path) for name in _names(kind, value)]
+    got = f"{short(field['name'])} = {short(value[field['name']])}"
+    return f"must have no field but {', '.join(known)}, got {got}{did_you_mean(field['name'], known)}"
 
 
 def _one_of(choices: list[str]) -> str:

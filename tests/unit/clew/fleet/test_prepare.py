@@ -70,16 +70,17 @@ def test_what_is_asked_is_written_into_the_runs_folder_resolved(private: Path, t
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (["-n", "0"], "argument -n: must be a whole number from 1 to 2000, got 0"),
+        (["-n", "0"], "argument -n/--robots: must be a whole number from 1 to 2000, got 0"),
         (["-n", "many"], "got many"),
         (["--seed", "-1"], "argument --seed: "),
         (["--speed", "0"], r"must be max or a number in \(0, 1000\], got 0"),
         (["--speed", "nan"], "got nan"),
-        (["--law", "murphy"], "argument --law: invalid choice: 'murphy'"),
+        (["--law", "murphy"], "argument --law: must be one of .*, got murphy"),
         (["-e", "tcp/a:1", "-l", "tcp/b:1"], "not allowed with argument"),
         (["--routers", "2", "-l", "tcp/b:1"], "argument --routers: .*not allowed with"),
         (["--routers", "3"], "argument --routers: invalid choice"),
-        (["--sped", "2"], "unrecognized arguments: --sped"),
+        (["--sped", "2"], "unrecognized arguments: --sped; did you mean '--speed'"),
+        (["--law", "certifid"], "got certifid; did you mean 'certified'"),
         (["paper", "grove"], "unrecognized arguments: grove"),
     ],
 )

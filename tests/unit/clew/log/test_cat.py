@@ -142,7 +142,10 @@ def test_a_step_is_a_line_that_people_can_read_and_whole_for_programs(tmp_path: 
 @pytest.mark.parametrize(
     ("choice", "said"),
     [
-        (("--kind", "pose.sampeld"), "no entry matches; there is no kind 'pose.sampeld', but pose.sampled"),
+        (
+            ("--kind", "pose.sampeld"),
+            "no entry matches; there is no kind 'pose.sampeld'; did you mean 'pose.sampled'",
+        ),
         (("--robot", "77"), "no entry matches"),
         (("--from", "9", "--to", "3"), "no entry matches"),
         (("--kind", "step.*"), "no entry matches"),

@@ -9,8 +9,17 @@ from protocol.errors import UsageError
 from protocol.faults.manual_faults import WHERE_FILE, FaultRequest, request_fault
 from protocol.faults.plan import Plan
 from protocol.faults.process_faults import ProcessAction, ProcessFault
-from protocol.faults.rules import Drop, Freeze, Kill, Restart, Rule, Slow, StepPoint, Thaw
-from protocol.timeline import Entry, FaultInjected, Record, RobotStarted, StrandFormed, WorldResumed
+from protocol.faults.rules import Drop, Freeze, Kill, Partition, Restart, Rule, Slow, StepPoint, Thaw
+from protocol.timeline import (
+    Entry,
+    FaultInjected,
+    Record,
+    RobotDied,
+    RobotFailed,
+    RobotStarted,
+    StrandFormed,
+    WorldResumed,
+)
 from world.control import heard
 from world.faults import GIVEN_MAX, TELL_S, RunFaults
 
@@ -207,3 +216,36 @@ async def test_an_invalid_request_is_refused_and_the_next_one_is_served(tmp_path
         assert b'"error":"' in await reader.readline()
         writer.close()
         assert await ask(tmp_path, FaultRequest(rule=Drop())) == "given-1"
+
+
+@pytest.mark.parametrize(
+    ("source", "record"),
+    [("r3", RobotFailed(reason="AssertionError")), ("world", RobotDied(robot=3, silent_since_s=0.0))],
+)
+def test_a_robot_that_died_by_itself_is_not_struck_by_hand_but_started_again(
+    source: str, record: Record
+) -> None:
+    run_faults = without_plan()
+    run_faults.hear(source, entry(record))
+    for rule in (Kill(target="r3"), Freeze(target="tail"), Slow(target="r3", delay_s=0.1)):
+        with pytest.raises(UsageError, match="r3 is dead; restart has it start again"):
+            run_faults.add(rule, now_s=1.0, for_s=None)
+    run_faults.add(Restart(target="r3"), now_s=1.0, for_s=None)
+    assert [fault.action for t_s in (1.0, 1.1) for fault in run_faults.due(t_s)] == [
+        ProcessAction.KILL,
+        ProcessAction.START,
+    ]
+
+
+def test_a_robot_that_may_be_cut_off_by_hand_can_be_struck() -> None:
+    run_faults = without_plan()
+    run_faults.add(Partition(group=("r3",), others=("router",)), now_s=0.0, for_s=None)
+    run_faults.hear("world", entry(RobotDied(robot=3, silent_since_s=0.0)))
+    assert run_faults.add(Kill(target="r3"), now_s=1.0, for_s=None) == "given-2"
+
+
+def test_a_robot_is_killed_once_where_a_plan_and_a_hand_would_at_one_time() -> None:
+    run_faults = RunFaults(Plan(name="plan", rules=(Kill(target="r3", from_s=1.0),)), 1, robots=3)
+    run_faults.add(Kill(target="r3"), now_s=1.0, for_s=None)
+    assert [fault.process for fault in run_faults.due(1.0)] == ["r3"]
+    assert run_faults.due(2.0) == []

@@ -9,11 +9,15 @@ from msgspec.structs import replace
 
 from protocol.faults.plan import Plan
 from protocol.faults.process_faults import ProcessAction, ProcessFault, ProcessFaults
-from protocol.faults.rules import Freeze, Kill, Restart, Rule, Slow, StepPoint, Thaw
+from protocol.faults.rules import Freeze, Kill, Partition, Restart, Rule, Slow, StepPoint, Thaw
 from protocol.timeline import (
     Entry,
+    FaultInjected,
     LeaderSucceeded,
     Record,
+    RobotDied,
+    RobotFailed,
+    RobotReturned,
     RobotStarted,
     StrandFormed,
     WorldResumed,
@@ -209,3 +213,51 @@ def test_joining_steps_of_a_former_leader_do_not_count_as_steps_of_the_strand() 
     tell(of, "r1", formed())
     tell(of, "r1", replace(planned(7), joins=True))
     assert (of.due(1.0), of.step) == ([], 0)
+
+
+DEATHS: dict[str, list[tuple[str, Record]]] = {
+    "killed by hand": [("world", FaultInjected(fault="kill", rule="given-1.r3", process="r3"))],
+    "failed": [("r3", RobotFailed(reason="AssertionError"))],
+    "missed": [("world", RobotDied(robot=3, silent_since_s=0.5))],
+}
+
+
+@pytest.mark.parametrize("death", DEATHS.values(), ids=DEATHS)
+@pytest.mark.parametrize(
+    "rule",
+    [
+        Kill(target="r3"),
+        Freeze(target="r3"),
+        Restart(target="middle", after_s=1.0),
+        Slow(target="r3", delay_s=0.1),
+    ],
+)
+def test_a_robot_that_is_dead_is_not_struck_until_it_lives_again(
+    death: list[tuple[str, Record]], rule: Rule
+) -> None:
+    of = faults(rule)
+    tell(of, "r1", formed())
+    for source, record in death:
+        tell(of, source, record, 1.0)
+    assert said(of.due(2.0)) == []
+    tell(of, "r3", RobotStarted(incarnation="2", pid=1))
+    assert [fault.process for fault in of.due(3.0)] == ["r3"]
+
+
+def test_a_robot_that_is_only_frozen_or_cut_off_has_a_process_that_can_be_struck() -> None:
+    of = faults(Freeze(target="r3"), Kill(target="r3", from_s=3.0))
+    assert said(of.due(0.0)) == ["freeze r3"]
+    tell(of, "world", FaultInjected(fault="freeze", rule="freeze-1", process="r3"))
+    tell(of, "world", RobotDied(robot=3, silent_since_s=0.5), 1.5)
+    assert said(of.due(3.0)) == ["kill r3"]
+    of = faults(Partition(group=("r3",), others=("router",)), Kill(target="r3"))
+    tell(of, "world", RobotDied(robot=3, silent_since_s=0.5), 1.5)
+    assert said(of.due(3.0)) == ["kill r3"]
+
+
+def test_a_robot_that_is_missed_and_returns_is_struck_then() -> None:
+    of = faults(Kill(target="r3"))
+    tell(of, "world", RobotDied(robot=3, silent_since_s=0.5), 1.5)
+    assert said(of.due(2.0)) == []
+    tell(of, "world", RobotReturned(robot=3), 2.5)
+    assert said(of.due(3.0)) == ["kill r3"]
