@@ -3,7 +3,8 @@
 Rule 1: the folder goes when the run ends. If we are killed, the cleaner removes it.
 Rule 2: the lifeline is a pipe into which nobody ever writes. Every part, and the cleaner, has its reading end
         as stdin; only we have the writing end. Its end of file means that we are gone, and they go as well.
-Rule 3: a frozen part cannot read: the cleaner thaws all parts.
+Rule 3: a frozen part cannot read, and need not: when we die, the kernel sends SIGHUP and SIGCONT to a process
+        group that is stopped and that nobody else in our session has started.
 """
 
 import os
@@ -20,12 +21,8 @@ from protocol.errors import UsageError
 PATH_BYTES_MAX = 80  # of the folder above: a socket's whole path may have 107 bytes
 FALLBACK = Path("/tmp")  # noqa: S108 - mkdtemp makes a folder in it that only the user may enter
 
-# A shell, because it takes the least memory. Process ids stand in files that `shell.py` writes.
-CLEANER = """
-read -r _
-for file in "$1"/*.pid; do read -r pid <"$file" && kill -s CONT -- "-$pid"; done 2>/dev/null
-rm -rf -- "$1"
-"""
+# A shell, because it takes the least memory.
+CLEANER = 'read -r _; rm -rf -- "$1"'
 
 
 @dataclass(frozen=True, slots=True)

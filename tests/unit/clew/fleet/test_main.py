@@ -145,14 +145,14 @@ def test_folder_for_temporary_files_whose_path_is_too_long_for_sockets_is_not_us
         assert private.folder.parent == FALLBACK
 
 
-def test_private_folder_goes_and_parts_are_thawed_when_we_are_killed(folders: Folders) -> None:
+def test_private_folder_and_a_frozen_part_go_when_we_are_killed(folders: Folders) -> None:
     """Here another process stands for us: it tells of a frozen part of its own, and is killed."""
     script = f"""
 import os, signal, subprocess, sys
 from clew.fleet.parts.private import private_folder
 with private_folder({str(folders.temporary)!r}) as private:
     part = subprocess.Popen(["cat"], stdin=private.lifeline, stdout=sys.stdout, process_group=0)
-    (private.folder / "world.pid").write_text(f"{{part.pid}}\\n")
+    (private.folder / "world.json").touch()
     part.send_signal(signal.SIGSTOP)
     os.kill(os.getpid(), signal.SIGKILL)
 """
