@@ -14,6 +14,7 @@ import msgspec
 from clew.log import timeline
 from clew.log.check import scenario_of
 from clew.log.timeline import Timeline
+from clew.story.shortfall import shortfall
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.plain import plain
@@ -115,14 +116,9 @@ def verdict_sentence(verdict: Verdict, scenario: Scenario) -> str:
     if verdict.clearance_m_min is None:
         return f"{sentence}."
     least_m = verdict.clearance_m_min
-    if scenario.law.law.promises_clearance:
-        return f"{sentence}, clearance {least_m:.4f} m of {verdict.clearance_m_required:.4f} m required."
-    kept_m = scenario.law.epsilon_m - scenario.law.mu0_m
-    short = f"{kept_m - least_m:.4f} m short of" if least_m < kept_m else "no less than"
-    return (
-        f"{sentence}, clearance {least_m:.4f} m: --law {verdict.law} promises none, and this is {short} "
-        f"the epsilon - mu0 = {kept_m:.4f} m that --law certified has to keep."
-    )
+    if short := shortfall(scenario.law, least_m):
+        return f"{sentence}, clearance {least_m:.4f} m: {short}"
+    return f"{sentence}, clearance {least_m:.4f} m of {verdict.clearance_m_required:.4f} m required."
 
 
 def summary_of(run: str) -> str:

@@ -15,7 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from clew.fleet.table_rows import Row, Scoreboard
-from clew.story.robots import State
+from clew.story.states import State
 from protocol.epochs import is_called
 from protocol.keys import robot_name
 from protocol.plain import plain

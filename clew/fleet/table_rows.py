@@ -12,7 +12,8 @@ from typing import Self
 import msgspec
 
 from clew.story.motion import Motion
-from clew.story.robots import Conduct, Process, Robot, State
+from clew.story.robots import Robot
+from clew.story.states import Conduct, Process, State
 from clew.story.steps import along_m
 from clew.story.story import Story
 from protocol.frames import Point

@@ -6,8 +6,8 @@ Rule 2: no entry of the timeline is left out but pose.sampled, which is `tracks`
         and evenly from one place to the next, and is never further than `PLACE_TOLERANCE_M` from the log's.
 Rule 3: a column is a list of whole numbers, each less the one before it; the first of a batch stands whole.
         Times are in ms, places in mm, angles in mrad, distances that are judged in 0.1 mm.
-Rule 4: these replace what there is: `paths` by epoch, `steps` by place, `books`, `verdict`, `flaws`. All else
-        is added to it.
+Rule 4: these replace what there is: `paths` by epoch, `steps` by place, `books`, `verdict`, `shortfall` and
+        `flaws`. All else is added to it.
 """
 
 from typing import Any
@@ -184,5 +184,7 @@ class Batch(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Nothing more will come."""
     verdict: dict[str, Any] | None = None
     """`verdict.json` as it stands there."""
+    shortfall: str = ""
+    """Of a law that promises no clearance: what the least clearance is short of, in a sentence."""
     flaws: tuple[str, ...] = ()
     """All that is known to be wrong with the log, in sentences."""

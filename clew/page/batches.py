@@ -9,6 +9,7 @@
 A live run calls `batch()` whenever it likes, and gets what is new; None where nothing is.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -19,23 +20,19 @@ from clew.log.header import UNKNOWN
 from clew.page.batch import (
     FORMAT,
     Batch,
-    BookRow,
     Clearance,
-    Lane,
-    LinkRow,
-    Losses,
     Nearness,
     Start,
     StepRow,
-    StrandRow,
     Subject,
     Track,
 )
-from clew.page.columns import DECIMALS, MM, MRAD, MS, TENTH_MM, column
+from clew.page.columns import MM, MRAD, MS, TENTH_MM, column
 from clew.page.entries import Entries
 from clew.page.judged import Measured, contradictions, unread
+from clew.page.news import Told
 from clew.story.distances import Clearances, Curve, Separations
-from clew.story.robots import State
+from clew.story.shortfall import shortfall
 from clew.story.steps import Ending, Step
 from clew.story.story import Story
 from clew.story.tracks import Tracks, needed
@@ -47,19 +44,6 @@ from world.geometry.clearance import distances
 from world.judge.monitor import Promises
 from world.record.recorder import Header
 from world.scenario.scenario import Scenario
-
-LANES = {
-    State.FAILED: "dead",
-    State.DEAD: "dead",
-    State.KILLED: "dead",
-    State.FROZEN: "dead",
-    State.WAITING: "waiting",
-    State.BLOCKED: "lining up",
-    State.JOINING: "lining up",
-    State.HOLDING: "holding",
-    State.ARRIVED: "arrived",
-}
-"""How a lane shows a state; all others: the robot is free to drive."""
 
 
 class Batches:
@@ -81,7 +65,7 @@ class Batches:
             self._clearances = Clearances(self._scenario.ground, radius_m)
             self._separations = Separations(self._scenario.movers, radius_m)
         self._measured: dict[Point, tuple[float, ...]] = {}
-        self._told = _Told()
+        self._told = Told()
         self._verdict: dict[str, Any] | None = None
         self._news = True
 
@@ -133,11 +117,22 @@ class Batches:
             end_s=self.story.end_s,
             ended=ended,
             verdict=self._verdict,
+            shortfall=self._shortfall(),
             flaws=() if self.flaws == self._flaws_told else self.flaws,
         )
         self._subject, self._verdict, self._news = None, None, False
         self._flaws_told = self.flaws
         return msgspec.json.encode(batch)
+
+    def _shortfall(self) -> str:
+        """Of the verdict's least clearance; while there is none, of the least so far."""
+        measured_m = math.inf if self._clearances is None else self._clearances.least_m
+        said_m = None if self._verdict is None else self._verdict["clearance_m_min"]
+        least_m = measured_m if said_m is None else said_m
+        if self._scenario is None or math.isinf(least_m):
+            return ""
+        short = shortfall(self._scenario.law, least_m)
+        return f"Clearance {least_m:.4f} m: {short}" if short else ""
 
     def _compare(self, verdict: dict[str, Any]) -> None:
         """Name what the log, of which all has been heard, says otherwise than the verdict."""
@@ -210,80 +205,6 @@ class Batches:
             here_m = np.array([at.x_m, at.y_m])
             self._measured[at] = tuple(distances(self._scenario.ground, here_m).tolist())
         return self._measured.get(at, ())
-
-
-class _Told:
-    """How much of a story has been told."""
-
-    def __init__(self) -> None:
-        self.start = False
-        self._states, self._links, self._strands, self._taken, self._closed, self._laid = 0, 0, 0, 0, 0, 0
-        self._lanes: dict[int, str] = {}
-        self._steps: dict[int, StepRow] = {}
-        self._paths: dict[str, list[tuple[float, float]]] = {}
-
-    def lanes(self, story: Story) -> Iterator[Lane]:
-        """What holds robots back, where that has changed."""
-        changes = story.robots.changes
-        for change in changes[self._states :]:
-            state = LANES.get(change.doing, "free")
-            if change.doing is not State.ABSENT and self._lanes.get(change.robot) != state:
-                self._lanes[change.robot] = state
-                yield Lane(robot=change.robot, t_s=change.t_s, state=state)
-        self._states = len(changes)
-
-    def links(self, story: Story) -> Iterator[LinkRow]:
-        """How links are, where that has changed."""
-        changes = story.links.changes
-        for change in changes[self._links :]:
-            yield LinkRow(one=change.one, other=change.other, t_s=change.t_s, state=change.state.name.lower())
-        self._links = len(changes)
-
-    def strands(self, story: Story) -> Iterator[StrandRow]:
-        """Strands that have formed."""
-        formed = list(story.strands.formed.items())
-        for epoch, strand in formed[self._strands :]:
-            yield StrandRow(t_s=strand.t_s, epoch=epoch, order=strand.formed.order)
-        self._strands = len(formed)
-
-    def paths(self, story: Story) -> dict[str, list[tuple[float, float]]]:
-        """The corners of each path, by epoch, that has changed."""
-        if story.strands.laid_count == self._laid:
-            return {}
-        self._laid = story.strands.laid_count
-        now = {
-            str(epoch): [(round(corner.x_m, DECIMALS), round(corner.y_m, DECIMALS)) for corner in path]
-            for epoch, path in story.strands.paths(story.poses).items()
-        }
-        changed = {epoch: corners for epoch, corners in now.items() if self._paths.get(epoch) != corners}
-        self._paths = now
-        return changed
-
-    def steps(self, rows: Iterator[StepRow]) -> tuple[StepRow, ...]:
-        """The rows that have changed."""
-        now = dict(enumerate(rows))
-        changed = tuple(row for place, row in now.items() if row != self._steps.get(place))
-        self._steps = now
-        return changed
-
-    def losses(self, story: Story) -> Losses | None:
-        """The messages that faults have taken since."""
-        taken = story.losses.taken[self._taken :]
-        self._taken += len(taken)
-        if not taken:
-            return None
-        return Losses(
-            t=column([t_s for t_s, _ in taken], MS),
-            sender=[sender for _, (sender, _) in taken],
-            receiver=[receiver for _, (_, receiver) in taken],
-        )
-
-    def books(self, story: Story) -> tuple[BookRow, ...]:
-        """All books, where one more has been closed."""
-        if story.losses.closed == self._closed:
-            return ()
-        self._closed = story.losses.closed
-        return tuple(msgspec.convert(book, BookRow, from_attributes=True) for book in story.losses.books())
 
 
 def _track(robot: int, rows: Floats) -> Track:

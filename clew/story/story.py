@@ -11,7 +11,7 @@ which rules, stands in the part's file. Entries of one source come in their orde
 
 from dataclasses import dataclass, field
 
-from clew.story import links, losses, robots, steps, strands
+from clew.story import links, losses, states, steps, strands
 from clew.story.links import Links
 from clew.story.losses import Losses
 from clew.story.robots import Robots
@@ -48,7 +48,7 @@ class Story:
         if isinstance(entry.record, FaultInjected) and entry.record.process is None:
             self.losses.hear(source, entry)
             return
-        if kind in robots.KINDS:
+        if kind in states.KINDS:
             self.robots.hear(source, entry)
         if kind in links.KINDS:
             self.links.hear(source, entry)

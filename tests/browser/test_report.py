@@ -1,7 +1,6 @@
 """The page in a browser, from `file://`, as whoever is sent a report opens it."""
 
 import json
-import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -211,13 +210,13 @@ def test_it_is_dark_where_the_browser_is_and_light_again_by_its_key(browser: Bro
 
 def test_the_bench_scrubs_a_page_and_every_frame_is_drawn(report: str) -> None:
     run = Path(report.removeprefix("file://")).parent
-    bench = [sys.executable, "-m", "clew.cli", "bench", "page", str(run), "--json"]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    made = subprocess.run(bench, env=environment, capture_output=True, timeout=DEADLINE_S, check=True)
-    said = json.loads(made.stdout)
-    assert said["robots"] == ROBOTS
-    assert said["page_bytes"] < 1e6
-    assert min(said["frames_per_s"], said["draw_ms"]) > 0.0
+    bench = [sys.executable, "-m", "tests.support.pages.bench", str(run)]
+    said = subprocess.run(
+        bench, cwd=ROOT, capture_output=True, timeout=DEADLINE_S, check=True, text=True
+    ).stdout
+    assert said.startswith(f"{ROBOTS} robots")
+    assert "a page of 0." in said
+    assert " 0.0 ms of a frame" not in said
 
 
 def test_what_a_page_complains_of_is_heard_by_these_tests(browser: Browser, report: str) -> None:

@@ -39,7 +39,7 @@ function showVerdict(app) {
   const badge = byId("badge");
   badge.textContent = `${verdict ? (verdict.ok ? "✓ " : "✗ ") : "… "}${word}`;
   badge.className = verdict ? (verdict.ok ? "good" : "bad") : "open";
-  byId("reason").textContent = [verdict?.reason, shortfall(run, clearanceOf(run))].filter(Boolean).join(". ");
+  byId("reason").textContent = [verdict?.reason, run.shortfall].filter(Boolean).join(". ");
   const facts = subject
     ? [
         subject.scenario?.name,

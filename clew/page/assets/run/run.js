@@ -27,6 +27,7 @@ class Run {
     this.scenario = sound(null);
     /** @type {any} */
     this.verdict = null;
+    this.shortfall = "";
     /** @type {string[]} */
     this.flaws = [];
     this.end = 0;
@@ -111,6 +112,7 @@ class Run {
     this.end = Math.max(this.end, batch.end_s ?? 0);
     this.ended ||= batch.ended ?? false;
     this.verdict = batch.verdict ?? this.verdict;
+    this.shortfall = batch.shortfall ?? this.shortfall;
     this.flaws = batch.flaws ?? this.flaws;
   }
 

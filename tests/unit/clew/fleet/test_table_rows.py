@@ -7,7 +7,7 @@ import pytest
 
 from clew.fleet.table_rows import Row, Scoreboard
 from clew.log.log import Log
-from clew.story.robots import State
+from clew.story.states import State
 from protocol.frames import Point
 from protocol.mission import Law
 from protocol.timeline import (

@@ -4,7 +4,8 @@ import itertools
 
 import pytest
 
-from clew.story.robots import (
+from clew.story.robots import Robot, Robots
+from clew.story.states import (
     ANEW,
     BEGINS,
     CONDUCT,
@@ -15,8 +16,6 @@ from clew.story.robots import (
     Event,
     Kept,
     Process,
-    Robot,
-    Robots,
     State,
 )
 from clew.story.story import Story
