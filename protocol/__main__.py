@@ -18,7 +18,7 @@ STDIN = 0
 
 
 def main() -> int:
-    """Run the router until it is told to end; returns the exit code."""
+    """Run the router until it is asked to end; returns the exit code."""
     arguments = _parse()
     try:
         session = read_router_session(arguments.sessions)

@@ -46,7 +46,7 @@ def terminable() -> Iterator[None]:
 
 @contextmanager
 def asked_to_end() -> Iterator[list[ExitCode]]:
-    """A list that gets an exit code whenever this process is asked to end."""
+    """A list that gets an exit code for each signal that asks this process to end."""
     asked: list[ExitCode] = []
     with _heard_by(asked.append):
         yield asked

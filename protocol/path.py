@@ -11,8 +11,8 @@ from protocol.frames import Point, Vertex
 
 Place = tuple[float, float]  # x, y [m; world frame]
 
-THERE_M = 1e-6  # nearer than this to an arc length counts as there: rounding of sums of metres
-ON_LINE_M = 1e-9  # nearer than this to a straight line counts as on it: rounding of sums of metres
+THERE_M = 1e-6  # a place this near to an arc length has reached it: rounding of sums of metres
+ON_LINE_M = 1e-9  # a point this near to a line is on it: rounding of sums of metres
 
 
 def straightened(points: Sequence[Point]) -> list[Point]:

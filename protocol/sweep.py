@@ -1,4 +1,4 @@
-"""How far a disc may move straight on before it comes nearer than allowed to a line segment.
+"""How far a disc can move straight before it comes too near to a line segment.
 
 The disc is reduced to a point, and the segment is grown to a stadium: all points within the distance to keep.
 A stadium is convex, so a point outside enters it at most once. A point inside that moves away from the
@@ -52,7 +52,7 @@ def free_way_m(origin: Place, target: Place, line: Sequence[Place], keep_m: floa
 
 
 def distance_m(place: Place, line: Sequence[Place]) -> float:
-    """How far a place is from a polyline [m]."""
+    """The distance of a place from a polyline [m]."""
     return min(math.hypot(*_to_nearest(place, start, end)) for start, end in pairwise(line))
 
 
@@ -113,7 +113,7 @@ def travel_m(origin: Floats, headings: Floats, starts: Floats, ends: Floats, kee
 
     Returns:
         Metres for each heading (h,), infinite where nothing is in the way. A segment that is already
-        nearer than its distance forbids motion towards it and no other.
+        nearer than its distance forbids only motion towards it.
     """
     if len(starts) == 0:
         return np.full(len(headings), np.inf)

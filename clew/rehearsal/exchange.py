@@ -34,10 +34,10 @@ class Exchange:
             mail.key, mail.kind, mail.number, receiver.name, now_s=now_s, step=step
         )
         if mail.number > 0:
-            if (fault := effect.taken_away) is None:
+            if (fault := effect.removed_by) is None:
                 receiver.traffic.receive(mail.key, mail.number)
             else:
-                receiver.traffic.take_away(mail.key, mail.number, fault)
+                receiver.traffic.count_removed(mail.key, mail.number, fault)
         if not effect.injections:
             return Opened(((0.0, Arrival(mail)),))
         return Opened(
@@ -51,4 +51,4 @@ class Exchange:
     def lose(self, mail: Mail, receiver: Actor | Desk, down: str) -> None:
         """Count mail that is lost because the process `down` is down. No entry records it."""
         if mail.number > 0:
-            receiver.traffic.take_away(mail.key, mail.number, down)
+            receiver.traffic.count_removed(mail.key, mail.number, down)

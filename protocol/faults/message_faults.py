@@ -53,7 +53,7 @@ class Effect(Struct, frozen=True):
     injections: tuple[Injection, ...] = ()
 
     @property
-    def taken_away(self) -> str | None:
+    def removed_by(self) -> str | None:
         """The fault that removes the message (it is lost) or makes it invalid (it will be refused)."""
         if not self.copies:
             return self.injections[-1].fault

@@ -1,4 +1,4 @@
-"""A fault plan: what goes wrong in a run, and when. Read from TOML; docs/faults.md."""
+"""A fault plan: the faults to inject in a run, and when. Read from TOML; docs/faults.md."""
 
 from pathlib import Path
 from typing import Annotated, Any

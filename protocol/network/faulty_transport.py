@@ -143,8 +143,8 @@ class FaultyTransport:
             self._note(
                 FaultInjected(fault=injected.fault, rule=injected.rule, key=behind_root, number=number)
             )
-        if number > 0 and effect.taken_away is not None:
-            self.traffic.take_back(key, number, effect.taken_away)
+        if number > 0 and effect.removed_by is not None:
+            self.traffic.move_to_removed(key, number, effect.removed_by)
         return effect
 
     def _apply(self, arrival: Heard | Asked, message: Message, effect: Effect) -> Iterator[Arrival]:

@@ -32,7 +32,7 @@ UNIX_SOCKET_PATH_BYTES_MAX = 107  # sockaddr_un of Linux: 108 with the closing N
 ROUTER_FILE = "router.json"
 USERS_FILE = "users"
 SESSION_BYTES_MAX = 1 << 20  # a session takes some hundred, the router's 200 bytes for each robot
-INPUTS = "inputs"  # the folder in that of the run where robots keep what they hear and decide
+INPUTS = "inputs"  # a subfolder of the run's folder: the inputs and decisions of the robots
 
 
 class Session(Struct, frozen=True, kw_only=True):
@@ -135,19 +135,19 @@ def write_sessions(
 
 
 def read_session(path: Path) -> Session:
-    """The session in a file that `write_sessions` wrote.
+    """Read a session that `write_sessions` wrote.
 
     Raises:
-        UsageError: there is none.
+        UsageError: the file is missing or invalid.
     """
     return _read(path, Session)
 
 
 def read_router_session(folder: Path) -> RouterSession:
-    """The router's part of a folder that `write_sessions` wrote.
+    """Read the routers' session from a folder that `write_sessions` wrote.
 
     Raises:
-        UsageError: there is none.
+        UsageError: the file is missing or invalid.
     """
     return _read(folder / ROUTER_FILE, RouterSession)
 

@@ -36,15 +36,15 @@ class Traffic:
         known = key in self.refused or len(self.refused) < REFUSED_KEYS_MAX
         self.refused[key if known else OTHERS] += 1
 
-    def take_away(self, key: str, number: int, fault: str) -> None:
+    def count_removed(self, key: str, number: int, fault: str) -> None:
         """Count one message that arrived and was removed by a fault plan."""
         self.injected[key, fault] += 1
         self._note_number(key, number)
 
-    def take_back(self, key: str, number: int, fault: str) -> None:
+    def move_to_removed(self, key: str, number: int, fault: str) -> None:
         """Move a message from received to removed: a fault plan removed it."""
         self.received[key] -= 1
-        self.take_away(key, number, fault)
+        self.count_removed(key, number, fault)
 
     def injected_by_fault(self) -> dict[str, dict[str, int]]:
         """The messages that a fault plan removed here: by fault, then by key."""

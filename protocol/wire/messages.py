@@ -144,7 +144,7 @@ class Handover(Struct, frozen=True, kw_only=True):
 class Reversal(Struct, frozen=True, kw_only=True):
     """The strand reverses: in the next epoch its other end leads, back along the known path.
 
-    Arc lengths are the old epoch's: the new one counts from `end_m` down to `cut_m`.
+    Arc lengths refer to the old epoch: the new one counts from `end_m` down to `cut_m`.
     """
 
     cut_m: Length

@@ -76,7 +76,7 @@ class Bodies:
         self._last_step_m = np.zeros(count)
         self._none: Flags = np.zeros(count, dtype=bool)
         self._at_rest = True
-        """No body drove in the last tick."""
+        """Whether no body drove in the last tick."""
         self._same_ticks = 0
         """How many more ticks are certain to be like the last one."""
         self._same_until_s = -math.inf

@@ -57,26 +57,26 @@ def balance(
     accounts: Mapping[str, Account],
     *,
     robots: Sequence[int],
-    taken: Mapping[Book, Mapping[str, int]] = MappingProxyType({}),
+    removed: Mapping[Book, Mapping[str, int]] = MappingProxyType({}),
 ) -> Messages:
     """Balance the books of all sources that recorded their counts; the world is one of them.
 
     Args:
         accounts: the account of each source.
         robots: the fleet.
-        taken: recorded removals by fault plans, by book and fault.
+        removed: recorded removals by fault plans, by book and fault.
     """
     sent = received = refused = 0
     injected: Counter[str] = Counter()
     elsewhere: Counter[str] = Counter()
     left_out: list[str] = []
     told = {key for account in accounts.values() for key in (*account.sent, *account.newest)}
-    told.update(key for key, _ in taken)
+    told.update(key for key, _ in removed)
     for key in sorted(told):
         for sender, receiver in _ends(key, robots):
             if sender not in accounts or receiver not in accounts:
                 left_out.append(f"{key} > {receiver}")
-                elsewhere.update(taken.get((key, receiver), {}))
+                elsewhere.update(removed.get((key, receiver), {}))
                 continue
             heard = accounts[receiver]
             away = Counter({fault: counts.get(key, 0) for fault, counts in heard.injected.items()})

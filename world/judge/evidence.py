@@ -40,7 +40,7 @@ class Evidence:
     )
     """The largest authority by then, by granter, grantee and epoch."""
     heard_s: dict[int, list[float]] = field(default_factory=lambda: defaultdict(list))
-    """When each robot recorded its entries."""
+    """The times of each robot's entries."""
     plans: dict[int, list[tuple[float, StepPlanned]]] = field(default_factory=lambda: defaultdict(list))
     strands: dict[tuple[int, int], StrandFormed] = field(default_factory=dict)
     """By robot and epoch."""

@@ -54,7 +54,7 @@ class Tally:
     scans: int = 0
     struck: set[str] = field(default_factory=set)
     """The rules of fault plans that struck at least once."""
-    _taken: dict[tuple[Book, int], str] = field(default_factory=dict)
+    _removed: dict[tuple[Book, int], str] = field(default_factory=dict)
     """The fault that removed a message, by book and number."""
 
     @property
@@ -63,10 +63,10 @@ class Tally:
         return sum(counted.unrecorded for counted in self.counted.values())
 
     @property
-    def taken(self) -> dict[Book, Counter[str]]:
+    def removed(self) -> dict[Book, Counter[str]]:
         """Recorded removals of messages, by book and fault."""
         counts: defaultdict[Book, Counter[str]] = defaultdict(Counter)
-        for (book, _), fault in self._taken.items():
+        for (book, _), fault in self._removed.items():
             counts[book][fault] += 1
         return dict(counts)
 
@@ -85,7 +85,7 @@ class Tally:
     def _hear_fault(self, source: str, injected: FaultInjected) -> None:
         self.struck.add(injected.rule)
         if injected.key is not None and injected.number and injected.fault in TAKES_AWAY:
-            self._taken[(injected.key, source), injected.number] = injected.fault
+            self._removed[(injected.key, source), injected.number] = injected.fault
 
     def _hear_world(self, entry: Entry) -> None:
         match entry.record:

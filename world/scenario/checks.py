@@ -38,7 +38,7 @@ def speeds(drive: DriveSection) -> None:
 
 
 def law(section: LawSection) -> None:
-    """A tolerance as large as the clearance would allow contact."""
+    """The tolerance is smaller than the clearance: otherwise contact would be allowed."""
     if section.mu0_m >= section.epsilon_m:
         _refuse("law.mu0_m", f"< epsilon_m = {section.epsilon_m:g} m", section.mu0_m)
 
@@ -111,7 +111,7 @@ def said(bounds: Bounds | None) -> Bounds:
 
 
 def places_apart(section: Fleet, poses: Sequence[Pose]) -> None:
-    """No two robots start nearer than their separation."""
+    """No two robots start nearer to each other than their separation."""
     least_m = 2.0 * section.robot_radius_m + section.separation_m
     rule = f">= 2 robot_radius_m + separation_m = {least_m:g} m"
     if section.spacing_m is not None:  # places on one line: the spacing is their least distance
@@ -125,7 +125,7 @@ def places_apart(section: Fleet, poses: Sequence[Pose]) -> None:
 
 
 def within(bounds: Bounds | None, section: Fleet, poses: Sequence[Pose], goal: Goal | None) -> None:
-    """Every robot starts inside the bounds, hull and all, and may stand at the goal."""
+    """Every robot's hull is inside the bounds at its start, and at the goal."""
     if bounds is None:
         return
     for name, low_m, high_m in (("x", bounds.x_m_min, bounds.x_m_max), ("y", bounds.y_m_min, bounds.y_m_max)):

@@ -22,7 +22,7 @@ SPEED_MPS, SPEED_MPS_MIN, SPEED_MPS_MAX = 0.5, 0.05, 1.0  # a small indoor robot
 TURN_RATE_RADPS = 1.5708  # a quarter turn a second
 RANGE_M_MAX = 4.0  # as in the trial of the certified law on the BARN worlds
 RANGE_RADII = 20.0  # for large robots: range in radii
-SPACING_RADII = 3.0  # the scenes' own rule for the places of robots
+SPACING_RADII = 3.0  # the rule of the scenes for places of robots
 LINK_RADII = 10.0  # three places, and some slack
 ERROR_SHARE = 0.25  # of the tolerance, for noise and drive each; about half remains as reserve
 TIME_FACTOR = 20.0  # times the straight way at full speed: for detours, turns, and five robots one by one
@@ -92,7 +92,7 @@ def as_scenario(raw: dict[str, Any], source: str) -> dict[str, Any]:
         "fleet": {
             "robots": ROBOTS,
             "robot_radius_m": radius_m,
-            "separation_m": epsilon_m,  # a robot that has died is an obstacle like any other
+            "separation_m": epsilon_m,  # a dead robot is an obstacle like any other
             "link_length_m_max": LINK_RADII * radius_m,
             "start": (*scene.start[:2], wrap(scene.start[2])),
             "spacing_m": SPACING_RADII * radius_m,

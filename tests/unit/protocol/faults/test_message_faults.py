@@ -156,7 +156,7 @@ def test_faults_add_up_and_later_rules_do_not_see_a_lost_message() -> None:
     assert twice.copies == (Copy(0.5),) * 3
     lost = effect(message_faults(Drop(), Duplicate()), ("link/r1/r2", "ahead", 1, "r2"))
     assert lost == Effect((), (Injection("drop-1", "drop"),))
-    assert (lost.taken_away, twice.taken_away) == ("drop", None)
+    assert (lost.removed_by, twice.removed_by) == ("drop", None)
 
 
 @settings(max_examples=200)

@@ -4,9 +4,9 @@ from protocol.network.traffic import OTHERS, REFUSED_KEYS_MAX, Traffic
 def test_a_removed_message_has_arrived_but_was_not_received() -> None:
     traffic = Traffic()
     traffic.receive("a", 1)
-    traffic.take_away("a", 3, "drop")
-    traffic.take_away("b", 1, "drop")
-    traffic.take_away("a", 2, "corrupt")
+    traffic.count_removed("a", 3, "drop")
+    traffic.count_removed("b", 1, "drop")
+    traffic.count_removed("a", 2, "corrupt")
     assert (traffic.received, traffic.newest) == ({"a": 1}, {"a": 3, "b": 1})
     assert traffic.injected_by_fault() == {"corrupt": {"a": 1}, "drop": {"a": 1, "b": 1}}
 

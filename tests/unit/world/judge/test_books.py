@@ -95,13 +95,13 @@ def test_books_of_a_dead_robot_are_left_out_and_listed() -> None:
 
 def test_removed_messages_of_omitted_books_are_counted_separately() -> None:
     link, drive = "link/r1/r2", "body/r1/drive"
-    taken = {(link, "r2"): {"drop": 4}, (drive, "world"): {"drop": 1, "corrupt": 2}}
-    dead = balance({"world": account(), "r2": account()}, robots=[1, 2], taken=taken)
+    removed = {(link, "r2"): {"drop": 4}, (drive, "world"): {"drop": 1, "corrupt": 2}}
+    dead = balance({"world": account(), "r2": account()}, robots=[1, 2], removed=removed)
     assert (dead.injected, dead.injected_left_out) == ({}, {"corrupt": 2, "drop": 5})
     assert dead.left_out == (f"{drive} > world", f"{link} > r2")
     counted = account(newest={link: 4}, injected={"drop": {link: 4}})
     alive = balance(
-        {"r1": account(sent={link: 4}), "r2": counted}, robots=[1, 2], taken={(link, "r2"): {"drop": 4}}
+        {"r1": account(sent={link: 4}), "r2": counted}, robots=[1, 2], removed={(link, "r2"): {"drop": 4}}
     )
     assert (alive.injected, alive.injected_left_out) == ({"drop": 4}, {})
 
@@ -119,4 +119,4 @@ def test_a_message_removed_by_several_faults_counts_once() -> None:
     ):
         injected = FaultInjected(fault=fault, rule=fault, key="link/r1/r2", number=number)
         tally.hear("r2", Entry(n=n, t_s=1.0, hlc="", record=injected))
-    assert tally.taken == {("link/r1/r2", "r2"): {"drop": 2}}
+    assert tally.removed == {("link/r1/r2", "r2"): {"drop": 2}}
