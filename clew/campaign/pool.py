@@ -89,4 +89,4 @@ def _end_with_parent() -> None:
     parent = multiprocessing.parent_process()
     assert parent is not None, "only workers call this"
     parent.join()
-    os._exit(1)  # the main thread waits for episodes, and nobody sends more
+    os._exit(1)  # the main thread waits for episodes that will never be sent

@@ -145,7 +145,7 @@ def _print(result: Campaign, out: Path) -> None:
         say(f"{outcome.surprise}: {outcome.family}/{outcome.scene}, seed {outcome.seed}: {outcome.reason}")
         say(f"    {outcome.replay}")
     if result.uncovered:
-        say(f"never seen: {', '.join(result.uncovered)}")
+        say(f"not covered: {', '.join(result.uncovered)}")
     word = "INTERRUPTED" if result.interrupted else "OK" if result.ok else "FAILED"
     done, asked = result.all.episodes, result.episodes_asked
     click.echo(f"{word}: {done} of {asked} episodes, {len(result.surprises)} surprises. Campaign: {out}")

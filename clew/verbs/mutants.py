@@ -1,4 +1,4 @@
-"""`clew oracle`: plants bugs, and has a swarm catch them."""
+"""`clew mutants`: tests whether a swarm catches each mutant of our source."""
 
 import sys
 
@@ -17,21 +17,23 @@ PIPE_COLUMNS = 140  # the table's width where stdout is no terminal
 
 
 @click.command()
-@click.option("--bug", "names", multiple=True, help="Only this one; may be repeated.")
+@click.option("--mutant", "names", multiple=True, help="Only this mutant; may be repeated.")
 @AS_JSON
 @click.pass_context
 def mutants(ctx: click.Context, names: tuple[str, ...], *, as_json: bool) -> None:
-    """Plant one bug after the other in a copy of the source, and have a swarm of faults catch it.
+    """Apply one mutant after the other to a copy of the source, and play a swarm until a seed catches it.
 
     Exit code: 0 each was caught within its number of seeds, 1 one was not, 2 it cannot be done as asked.
     """
     if unknown := sorted(set(names) - {mutant.name for mutant in MUTANTS}):
-        raise UsageError(f"--bug {unknown[0]}: must be one of {', '.join(mutant.name for mutant in MUTANTS)}")
+        raise UsageError(
+            f"--mutant {unknown[0]}: must be one of {', '.join(mutant.name for mutant in MUTANTS)}"
+        )
     caught: list[Caught] = []
     for mutant in MUTANTS:
         if not names or mutant.name in names:
             caught.append(run_mutant(mutant))
-            click.echo(f"oracle: {_sentence(caught[-1])}", err=True)
+            click.echo(f"mutants: {_sentence(caught[-1])}", err=True)
     if as_json:
         click.echo(msgspec.json.format(msgspec.json.encode(caught)).decode())
     else:
