@@ -58,7 +58,7 @@ def kill(run: Path, target: str, robots: int) -> None:
 @FOR
 @click.pass_obj
 def freeze(run: Path, target: str, robots: int, for_s: float | None) -> None:
-    """Stop a process (SIGSTOP), and continue it later (SIGCONT)."""
+    """Stop a process (SIGSTOP); continue it later."""
     _request(run, {"fault": "freeze", "target": _process(target), "robots": robots, "for_s": for_s})
 
 
@@ -76,7 +76,10 @@ def thaw(run: Path, target: str) -> None:
 @click.option("--after", "after_s", type=seconds, default=0.0, help="Time without a process, as 2s.")
 @click.pass_obj
 def restart(run: Path, target: str, robots: int, after_s: float) -> None:
-    """Kill a process and start a new one later, without memory; a dead one is started at once."""
+    """Kill a process, and start a new one later.
+
+    The new process remembers nothing. A process that is already dead is started at once.
+    """
     _request(run, {"fault": "restart", "target": _process(target), "robots": robots, "after_s": after_s})
 
 
@@ -155,7 +158,7 @@ def duplicate(run: Path, copies: int, delay_s_max: float, **messages: Unpack[Lim
 @click.option("--hold", "hold_s", type=seconds, required=True, help="How long each message is held back.")
 @_for_messages
 def reorder(run: Path, hold_s: float, **messages: Unpack[Limits]) -> None:
-    """Hold messages back, so that later ones overtake them."""
+    """Hold messages back; later ones overtake."""
     _request_for_messages(run, {"fault": "reorder", "hold_s": hold_s}, messages)
 
 
@@ -183,7 +186,10 @@ def partition(
     one_way: bool,
     **messages: Unpack[Limits],
 ) -> None:
-    """Cut GROUP off from the others; `--others router` cuts it off from all processes."""
+    """Cut GROUP off from the others.
+
+    With --others router, GROUP is cut off from all processes.
+    """
     sides = {"group": list(map(_process, group)), "others": list(map(_process, others))}
     _request_for_messages(run, {"fault": "partition", "one_way": one_way, **sides}, messages)
 
