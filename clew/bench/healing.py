@@ -86,11 +86,11 @@ class HealingFigures(Struct, frozen=True, kw_only=True):
 def healing_in(lines: Iterable[tuple[str, Entry]]) -> Healing | None:
     """How long the strand took; None where no process fault happened."""
     entries = sorted(lines, key=lambda line: wall_s(line[1]))
-    struck = next((entry for _, entry in entries if _is_process_fault(entry)), None)
-    if struck is None:
+    injection = next((entry for _, entry in entries if _is_process_fault(entry)), None)
+    if injection is None:
         return None
-    assert isinstance(struck.record, FaultInjected), "found by its type"
-    robot, cause_s = robot_number(struck.record.process or ""), wall_s(struck)
+    assert isinstance(injection.record, FaultInjected), "found by its type"
+    robot, cause_s = robot_number(injection.record.process or ""), wall_s(injection)
     broken_s: float | None = None
     succeeded_s: float | None = None
     healed_s: float | None = None
@@ -106,7 +106,7 @@ def healing_in(lines: Iterable[tuple[str, Entry]]) -> Healing | None:
             case _:
                 pass
     return Healing(
-        cause_s=struck.t_s,
+        cause_s=injection.t_s,
         detection_s=broken_s,
         succession_s=None if broken_s is None or succeeded_s is None else succeeded_s - broken_s,
         healed_s=healed_s,

@@ -1,15 +1,13 @@
-"""`clew chaos`: live fleets, one after the other, each under faults that its seed draws."""
+"""`clew chaos`: runs live fleets, one after the other, each with faults that its seed draws."""
 
 import os
 import shutil
-import sys
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
 import click
 import msgspec
-from rich.console import Console
 from rich.table import Table
 
 from clew.campaign.campaign import write_drawn
@@ -19,7 +17,7 @@ from clew.fleet.folder import RUNS, make_folder
 from clew.fleet.live import run_fleet
 from clew.swarm.swarm import draw
 from clew.verbs.options import AS_JSON, SEED
-from clew.verbs.say import say, warn
+from clew.verbs.say import console, say, warn
 from protocol.asked import AskedToEnd, terminable
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
@@ -28,36 +26,42 @@ from protocol.files.writing import write_whole
 from protocol.run_settings import SPEED_MAX
 
 CHAOS_FILE = "chaos.json"
-PIPE_COLUMNS = 140  # the table's width where stdout is no terminal
-LATE = 2.0  # so many times slower than asked for a busy machine may be,
-START_S = 60.0  # and so much longer it may take to begin and to end
+LATE, START_S = 2.0, 60.0  # allowance for a busy machine: times slower, and seconds to start and to end
 
 
 @click.command()
-@click.option("--runs", type=click.IntRange(1, 10_000), default=50, show_default=True, help="How many.")
+@click.option(
+    "--runs", type=click.IntRange(1, 10_000), default=50, show_default=True, help="Number of fleets."
+)
 @click.option(
     "--speed",
     type=click.FloatRange(0.0, SPEED_MAX, min_open=True),
     default=2.0,
     show_default=True,
-    help="Times real time.",
+    help="Speed of the fleets, times real time.",
 )
-@click.option("--seed", type=SEED, default=1, show_default=True, help="Of the first; the next has one more.")
-@click.option("--out", type=click.Path(path_type=Path), help="New or empty: for worlds, plans and runs.")
+@click.option(
+    "--seed",
+    type=SEED,
+    default=1,
+    show_default=True,
+    help="Seed of the first fleet; each next one is one higher.",
+)
+@click.option(
+    "--out", type=click.Path(path_type=Path), help="New or empty folder for worlds, plans and runs."
+)
 @AS_JSON
 @click.pass_context
 @terminable()
 def chaos(ctx: click.Context, *, runs: int, speed: float, seed: int, out: Path | None, as_json: bool) -> None:
-    """Run live fleets through what the swarm of a campaign draws: loss, cuts, kills, freezes, restarts.
+    """Run live fleets under the faults that a swarm campaign draws.
 
-    Folders of runs are kept that had trouble or did not arrive.
-
-    Exit code: 0 no trouble, 1 trouble (a violation, books that do not balance, a log that is not whole,
-    a launcher that refuses, something left behind), 2 it cannot be done as asked,
-    130, 143 or 129 ended by Ctrl-C, SIGTERM or SIGHUP, and so was its fleet.
+    Faults are lost messages, cut links, kills, freezes and restarts. The folders of runs that had trouble or
+    did not arrive are kept. Exits with 1 when a run had trouble: a violation, books that do not balance, a
+    log with gaps, a launcher that refuses, or something left behind.
     """
     folder = out or RUNS / f"chaos-{datetime.now(UTC):%Y%m%dT%H%M%SZ}"
-    make_folder(folder)  # so what stands in it from now on, and may be removed, is of this call
+    make_folder(folder)  # empty now, so everything in it later is from this call and may be removed
     done: list[ChaosRun] = []
     asked: ExitCode | None = None
     try:
@@ -79,7 +83,7 @@ def chaos(ctx: click.Context, *, runs: int, speed: float, seed: int, out: Path |
 
 
 def _play(seed: int, speed: str, folder: Path) -> ChaosRun:
-    """One fleet; its run's folder is kept if anybody may want to see it."""
+    """Run one fleet; its folder is kept if the run had trouble or did not arrive."""
     swarm, path, run = draw(seed), folder / "drawn" / f"{seed}.toml", folder / f"run-{seed}"
     write_drawn(seed, path)
     plan = drawn_plan_path(str(path))
@@ -102,8 +106,7 @@ def _sentence(run: ChaosRun, number: int, runs: int) -> str:
 
 
 def _print(result: Chaos, folder: Path) -> None:
-    console = Console() if sys.stdout.isatty() else Console(width=PIPE_COLUMNS)
-    console.print(_table(result.each))
+    console().print(_table(result.each))
     for run in result.each:
         for trouble in run.troubles:
             say(f"TROUBLE, seed {run.seed}: {trouble}")

@@ -1,29 +1,25 @@
-"""`clew mutants`: tests whether a swarm catches each mutant of our source."""
-
-import sys
+"""`clew mutants`: plants bugs in copies of the source, which a swarm campaign must catch."""
 
 import click
-import msgspec
-from rich.console import Console
 from rich.table import Table
 
 from clew.campaign.mutants import Caught, run_mutant
 from clew.campaign.mutants_list import MUTANTS
 from clew.verbs.options import AS_JSON
+from clew.verbs.say import console, say_json
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 
-PIPE_COLUMNS = 140  # the table's width where stdout is no terminal
-
 
 @click.command()
-@click.option("--mutant", "names", multiple=True, help="Only this mutant; may be repeated.")
+@click.option("--mutant", "names", multiple=True, metavar="NAME", help="Only this mutant; repeatable.")
 @AS_JSON
 @click.pass_context
 def mutants(ctx: click.Context, names: tuple[str, ...], *, as_json: bool) -> None:
-    """Apply one mutant after the other to a copy of the source, and play a swarm until a seed catches it.
+    """Check that a swarm campaign catches bugs that are planted on purpose (mutation testing).
 
-    Exit code: 0 each was caught within its number of seeds, 1 one was not, 2 it cannot be done as asked.
+    Each mutant is a copy of our source with one bug. Exits with 1 when a mutant was not caught within its
+    number of seeds.
     """
     if unknown := sorted(set(names) - {mutant.name for mutant in MUTANTS}):
         raise UsageError(
@@ -35,10 +31,9 @@ def mutants(ctx: click.Context, names: tuple[str, ...], *, as_json: bool) -> Non
             caught.append(run_mutant(mutant))
             click.echo(f"mutants: {_sentence(caught[-1])}", err=True)
     if as_json:
-        click.echo(msgspec.json.format(msgspec.json.encode(caught)).decode())
+        say_json(caught)
     else:
-        console = Console() if sys.stdout.isatty() else Console(width=PIPE_COLUMNS)
-        console.print(_table(caught))
+        console().print(_table(caught))
     ctx.exit(ExitCode.OK if all(each.ok for each in caught) else ExitCode.FAILED)
 
 

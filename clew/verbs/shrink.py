@@ -1,4 +1,4 @@
-"""`clew shrink`: the least of a fault plan that still makes a run fail in the same way."""
+"""`clew shrink`: cuts a fault plan to a smallest part with which a run still fails in the same way."""
 
 from itertools import chain, count
 from pathlib import Path
@@ -33,20 +33,19 @@ SHRUNK_FOLDER, WORLD_FILE = "shrunk", "world.toml"
 
 @click.command("shrink")
 @click.argument("run", type=click.Path(path_type=Path))
-@click.option("--seed", type=SEED, help="Of a swarm campaign: which episode.")
+@click.option("--seed", type=SEED, help="Episode of a swarm campaign.")
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
-    help="Where to; default: shrunk/ in RUN's folder, or shrunk-2/, ...",
+    help="Folder for the result; default: shrunk/ in RUN, then shrunk-2/, ...",
 )
 @click.pass_context
 def shrink_verb(ctx: click.Context, run: Path, *, seed: int | None, out: Path | None) -> None:
-    """Cut the fault plan of a failing run to the least that still fails in the same way.
+    """Cut the fault plan of a failed run down to what still makes it fail in the same way.
 
-    RUN is the folder of a rehearsed run, or of a campaign with --faults swarm and then --seed says which
-    episode. What was shrunk before stays: the next is in shrunk-2/. Prints the plan and the line that
-    replays it. Exit code: 0 shrunk, 1 the run did not fail, or not in the same way when it is rehearsed
-    again, 2 it cannot be done as asked.
+    RUN is the folder of a rehearsed run, or of a swarm campaign; then --seed chooses the episode. The verb
+    prints the plan and the command line that replays it. An earlier result stays: the next one is in
+    shrunk-2/. Exits with 1 when the run did not fail, or fails in another way when it is rehearsed again.
     """
     case, recorded = _run(run) if (run / EVENTS_FILE).exists() else _episode(run, seed)
     if recorded is None:
@@ -58,14 +57,14 @@ def shrink_verb(ctx: click.Context, run: Path, *, seed: int | None, out: Path | 
         ctx.exit(ExitCode.FAILED)
     warn(f"shrink: {recorded.sentence}")
     folder = out or _next(run / SHRUNK_FOLDER)
-    make_folder(folder)  # before the work, not after it
+    make_folder(folder)  # fail before the work, not after it
     least = shrink(case, _Trials(recorded))
     click.echo(plan_text(least.plan), nl=False)
     click.echo(_write(least, folder))
 
 
 class _Trials:
-    """Says of a case whether it fails in the same way, and tells the user how far it is."""
+    """Tests whether a case still fails in the same way, and reports progress."""
 
     def __init__(self, failure: Failure) -> None:
         self._failure = failure
@@ -86,9 +85,9 @@ def _run(run: Path) -> tuple[Case, Failure | None]:
     read = timeline.read(run)
     header = read.header
     if header.speed is not None:
-        raise UsageError(f"{run}: is a live run; only rehearsals can be repeated with less")
+        raise UsageError(f"{run}: is a live run; only rehearsals can be shrunk")
     if (plan := _plan_of(run, header)) is None:
-        raise UsageError(f"{run}: no fault plan in it: there is nothing to cut")
+        raise UsageError(f"{run}: has no fault plan to cut")
     try:
         verdict = read_verdict(run)
     except (OSError, msgspec.MsgspecError) as error:
@@ -102,7 +101,7 @@ def _run(run: Path) -> tuple[Case, Failure | None]:
 
 
 def _plan_of(run: Path, header: Header) -> Plan | None:
-    """The fault plan of a run; logs older than that field of the header have it in a file beside them."""
+    """The fault plan of a run: from the header, or, for an old log, from the file beside it."""
     if header.faults is not None:
         return understand(header.faults, Plan, str(run))
     beside = run / FAULTS_FILE
@@ -110,7 +109,7 @@ def _plan_of(run: Path, header: Header) -> Plan | None:
 
 
 def _episode(folder: Path, seed: int | None) -> tuple[Case, Failure | None]:
-    """An episode of a swarm, and how it failed."""
+    """An episode of a swarm campaign, and how it failed."""
     try:
         campaign = msgspec.json.decode(read_bytes(folder / CAMPAIGN_FILE, MADE_BYTES_MAX), type=Campaign)
     except FileNotFoundError as error:
@@ -119,9 +118,9 @@ def _episode(folder: Path, seed: int | None) -> tuple[Case, Failure | None]:
     except (OSError, msgspec.MsgspecError) as error:
         raise UsageError(f"{folder}: no campaign of this version: {_plainly(error)}") from error
     if campaign.faults != SWARM:
-        raise UsageError(f"{folder}: has no --faults {SWARM}; rehearse the episode, and shrink that run")
+        raise UsageError(f"{folder}: is no swarm campaign; rehearse the episode and shrink that run")
     if seed is None:
-        raise UsageError(f"{folder}: is a campaign; --seed has to say which episode")
+        raise UsageError(f"{folder}: is a campaign; --seed must choose an episode")
     outcome = next((each for each in campaign.episodes if each.seed == seed), None)
     if outcome is None:
         raise UsageError(f"{folder}: has not played seed {seed}")
@@ -137,18 +136,18 @@ def _episode(folder: Path, seed: int | None) -> tuple[Case, Failure | None]:
 
 
 def _plainly(error: OSError | msgspec.MsgspecError) -> str:
-    """What an error says, without a number and a path that the user knows."""
+    """The message of an error, without its number and path."""
     return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
 def _next(folder: Path) -> Path:
-    """This folder, or where it is taken the first of folder-2, folder-3, ... that is not."""
+    """This folder, or if it exists the first free one of folder-2, folder-3, ..."""
     numbered = (folder.with_name(f"{folder.name}-{number}") for number in count(2))
     return next(path for path in chain([folder], numbered) if not path.exists())
 
 
 def _write(case: Case, out: Path) -> str:
-    """Write the case down; returns the line that replays it."""
+    """Write the case; returns the command line that replays it."""
     try:
         world = toml_text(msgspec.to_builtins(case.scenario))
         write_whole(out / WORLD_FILE, world.encode())

@@ -1,4 +1,4 @@
-"""Detection and succession are read from the wall clocks of a timeline; bounds hold for the slowest run."""
+"""Detection and succession come from the wall clocks of a timeline; bounds are for the slowest run."""
 
 import json
 
@@ -14,7 +14,7 @@ from protocol.timeline import Entry, FaultInjected, LeaderSucceeded, LinkBroken,
 from tests.support.campaigns import clew
 from world.record.lines import Line
 
-STRUCK = FaultInjected(fault="kill", rule="kill-1", process="r1")
+KILLED = FaultInjected(fault="kill", rule="kill-1", process="r1")
 BROKEN = LinkBroken(neighbour=1, cause="token", silent_s=0.4)
 SUCCEEDED = LeaderSucceeded(epoch=2, before=1)
 HEALED = StrandHealed(epoch=2, members=(2, 3))
@@ -31,7 +31,7 @@ def test_times_are_of_the_wall_clock_and_do_not_depend_on_the_order_of_recording
         at(8.0, "r2", HEALED),
         at(5.9, "r2", SUCCEEDED),
         at(5.5, "r2", BROKEN),
-        at(5.0, "world", STRUCK),
+        at(5.0, "world", KILLED),
         at(4.0, "world", FaultInjected(fault="drop", rule="drop-1", key="link/r1/r2", number=3)),
     ]
     healing = healing_in(lines)
@@ -43,7 +43,7 @@ def test_times_are_of_the_wall_clock_and_do_not_depend_on_the_order_of_recording
 def test_entries_of_another_robot_or_from_before_the_fault_do_not_count() -> None:
     lines = [
         at(4.0, "r2", BROKEN),
-        at(5.0, "world", STRUCK),
+        at(5.0, "world", KILLED),
         at(5.1, "r3", LinkBroken(neighbour=2, cause="token", silent_s=0.4)),
         at(5.2, "r4", LeaderSucceeded(epoch=2, before=3)),
         at(5.3, "r4", HEALED),

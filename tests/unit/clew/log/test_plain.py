@@ -1,4 +1,4 @@
-"""What a log says reaches a terminal as words, never as orders."""
+"""Text from a log cannot control a terminal."""
 
 import io
 import logging
@@ -49,7 +49,7 @@ def run(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("verb", ["cat", "info", "check", "diff"])
-def test_a_terminal_gets_no_order_from_a_log(run: Path, tmp_path: Path, verb: str) -> None:
+def test_text_of_a_log_cannot_control_a_terminal(run: Path, tmp_path: Path, verb: str) -> None:
     other = recorded(tmp_path / "other", numbered(AT_REST[1:]))
     said = clew("log", verb, run, *([other] if verb == "diff" else []))
     assert said.exit_code in {0, 1}
@@ -60,13 +60,13 @@ def test_a_terminal_gets_no_order_from_a_log(run: Path, tmp_path: Path, verb: st
 @pytest.mark.parametrize(
     "verb", [["report"], ["figures", "--format", "svg"], ["log", "export", "--to", "csv"]]
 )
-def test_a_terminal_gets_no_order_from_what_is_wrong_with_a_log(run: Path, verb: list[str]) -> None:
+def test_flaws_of_a_log_cannot_control_a_terminal(run: Path, verb: list[str]) -> None:
     said = clew(*verb, run)
     assert ESCAPED in said.stderr
     assert orders_in(said.stdout + said.stderr) == []
 
 
-def test_a_terminal_gets_no_order_from_a_replay() -> None:
+def test_a_replay_cannot_control_a_terminal() -> None:
     apart = Difference(
         robot=1,
         incarnation=ORDERS,
@@ -85,7 +85,7 @@ def test_a_terminal_gets_no_order_from_a_replay() -> None:
     assert orders_in("\n".join(said)) == []
 
 
-def test_a_summary_gives_no_order(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_summary_cannot_control_a_terminal(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (run / VERDICT_FILE).write_bytes(msgspec.json.encode(msgspec.structs.replace(GOOD, reason=ORDERS)))
     assert summary([str(run)]) == 0
     said = capsys.readouterr().out
@@ -93,7 +93,7 @@ def test_a_summary_gives_no_order(run: Path, capsys: pytest.CaptureFixture[str])
     assert orders_in(said) == []
 
 
-def test_a_live_table_gives_no_order() -> None:
+def test_a_live_table_cannot_control_a_terminal() -> None:
     console = Console(width=200, height=50, file=io.StringIO())
     board = Scoreboard.of(HEADER)
     for source, entry in numbered(
@@ -106,7 +106,7 @@ def test_a_live_table_gives_no_order() -> None:
     assert orders_in(said) == []
 
 
-def test_a_world_and_a_robot_say_nothing_on_stderr_that_a_terminal_obeys(
+def test_stderr_of_world_and_robot_cannot_control_a_terminal(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     record = logging.LogRecord("world", logging.INFO, "", 0, "r1 has failed: %s", (ORDERS,), None)
@@ -115,14 +115,14 @@ def test_a_world_and_a_robot_say_nothing_on_stderr_that_a_terminal_obeys(
     assert capsys.readouterr().err == f"{plain(ORDERS)}\n"
 
 
-def test_a_refusal_gives_no_order_either(run: Path) -> None:
+def test_a_refusal_cannot_control_a_terminal(run: Path) -> None:
     (run / EVENTS_FILE).write_bytes(b'{"kind":"run.started","schema":"%s"}\n' % IN_JSON)
     said = clew("log", "cat", run)
     assert (said.exit_code, said.stderr.count("\n")) == (2, 1)
     assert said.stderr.strip().isprintable()
 
 
-def test_what_prints_stays_as_it_is() -> None:
+def test_printable_text_is_unchanged() -> None:
     assert plain("Zürich 5 m") == "Zürich 5 m"
     assert plain(ORDERS) == "\\x1b[2J\\x1b]0;pwn\\x07\\u202e[bold]r1"
     assert plain("one\ntwo") == "one\\ntwo"

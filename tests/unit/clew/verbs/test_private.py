@@ -1,4 +1,4 @@
-"""Whatever is made of a run is the user's alone, and nothing is written through a link."""
+"""Files of a run are private to the user, and nothing is written through a link."""
 
 import os
 from collections.abc import Iterator
