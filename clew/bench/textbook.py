@@ -1,7 +1,7 @@
 """A textbook grid planner, for comparison: what the leader's plans are measured against.
 
 It plans on the leader's scans and on a grid with the same cells: a distance transform of the cells that were
-hit, the eight-neighbour graph of the cells far enough away, and Dijkstra's costs from the goal to all of them.
+hit, the eight-neighbour graph of the cells far enough away, and Dijkstra's costs from the goal to them.
 It knows clearance only by whole cells, and certifies no motion.
 """
 
