@@ -19,7 +19,7 @@ EXIT_CODES: dict[int, ExitCode] = {
     signal.SIGHUP: ExitCode.HUNG_UP,
 }
 
-Handler = Callable[[int, FrameType | None], Any] | int | None  # as the standard library has it
+Handler = Callable[[int, FrameType | None], Any] | int | None  # the type of the standard library
 
 
 class AskedToEnd(KeyboardInterrupt):
@@ -53,7 +53,7 @@ def asked_to_end() -> Iterator[list[ExitCode]]:
 
 
 def listen(hear: Callable[[ExitCode], None]) -> Mapping[int, Handler]:
-    """Have these signals heard from now on; returns what was done about them before."""
+    """Handle these signals from now on; returns the former handlers."""
 
     def handle(number: int, _frame: FrameType | None) -> None:
         hear(EXIT_CODES[number])
@@ -63,7 +63,7 @@ def listen(hear: Callable[[ExitCode], None]) -> Mapping[int, Handler]:
 
 
 def ignore() -> None:
-    """From now on these signals change nothing: we exit, and know with what code."""
+    """Ignore these signals from now on: the process exits with a known code."""
     for number in EXIT_CODES:
         signal.signal(number, signal.SIG_IGN)
 

@@ -93,7 +93,7 @@ class RunFaults:
         return faults
 
     def _due(self, now_s: float) -> Iterator[ProcessFault]:
-        """The faults of the plan, then of the manual rules; none strikes a robot that another has killed."""
+        """The faults of the plan, then of the manual rules; none strikes a robot killed by another."""
         for each in (self._planned, *self._manual):
             for fault in each.due(now_s):
                 yield fault

@@ -1,8 +1,8 @@
-"""Which robots have no process, by the timeline. Pure: entries in, answers out.
+"""The robots without a process, by the timeline. Pure: entries in, answers out.
 
-Rule 1: a robot whose process a fault has killed, or which has failed, is dead until it is started again.
-Rule 2: a robot that is missed (`robot.died`) is dead, unless it was frozen, or a partition may have cut it
-        off: then its process exists, and a fault can strike it.
+Rule 1: a robot that was killed by a fault, or has failed, is dead until it is restarted.
+Rule 2: a robot that the world declares dead (`robot.died`) is dead, unless it was frozen or a partition may
+        have cut it off. In those cases its process exists, and a fault can strike it.
 """
 
 from collections.abc import Iterable
@@ -21,7 +21,7 @@ from protocol.timeline import (
 
 
 class Ended:
-    """The robots without a process, by their names."""
+    """The names of the robots without a process."""
 
     def __init__(self, rules: Iterable[Rule]) -> None:
         self._ended: set[str] = set()
@@ -33,15 +33,15 @@ class Ended:
         return process in self._ended
 
     def expect(self, rules: Iterable[Rule]) -> None:
-        """Take these rules into account, too."""
+        """Take these further rules into account."""
         self._may_be_cut_off |= any(isinstance(rule, Partition) for rule in rules)
 
-    def strike(self, process: str, action: str) -> None:
-        """A fault does this to a process now."""
+    def note_action(self, process: str, action: str) -> None:
+        """Note an action on a process."""
         if action == "kill" and robot_number(process) is not None:
             self._ended.add(process)
         elif action == "start":
-            self._live(process)
+            self._note_alive(process)
         elif action == "freeze":
             self._frozen.add(process)
         elif action == "thaw":
@@ -51,19 +51,19 @@ class Ended:
         """Process a timeline entry."""
         match entry.record:
             case FaultInjected(fault=fault, process=str(process)):
-                self.strike(process, fault)
+                self.note_action(process, fault)
             case RobotFailed():
                 self._ended.add(source)
             case RobotDied(robot=robot):
                 if robot_name(robot) not in self._frozen and not self._may_be_cut_off:
                     self._ended.add(robot_name(robot))
             case RobotStarted():
-                self._live(source)
+                self._note_alive(source)
             case RobotRestarted(robot=robot) | RobotReturned(robot=robot):
-                self._live(robot_name(robot))
+                self._note_alive(robot_name(robot))
             case _:
                 pass
 
-    def _live(self, robot: str) -> None:
+    def _note_alive(self, robot: str) -> None:
         self._ended.discard(robot)
         self._frozen.discard(robot)

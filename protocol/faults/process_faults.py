@@ -6,7 +6,7 @@ Rule 2: a robot's own process is the first to know the points of its step. So it
         the process that reads the timeline. A robot knows only its own entries, so it is told which rules
         have struck, and the newest switching step (`catch_up`).
 Rule 3: a process that a rule has killed and not restarted is not a leader, middle or tail.
-Rule 4: no rule strikes a dead robot, whatever it died of: it waits until the robot lives again (`ended`).
+Rule 4: no rule strikes a dead robot, for any cause of death: it waits until the robot is alive (`ended`).
 """
 
 import heapq
@@ -44,7 +44,7 @@ class ProcessFault:
     delay_s: float = 0.0
     """Of `slow`: the delay of each read of the inbox; 0: the fault has ended."""
     for_s: float | None = None
-    """After so long another fault undoes it; None: that is not known yet, or never."""
+    """The time until another fault undoes it; None: unknown, or never."""
 
     def as_record(self) -> FaultInjected:
         """Its entry in the timeline."""
@@ -100,7 +100,7 @@ class ProcessFaults:
             faults.append(fault := heapq.heappop(self._later)[2])
             if fault.action is ProcessAction.START:
                 self._down.discard(fault.process)
-                self._ended.strike(fault.process, fault.action)
+                self._ended.note_action(fault.process, fault.action)
         for rule in [rule for rule in self._pending.values() if rule.point is None]:
             if rule.holds(now_s, self.step) and (found := self._find(rule)):
                 faults += self._strike(rule, found, now_s)
@@ -117,12 +117,12 @@ class ProcessFaults:
         return faults
 
     def expect(self, rules: Iterable[Rule]) -> None:
-        """Take rules of others into account: a robot that a partition has cut off is missed, and not dead."""
+        """Take further rules into account: a robot that a partition has cut off is not dead."""
         self._ended.expect(rules)
 
     def note_injected(self, fault: ProcessFault) -> None:
-        """This fault is injected now, by us or by others; its record follows."""
-        self._ended.strike(fault.process, fault.action)
+        """Note a fault that is injected now, here or elsewhere; its record follows."""
+        self._ended.note_action(fault.process, fault.action)
 
     def note_recovered(self, process: str, now_s: float) -> None:
         """The fault of this process has been ended elsewhere: its remaining parts are due now."""

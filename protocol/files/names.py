@@ -1,10 +1,10 @@
-"""Words that a user has mistyped."""
+"""Suggestions for mistyped words."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """What to put behind a refusal of a word: which known one is near; nothing where none is."""
+    """The suggestion to append to the refusal of a word; empty if no known word is similar."""
     near = get_close_matches(word, list(known), n=1)
     return f"; did you mean {near[0]!r}?" if near else ""

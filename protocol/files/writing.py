@@ -1,9 +1,9 @@
-"""Writes what only the user is to read: a run shows where robots are.
+"""Writes files that only the user may read: a run shows the positions of robots.
 
-Rule 1: files have mode 0600 and folders that we make 0700, whatever the umask.
-Rule 2: nothing is written through a link: a link that stands where a file is to be is replaced, its target is
-        left alone. What is neither file nor link is refused.
-Rule 3: a file that is written whole is there whole, or is as it was.
+Rule 1: files have mode 0600, and folders that we create 0700, for any umask.
+Rule 2: nothing is written through a link: a link in the place of a file is replaced, and its target stays
+        unchanged. Anything but a file or a link is refused.
+Rule 3: writing a whole file is atomic: the file is complete, or as before.
 """
 
 import errno
@@ -17,10 +17,10 @@ FILE_MODE, FOLDER_MODE = 0o600, 0o700
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder, and those above it that are missing; one that is there stays as it is.
+    """Create a folder and its missing parents; existing folders stay unchanged.
 
     Raises:
-        OSError: it cannot be made, or a link or a file is there.
+        OSError: it cannot be created, or a link or a file is in its place.
     """
     if not folder.parent.is_dir():
         make_folder(folder.parent)
@@ -34,26 +34,26 @@ def make_folder(folder: Path) -> None:
 
 
 def open_private(path: Path, mode: str) -> FileIO:
-    """The file, unbuffered, in a mode as of `open`: `x` makes it, `a` makes it or goes on, `r+` changes it.
+    """Open a file unbuffered, in a mode of `open`: `x` creates, `a` creates or appends, `r+` changes.
 
     Raises:
-        OSError: it cannot be opened so, or is a link.
+        OSError: it cannot be opened in this mode, or is a link.
     """
     return FileIO(str(path), mode, opener=_opener)
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Put a file there in one step, in the place of a file or a link.
+    """Write a file in one atomic step, replacing a file or a link.
 
     Raises:
-        OSError: it cannot be written, or what is there is neither.
+        OSError: it cannot be written, or its place is taken by something else.
     """
     if os.path.lexists(path) and stat.S_IFMT(path.lstat().st_mode) not in {stat.S_IFREG, stat.S_IFLNK}:
         raise OSError(errno.EEXIST, "it is there, and is no file", str(path))
     part = path.with_name(f".{secrets.token_hex(8)}.part")
     try:
         with open_private(part, "x") as file:
-            while content:  # a write to a full disk may be cut short before the next one fails
+            while content:  # on a full disk a write may be partial before the next one fails
                 content = content[file.write(content) :]
         part.replace(path)
     except OSError:

@@ -61,7 +61,7 @@ def progress(source: str, entry: Entry) -> str | None:
     if type(record) not in AWAITED:
         return None
     if isinstance(record, StrandFormed) and source != robot_name(record.order[0]):
-        return None  # its leader tells of it
+        return None  # only the leader's entry is reported
     if isinstance(record, FaultInjected) and record.process is None:
-        return None  # messages are counted
+        return None  # faults of messages are only counted
     return f"t={entry.t_s:6.1f} s  {sentence(source, record)}"

@@ -222,9 +222,7 @@ async def test_an_invalid_request_is_refused_and_the_next_one_is_served(tmp_path
     ("source", "record"),
     [("r3", RobotFailed(reason="AssertionError")), ("world", RobotDied(robot=3, silent_since_s=0.0))],
 )
-def test_a_robot_that_died_by_itself_is_not_struck_by_hand_but_started_again(
-    source: str, record: Record
-) -> None:
+def test_a_manual_rule_cannot_strike_a_dead_robot_but_can_restart_it(source: str, record: Record) -> None:
     run_faults = without_plan()
     run_faults.hear(source, entry(record))
     for rule in (Kill(target="r3"), Freeze(target="tail"), Slow(target="r3", delay_s=0.1)):
@@ -237,14 +235,14 @@ def test_a_robot_that_died_by_itself_is_not_struck_by_hand_but_started_again(
     ]
 
 
-def test_a_robot_that_may_be_cut_off_by_hand_can_be_struck() -> None:
+def test_a_manual_rule_can_strike_a_robot_that_may_be_cut_off() -> None:
     run_faults = without_plan()
     run_faults.add(Partition(group=("r3",), others=("router",)), now_s=0.0, for_s=None)
     run_faults.hear("world", entry(RobotDied(robot=3, silent_since_s=0.0)))
     assert run_faults.add(Kill(target="r3"), now_s=1.0, for_s=None) == "given-2"
 
 
-def test_a_robot_is_killed_once_where_a_plan_and_a_hand_would_at_one_time() -> None:
+def test_a_robot_is_killed_once_if_a_plan_and_a_manual_rule_are_due_together() -> None:
     run_faults = RunFaults(Plan(name="plan", rules=(Kill(target="r3", from_s=1.0),)), 1, robots=3)
     run_faults.add(Kill(target="r3"), now_s=1.0, for_s=None)
     assert [fault.process for fault in run_faults.due(1.0)] == ["r3"]

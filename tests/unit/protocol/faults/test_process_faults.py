@@ -232,7 +232,7 @@ DEATHS: dict[str, list[tuple[str, Record]]] = {
         Slow(target="r3", delay_s=0.1),
     ],
 )
-def test_a_robot_that_is_dead_is_not_struck_until_it_lives_again(
+def test_a_dead_robot_is_not_struck_until_it_is_alive_again(
     death: list[tuple[str, Record]], rule: Rule
 ) -> None:
     of = faults(rule)
@@ -244,7 +244,7 @@ def test_a_robot_that_is_dead_is_not_struck_until_it_lives_again(
     assert [fault.process for fault in of.due(3.0)] == ["r3"]
 
 
-def test_a_robot_that_is_only_frozen_or_cut_off_has_a_process_that_can_be_struck() -> None:
+def test_a_frozen_or_cut_off_robot_can_be_struck() -> None:
     of = faults(Freeze(target="r3"), Kill(target="r3", from_s=3.0))
     assert said(of.due(0.0)) == ["freeze r3"]
     tell(of, "world", FaultInjected(fault="freeze", rule="freeze-1", process="r3"))
@@ -255,7 +255,7 @@ def test_a_robot_that_is_only_frozen_or_cut_off_has_a_process_that_can_be_struck
     assert said(of.due(3.0)) == ["kill r3"]
 
 
-def test_a_robot_that_is_missed_and_returns_is_struck_then() -> None:
+def test_a_rule_strikes_a_robot_that_was_declared_dead_after_its_return() -> None:
     of = faults(Kill(target="r3"))
     tell(of, "world", RobotDied(robot=3, silent_since_s=0.5), 1.5)
     assert said(of.due(2.0)) == []

@@ -1,4 +1,4 @@
-"""What is written of a run: the user's alone, whatever the umask, and never through a link."""
+"""The files of a run: private for any umask, and never written through a link."""
 
 import os
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ def umask(request: pytest.FixtureRequest) -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("umask")
-def test_files_and_folders_are_the_users_alone(tmp_path: Path) -> None:
+def test_files_and_folders_are_private_to_the_user(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     make_folder(folder)
     write_whole(folder / "whole", b"1")
@@ -33,13 +33,13 @@ def test_files_and_folders_are_the_users_alone(tmp_path: Path) -> None:
     assert {mode_of(path) for path in folder.iterdir()} == {0o600}
 
 
-def test_a_folder_that_is_there_keeps_its_mode(tmp_path: Path) -> None:
+def test_an_existing_folder_keeps_its_mode(tmp_path: Path) -> None:
     tmp_path.chmod(0o755)
     make_folder(tmp_path)
     assert mode_of(tmp_path) == 0o755
 
 
-def test_a_link_is_replaced_and_its_target_left_alone(tmp_path: Path) -> None:
+def test_a_link_is_replaced_and_its_target_stays_unchanged(tmp_path: Path) -> None:
     (tmp_path / "target").write_bytes(b"theirs")
     (tmp_path / "link").symlink_to("target")
     write_whole(tmp_path / "link", b"ours")
@@ -59,7 +59,7 @@ def test_a_link_is_never_opened(tmp_path: Path, mode: str) -> None:
         make_folder(tmp_path / "folder")
 
 
-def test_what_is_no_file_is_refused_and_nothing_is_left(tmp_path: Path) -> None:
+def test_a_path_that_is_not_a_file_is_refused_and_nothing_is_left(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "fifo")
     with pytest.raises(OSError, match="no file"):
         write_whole(tmp_path / "fifo", b"")
@@ -68,9 +68,7 @@ def test_what_is_no_file_is_refused_and_nothing_is_left(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["fifo"]
 
 
-def test_what_cannot_be_written_whole_leaves_what_was_there(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_failed_write_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write_whole(tmp_path / "file", b"before")
 
     def full(_: Path, __: Path) -> Path:

@@ -1,4 +1,4 @@
-"""What people who wait for a run are told of it, a line each."""
+"""The progress messages of a run, one line each."""
 
 from protocol.timeline import Entry, FaultInjected, LinkSilent, StrandFormed
 from tests.support.planned import planned
