@@ -22,7 +22,7 @@ class RobotArrived(Kind, frozen=True, kw_only=True, tag="robot.arrived"):
 
 
 class RouteLost(Kind, frozen=True, kw_only=True, tag="route.lost"):
-    """The leader knows no way to the goal: it stops, and the run ends."""
+    """The leader has lost its route: it stops, and the run ends."""
 
     reason: Text
 

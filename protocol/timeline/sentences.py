@@ -134,7 +134,7 @@ SENTENCES: dict[type[Record], str | Callable[[str, Any], str]] = {
     RobotReturned: "r{it.robot} has returned",
     RobotSettled: lambda by, it: f"{by} sends no more: {sum(it.sent.values())} messages in all",
     RobotStarted: "{by} starts, as process {it.pid}",
-    RouteLost: "{by} knows no way to the goal: {it.reason}",
+    RouteLost: "{by} has lost its route: {it.reason}",
     RouterFound: "a router is connected again, after {it.away_s:.3f} s of wall clock",
     RouterLost: "the router is lost: no message arrives",
     RunEnded: "the run is over: {it.reason}",
