@@ -1,1 +1,1 @@
-"""One robot: what it makes of a scan, where it steps, whom it follows."""
+"""One robot: its core (navigation, strand, membership), its body, and its process."""

@@ -8,7 +8,7 @@ from protocol.epochs import is_possible
 from protocol.keys import Keys, robot_name
 from protocol.timeline import MessageRefused
 
-KEYS = Keys(fleet="", run="")  # a robot's core does not know the run's root, and names keys without it
+KEYS = Keys(fleet="", run="")  # a robot's core does not know the run's root
 
 
 def refusal(event: Event, receiver: int, now_s: float) -> MessageRefused | None:

@@ -1,1 +1,1 @@
-"""What one scan and its memory say of the ground: obstacles, gaps, certificates, steps and ways."""
+"""From scans to steps: obstacles, gaps, certificates, the map and the cost-to-go."""

@@ -49,7 +49,7 @@ class Walls:
 
 
 def scan_walls(view: View, mission: Mission, *, leave_out: Flags | None = None) -> Walls:
-    """Rules 1 and 2: the free polygon's edges, those across a jump in range in pieces.
+    """The edges of the free polygon as walls (rules 1 and 2); long ones are split into pieces.
 
     If a direction is left out, the edges on both sides of it are left out, but not their other ends.
     """

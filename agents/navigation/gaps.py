@@ -23,7 +23,7 @@ class Gap:
     delta_rad: float
     """Angle of the gap seen from the switching position, in [0, 2 pi)."""
     axis_rad: float
-    """Bearing of the tangent to j', from which the laws measure [world frame]."""
+    """Bearing of the tangent to j'; the laws measure angles from it [world frame]."""
     middle: Floats
     """Its middle (2,) [m; world frame]."""
 

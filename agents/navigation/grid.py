@@ -38,7 +38,7 @@ class Grid:
         return np.asarray(self.low + np.array(self.shape) * self.cell_m)
 
     def has(self, points: Floats) -> Flags:
-        """Which points (n, 2) are on it."""
+        """Whether each of the points (n, 2) is on the grid."""
         return np.asarray(((points >= self.low) & (points < self.high)).all(axis=1))
 
     def cells_of(self, points: Floats) -> Indices:

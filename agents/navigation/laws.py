@@ -34,7 +34,7 @@ def resultant_heading_rad(
 def heading_rad(
     law: Law, chord_right_m: float, chord_left_m: float, epsilon_m: float, delta_rad: float
 ) -> float:
-    """Beta of one of the two paper laws."""
+    """Beta by one of the paper's two laws."""
     assert law is not Law.CERTIFIED, "the certified law does not steer by chords"
     if law is Law.PRINTED:
         return printed_heading_rad(chord_right_m, chord_left_m, epsilon_m)

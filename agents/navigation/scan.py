@@ -38,7 +38,7 @@ class View:
 
     @property
     def nearest_m(self) -> float | None:
-        """Distance to the nearest hit; None where there is none."""
+        """Distance to the nearest hit, or None."""
         return float(self.ranges_m[self.hits].min()) if self.hits.any() else None
 
     def without(self, seen: Flags) -> "View":

@@ -199,7 +199,7 @@ def _step_towards(sight: Sight, walls: Walls, index: int, *, gain_m: float) -> S
 
 
 def _certified(view: View, walls: Walls, preferred_rad: Floats) -> tuple[Floats, Floats]:
-    """Headings, preferred ones first, and how long a step in each may be, at most the range seen."""
+    """The headings, preferred ones first, and the longest certified step in each within the seen range."""
     even = -np.pi + 2.0 * np.pi * np.arange(HEADINGS) / HEADINGS
     headings = np.concatenate([preferred_rad, even])
     lengths = certified_lengths_m(view.position, headings, walls)

@@ -53,9 +53,9 @@ class Input(Struct, frozen=True, tag="in", array_like=True):
 
     now_s: Seconds
     key: str
-    """Without the run's root."""
+    """The key without the run's root."""
     number: Count
-    """The message's on its key; 0 where it has none."""
+    """The number of the message on its key; 0 if it has none."""
     kind: str
     event: Any
     """An `Event`, or its fields when it has just been read."""
@@ -85,9 +85,9 @@ class Given:
 
     event: Event
     key: str
-    """Without the run's root."""
+    """The key without the run's root."""
     number: int
-    """The message's on its key; 0 where it has none."""
+    """The number of the message on its key; 0 if it has none."""
 
 
 class Journal:

@@ -34,7 +34,7 @@ class Advance:
         """Drive as far as allowed; also returns whether the robot stands and has nothing to drive."""
         driver = self._driver
         if not driver.standing and driver.drive.target is None:
-            return [], False  # it is being stopped
+            return [], False  # the body is being stopped
         ordered_m = driver.progress_m if driver.standing else driver.drive.reach_m
         reach_m = self._reach_m(strand, authority_m, ordered_m=ordered_m, final=final)
         if reach_m is None:

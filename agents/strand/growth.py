@@ -23,7 +23,7 @@ class Growth:
         self._step_from = Point(x_m=0.0, y_m=0.0)
 
     def begin(self, target: Point) -> None:
-        """The leader begins a step."""
+        """Begin a step of the leader."""
         if self._mission.obstacles_move:
             self.pending = target
             self._step_from = self._path.at(self._path.end_m)

@@ -1,4 +1,4 @@
-"""The leader: stands at a switching position, senses, and plans the next switching step.
+"""The leader: senses at a switching position and plans the next switching step.
 
 Rule 1: one scan per switching position, one step per scan. If no certified step comes nearer to the goal, the
         leader scans once more with more revolutions. A spot that is refused even then is closed, and the
@@ -63,7 +63,7 @@ class Wait:
 
 @dataclass(frozen=True)
 class DeadEnd:
-    """The only way on is back."""
+    """The only way leads back."""
 
     back_to_m: float
     """Arc length of the place from which the leader has another way; 0: the tail should lead."""

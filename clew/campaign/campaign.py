@@ -45,7 +45,7 @@ PACKAGES = ("agents", "clew", "protocol", "world")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
-    """What the user asked for."""
+    """The request of the user."""
 
     roots: tuple[Path, ...]
     robots: int | None
@@ -63,7 +63,7 @@ class Request:
 
 
 class Campaign(Struct, frozen=True, kw_only=True):
-    """`campaign.json`; docs/campaign.md says what each field means."""
+    """`campaign.json`; docs/campaign.md explains each field."""
 
     ok: bool
     interrupted: bool

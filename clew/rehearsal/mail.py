@@ -24,7 +24,7 @@ from world.events import OrderHeard, ScanAsked
 
 
 class Mail(Struct, frozen=True):
-    """A message on its way to one receiver."""
+    """A message in transit to one receiver."""
 
     sender: int
     receiver: int

@@ -14,7 +14,7 @@ LEASE_S = 1.0  # `LEASE_MS` of `protocol.network.settings`
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A token has come or gone, as one process sees it."""
+    """A token has appeared or gone for one observer."""
 
     observer: int
     process: int

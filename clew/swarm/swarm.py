@@ -46,7 +46,7 @@ class Mode(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Swarm:
-    """What a seed has drawn."""
+    """The world, plan and mode of a seed."""
 
     seed: int
     mode: Mode
