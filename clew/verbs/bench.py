@@ -12,7 +12,7 @@ from clew.bench.plan import PlanFigures, Sample, figures, samples
 from clew.bench.rehearsal import speed
 from clew.campaign.scenes import find_scenes
 from clew.fields.field import Field, Kind, scene
-from clew.verbs.options import AS_JSON
+from clew.verbs.options import AS_JSON, runs_option
 from clew.verbs.say import say_json
 from protocol.errors import UsageError
 from protocol.faults.plan import NO_FAULTS, uniform
@@ -64,13 +64,7 @@ def plan(roots: tuple[Path, ...], *, as_json: bool) -> None:
 
 @bench.command()
 @click.argument("scenario", default="grove")
-@click.option(
-    "--runs",
-    type=click.IntRange(1, 1000),
-    default=5,
-    show_default=True,
-    help="How many rehearsals of each fault plan to time.",
-)
+@runs_option("How many rehearsals of each fault plan to time.", default=5)
 @click.option(
     "--faults",
     "plans",

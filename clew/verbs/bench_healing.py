@@ -10,7 +10,7 @@ from rich.table import Table
 from clew.bench.healing import Healing, HealingFigures, LeaderFault, Times, figures_of, healing_in
 from clew.fleet.live import run_fleet
 from clew.log.timeline import read
-from clew.verbs.options import AS_JSON
+from clew.verbs.options import AS_JSON, runs_option
 from clew.verbs.say import console, say_json, warn
 from protocol.asked import terminable
 from protocol.exit_codes import ExitCode
@@ -24,13 +24,7 @@ WALL_S_MAX = 60.0  # of a run: a strand heals within 10 s, or never
 
 @click.command()
 @click.argument("scenario", default="grove")
-@click.option(
-    "--runs",
-    type=click.IntRange(1, 1000),
-    default=20,
-    show_default=True,
-    help="How many runs with each fault.",
-)
+@runs_option("How many runs with each fault.", default=20)
 @AS_JSON
 @click.pass_context
 @terminable()

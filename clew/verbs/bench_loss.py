@@ -22,7 +22,7 @@ from clew.bench.loss import (
 from clew.fleet.live import run_fleet
 from clew.manual.parts import with_part
 from clew.verbs.extras import need
-from clew.verbs.options import AS_JSON
+from clew.verbs.options import AS_JSON, SPEED, runs_option, wall_s_max
 from clew.verbs.say import say_json
 from protocol.asked import terminable
 from protocol.errors import UsageError
@@ -30,25 +30,17 @@ from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
 from protocol.faults.plan_text import FAULTS_FILE, plan_text
 from protocol.root import ROOT
-from protocol.run_settings import SPEED_MAX
 from world.judge.ending import Ending
 from world.record.run_files import read_verdict
 from world.scenario.scenario import Scenario, load
 
 DOCUMENT = ROOT / "docs" / "measured.md"
 PART, FIGURE = "loss", DOCUMENT.with_name("loss.svg")
-LATE, START_S = 2.0, 60.0  # allowance for a busy machine: times slower, and seconds to start and to end
 
 
 @click.command()
 @click.argument("scenario", default="grove")
-@click.option(
-    "--runs",
-    type=click.IntRange(1, 1000),
-    default=5,
-    show_default=True,
-    help="How many rehearsals for each rate of loss.",
-)
+@runs_option("How many rehearsals for each rate of loss.", default=5)
 @click.option(
     "--live",
     type=click.IntRange(0, 100),
@@ -56,13 +48,7 @@ LATE, START_S = 2.0, 60.0  # allowance for a busy machine: times slower, and sec
     show_default=True,
     help="How many live fleets for each rate of loss.",
 )
-@click.option(
-    "--speed",
-    type=click.FloatRange(0.0, SPEED_MAX, min_open=True),
-    default=2.0,
-    show_default=True,
-    help="Speed of the live fleets, times real time.",
-)
+@SPEED
 @click.option(
     "--write", is_flag=True, help="Write the table into docs/measured.md, and the figure docs/loss.svg."
 )
@@ -113,7 +99,7 @@ def _live(scenario: str, known: Scenario, plan: Plan, seed: int, speed: float) -
         path, out = Path(folder) / FAULTS_FILE, Path(folder) / "run"
         path.write_text(plan_text(plan), encoding="utf-8")
         arguments = ["--faults", str(path), "--seed", str(seed), "--speed", f"{speed:g}", "--out", str(out)]
-        ended = run_fleet([scenario, *arguments], wall_s_max=START_S + LATE * known.time.time_s_max / speed)
+        ended = run_fleet([scenario, *arguments], wall_s_max=wall_s_max(known.time.time_s_max, speed))
         try:
             verdict = read_verdict(out)
         except (OSError, msgspec.MsgspecError) as error:

@@ -16,30 +16,20 @@ from clew.campaign.episode import drawn_plan_path
 from clew.fleet.folder import RUNS, make_folder
 from clew.fleet.live import run_fleet
 from clew.swarm.swarm import draw
-from clew.verbs.options import AS_JSON, SEED
+from clew.verbs.options import AS_JSON, SEED, SPEED, runs_option, wall_s_max
 from clew.verbs.say import console, say, warn
 from protocol.asked import AskedToEnd, terminable
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.files.writing import make_folder as make_private
 from protocol.files.writing import write_whole
-from protocol.run_settings import SPEED_MAX
 
 CHAOS_FILE = "chaos.json"
-LATE, START_S = 2.0, 60.0  # allowance for a busy machine: times slower, and seconds to start and to end
 
 
 @click.command()
-@click.option(
-    "--runs", type=click.IntRange(1, 10_000), default=50, show_default=True, help="Number of fleets."
-)
-@click.option(
-    "--speed",
-    type=click.FloatRange(0.0, SPEED_MAX, min_open=True),
-    default=2.0,
-    show_default=True,
-    help="Speed of the fleets, times real time.",
-)
+@runs_option("Number of fleets.", default=50)
+@SPEED
 @click.option(
     "--seed",
     type=SEED,
@@ -88,8 +78,7 @@ def _play(seed: int, speed: str, folder: Path) -> ChaosRun:
     write_drawn(seed, path)
     plan = drawn_plan_path(str(path))
     arguments = [str(path), "--faults", plan, "--seed", str(seed), "--speed", speed, "--out", str(run)]
-    wall_s_max = START_S + LATE * swarm.scenario.time.time_s_max / float(speed)
-    ended = run_fleet(arguments, wall_s_max=wall_s_max)
+    ended = run_fleet(arguments, wall_s_max=wall_s_max(swarm.scenario.time.time_s_max, float(speed)))
     load, _, _ = os.getloadavg()
     judged = judge_run(swarm, run, ended, replay=replay_line(path, seed, speed), load=load)
     if judged.troubles or not judged.arrived:

@@ -9,7 +9,7 @@ from clew.fleet.options import DEPLOYMENTS, version
 from protocol.files.names import did_you_mean
 from protocol.frames import ROBOTS_MAX
 from protocol.mission import Law
-from protocol.run_settings import SEED_MAX
+from protocol.run_settings import SEED_MAX, SPEED_MAX
 
 Verb = TypeVar("Verb", bound=Callable[..., Any])
 
@@ -66,3 +66,22 @@ DEPLOYMENT = click.option(
 FAULTS = click.option(
     "--faults", metavar="PLAN", help="Fault plan: a name in launch/faults/, or a .toml file."
 )
+SPEED = click.option(
+    "--speed",
+    type=click.FloatRange(0.0, SPEED_MAX, min_open=True),
+    default=2.0,
+    show_default=True,
+    help="Speed of live fleets, times real time.",
+)
+
+
+def runs_option(said: str, *, default: int) -> Callable[[Verb], Verb]:
+    """The option for a number of runs."""
+    return click.option(
+        "--runs", type=click.IntRange(1, 10_000), default=default, show_default=True, help=said
+    )
+
+
+def wall_s_max(time_s_max: float, speed: float) -> float:
+    """How long a live fleet may take on a busy machine: half as fast, and a minute to start and to end."""
+    return 60.0 + 2.0 * time_s_max / speed

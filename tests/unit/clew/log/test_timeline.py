@@ -60,19 +60,6 @@ def test_a_run_is_its_folder_or_its_events_file(tmp_path: Path) -> None:
     assert timeline.read(run) == timeline.read(run / "events.jsonl")
 
 
-def test_a_torn_last_line_is_dropped_and_reported(tmp_path: Path) -> None:
-    texts = [line(source, entry) for source, entry in lines_of()]
-    read = timeline.read(rewritten(tmp_path / "run", [*texts, texts[0][:20]]))
-    assert list(read.lines) == lines_of()
-    assert read.flaws == ("line 7 is torn: dropped",)
-
-
-def test_hole_in_a_source_is_a_flaw(tmp_path: Path) -> None:
-    texts = [line(source, entry) for source, entry in lines_of()]
-    read = timeline.read(rewritten(tmp_path / "run", [texts[0], *texts[2:]]))
-    assert read.flaws == ("world: 1 of 3 entries are missing, the first is number 1",)
-
-
 def test_entry_twice_is_a_flaw(tmp_path: Path) -> None:
     texts = [line(source, entry) for source, entry in lines_of()]
     read = timeline.read(rewritten(tmp_path / "run", [texts[0], *texts]))
@@ -92,11 +79,6 @@ def test_a_restarted_robot_counts_from_one_and_a_hole_in_either_process_is_a_fla
     lines[-2] = ("r1", Entry(n=3, t_s=9.0, hlc="later", record=RobotReleased()))
     short = timeline.read(rewritten(tmp_path / "short", [line(*each) for each in lines]))
     assert short.flaws == ("r1: 1 of 3 entries are missing, the first is number 2",)
-
-
-def test_a_log_that_the_world_did_not_end_is_incomplete(tmp_path: Path) -> None:
-    read = timeline.read(recorded(tmp_path / "run", lines_of()[:-1]))
-    assert read.flaws == ("no run.ended: the world died before it could end the run",)
 
 
 EVERYTHING = Choice()
