@@ -1,4 +1,4 @@
-"""Whatever stands in this folder starts a browser, and is skipped where there is none."""
+"""Every test in this folder starts a browser; it is skipped if there is none."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ import pytest
 from tests.support.pages.browser import needs_chromium
 
 
-@pytest.hookimpl(tryfirst=True)  # before `-m` chooses
+@pytest.hookimpl(tryfirst=True)  # before `-m` selects tests
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.path.is_relative_to(Path(__file__).parent):

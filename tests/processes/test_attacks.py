@@ -1,8 +1,8 @@
-"""Attacks over the real router by one who is admitted as r2, and by some who are not. None reaches anybody.
+"""Attacks over the real router, by a client admitted as r2 and by clients without admission. None succeeds.
 
-Each attack is followed by something lawful on the same link. Links keep their order, so once that has
-arrived, whatever the attack could bring would have arrived before it. And each forgery is made again
-through a router without rules, where it does arrive: these tests can see what they say is not there.
+Each attack is followed by a permitted control message on the same link. Links keep their order, so an attack
+that got through would have arrived before the control message. Each forgery is repeated through a router
+without rules, where it arrives: this shows that the tests would see a successful attack.
 """
 
 import contextlib
@@ -58,7 +58,7 @@ FORGED_KEYS = [
     f"{KEYS.root}/**",
     "**",
 ]
-UNHEARD_KEYS = [KEYS.odometry("r2"), KEYS.log("world")]  # by r1, r3 or the world, whatever the rules
+UNHEARD_KEYS = [KEYS.odometry("r2"), KEYS.log("world")]  # r1, r3 and the world subscribe to neither
 FOREIGN_KEYS = [
     "**",
     f"{KEYS.root}/**",
@@ -78,20 +78,20 @@ FORGED_TO_SOMEBODY = [key for key in FORGED_KEYS if key not in UNHEARD_KEYS]
 
 
 def forged(key: str) -> bytes:
-    """What a robot or the world would take for an order, on any key that it hears."""
+    """A message that a robot or the world would accept as an order, on any key it subscribes to."""
     return encode(drive(666), 1, key)
 
 
 @pytest.fixture(scope="module")
 def guarded() -> Iterator[Path]:
-    """Sessions of a run whose router has our rules."""
+    """Sessions of a run whose router has our access rules."""
     with session_folder() as folder, router(folder):
         yield folder
 
 
 @pytest.fixture(scope="module")
 def unguarded() -> Iterator[Path]:
-    """Sessions of a run whose router has none, as a stock one that the user runs."""
+    """Sessions of a run whose router has no access rules, like a stock router run by the user."""
     with session_folder() as folder:
         endpoint = unix_socket_endpoint(folder)
         write_sessions(
@@ -110,7 +110,7 @@ def unguarded() -> Iterator[Path]:
 def intruder(
     folder: Path, name: str = "r2", changes: Mapping[str, str | tuple[str, ...] | None] | None = None
 ) -> Iterator[zenoh.Session]:
-    """A bare Zenoh session with a robot's credentials, or with others: it need not keep to our code."""
+    """A bare Zenoh session with a robot's credentials, or with others. It bypasses our transport code."""
     settings = client_settings(
         msgspec.structs.replace(read_session(folder / f"{name}.json"), **(changes or {}))
     )
@@ -121,13 +121,13 @@ def intruder(
 
 
 def sets(event: Event) -> Callable[[object], None]:
-    """A callback that only says that something came."""
+    """A callback that only sets the event."""
     callback: Callback[object] = Callback(lambda _: event.set(), indirect=False)
     return callback
 
 
 def adds_key_to(keys: set[str]) -> Callable[[zenoh.Sample], None]:
-    """A callback that only writes down where something came from."""
+    """A callback that only adds the sample's key to the set."""
     callback: Callback[zenoh.Sample] = Callback(lambda s: keys.add(str(s.key_expr)), indirect=False)
     return callback
 
@@ -135,7 +135,7 @@ def adds_key_to(keys: set[str]) -> Callable[[zenoh.Sample], None]:
 async def heard_after_control(
     attacker: zenoh.Session, world: ZenohTransport, *robots: ZenohTransport
 ) -> list[Arrival]:
-    """All that anybody has heard by the time that what the attacker may say has arrived."""
+    """Everything that the world and the robots received before the attacker's permitted control messages."""
     heard: list[Arrival] = []
     controls = [KEYS.drive("r2"), KEYS.link("r2", "r1"), KEYS.link("r2", "r3")]
     for key, receiver in zip(controls, (world, *robots), strict=True):
@@ -145,7 +145,7 @@ async def heard_after_control(
 
 
 @pytest.mark.parametrize("key", FORGED_KEYS)
-async def test_what_is_forged_reaches_nobody(guarded: Path, key: str) -> None:
+async def test_forged_messages_reach_nobody(guarded: Path, key: str) -> None:
     async with fleet(guarded, "r1", "r3") as (world, *robots):
         with intruder(guarded) as attacker:
             attacker.put(key, forged(key))
@@ -163,7 +163,7 @@ async def test_the_same_forgery_gets_through_a_router_without_rules(unguarded: P
 
 
 async def overheard(folder: Path, key: str) -> set[str]:
-    """The keys that a subscription of r2's to this key brings, besides what r2 may hear."""
+    """The keys on which r2 receives samples when it subscribes to this key, except those it may receive."""
     heard: set[str] = set()
     async with fleet(folder, "r1", "r3") as (world, robot, _):
         with intruder(folder) as attacker:
@@ -172,7 +172,7 @@ async def overheard(folder: Path, key: str) -> set[str]:
             lawful = KEYS.link("r1", "r2")
             attacker.declare_subscriber(lawful, sets(control))
             attacker.put(KEYS.drive("r2"), encode(drive(0), 1, KEYS.drive("r2")))
-            await next_arrivals(world)  # so the router knows what the attacker wants to hear
+            await next_arrivals(world)  # so the router has the attacker's subscriptions
             for said in (KEYS.link("r1", "r3"), KEYS.drive("r1"), KEYS.log("r1")):
                 robot.put(said, drive(1))
             for told in (KEYS.odometry("r1"), KEYS.logged("r1")):
@@ -180,7 +180,7 @@ async def overheard(folder: Path, key: str) -> set[str]:
             await next_arrivals(robot, 2)
             robot.put(lawful, drive(1))
             assert control.wait(DEADLINE_S)
-    # Within a session a sample goes to every subscriber that it fits, what it says itself included.
+    # Within a session, a sample goes to every matching subscriber, even the session's own samples.
     return heard - {lawful, KEYS.drive("r2")}
 
 
@@ -195,19 +195,19 @@ async def test_the_same_subscription_hears_through_a_router_without_rules(unguar
 
 
 async def tokens_seen(folder: Path) -> list[Arrival]:
-    """What the world sees when r2 shows tokens of others, between two of its own."""
+    """What the world sees when r2 declares the tokens of others, between two of its own."""
     first, last = KEYS.alive("r2", "1"), KEYS.alive("r2", "2")
     foreign = [KEYS.alive("r1", "9"), KEYS.alive("*", "9"), KEYS.alive("world", "9")]
     with world_transport(folder) as world, intruder(folder) as attacker:
         tokens = [attacker.liveliness().declare_token(first)]
-        await arrivals_besides(world, first)  # what there is when it first asks may come in any order
+        await arrivals_besides(world, first)  # tokens that exist at the first query may come in any order
         tokens += [attacker.liveliness().declare_token(key) for key in (*foreign, last)]
         seen = await arrivals_besides(world, last)
-        assert len(tokens) == 5  # they live for as long as somebody refers to them
+        assert len(tokens) == 5  # a token lives as long as there is a reference to it
     return seen
 
 
-async def test_a_foreign_token_is_seen_by_nobody(guarded: Path) -> None:
+async def test_nobody_sees_a_foreign_token(guarded: Path) -> None:
     assert await tokens_seen(guarded) == []
 
 
@@ -216,7 +216,7 @@ async def test_the_same_token_is_seen_through_a_router_without_rules(unguarded: 
 
 
 async def tokens_watched(folder: Path, key: str) -> set[str]:
-    """The tokens that r2 sees when it watches for this."""
+    """The tokens that r2 sees when it watches this key."""
     seen: set[str] = set()
     async with fleet(folder, "r1") as (world, _):
         with intruder(folder) as attacker:
@@ -232,12 +232,12 @@ async def tokens_watched(folder: Path, key: str) -> set[str]:
     return seen
 
 
-async def test_robots_see_who_lives(guarded: Path) -> None:
+async def test_robots_see_the_tokens_of_living_robots(guarded: Path) -> None:
     tokens = {KEYS.alive("r1", "1"), KEYS.alive("r3", "1")}
     assert await tokens_watched(guarded, KEYS.alive("*", "*")) == tokens
 
 
-async def test_who_watches_for_more_than_tokens_sees_nothing(guarded: Path) -> None:
+async def test_a_watch_on_more_than_tokens_sees_nothing(guarded: Path) -> None:
     assert await tokens_watched(guarded, "**") == set()
 
 
@@ -247,7 +247,7 @@ async def test_the_same_watch_sees_tokens_through_a_router_without_rules(unguard
 
 @pytest.mark.parametrize("key", [KEYS.scan("r1"), KEYS.scan("*"), "**", f"{KEYS.root}/**"])
 @pytest.mark.parametrize("rules", ["guarded", "unguarded"])
-async def test_a_foreign_question_reaches_the_world_only_without_rules(
+async def test_a_foreign_query_reaches_the_world_only_without_rules(
     request: pytest.FixtureRequest, rules: str, key: str
 ) -> None:
     folder = request.getfixturevalue(rules)
@@ -260,7 +260,7 @@ async def test_a_foreign_question_reaches_the_world_only_without_rules(
 
 
 @pytest.mark.parametrize("rules", ["guarded", "unguarded"])
-async def test_a_robot_answers_in_the_worlds_stead_only_without_rules(
+async def test_a_robot_can_answer_for_the_world_only_without_rules(
     request: pytest.FixtureRequest, rules: str
 ) -> None:
     folder = request.getfixturevalue(rules)
@@ -283,7 +283,7 @@ async def test_a_robot_answers_in_the_worlds_stead_only_without_rules(
 
 
 @pytest.mark.parametrize("padding_bytes", [0, SIZE_MAX_BYTES, 3 * SIZE_MAX_BYTES // 2, 10_000_000])
-async def test_a_message_over_the_limit_is_heard_by_nobody(guarded: Path, padding_bytes: int) -> None:
+async def test_nobody_receives_a_message_over_the_size_limit(guarded: Path, padding_bytes: int) -> None:
     lawful_but_for_its_size = {
         "v": SCHEMA_VERSION,
         "n": 1,
@@ -297,7 +297,7 @@ async def test_a_message_over_the_limit_is_heard_by_nobody(guarded: Path, paddin
             heard = await heard_after_control(attacker, world, *robots)
     understood = [each for each in heard if not isinstance(each, Refused)]
     assert (understood == []) == (padding_bytes > 0)
-    assert (heard == []) == (padding_bytes > 2 * SIZE_MAX_BYTES)  # the router does not pass it on at all
+    assert (heard == []) == (padding_bytes > 2 * SIZE_MAX_BYTES)  # the router does not forward it
 
 
 async def test_a_message_that_breaks_the_protocol_is_refused_with_its_key_and_counted(guarded: Path) -> None:
@@ -310,7 +310,7 @@ async def test_a_message_that_breaks_the_protocol_is_refused_with_its_key_and_co
     assert [each.traffic.refused.total() for each in (world, *robots)] == [0, 1, 1]
 
 
-async def test_a_key_that_is_a_pattern_or_endless_names_no_sender_and_is_refused(unguarded: Path) -> None:
+async def test_a_key_that_is_a_pattern_or_too_long_names_no_sender_and_is_refused(unguarded: Path) -> None:
     async with fleet(unguarded, "r1", "r3") as (world, *robots):
         with intruder(unguarded) as attacker:
             attacker.put(KEYS.link("*", "r1"), forged(KEYS.link("*", "r1")))
@@ -331,7 +331,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("changes", WRONG.values(), ids=WRONG.keys())
-def test_who_does_not_know_the_password_is_not_admitted(
+def test_a_client_with_wrong_credentials_is_not_admitted(
     guarded: Path, changes: dict[str, str | tuple[str, ...] | None]
 ) -> None:
     with pytest.raises(zenoh.ZError, match="Unable to connect"), intruder(guarded, changes=changes):
@@ -352,14 +352,14 @@ def test_a_robot_of_another_run_is_not_admitted(guarded: Path) -> None:
             assert len(admitted.info.links()) == 1
 
 
-async def test_what_is_said_under_another_runs_keys_is_heard_by_nobody(guarded: Path) -> None:
+async def test_nobody_receives_messages_under_another_runs_keys(guarded: Path) -> None:
     other_run = Keys(KEYS.fleet, "other")
     async with fleet(guarded, "r1", "r3") as (world, *robots):
         with intruder(guarded, "world") as spy, intruder(guarded) as attacker:
             spied = Event()
             spy.declare_subscriber(f"{other_run.root}/**", sets(spied))
             spy.put(KEYS.odometry("r1"), encode(odometry(0.0), 1, KEYS.odometry("r1")))
-            await next_arrivals(robots[0])  # so the router knows what the spy wants to hear
+            await next_arrivals(robots[0])  # so the router has the spy's subscriptions
             control = Event()
             spy.declare_subscriber(KEYS.drive("r2"), sets(control))
             attacker.put(other_run.link("r2", "r1"), forged(other_run.link("r2", "r1")))

@@ -1,4 +1,4 @@
-"""Live chaos: what counts as trouble, what was left behind is found, and a real fleet passes through."""
+"""Live chaos: what counts as trouble, how leftovers are found, and one real fleet that passes."""
 
 import json
 import os
@@ -30,28 +30,28 @@ COUNTS = st.integers(0, 10**6)
 
 @pytest.fixture
 def finding(tmp_path: Path) -> Finding:
-    """Of a log in which every promise was kept."""
+    """The finding for a log in which every promise was kept."""
     return check(read(recorded(tmp_path, numbered(AT_REST))))
 
 
 @pytest.fixture
 def sleeper(tmp_path: Path) -> Iterator[subprocess.Popen[bytes]]:
-    """A process that bears a fleet's folder for temporary files in its environment, and stays."""
+    """A process that has a fleet's temporary folder in its environment and keeps running."""
     command = [sys.executable, "-c", "import sys; print('here', flush=True); sys.stdin.read()"]
     environment = {**os.environ, "TMPDIR": str(tmp_path)}
     pipe = subprocess.PIPE
     with subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe) as process:
         assert process.stdout is not None
-        process.stdout.readline()  # for a moment after it has begun, Linux shows no environment of it
+        process.stdout.readline()  # Linux shows no environment of a process that has just started
         yield process
         process.kill()
 
 
-def test_a_run_that_kept_its_promises_and_left_nothing_is_no_trouble(finding: Finding) -> None:
+def test_a_run_that_kept_its_promises_and_left_nothing_has_no_troubles(finding: Finding) -> None:
     assert list(troubles_of(GOOD, finding, WELL)) == []
 
 
-def test_everything_that_must_not_be_is_a_trouble_of_its_own(finding: Finding) -> None:
+def test_each_broken_promise_is_a_separate_trouble(finding: Finding) -> None:
     broken = replace(GOOD, violations=2, violations_by_invariant={"S1": 0, "S2": 2})
     assert list(troubles_of(broken, finding, WELL)) == ["broken: S2 2"]
     off = replace(GOOD, messages=replace(GOOD.messages, unaccounted=-1))
@@ -75,7 +75,7 @@ def test_everything_that_must_not_be_is_a_trouble_of_its_own(finding: Finding) -
 
 
 @given(COUNTS, st.dictionaries(st.sampled_from(["drop", "corrupt"]), COUNTS), COUNTS, COUNTS)
-def test_books_balance_exactly_when_all_that_was_sent_is_told_and_nothing_else(
+def test_message_counts_balance_exactly_when_every_sent_message_is_accounted_for(
     received: int, injected: dict[str, int], refused: int, lost: int
 ) -> None:
     sent = received + sum(injected.values()) + refused + lost
@@ -89,14 +89,14 @@ def test_books_balance_exactly_when_all_that_was_sent_is_told_and_nothing_else(
     )
 
 
-def test_a_folder_without_a_run_is_judged_and_says_what_the_launcher_said_last(tmp_path: Path) -> None:
+def test_a_folder_without_a_run_is_judged_and_quotes_the_launchers_last_line(tmp_path: Path) -> None:
     ended = Ended(code=1, said=("clew: the world was killed",), wall_s=1.0, leftovers=())
     run = judge_run(draw(3), tmp_path, ended, replay="again", load=1.0)
     assert (run.reason, run.arrived, run.messages) == ("clew: the world was killed", False, None)
     assert run.troubles == ("there is no verdict", "the log cannot be read")
 
 
-def test_a_sum_is_ok_only_without_trouble_and_whole(tmp_path: Path) -> None:
+def test_a_summary_is_ok_only_if_complete_and_without_trouble(tmp_path: Path) -> None:
     bad = judge_run(draw(3), tmp_path, WELL, replay="again", load=1.0)
     good = fine(bad)
     assert sum_up([good, good], asked=2, speed="2", interrupted=False).ok
@@ -115,9 +115,7 @@ def test_the_replay_line_names_what_was_drawn() -> None:
     assert said == "./launch/fleet.sh c/drawn/7.toml --faults c/drawn/7.faults.toml --seed 7 --speed 2"
 
 
-def test_a_process_that_was_left_behind_is_named_and_ended(
-    tmp_path: Path, sleeper: subprocess.Popen[bytes]
-) -> None:
+def test_a_leftover_process_is_named_and_killed(tmp_path: Path, sleeper: subprocess.Popen[bytes]) -> None:
     assert list(processes_of(tmp_path)) == [sleeper.pid]
     (tmp_path / "socket").touch()
     process, file = left_behind(tmp_path)
@@ -127,7 +125,7 @@ def test_a_process_that_was_left_behind_is_named_and_ended(
     assert processes_of(tmp_path) == {}
 
 
-def test_a_folder_in_which_anything_stands_is_refused_before_a_fleet_starts_and_stays_as_it_is(
+def test_a_folder_that_is_not_empty_is_refused_before_a_fleet_starts_and_left_unchanged(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("clew.verbs.chaos.run_fleet", no_fleet)
@@ -145,7 +143,7 @@ def no_fleet(*_: object, **__: object) -> Ended:
     raise AssertionError("a fleet was started")
 
 
-def test_a_fleet_that_is_told_to_end_ends_and_leaves_nothing(tmp_path: Path) -> None:
+def test_a_fleet_that_is_asked_to_end_ends_and_leaves_nothing(tmp_path: Path) -> None:
     out = tmp_path / "run"
     has_begun = (out / "events.jsonl").exists
     ended = run_fleet(["grove", "--out", str(out)], wall_s_max=DEADLINE_S, until=has_begun)
@@ -156,12 +154,12 @@ def test_a_fleet_that_is_told_to_end_ends_and_leaves_nothing(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
 )
-def test_chaos_that_is_asked_to_end_ends_its_fleet_tells_and_leaves_nothing(
+def test_chaos_that_is_asked_to_end_stops_its_fleet_reports_it_and_leaves_nothing(
     fleet: Fleet, number: signal.Signals, code: int
 ) -> None:
     chaos = fleet.start_with(sys.executable, "-m", "clew.cli", "chaos", "--speed", "1", "--out", "ch")
     wait_until(lambda: (fleet.cwd / "ch" / "run-1" / "events.jsonl").exists() or None)
-    for _ in range(2):  # as `timeout` does
+    for _ in range(2):  # `timeout` sends the signal twice, too
         chaos.send_signal(number)
     outcome = fleet.end()  # the launcher's promise, and as much for the verb; a run takes longer
     assert (outcome.code, fleet.leftovers()) == (code, [])
@@ -169,7 +167,7 @@ def test_chaos_that_is_asked_to_end_ends_its_fleet_tells_and_leaves_nothing(
     assert json.loads((fleet.cwd / "ch" / "chaos.json").read_text(encoding="utf-8"))["interrupted"]
 
 
-def test_chaos_runs_a_fleet_through_what_its_seed_draws_and_tells(tmp_path: Path) -> None:
+def test_chaos_runs_a_fleet_through_a_case_drawn_by_its_seed_and_reports_it(tmp_path: Path) -> None:
     told = clew("chaos", "--runs", "1", "--speed", "8", "--out", tmp_path / "out", "--json")
     assert told.exit_code == 0, told.output
     said = json.loads(told.stdout)

@@ -1,4 +1,4 @@
-"""What a damaged wire brings is what was sent, or is refused; a fleet on such a wire arrives all the same."""
+"""On a damaged wire, each message arrives as it was sent or is refused, and a fleet still arrives."""
 
 import asyncio
 import shutil
@@ -36,11 +36,11 @@ from tests.support.processes.wire import (
 from world.scenario.scenario import load
 
 ROBOTS = ("r1", "r2", "r3")
-WIRES_MAX = 5  # Zenoh panicked in 5 talks of some 200
-UNHEARD_OF = Faults(forged=b"\x19\x01")  # the end of an interest, of which Zenoh has a client panic
-# 17 s of the run where nothing goes wrong
+WIRES_MAX = 5  # Zenoh panicked in 5 of about 200 conversations
+UNHEARD_OF = Faults(forged=b"\x19\x01")  # an unexpected end of an interest: it makes a Zenoh client panic
+# 17 s of a run without faults
 GROVE, SETTINGS = load("grove", robots=len(ROBOTS)), Settings(seed=1, speed=2.0)
-ROUND_S = 0.005  # for what has been sent to arrive
+ROUND_S = 0.005  # time for sent messages to arrive
 ROUNDS_MAX = 2000
 
 
@@ -50,7 +50,7 @@ def port_of(endpoint: str) -> int:
 
 @contextmanager
 def damaged_wire(seed: int) -> Iterator[tuple[Path, Proxy]]:
-    """Sessions whose router is behind a proxy."""
+    """Sessions that reach their router through a proxy."""
     outer, inner = free_endpoint(), free_endpoint()
     folder = Path(tempfile.mkdtemp(prefix="clew"))
     tcp = f"tcp/127.0.0.1:{port_of(inner)}"
@@ -70,7 +70,7 @@ def damaged_wire(seed: int) -> Iterator[tuple[Path, Proxy]]:
 
 @contextmanager
 def fleet_behind_proxy(fleet: Fleet) -> Iterator[tuple[subprocess.Popen[str], Proxy]]:
-    """The world of a whole fleet whose router is behind a proxy."""
+    """The world process of a whole fleet that reaches its router through a proxy."""
     outer, inner = port_of(free_endpoint()), port_of(free_endpoint())
     endpoint, listen = f"tcp/127.0.0.1:{outer}", f"tcp/127.0.0.1:{inner}"
     with (
@@ -82,7 +82,7 @@ def fleet_behind_proxy(fleet: Fleet) -> Iterator[tuple[subprocess.Popen[str], Pr
 
 @dataclass(slots=True)
 class Talk:
-    """What was said and what came of it."""
+    """The messages that were sent, and those that arrived."""
 
     said: dict[tuple[str, int], Message] = field(default_factory=dict)
     heard: list[Heard] = field(default_factory=list)
@@ -98,12 +98,12 @@ class Talk:
 
     @property
     def corrupt(self) -> list[Heard]:
-        """What nobody said."""
+        """The received messages that nobody sent."""
         return [each for each in self.heard if self.said.get((each.key, each.number)) != each.message]
 
 
 async def converse(talk: Talk, folder: Path, between: Proxy, faults: Faults, *, until_refused: int) -> None:
-    """Say different things on all kinds of keys, until enough has been refused."""
+    """Send different messages on all kinds of keys until enough have been refused."""
     async with asyncio.timeout(DEADLINE_S):
         with ExitStack() as stack:
             world = stack.enter_context(world_transport(folder))
@@ -129,7 +129,7 @@ async def converse(talk: Talk, folder: Path, between: Proxy, faults: Faults, *, 
     [(Faults(flip_probability=0.05), 200), (Faults(truncate_probability=0.02), 20)],
     ids=["flips", "cuts"],
 )
-async def test_what_is_heard_on_a_damaged_wire_was_sent(faults: Faults, until_refused: int) -> None:
+async def test_messages_received_on_a_damaged_wire_were_sent(faults: Faults, until_refused: int) -> None:
     heard, refused = 0, 0
     for seed in range(1, WIRES_MAX + 1):
         talk = Talk()
@@ -146,11 +146,11 @@ async def test_a_session_in_which_zenoh_panics_is_lost() -> None:
     with damaged_wire(seed=1) as (folder, between):
         with pytest.raises(SessionLostError, match="Zenoh has panicked"):
             await converse(Talk(), folder, between, UNHEARD_OF, until_refused=1)
-        assert between.faults[Way.UP] == UNHEARD_OF  # it was lost after that, and not at the start
+        assert between.faults[Way.UP] == UNHEARD_OF  # it was lost after this, not at the start
 
 
 async def stay_silent(folder: Path, between: Proxy, rounds: Iterator[int]) -> None:
-    """A robot that only listens, when it is told what nobody should say."""
+    """A robot that only listens and then receives an illegal message."""
     with world_transport(folder) as world, robot_transport(folder, "r1") as robot:
         await next_arrivals(world)
         between.faults[Way.DOWN] = UNHEARD_OF
@@ -159,26 +159,26 @@ async def stay_silent(folder: Path, between: Proxy, rounds: Iterator[int]) -> No
             while next(rounds) < ROUNDS_MAX:
                 await robot.arrivals(ROUND_S)
         finally:
-            between.faults[Way.DOWN] = Faults()  # the world's session is to end well
+            between.faults[Way.DOWN] = Faults()  # so that the world's session ends normally
 
 
-async def test_who_has_nothing_to_say_finds_out_that_its_session_is_lost() -> None:
+async def test_a_silent_client_detects_that_its_session_is_lost() -> None:
     rounds = count()
     with damaged_wire(seed=1) as (folder, between), pytest.raises(SessionLostError):
         await stay_silent(folder, between, rounds)
-    assert next(rounds) < ROUNDS_MAX, "it found out when it ended"
+    assert next(rounds) < ROUNDS_MAX, "it noticed only when it closed"
 
 
-def test_world_and_robots_whose_sessions_are_lost_say_so_and_end(fleet: Fleet) -> None:
+def test_world_and_robots_report_a_lost_session_and_end(fleet: Fleet) -> None:
     with fleet_behind_proxy(fleet) as (world, between):
         fleet.wait_for("step.planned")
         between.faults[Way.DOWN] = UNHEARD_OF
-        assert world.wait(DEADLINE_S) == -signal.SIGABRT  # a crash, after which the launcher starts it again
+        assert world.wait(DEADLINE_S) == -signal.SIGABRT  # a crash: the launcher would restart it
     for who in ("world", *(f"robot {number}" for number in range(1, len(ROBOTS) + 1))):
         assert f"{who}: Zenoh has panicked, and the session is lost" in said(fleet)
 
 
-def test_fleet_arrives_over_a_slow_wire_that_was_damaging_for_a_while(fleet: Fleet) -> None:
+def test_fleet_arrives_over_a_slow_wire_that_was_damaged_for_a_while(fleet: Fleet) -> None:
     slow = Faults(delay_s=0.05, jitter_s=0.02)
     with fleet_behind_proxy(fleet) as (world, between):
         fleet.wait_for("step.planned")

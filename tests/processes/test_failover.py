@@ -1,4 +1,4 @@
-"""Routers that die: another takes over, or a new one listens in the place of the old one; the run goes on."""
+"""Router failures: the other router takes over, or a new one replaces the dead one. The run continues."""
 
 import asyncio
 import json
@@ -24,19 +24,19 @@ from world.routing import Routing
 
 
 def pid_of(fleet: Fleet, name: str) -> int:
-    """The process that the launcher says has this name."""
+    """The process that the launcher reports under this name."""
     (private,) = fleet.temporary.glob("clew.*")
     return int((private / f"{name}.pid").read_text())
 
 
 def new_pid(fleet: Fleet, name: str, before: int) -> int | None:
-    """The process of this name, if it is another than before."""
+    """The process of this name, if it is a new one."""
     pid = pid_of(fleet, name)
     return None if pid == before else pid
 
 
 def end_well(fleet: Fleet) -> dict[str, Any]:
-    """The verdict of a run that went well, its log judged again, nothing left behind."""
+    """The verdict of a successful run; checks its log again and that nothing is left behind."""
     outcome = fleet.end()
     assert outcome.code == 0, outcome.err
     verdict: dict[str, Any] = json.loads(outcome.out)
@@ -47,7 +47,7 @@ def end_well(fleet: Fleet) -> dict[str, Any]:
     return verdict
 
 
-def test_of_two_routers_the_other_carries_the_fleet_when_the_active_one_is_killed(fleet: Fleet) -> None:
+def test_the_second_router_takes_over_when_the_active_one_is_killed(fleet: Fleet) -> None:
     fleet.start("grove", "--speed", "2", "--routers", "2", "--json")
     fleet.wait_for("order.finished")
     first = pid_of(fleet, "router")
@@ -60,7 +60,7 @@ def test_of_two_routers_the_other_carries_the_fleet_when_the_active_one_is_kille
     assert (kinds.count("router.lost"), kinds.count("router.found")) == (1, 1)
 
 
-def test_a_router_that_is_killed_is_started_again_and_the_run_goes_on(fleet: Fleet) -> None:
+def test_a_killed_router_is_restarted_and_the_run_continues(fleet: Fleet) -> None:
     fleet.start("grove", "--speed", "max", "--json")
     fleet.wait_for("order.finished")
     os.kill(fleet.process("protocol"), signal.SIGKILL)
@@ -70,7 +70,7 @@ def test_a_router_that_is_killed_is_started_again_and_the_run_goes_on(fleet: Fle
 
 @pytest.fixture
 def two() -> Iterator[Path]:
-    """The sessions of a fleet with two routers, in a folder whose path is short enough for sockets."""
+    """The sessions of a fleet with two routers. The folder's path is short enough for Unix sockets."""
     with TemporaryDirectory(prefix="ct.", dir="/tmp") as path:
         folder = Path(path)
         endpoints = [unix_socket_endpoint(folder, number) for number in (1, 2)]
@@ -85,7 +85,7 @@ def two() -> Iterator[Path]:
         yield folder
 
 
-async def test_clients_change_over_when_a_router_dies_and_both_routers_know_the_rules(two: Path) -> None:
+async def test_clients_fail_over_when_a_router_dies_and_both_routers_enforce_the_rules(two: Path) -> None:
     with ExitStack() as stack:
         routers = []
         for number in ("1", "2"):
@@ -99,12 +99,12 @@ async def test_clients_change_over_when_a_router_dies_and_both_routers_know_the_
         numbers = count()
 
         async def hear(messages: int) -> None:
-            """Speak until so many messages are heard; what is said while a router is lost is lost, too."""
+            """Send until this many messages arrive. Messages sent while the router is down are lost."""
             heard = 0
             while heard < messages:
                 number = next(numbers)
                 robot.put(KEYS.drive("r1"), drive(number))
-                robot.put(KEYS.odometry("r1"), drive(number))  # which a robot may not say
+                robot.put(KEYS.odometry("r1"), drive(number))  # a robot may not publish this
                 said = [each for each in await world.arrivals(0.002) if isinstance(each, Heard)]
                 assert {each.key for each in said} <= {KEYS.drive("r1")}
                 heard += len(said)
@@ -115,13 +115,13 @@ async def test_clients_change_over_when_a_router_dies_and_both_routers_know_the_
             await hear(100)
 
 
-def test_a_router_that_takes_over_at_once_was_lost_and_found() -> None:
+def test_an_immediate_failover_is_reported_as_lost_and_found() -> None:
     routing = Routing()
     said = [list(routing.look(router, wall_s=wall_s)) for wall_s, router in enumerate(["a", "a", "b", "b"])]
     assert said == [[], [], [RouterLost(), RouterFound(away_s=1.0)], []]
 
 
-def test_a_router_that_stays_away_is_lost_once() -> None:
+def test_a_router_that_stays_down_is_reported_lost_once() -> None:
     routing = Routing()
     said = [list(routing.look(router, wall_s=at)) for at, router in enumerate(["a", None, None, "a"])]
     assert said == [[], [RouterLost()], [], [RouterFound(away_s=3.0)]]

@@ -1,4 +1,4 @@
-"""Whole fleets: real processes over real Zenoh, as a user starts them."""
+"""Whole fleets of real processes over real Zenoh, started as a user starts them."""
 
 import contextlib
 import json
@@ -28,7 +28,7 @@ def paper(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Fleet, Out
 
 @contextmanager
 def stock_router(endpoint: str) -> Iterator[None]:
-    """A router of Zenoh that knows nothing of us."""
+    """A stock Zenoh router without our rules."""
     script = (
         "import sys, zenoh; c = zenoh.Config(); c.insert_json5('mode', '\"router\"');"
         f"c.insert_json5('listen/endpoints', '[\"{endpoint}\"]');"
@@ -55,7 +55,7 @@ def rewritten(fleet: Fleet, kind: str, change: dict[str, object] | None) -> Path
     return copy
 
 
-def test_paper_crosses_its_scene_and_gives_table_i_back(paper: tuple[Fleet, Outcome]) -> None:
+def test_paper_crosses_its_scene_and_reproduces_table_i(paper: tuple[Fleet, Outcome]) -> None:
     fleet, outcome = paper
     assert outcome.code == 0, outcome.err
     assert "r1 plans step 1" in outcome.err
@@ -69,7 +69,7 @@ def test_paper_crosses_its_scene_and_gives_table_i_back(paper: tuple[Fleet, Outc
     assert verdict["table_rms_m"] <= 0.035
 
 
-def test_fleet_leaves_its_run_and_nothing_else(paper: tuple[Fleet, Outcome]) -> None:
+def test_fleet_leaves_only_its_run_folder(paper: tuple[Fleet, Outcome]) -> None:
     fleet, _ = paper
     assert fleet.leftovers() == []
     assert sorted(path.name for path in fleet.folder().iterdir()) == [
@@ -82,7 +82,7 @@ def test_fleet_leaves_its_run_and_nothing_else(paper: tuple[Fleet, Outcome]) -> 
     assert (fleet.cwd / "runs" / "latest").is_symlink()
 
 
-def test_log_of_a_good_run_is_judged_good_again(paper: tuple[Fleet, Outcome]) -> None:
+def test_log_check_passes_on_a_good_run(paper: tuple[Fleet, Outcome]) -> None:
     fleet, _ = paper
     checked = clew("log", "check", "runs/latest", "--json", cwd=fleet.cwd)
     assert checked.returncode == 0, checked.stdout
@@ -101,7 +101,7 @@ def test_log_of_a_good_run_is_judged_good_again(paper: tuple[Fleet, Outcome]) ->
         ("authority.granted", None, "entries are missing"),
     ],
 )
-def test_log_that_was_tampered_with_is_found_out(
+def test_log_check_detects_a_tampered_log(
     paper: tuple[Fleet, Outcome], kind: str, change: dict[str, object] | None, complaint: str
 ) -> None:
     fleet, _ = paper
@@ -127,7 +127,7 @@ def test_report_prints_the_table_and_ends_with_verdict_and_folder(paper: tuple[F
     assert "runs/latest" in said[-1]
 
 
-def test_grove_is_crossed_with_the_clearance_that_was_promised(fleet: Fleet) -> None:
+def test_grove_is_crossed_with_the_promised_clearance(fleet: Fleet) -> None:
     outcome = fleet.run("grove", "--seed", "1", "--speed", "max", "--json")
     assert outcome.code == 0, outcome.err
     verdict = json.loads(outcome.out)
@@ -149,7 +149,7 @@ def test_two_fleets_at_once_do_not_disturb_each_other(fleet: Fleet, tmp_path: Pa
         other.destroy()
 
 
-def test_request_that_cannot_be_is_one_line_and_exit_2(fleet: Fleet) -> None:
+def test_impossible_request_is_refused_in_one_line_with_exit_2(fleet: Fleet) -> None:
     outcome = fleet.run("atlantis")
     assert (outcome.code, outcome.out) == (2, "")
     assert outcome.err.count("\n") == 1, outcome.err
@@ -158,7 +158,7 @@ def test_request_that_cannot_be_is_one_line_and_exit_2(fleet: Fleet) -> None:
     assert list(fleet.cwd.iterdir()) == []
 
 
-def test_parts_start_where_a_caller_has_closed_stdin_stdout_and_stderr(fleet: Fleet) -> None:
+def test_parts_start_when_the_caller_has_closed_stdin_stdout_and_stderr(fleet: Fleet) -> None:
     command = 'exec "$0" "$@" <&- >&- 2>&-'
     fleet.start_with("bash", "-c", command, str(LAUNCHER), "paper", "--speed", "max")
     assert fleet.end() == Outcome(0, "", "")
@@ -166,7 +166,7 @@ def test_parts_start_where_a_caller_has_closed_stdin_stdout_and_stderr(fleet: Fl
     assert fleet.leftovers() == []
 
 
-def test_router_that_is_not_there_is_one_line_and_exit_2(fleet: Fleet) -> None:
+def test_missing_router_is_reported_in_one_line_with_exit_2(fleet: Fleet) -> None:
     with socket.create_server(("127.0.0.1", 0)) as free:
         endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
     outcome = fleet.run("paper", "--connect", endpoint)
@@ -177,7 +177,7 @@ def test_router_that_is_not_there_is_one_line_and_exit_2(fleet: Fleet) -> None:
     assert list(fleet.cwd.iterdir()) == []
 
 
-def test_router_that_the_user_runs_serves_as_well(fleet: Fleet) -> None:
+def test_fleet_runs_over_the_users_own_router(fleet: Fleet) -> None:
     with socket.create_server(("127.0.0.1", 0)) as free:
         endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
     with stock_router(endpoint):
@@ -186,12 +186,12 @@ def test_router_that_the_user_runs_serves_as_well(fleet: Fleet) -> None:
     assert json.loads(outcome.out)["messages"]["unaccounted"] == 0
 
 
-def test_world_that_is_frozen_while_it_ends_is_killed_in_time_and_named(fleet: Fleet) -> None:
+def test_world_that_is_frozen_while_it_ends_is_killed_in_time_and_reported(fleet: Fleet) -> None:
     launcher = fleet.start("paper")
     fleet.wait_for("order.accepted")
     world = fleet.process("world")
     launcher.send_signal(signal.SIGTERM)
-    while launcher.poll() is None:  # the launcher thaws it each time that it asks
+    while launcher.poll() is None:  # the launcher thaws it with every request to end
         with contextlib.suppress(ProcessLookupError):
             os.kill(world, signal.SIGSTOP)
         NEVER.wait(0.001)

@@ -1,4 +1,4 @@
-"""`python -m agents` over a real router, against a world that is played by the test."""
+"""`python -m agents` over a real router, against a world played by the test."""
 
 import argparse
 import asyncio
@@ -30,7 +30,7 @@ THREE = ("r1", "r2", "r3")
 
 
 class PlayedWorld:
-    """Gives the mission, acknowledges the log, and keeps what was recorded and who has gone."""
+    """Hands out the mission, acknowledges log entries, and keeps the entries and the vanished tokens."""
 
     def __init__(self, transport: ZenohTransport, private: Path) -> None:
         self._transport = transport
@@ -39,14 +39,14 @@ class PlayedWorld:
         self.gone: set[str] = set()
 
     async def until(self, done: Callable[[], bool]) -> None:
-        """Play on until something is so; fails when the deadline has passed."""
+        """Play until the condition holds; fails after the deadline."""
         async with asyncio.timeout(DEADLINE_S):
             while not done():
                 for arrival in await self._transport.arrivals(None):
                     self._take(arrival)
 
     async def until_recorded(self, kind: type[Record], names: Sequence[str] = THREE) -> None:
-        """Play on until each of these robots has recorded an entry of this kind."""
+        """Play until each of these robots has recorded an entry of this kind."""
         await self.until(lambda: all(any(isinstance(r, kind) for r in self.records[name]) for name in names))
 
     def _take(self, arrival: Arrival) -> None:
@@ -65,28 +65,28 @@ class PlayedWorld:
                 pass
 
     def tell(self, t_s: float, phase: Phase) -> None:
-        """Odometry of bodies that stand, to all."""
+        """Send every robot the odometry of a standing body."""
         for name in THREE:
             pose = Pose(x_m=float(name[1]), y_m=0.0, heading_rad=0.0)
             odometry = Odometry(t_s=t_s, pose=pose, moving=False, finished=0, phase=phase)
             self._transport.put(KEYS.odometry(name), odometry)
 
     def strike(self, name: str, action: ProcessAction) -> None:
-        """Have a robot's host do this to it."""
+        """Have the host apply this process fault to a robot."""
         send_process_fault(self._private, ProcessFault("test", action, name), speed=1.0)
 
     def pid(self, name: str) -> int:
-        """The process that a robot says it is."""
+        """The process id that a robot reports."""
         return self.pids(name)[-1]
 
     def pids(self, name: str) -> list[int]:
-        """The processes that there have been of a robot."""
+        """The process ids of all processes that this robot has had."""
         return [record.pid for record in self.records[name] if isinstance(record, RobotStarted)]
 
 
 @asynccontextmanager
 async def host(robots: str) -> AsyncIterator[tuple[PlayedWorld, subprocess.Popen[str]]]:
-    """A host whose robots have started, and the world that is played to them."""
+    """A host whose robots have started, and the world that the test plays."""
     with session_folder() as folder, router(folder), world_transport(folder) as transport:
         world = PlayedWorld(transport, folder)
         with python("-m", "agents", "--robots", robots, "--sessions", str(folder), "--lifeline") as process:
@@ -95,13 +95,13 @@ async def host(robots: str) -> AsyncIterator[tuple[PlayedWorld, subprocess.Popen
 
 
 def ended(process: subprocess.Popen[str]) -> tuple[int, str]:
-    """How a process ended, and what it said on stderr."""
+    """A process's exit code and what it printed on stderr."""
     exit_code = process.wait(timeout=DEADLINE_S)
     assert process.stderr is not None
     return exit_code, process.stderr.read()
 
 
-async def test_every_robot_is_a_process_of_its_own_and_goes_when_the_run_has_been_closed() -> None:
+async def test_every_robot_is_a_separate_process_and_ends_when_the_run_is_closed() -> None:
     async with host("1-3") as (world, process):
         pids = {world.pid(name) for name in THREE}
         assert len(pids | {process.pid}) == 4
@@ -113,7 +113,7 @@ async def test_every_robot_is_a_process_of_its_own_and_goes_when_the_run_has_bee
         assert ended(process) == (0, "")
 
 
-async def test_a_robot_that_is_killed_is_named_and_the_others_live_on() -> None:
+async def test_a_killed_robot_is_named_and_the_others_continue() -> None:
     async with host("1-3") as (world, process):
         os.kill(world.pid("r2"), signal.SIGKILL)
         await world.until(lambda: "r2" in world.gone)
@@ -122,7 +122,7 @@ async def test_a_robot_that_is_killed_is_named_and_the_others_live_on() -> None:
         assert ended(process) == (1, "robot 2 was ended by SIGKILL\n")
 
 
-async def test_a_robot_that_its_host_is_told_to_kill_is_nobodys_failure() -> None:
+async def test_a_robot_killed_by_a_process_fault_is_no_failure_of_the_host() -> None:
     async with host("1-3") as (world, process):
         world.strike("r2", ProcessAction.KILL)
         await world.until(lambda: "r2" in world.gone)
@@ -131,7 +131,7 @@ async def test_a_robot_that_its_host_is_told_to_kill_is_nobodys_failure() -> Non
         assert ended(process) == (0, "")
 
 
-async def test_a_robot_that_is_killed_and_started_again_is_another_process() -> None:
+async def test_a_robot_that_is_killed_and_restarted_is_a_new_process() -> None:
     async with host("1-3") as (world, process):
         world.strike("r2", ProcessAction.KILL)
         world.strike("r2", ProcessAction.START)
@@ -153,16 +153,14 @@ async def test_a_frozen_robot_shows_no_token_until_it_is_thawed() -> None:
         assert ended(process) == (0, "")
 
 
-async def test_a_host_that_is_asked_to_end_takes_a_frozen_robot_with_it() -> None:
+async def test_a_host_that_is_asked_to_end_also_ends_a_frozen_robot() -> None:
     async with host("1-3") as (world, process):
         world.strike("r2", ProcessAction.FREEZE)
         await world.until(lambda: "r2" in world.gone)
         process.terminate()
         code, said = ended(process)
         assert code == 143
-        assert "robot" not in said, (
-            "it was thawed, so that it could hear, and went as it was asked: not killed"
-        )
+        assert "robot" not in said, "the host thawed it, so it ended on request and was not killed"
 
 
 async def test_robots_do_not_outlive_a_host_that_is_killed() -> None:
@@ -172,7 +170,7 @@ async def test_robots_do_not_outlive_a_host_that_is_killed() -> None:
 
 
 @pytest.mark.parametrize("way", ["SIGTERM", "SIGINT", "lifeline"])
-async def test_a_host_that_is_asked_to_end_takes_its_robots_with_it(way: str) -> None:
+async def test_a_host_that_is_asked_to_end_ends_its_robots(way: str) -> None:
     async with host("1-3") as (world, process):
         if way == "lifeline":
             assert process.stdin is not None
@@ -184,12 +182,12 @@ async def test_a_host_that_is_asked_to_end_takes_its_robots_with_it(way: str) ->
         assert process.wait(timeout=DEADLINE_S) == expected
 
 
-async def test_one_robot_needs_no_host() -> None:
+async def test_a_single_robot_needs_no_host() -> None:
     async with host("3") as (world, process):
         assert world.pid("r3") == process.pid
 
 
-def test_without_a_session_there_is_one_line_and_exit_code_2(tmp_path: Path) -> None:
+def test_a_missing_session_is_reported_in_one_line_with_exit_code_2(tmp_path: Path) -> None:
     with python("-m", "agents", "--robots", "3", "--sessions", str(tmp_path)) as process:
         exit_code, said = ended(process)
     assert exit_code == 2
@@ -207,6 +205,6 @@ def test_a_list_of_robots_is_read(text: str, robots: list[int]) -> None:
 @pytest.mark.parametrize(
     "text", ["", "0", "5-1", "1,1", "a", "1-", "-3", "1-2-3", "5-3,7", "2001", "1-99999999999", "²"]
 )
-def test_what_names_no_robots_is_refused(text: str) -> None:
+def test_a_text_that_is_no_list_of_robots_is_refused(text: str) -> None:
     with pytest.raises(argparse.ArgumentTypeError):
         robots_of(text)

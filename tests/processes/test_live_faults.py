@@ -1,4 +1,4 @@
-"""Real fleets, real signals: what is done to a run while it goes on, and what the run says of it."""
+"""Real fleets and real signals: faults during a run, and what the run reports about them."""
 
 import json
 import os
@@ -22,7 +22,7 @@ def plan(folder: Path, *rules: str) -> str:
 
 
 def run(fleet: Fleet, *rules: str, scenario: str = "grove", speed: str = "max") -> dict[str, Any]:
-    """The verdict of a run that ended by itself under these rules, and left nothing behind."""
+    """The verdict of a run under these rules; checks that it ended by itself and left nothing behind."""
     outcome = fleet.run(scenario, "--speed", speed, "--json", "--faults", plan(fleet.cwd, *rules))
     verdict: dict[str, Any] = json.loads(outcome.out)
     assert verdict["violations"] == 0
@@ -36,7 +36,7 @@ def kinds(fleet: Fleet, kind: str) -> list[dict[str, Any]]:
 
 
 def clew_fault(fleet: Fleet, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """`clew fault` on the fleet's run."""
+    """Run `clew fault` on the fleet's run."""
     command = [sys.executable, "-m", "clew.cli", "fault", str(fleet.folder()), *arguments]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     return subprocess.run(
@@ -50,7 +50,7 @@ def clew_fault(fleet: Fleet, *arguments: str) -> subprocess.CompletedProcess[str
     )
 
 
-def test_a_leader_that_a_plan_kills_is_succeeded_and_the_run_is_ok(fleet: Fleet) -> None:
+def test_a_leader_killed_by_a_plan_is_replaced_and_the_run_is_ok(fleet: Fleet) -> None:
     verdict = run(fleet, 'fault = "kill"\ntarget = "leader"\nfrom_s = 3.0')
     (death,) = verdict["deaths"]
     assert (death["ordered"], death["cause_s"]) == (True, 3.0)
@@ -60,11 +60,11 @@ def test_a_leader_that_a_plan_kills_is_succeeded_and_the_run_is_ok(fleet: Fleet)
     assert verdict["robots_arrived"] == 4
 
 
-def test_a_robot_that_is_started_again_is_a_new_process_that_counts_from_one_and_arrives(
+def test_a_restarted_robot_is_a_new_process_that_counts_from_one_and_arrives(
     fleet: Fleet,
 ) -> None:
     restart = 'fault = "restart"\ntarget = "r3"\nfrom_s = 3.0\nafter_s = 1.0'
-    # Which is noted before the new process knows anything; yet its log begins with `robot.started`.
+    # The duplicate is noted before the new process has its mission, yet its log begins with `robot.started`.
     verdict = run(fleet, restart, 'fault = "duplicate"\nkind = ["mission"]')
     started = [entry for entry in kinds(fleet, "robot.started") if entry["source"] == "r3"]
     assert [entry["n"] for entry in started] == [1, 1]
@@ -73,24 +73,24 @@ def test_a_robot_that_is_started_again_is_a_new_process_that_counts_from_one_and
     assert (verdict["robots_arrived"], verdict["events"]["missing"]) == (5, 0)
 
 
-def test_a_robot_that_is_frozen_and_thawed_returns_and_arrives(fleet: Fleet) -> None:
+def test_a_frozen_robot_that_is_thawed_rejoins_and_arrives(fleet: Fleet) -> None:
     verdict = run(fleet, 'fault = "freeze"\ntarget = "leader"\nfrom_s = 3.0\nfor_s = 5.0')
     assert [entry["fault"] for entry in kinds(fleet, "fault.injected")] == ["freeze", "thaw"]
     assert len(kinds(fleet, "robot.returned")) == 1
     assert (len(verdict["deaths"]), verdict["robots_arrived"]) == (1, 5)
 
 
-def test_a_robot_that_stays_frozen_is_thawed_at_the_end_and_goes(fleet: Fleet) -> None:
+def test_a_robot_that_stays_frozen_is_thawed_at_the_end_and_exits(fleet: Fleet) -> None:
     verdict = run(fleet, 'fault = "freeze"\ntarget = "tail"\nfrom_s = 3.0')
     assert verdict["robots_arrived"] == 4
 
 
-def test_a_robot_struck_at_a_point_of_its_step_has_recorded_the_plan_and_given_no_order(fleet: Fleet) -> None:
-    tail = 'fault = "kill"\ntarget = "tail"\nfrom_s = 1.0'  # that others were struck before spares it nothing
+def test_a_robot_killed_between_plan_and_order_has_recorded_only_the_plan(fleet: Fleet) -> None:
+    tail = 'fault = "kill"\ntarget = "tail"\nfrom_s = 1.0'  # an earlier injection elsewhere changes nothing
     run(fleet, tail, 'fault = "kill"\ntarget = "leader"\npoint = "after_plan"\noccurrence = 2')
     (struck,) = [entry for entry in kinds(fleet, "fault.injected") if entry["rule"] == "kill-2"]
-    planned, stroke = [entry for entry in fleet.entries() if entry["source"] == struck["source"]][-2:]
-    assert (planned["kind"], stroke) == ("step.planned", struck)
+    planned, injection = [entry for entry in fleet.entries() if entry["source"] == struck["source"]][-2:]
+    assert (planned["kind"], injection) == ("step.planned", struck)
     robot = int(struck["source"][1:])
     ordered = [
         (entry["epoch"], entry["step"]) for entry in kinds(fleet, "order.accepted") if entry["robot"] == robot
@@ -98,7 +98,7 @@ def test_a_robot_struck_at_a_point_of_its_step_has_recorded_the_plan_and_given_n
     assert (planned["epoch"], planned["step"]) not in ordered
 
 
-def test_what_a_plan_does_to_messages_is_on_record_message_by_message_and_the_books_balance(
+def test_every_message_fault_is_recorded_and_the_message_counts_balance(
     fleet: Fleet,
 ) -> None:
     verdict = run(
@@ -121,7 +121,7 @@ def test_what_a_plan_does_to_messages_is_on_record_message_by_message_and_the_bo
     assert len(lost) >= messages["injected"]["drop"] > 0
 
 
-def test_a_robot_that_nobody_meant_to_kill_makes_the_run_fail(fleet: Fleet) -> None:
+def test_an_unplanned_kill_of_a_robot_makes_the_run_fail(fleet: Fleet) -> None:
     fleet.start("grove", "--speed", "5", "--json")
     fleet.wait_for("step.planned")
     (victim,) = [entry["pid"] for entry in kinds(fleet, "robot.started") if entry["source"] == "r3"]
@@ -134,7 +134,7 @@ def test_a_robot_that_nobody_meant_to_kill_makes_the_run_fail(fleet: Fleet) -> N
     assert fleet.leftovers() == []
 
 
-def test_a_running_fleet_is_struck_when_it_is_asked_for_and_no_more_when_it_is_over(fleet: Fleet) -> None:
+def test_clew_fault_strikes_a_running_fleet_and_refuses_a_finished_one(fleet: Fleet) -> None:
     fleet.start("grove", "--speed", "2", "--json")
     fleet.wait_for("step.planned")
     killed = clew_fault(fleet, "kill", "3")
@@ -165,7 +165,7 @@ def test_a_running_fleet_is_struck_when_it_is_asked_for_and_no_more_when_it_is_o
     assert fleet.leftovers() == []
 
 
-def test_a_plan_that_cannot_be_is_one_line_that_names_the_field(fleet: Fleet) -> None:
+def test_an_invalid_plan_is_refused_in_one_line_that_names_the_field(fleet: Fleet) -> None:
     outcome = fleet.run("paper", "--faults", plan(fleet.cwd, 'fault = "drop"\nprobability = 2.0'))
     assert (outcome.code, outcome.err.count("\n")) == (2, 1)
     assert "$.rule[0].probability: must be <= 1.0, got 2.0" in outcome.err
@@ -173,14 +173,14 @@ def test_a_plan_that_cannot_be_is_one_line_that_names_the_field(fleet: Fleet) ->
 
 
 @pytest.mark.parametrize(
-    ("name", "rule", "blows"),
+    ("name", "rule", "injections"),
     [
         ("world", 'fault = "restart"\nafter_s = 3.0', ["kill", "start"]),
         ("router", 'fault = "freeze"\nfor_s = 3.0', ["freeze", "thaw"]),
     ],
 )
-def test_world_and_router_are_away_for_as_long_as_a_plan_says_and_back_then(
-    fleet: Fleet, name: str, rule: str, blows: list[str]
+def test_world_and_router_return_after_the_outage_that_a_plan_asks_for(
+    fleet: Fleet, name: str, rule: str, injections: list[str]
 ) -> None:
     fleet.start(
         "grove",
@@ -193,13 +193,13 @@ def test_world_and_router_are_away_for_as_long_as_a_plan_says_and_back_then(
     outcome = fleet.end()
     verdict = json.loads(outcome.out)
     assert (outcome.code, verdict["ok"], verdict["robots_arrived"]) == (0, True, 5), verdict["reason"]
-    assert [entry["fault"] for entry in kinds(fleet, "fault.injected")] == blows
+    assert [entry["fault"] for entry in kinds(fleet, "fault.injected")] == injections
     assert away_wall_s(fleet) > 1.4, "3 s at twice real time"
     assert fleet.leftovers() == []
 
 
 def away_wall_s(fleet: Fleet) -> float:
-    """From the blow to the first that the world tells of what was struck, by the stamps of its own clock."""
+    """Time from the injection to the world's next record of that part, by the world's time stamps."""
     entries = fleet.entries()
     struck = next(place for place, entry in enumerate(entries) if entry["kind"] == "fault.injected")
     back = {"router.found", "world.resumed", "fault.injected"}

@@ -1,4 +1,4 @@
-"""The live table of real fleets, on a pseudo-terminal: what it shows, and that it leaves all as it was."""
+"""The live table of real fleets on a pseudo-terminal: what it shows, and that it restores the terminal."""
 
 import os
 import re
@@ -28,21 +28,19 @@ def terminal() -> Iterator[Terminal]:
 
 
 def begin(fleet: Fleet, terminal: Terminal, *arguments: str, term: str = "xterm-256color") -> None:
-    """Start a fleet as a user does who sits at this terminal."""
+    """Start a fleet as a user at this terminal would."""
     fleet.start_on(terminal.theirs, *arguments, TERM=term)
     terminal.begin()
 
 
 def code_of(fleet: Fleet, terminal: Terminal) -> int:
-    """The exit code, once everything has been said."""
+    """The exit code, after all output has been read."""
     terminal.read_to_the_end()
     assert fleet.launcher is not None
     return fleet.launcher.wait(DEADLINE_S)
 
 
-def test_table_follows_the_fleet_and_its_last_numbers_are_the_verdicts(
-    fleet: Fleet, terminal: Terminal
-) -> None:
+def test_table_follows_the_fleet_and_ends_with_the_verdicts_numbers(fleet: Fleet, terminal: Terminal) -> None:
     begin(fleet, terminal, "grove", "--seed", "1", "--speed", "4", "--faults", "leader-killed")
     assert "r1  leader  leading" in terminal.wait_for("leading")
     assert terminal.hides_its_cursor()
@@ -55,12 +53,12 @@ def test_table_follows_the_fleet_and_its_last_numbers_are_the_verdicts(
     assert sum(float(row["driven"]) for row in rows) == pytest.approx(verdict["path_m"], abs=0.03)
     assert min(float(row["least"]) for row in rows) == pytest.approx(verdict["clearance_m_min"], abs=5e-4)
     assert "OK: every living robot has arrived" in lines
-    assert "Run:runs/" in "".join(terminal.text.split())  # wherever the line is wrapped
+    assert "Run:runs/" in "".join(terminal.text.split())  # the line may wrap anywhere
     assert not terminal.hides_its_cursor()
     assert fleet.leftovers() == []
 
 
-def test_ctrl_c_ends_the_run_and_what_parts_said_stays_on_the_screen(
+def test_ctrl_c_ends_the_run_and_the_parts_output_stays_on_the_screen(
     fleet: Fleet, terminal: Terminal
 ) -> None:
     begin(fleet, terminal, "grove", "--seed", "1")
@@ -77,7 +75,7 @@ def test_ctrl_c_ends_the_run_and_what_parts_said_stays_on_the_screen(
     assert fleet.leftovers() == []
 
 
-def test_launcher_that_is_killed_leaves_nothing_behind_not_even_a_frozen_world(
+def test_killed_launcher_leaves_nothing_behind_even_if_the_world_is_frozen(
     fleet: Fleet, terminal: Terminal
 ) -> None:
     begin(fleet, terminal, "paper")
@@ -90,7 +88,7 @@ def test_launcher_that_is_killed_leaves_nothing_behind_not_even_a_frozen_world(
     wait_until(lambda: None if fleet.leftovers() else True)
 
 
-def test_table_goes_when_its_lifeline_ends_and_draws_what_is_on_record_by_then(
+def test_table_ends_with_its_lifeline_and_first_draws_everything_recorded(
     tmp_path: Path, terminal: Terminal
 ) -> None:
     run, said = recorded(tmp_path / "run", numbered(AT_REST[:-1])), tmp_path / "said"
@@ -113,7 +111,7 @@ def test_table_goes_when_its_lifeline_ends_and_draws_what_is_on_record_by_then(
     assert not terminal.hides_its_cursor()
 
 
-def test_quiet_fleet_says_nothing_until_its_report(fleet: Fleet) -> None:
+def test_quiet_fleet_prints_nothing_before_its_report(fleet: Fleet) -> None:
     outcome = fleet.run("paper", "--speed", "max", "--quiet")
     assert (outcome.code, outcome.err) == (0, "")
     assert "OK: every living robot has arrived" in outcome.out

@@ -1,4 +1,4 @@
-"""Whole fleets whose packets are lost, refused or held back: that costs time, and never clearance."""
+"""Whole fleets whose packets are lost, refused or delayed. This costs time, but never clearance."""
 
 import contextlib
 import re
@@ -17,11 +17,11 @@ from world.scenario.scenario import load
 
 ROBOTS = 3
 ENDPOINT = f"tcp/{ADDRESS}:7447"
-# 17 s of the run, 4 s of ours, where nothing goes wrong
+# without faults: 17 s of simulated time in 4 s of wall time
 GROVE, SETTINGS = load("grove", robots=ROBOTS), Settings(seed=1, speed=4.0)
-LOSS = drop(0.1)  # of all packets that go one way
+LOSS = drop(0.1)  # of all packets in one direction
 RESET = "meta l4proto tcp counter reject with tcp reset"
-RESETS = 10  # all connections, and as many attempts to come back
+RESETS = 10  # all connections, and as many attempts to reconnect
 
 
 @pytest.fixture
@@ -35,7 +35,7 @@ def between() -> Iterator[Wire]:
 
 @pytest.fixture
 def world(fleet: Fleet, between: Wire) -> Iterator[subprocess.Popen[str]]:
-    """Of a fleet that has begun to move, its robots at the far end of the wire."""
+    """A fleet that has begun to move, with its robots at the far end of the wire."""
     with parts(fleet, between).started() as world:
         fleet.wait_for("step.planned")
         yield world
@@ -47,7 +47,7 @@ def parts(fleet: Fleet, between: Wire) -> Parts:
 
 
 def verdict(fleet: Fleet, world: subprocess.Popen[str]) -> dict[str, Any]:
-    """How the run ended; what holds whatever was lost has been checked."""
+    """How the run ended; checks everything that must hold despite the losses."""
     world.wait(DEADLINE_S)
     read = fleet.verdict()
     assert read["violations"] == 0, said(fleet)
@@ -61,12 +61,12 @@ def verdict(fleet: Fleet, world: subprocess.Popen[str]) -> dict[str, Any]:
 
 
 def await_given_up(fleet: Fleet) -> None:
-    """Until a token has gone, and its robot has been silent for another second: some 2 s."""
+    """Wait until a token has vanished and its robot was silent for one more second: about 2 s."""
     fleet.wait_for("robot.died")
 
 
 def await_resets(between: Wire) -> None:
-    """Until connections have been refused for a moment."""
+    """Wait until connections have been refused for a moment."""
 
     def enough() -> bool | None:
         (count,) = re.findall(r"counter packets (\d+)", between.far.run("nft", "list", "ruleset"))
@@ -75,7 +75,7 @@ def await_resets(between: Wire) -> None:
     wait_until(enough)
 
 
-def test_random_loss_both_ways_costs_nothing_but_time(
+def test_random_loss_in_both_directions_costs_only_time(
     fleet: Fleet, between: Wire, world: subprocess.Popen[str]
 ) -> None:
     between.far.suffer(chains(entering=LOSS, leaving=LOSS))
@@ -85,7 +85,7 @@ def test_random_loss_both_ways_costs_nothing_but_time(
 @pytest.mark.parametrize(
     "rules", [chains(entering="drop"), chains(leaving="drop")], ids=["deaf robots", "mute robots"]
 )
-def test_fleet_arrives_after_packets_went_one_way_only(
+def test_fleet_arrives_after_an_outage_in_one_direction(
     fleet: Fleet, between: Wire, world: subprocess.Popen[str], rules: str
 ) -> None:
     between.far.suffer(rules)
@@ -94,16 +94,14 @@ def test_fleet_arrives_after_packets_went_one_way_only(
     verdict(fleet, world)
 
 
-def test_fleet_arrives_after_its_link_was_down(
-    fleet: Fleet, between: Wire, world: subprocess.Popen[str]
-) -> None:
+def test_fleet_arrives_after_a_link_outage(fleet: Fleet, between: Wire, world: subprocess.Popen[str]) -> None:
     between.cut()
     await_given_up(fleet)
     between.mend()
     verdict(fleet, world)
 
 
-def test_fleet_arrives_after_its_connections_were_reset(
+def test_fleet_arrives_after_connection_resets(
     fleet: Fleet, between: Wire, world: subprocess.Popen[str]
 ) -> None:
     between.far.suffer(chains(leaving=RESET))
@@ -113,7 +111,7 @@ def test_fleet_arrives_after_its_connections_were_reset(
 
 
 def break_off(fleet: Fleet) -> list[str]:
-    """What the network namespaces were called that a test has broken off in."""
+    """The names of the network namespaces of a test that was aborted."""
     with contextlib.suppress(KeyboardInterrupt), wire() as between:
         inodes = [between.near.inode(), between.far.inode()]
         with parts(fleet, between).started():
@@ -123,8 +121,8 @@ def break_off(fleet: Fleet) -> list[str]:
     return inodes
 
 
-@pytest.mark.usefixtures("between")  # skips where there are none
-def test_no_namespace_and_no_process_is_left_behind_by_a_test_that_breaks_off(fleet: Fleet) -> None:
+@pytest.mark.usefixtures("between")  # skips if there are no namespaces
+def test_an_aborted_test_leaves_no_namespace_and_no_process_behind(fleet: Fleet) -> None:
     inodes = break_off(fleet)
     assert fleet.processes() == {}
     assert [holders(inode) for inode in inodes] == [[], []]

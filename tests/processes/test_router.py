@@ -1,4 +1,4 @@
-"""The fleet's router as a process: says when it is ready, ends when it should, and steals nobody's place."""
+"""The fleet's router as a process: it reports when it is ready, ends on request, takes no used address."""
 
 import signal
 import socket
@@ -19,20 +19,20 @@ def folder() -> Iterator[Path]:
 
 @pytest.fixture
 def tcp_endpoint() -> str:
-    """A port that was free a moment ago."""
+    """A port that was free just now."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         return f"tcp/127.0.0.1:{server.getsockname()[1]}"
 
 
 def run_router(folder: Path, *options: str) -> tuple[int, str, str]:
-    """Exit code, output and errors of a router that is expected to end by itself."""
+    """Exit code, stdout and stderr of a router that is expected to end by itself."""
     with python("-m", "protocol", "--sessions", str(folder), *options) as process:
         output, errors = process.communicate(timeout=DEADLINE_S)
         return process.returncode, output, errors
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
-def test_a_signal_ends_it_with_nothing_said_and_no_socket_left(
+def test_a_signal_ends_it_silently_and_leaves_no_socket(
     folder: Path, number: signal.Signals, code: int
 ) -> None:
     files = sorted(folder.iterdir())
@@ -44,7 +44,7 @@ def test_a_signal_ends_it_with_nothing_said_and_no_socket_left(
     assert sorted(folder.iterdir()) == files
 
 
-async def test_on_a_lifeline_it_ends_with_whoever_holds_the_other_end(folder: Path) -> None:
+async def test_on_a_lifeline_it_ends_with_the_process_at_the_other_end(folder: Path) -> None:
     with router(folder) as process:
         assert process.stdin is not None
         process.stdin.write("words do not end it\n")
@@ -55,7 +55,7 @@ async def test_on_a_lifeline_it_ends_with_whoever_holds_the_other_end(folder: Pa
         assert process.wait(DEADLINE_S) == 143
 
 
-async def test_without_a_lifeline_the_end_of_its_input_means_nothing(folder: Path) -> None:
+async def test_without_a_lifeline_the_end_of_its_input_is_ignored(folder: Path) -> None:
     with router(folder, lifeline=False) as process:
         assert process.stdin is not None
         process.stdin.close()
@@ -65,7 +65,7 @@ async def test_without_a_lifeline_the_end_of_its_input_means_nothing(folder: Pat
         assert process.poll() is None
 
 
-async def test_a_second_router_is_turned_away_and_the_first_goes_on(folder: Path) -> None:
+async def test_a_second_router_at_the_same_address_is_refused_and_the_first_continues(folder: Path) -> None:
     with router(folder):
         code, output, errors = run_router(folder)
         assert (code, output) == (2, "")
@@ -87,7 +87,7 @@ async def test_the_socket_of_a_killed_router_is_taken_over(folder: Path) -> None
             await next_arrivals(world)
 
 
-def test_it_listens_where_it_is_told_to_and_says_where(folder: Path, tcp_endpoint: str) -> None:
+def test_it_listens_at_the_given_endpoint_and_prints_it(folder: Path, tcp_endpoint: str) -> None:
     with python("-m", "protocol", "--sessions", str(folder), "--listen", tcp_endpoint) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == f"ready {tcp_endpoint}\n"
@@ -99,19 +99,19 @@ def test_it_listens_where_it_is_told_to_and_says_where(folder: Path, tcp_endpoin
 
 
 @pytest.mark.parametrize("endpoint", ["nowhere", "carrier-pigeon/x", "unixsock-stream/" + "/x" * 60])
-def test_an_endpoint_that_will_not_do_is_one_line_and_code_2(folder: Path, endpoint: str) -> None:
+def test_a_bad_endpoint_is_reported_in_one_line_with_code_2(folder: Path, endpoint: str) -> None:
     code, output, errors = run_router(folder, "--listen", endpoint)
     assert (code, output, errors.count("\n")) == (2, "", 1)
 
 
-def test_a_folder_without_sessions_is_one_line_and_code_2(tmp_path: Path) -> None:
+def test_a_folder_without_sessions_is_reported_in_one_line_with_code_2(tmp_path: Path) -> None:
     code, output, errors = run_router(tmp_path)
     assert (code, output) == (2, "")
     assert errors.startswith("router: no session in ")
     assert errors.count("\n") == 1
 
 
-def test_help_says_what_it_is() -> None:
+def test_help_describes_the_router() -> None:
     with python("-m", "protocol", "--help") as process:
         output, _ = process.communicate(timeout=DEADLINE_S)
     assert process.returncode == 0

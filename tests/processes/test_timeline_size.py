@@ -1,4 +1,4 @@
-"""A long log is read without holding it in memory, and an interrupted export leaves nothing."""
+"""A long log is read without keeping it in memory, and an interrupted export leaves nothing."""
 
 import os
 import signal
@@ -14,8 +14,8 @@ from protocol.root import ROOT
 from tests.support.deadline import DEADLINE_S
 from tests.support.logs.long_logs import make
 
-GROWTH_MB_MAX = 20.0  # who holds all entries of the long log has 97 MB more
-LONG = 200_000  # entries, which take a second or more to export
+GROWTH_MB_MAX = 20.0  # keeping all entries of the long log takes 97 MB more
+LONG = 200_000  # entries: their export takes a second or more
 
 
 def clew(*arguments: str | Path) -> subprocess.Popen[bytes]:
@@ -33,7 +33,7 @@ def test_memory_does_not_grow_with_a_log_and_no_entry_is_dropped(tmp_path: Path)
 
 
 def peak_mb(run: Path, entries: int) -> float:
-    """The most memory that `log info` has on a log of so many entries, all of which it sees."""
+    """The peak memory of `log info` on a log of this many entries; checks that it counts all of them."""
     with clew("log", "info", run, "--json") as process:
         assert process.stdout is not None
         said = msgspec.json.decode(process.stdout.read())
@@ -55,6 +55,6 @@ def test_an_interrupted_export_leaves_nothing(tmp_path: Path, to: str) -> None:
 
 
 def drafts(run: Path, process: subprocess.Popen[bytes]) -> Iterator[Path]:
-    """What an export has begun to write, as soon as it is there."""
+    """The file that an export has begun to write, as soon as it exists."""
     while process.poll() is None:
         yield from run.glob(".*.part")

@@ -1,4 +1,4 @@
-"""The viewer on a real socket, and `clew view` as a user starts it."""
+"""The viewer on a real socket, and `clew view` started as a user starts it."""
 
 import asyncio
 import contextlib
@@ -38,7 +38,7 @@ def run(tmp_path: Path) -> Path:
 
 @asynccontextmanager
 async def served(run: Path) -> AsyncIterator[tuple[Channel, str, int]]:
-    """A viewer of this run: what it tells, and where."""
+    """A viewer of this run, and its host and port."""
     held, ours = os.pipe()
     channel = Channel(Watch(run))
     address = asyncio.get_running_loop().create_future()
@@ -55,7 +55,7 @@ async def served(run: Path) -> AsyncIterator[tuple[Channel, str, int]]:
 
 @asynccontextmanager
 async def connected(host: str, port: int, said: bytes) -> AsyncIterator[asyncio.StreamReader]:
-    """What comes back when this is said."""
+    """The server's answer to this request."""
     async with asyncio.timeout(DEADLINE_S):
         reader, writer = await asyncio.open_connection(host, port, limit=4 << 20)
         try:
@@ -72,7 +72,7 @@ def get(host: str, port: int) -> bytes:
 
 
 async def listen(host: str, port: int, ended: bytes = b'"ended":true') -> list[bytes]:
-    """All that a page is told, up to the message that says this."""
+    """Everything that is sent to a page, up to the message that contains this."""
     told = list[bytes]()
     async with connected(host, port, get(host, port)) as reader:
         while not told or ended not in told[-1]:
@@ -81,7 +81,7 @@ async def listen(host: str, port: int, ended: bytes = b'"ended":true') -> list[b
     return told
 
 
-async def test_every_page_is_told_the_whole_run_and_its_verdict_however_late_it_comes(run: Path) -> None:
+async def test_every_page_receives_the_whole_run_and_its_verdict_even_a_late_one(run: Path) -> None:
     async with served(run) as (_, host, port):
         first = await listen(host, port)
         second = await listen(host, port)
@@ -91,7 +91,7 @@ async def test_every_page_is_told_the_whole_run_and_its_verdict_however_late_it_
     assert batches[-1]["verdict"] == json.loads(msgspec.json.encode(GOOD))
 
 
-async def test_who_is_asked_to_end_looks_once_more_and_tells_that(
+async def test_a_viewer_that_is_asked_to_end_reads_once_more_and_sends_that(
     run: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(channels, "LOOK_S", 2 * DEADLINE_S)
@@ -124,15 +124,15 @@ def tell_much(channel: Channel) -> None:
 
 
 async def status(host: str, port: int) -> int:
-    """What a page that comes now is answered."""
+    """The HTTP status that a new page gets now."""
     async with connected(host, port, get(host, port)) as reader:
         code = int((await reader.readline()).split()[1])
         if code != 200:
-            await reader.read()  # to its end, so that it takes no room any more
+            await reader.read()  # to the end, which frees its slot
         return code
 
 
-async def test_a_page_that_takes_nothing_delays_no_other(tmp_path: Path) -> None:
+async def test_a_page_that_reads_nothing_delays_no_other(tmp_path: Path) -> None:
     async with served(tmp_path / "nowhere") as (channel, host, port):
         tell_much(channel)
         async with connected(host, port, get(host, port)) as idle:
@@ -140,7 +140,7 @@ async def test_a_page_that_takes_nothing_delays_no_other(tmp_path: Path) -> None
             assert (await listen(host, port, b"last"))[-1] == b"last"
 
 
-async def test_a_page_that_takes_nothing_is_let_go_and_makes_room(
+async def test_a_page_that_reads_nothing_is_dropped_and_frees_its_slot(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(serving, "PATIENCE_S", 0.5)
@@ -150,11 +150,11 @@ async def test_a_page_that_takes_nothing_is_let_go_and_makes_room(
         async with connected(host, port, get(host, port)) as idle:
             assert b"200" in await idle.readline()
             async with asyncio.timeout(DEADLINE_S):
-                while await status(host, port) != 200:  # 503: there is room for one page alone
+                while await status(host, port) != 200:  # 503: there is one slot only
                     pass
 
 
-async def test_a_page_that_has_gone_makes_room_though_nothing_happens(
+async def test_a_closed_page_frees_its_slot_even_if_nothing_happens(
     run: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(serving, "PAGES_MAX", 1)
@@ -167,9 +167,7 @@ async def test_a_page_that_has_gone_makes_room_though_nothing_happens(
                 pass
 
 
-async def test_who_connects_and_says_nothing_keeps_nobody_out(
-    run: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_a_silent_connection_keeps_nobody_out(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(serving, "PAGES_MAX", 2)
     monkeypatch.setattr(serving, "ASKING_MAX", 2)
     monkeypatch.setattr(serving, "ASK_S", 2 * DEADLINE_S)
@@ -180,7 +178,7 @@ async def test_who_connects_and_says_nothing_keeps_nobody_out(
             await first.readexactly(1)
 
 
-async def test_a_request_that_never_ends_is_let_go(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_request_that_never_ends_is_dropped(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(serving, "ASK_S", 0.1)
     begun = b"GET / HTTP/1.1\r\nHost: "
     async with served(run) as (_, host, port), connected(host, port, begun) as reader:
@@ -189,12 +187,12 @@ async def test_a_request_that_never_ends_is_let_go(run: Path, monkeypatch: pytes
 
 
 @pytest.mark.parametrize("said", [b"\x16\x03\x01\x02\x00\x01\r\n\r\n", b"GET / HTTP/1.1\r\n" + b"x" * 70_000])
-async def test_who_speaks_no_http_is_told_so(run: Path, said: bytes) -> None:
+async def test_a_client_that_speaks_no_http_gets_an_error(run: Path, said: bytes) -> None:
     async with served(run) as (_, host, port), connected(host, port, said) as reader:
         assert (await reader.readline()).startswith((b"HTTP/1.1 400", b"HTTP/1.1 431"))
 
 
-def test_view_prints_its_address_alone_and_ctrl_c_ends_it_with_130(run: Path, tmp_path: Path) -> None:
+def test_view_prints_only_its_address_and_ctrl_c_ends_it_with_130(run: Path, tmp_path: Path) -> None:
     with view(run, cwd=tmp_path) as viewer:
         address = address_of(viewer.stdout)
         batches = told(address)
@@ -216,7 +214,7 @@ def test_view_prints_its_address_alone_and_ctrl_c_ends_it_with_130(run: Path, tm
         (["run", "--port", "{taken}"], "cannot listen on 127.0.0.1"),
     ],
 )
-def test_what_cannot_be_viewed_is_one_line_and_exit_2(
+def test_a_missing_or_broken_run_is_refused_in_one_line_with_exit_2(
     run: Path, tmp_path: Path, arguments: list[str], complaint: str
 ) -> None:
     assert run.name == "run"
@@ -230,7 +228,7 @@ def test_what_cannot_be_viewed_is_one_line_and_exit_2(
     assert complaint in err
 
 
-def test_live_waits_for_a_run_and_goes_on_to_the_next_one(tmp_path: Path) -> None:
+def test_live_waits_for_a_run_and_continues_with_the_next_one(tmp_path: Path) -> None:
     with view("--live", cwd=tmp_path) as viewer:
         assert viewer.stdout is not None
         assert viewer.stderr is not None
@@ -244,13 +242,13 @@ def test_live_waits_for_a_run_and_goes_on_to_the_next_one(tmp_path: Path) -> Non
             latest.with_name("link").symlink_to(folder.name)
             latest.with_name("link").replace(latest)
             if name == "second":
-                batches = told(address)  # a page that is told to begin anew loads again
+                batches = told(address)  # a page that is told to restart reloads itself
             assert any(batch.get("ended") for batch in batches)
         viewer.send_signal(signal.SIGTERM)
         assert viewer.wait(DEADLINE_S) == 128 + signal.SIGTERM
 
 
-def test_fleet_with_a_view_shows_itself_up_to_its_verdict_and_leaves_nothing(fleet: Fleet) -> None:
+def test_fleet_with_view_shows_the_run_up_to_its_verdict_and_leaves_nothing(fleet: Fleet) -> None:
     launcher = fleet.start("paper", "--speed", "5", "--view", "--json")
     *_, last = told(address_of(launcher.stderr))
     outcome = fleet.end()

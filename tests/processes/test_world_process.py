@@ -1,4 +1,4 @@
-"""`python -m world` over a real router, against a robot that is played by the test."""
+"""`python -m world` over a real router, against a robot played by the test."""
 
 import json
 import signal
@@ -62,16 +62,16 @@ def behind_root(counts: dict[str, int]) -> dict[str, int]:
 
 
 class Player:
-    """Plays robot 1: the least that docs/run.md wants of it."""
+    """Plays robot 1 with the minimum that docs/run.md asks of a robot."""
 
     def __init__(self, transport: ZenohTransport) -> None:
         self.transport = transport
-        self.outbox = Outbox(resend_s=0.0)  # tests would rather send twice than wait
+        self.outbox = Outbox(resend_s=0.0)  # resend at once: tests need not wait
         self.now_s = 0.0
         self.number = 0
 
     async def hear(self, wanted: Callable[[Message], bool]) -> Message:
-        """Answer odometry and repeat the log until this is heard."""
+        """Answer odometry and repeat the log until this message arrives."""
         while True:
             for arrival in await arrivals_until(self.transport, bool):
                 match arrival:
@@ -109,7 +109,7 @@ class Player:
             self.transport.put(KEYS.log("r1"), batch)
 
     async def live(self) -> None:
-        """Drive to the target, and end the run as it should be."""
+        """Drive to the target and end the run properly."""
         await self.hear(is_in(Phase.RUNNING))
         self.note(
             StrandFormed(epoch=1, sensed=True, order=(1,), path_length_m=0.0), planned(TARGET, reach_m=0.5)
@@ -121,7 +121,7 @@ class Player:
         await self.leave()
 
     async def leave(self) -> None:
-        """The last words of a robot that has heard that the run is over."""
+        """The last messages of a robot that knows that the run is over."""
         traffic = self.transport.traffic
         self.note(RobotSettled(sent=behind_root(traffic.sent)))
         self.flush()
@@ -155,7 +155,7 @@ def world_arguments(folder: Path, *options: str, speed: float | None = 1.0) -> S
 
 
 def end(world: subprocess.Popen[str]) -> str:
-    """Wait for the world's end; what it said."""
+    """Wait until the world ends; returns its stderr."""
     return world.communicate(timeout=DEADLINE_S)[1]
 
 
@@ -192,7 +192,7 @@ async def test_a_run_goes_from_mission_to_verdict_and_every_message_is_accounted
     assert (recorded["order.accepted"], recorded["order.finished"], recorded["run.ended"]) == (1, 1, 1)
 
 
-async def test_mission_and_scans_are_answered_to_whoever_asks(folder: Path) -> None:
+async def test_queries_for_mission_and_scans_are_answered(folder: Path) -> None:
     with python(*world_arguments(folder)) as world:
         with robot_transport(folder, "r1") as transport:
             player = Player(transport)
@@ -213,7 +213,7 @@ async def test_mission_and_scans_are_answered_to_whoever_asks(folder: Path) -> N
     assert verdict(folder)["reason"] == "the run was interrupted"
 
 
-async def test_a_robot_that_goes_without_a_word_has_died_and_the_run_fails(folder: Path) -> None:
+async def test_a_robot_that_vanishes_without_goodbye_counts_as_dead_and_the_run_fails(folder: Path) -> None:
     with python(*world_arguments(folder, speed=None)) as world:
         with robot_transport(folder, "r1") as transport:
             player = Player(transport)
@@ -225,7 +225,7 @@ async def test_a_robot_that_goes_without_a_word_has_died_and_the_run_fails(folde
     assert [death["robot"] for death in passed["deaths"]] == [1]
 
 
-def test_the_end_of_its_lifeline_ends_the_world_with_a_verdict(folder: Path) -> None:
+def test_the_world_ends_with_its_lifeline_and_writes_a_verdict(folder: Path) -> None:
     with python(*world_arguments(folder, "--lifeline")) as world:
         assert world.stdin is not None
         world.stdin.close()
@@ -265,7 +265,7 @@ USAGE = {
 
 
 @pytest.mark.parametrize(("settings", "options", "complaint"), USAGE.values(), ids=USAGE.keys())
-def test_what_cannot_be_is_said_in_one_line_and_leaves_nothing(
+def test_impossible_settings_are_refused_in_one_line_and_leave_nothing(
     folder: Path, settings: str, options: list[str], complaint: str
 ) -> None:
     run = folder / "run"
@@ -283,7 +283,7 @@ def test_what_cannot_be_is_said_in_one_line_and_leaves_nothing(
     assert sorted(run.iterdir()) == before
 
 
-async def test_a_world_that_is_started_again_refuses_ground_that_was_changed_meanwhile(folder: Path) -> None:
+async def test_a_restarted_world_refuses_a_scenario_that_was_changed_meanwhile(folder: Path) -> None:
     arguments = world_arguments(folder, "--resume")
     with python(*arguments) as world, robot_transport(folder, "r1") as transport:
         await Player(transport).hear(is_in(Phase.RUNNING))

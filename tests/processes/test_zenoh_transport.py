@@ -29,9 +29,9 @@ from tests.support.processes.wire import (
     world_transport,
 )
 
-BURST = 300  # express messages, for which Zenoh's queue is short, would be lost here
+BURST = 300  # enough to overflow Zenoh's short queue for express messages
 SCAN = Scan(t_s=0.0, pose=ORIGIN, ranges_m=(1.0,) * 8)
-RETOLD_S = 0.1  # a hundred times as long as a message takes
+RETOLD_S = 0.1  # a hundred times the latency of a message
 TOKEN = KEYS.alive("r1", "1")
 
 
@@ -41,7 +41,7 @@ def folder() -> Iterator[Path]:
         yield folder
 
 
-async def test_what_a_robot_puts_the_world_hears_and_back_numbered_and_counted(folder: Path) -> None:
+async def test_messages_between_robot_and_world_arrive_numbered_and_counted(folder: Path) -> None:
     async with fleet(folder, "r1") as (world, robot):
         robot.put(KEYS.drive("r1"), drive(1))
         robot.put(KEYS.drive("r1"), drive(2))
@@ -54,7 +54,7 @@ async def test_what_a_robot_puts_the_world_hears_and_back_numbered_and_counted(f
     assert robot.traffic.received == {KEYS.odometry("r1"): 1}
 
 
-async def test_a_burst_on_two_keys_arrives_in_the_order_it_was_sent(folder: Path) -> None:
+async def test_a_burst_on_two_keys_arrives_in_sending_order(folder: Path) -> None:
     two_keys = (KEYS.link("r1", "r2"), KEYS.muster("r1"))
     sent = [Heard(two_keys[n % 2], n // 2 + 1, drive(n)) for n in range(BURST)]
     async with fleet(folder, "r1", "r2") as (_, sender, receiver):
@@ -63,7 +63,7 @@ async def test_a_burst_on_two_keys_arrives_in_the_order_it_was_sent(folder: Path
         assert await next_arrivals(receiver, BURST) == sent
 
 
-async def test_what_was_sent_before_a_third_was_told_arrives_before_what_the_third_then_sends(
+async def test_causal_order_holds_across_three_clients(
     folder: Path,
 ) -> None:
     async with fleet(folder, "r1", "r2") as (world, sender, receiver):
@@ -79,7 +79,7 @@ async def test_what_was_sent_before_a_third_was_told_arrives_before_what_the_thi
             assert [each.key for each in arrived] == [KEYS.link("r1", "r2")] * 5 + [KEYS.odometry("r2")]
 
 
-async def test_whoever_sees_a_token_can_be_sure_that_its_robot_hears(folder: Path) -> None:
+async def test_a_robot_receives_messages_as_soon_as_its_token_is_seen(folder: Path) -> None:
     with world_transport(folder) as world:
         for _ in range(20):
             with robot_transport(folder, "r1") as robot:
@@ -89,7 +89,7 @@ async def test_whoever_sees_a_token_can_be_sure_that_its_robot_hears(folder: Pat
             assert await next_arrivals(world) == [Vanished(TOKEN)]
 
 
-async def test_a_question_is_answered_and_stands_in_no_books(folder: Path) -> None:
+async def test_a_query_is_answered_and_not_counted_as_a_message(folder: Path) -> None:
     async with fleet(folder, "r1") as (world, robot):
         robot.ask(KEYS.scan("r1"), Ask())
         (asked,) = await next_arrivals(world)
@@ -100,16 +100,16 @@ async def test_a_question_is_answered_and_stands_in_no_books(folder: Path) -> No
     assert (robot.traffic.sent, robot.traffic.received, world.traffic.received) == ({}, {}, {})
 
 
-async def test_a_question_that_nobody_answers_brings_nothing_and_may_be_asked_again(folder: Path) -> None:
+async def test_an_unanswered_query_brings_nothing_and_may_be_repeated(folder: Path) -> None:
     async with fleet(folder, "r1") as (world, robot):
         robot.ask(KEYS.scan("r1"), Ask())
         (unanswered,) = await next_arrivals(world)
-        assert await robot.arrivals(1.5) == []  # Zenoh gives the question up after 1 s
+        assert await robot.arrivals(1.5) == []  # Zenoh gives up the query after 1 s
         robot.ask(KEYS.scan("r1"), Ask())
         (asked,) = await next_arrivals(world)
         assert isinstance(unanswered, Asked)
         assert isinstance(asked, Asked)
-        unanswered.answer(SCAN)  # too late, and nobody minds
+        unanswered.answer(SCAN)  # too late: ignored
         asked.answer(SCAN)
         assert await next_arrivals(robot) == [Heard(KEYS.scan("r1"), 0, SCAN)]
 
@@ -125,20 +125,20 @@ async def test_the_token_of_a_killed_process_vanishes(folder: Path) -> None:
         assert await next_arrivals(world) == [Vanished(token)]
 
 
-async def test_tokens_shown_before_the_watch_began_are_seen(folder: Path) -> None:
+async def test_tokens_declared_before_the_watch_began_are_seen(folder: Path) -> None:
     with robot_transport(folder, "r1"), robot_transport(folder, "r2"), world_transport(folder) as world:
         tokens = {Appeared(TOKEN), Appeared(KEYS.alive("r2", "1"))}
         assert set(await next_arrivals(world, 2)) == tokens
 
 
-def test_a_process_that_breaks_ends_and_does_not_hang(folder: Path) -> None:
+def test_a_process_that_raises_ends_and_does_not_hang(folder: Path) -> None:
     with python("-m", "tests.support.processes.wire_child", str(folder / "r1.json"), "breaks") as child:
         output, errors = child.communicate(timeout=DEADLINE_S)
     assert (output, child.returncode) == ("alive\n", 1)
     assert "broken on purpose" in errors
 
 
-async def test_nobody_hears_itself(folder: Path) -> None:
+async def test_a_client_does_not_receive_its_own_messages(folder: Path) -> None:
     async with fleet(folder, "r1", "r2") as (_, robot, other):
         robot.put(KEYS.muster("r1"), drive(1))
         await next_arrivals(other)
@@ -146,22 +146,26 @@ async def test_nobody_hears_itself(folder: Path) -> None:
         assert await next_arrivals(robot) == [Heard(KEYS.muster("r2"), 1, drive(2))]
 
 
-async def test_what_a_full_inbox_drops_is_counted(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_messages_dropped_by_a_full_inbox_are_counted(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(zenoh_transport, "INBOX_CAPACITY", 4)
     async with fleet(folder, "r1", "r2") as (_, sender, receiver):
         for n in range(1, 11):
             sender.put(KEYS.link("r1", "r2"), drive(n))
         deadline_s = time.monotonic() + DEADLINE_S
-        while receiver.traffic.overflowed_count < 6:  # the network's thread counts; no event tells
+        while (
+            receiver.traffic.overflowed_count < 6
+        ):  # the network thread counts, without an event to wait for
             assert time.monotonic() < deadline_s
         others_turn = asyncio.Event()
         asyncio.get_running_loop().call_soon(others_turn.set)
         newest = [Heard(KEYS.link("r1", "r2"), n, drive(n)) for n in range(7, 11)]
         assert await receiver.arrivals(None) == newest
-        assert others_turn.is_set()  # a flood of arrivals does not keep the loop from its other tasks
+        assert others_turn.is_set()  # a flood of arrivals does not starve the loop's other tasks
 
 
-async def test_arrivals_are_empty_when_the_time_is_up(folder: Path) -> None:
+async def test_arrivals_are_empty_after_the_timeout(folder: Path) -> None:
     async with fleet(folder, "r1") as (world, robot):
         world.put(KEYS.odometry("r1"), odometry(0.0))
         assert len(await next_arrivals(robot)) == 1
@@ -169,7 +173,7 @@ async def test_arrivals_are_empty_when_the_time_is_up(folder: Path) -> None:
         assert await robot.arrivals(0.05) == []
 
 
-async def test_without_a_router_nothing_raises_or_waits_and_all_comes_back_with_it() -> None:
+async def test_without_a_router_calls_neither_raise_nor_block_and_traffic_resumes_with_it() -> None:
     with session_folder() as folder, router(folder) as first:
         async with fleet(folder, "r1") as (world, robot):
             first.kill()
@@ -188,7 +192,7 @@ async def test_without_a_router_nothing_raises_or_waits_and_all_comes_back_with_
 
 
 async def heard_again(world: ZenohTransport, robot: ZenohTransport) -> Arrival:
-    """What the world hears first: a new router learns in no order who hears what, so it is told again."""
+    """The first message to arrive; it is sent again and again, as a new router learns subscriptions late."""
     async with asyncio.timeout(DEADLINE_S):
         while True:
             robot.put(KEYS.drive("r1"), drive(0))
@@ -196,7 +200,7 @@ async def heard_again(world: ZenohTransport, robot: ZenohTransport) -> Arrival:
                 return arrived[0]
 
 
-async def test_after_the_end_a_put_and_a_question_are_lost_and_raise_nothing(folder: Path) -> None:
+async def test_after_close_a_put_and_a_query_are_lost_and_raise_nothing(folder: Path) -> None:
     with robot_transport(folder, "r1") as robot:
         pass
     robot.put(KEYS.drive("r1"), drive(1))
@@ -204,7 +208,7 @@ async def test_after_the_end_a_put_and_a_question_are_lost_and_raise_nothing(fol
     assert await robot.arrivals(0.0) == []
 
 
-async def test_where_no_router_is_the_user_is_told_so() -> None:
+async def test_a_missing_router_is_reported_to_the_user() -> None:
     with (
         session_folder() as folder,
         pytest.raises(UsageError, match="no router answers at unixsock-stream/"),
@@ -213,7 +217,7 @@ async def test_where_no_router_is_the_user_is_told_so() -> None:
         pass
 
 
-async def test_time_stamps_of_a_process_only_go_forward(folder: Path) -> None:
+async def test_time_stamps_of_a_process_increase_strictly(folder: Path) -> None:
     with robot_transport(folder, "r1") as robot:
         stamps = [robot.timestamp().split("/") for _ in range(BURST)]
     assert [int(ticks) for ticks, _ in stamps] == sorted({int(ticks) for ticks, _ in stamps})

@@ -1,4 +1,4 @@
-"""Small scenes for the tests of rehearsals and campaigns, which each take a tenth of a second to cross."""
+"""Small scenes for the tests of rehearsals and campaigns. A rehearsal in one takes 0.1 s of wall time."""
 
 import json
 from pathlib import Path
@@ -13,7 +13,7 @@ WALL = [[2.7, -1.0], [3.2, -1.0], [3.2, 1.0], [2.7, 1.0]]
 
 
 def scene(path: Path, **changes: object) -> Path:
-    """Write a corridor of 6 m by 2 m with a post beside the way, and these keys instead."""
+    """Write a corridor of 6 m by 2 m with a post beside the way; `keys` replace its values."""
     said: dict[str, object] = {
         "schema": "clew-scene/1",
         "name": path.stem,
@@ -33,13 +33,13 @@ def scene(path: Path, **changes: object) -> Path:
 
 
 def closed(path: Path, **changes: object) -> Path:
-    """The same with a wall across, and no way."""
+    """The same with a wall across: there is no way."""
     across: dict[str, object] = {"polygons": [WALL], "stats": {"widest_path_radius": 0.0}}
     return scene(path, **(across | changes))
 
 
 def refused(path: Path) -> Path:
-    """The same with an obstacle where the robots start: the loader takes no such scene."""
+    """The same with an obstacle where the robots start: the loader refuses such a scene."""
     return scene(path, circles=[[2.0, 0.0, 0.3]])
 
 

@@ -1,7 +1,7 @@
-"""How long a test waits for what does not come.
+"""How long a test waits before it counts as hung.
 
-Deadlines are for hangs alone: nothing that works takes a tenth of this, not even a whole run, so a slow
-machine meets it, too. No test asserts how long something took: `clew bench` measures that.
+Deadlines only detect hangs. Everything that works, even a whole run, takes less than a tenth of this, so a
+slow machine meets it, too. No test asserts a duration: `clew bench` measures those.
 """
 
 DEADLINE_S = 120.0

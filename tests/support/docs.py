@@ -1,4 +1,4 @@
-"""What stands in the pages of docs/."""
+"""Reads parts of the pages in docs/."""
 
 import re
 
@@ -11,12 +11,12 @@ def page(name: str) -> str:
 
 
 def example(name: str, language: str = "toml") -> str:
-    """The first block of code of this language in a page."""
+    """The first code block of this language in a page."""
     return page(name).split(f"```{language}\n")[1].split("```")[0]
 
 
 def explained(name: str, begins: str, ends: str) -> list[str]:
-    """The names in the first columns of the tables of a page, between two texts, in their order."""
+    """The names in the first column of a page's tables between two texts, in order."""
     part = page(name).split(begins, 1)[1].split(ends, 1)[0]
     rows = re.findall(r"^\| (`.*?) \|", part, re.MULTILINE)
     return [field for row in rows for field in re.findall(r"`(\w+)`", row)]

@@ -1,4 +1,4 @@
-"""What tests ask of a rehearsal that suffers a fault plan."""
+"""Queries of tests about a rehearsal with a fault plan."""
 
 from collections import Counter
 
@@ -10,6 +10,6 @@ SHIPPED = sorted(path.stem for path in PLANS.glob("*.toml"))
 
 
 def injected(rehearsal: Rehearsal) -> Counter[str]:
-    """How often each fault has struck."""
+    """The number of injections of each fault."""
     records = (entry.record for _, entry in rehearsal.entries)
     return Counter(record.fault for record in records if isinstance(record, FaultInjected))

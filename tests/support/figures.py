@@ -1,4 +1,4 @@
-"""What tests ask of the figures of a run."""
+"""Queries of tests about the figures of a run."""
 
 from pathlib import Path
 

@@ -1,9 +1,9 @@
-"""Whether a disc can be moved from a scene's start to its goal, decided on the full map. Not a test file.
+"""Decides on the full map whether a disc can move from a scene's start to its goal. Not a test file.
 
-Shapely alone decides: obstacles are grown by what the disc's centre keeps from them, and start and goal
-have to share a piece of what is left. Shapely makes arcs of chords, so it is asked twice: with obstacles a
-little too large, where a way is a way for sure, and with obstacles a little too small, where none is none for
-sure.
+Only shapely decides. Obstacles grow by the distance that the disc's centre keeps from them; start and goal
+must lie in the same piece of the remaining ground. Shapely approximates arcs by chords, so it is asked twice.
+With obstacles slightly too large, a way that it finds certainly exists. With obstacles slightly too small, a
+way that it does not find certainly does not exist.
 """
 
 import math
@@ -14,13 +14,13 @@ from typing import Any
 
 import shapely
 
-QUARTER_CHORDS = 32  # an arc of radius 1 m is off by 1 - cos(pi / 4 / 32) = 0.3 mm at most
-ARC_SHARE = math.cos(math.pi / 4.0 / QUARTER_CHORDS)  # how far out the middle of a chord is
-ROUNDING_M = 1e-7  # ten times what shapely's overlays were seen to be off on scenes of this size
+QUARTER_CHORDS = 32  # error of an arc of radius 1 m: at most 1 - cos(pi / 4 / 32) = 0.3 mm
+ARC_SHARE = math.cos(math.pi / 4.0 / QUARTER_CHORDS)  # distance of a chord's middle, as a share of the radius
+ROUNDING_M = 1e-7  # ten times the largest error of shapely's overlays seen on scenes of this size
 
 
 class Answer(StrEnum):
-    """What the full map says."""
+    """The answer of the full map."""
 
     SOLVABLE = "surely solvable"
     UNSOLVABLE = "surely not solvable"
@@ -29,16 +29,16 @@ class Answer(StrEnum):
 
 @dataclass(frozen=True)
 class Disc:
-    """What is to be moved."""
+    """The disc that moves."""
 
     radius_m: float
-    """Its hull, which stays inside the bounds."""
+    """The radius of its hull, which stays inside the bounds."""
     clearance_m: float = 0.0
-    """What the hull keeps from obstacles."""
+    """The clearance between hull and obstacles."""
 
     @property
     def keep_m(self) -> float:
-        """What its centre keeps from them."""
+        """The distance between its centre and obstacles."""
         return self.radius_m + self.clearance_m
 
 
@@ -52,7 +52,7 @@ def solvable(scene: dict[str, Any], disc: Disc) -> Answer:
 
 
 def widest_radius_m(scene: dict[str, Any], *, tolerance_m: float) -> float:
-    """The radius of the largest disc that surely gets there, by halves; 0 where none does."""
+    """The radius of the largest disc that certainly gets there, found by bisection; 0 if there is none."""
     low_m, high_m = 0.0, min(scene["bounds"][2] - scene["bounds"][0], scene["bounds"][3] - scene["bounds"][1])
     while high_m - low_m > tolerance_m:
         middle_m = (low_m + high_m) / 2.0
@@ -75,7 +75,7 @@ def _has_way(scene: dict[str, Any], disc: Disc, *, grow: float, rounding_m: floa
     room = shapely.box(*scene["bounds"]).buffer(-disc.radius_m - rounding_m, join_style="mitre")
     closed = shapely.union_all(list(obstacles(scene, grown_m=disc.keep_m + rounding_m, grow=grow)))
     start = shapely.Point(scene["start"][:2])
-    # The goal errs the other way: it may be a little too small where obstacles are too large.
+    # The goal errs the other way: it is slightly too small if obstacles are too large.
     goal_tolerance_m = scene["goal_tol"] / (ARC_SHARE * grow) - rounding_m
     goal = shapely.Point(scene["goal"]).buffer(goal_tolerance_m, quad_segs=QUARTER_CHORDS)
     return any(

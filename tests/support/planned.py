@@ -1,4 +1,4 @@
-"""A switching step that is planned, for tests that only ask which one."""
+"""A planned switching step, for tests that only need its number."""
 
 from protocol.frames import Point
 from protocol.mission import Law

@@ -1,4 +1,4 @@
-"""Rehearsed runs that many tests read: each is made once a session, whichever worker asks first."""
+"""Rehearsed runs that many tests read. The first worker that needs a run makes it, once per session."""
 
 import fcntl
 import shutil
@@ -14,12 +14,12 @@ from world.scenario.scenario import load
 
 @dataclass(frozen=True, slots=True)
 class Runs:
-    """A folder that all workers of a session share."""
+    """The folder that all workers of a session share."""
 
     folder: Path
 
     def of(self, scenario: str, *, faults: str = "", seed: int = 1) -> Path:
-        """The folder of such a run, to read."""
+        """The folder of such a run, for reading only."""
         name = f"{Path(scenario).name}-{Path(faults).name}-{seed}"
         run = self.folder / name
         with (self.folder / f"{name}.lock").open("w") as lock:
@@ -31,5 +31,5 @@ class Runs:
         return run
 
     def copy(self, to: Path, scenario: str, *, faults: str = "", seed: int = 1) -> Path:
-        """Such a run in a folder that is the test's own."""
+        """A copy of such a run in a folder of the test."""
         return Path(shutil.copytree(self.of(scenario, faults=faults, seed=seed), to))

@@ -25,7 +25,7 @@ Case = Sequence[str]
 
 
 def cases() -> list[Case]:
-    """What `clew rehearse` is given, for each case."""
+    """The arguments of `clew rehearse` for each case."""
     scenarios = sorted(path.stem for path in (ROOT / "launch" / "scenarios").glob("*.toml"))
     plans = sorted(path.stem for path in (ROOT / "launch" / "faults").glob("*.toml"))
     drawn = sorted(DRAWN.glob("*.faults.toml"))

@@ -1,1 +1,1 @@
-"""Histories of supervised runs: what happened when, and what the supervisor commanded."""
+"""Histories of supervised runs: each event with its time, and the supervisor's commands."""

@@ -55,10 +55,10 @@ ENDS = {
     "a world that ends without a verdict is named": History(
         ONE, (*UP, (9.1, Ended(WORLD, 1), [Say("the world ended with exit code 1")]), *rest_ends(9.1, 1))
     ),
-    "a world that refuses its router failed, for what was asked was found good": History(
+    "a world that refuses our own router has failed, as the request was already checked": History(
         ONE, (*UP, (1.0, Ended(WORLD, 2), [Say("the world ended with exit code 2")]), *rest_ends(1.0, 1))
     ),
-    "a world that refuses the user's router refuses what was asked": History(
+    "a world that refuses the user's router refuses the request": History(
         Plan(routers=0),
         (
             (0.0, Begun(), FLEET),
@@ -71,7 +71,7 @@ ENDS = {
     "a world that is killed after its verdict is not started again": History(
         ONE, (*UP, (9.0, Judged(), []), (9.0, Ended(WORLD, -9), []), *rest_ends(9.0, 137))
     ),
-    "a part that is away when the run ends stays away": History(
+    "a part that is down when the run ends stays down": History(
         ONE,
         (
             *UP,
@@ -91,11 +91,11 @@ ENDS = {
             (2.1, Gone(R1), []),
             (3.2, Judged(), []),
             (3.2, Ended(WORLD, 1), []),
-            (3.2, Gone(WORLD), stop(HOST)),  # of which robots are left
+            (3.2, Gone(WORLD), stop(HOST)),  # some of its robots are left
             (3.3, Gone(HOST), [Exit(1)]),
         ),
     ),
-    "a host that fails while the world is away ends the run at once": History(
+    "a host that fails while the world is down ends the run at once": History(
         ONE,
         (
             *UP,
@@ -132,7 +132,7 @@ ENDS = {
     "a run that was asked to end before it began starts nothing": History(
         ONE, ((0.0, Asked(ExitCode.TERMINATED), [Exit(143)]), (0.0, Begun(), []))
     ),
-    "a frozen world is killed in time and named": History(
+    "a frozen world is killed in time and reported": History(
         ONE,
         (
             *UP,
@@ -150,7 +150,7 @@ ENDS = {
             (5.4, Gone(WORLD), [Exit(143)]),
         ),
     ),
-    "a slow end is no news when the verdict is there": History(
+    "a slow end is not reported if the verdict was written": History(
         ONE,
         (
             *UP,
@@ -163,7 +163,7 @@ ENDS = {
             (9.8, Tick(), [Exit(0)]),
         ),
     ),
-    "a router that is slow to end is no news without a verdict either": History(
+    "a router that is slow to end is not reported, even without a verdict": History(
         ONE, (*UP[:1], (0.1, Asked(ExitCode.TERMINATED), stop(R1)), (0.5, Tick(), [kill(R1)]))
     ),
     "with a world that does not notice, the end takes no longer": History(
@@ -184,7 +184,7 @@ ENDS = {
             (6.81, Tick(), [Exit(1)]),
         ),
     ),
-    "what a fault has frozen is thawed when the run ends": History(
+    "a part that a fault has frozen is thawed when the run ends": History(
         ONE,
         (
             *UP,
@@ -195,7 +195,7 @@ ENDS = {
             (3.6, FaultAsked(ProcessAction.FREEZE, "world"), []),
         ),
     ),
-    "what is frozen while the run is given up thaws, and the user need not wait": History(
+    "a part that is frozen while the run ends is thawed, so the user need not wait": History(
         ONE,
         (
             *UP,

@@ -1,4 +1,4 @@
-"""How runs begin, what they lose on the way, and what comes back."""
+"""How runs begin, which parts they lose, and which of them are restarted."""
 
 from signal import SIGCONT, SIGKILL, SIGSTOP
 
@@ -64,7 +64,7 @@ def router_dies(at_s: float) -> tuple[Step, ...]:
 
 
 LOSSES = {
-    "a world that is killed goes on five times and no more": History(
+    "a killed world is restarted five times at most": History(
         ONE,
         (
             *UP,
@@ -73,7 +73,7 @@ LOSSES = {
             *rest_ends(6.0, 137),
         ),
     ),
-    "a router that ends is started again ten times and no more, and the world may notice": History(
+    "a router that ends is restarted ten times at most, and the world may notice": History(
         ONE,
         (
             *UP,
@@ -88,7 +88,7 @@ LOSSES = {
             (12.7, Gone(HOST), [Exit(1)]),
         ),
     ),
-    "a router that was to be away is started when its time is over": History(
+    "a router that a fault keeps down is restarted when its time is over": History(
         ONE,
         (
             *UP,
@@ -100,7 +100,7 @@ LOSSES = {
             (9.0, Ended(R1, -15), [again("router 1 was killed by SIGTERM"), Start(R1)]),
         ),
     ),
-    "a world that was to be away goes on when its time is over": History(
+    "a world that a fault keeps down is restarted when its time is over": History(
         ONE,
         (
             *UP,
@@ -110,7 +110,7 @@ LOSSES = {
             (3.0, Tick(), [Start(WORLD, resume=True)]),
         ),
     ),
-    "of two routers the other carries the fleet when the active one has died": History(
+    "the second router takes over when the active one has died": History(
         Plan(routers=2),
         (
             *UP_WITH_TWO,
@@ -120,7 +120,7 @@ LOSSES = {
             (3.0, Ended(R2, -9), [again("router 2 was killed by SIGKILL"), Activate(R1), Start(R2)]),
         ),
     ),
-    "a router that dies while the other one starts comes back, and is no third one": History(
+    "a router that dies while the other one starts is restarted, without a third one": History(
         Plan(routers=2),
         (
             *UP_WITH_TWO[:2],
@@ -129,7 +129,7 @@ LOSSES = {
             (0.6, Ready(R2), FLEET),
         ),
     ),
-    "a router that cannot listen has said why, and the run is refused": History(
+    "a router that cannot listen has printed the reason, and the run is refused": History(
         ONE, (*UP[:1], (0.2, Ended(R1, 2), stop(R1)), (0.2, Gone(R1), [Exit(2)]))
     ),
     "a router that fails before it listens ends the run": History(
@@ -160,7 +160,7 @@ LOSSES = {
             (2.0, Ended(VIEWER, 1), [Say("the viewer ended with exit code 1; the run goes on")]),
         ),
     ),
-    "a page may be there before the router": History(
+    "a page may be ready before the router": History(
         Plan(view=True),
         (
             (0.0, Begun(), [Start(VIEWER), Activate(R1), Start(R1)]),
@@ -188,7 +188,7 @@ LOSSES = {
             (12.0, Ended(VIEWER, 143), []),
         ),
     ),
-    "a table that fails leaves the terminal as it was, and the run goes on": History(
+    "after a table fails, the terminal is restored and the run continues": History(
         Plan(table=True),
         (
             *UP_WITH_TABLE,
@@ -199,10 +199,10 @@ LOSSES = {
             ),
         ),
     ),
-    "a table that has drawn its last picture is no news": History(
+    "the normal end of the table is not reported": History(
         Plan(table=True), (*UP_WITH_TABLE, (9.0, Judged(), []), (9.1, Ended(TABLE, 0), []))
     ),
-    "what is frozen for a time is thawed then": History(
+    "a part that is frozen for a time is thawed after it": History(
         ONE,
         (
             *UP,
@@ -214,7 +214,7 @@ LOSSES = {
             (5.0, Tick(), []),
         ),
     ),
-    "what is killed while it is frozen is not thawed": History(
+    "a part that is killed while frozen is not thawed": History(
         ONE,
         (
             *UP,
@@ -224,7 +224,7 @@ LOSSES = {
             (7.0, Tick(), []),
         ),
     ),
-    "a fault at a process that is not there, or that is another's work, does nothing": History(
+    "a fault on a process that is missing, or that another program controls, does nothing": History(
         ONE,
         (
             (0.0, FaultAsked(ProcessAction.KILL, "router"), []),
@@ -234,7 +234,7 @@ LOSSES = {
             (2.0, FaultAsked(ProcessAction.SLOW, "world"), []),
         ),
     ),
-    "an old group that is gone late does not hide the new process": History(
+    "an old process group that ends late does not hide the new process": History(
         ONE,
         (
             *UP,
@@ -243,7 +243,7 @@ LOSSES = {
             (2.2, Asked(ExitCode.TERMINATED), WORLD_IS_ASKED),
         ),
     ),
-    "process faults come and pass while routers start": History(
+    "process faults begin and end while routers start": History(
         Plan(routers=2, view=True),
         (
             (0.0, Begun(), [Start(VIEWER), Activate(R1), Start(R1)]),
@@ -257,7 +257,7 @@ LOSSES = {
             (0.9, Ready(R2), FLEET),
         ),
     ),
-    "process faults come and pass while the page is awaited": History(
+    "process faults begin and end while the page is awaited": History(
         Plan(view=True),
         (
             (0.0, Begun(), [Start(VIEWER), Activate(R1), Start(R1)]),

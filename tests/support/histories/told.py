@@ -1,4 +1,4 @@
-"""What histories are made of: each step is a time, an event, and the commands that it must bring."""
+"""The elements of histories: each step is a time, an event, and the commands that it must cause."""
 
 from dataclasses import dataclass
 from signal import SIGCONT, SIGKILL, SIGTERM
@@ -30,7 +30,7 @@ Step = tuple[float, Event, list[Command]]
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """What happens to a run with these parts, and what its supervisor does about it."""
+    """The events of a run with these parts, and the commands of its supervisor."""
 
     plan: Plan
     steps: tuple[Step, ...]
@@ -49,12 +49,12 @@ def again(words: str) -> Say:
 
 
 def gone(at_s: float, part: str, status: int = 0) -> tuple[Step, ...]:
-    """A part that does as it is asked, and is not the last one."""
+    """A part that ends on request and is not the last one."""
     return (at_s, Ended(part, status), []), (at_s, Gone(part), [])
 
 
 def rest_ends(at_s: float, code: int) -> tuple[Step, ...]:
-    """The world's group is gone, and router and host end as they are asked to."""
+    """The world's group is gone; router and host end on request."""
     return (
         (at_s, Gone(WORLD), [*stop(R1), *stop(HOST)]),
         *gone(at_s + 0.1, HOST, 143),
@@ -88,7 +88,7 @@ KILLED_ROUTER = again("router 1 was killed by SIGKILL")
 
 
 def replay(history: History) -> Supervisor:
-    """The supervisor at the end of a history; fails where it has done anything else."""
+    """The supervisor at the end of a history; fails if its commands differ."""
     supervised = Supervisor(history.plan)
     for at_s, event, commands in history.steps:
         assert supervised.handle(event, at_s) == commands, (at_s, event)

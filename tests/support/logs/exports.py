@@ -14,7 +14,7 @@ from world.record.lines import Line
 
 
 def one_of_each_kind() -> st.SearchStrategy[list[Line]]:
-    """Logs with an entry of every kind, whatever is in it."""
+    """Logs with an entry of every kind, with any content."""
     return st.tuples(*map(values_of, TYPES.values())).map(
         lambda records: numbered(tuple(("world", record) for record in records))
     )

@@ -29,7 +29,7 @@ AT_REST: tuple[tuple[str, Record], ...] = (
     ),
     ("world", RunEnded(reason="interrupted")),
 )
-"""A run in which nobody ever moved: every promise was kept."""
+"""A run in which no robot ever moved: every promise was kept."""
 GOOD = Verdict(
     ok=True,
     exit_code=0,
@@ -62,11 +62,11 @@ GOOD = Verdict(
     events=Events(recorded=500, missing=0),
     deaths=(),
 )
-"""The verdict on a run of paper.toml that went well."""
+"""The verdict on a successful run of paper.toml."""
 
 
 def numbered(records: tuple[tuple[str, Record], ...]) -> list[Line]:
-    """Entries with their numbers, source by source, one a second."""
+    """Entries with their numbers per source, one per second."""
     counts = dict.fromkeys((source for source, _ in records), 0)
     lines = []
     for second, (source, record) in enumerate(records):

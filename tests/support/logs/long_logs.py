@@ -26,11 +26,11 @@ from world.record.recorder import EVENTS_FILE, line
 MILLION = 1_000_000
 PERIOD_S = 0.1
 POSES_OF_TEN = 8
-SCAN_EVERY = 500  # a scan is as long as twenty other entries: these make a sixth of the file
+SCAN_EVERY = 500  # a scan is as long as twenty other entries: scans make up a sixth of the file
 
 
 def make(folder: Path, entries: int = MILLION) -> Path:
-    """A run's folder with a log of so many entries: the robots stand, and talk."""
+    """A run's folder with a log of this many entries: the robots stand and exchange messages."""
     folder.mkdir(parents=True)
     counts = dict.fromkeys(("world", *(f"r{robot}" for robot in range(1, PAPER.fleet.robots + 1))), 0)
     with (folder / EVENTS_FILE).open("wb") as file:

@@ -23,7 +23,7 @@ from world.scenario.scenario import Scenario
 
 ROBOTS, RUN_S = 20, 600.0
 SPEED_MPS = 0.5
-FRAMES = 300  # over the whole run: each frame moves on by 2 s of the ten minutes, which is fast scrubbing
+FRAMES = 300  # over the whole run: each frame advances by 2 s of the ten minutes, which is fast scrubbing
 SCRUB = """new Promise((done) => {
   const end = clew.runs[0].end, times = [];
   const tick = (now) => {
@@ -47,7 +47,7 @@ DRAW = """(() => {
 
 
 def measure(run: Path, file: Path) -> str:
-    """Make the page of a run, open it and scrub it; returns the figures in words."""
+    """Make the page of a run, open it and scrub it; returns the figures as text."""
     began_s = time.perf_counter()
     file.write_text(document([Telling(run).batches()]), encoding="utf-8")
     packed_s = time.perf_counter()
@@ -70,7 +70,7 @@ def measure(run: Path, file: Path) -> str:
 
 
 def avenue() -> Scenario:
-    """A way between two rows of trees, as long as the robots drive in RUN_S."""
+    """A lane between two rows of trees, as long as the robots drive in RUN_S."""
     length_m = RUN_S * SPEED_MPS
     trees = [
         {"shape": "circle", "centre_m": [5.0 * place, 2.0 + 2.2 * (place % 2)], "radius_m": 0.5}
@@ -106,7 +106,7 @@ def avenue() -> Scenario:
 
 
 def main() -> None:
-    """Measure the run that the command line names, or a new rehearsal."""
+    """Measure the run named on the command line, or a new rehearsal."""
     with tempfile.TemporaryDirectory() as scratch:
         run = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(scratch) / "run"
         if len(sys.argv) == 1:

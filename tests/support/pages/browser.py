@@ -1,4 +1,4 @@
-"""A browser for tests of the page, which says all that its console and network did."""
+"""A browser for tests of the page, which reports everything in its console and on its network."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -24,9 +24,9 @@ WAIT = """new Promise((resolve, reject) => {
 })"""
 
 
-@dataclass  # without slots: playwright leaves a note in whoever listens
+@dataclass  # without slots: playwright sets an attribute on its listeners
 class Sight:
-    """One page in a browser, and what it did beside being shown."""
+    """One page in a browser, with its console errors and its requests."""
 
     page: Page
     troubles: list[str] = field(default_factory=list)
@@ -49,24 +49,24 @@ class Sight:
         self.requests.append(request.url)
 
     def show(self, url: str) -> None:
-        """Go there, and wait until something of a run is shown."""
+        """Open the address and wait until a run is shown."""
         self.page.goto(url)
         self.wait("clew.frames > 0 && clew.runs.length > 0")
 
     def wait(self, condition: str) -> None:
-        """Until this JavaScript is true. Playwright's own way needs `unsafe-eval`, which our page forbids."""
+        """Wait until this JavaScript is true. Playwright's own wait needs `unsafe-eval`, which we forbid."""
         try:
             self.page.evaluate(WAIT % {"condition": condition, "ms": WAIT_MS})
         except Error as error:
             if "navigation" not in error.message:
                 raise
-            self.page.wait_for_load_state()  # the page has loaded itself again
+            self.page.wait_for_load_state()  # the page has reloaded itself
             self.wait(condition)
 
 
 @contextmanager
 def sight(browser: Browser, *, size: tuple[int, int] = DESK, dark: bool = False) -> Iterator[Sight]:
-    """A page of its own."""
+    """A new page."""
     with window(browser, size=size, dark=dark) as page:
         page.set_default_timeout(WAIT_MS)
         yield Sight(page)

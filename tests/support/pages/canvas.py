@@ -1,4 +1,4 @@
-"""What a page draws: every stroke, fill and word on its canvases, where its code puts them."""
+"""Records what a page draws: every stroke, fill and word on its canvases, with its coordinates."""
 
 from collections import Counter
 
@@ -60,31 +60,31 @@ class Mark(Struct, frozen=True):
     """One stroke, fill, rectangle or word."""
 
     on: str
-    """`map`, `lanes`, `chart`, or `still 3`: a picture that is made once and shown in one of these."""
+    """`map`, `lanes`, `chart`, or `still 3`: a picture that is drawn once and shown in one of these."""
     does: str
     text: str
     style: str
     width_px: float
     dashed: bool
     points: list[tuple[float, float]]
-    """Of a map's layers [m; world frame]; else [px]."""
+    """On a layer of the map [m; world frame]; else [px]."""
     arcs: list[tuple[float, float, float]]
-    """Middle and radius."""
+    """Centre and radius."""
 
 
 def record(shown: Sight) -> None:
-    """Have all that is drawn from now on recorded; before the page is opened."""
+    """Record everything that is drawn from now on; call it before the page is opened."""
     shown.page.add_init_script(RECORD)
 
 
 def drawn(shown: Sight, t_s: float) -> list[Mark]:
-    """What is drawn of this moment."""
+    """The drawing of this moment."""
     said = shown.page.evaluate(f"drawn.length = 0; clew.seek({t_s}); clew.draw(); drawn")
     return msgspec.convert(said, list[Mark])
 
 
 def layer(shown: Sight, name: str, t_s: float) -> list[Mark]:
-    """What this layer of the map alone draws of a moment, in its order."""
+    """The drawing of this map layer alone at a moment, in drawing order."""
     press = "document.querySelectorAll('#layers [aria-pressed=\"%s\"]%s').forEach((chip) => chip.click())"
     shown.page.evaluate(press % ("true", ""))
     without = Counter(map(str, drawn(shown, t_s)))

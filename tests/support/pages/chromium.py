@@ -11,7 +11,7 @@ INSTALL = "apt-get install -y --no-install-recommends chromium"
 
 FLAGS = (
     "--headless=new",
-    "--no-sandbox",  # root cannot have a sandbox; this browser shows our own page and nothing else
+    "--no-sandbox",  # root cannot have a sandbox; this browser shows only our own page
     "--disable-gpu",
     "--disable-quic",
     "--no-first-run",
@@ -21,12 +21,12 @@ FLAGS = (
 )
 
 DESK = (1280, 800)
-PHONE = (360, 740)  # the narrowest that is still sold
+PHONE = (360, 740)  # the narrowest one on sale
 
 
 @contextmanager
 def chromium() -> Iterator[Browser]:
-    """A browser with a new profile, which is removed at the end."""
+    """A browser with a new profile, which is removed with the context."""
     if CHROMIUM is None:
         raise SystemExit(f"no chromium here: {INSTALL}")
     with sync_playwright() as playwright:

@@ -1,4 +1,4 @@
-"""Pages for tests: what a report holds of them, read again as the page's script does."""
+"""Reads the story in a report page, as the page's script does."""
 
 import base64
 import gzip
@@ -25,7 +25,7 @@ def page_of(run: Path) -> str:
 
 
 def inlined(page: str) -> list[dict[str, Any]]:
-    """The batches that stand in a page of one run."""
+    """The batches embedded in a page of one run."""
     match = STORY.search(page)
     assert match is not None
     lines = gzip.decompress(base64.b64decode(match[1])).splitlines()

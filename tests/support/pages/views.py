@@ -1,4 +1,4 @@
-"""Starts viewers for tests, and listens to them as a page does."""
+"""Starts viewers for tests and reads their events as a page does."""
 
 import http.client
 import json
@@ -17,7 +17,7 @@ from tests.support.deadline import DEADLINE_S
 
 @contextmanager
 def view(*arguments: str | Path, cwd: Path) -> Iterator[subprocess.Popen[str]]:
-    """A viewer, which is gone in the end whatever happens."""
+    """A viewer, which always ends with the context."""
     with subprocess.Popen(
         [sys.executable, "-m", "clew.cli", "view", *arguments],
         cwd=cwd,
@@ -33,7 +33,7 @@ def view(*arguments: str | Path, cwd: Path) -> Iterator[subprocess.Popen[str]]:
 
 
 def address_of(said: IO[str] | None) -> str:
-    """Where the page is, as soon as this says so."""
+    """The page's address, as soon as the viewer prints it."""
     assert said is not None
     heard = []
     for text in said:
@@ -44,7 +44,7 @@ def address_of(said: IO[str] | None) -> str:
 
 
 def told(address: str, run: int = 0) -> Iterator[dict[str, Any]]:
-    """What a page is told, batch by batch, until the viewer has gone."""
+    """The batches that a page receives until the viewer has ended."""
     connection = http.client.HTTPConnection(address.removeprefix("http://").rstrip("/"), timeout=DEADLINE_S)
     connection.request("GET", f"/events/{run}")
     with connection.getresponse() as response:

@@ -1,4 +1,4 @@
-"""Starts real fleets for tests, and finds their processes by a mark in the environment: never another's."""
+"""Starts real fleets for tests, and finds exactly their processes by a mark in the environment."""
 
 import json
 import os
@@ -21,7 +21,7 @@ T = TypeVar("T")
 
 LAUNCHER = ROOT / "launch" / "fleet.sh"
 
-NEVER = threading.Event()  # a process of another family announces nothing that could be waited for
+NEVER = threading.Event()  # a process that is not our child sends no event to wait for
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,11 +35,11 @@ class Outcome:
 
 @dataclass(slots=True)
 class Fleet:
-    """One `launch/fleet.sh`, started in a folder of its own."""
+    """One `launch/fleet.sh`, started in a new folder."""
 
     cwd: Path
     mark: str = field(default_factory=lambda: uuid4().hex)
-    # Below /tmp and not below pytest's folder, whose path may be too long for a socket.
+    # Below /tmp: the path of pytest's folder may be too long for a socket.
     temporary: Path = field(default_factory=lambda: Path(tempfile.mkdtemp(prefix="ct.", dir="/tmp")))
     launcher: subprocess.Popen[str] | None = None
 
@@ -47,7 +47,7 @@ class Fleet:
         return self.start_with(str(LAUNCHER), *arguments)
 
     def start_with(self, *command: str) -> subprocess.Popen[str]:
-        """Start it by another command than the launcher, which brings the launcher in."""
+        """Start it by another command, which calls the launcher."""
         marked = {"TMPDIR": str(self.temporary), "CLEW_TEST_MARK": self.mark}
         self.launcher = subprocess.Popen(
             command,
@@ -62,8 +62,8 @@ class Fleet:
         return self.launcher
 
     def start_on(self, terminal: int, *arguments: str, **variables: str) -> subprocess.Popen[str]:
-        """Start it at a terminal, which becomes the one that its Ctrl-C comes from."""
-        # A CI's own variables would have it print lines, as where nobody sits at the terminal.
+        """Start it at a terminal, which becomes its controlling terminal: Ctrl-C there reaches it."""
+        # With the variables of a CI it would print lines instead of a table.
         ours = {name: value for name, value in os.environ.items() if name not in ("CI", "NO_COLOR")}
         marked = {"TMPDIR": str(self.temporary), "CLEW_TEST_MARK": self.mark}
         self.launcher = subprocess.Popen(
@@ -99,7 +99,7 @@ class Fleet:
         return found
 
     def process(self, module: str) -> int:
-        """The process that the launcher has started for a module: router, world or host."""
+        """The process id of the part that runs this module: router, world or host."""
         assert self.launcher is not None
         children = Path(f"/proc/{self.launcher.pid}/task/{self.launcher.pid}/children").read_text().split()
         lines = self.processes()
@@ -107,17 +107,17 @@ class Fleet:
         return pid
 
     def folder(self) -> Path:
-        """The folder of the one run started here."""
+        """The folder of the only run started here."""
         return (self.cwd / "runs" / "latest").resolve()
 
     def entries(self) -> list[dict[str, Any]]:
-        """What the timeline holds by now; a line that is being written is left out."""
+        """The entries of the timeline so far, without a line that is still being written."""
         path = self.folder() / "events.jsonl"
         text = path.read_text(encoding="utf-8") if path.exists() else ""
         return [json.loads(line) for line in text.splitlines(keepends=True) if line.endswith("\n")]
 
     def wait_for(self, kind: str) -> dict[str, Any]:
-        """The first entry of a kind, when it has come."""
+        """Wait for the first entry of a kind."""
 
         def first() -> dict[str, Any] | None:
             return next((entry for entry in self.entries() if entry["kind"] == kind), None)
@@ -129,11 +129,11 @@ class Fleet:
         return read
 
     def leftovers(self) -> list[str]:
-        """Processes, sockets and folders that ought to be gone."""
+        """Processes, sockets and folders that should be gone."""
         return [*self.processes().values(), *map(str, self.temporary.iterdir())]
 
     def destroy(self) -> None:
-        """End whatever a failed test has left."""
+        """End everything that a failed test has left."""
         for pid in self.processes():
             try:
                 os.kill(pid, signal.SIGKILL)
@@ -145,7 +145,7 @@ class Fleet:
 
 
 def wait_until(look: Callable[[], T | None], timeout_s: float = DEADLINE_S) -> T:
-    """What `look` finds, as soon as it finds something."""
+    """Wait until `look` finds something; returns it."""
     deadline_s = time.monotonic() + timeout_s
     while (found := look()) is None:
         assert time.monotonic() < deadline_s, f"waited {timeout_s} s in vain"

@@ -1,9 +1,9 @@
 """Two network namespaces joined by a veth pair, for tests of a fleet whose packets are lost.
 
-Rule 1: a namespace lives as long as a process in it, and its keeper ends when the test's end of a pipe
-        closes: nothing is left behind, even if the test is killed. No namespace has a name on the machine.
-Rule 2: a user namespace gives the rights where the machine lets everybody make one; nothing needs root.
-Rule 3: where something is forbidden or not there, `Unavailable` says which command failed, and how.
+Rule 1: a namespace lives as long as a process in it. Its keeper ends when the test's end of a pipe closes, so
+nothing is left behind, even if the test is killed. No namespace has a name on the machine.
+Rule 2: nothing needs root: a user namespace gives the rights, if the machine lets users make one.
+Rule 3: if something is forbidden or missing, `UnavailableError` names the failed command and its error.
 """
 
 import contextlib
@@ -15,31 +15,31 @@ from pathlib import Path
 from tests.support.deadline import DEADLINE_S
 
 ADDRESS = "10.77.0.1"
-"""Of the near end."""
+"""The address of the near end."""
 FAR_ADDRESS = "10.77.0.2"
 
 
 class UnavailableError(Exception):
-    """This machine has no such namespaces."""
+    """This machine offers no such namespaces."""
 
 
 @dataclass(frozen=True, slots=True)
 class Namespace:
-    """One of the two, by the process that keeps it."""
+    """One of the two namespaces, identified by its keeper process."""
 
     keeper: int
 
     def command(self, *command: str) -> list[str]:
-        """A command line that runs a command in here."""
+        """A command line that runs a command in this namespace."""
         enter = ["nsenter", "--target", str(self.keeper), "--user", "--net", "--preserve-credentials", "--"]
         return [*enter, *command]
 
     def inode(self) -> str:
-        """What the kernel calls it."""
+        """The kernel's name for it."""
         return str(Path(f"/proc/{self.keeper}/ns/net").readlink())
 
     def run(self, *command: str, told: str = "") -> str:
-        """Run a command in here; returns what it says.
+        """Run a command in this namespace; returns its output.
 
         Raises:
             UnavailableError: it failed.
@@ -47,13 +47,13 @@ class Namespace:
         return _run(self.command(*command), shown=command, told=told)
 
     def suffer(self, rules: str) -> None:
-        """Have these rules of nftables, and no others; `input` and `output` are chains of theirs."""
+        """Replace all nftables rules by these; `input` and `output` are their chains."""
         self.run("nft", "--file", "-", told=f"flush ruleset\n{rules}")
 
 
 @dataclass(frozen=True, slots=True)
 class Wire:
-    """Two namespaces, and the veth pair between them."""
+    """Two namespaces and the veth pair between them."""
 
     near: Namespace
     far: Namespace
@@ -68,7 +68,7 @@ class Wire:
 
 
 def chains(*, entering: str = "", leaving: str = "") -> str:
-    """The rules of a namespace: what happens to packets that enter it, and that leave it."""
+    """The rules of a namespace for packets that enter it and packets that leave it."""
     return "".join(
         f"table inet faults {{\nchain {name} {{\ntype filter hook {name} priority 0\n{rule}\n}}\n}}\n"
         for name, rule in (("input", entering), ("output", leaving))
@@ -85,7 +85,7 @@ def wire() -> Iterator[Wire]:
     """Two namespaces joined by a veth pair.
 
     Raises:
-        UnavailableError: this machine will not have them.
+        UnavailableError: this machine does not allow them.
     """
     with contextlib.ExitStack() as stack:
         near = stack.enter_context(_kept(["unshare", "--user", "--map-root-user", "--net"]))
@@ -96,14 +96,14 @@ def wire() -> Iterator[Wire]:
             namespace.run("ip", "address", "add", f"{address}/30", "dev", "wire")
             for device in ("lo", "wire"):
                 namespace.run("ip", "link", "set", device, "up")
-        far.suffer(chains(entering=drop(0.5)))  # finds out whether nftables is there, and the rights
+        far.suffer(chains(entering=drop(0.5)))  # checks that nftables and the rights exist
         far.suffer("")
         yield Wire(near, far)
 
 
 @contextlib.contextmanager
 def _kept(command: Sequence[str]) -> Iterator[Namespace]:
-    """A namespace, and the process that keeps it."""
+    """A namespace and its keeper process."""
     pipe = subprocess.PIPE
     keeper = [*command, "sh", "-c", "echo kept; exec cat"]
     try:
@@ -133,7 +133,7 @@ def holders(inode: str) -> list[int]:
     """The processes in a network namespace."""
     found = []
     for entry in Path("/proc").iterdir():
-        with contextlib.suppress(OSError):  # it has just ended, or is not ours
+        with contextlib.suppress(OSError):  # it has just ended or belongs to another user
             if entry.name.isdigit() and str((entry / "ns" / "net").readlink()) == inode:
                 found.append(int(entry.name))
     return found

@@ -1,4 +1,4 @@
-"""A fleet whose parts are started one by one, where a test wants them."""
+"""A fleet whose parts are started one by one, each in a place that the test chooses."""
 
 import contextlib
 import os
@@ -26,24 +26,24 @@ def here(*command: str) -> Command:
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """What to start, and where."""
+    """What to start and where."""
 
     fleet: Fleet
     robots: int
     scenario: Scenario
     settings: Settings
     endpoint: str
-    """Where all find the router."""
+    """The endpoint that all clients connect to."""
     listen: str
-    """Where it is."""
+    """The endpoint at which the router listens."""
     near: Callable[..., Command] = here
-    """Of router and world."""
+    """Wraps the command lines of router and world."""
     far: Callable[..., Command] = here
-    """Of the robots."""
+    """Wraps the command line of the robots."""
 
     @contextlib.contextmanager
     def started(self) -> Iterator[subprocess.Popen[str]]:
-        """The world, while all parts run; they end with the context, or when this process does."""
+        """The world's process, while all parts run; they end with the context or with this process."""
         sessions = self.fleet.temporary / "sessions"
         write_sessions(sessions, fleet="f", run="packets", robots=self.robots, endpoints=[self.endpoint])
         with contextlib.ExitStack() as stack:
@@ -95,5 +95,5 @@ def _end(part: subprocess.Popen[str]) -> None:
 
 
 def said(fleet: Fleet) -> str:
-    """All that the parts have said on stderr."""
+    """Everything that the parts have printed on stderr."""
     return (fleet.cwd / "said").read_text(encoding="utf-8")

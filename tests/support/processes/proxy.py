@@ -1,10 +1,10 @@
-"""A TCP proxy for tests: damages, delays and cuts what it passes on, as its seed decides.
+"""A TCP proxy for tests: it damages, delays and cuts the bytes that it forwards, as its seed decides.
 
-Rule 1: each way of each connection has a random stream of its own, and each piece takes as many draws
-        from it whatever is asked for: the same pieces suffer the same.
-Rule 2: pieces keep their order, as in TCP, so whatever holds one up holds up all behind it. A way that is
-        closed loses nothing either: when it opens, all of it comes late.
-Rule 3: a connection ends as a whole, when either side ends it or the proxy resets it.
+Rule 1: each direction of each connection has its own random stream. Each piece takes the same number of draws
+from it, with any faults: so equal pieces suffer equal faults.
+Rule 2: pieces keep their order, as in TCP: a delayed piece delays all pieces behind it. A closed direction
+loses nothing: when it opens, everything arrives late.
+Rule 3: a connection ends in both directions when either side closes it or the proxy resets it.
 """
 
 import asyncio
@@ -18,14 +18,14 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from random import Random
 
-PIECE_BYTES_MAX = 4096  # of one read: some messages of a fleet
-PIECES_MAX = 256  # on their way: then the sender has to wait, as it would for a full window
-FRAME, MESSAGE_MASK = 0x05, 0x1F  # of a batch's first byte: the kind of the transport message that it holds
+PIECE_BYTES_MAX = 4096  # per read: holds several messages of a fleet
+PIECES_MAX = 256  # in flight: then the sender has to wait, as for a full TCP window
+FRAME, MESSAGE_MASK = 0x05, 0x1F  # in a batch's first byte: the kind of its transport message
 LINGER_NOT = struct.pack("ii", 1, 0)  # closing sends a reset
 
 
 class Way(StrEnum):
-    """Which way bytes go."""
+    """The direction of bytes."""
 
     UP = "up"
     """To the server."""
@@ -34,20 +34,20 @@ class Way(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Faults:
-    """What one way suffers. A probability is of one piece, which is what one read brings."""
+    """The faults of one direction. Probabilities are per piece: the bytes of one read."""
 
     flip_probability: float = 0.0
     """One of its bits is flipped."""
     truncate_probability: float = 0.0
-    """It loses its end, and the next follows all the same."""
+    """The piece loses its end; the next piece follows normally."""
     reset_probability: float = 0.0
-    """It is lost, and the connection with it."""
+    """The piece and its connection are lost."""
     delay_s: float = 0.0
     jitter_s: float = 0.0
     """At most this much is added to the delay."""
     rate_bytes_per_s: float | None = None
     forged: bytes = b""
-    """Follows what Zenoh says in a frame with which the piece ends, as if the sender had said it."""
+    """Appended to a Zenoh frame that ends the piece, as if the sender had sent it."""
 
     def __post_init__(self) -> None:
         for name in ("flip_probability", "truncate_probability", "reset_probability"):
@@ -57,7 +57,7 @@ class Faults:
 
 @dataclass(frozen=True, slots=True)
 class Fate:
-    """What becomes of one piece."""
+    """What happens to one piece."""
 
     piece: bytes
     delay_s: float
@@ -66,7 +66,7 @@ class Fate:
 
 
 def lengthened(piece: bytes, by: bytes) -> bytes:
-    """What Zenoh says over TCP, with this at the end of its last batch if that is a frame and whole."""
+    """Zenoh's bytes, with these appended to the last batch if that is a complete frame."""
     begin, end = 0, 0
     while end < len(piece):
         begin, end = end, end + 2 + int.from_bytes(piece[end : end + 2], "little")
@@ -77,7 +77,7 @@ def lengthened(piece: bytes, by: bytes) -> bytes:
 
 
 def fate(piece: bytes, faults: Faults, random: Random) -> Fate:
-    """What becomes of a piece that is not empty."""
+    """What happens to a piece that is not empty."""
     flips = random.random() < faults.flip_probability
     bit = random.randrange(8 * len(piece))
     cuts = random.random() < faults.truncate_probability
@@ -91,19 +91,19 @@ def fate(piece: bytes, faults: Faults, random: Random) -> Fate:
         piece = bytes(damaged)
     if cuts:
         piece = piece[:kept_bytes]
-    strokes = {"flipped": flips, "truncated": cuts, "reset": resets}
-    return Fate(piece, delay_s, tuple(name for name, strikes in strokes.items() if strikes))
+    effects = {"flipped": flips, "truncated": cuts, "reset": resets}
+    return Fate(piece, delay_s, tuple(name for name, strikes in effects.items() if strikes))
 
 
 class Proxy:
-    """Made by `proxy`. Faults may be changed at any time, and hold for what is read from then on."""
+    """Made by `proxy`. Faults may be changed at any time; they apply to everything read afterwards."""
 
     def __init__(self, port: int, seed: int) -> None:
         self.faults = {way: Faults() for way in Way}
         self.counts: Counter[str] = Counter()
-        """Strokes by name, and `connected`."""
+        """Effects by name, and `connected`."""
         self.held = {way: asyncio.Event() for way in Way}
-        """Set when something waits for a closed way."""
+        """Set when bytes wait for a closed direction."""
         self._port = port
         self._seed = seed
         self._open = {way: asyncio.Event() for way in Way}
@@ -112,11 +112,11 @@ class Proxy:
         self._connections: set[_Connection] = set()
 
     def close(self, way: Way) -> None:
-        """Let nothing pass any more; what comes is kept."""
+        """Stop forwarding; incoming bytes are kept."""
         self._open[way].clear()
 
     def open(self, way: Way) -> None:
-        """Let pass what has been kept, and all else."""
+        """Forward the kept bytes, then everything else."""
         self.held[way].clear()
         self._open[way].set()
 
@@ -127,7 +127,7 @@ class Proxy:
             connection.reset()
 
     async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Pass on what one client and the server say, for as long as both are there."""
+        """Forward the bytes of one client and the server while both are connected."""
         number = self.counts["connected"]
         self.counts["connected"] += 1
         try:
@@ -158,7 +158,7 @@ class Proxy:
         reader: asyncio.StreamReader,
         writer: asyncio.StreamWriter,
     ) -> None:
-        """One way of one connection, until it ends."""
+        """Forward one direction of a connection until it ends."""
         pieces: asyncio.Queue[tuple[float, bytes] | None] = asyncio.Queue(PIECES_MAX)
         writing = asyncio.ensure_future(self._write(way, pieces, writer))
         random = Random(f"{self._seed}/{number}/{way}")
@@ -214,7 +214,7 @@ class _Connection:
 
 @contextlib.asynccontextmanager
 async def proxy(port: int, *, listen: int = 0, seed: int = 1) -> AsyncIterator[tuple[Proxy, int]]:
-    """A proxy on loopback for the server at this port there, and its own port; all ends with the context."""
+    """A loopback proxy for the server at this port, and the proxy's port; all ends with the context."""
     serving: set[asyncio.Task[None]] = set()
     between = Proxy(port, seed)
 
@@ -236,7 +236,7 @@ async def proxy(port: int, *, listen: int = 0, seed: int = 1) -> AsyncIterator[t
 
 @contextlib.contextmanager
 def proxy_aside(port: int, *, listen: int, seed: int) -> Iterator[Proxy]:
-    """The same in a thread of its own, for tests that block; of it they may change the faults alone."""
+    """The same in its own thread, for tests that block. They may change only its faults."""
     loop = asyncio.new_event_loop()
     thread = threading.Thread(target=loop.run_forever)
     thread.start()

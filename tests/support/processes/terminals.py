@@ -1,4 +1,4 @@
-"""A terminal for tests: a pseudo-terminal that processes believe in, and the screen that its user sees."""
+"""A terminal for tests: a pseudo-terminal for processes, and the screen that its user sees."""
 
 import fcntl
 import os
@@ -23,9 +23,9 @@ class Terminal:
     columns: int = 100
     lines: int = 30
     written: bytes = b""
-    """All that was ever written to it."""
+    """Everything that was ever written to it."""
     theirs: int = field(init=False)
-    """The end for a process to have."""
+    """The end for a process."""
     _ours: int = field(init=False)
     _screen: pyte.Screen = field(init=False)
     _stream: pyte.ByteStream = field(init=False)
@@ -38,12 +38,12 @@ class Terminal:
         self._stream = pyte.ByteStream(self._screen)
 
     def begin(self) -> None:
-        """The process has its end: now it alone keeps the terminal open."""
+        """Close our copy of the process's end: now only the process keeps the terminal open."""
         os.close(self.theirs)
 
     @property
     def text(self) -> str:
-        """What stands on the screen."""
+        """The text on the screen."""
         return "\n".join(line.rstrip() for line in self._screen.display).rstrip()
 
     def hides_its_cursor(self) -> bool:
@@ -53,27 +53,27 @@ class Terminal:
         os.write(self._ours, keys)
 
     def read(self) -> bool:
-        """Take in what has been written; False where no process has the other end any more."""
+        """Read what has been written; False if no process has the other end any more."""
         if not select.select([self._ours], [], [], READ_S)[0]:
             return True
         try:
             text = os.read(self._ours, 65536)
-        except OSError:  # EIO: how a terminal says that nobody is left
+        except OSError:  # EIO: the terminal's other end is closed
             return False
         self.written += text
         self._stream.feed(text)
         return True
 
     def wait_for(self, words: str, timeout_s: float = DEADLINE_S) -> str:
-        """What stands on the screen, as soon as these words do."""
+        """Wait until these words are on the screen; returns its text."""
         deadline_s = time.monotonic() + timeout_s
         while words not in self.text:
-            assert self.read(), f"all are gone, and never said {words!r}:\n{self.text}"
+            assert self.read(), f"all processes are gone without having printed {words!r}:\n{self.text}"
             assert time.monotonic() < deadline_s, f"waited {timeout_s} s for {words!r}:\n{self.text}"
         return self.text
 
     def read_to_the_end(self, timeout_s: float = DEADLINE_S) -> None:
-        """Until no process has the other end any more."""
+        """Wait until no process has the other end any more."""
         deadline_s = time.monotonic() + timeout_s
         while self.read():
             assert time.monotonic() < deadline_s, f"waited {timeout_s} s for the end:\n{self.text}"

@@ -1,4 +1,4 @@
-"""What tests of the real wire share: a real router in a process of its own, sessions, messages, waiting."""
+"""For tests over real Zenoh: a router process, sessions, messages, and waiting for arrivals."""
 
 import asyncio
 import contextlib
@@ -36,7 +36,7 @@ def session_folder(*, run: str = KEYS.run) -> Iterator[Path]:
 
 @contextlib.contextmanager
 def python(*arguments: str) -> Iterator[subprocess.Popen[str]]:
-    """A Python process of ours, ended whatever happens."""
+    """A Python process of ours, which always ends with the context."""
     command = [sys.executable, *arguments]
     pipe = subprocess.PIPE
     with subprocess.Popen(command, cwd=ROOT, stdin=pipe, stdout=pipe, stderr=pipe, text=True) as process:
@@ -48,7 +48,7 @@ def python(*arguments: str) -> Iterator[subprocess.Popen[str]]:
 
 @contextlib.contextmanager
 def router(folder: Path, *, lifeline: bool = True) -> Iterator[subprocess.Popen[str]]:
-    """The fleet's router, listening; on its lifeline it does not outlive a test that is killed."""
+    """The fleet's router, listening; its lifeline ends it if the test is killed."""
     options = ["--lifeline"] if lifeline else []
     with python("-m", "protocol", "--sessions", str(folder), *options) as process:
         assert process.stdout is not None
@@ -59,7 +59,7 @@ def router(folder: Path, *, lifeline: bool = True) -> Iterator[subprocess.Popen[
 
 @contextlib.contextmanager
 def world_transport(folder: Path) -> Iterator[ZenohTransport]:
-    """What the world hears, answers and watches."""
+    """A transport with the world's subscriptions, queries and watches."""
     session = read_session(folder / f"{WORLD}.json")
     with open_transport(
         session,
@@ -73,7 +73,7 @@ def world_transport(folder: Path) -> Iterator[ZenohTransport]:
 
 @contextlib.contextmanager
 def robot_transport(folder: Path, name: str) -> Iterator[ZenohTransport]:
-    """What a robot hears, and its token."""
+    """A transport with a robot's subscriptions and its token."""
     session = read_session(folder / f"{name}.json")
     hear = [KEYS.link("*", name), KEYS.odometry(name), KEYS.muster("*"), KEYS.logged(name)]
     with open_transport(session, hear=hear, answer=[], alive=KEYS.alive(name, "1"), watch=None) as transport:
@@ -83,7 +83,7 @@ def robot_transport(folder: Path, name: str) -> Iterator[ZenohTransport]:
 async def arrivals_until(
     transport: ZenohTransport, enough: Callable[[Sequence[Arrival]], bool]
 ) -> list[Arrival]:
-    """All that arrives, up to the burst that makes it enough; fails when the deadline has passed."""
+    """All arrivals, up to the burst after which `enough` is true; fails after the deadline."""
     arrived: list[Arrival] = []
     async with asyncio.timeout(DEADLINE_S):
         while not enough(arrived):
@@ -92,13 +92,13 @@ async def arrivals_until(
 
 
 async def arrivals_besides(transport: ZenohTransport, key: str) -> list[Arrival]:
-    """Wait until something has arrived under this key; all else that has arrived by then."""
+    """Wait for an arrival under this key; returns all other arrivals until then."""
     arrived = await arrivals_until(transport, lambda arrived: key in [each.key for each in arrived])
     return [each for each in arrived if each.key != key]
 
 
 async def next_arrivals(transport: ZenohTransport, count: int = 1) -> list[Arrival]:
-    """All that arrives, up to the burst that makes it this many."""
+    """All arrivals, up to the burst that brings this many."""
     return await arrivals_until(transport, lambda arrived: len(arrived) >= count)
 
 
@@ -114,7 +114,7 @@ def odometry(t_s: float) -> Odometry:
 
 @contextlib.asynccontextmanager
 async def fleet(folder: Path, *names: str) -> AsyncIterator[list[ZenohTransport]]:
-    """The world and these robots, once the router knows what each of them hears."""
+    """The world and these robots, after the router has learned all their subscriptions."""
     with contextlib.ExitStack() as stack:
         world = stack.enter_context(world_transport(folder))
         robots = [stack.enter_context(robot_transport(folder, name)) for name in names]

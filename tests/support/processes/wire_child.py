@@ -1,4 +1,4 @@
-"""A process for tests to kill: shows a token over real Zenoh, then waits for ever or breaks."""
+"""A process for tests to kill: declares a token over real Zenoh, then waits for ever or raises."""
 
 import asyncio
 import sys
@@ -9,7 +9,7 @@ from protocol.network.zenoh_transport import open_transport
 
 
 async def main(path: Path, *, breaks: bool) -> None:
-    """Hear something, show a token, say so; then break if asked to."""
+    """Subscribe, declare a token, print `alive`; then raise if asked to."""
     session = read_session(path)
     keys = session.keys
     with open_transport(

@@ -1,4 +1,4 @@
-"""Scenes with dead ends, walled round the ground that is free. Not a test file."""
+"""Scenes with dead ends: free ground surrounded by walls. Not a test file."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -11,7 +11,7 @@ from world.scenario.scenario import Scenario
 RADIUS_M = 0.1
 EPSILON_M = 0.1
 SEPARATION_M = 0.05
-HALF_WIDTH_M = 0.3  # of a corridor: two robots abreast would need 0.33 m
+HALF_WIDTH_M = 0.3  # of a corridor: two robots side by side would need 0.33 m
 WALL_M = 0.15
 SPACING_M = 0.3
 
@@ -19,7 +19,7 @@ Corner = tuple[float, float]
 
 
 def corridors(*lines: Sequence[Corner], half_width_m: float = HALF_WIDTH_M) -> shapely.Geometry:
-    """The ground within so far of any of these lines, with corners and ends square."""
+    """The ground within this distance of the lines, with square corners and ends."""
     return shapely.union_all(
         [
             shapely.LineString(line).buffer(half_width_m, cap_style="square", join_style="mitre")
@@ -29,7 +29,7 @@ def corridors(*lines: Sequence[Corner], half_width_m: float = HALF_WIDTH_M) -> s
 
 
 def walls_round(free: shapely.Geometry) -> list[shapely.Polygon]:
-    """A wall round connected ground without islands, in pieces that have no holes."""
+    """A wall around connected ground without islands, in pieces without holes."""
     ring = free.buffer(WALL_M, join_style="mitre").difference(free)
     low_x, low_y, high_x, high_y = ring.bounds
     middle_x = free.representative_point().x
@@ -38,7 +38,7 @@ def walls_round(free: shapely.Geometry) -> list[shapely.Polygon]:
 
 
 def pieces_of(*grounds: shapely.Geometry) -> list[shapely.Polygon]:
-    """All that has an area."""
+    """The parts that have an area."""
     parts = [part for ground in grounds for part in shapely.get_parts(ground)]
     return [part for part in parts if part.area > 0.0]
 
@@ -51,10 +51,10 @@ def scene(
     goal: Corner,
     time_s_max: float = 240.0,
 ) -> Scenario:
-    """Robots queued behind `start`, that see 2 m far: less than any dead end here is deep."""
+    """Robots queued behind `start` that see 2 m far, which is less than the depth of every dead end here."""
     queue = shapely.Point(start[0] - SPACING_M * robots, start[1])
     low_x, low_y, high_x, high_y = shapely.union_all([*walls, queue]).bounds
-    margin_m = 1.0  # room for a way round
+    margin_m = 1.0  # room for a detour
     raw: dict[str, Any] = {
         "name": "dead ends",
         "fleet": {
@@ -90,7 +90,7 @@ def scene(
 
 
 def t_junction(robots: int, *, arm_m: float) -> Scenario:
-    """The way to the goal begins with the other arm; the arm on its side is bent, and closed at its end."""
+    """The way to the goal begins with the other arm; the arm on the goal's side is bent and closed."""
     stem = [(-0.6 - SPACING_M * robots, 0.0), (0.0, 0.0)]
     dead = [(0.0, 0.0), (0.0, arm_m), (1.0, arm_m)]
     through = [(0.0, 0.0), (0.0, -1.2), (2.2, -1.2), (2.2, arm_m)]
@@ -100,7 +100,7 @@ def t_junction(robots: int, *, arm_m: float) -> Scenario:
 
 
 def nested(robots: int) -> Scenario:
-    """Behind the first bend two more dead ends, of which one is bent again."""
+    """Behind the first bend there are two more dead ends; one of them is bent again."""
     stem = [(-0.6 - SPACING_M * robots, 0.0), (0.0, 0.0)]
     dead = [(0.0, 0.0), (0.0, 1.8), (1.0, 1.8), (1.0, 1.0)]
     branch = [(0.0, 1.8), (-1.2, 1.8), (-1.2, 2.8)]
@@ -114,14 +114,14 @@ def nested(robots: int) -> Scenario:
 
 
 def goal_behind(robots: int) -> Scenario:
-    """The robot nearest to the goal, as the crow flies, stands at a closed end: the tail has to lead."""
+    """The robot nearest to the goal stands at a closed end, so the tail has to lead."""
     length_m = 0.6 + SPACING_M * robots
     corridor = [(0.2, 0.0), (-length_m, 0.0), (-length_m, 1.2), (0.0, 1.2)]
     return scene(walls_round(corridors(corridor)), robots=robots, start=(0.0, 0.0, 0.0), goal=(0.0, 1.2))
 
 
 def pocket(robots: int, *, convex: bool) -> Scenario:
-    """A U between start and goal, wider than the strand is long, of plain or of jagged walls."""
+    """A U between start and goal, wider than the strand is long, with plain or jagged walls."""
     width_m, depth_m = 0.6 + SPACING_M * robots + 1.5, 3.0
     top, bottom, back = width_m / 2.0, -width_m / 2.0, depth_m
     u = shapely.LineString([(0.0, bottom), (back, bottom), (back, top), (0.0, top)])
@@ -137,7 +137,7 @@ def pocket(robots: int, *, convex: bool) -> Scenario:
 
 
 def box(robots: int, *, gap_m: float) -> Scenario:
-    """A room with the robots in it and the goal outside, and one gap in its wall."""
+    """A room with the robots inside, the goal outside and one gap in its wall."""
     length_m = 1.0 + SPACING_M * robots
     room = shapely.box(-length_m, -1.0, 1.0, 1.0)
     ring = room.buffer(WALL_M, join_style="mitre").difference(room)

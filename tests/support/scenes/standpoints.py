@@ -1,4 +1,4 @@
-"""Standpoints in random worlds: what a robot there sees, and what shapely says is true. Not a test file."""
+"""Standpoints in random worlds: a robot's scan there, and the ground truth by shapely. Not a test file."""
 
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
@@ -31,7 +31,7 @@ HEADINGS = np.stack([np.cos(HEADINGS_RAD), np.sin(HEADINGS_RAD)], axis=1)
 
 @dataclass(frozen=True)
 class Standpoint:
-    """A robot in a world: every range is off by as much as it may be, either way [m; world frame]."""
+    """A robot in a world; every range has the largest permitted error, of either sign [m; world frame]."""
 
     shapes: tuple[Shape, ...]
     position: Floats
@@ -43,7 +43,7 @@ class Standpoint:
 
     @cached_property
     def mission(self) -> Mission:
-        """What the scenario's loader makes of such a world and sensor."""
+        """The scenario as loaded, with this world and sensor."""
         return under(
             Law.CERTIFIED,
             robot_radius_m=self.radius_m,
@@ -83,12 +83,12 @@ class Standpoint:
         return np.asarray(lines)
 
     def true_distance_m(self, lines: Floats) -> Floats:
-        """How near each line comes to any shape: exact, since discs are told by their centres."""
+        """The least distance between each line and any shape: exact, since discs are given by centres."""
         return np.asarray(np.min([_distance_m(lines, shape) for shape in self.shapes], axis=0))
 
     @property
     def off_m(self) -> float:
-        """How far the robot's centre is from the nearest shape."""
+        """The distance from the robot's centre to the nearest shape."""
         return float(self.true_distance_m(np.array([shapely.Point(self.position)]))[0])
 
 
@@ -105,7 +105,7 @@ def _distance_m(lines: Floats, shape: Shape) -> Floats:
 
 @cache
 def field_shapes(kind: Kind, seed: int) -> tuple[Shape, ...]:
-    """A crowded field; where the seed is even its obstacles overlap, into walls that are not convex."""
+    """A crowded field; with an even seed its obstacles overlap into walls that are not convex."""
     overlap = kind is not Kind.CORRIDORS and seed % 2 == 0
     drawn = scene(
         Field(
@@ -118,12 +118,12 @@ def field_shapes(kind: Kind, seed: int) -> tuple[Shape, ...]:
 
 @st.composite
 def standpoints(draw: st.DrawFn) -> Standpoint:
-    """Anywhere in a field, clear of all shapes; as likely as not drawn up to the nearest until it touches.
+    """Anywhere in a field, clear of all shapes; in half of the cases moved to the nearest until it touches.
 
-    It touches with its hull, or with its clearance; then the last bits of rounding decide.
+    It touches with its hull or with its clearance, so that rounding in the last bits decides.
     """
     shapes = field_shapes(draw(st.sampled_from(Kind)), draw(st.integers(0, SEEDS - 1)))
-    places = draw(st.lists(PLACES, min_size=6, max_size=6))  # of which one in two is clear
+    places = draw(st.lists(PLACES, min_size=6, max_size=6))  # about every second one is clear
     directions = draw(st.sampled_from([24, 90, 360]))
     error_m, chance = draw(st.sampled_from([0.0, 0.00125, 0.01])), draw(st.integers(0, 2**16))
     touch_m = draw(st.sampled_from([None, RADIUS_M + 1e-3, BERTH_M, BERTH_M + error_m + 1e-3]))
@@ -132,12 +132,12 @@ def standpoints(draw: st.DrawFn) -> Standpoint:
     assume(there.off_m > (touch_m or RADIUS_M))
     if touch_m is not None:
         there = replace(there, position=_drawn_up(there, touch_m))
-    assume(there.mission.range_m_max >= 2.0 * BERTH_M)  # as the loader does
+    assume(there.mission.range_m_max >= 2.0 * BERTH_M)  # the loader refuses the rest
     return there
 
 
 def _drawn_up(there: Standpoint, touch_m: float) -> Floats:
-    """On the way to the nearest shape, where only so much is left."""
+    """A place on the way to the nearest shape, at this distance from it."""
     point = shapely.Point(there.position)
     nearest = min(there.shapes, key=lambda shape: float(_distance_m(np.array([point]), shape)[0]))
     match nearest:

@@ -10,7 +10,7 @@ SPACING_M = 0.6
 
 
 def scenario(*moving: dict[str, Any], **sections: dict[str, Any]) -> Scenario:
-    """The scenario, with these moving obstacles, and the fields of its sections that are given instead."""
+    """The scenario with these moving obstacles and these changed fields of its sections."""
     raw: dict[str, Any] = {
         "name": "small",
         "fleet": {

@@ -1,1 +1,1 @@
-"""One part of a robot or of the world on a stage, and what the others say to it."""
+"""Test stages: one part of a robot or of the world, with the messages of its peers."""

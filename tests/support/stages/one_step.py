@@ -1,4 +1,4 @@
-"""One switching step of a law through shapes: scan, plan, and what clearance the step really keeps."""
+"""One switching step of a law among shapes: scan, plan, and the true clearance of the step."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -45,7 +45,7 @@ def under(law: Law, **other: object) -> Mission:
 
 
 def wall(*corners: tuple[float, float], thick_m: float = 0.02) -> Polygon:
-    """A thin wall along one straight line; its face is the line, its body to the left."""
+    """A thin wall along a straight line; its face is the line, its body is to the left."""
     (x_0, y_0), (x_1, y_1) = corners
     along = np.array([x_1 - x_0, y_1 - y_0]) / np.hypot(x_1 - x_0, y_1 - y_0)
     left = thick_m * np.array([-along[1], along[0]])
@@ -68,14 +68,14 @@ def look_around(
 
 
 def alone(at: Pose = ORIGIN) -> Ground:
-    """No robot is behind."""
+    """There is no robot behind."""
     path = Path([Point(x_m=at.x_m, y_m=at.y_m)])
     return Ground(path, tail_m=0.0, granted_m=0.0, keep_m=0.0, behind_m=0.0, occupied_m=0.0)
 
 
 @dataclass(frozen=True)
 class Driven:
-    """A step, and the least clearance along all of it."""
+    """A step, and the least clearance along it."""
 
     planned: StepPlanned
     clearance_m: float
@@ -90,7 +90,7 @@ def plan(
     at: Pose = ORIGIN,
     settled: bool = True,
 ) -> Plan:
-    """What the leader makes of the shapes; it looks closer if it wants to."""
+    """The leader's plan among these shapes; it may scan again for a closer look."""
     planned = leader.plan(look_around(shapes, mission, at), ground, epoch=1, settled=settled)
     if isinstance(planned, LookCloser):
         closer = look_around(shapes, mission, at, revolutions=leader.closer)
@@ -99,7 +99,7 @@ def plan(
 
 
 def step_through(shapes: Sequence[Shape], mission: Mission, at: Pose = ORIGIN) -> Driven | NoStep | Crossed:
-    """Plan one step of a robot alone, and measure what it keeps."""
+    """Plan one step of a single robot and measure its clearance."""
     planned = plan(Leader(mission, at), shapes, mission, alone(at), at=at)
     assert not isinstance(planned, LookCloser | Wait | DeadEnd), f"{planned} of a robot alone"
     if not isinstance(planned, StepPlanned):

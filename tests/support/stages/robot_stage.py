@@ -1,4 +1,4 @@
-"""One robot of a strand of two, event by event: what it hears, and what it makes of that. Not a test file."""
+"""One robot of a strand of two, event by event: its inputs and its commands. Not a test file."""
 
 from collections.abc import Iterable
 from typing import TypeVar
@@ -21,7 +21,7 @@ MISSION = under(
 )
 FRONT, BACK = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), Pose(x_m=-0.5, y_m=0.0, heading_rad=0.0)
 ORDER = (1, 2)
-HEARD_S = 0.05  # when a robot first hears an answer to what it has said to its neighbour
+HEARD_S = 0.05  # when a robot receives its neighbour's first answer
 
 T = TypeVar("T")
 
@@ -31,7 +31,7 @@ def odometry(t_s: float, at: Pose, *, finished: int = 0, moving: bool = False) -
 
 
 def muster(at: Pose, order: tuple[int, ...] = ORDER) -> Muster:
-    """An announcement; by the one that knows the order its leg is known to be clear."""
+    """An announcement. The robot that knows the order also knows that its leg is clear."""
     return Muster(number=2 if order else 1, pose=at, leg_clear=True if order else None, order=order)
 
 
@@ -60,7 +60,7 @@ def behind(number: int, *, progress_m: float = 0.0, vertices: int = 2, echo_s: f
 
 
 def ahead(number: int, *, authority_m: float, arrived: bool = False, echo_s: float = 0.0) -> LinkHeard:
-    """The leader, two metres on."""
+    """The leader, two metres further."""
     state = AheadState(
         epoch=1,
         echo_s=echo_s,
@@ -79,7 +79,7 @@ def ahead(number: int, *, authority_m: float, arrived: bool = False, echo_s: flo
 
 
 def only(kind: type[T], commands: Iterable[Command]) -> list[T]:
-    """What of a kind is among commands, or among what they note."""
+    """Everything of a kind among commands or among the records that they note."""
     things = [command.record if isinstance(command, Note) else command for command in commands]
     return [thing for thing in things if isinstance(thing, kind)]
 
@@ -93,7 +93,7 @@ def order_of(commands: Iterable[Command]) -> Drive:
 
 
 def leader(mission: Mission = MISSION) -> Robot:
-    """Robot 1, which leads, and has just heard robot 2 behind it."""
+    """Robot 1, which leads and has just heard robot 2 behind it."""
     robot = Robot(1, mission)
     robot.handle(odometry(0.0, FRONT), 0.0)
     formed = robot.handle(MusterHeard(2, muster(BACK)), 0.0)
@@ -103,14 +103,14 @@ def leader(mission: Mission = MISSION) -> Robot:
 
 
 def follower(authority_m: float = 2.0) -> Robot:
-    """Robot 2, which follows, and has just heard robot 1 ahead of it."""
+    """Robot 2, which follows and has just heard robot 1 ahead of it."""
     robot, formed = takes_its_place(authority_m)
     assert only(StrandFormed, formed)
     return robot
 
 
 def takes_its_place(authority_m: float = 2.0) -> tuple[Robot, list[Command]]:
-    """Robot 2, which has looked at its leg and then hears robot 1 ahead of it; what it does then."""
+    """Robot 2, which has scanned its leg and then hears robot 1 ahead of it; also its commands."""
     robot = Robot(2, MISSION)
     robot.handle(odometry(0.0, BACK), 0.0)
     assert only(AskScan, robot.handle(MusterHeard(1, muster(FRONT)), 0.0))

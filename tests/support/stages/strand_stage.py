@@ -1,4 +1,4 @@
-"""A strand of three robots in a row, and what they tell each other."""
+"""A strand of three robots in a row, and their messages to each other."""
 
 from agents.commands import Command, Note, Tell
 from agents.strand.forming import lined_up
@@ -13,7 +13,7 @@ MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1, separation_m=0.1)
 KEEP_M = 0.31  # two radii, the separation and the tolerance
 ORDER = (3, 2, 1)
 PLACES = {robot: Pose(x_m=float(robot), y_m=0.0, heading_rad=0.0) for robot in ORDER}
-KNOWN = len(lined_up(1, ORDER, PLACES, MISSION, 0.0).path)  # vertices that all know from the start
+KNOWN = len(lined_up(1, ORDER, PLACES, MISSION, 0.0).path)  # vertices that all robots know from the start
 NOTHING_HANDED = Handover(number=0, steps=0, dissolved=0, seen=b"")
 HEARTBEAT_S, SILENCE_S = MISSION.heartbeat_s, MISSION.silence_s
 
@@ -23,7 +23,7 @@ def place(robot: int) -> Strand:
 
 
 def leading() -> Strand:
-    """The leader's place, with a step of four metres before it."""
+    """The leader's place, with a step of four metres ahead of it."""
     strand = place(3)
     strand.path.extend(Point(x_m=7.0, y_m=0.0))
     return strand

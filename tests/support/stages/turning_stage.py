@@ -1,7 +1,7 @@
-"""Robots of a strand that turns round, over a network that does whatever it likes. Not a test file.
+"""Robots of a strand that reverses, over an arbitrarily bad network. Not a test file.
 
-The robots' parts (`agents.strand.member`) are the real ones; bodies obey their orders late, and messages come
-in any order, more than once, or never. What the leader plans is the stage's to say: a step, or to turn round.
+The robots' parts (`agents.strand.member`) are the real ones. Bodies obey their orders late; messages come in
+any order, more than once, or never. The stage decides what the leader plans: a step or a reversal.
 """
 
 import math
@@ -27,20 +27,20 @@ from protocol.timeline import AuthorityGranted
 from protocol.wire.messages import Drive, Odometry, Phase, Reversal
 from tests.support.stages.one_step import under
 
-# Nobody ever falls silent: what is claimed must not hang on a lease. Nobody senses under this law. Links are
+# No robot ever counts as silent: the claims must not depend on a lease. This law uses no scans. Links are
 # short, so that robots are often stopped on their way.
 MISSION = under(
     Law.PRINTED, robots=3, robot_radius_m=0.1, separation_m=0.1, silence_s=1e9, link_length_m_max=0.3
 )
 KEEP_M = MISSION.robot_keep_m
 ORDER = (3, 2, 1)
-AFTER_S = MISSION.heartbeat_s  # between two events, so that each is told of
-LOST, LATE = 0.3, 0.3  # shares of messages, in a round
+AFTER_S = MISSION.heartbeat_s  # between two events, so that each one is sent
+LOST, LATE = 0.3, 0.3  # shares of the messages in a round
 
 
 @dataclass(slots=True)
 class Body:
-    """Drives straight to the target in hand, and takes a new order only when it has moved on a bit."""
+    """Drives straight to its current target, and takes a new order only after some motion."""
 
     x_m: float
     y_m: float
@@ -48,7 +48,7 @@ class Body:
     finished: int = 0
 
     def drive(self, share: float) -> bool:
-        """Drive a share of what is left; whether it moved."""
+        """Drive a share of the remaining way; returns whether it moved."""
         target = self.order.target
         if target is None:
             self.finished = self.order.number
@@ -67,7 +67,7 @@ class Body:
 
 
 class TurningStage:
-    """The robots, their bodies, and the messages that are on their way."""
+    """The robots, their bodies, and the messages in flight."""
 
     def __init__(self, spacing_m: float) -> None:
         places = {robot: Pose(x_m=spacing_m * robot, y_m=0.0, heading_rad=0.0) for robot in ORDER}
@@ -89,7 +89,7 @@ class TurningStage:
 
     @property
     def epochs(self) -> list[int]:
-        """Which epoch each robot has its place in."""
+        """The epoch of each robot's place."""
         return [member.strand.epoch for member in self.members.values()]
 
     # --- what may happen ----------------------------------------------------------------------------
@@ -108,7 +108,7 @@ class TurningStage:
                 self.turn(which)
 
     def round(self, seed: int) -> None:
-        """All robots live, and of all messages on their way some come, some are late, some are lost."""
+        """All robots act; of the messages in flight some arrive, some are late, some are lost."""
         chance = Random(seed)
         for robot in chance.sample(ORDER, len(ORDER)):
             self.live(robot, chance.choice([1.0, 1.0, chance.random()]))
@@ -120,7 +120,7 @@ class TurningStage:
                 self.deliver(chance.randrange(len(self.on_their_way)), again=chance.random() < LATE)
 
     def live(self, robot: int, share: float) -> None:
-        """A body drives on, then hears its newest order, and tells its robot where it is."""
+        """A body drives on, then takes its newest order and sends its robot odometry."""
         body, driver = self.bodies[robot], self.drivers[robot]
         if body.drive(share):
             self._check_motion(robot, body.order)
@@ -130,7 +130,7 @@ class TurningStage:
         self._do(robot, self.members[robot].act(self.now_s))
 
     def deliver(self, index: int, *, again: bool) -> None:
-        """One of the messages that are on their way comes; it may come again."""
+        """Deliver one of the messages in flight; it may arrive again."""
         if not self.on_their_way:
             return
         at = index % len(self.on_their_way)
@@ -140,7 +140,7 @@ class TurningStage:
         self._do(receiver, member.hear(heard, self.now_s) + member.act(self.now_s))
 
     def step(self, length_m: float, heading_rad: float) -> None:
-        """The first robot plans a step that keeps its distance from all ground that has been granted."""
+        """The leader plans a step that keeps its distance from all granted ground."""
         robot = self._first()
         if robot is None:
             return
@@ -157,7 +157,7 @@ class TurningStage:
         driver.to(strand.path.at(strand.path.end_m), reach_m=strand.path.end_m, epoch=strand.epoch, step=1)
 
     def turn(self, share: float) -> None:
-        """The first robot has the strand turn round, until it has come back by a share of the path."""
+        """The leader reverses the strand, until it has come back by a share of the path."""
         robot = self._first()
         if robot is None or not self._is_at_end(robot):
             return
@@ -187,7 +187,7 @@ class TurningStage:
                 assert granted.path.told_from(0, shared) == granter.path.told_from(0, shared)
 
     def _check_place(self, robot: int, member: Member, rounding_m: float) -> None:
-        """Who stands knows where along the path, and who has left its first place knows that."""
+        """A standing robot knows its position along the path, and each robot knows whether it ever moved."""
         driver, body, path = self.drivers[robot], self.bodies[robot], member.strand.path
         assert member.has_moved or (body.x_m, body.y_m) == self._began[robot]
         if driver.standing:
@@ -196,7 +196,7 @@ class TurningStage:
 
     def _check_motion(self, robot: int, order: Drive) -> None:
         strand = self.members[robot].strand
-        assert strand.reversal is None, f"robot {robot} drives though it has passed on that the strand turns"
+        assert strand.reversal is None, f"robot {robot} drives after it has forwarded the reversal"
         newest = max(self.epochs)
         assert order.epoch == strand.epoch == newest, (
             f"robot {robot} drives in epoch {order.epoch} of {newest}"
@@ -205,12 +205,12 @@ class TurningStage:
     def _check_grant(self, robot: int, grant: AuthorityGranted) -> None:
         strand = self.members[robot].strand
         assert grant.epoch == strand.epoch
-        assert grant.authority_m <= self.drivers[robot].progress_m, "granted ground that it has not left"
+        assert grant.authority_m <= self.drivers[robot].progress_m, "granted ground that it has not yet left"
 
     # --- small things -------------------------------------------------------------------------------
 
     def _first(self) -> int | None:
-        """The robot that leads, if it stands and may plan."""
+        """The leader, if it stands and may plan."""
         newest = max(self.epochs)
         for robot, member in self.members.items():
             strand = member.strand

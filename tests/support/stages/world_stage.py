@@ -1,4 +1,4 @@
-"""A world on a stage: events go in, what it tells and records comes out; nothing is on a network."""
+"""A world on a stage: events in, messages and records out, without a network."""
 
 from protocol.frames import Point
 from protocol.keys import WORLD, robot_name
@@ -15,7 +15,7 @@ from world.scenario.scenario import Scenario
 
 
 def planned(target: Point, *, step: int = 1, epoch: int = 1, reach_m: float = 0.0) -> StepPlanned:
-    """A switching step that a leader has planned, of which nothing matters but its target."""
+    """A switching step planned by a leader; only its target matters."""
     return StepPlanned(
         step=step,
         epoch=epoch,
@@ -35,7 +35,7 @@ def planned(target: Point, *, step: int = 1, epoch: int = 1, reach_m: float = 0.
 
 
 class Stage:
-    """Plays the shell: writes what the world notes, keeps what it tells. Wall time stands unless moved."""
+    """Plays the shell: writes the world's notes, keeps its messages. Wall time stands unless moved."""
 
     def __init__(self, scenario: Scenario, *, seed: int = 1) -> None:
         self.wall_s = 0.0
@@ -44,10 +44,10 @@ class Stage:
         self.odometry: dict[int, list[Odometry]] = {robot: [] for robot in self.world.attendance.robots}
         self.scans: list[Scan] = []
         self.records: list[Record] = []
-        """All that the world has recorded."""
+        """Everything that the world has recorded."""
 
     def resumed(self) -> "Stage":
-        """A stage on which another world goes on from what this one's has recorded."""
+        """A stage with a new world that resumes from this one's records."""
         again = Stage(self.world.scenario)
         again.wall_s, again.lines = self.wall_s, list(self.lines)
         past = Past(HEADER, self.lines, whole_bytes=0, torn_bytes=0)
@@ -56,20 +56,20 @@ class Stage:
         return again
 
     def at(self) -> tuple[bool, Phase, Ending | None]:
-        """Whether the clock runs, the phase, and why the run is over. A method, which mypy never narrows."""
+        """Whether the clock runs, the phase, and the end's reason. A method, since mypy never narrows one."""
         return self.world.started, self.world.phase, self.world.ending
 
     def handle(self, event: Event) -> list[Record]:
-        """Hand in an event; what the world recorded of it."""
+        """Hand in an event; returns the world's records of it."""
         return self._obey(self.world.handle(event, wall_s=self.wall_s))
 
     def look(self, *, after_wall_s: float = 0.0) -> list[Record]:
-        """Let the world look at the clock on the wall, so much later."""
+        """Let the world read the wall clock, this much later."""
         self.wall_s += after_wall_s
         return self._obey(self.world.look(wall_s=self.wall_s))
 
     def tick(self, ticks: int = 1, *, awake: bool = True) -> list[Record]:
-        """Go on, all robots repeating their orders after each tick if they are awake."""
+        """Tick; after each tick all robots repeat their orders if they are awake."""
         records: list[Record] = []
         for _ in range(ticks):
             records += self._obey(self.world.tick())
@@ -80,7 +80,7 @@ class Stage:
         return records
 
     def begin(self) -> None:
-        """All robots come, and the clock runs."""
+        """All robots connect, and the clock runs."""
         for robot in sorted(self.world.attendance.robots):
             self.handle(TokenCame(robot, "a"))
         self.look()
@@ -96,7 +96,7 @@ class Stage:
         reach_m: float = 0.0,
         epoch: int = 1,
     ) -> list[Record]:
-        """A robot gives its body an order; what the world recorded of it."""
+        """A robot gives its body an order; returns the world's records of it."""
         drive = Drive(
             number=number,
             basis_s=self.world.now_s if basis_s is None else basis_s,
@@ -109,14 +109,14 @@ class Stage:
         return self.handle(OrderHeard(robot, drive))
 
     def lead(self, robot: int, target: Point, *, number: int = 1, step: int = 1) -> None:
-        """A robot drives a switching step, with the strand and the plan that make it lawful."""
+        """A robot drives a switching step, with the strand and the plan that make it valid."""
         order = (robot, *sorted(self.world.attendance.robots - {robot}))
         self.write(robot, StrandFormed(epoch=1, sensed=True, order=order, path_length_m=0.0))
         self.write(robot, planned(target, step=step))
         self.order(robot, target, number=number, step=step)
 
     def write(self, robot: int, record: Record) -> None:
-        """A robot's entry reaches the recorder."""
+        """An entry of a robot reaches the recorder."""
         self._write(robot_name(robot), self.world.now_s, record)
 
     def _obey(self, commands: list[Command]) -> list[Record]:

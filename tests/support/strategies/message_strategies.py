@@ -1,4 +1,4 @@
-"""Hypothesis strategies for the wire's types, read from their annotations, so that no type is forgotten."""
+"""Hypothesis strategies for the wire's types, derived from their annotations so that no type is missed."""
 
 import math
 from typing import Any, get_args
@@ -12,7 +12,7 @@ from protocol.faults.rules import Corrupt, Freeze, Kill, Partition, Reorder, Res
 from protocol.wire.messages import Message
 
 MESSAGE_TYPES: tuple[type[msgspec.Struct], ...] = get_args(Message)
-# Most of what the fields of a rule may be by themselves does not go together.
+# Most combinations of valid fields make no valid rule.
 RULES: dict[type, Rule] = {
     type(rule): rule
     for rule in (
@@ -27,7 +27,7 @@ RULES: dict[type, Rule] = {
         Slow(target="tail", delay_s=1.0),
     )
 }
-SEQUENCE_LENGTH_MAX = 4  # enough to tell none, one and many; the limit of size is tested by itself
+SEQUENCE_LENGTH_MAX = 4  # enough to tell none, one and many apart; the size limit has its own test
 
 
 def values_of(kind: Any) -> st.SearchStrategy[Any]:  # noqa: ANN401 - any type of ours

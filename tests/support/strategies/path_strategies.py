@@ -18,7 +18,7 @@ strides_m = st.one_of(st.floats(0.05, 1.5), st.just(0.0))
 
 @st.composite
 def walks(draw: st.DrawFn) -> Path:
-    """A path whose next corner is a turn and a stride away, so that it winds about itself."""
+    """A path in which each corner is a turn and a stride from the last, so that it winds about itself."""
     path = Path([Point(x_m=0.0, y_m=0.0)])
     x_m, y_m, heading_rad = 0.0, 0.0, 0.0
     for turn_rad, stride_m in draw(st.lists(st.tuples(turns_rad, strides_m), min_size=1, max_size=11)):

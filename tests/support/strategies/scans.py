@@ -12,19 +12,19 @@ NOTHING_M = RANGE_M_MAX
 
 
 def view_of(ranges_m: list[float], at: Pose = ORIGIN) -> View:
-    """What a robot makes of these ranges, anti-clockwise from bearing -pi."""
+    """A robot's scan with these ranges, anti-clockwise from bearing -pi."""
     return view(Scan(t_s=0.0, pose=at, ranges_m=tuple(ranges_m)), range_m_max=RANGE_M_MAX)
 
 
 def turned(ranges_m: list[float], directions: int) -> list[float]:
-    """The same surroundings, turned anti-clockwise by so many directions."""
+    """The same surroundings, turned anti-clockwise by this many directions."""
     cut = -directions % len(ranges_m)
     return ranges_m[cut:] + ranges_m[:cut]
 
 
 @st.composite
 def ranges(draw: st.DrawFn) -> list[float]:
-    """Runs of hits at one range each, and of nothing: so that obstacles of all sizes come up."""
+    """Runs of hits at one range each, and runs without hits, so that obstacles of all sizes occur."""
     runs = st.tuples(
         st.one_of(st.just(NOTHING_M), st.floats(0.2, NOTHING_M, exclude_max=True)), st.integers(1, 8)
     )

@@ -15,7 +15,7 @@ from world.geometry.shapes import Circle, Ellipse, Polygon, Shape
 QUARTER_CHORDS = 512
 ORACLE_ERROR_M = 3e-6
 
-patiently = settings(deadline=None)  # the oracle is slow, and the machine may be busy
+patiently = settings(deadline=None)  # shapely is slow, and the machine may be busy
 
 coordinates_m = st.floats(-4.0, 4.0)
 points = st.tuples(coordinates_m, coordinates_m)
@@ -48,7 +48,7 @@ grounds = st.lists(shapes, max_size=5)
 
 
 def as_shapely(shape: Shape) -> shapely.Geometry:
-    """The same shape in the words of the oracle."""
+    """The same shape as a shapely geometry."""
     match shape:
         case Circle():
             return shapely.Point(shape.centre_m).buffer(shape.radius_m, quad_segs=QUARTER_CHORDS)

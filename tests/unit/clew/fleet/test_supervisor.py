@@ -78,7 +78,7 @@ def test_states_follow_in_one_direction(state: State) -> None:
 
 
 def test_who_waits_in_a_state_is_woken_by_its_deadline() -> None:
-    supervised = replay(HISTORIES["what is frozen for a time is thawed then"])
+    supervised = replay(HISTORIES["a part that is frozen for a time is thawed after it"])
     assert supervised.wake_at() is None
     supervised.handle(FaultAsked(ProcessAction.FREEZE, "world", 1.5), 10.0)
     assert supervised.wake_at() == 11.5
