@@ -79,7 +79,7 @@ def flooded(is_open: Flags, sources: Flags) -> Flags:
 
 
 @given(hits)
-@settings(max_examples=30)
+@settings(max_examples=20)
 def test_from_every_open_cell_a_neighbour_leads_down_to_the_goal(hit_points: Floats) -> None:
     cost = cost_of(map_of(hit_points))
     padded = np.pad(cost.cells, 1, constant_values=np.inf)
@@ -93,7 +93,7 @@ def test_from_every_open_cell_a_neighbour_leads_down_to_the_goal(hit_points: Flo
 
 
 @given(hits)
-@settings(max_examples=30)
+@settings(max_examples=20)
 def test_there_is_a_cost_exactly_where_a_flood_from_the_goal_comes(hit_points: Floats) -> None:
     cost = cost_of(map_of(hit_points))
     middles = centres(cost)
@@ -108,7 +108,7 @@ def test_there_is_a_cost_exactly_where_a_flood_from_the_goal_comes(hit_points: F
 
 
 @given(hits, inside)
-@settings(max_examples=30)
+@settings(max_examples=20)
 def test_the_cost_is_never_less_than_the_way_as_the_crow_flies(
     hit_points: Floats, at: tuple[float, float]
 ) -> None:
@@ -118,7 +118,7 @@ def test_the_cost_is_never_less_than_the_way_as_the_crow_flies(
 
 
 @given(hits)
-@settings(max_examples=30)
+@settings(max_examples=20)
 def test_cells_nearer_to_a_hit_than_the_robot_may_come_are_closed_and_dear_by_half_a_cell_more(
     hit_points: Floats,
 ) -> None:
@@ -160,7 +160,7 @@ def test_ground_that_nobody_has_seen_is_free() -> None:
 
 
 @given(st.tuples(st.floats(-0.3, 2.3), st.floats(-1.3, 0.3)))
-@settings(max_examples=30)
+@settings(max_examples=20)
 def test_in_the_open_a_way_is_hardly_longer_than_the_crow_flies(at: tuple[float, float]) -> None:
     assert cost_at(cost_of(map_of(np.empty((0, 2)))), np.array(at)) <= DETOUR * math.dist(at, GOAL) + CELL_M
 
@@ -196,7 +196,7 @@ def test_behind_a_wall_without_a_door_there_is_no_way() -> None:
 
 
 @given(hits)
-@settings(max_examples=30)
+@settings(max_examples=20)
 def test_the_way_leads_from_cell_to_cell_down_to_the_goal(hit_points: Floats) -> None:
     cost = cost_of(map_of(hit_points))
     way = cost.way_from(START, cells_max=10_000)
@@ -221,7 +221,7 @@ def test_what_was_seen_once_is_remembered() -> None:
 
 
 @given(st.lists(hits, min_size=2, max_size=4))
-@settings(max_examples=30)
+@settings(max_examples=20)
 def test_it_does_not_matter_in_how_many_scans_and_how_often_something_was_seen(scans: list[Floats]) -> None:
     whole, bit_by_bit = map_of(np.concatenate(scans)), map_of(scans[0])
     for scan in [*scans[1:], scans[0]]:
@@ -308,7 +308,7 @@ def test_the_narrowest_spot_of_a_way_is_in_the_door() -> None:
 
 
 @given(st.floats(-0.9, 2.9), st.floats(2.0 * CELL_M, 0.6))
-@settings(max_examples=30)
+@settings(max_examples=20)
 def test_ground_that_other_robots_take_up_is_closed_as_far_as_they_are_to_be_kept_from(
     x_m: float, keep_m: float
 ) -> None:
@@ -354,7 +354,7 @@ def test_beyond_what_has_been_seen_without_bounds_there_is_room_for_a_way_round(
 
 
 @given(st.lists(inside, max_size=60).map(lambda found: np.array(found).reshape(-1, 2)))
-@settings(max_examples=30)
+@settings(max_examples=20)
 def test_what_is_handed_on_closes_the_same_ground_to_half_a_packed_step(hit_points: Floats) -> None:
     successor = map_of(np.empty((0, 2)))
     successor.unpack(map_of(hit_points).packed())
@@ -387,7 +387,7 @@ def test_more_than_a_message_holds_is_thinned_evenly() -> None:
 
 
 @given(st.binary(max_size=300))
-@settings(max_examples=50)
+@settings(max_examples=25)
 def test_what_no_map_has_packed_changes_nothing(packed: bytes) -> None:
     region, untouched = map_of(wall(door_m=(-0.3, 0.8))), map_of(wall(door_m=(-0.3, 0.8)))
     region.unpack(packed)
