@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 import agents.navigation.guidance  # noqa: F401 - loaded before the fork, scipy with it, so that all robots share it
-from agents.process.host import Orders, run_host, run_robot
+from agents.process.host import Orders, run_host, run_robot, say
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import NO_FAULTS
@@ -23,7 +23,7 @@ def main() -> int:
     try:
         conditions = _conditions(arguments.run)
     except UsageError as error:
-        print(f"robots: {error}", file=sys.stderr)  # noqa: T201 - the user reads it
+        say(f"robots: {error}")
         return ExitCode.USAGE
     told = Orders(arguments.sessions, conditions)
     if len(arguments.robots) == 1 and not arguments.host:
@@ -32,7 +32,7 @@ def main() -> int:
 
 
 def _conditions(run: Path | None) -> Conditions:
-    """What is to go wrong with the robots' messages; without the run's folder nothing."""
+    """The fault plan, seed and pace of the run; no faults without the run's folder."""
     if run is None:
         return Conditions(NO_FAULTS, 1, 1.0)
     settings = read_settings(run)
@@ -40,10 +40,10 @@ def _conditions(run: Path | None) -> Conditions:
 
 
 def robots_of(text: str) -> list[int]:
-    """The robots that a text like `3`, `1-5` or `1-3,7` names.
+    """The robots in a text like `3`, `1-5` or `1-3,7`.
 
     Raises:
-        argparse.ArgumentTypeError: it names none, or one twice.
+        argparse.ArgumentTypeError: the text names no robot, or one twice.
     """
     robots: list[int] = []
     for part in text.split(","):
@@ -64,22 +64,22 @@ def robots_of(text: str) -> list[int]:
 def _parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="python -m agents",
-        description="Runs robots: each is a process with its own Zenoh session. Several are forked by this "
-        "one, which reaps them. Exits 0 when all ended well, else as the first that did not: 1, or 2 on "
-        "wrong usage.",
+        description="Runs robots; each is a process with its own Zenoh session. Several are forked and "
+        "reaped by this process. Exits 0 when all ended well, else with the code of the first that did not: "
+        "1, or 2 on wrong usage.",
     )
     parser.add_argument("--robots", type=robots_of, required=True, metavar="LIST", help="3, 1-5 or 1-3,7")
     parser.add_argument(
         "--sessions", type=Path, required=True, metavar="DIR", help="folder of the run's session files"
     )
     parser.add_argument(
-        "--host", action="store_true", help="fork even a single robot, so that faults can be done to it"
+        "--host", action="store_true", help="fork even a single robot, so that it can have process faults"
     )
     parser.add_argument(
         "--run",
         type=Path,
         metavar="DIR",
-        help="the run's folder, if it is here: fault plan and pace",
+        help="the run's folder, if it exists here: fault plan and pace",
     )
     parser.add_argument(
         "--lifeline", action="store_true", help="end when stdin does, so that no launcher leaves us behind"

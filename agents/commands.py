@@ -1,4 +1,4 @@
-"""What a robot may want done. The shell obeys."""
+"""The commands of a robot's core, which the shell executes."""
 
 from msgspec import Struct
 
@@ -7,32 +7,32 @@ from protocol.wire.messages import AheadState, Announcement, BehindState, Drive
 
 
 class Announce(Struct, frozen=True):
-    """Tell all robots."""
+    """Send a message to all robots."""
 
     muster: Announcement
 
 
 class Tell(Struct, frozen=True):
-    """Tell one neighbour the state of the link."""
+    """Send the link state to one neighbour."""
 
     robot: int
     state: AheadState | BehindState
 
 
 class Order(Struct, frozen=True):
-    """Give the body its newest order."""
+    """Send the newest order to the body."""
 
     drive: Drive
 
 
 class AskScan(Struct, frozen=True):
-    """Have the body's sensor read."""
+    """Ask the body's sensor for a scan."""
 
     revolutions: int
 
 
 class Note(Struct, frozen=True):
-    """Put an entry into the timeline."""
+    """Add an entry to the timeline."""
 
     record: Record
 

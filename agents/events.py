@@ -1,4 +1,4 @@
-"""What may happen to a robot."""
+"""The events for a robot's core."""
 
 from msgspec import Struct
 
@@ -6,26 +6,26 @@ from protocol.wire.messages import AheadState, Announcement, BehindState, Odomet
 
 
 class OdometryHeard(Struct, frozen=True):
-    """The body tells where it is, and what time it is."""
+    """Odometry: the body's pose and the time."""
 
     odometry: Odometry
 
 
 class ScanHeard(Struct, frozen=True):
-    """A scan that was asked for."""
+    """An answer to a scan query."""
 
     scan: Scan
 
 
 class MusterHeard(Struct, frozen=True):
-    """Another robot says something to all."""
+    """A message from another robot to all."""
 
     robot: int
     muster: Announcement
 
 
 class LinkHeard(Struct, frozen=True):
-    """A robot tells its link state, with the number that it gave the message."""
+    """A neighbour's link state, with the number of the message."""
 
     robot: int
     number: int
@@ -33,14 +33,14 @@ class LinkHeard(Struct, frozen=True):
 
 
 class TokenCame(Struct, frozen=True):
-    """A process shows that it lives; robot 0 is the world."""
+    """The liveliness token of a process has appeared; robot 0 is the world."""
 
     robot: int
     incarnation: str
 
 
 class TokenWent(Struct, frozen=True):
-    """A process shows that no longer: it has died, is frozen, or cut off; or this robot is."""
+    """A liveliness token has gone: the process died, is frozen or cut off; or this robot is cut off."""
 
     robot: int
     incarnation: str

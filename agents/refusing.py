@@ -1,6 +1,6 @@
-"""Messages that a robot refuses though they are well formed. Pure.
+"""Well-formed messages that a robot refuses. Pure.
 
-Rule 1: one of an epoch that robots cannot have come to yet (`protocol.epochs`, rule 3).
+Rule 1: a message is refused if robots cannot have reached its epoch yet (`protocol.epochs`, rule 3).
 """
 
 from agents.events import Event, LinkHeard, MusterHeard
@@ -12,7 +12,7 @@ KEYS = Keys(fleet="", run="")  # a robot's core does not know the run's root, an
 
 
 def refusal(event: Event, receiver: int, now_s: float) -> MessageRefused | None:
-    """Why a robot refuses what it has heard; None where it does not."""
+    """The refusal of an event, with its reason; None if the robot accepts it."""
     match event:
         case MusterHeard(robot, said):
             epoch, key = said.epoch, KEYS.muster(robot_name(robot))

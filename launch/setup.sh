@@ -1,8 +1,12 @@
+# shellcheck shell=bash
 # Sourced by every script of this folder: finds Python, keeps `.venv` up to date, sets $clew_root and $python.
+# CLEW_VENV names another folder for the environment, so that nothing has to be written where the sources are.
 #
 # Rule 1: stdout belongs to the caller; whatever is said here goes to stderr.
-# Rule 2: the stamp is written last, so an environment without one is half-made and is never used.
-# Rule 3: what cannot work ends the script with one line and exit code 2.
+# Rule 2: the stamp is written first, as `unfinished`, and is completed last. An unfinished environment is never used.
+# Rule 3: a folder without our stamp is not ours: unless it is empty, it is neither changed nor used.
+# Rule 4: what cannot work ends the script with one line and exit code 2.
+# Rule 5: everything installed is named in requirements.lock, and its hash is checked.
 
 clew_say() { printf 'clew: %s\n' "$*" >&2; }
 
@@ -18,6 +22,11 @@ fi
 
 clew_root=$(dirname "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")")
 clew_venv=$clew_root/.venv
+if [[ -n ${CLEW_VENV-} ]]; then
+    [[ $CLEW_VENV == /* ]] || CLEW_VENV=$PWD/$CLEW_VENV # exported, it means the same in another folder
+    clew_venv=$CLEW_VENV
+fi
+clew_stamp_file=$clew_venv/clew.stamp
 python=$clew_venv/bin/python
 
 # Ours come first whatever a sourced ROS has put there, and never from the folder that we are called in.
@@ -29,7 +38,7 @@ export OPENBLAS_NUM_THREADS=1
 clew_stamp() {
     local version
     version=$(trap '' INT && "$python" -IS -c 'import sys; print(*sys.version_info[:3], sep=".")' 2>/dev/null) || return 1
-    printf '%s %s %s\n' "$(cksum <"$clew_root/pyproject.toml")" "$version" "$clew_root"
+    printf '%s %s %s\n' "$(cat "$clew_root"/{pyproject.toml,requirements.lock} | cksum)" "$version" "$clew_root"
 }
 
 # The environment for tests serves for tools and runs as well, so a stamp with more is a stamp.
@@ -37,7 +46,7 @@ clew_holds() { [[ $1 == "$2" || " run  tools  dev " == *" $2 "*" $1 "* ]]; }
 
 clew_is_ready() {
     local extra=$1 made_for stamped
-    [[ -r $clew_venv/clew.stamp ]] && { read -r made_for && read -r stamped; } <"$clew_venv/clew.stamp" || return 1
+    [[ -r $clew_stamp_file ]] && { read -r made_for && read -r stamped; } <"$clew_stamp_file" || return 1
     clew_holds "$made_for" "$extra" && [[ $stamped == "$(clew_stamp)" ]]
 }
 
@@ -52,35 +61,53 @@ clew_find_python() {
     clew_refuse "Python 3.11 or newer is needed; python3 is $(python3 -V 2>/dev/null || echo 'not there')"
 }
 
+# The pins that are needed come first, by hash; then we ourselves, for which nothing is downloaded any more.
 clew_install() {
-    local extra=$1 base=$2 requirement=$clew_root
-    [[ $extra == run ]] || requirement="$clew_root[$extra]"
+    local extra=$1 base=$2 pins=$clew_venv/requirements.txt
+    local pinned=(--require-hashes --requirement "$pins") ours=(--no-deps --no-build-isolation --editable "$clew_root")
+    [[ $extra != run ]] || extra=
+    "$base" -IS "$clew_root/launch/locked.py" ${extra:+"$extra"} >"$pins" || return
     if command -v uv >/dev/null; then
+        [[ -w ${HOME-} ]] || local -x UV_CACHE_DIR=${UV_CACHE_DIR-$clew_venv/cache} # without a home, uv ends
         uv venv --quiet --no-project --allow-existing --python "$base" "$clew_venv" &&
-            uv pip install --quiet --python "$python" --editable "$requirement"
+            uv pip install --quiet --python "$python" "${pinned[@]}" &&
+            uv pip install --quiet --python "$python" "${ours[@]}"
     else
         "$base" -m venv "$clew_venv" &&
-            "$python" -m pip install --quiet --disable-pip-version-check --editable "$requirement"
+            "$python" -m pip install --quiet --disable-pip-version-check "${pinned[@]}" &&
+            "$python" -m pip install --quiet --disable-pip-version-check "${ours[@]}"
     fi
+}
+
+# clew_claim EXTRA: marks the environment as unfinished and sets $made_for, what it is to serve for.
+# What works is kept, since a test may be running in it, and is brought up to date; what is half-made is emptied.
+clew_claim() {
+    made_for=$1
+    [[ -w $clew_venv ]] || clew_refuse "$clew_venv is not up to date, nor writable: CLEW_VENV names another place"
+    if [[ -e $clew_stamp_file ]]; then
+        local before
+        read -r before <"$clew_stamp_file"
+        if [[ $before != unfinished ]] && clew_stamp >/dev/null; then
+            clew_holds "$before" "$made_for" && made_for=$before
+        else
+            find "$clew_venv/" -mindepth 1 -delete
+        fi
+    elif [[ -n $(ls -A "$clew_venv") ]]; then
+        clew_refuse "$clew_venv was not made by Clew: remove it, or name another place in CLEW_VENV"
+    fi
+    echo unfinished >"$clew_stamp_file"
 }
 
 # Runs under the lock, in a subshell: the environment is made, or the script that wants it ends.
 clew_make() {
-    local extra=$1 base made_for=$1
+    local extra=$1 base made_for
     clew_is_ready "$extra" && return
     base=$(clew_find_python) || exit
-    if [[ -e $clew_venv/clew.stamp ]] && clew_stamp >/dev/null; then
-        # What there is stays; taking it away under a test that runs would break it.
-        read -r made_for <"$clew_venv/clew.stamp"
-        clew_holds "$made_for" "$extra" || made_for=$extra
-        rm "$clew_venv/clew.stamp"
-    else
-        rm -rf "$clew_venv"
-    fi
-    clew_say "setting up .venv with $("$base" -V) (once; a minute or two)"
+    clew_claim "$extra"
+    clew_say "setting up $clew_venv with $("$base" -V) (once; a minute or two)"
     clew_install "$made_for" "$base" >&2 || clew_refuse "setting up $clew_venv failed, see above; nothing of it will be used"
-    printf '%s\n' "$made_for" "$(clew_stamp)" >"$clew_venv/clew.stamp.new"
-    mv "$clew_venv/clew.stamp.new" "$clew_venv/clew.stamp"
+    printf '%s\n' "$made_for" "$(clew_stamp)" >"$clew_stamp_file.new"
+    mv "$clew_stamp_file.new" "$clew_stamp_file"
 }
 
 # set_up run|tools|dev: returns with an environment that holds what a run needs, what figures and exports need
@@ -88,5 +115,7 @@ clew_make() {
 set_up() {
     clew_is_ready "$1" && return
     command -v flock >/dev/null || clew_refuse "flock (util-linux) is needed to set up"
-    (flock 9 && clew_make "$1") 9<"$clew_root/pyproject.toml" || exit
+    [[ -d $clew_venv ]] || mkdir -p "$clew_venv" 2>/dev/null ||
+        clew_refuse "$clew_venv cannot be made: CLEW_VENV names another place for it"
+    (flock 9 && clew_make "$1") 9<"$clew_venv" || exit
 }

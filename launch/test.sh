@@ -1,26 +1,41 @@
 #!/usr/bin/env bash
 # Checks everything: lint, format, types, then the tests, those with real processes last.
 # Arguments go to both runs of pytest, so `launch/test.sh -k house` narrows them.
+#
+# It installs nothing outside its environment. What it cannot check for want of a browser, or of Node.js, it names.
 set -euo pipefail
 source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/setup.sh"
 set_up dev
 cd "$clew_root"
 
-# Tests of the page want a browser, and are skipped where there is none. It comes from Debian, for who may install it:
-#     apt-get install -y --no-install-recommends chromium
-get_chromium() {
-    command -v chromium >/dev/null || ((EUID)) || ! command -v apt-get >/dev/null && return
-    clew_say "installing chromium, for the tests of the page"
-    local apt=(apt-get -qq -o DPkg::Lock::Timeout=60)
-    { "${apt[@]}" update && DEBIAN_FRONTEND=noninteractive "${apt[@]}" install -y --no-install-recommends chromium; } \
-        >/dev/null 2>&1 || clew_say "chromium cannot be installed: the tests of the page will be skipped"
-}
-get_chromium
-
 failed=0
 check() {
     clew_say "$*"
     "$python" -m "$@" || failed=1
+}
+
+check_shell() {
+    local scripts
+    mapfile -t scripts < <(find .ci launch tests -type f \( -name '*.sh' -o ! -name '*.*' \))
+    clew_say "shellcheck ${scripts[*]}"
+    "$clew_venv/bin/shellcheck" --external-sources --source-path=SCRIPTDIR "${scripts[@]}" || failed=1
+}
+
+# TypeScript comes from npm, by a lock with its hash, into a folder of our environment.
+get_typescript() {
+    local asked=tests/support/page_types/package-lock.json had=$clew_venv/typescript/installed.json
+    cmp --silent "$asked" "$had" && return
+    rm -rf "$clew_venv/typescript" && mkdir "$clew_venv/typescript" || return
+    cp tests/support/page_types/package*.json "$clew_venv/typescript" || return
+    npm ci --prefix "$clew_venv/typescript" --cache "$clew_venv/typescript/cache" --ignore-scripts --silent || return
+    cp "$asked" "$had"
+}
+
+check_page() {
+    { command -v node && command -v npm; } >/dev/null || { clew_say "no Node.js with npm here: the types of the page are not checked" && return; }
+    get_typescript || { clew_say "npm cannot install TypeScript: the types of the page are not checked" && return; }
+    clew_say "tsc --project tests/support/page_types"
+    node "$clew_venv/typescript/node_modules/typescript/bin/tsc" --project tests/support/page_types || failed=1
 }
 
 # A choice (-k, a file) may leave one of the two runs of pytest without a test, which is no failure.
@@ -35,6 +50,11 @@ chosen=$(($# > 0))
 check ruff check
 check ruff format --check
 check mypy
+check mypy launch/locked.py # in no package: ROS 2 owns the name `launch`
+check_shell
+check_page
+command -v chromium >/dev/null ||
+    clew_say "no chromium here: its tests are skipped. To install it: apt-get install -y --no-install-recommends chromium"
 check_tests -m "not processes" -n auto --dist worksteal "$@"
 check_tests -m processes "$@"
 exit "$failed"

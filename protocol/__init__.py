@@ -1,1 +1,1 @@
-"""What two processes of a fleet must agree on: keys, messages, links, transport."""
+"""The protocol between the processes of a fleet: keys, messages, links, transport, timeline, faults."""

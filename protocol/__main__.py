@@ -12,12 +12,13 @@ from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.network.router import open_router
 from protocol.network.session import ROUTERS_MAX, RouterSession, read_router_session
+from protocol.plain import plain
 
 STDIN = 0
 
 
 def main() -> int:
-    """Run the router until it is told to end; returns the exit code."""
+    """Run the router until it is asked to end; returns the exit code."""
     arguments = _parse()
     try:
         session = read_router_session(arguments.sessions)
@@ -30,15 +31,15 @@ def main() -> int:
         listening = _listen(session, arguments.sessions, arguments.number)
         return asyncio.run(until_ended(listening, STDIN if arguments.lifeline else None))
     except UsageError as error:
-        print(f"router: {error}", file=sys.stderr)  # noqa: T201 - the user reads it
+        print(plain(f"router: {error}"), file=sys.stderr)  # noqa: T201 - the user reads it
         return ExitCode.USAGE
 
 
 def _parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="python -m protocol",
-        description="The fleet's Zenoh router: admits the fleet's processes by their passwords and "
-        "passes on what each may say. Prints `ready ENDPOINT` when it listens; ends on SIGTERM or Ctrl-C.",
+        description="The fleet's Zenoh router: it admits the fleet's processes by password and forwards the "
+        "messages that each may send. Prints `ready ENDPOINT` when it listens; ends on SIGTERM or Ctrl-C.",
     )
     parser.add_argument(
         "--sessions", type=Path, required=True, metavar="DIR", help="folder of the run's session files"
@@ -51,10 +52,10 @@ def _parse() -> argparse.Namespace:
         help="which of the fleet's routers; default: %(default)s",
     )
     parser.add_argument(
-        "-l", "--listen", metavar="ENDPOINT", help="listen here, e.g. tcp/127.0.0.1:7447, not where they say"
+        "-l", "--listen", metavar="ENDPOINT", help="listen here instead, e.g. tcp/127.0.0.1:7447"
     )
     parser.add_argument(
-        "--lifeline", action="store_true", help="end when stdin does, so that no launcher leaves us behind"
+        "--lifeline", action="store_true", help="end when stdin ends, so that no router outlives its launcher"
     )
     return parser.parse_args()
 
@@ -67,7 +68,7 @@ def _elsewhere(session: RouterSession, number: int, endpoint: str) -> RouterSess
 async def _listen(session: RouterSession, folder: Path, number: int) -> int:
     with open_router(session, folder, number):
         print(f"ready {session.endpoints[number - 1]}", flush=True)  # noqa: T201 - what the launcher waits for
-        return await asyncio.Event().wait()  # nobody sets it: the router goes on until it is asked to end
+        return await asyncio.Event().wait()  # never set: the router runs until it is asked to end
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The kinds of numpy array that we use, and the geometry that both sides of the wire need."""
+"""The numpy array types of the project, and the geometry that robots and world share."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +9,7 @@ Indices = NDArray[np.intp]
 
 
 def scan_bearings_rad(directions: int) -> Floats:
-    """The directions of a scan: evenly spread, anti-clockwise from -pi [world frame]."""
+    """The directions of a scan: evenly spaced, anti-clockwise from -pi [world frame]."""
     return np.asarray(-np.pi + 2.0 * np.pi * np.arange(directions) / directions)
 
 
@@ -31,7 +31,7 @@ def distances_to_segments(points: Floats, starts: Floats, ends: Floats) -> Float
 
 
 def segments_apart(starts: Floats, ends: Floats, corners: Floats, nexts: Floats) -> Floats:
-    """The distance (...,) between two segments each, broadcast; 0 where they cross."""
+    """The distance (...,) between pairs of segments, broadcast; 0 where they cross."""
     apart = np.minimum(
         np.minimum(
             distances_to_segments(starts, corners, nexts), distances_to_segments(ends, corners, nexts)
@@ -43,7 +43,7 @@ def segments_apart(starts: Floats, ends: Floats, corners: Floats, nexts: Floats)
 
 
 def _on_both_sides(one: Floats, other: Floats, starts: Floats, ends: Floats) -> Flags:
-    """Whether two points lie on different sides of a line. One on it does not: a touch has distance 0."""
+    """Whether two points lie strictly on different sides of a line; a touch has distance 0 anyway."""
     dx, dy = ends[..., 0] - starts[..., 0], ends[..., 1] - starts[..., 1]
     left_of_one = dx * (one[..., 1] - starts[..., 1]) - dy * (one[..., 0] - starts[..., 0])
     left_of_other = dx * (other[..., 1] - starts[..., 1]) - dy * (other[..., 0] - starts[..., 0])

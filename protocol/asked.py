@@ -1,14 +1,15 @@
-"""How a verb without an event loop is asked to end: Ctrl-C, SIGTERM, or SIGHUP where its terminal goes.
+"""Signals that ask a verb without an event loop to end: SIGINT (Ctrl-C), SIGTERM, SIGHUP (terminal closed).
 
-Rule 1: `terminable` ends it in the midst of whatever it does, as Ctrl-C would.
-Rule 2: `asked_to_end` only tells it, for what has to come to its own end: a run to judge, a fleet to stop.
-Rule 3: what was to be ignored when we were started still is: `nohup` says so of SIGHUP.
+Rule 1: `terminable` interrupts the verb at once, as Ctrl-C does.
+Rule 2: `asked_to_end` only reports the signal, for verbs that must finish: judge a run, stop a fleet.
+Rule 3: signals that were ignored at our start stay ignored: `nohup` ignores SIGHUP, for example.
 """
 
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from types import FrameType
+from typing import Any
 
 from protocol.exit_codes import ExitCode
 
@@ -18,9 +19,11 @@ EXIT_CODES: dict[int, ExitCode] = {
     signal.SIGHUP: ExitCode.HUNG_UP,
 }
 
+Handler = Callable[[int, FrameType | None], Any] | int | None  # as the standard library has it
+
 
 class AskedToEnd(KeyboardInterrupt):
-    """One of the signals has come. Whoever ends well on Ctrl-C ends well on this."""
+    """One of the signals has arrived. Code that ends cleanly on Ctrl-C ends cleanly on this."""
 
     def __init__(self, exit_code: ExitCode) -> None:
         super().__init__()
@@ -29,12 +32,12 @@ class AskedToEnd(KeyboardInterrupt):
 
 @contextmanager
 def terminable() -> Iterator[None]:
-    """The first of the signals raises `AskedToEnd`; decorates a verb as well."""
+    """The first signal raises `AskedToEnd`; also usable as a decorator of a verb."""
     asked: list[ExitCode] = []
 
     def end(exit_code: ExitCode) -> None:
         asked.append(exit_code)
-        if len(asked) == 1:  # `timeout` says it twice, and the second is not to disturb the end
+        if len(asked) == 1:  # `timeout` sends two signals; the second must not disturb the end
             raise AskedToEnd(exit_code)
 
     with _heard_by(end):
@@ -43,19 +46,31 @@ def terminable() -> Iterator[None]:
 
 @contextmanager
 def asked_to_end() -> Iterator[list[ExitCode]]:
-    """A list that gets an exit code whenever this process is asked to end."""
+    """A list that gets an exit code for each signal that asks this process to end."""
     asked: list[ExitCode] = []
     with _heard_by(asked.append):
         yield asked
 
 
-@contextmanager
-def _heard_by(hear: Callable[[ExitCode], None]) -> Iterator[None]:
+def listen(hear: Callable[[ExitCode], None]) -> Mapping[int, Handler]:
+    """Have these signals heard from now on; returns what was done about them before."""
+
     def handle(number: int, _frame: FrameType | None) -> None:
         hear(EXIT_CODES[number])
 
     heard = [number for number in EXIT_CODES if signal.getsignal(number) is not signal.SIG_IGN]
-    before = {number: signal.signal(number, handle) for number in heard}
+    return {number: signal.signal(number, handle) for number in heard}
+
+
+def ignore() -> None:
+    """From now on these signals change nothing: we exit, and know with what code."""
+    for number in EXIT_CODES:
+        signal.signal(number, signal.SIG_IGN)
+
+
+@contextmanager
+def _heard_by(hear: Callable[[ExitCode], None]) -> Iterator[None]:
+    before = listen(hear)
     try:
         yield
     finally:

@@ -1,4 +1,4 @@
-"""How a process is asked to end: SIGTERM, SIGINT, or the end of its lifeline."""
+"""Requests to end a process with an event loop: SIGTERM, SIGINT, or the end of its lifeline."""
 
 import asyncio
 import contextlib
@@ -15,7 +15,7 @@ def asked_to_end(lifeline: int | None) -> Iterator[asyncio.Future[ExitCode]]:
     """A future that gets an exit code when this process is asked to end. Enter it in the event loop.
 
     Args:
-        lifeline: a file descriptor to read from; its end of file means that whoever started us is gone.
+        lifeline: a file descriptor to read; its end of file means that our parent process is gone.
     """
     loop = asyncio.get_running_loop()
     asked: asyncio.Future[ExitCode] = loop.create_future()
@@ -35,7 +35,7 @@ def asked_to_end(lifeline: int | None) -> Iterator[asyncio.Future[ExitCode]]:
     if lifeline is not None:
         try:
             loop.add_reader(lifeline, read)
-        except PermissionError:  # a file, or /dev/null, cannot be watched: nobody holds its other end
+        except PermissionError:  # a file or /dev/null cannot be watched: it has no other end
             end(ExitCode.TERMINATED)
     try:
         yield asked
@@ -47,7 +47,7 @@ def asked_to_end(lifeline: int | None) -> Iterator[asyncio.Future[ExitCode]]:
 
 
 async def until_ended(work: Coroutine[Any, Any, int], lifeline: int | None) -> int:
-    """Do the work and return its exit code, or the one of whoever asks us to end before it is done."""
+    """Do the work and return its exit code, or the code of a request to end that comes first."""
     with asked_to_end(lifeline) as asked:
         task = asyncio.ensure_future(work)
         either: list[asyncio.Future[Any]] = [task, asked]

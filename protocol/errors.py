@@ -1,17 +1,17 @@
-"""Errors by whose fault they are: the user's or a peer's. Our own faults are assertions."""
+"""Errors by their cause: the user or a peer. Errors of our own are assertions."""
 
 
 class ClewError(Exception):
-    """Whatever Clew raises on purpose."""
+    """The base class of all exceptions that Clew raises on purpose."""
 
 
 class UsageError(ClewError):
-    """The user asked for something that cannot be: one clear line, exit code 2."""
+    """The user asked for something impossible: one clear line, exit code 2."""
 
 
 class SessionLostError(ClewError):
-    """Zenoh has given up this process's session, which can neither speak nor hear: the process ends."""
+    """This process's Zenoh session is lost. It can neither send nor receive, so the process ends."""
 
 
 class MessageRefusedError(ClewError):
-    """A peer sent what breaks the protocol: counted, logged with its sender, dropped."""
+    """A peer's message breaks the protocol: it is counted, logged with its sender, and dropped."""

@@ -1,10 +1,10 @@
-"""How our processes end, for scripts to read."""
+"""The exit codes of our processes."""
 
 from enum import IntEnum
 
 
 class ExitCode(IntEnum):
-    """Shells know the last three as 128 + SIGHUP, 128 + SIGINT and 128 + SIGTERM."""
+    """The last three follow the shells' rule: 128 + SIGHUP, 128 + SIGINT and 128 + SIGTERM."""
 
     OK = 0
     FAILED = 1

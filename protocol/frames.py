@@ -1,6 +1,6 @@
-"""Numbers with bounds, points and poses, as they go over the wire and into the timeline.
+"""Numbers with bounds, points and poses, for messages and the timeline.
 
-Every float carries bounds, which is also what refuses NaN and infinity (NaN compares false with both).
+Every float has bounds. They also refuse NaN and infinity, since NaN compares false with both bounds.
 """
 
 import math
@@ -14,8 +14,8 @@ Seconds = Annotated[float, Meta(ge=0.0, le=1e9)]
 SPEED_MPS_MAX = 100.0
 Speed = Annotated[float, Meta(ge=0.0, le=SPEED_MPS_MAX)]
 Radians = Annotated[float, Meta(ge=-math.pi, le=math.pi)]
-Count = Annotated[int, Meta(ge=0, le=2**53)]  # 2**53: what JSON readers keep exact
-ROBOTS_MAX = 2000  # what a robot counts of so many musters still fits into one message, at 65 kB
+Count = Annotated[int, Meta(ge=0, le=2**53)]  # 2**53: JSON readers keep integers exact up to here
+ROBOTS_MAX = 2000  # one robot's traffic counts of so many muster keys fit into a message, at 65 kB
 RobotId = Annotated[int, Meta(ge=1, le=ROBOTS_MAX)]
 
 
@@ -27,7 +27,7 @@ class Point(Struct, frozen=True, kw_only=True):
 
 
 class Pose(Struct, frozen=True, kw_only=True):
-    """Where a body stands and which way it faces [m, rad in (-pi, pi]; world frame]."""
+    """A body's position and heading [m, rad in (-pi, pi]; world frame]."""
 
     x_m: Metres
     y_m: Metres

@@ -1,7 +1,7 @@
-"""Every key expression of a fleet, spelt in this one file.
+"""All key expressions of a fleet, defined in this one file.
 
-Sender and receiver stand in the key, so what a robot may say and hear never changes when the strand
-heals. The run stands in the key, so a late message of the last run finds nobody.
+A key contains sender and receiver, so a robot's access rights never change when the strand heals. It also
+contains the run, so a late message of an earlier run has no receiver.
 """
 
 from dataclasses import dataclass
@@ -9,18 +9,20 @@ from functools import lru_cache
 
 WORLD = "world"
 WORLD_NUMBER = 0  # robots count from 1
+DIGITS_MAX = 9  # of a robot; a log may say any text where a name should be, and int() refuses long ones
 
 
 def robot_name(robot: int) -> str:
-    """How keys, users and the timeline call a robot: 3 is `r3`."""
+    """The name of a robot in keys, messages and the timeline: 3 is `r3`."""
     return f"r{robot}"
 
 
-@lru_cache(maxsize=4096)  # twice as many as there are robots: the world asks four times for every entry
+@lru_cache(maxsize=4096)  # twice `ROBOTS_MAX`: the world calls this four times for every entry
 def robot_number(name: str) -> int | None:
-    """The robot behind a name, or None where it is not a robot's."""
+    """The number of the robot with this name, or None if the name is not a robot's."""
     digits = name[1:]
-    return int(digits) if name[:1] == "r" and digits.isascii() and digits.isdigit() else None
+    is_number = digits.isascii() and digits.isdigit() and len(digits) <= DIGITS_MAX
+    return int(digits) if name[:1] == "r" and is_number else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +34,7 @@ class Keys:
 
     @property
     def root(self) -> str:
-        """What all keys of the run start with."""
+        """The prefix of all keys of the run."""
         return f"clew/{self.fleet}/{self.run}"
 
     def link(self, sender: str, receiver: str) -> str:
@@ -40,7 +42,7 @@ class Keys:
         return f"{self.root}/link/{sender}/{receiver}"
 
     def scan(self, robot: str) -> str:
-        """Queryable of the world: a scan, taken when asked for."""
+        """Queryable of the world: a scan, taken when a robot asks."""
         return f"{self.root}/body/{robot}/scan"
 
     def drive(self, robot: str) -> str:
@@ -48,15 +50,15 @@ class Keys:
         return f"{self.root}/body/{robot}/drive"
 
     def odometry(self, robot: str) -> str:
-        """What the body tells its robot."""
+        """The odometry of a body, for its robot."""
         return f"{self.root}/body/{robot}/odometry"
 
     def muster(self, robot: str) -> str:
-        """A robot's place in the lining up, to all robots."""
+        """A robot's place while the robots line up, to all robots."""
         return f"{self.root}/muster/{robot}"
 
     def mission(self) -> str:
-        """Queryable of the world: what every robot is told before it starts."""
+        """Queryable of the world: the mission that every robot gets before it starts."""
         return f"{self.root}/mission"
 
     def log(self, source: str) -> str:
@@ -68,21 +70,21 @@ class Keys:
         return f"{self.root}/logged/{source}"
 
     def fault(self, robot: str) -> str:
-        """What is to go wrong at one robot, from the world: rules for messages, and how slow it is to be."""
+        """The faults of one robot, from the world: rules for messages, and how slow the robot is."""
         return f"{self.root}/fault/{robot}"
 
     def alive(self, source: str, incarnation: str) -> str:
-        """Liveliness token; the incarnation tells a restarted source from its forerunner."""
+        """Liveliness token; the incarnation distinguishes a restarted source from its predecessor."""
         return f"{self.root}/alive/{source}/{incarnation}"
 
     def pulse(self, source: str) -> str:
-        """Where a process speaks to nobody, to find out whether its session still can."""
+        """A key without receivers: a process sends on it to test whether its session still works."""
         return f"{self.root}/pulse/{source}"
 
     def behind_root(self, key: str) -> str:
-        """A key as it stands in the books: without what all keys of the run start with."""
+        """A key without the prefix of the run, as in the message accounts."""
         return key.removeprefix(self.root + "/")
 
     def part(self, key: str, index: int) -> str:
-        """One chunk of a key, counted behind the root: of `…/link/r1/r2`, 1 is `r1`."""
+        """One chunk of a key, counted after the root: in `…/link/r1/r2`, chunk 1 is `r1`."""
         return self.behind_root(key).split("/")[index]

@@ -1,4 +1,4 @@
-"""A path: the polyline that a robot drives, with arc length along it. It only ever grows at its end."""
+"""A path: the polyline that a robot drives, with arc length along it. It grows only at its end."""
 
 import math
 from bisect import bisect_left, bisect_right
@@ -11,12 +11,12 @@ from protocol.frames import Point, Vertex
 
 Place = tuple[float, float]  # x, y [m; world frame]
 
-THERE_M = 1e-6  # nearer than this to an arc length counts as there: rounding of sums of metres
-ON_LINE_M = 1e-9  # nearer than this to a straight line counts as on it: rounding of sums of metres
+THERE_M = 1e-6  # a place this near to an arc length has reached it: rounding of sums of metres
+ON_LINE_M = 1e-9  # a point this near to a line is on it: rounding of sums of metres
 
 
 def straightened(points: Sequence[Point]) -> list[Point]:
-    """The corners of a polyline: places on the straight way between two others are left out."""
+    """The corners of a polyline: points on the straight line between their neighbours are left out."""
     corners: list[Point] = []
     for point, following in zip(points, [*points[1:], None], strict=True):
         if corners and following is not None and _is_on_way(corners[-1], point, following):
@@ -31,7 +31,7 @@ def _is_on_way(start: Point, point: Point, end: Point) -> bool:
     length_m = math.hypot(along_x, along_y)
     beside_m = abs(along_x * off_y - along_y * off_x)
     between = 0.0 <= along_x * off_x + along_y * off_y <= length_m**2
-    # Where the end is the start again, all places are on its line, and none is on the way.
+    # If the end equals the start, no point is between them.
     return length_m > 0.0 and between and beside_m <= ON_LINE_M * length_m
 
 
@@ -40,7 +40,7 @@ class Path:
 
     def __init__(self, points: Iterable[Point]) -> None:
         self._vertices: list[Vertex] = []
-        self._arcs_m: list[float] = []  # of the vertices, to look them up by
+        self._arcs_m: list[float] = []  # of the vertices, for lookup
         for point in points:
             self.extend(point)
 
@@ -75,21 +75,21 @@ class Path:
         del self._vertices[-1], self._arcs_m[-1]
 
     def reversed(self, cut_m: float, end_m: float) -> "Path":
-        """The part between two arc lengths the other way: its arc length 0 is at `end_m` of this one."""
+        """The part between two arc lengths, reversed: its arc length 0 is at `end_m` of this path."""
         inner = [vertex for vertex in self._vertices if cut_m < vertex.s_m < end_m]
         corners: list[Point | Vertex] = [self.at(end_m), *reversed(inner), self.at(cut_m)]
         return Path(Point(x_m=corner.x_m, y_m=corner.y_m) for corner in corners)
 
     def stretch(self, point: Point) -> None:
-        """Have the last segment reach further, straight on to a point."""
+        """Extend the last segment straight on to a point."""
         self._drop_last()
         self.extend(point)
 
     def learn(self, first: int, vertices: Sequence[Vertex]) -> None:
-        """Take over what another robot says of its path, from the vertex with index `first` on.
+        """Add another robot's vertices of its path, from the vertex with index `first` on.
 
-        What is known stays as it is, but that the last segment may reach further; and what does not join on
-        to it waits until it is told again.
+        Known vertices stay, but the last segment may become longer. Vertices beyond a gap are ignored until
+        they are sent again.
         """
         if first > len(self):
             return
@@ -99,7 +99,7 @@ class Path:
         self._add(*vertices[len(self) - first :])
 
     def told_from(self, first: int, most: int) -> tuple[Vertex, ...]:
-        """At most so many vertices, from the one with index `first` on."""
+        """At most `most` vertices, from the one with index `first` on."""
         return tuple(self._vertices[first : first + most])
 
     def next_vertex(self, s_m: float) -> int:
@@ -107,7 +107,7 @@ class Path:
         return bisect_right(self._arcs_m, s_m)
 
     def at(self, s_m: float) -> Point:
-        """The place at an arc length, held to the path's ends."""
+        """The point at an arc length, limited to the path's ends."""
         x_m, y_m = self._place_at(s_m)
         return Point(x_m=x_m, y_m=y_m)
 

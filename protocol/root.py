@@ -1,4 +1,4 @@
-"""Where this program stands: the folder that holds `launch/`, `docs/` and the packages."""
+"""The root of this program: the folder that contains `launch/`, `docs/` and the packages."""
 
 from pathlib import Path
 

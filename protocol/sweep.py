@@ -1,9 +1,9 @@
-"""How far a disc may move straight on before it comes nearer than allowed to a line segment.
+"""How far a disc can move straight before it comes too near to a line segment.
 
-The disc is a point, and the segment a stadium: all points within the distance that must be kept.
-A stadium is convex, so a point outside enters it at most once, and a point that is inside and moves
-away from the segment never comes nearer again. Seen from outside it takes up no more than half of all
-directions, most often far less: only headings within those are looked at.
+The disc is reduced to a point, and the segment is grown to a stadium: all points within the distance to keep.
+A stadium is convex, so a point outside enters it at most once. A point inside that moves away from the
+segment never comes nearer again. Seen from outside, a stadium covers at most half of all directions, and
+most often far fewer: only headings in those directions are checked.
 """
 
 import math
@@ -15,17 +15,17 @@ import numpy as np
 from protocol.arrays import Floats, Indices, nearest_on_segments
 
 TOUCHING_M = 1e-9  # nearer than this to a bound counts as on it: rounding of sums of metres
-PARALLEL = 1e-12  # of a unit vector across a wall: over a kilometre it comes nearer by `TOUCHING_M`
-FIRST_OF = 8  # segments: neighbours are about as far away; 4 takes a tenth longer, 16 no less
-GRAZING_RAD = 1e-7  # more than the rounding of an arc sine near 1, the square root of a double's last bit
+PARALLEL = 1e-12  # component of a unit vector across a wall: over 1 km the wall comes nearer by `TOUCHING_M`
+FIRST_OF = 8  # segments per sample: neighbours are about as far away; 4 takes 10 % longer, 16 is no faster
+GRAZING_RAD = 1e-7  # above the rounding error of an arc sine near 1: the square root of a double's last bit
 
 Place = tuple[float, float]  # x, y [m]
 
 
 def free_way_m(origin: Place, target: Place, line: Sequence[Place], keep_m: float) -> float:
-    """How much of one straight way keeps so far off a polyline [m]: what `travel_m` says of its heading.
+    """How far one straight way keeps its distance from a polyline [m]: `travel_m` for one heading.
 
-    A robot asks this at every odometry, of few segments: there numbers are many times as fast as arrays.
+    A robot calls this at every odometry with few segments, where plain numbers are much faster than arrays.
     """
     to_x, to_y = target[0] - origin[0], target[1] - origin[1]
     length_m = math.hypot(to_x, to_y)
@@ -52,14 +52,14 @@ def free_way_m(origin: Place, target: Place, line: Sequence[Place], keep_m: floa
 
 
 def distance_m(place: Place, line: Sequence[Place]) -> float:
-    """How far a place is from a polyline [m]."""
+    """The distance of a place from a polyline [m]."""
     return min(math.hypot(*_to_nearest(place, start, end)) for start, end in pairwise(line))
 
 
 def _beside(
     origin: Place, target: Place, line: Sequence[Place], keep_m: float
 ) -> Iterator[tuple[Place, Place]]:
-    """The segments whose boxes are not certain to be far enough off the way's."""
+    """The segments whose bounding boxes may be too near to the way's bounding box."""
     reach_m = keep_m + TOUCHING_M
     low_x, high_x = min(origin[0], target[0]) - reach_m, max(origin[0], target[0]) + reach_m
     low_y, high_y = min(origin[1], target[1]) - reach_m, max(origin[1], target[1]) + reach_m
@@ -70,7 +70,7 @@ def _beside(
 
 
 def _to_nearest(place: Place, start: Place, end: Place) -> Place:
-    """The way from a place to the nearest one of a segment."""
+    """The vector from a place to the nearest point of a segment."""
     along_x, along_y = end[0] - start[0], end[1] - start[1]
     square = along_x * along_x + along_y * along_y
     share = (place[0] - start[0]) * along_x + (place[1] - start[1]) * along_y
@@ -102,7 +102,7 @@ def _to_slab(x: float, y: float, seen: tuple[float, float, float, float], keep_m
 
 
 def travel_m(origin: Floats, headings: Floats, starts: Floats, ends: Floats, keep_m: Floats) -> Floats:
-    """How far one may go from `origin` in each direction.
+    """The free distance from `origin` in each direction.
 
     Args:
         origin: where the motion starts (2,) [m].
@@ -113,7 +113,7 @@ def travel_m(origin: Floats, headings: Floats, starts: Floats, ends: Floats, kee
 
     Returns:
         Metres for each heading (h,), infinite where nothing is in the way. A segment that is already
-        nearer than its distance forbids motion towards it and no other.
+        nearer than its distance forbids only motion towards it.
     """
     if len(starts) == 0:
         return np.full(len(headings), np.inf)
@@ -124,12 +124,12 @@ def travel_m(origin: Floats, headings: Floats, starts: Floats, ends: Floats, kee
     if inside.any():
         approaching = headings @ to_nearest[inside].T > TOUCHING_M
         free[approaching.any(axis=1)] = 0.0
-    # Where the start touches, the last bits must not decide whether one may go along.
+    # Where the start touches, rounding must not decide whether a motion along the wall is free.
     keep_m = np.maximum(keep_m - np.where(off_m < keep_m + TOUCHING_M, TOUCHING_M / 2.0, 0.0), 0.0)
     starts, ends, keep_m = starts[~inside] - origin, ends[~inside] - origin, keep_m[~inside]
     nearest_m = off_m[~inside] - keep_m - TOUCHING_M
     heading, segment = _in_sight(headings, starts, ends, keep_m)
-    first = segment % FIRST_OF == 0  # they show how few of the others matter
+    first = segment % FIRST_OF == 0  # a first sample shows how few of the others matter
     for part in (np.flatnonzero(first), np.flatnonzero(~first)):
         pairs = part[nearest_m[segment[part]] < free[heading[part]]]
         entry = _entries(headings[heading[pairs]].T, segment[pairs], starts, ends, keep_m)
@@ -138,7 +138,7 @@ def travel_m(origin: Floats, headings: Floats, starts: Floats, ends: Floats, kee
 
 
 def _entries(directions: Floats, segment: Indices, starts: Floats, ends: Floats, keep_m: Floats) -> Floats:
-    """Distance to one stadium in one direction each, (2, p), seen from the origin, which is in none."""
+    """Distance to one stadium in one direction each, (2, p), from the origin, which is outside all."""
     keep_m = keep_m[segment]
     entry = np.minimum(
         np.minimum(
@@ -151,7 +151,7 @@ def _entries(directions: Floats, segment: Indices, starts: Floats, ends: Floats,
 
 
 def _in_sight(headings: Floats, starts: Floats, ends: Floats, keep_m: Floats) -> tuple[Indices, Indices]:
-    """Which headings may lead into which stadium, as pairs (p,), (p,), seen from the origin."""
+    """The pairs (p,), (p,) of heading and stadium that may meet, seen from the origin."""
     start_rad, end_rad = np.arctan2(starts[:, 1], starts[:, 0]), np.arctan2(ends[:, 1], ends[:, 0])
     turn_rad = (end_rad - start_rad + np.pi) % (2.0 * np.pi) - np.pi
     half_start_rad, half_end_rad = _half_angle_rad(starts, keep_m), _half_angle_rad(ends, keep_m)
@@ -169,13 +169,13 @@ def _in_sight(headings: Floats, starts: Floats, ends: Floats, keep_m: Floats) ->
 
 
 def _half_angle_rad(centres: Floats, radii: Floats) -> Floats:
-    """Half the angle that discs take up, seen from the origin; a right angle where that touches."""
+    """Half the angle that discs cover, seen from the origin; a right angle where the origin touches."""
     off_m = np.maximum(np.hypot(centres[:, 0], centres[:, 1]), radii)
     return np.asarray(np.arcsin(radii / np.where(off_m > 0.0, off_m, 1.0)))
 
 
 def _into_disc(directions: Floats, centres: Floats, radii: Floats) -> Floats:
-    """Distance to a disc in one direction each, (2, p), seen from the origin, which is in none of them."""
+    """Distance to a disc in one direction each, (2, p), from the origin, which is outside all."""
     along = directions[0] * centres[0] + directions[1] * centres[1]
     half_chord2 = radii**2 - (centres[0] ** 2 + centres[1] ** 2 - along**2)
     meets = (along > 0.0) & (half_chord2 > 0.0)
@@ -183,7 +183,7 @@ def _into_disc(directions: Floats, centres: Floats, radii: Floats) -> Floats:
 
 
 def _sides(starts: Floats, ends: Floats) -> Floats:
-    """Each segment's unit vector, its length, and where the origin is: along it and across (5, n)."""
+    """Each segment's unit vector and length, and the origin's position along and across it (5, n)."""
     chord = (ends - starts).T
     length = np.hypot(*chord)
     unit = chord / np.where(length > 0.0, length, 1.0)
@@ -193,11 +193,11 @@ def _sides(starts: Floats, ends: Floats) -> Floats:
 
 
 def _into_slab(directions: Floats, sides: Floats, keep_m: Floats) -> Floats:
-    """Distance to the long side of a stadium in one direction each, (2, p), seen from the origin."""
+    """Distance to the long side of a stadium in one direction each, (2, p), from the origin."""
     unit_x, unit_y, length, along, across = sides
     closing = (directions[0] * unit_y - directions[1] * unit_x) * np.sign(across)
     meets = closing > PARALLEL
-    # A start nearer to the line than that, yet not inside, stands beyond the segment's ends or touches it.
+    # A start that is nearer to the line but not inside is beyond the segment's ends, or touches it.
     short = np.maximum(np.abs(across) - keep_m, 0.0)
     entry = np.where(meets, short, np.inf) / np.where(meets, closing, 1.0)
     foot = along + np.where(meets, entry, 0.0) * (directions[0] * unit_x + directions[1] * unit_y)

@@ -1,1 +1,1 @@
-"""The ground that a fleet moves on: bodies, sensors, judgement and the record."""
+"""The simulated world of a fleet: bodies, sensors, judgement and the timeline."""

@@ -1,4 +1,4 @@
-"""`python -m world`: the bodies, sensors, judgement and record of one run."""
+"""`python -m world`: the bodies, sensors, judgement and timeline of one run."""
 
 import argparse
 import logging
@@ -10,6 +10,7 @@ from pathlib import Path
 from protocol.errors import SessionLostError, UsageError
 from protocol.exit_codes import ExitCode
 from protocol.network.session import read_session
+from protocol.plain import PlainFormatter
 from protocol.run_settings import check_is_run, read_plan, read_settings
 from world.record.recorder import RecordingFailedError
 from world.record.run_files import read_scenario
@@ -21,7 +22,9 @@ STDIN = 0
 def main() -> int:
     """Run the world; returns the verdict's exit code."""
     arguments = _parse()
-    logging.basicConfig(format="world: %(message)s", level=logging.INFO)
+    stderr = logging.StreamHandler()
+    stderr.setFormatter(PlainFormatter("world: %(message)s"))
+    logging.basicConfig(handlers=[stderr], level=logging.INFO)
     try:
         check_is_run(arguments.run)
         settings = read_settings(arguments.run)
@@ -45,8 +48,8 @@ def main() -> int:
         return ExitCode.FAILED
     except SessionLostError as error:
         logging.error("%s", error)
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # no file of this is to stay with the user
-        os.abort()  # a crash, and not our verdict: the launcher starts the world again, which goes on
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # leave no core file behind
+        os.abort()  # a crash without a verdict: the launcher restarts the world, which resumes the run
     logging.info("%s: %s", "ok" if verdict.ok else "FAILED", verdict.reason)
     return verdict.exit_code
 
@@ -54,9 +57,9 @@ def main() -> int:
 def _parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="python -m world",
-        description="The world of one run: gives robots bodies and sensors, judges what they do, and "
-        "writes events.jsonl and verdict.json. Exits with the verdict: 0 kept its promises, 1 failed, "
-        "2 wrong usage, 130 interrupted, 143 told to end.",
+        description="The world of one run: it gives robots bodies and sensors, judges their motion, and "
+        "writes events.jsonl and verdict.json. The exit code is the verdict: 0 kept its promises, 1 failed, "
+        "2 wrong usage, 130 interrupted, 143 terminated.",
     )
     parser.add_argument(
         "run",
@@ -71,7 +74,7 @@ def _parse() -> argparse.Namespace:
         "--resume", action="store_true", help="go on from the timeline in RUN, if there is one"
     )
     parser.add_argument(
-        "--lifeline", action="store_true", help="end when stdin does, so that no launcher leaves us behind"
+        "--lifeline", action="store_true", help="end when stdin ends, so that no world outlives its launcher"
     )
     return parser.parse_args()
 

@@ -1,12 +1,12 @@
-"""Which robots are there, by their liveliness tokens and by what is heard of them [wall-clock seconds].
+"""The failure detector of the world: liveliness tokens and messages of robots [wall-clock seconds].
 
-Rule 1: a robot is there from its first token on.
-Rule 2: a robot has died when it shows no token and has not been heard for `SILENCE_S`: a router that
-        loses a token for a moment has killed nobody.
-Rule 3: who has gone as it was told to, when the run was over, has not died; a world that goes on from its
-        timeline finds out there who that is.
-Rule 4: a dead robot that shows a token lives again. If the token bears another incarnation it was started
-        again; else it was frozen, or cut off. One that was started again has died before, known or not.
+Rule 1: a robot is present from its first token on.
+Rule 2: a robot has died when it shows no token and was silent for `SILENCE_S`. So a token that the router
+        loses for a moment is no death.
+Rule 3: a robot that ended as told, when the run was over, has not died. A resumed world finds these robots in
+        the timeline.
+Rule 4: a dead robot that shows a token again is alive. With another incarnation it was restarted; with the
+        same one it was frozen or cut off. A restarted robot has died before, even if undetected.
 """
 
 from collections.abc import Mapping, Set
@@ -17,23 +17,23 @@ SILENCE_S = 1.0  # docs/run.md
 
 
 class Coming(Enum):
-    """What a token that has come says."""
+    """The meaning of a token that appears."""
 
     NEW = auto()
     RESTARTED = auto()
     RETURNED = auto()
-    KNOWN = auto()  # it was never missed
+    KNOWN = auto()  # it was never considered dead
 
 
 @dataclass(slots=True)
 class Attendance:
-    """Who has come, who shows a token, who has died."""
+    """The robots that have come, that show a token, that have died."""
 
     robots: frozenset[int]
     come: set[int] = field(default_factory=set)
     dead: set[int] = field(default_factory=set)
     gone: frozenset[int] = frozenset()
-    """Rule 3."""
+    """Robots that ended as told (rule 3)."""
     _tokens: dict[int, set[str]] = field(default_factory=dict)
     _heard_s: dict[int, float] = field(default_factory=dict)
     _incarnations: dict[int, str] = field(default_factory=dict)
@@ -62,7 +62,7 @@ class Attendance:
         *,
         wall_s: float,
     ) -> None:
-        """Who had come, died and gone by what a timeline says; their tokens are seen again, or not."""
+        """Restore the state from a timeline; tokens are then seen again, or not."""
         self.come |= come
         self.dead |= dead
         self.gone = frozenset(gone)
@@ -71,7 +71,7 @@ class Attendance:
             self.hear(robot, wall_s=wall_s)
 
     def appear(self, robot: int, incarnation: str, *, wall_s: float) -> Coming:
-        """A token has come."""
+        """A token has appeared."""
         before, dead = self._incarnations.get(robot), robot in self.dead
         self._incarnations[robot] = incarnation
         self.come.add(robot)
@@ -85,29 +85,29 @@ class Attendance:
         return Coming.RETURNED if dead else Coming.KNOWN
 
     def vanish(self, robot: int, incarnation: str) -> None:
-        """A token has gone."""
+        """A token has vanished."""
         self._tokens.get(robot, set()).discard(incarnation)
 
     def hear(self, robot: int, *, wall_s: float) -> None:
-        """Something has been heard of the robot."""
+        """A message of the robot has arrived."""
         self._heard_s[robot] = wall_s
 
     def forget_tokens(self, *, wall_s: float) -> None:
-        """This process has just come back: it is told anew of the tokens that there are."""
+        """Forget all tokens after our own absence: existing tokens are reported again."""
         self._tokens.clear()
-        self.excuse(wall_s=wall_s)
+        self.restart_silence(wall_s=wall_s)
 
     def silence_s(self, *, wall_s: float) -> float:
-        """For how long nothing has been heard of any robot."""
+        """How long all robots have been silent."""
         return wall_s - max(self._heard_s.values(), default=wall_s)
 
-    def excuse(self, *, wall_s: float) -> None:
-        """Nobody can be heard at the moment: that counts against nobody."""
+    def restart_silence(self, *, wall_s: float) -> None:
+        """Count silence anew for all robots: at the moment, none can be heard."""
         for robot in self._heard_s:
             self.hear(robot, wall_s=wall_s)
 
-    def bury(self, *, wall_s: float) -> list[int]:
-        """The robots that have died since the last time."""
+    def find_deaths(self, *, wall_s: float) -> list[int]:
+        """Detect deaths; returns the robots that have died since the last call."""
         absent = self.come - self.present - self.dead - self.gone
         newly_dead = sorted(robot for robot in absent if wall_s - self._heard_s[robot] >= SILENCE_S)
         self.dead.update(newly_dead)

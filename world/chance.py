@@ -1,4 +1,4 @@
-"""Seeded chance: one stream a purpose, so that a draw more in one does not move the others."""
+"""Seeded random streams, one per purpose, so that an additional draw in one does not change the others."""
 
 from hashlib import blake2b
 

@@ -1,4 +1,4 @@
-"""How the books of a run are closed: its verdict, from what the world of it knows. Live or rehearsed."""
+"""Makes the verdict of a run from the state of its world, live or rehearsed."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,18 +13,18 @@ from world.judge.verdict import Events, Facts, Verdict, pass_verdict
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Circumstances:
-    """What a world does not know of its own run."""
+    """Facts about a run that its world does not know."""
 
     seed: int
     speed: float | None
     started_at: str
     plan: Plan
-    """What was to go wrong."""
+    """The fault plan."""
     traffic: Account | None
-    """The world's own; None: it went on from its timeline, and its counts of before went with its process."""
+    """The world's own counts; None: the world was resumed, and the counts of its first process are lost."""
     recorded: int
     missing: Mapping[str, int]
-    """Entries that each source is known to have made and that are not recorded."""
+    """By source: the number of entries that are known to exist and are not recorded."""
     wall_s: float
     cpu_s: float
 
@@ -34,7 +34,7 @@ def verdict_of(world: World, circumstances: Circumstances) -> Verdict:
     assert world.judgement is not None, "a verdict needs a judgement"
     assert world.ending is not None, "a verdict needs an ending"
     tally, attendance = world.tally, world.attendance
-    # What a dead robot had not told, it took with it; of the living, the last entry says that it is the last.
+    # Missing entries of dead robots are lost with them. A living robot's last entry says that it is the last.
     untold = attendance.living - tally.counted.keys()
     missing = sum(circumstances.missing.get(robot_name(robot), 0) for robot in attendance.living)
     accounts = _accounts(tally)
@@ -51,7 +51,7 @@ def verdict_of(world: World, circumstances: Circumstances) -> Verdict:
             living=world.survivors,
             tally=tally,
             judgement=world.judgement,
-            messages=balance(accounts, robots=sorted(attendance.robots), taken=tally.taken),
+            messages=balance(accounts, robots=sorted(attendance.robots), removed=tally.removed),
             events=Events(
                 recorded=circumstances.recorded,
                 missing=missing + len(untold) + tally.unrecorded_count,
@@ -65,7 +65,7 @@ def verdict_of(world: World, circumstances: Circumstances) -> Verdict:
 
 
 def _accounts(tally: Tally) -> dict[str, Account]:
-    """Of each robot that told both its counts, and of all its life: not of one that was started again."""
+    """The accounts of robots that recorded both counts for the whole run; restarted robots have none."""
     return {
         robot_name(robot): Account(
             sent=tally.settled[robot].sent,

@@ -1,4 +1,4 @@
-"""What the world may want done. The shell obeys."""
+"""The commands of the world's core; the shell executes them."""
 
 from msgspec import Struct
 
@@ -7,21 +7,21 @@ from protocol.wire.messages import Odometry, Scan
 
 
 class TellOdometry(Struct, frozen=True):
-    """Tell a robot of its body."""
+    """Send odometry to a robot."""
 
     robot: int
     odometry: Odometry
 
 
 class ServeScan(Struct, frozen=True):
-    """Answer the robot that asked for a scan."""
+    """Reply to a robot's scan query."""
 
     robot: int
     scan: Scan
 
 
 class Note(Struct, frozen=True):
-    """Put an entry into the timeline."""
+    """Record an entry in the timeline."""
 
     t_s: float
     record: Record

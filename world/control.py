@@ -1,47 +1,56 @@
-"""Hears what is to go wrong while a run goes on, at a socket in its private folder. A shell."""
+"""Receives manual faults while a run is active, at a socket in its private folder. A shell."""
 
 import asyncio
 import contextlib
+import os
 from collections.abc import AsyncIterator, Callable
 from pathlib import Path
 
 import msgspec
 
 from protocol.errors import UsageError
-from protocol.faults.mischief import ANSWER_S_MAX, LINE_BYTES_MAX, SOCKET, WHERE_FILE, Answer, Wish
+from protocol.faults.manual_faults import (
+    ANSWER_S_MAX,
+    LINE_BYTES_MAX,
+    SOCKET,
+    WHERE_FILE,
+    Answer,
+    FaultRequest,
+)
 from protocol.faults.rules import Rule
+from protocol.files.writing import write_whole
 
-Give = Callable[[Rule, float | None], str]
-"""Takes a rule, and for how long it is to hold; returns its name, or raises `UsageError`."""
+Add = Callable[[Rule, float | None], str]
+"""Applies a rule for a time; returns its name, or raises `UsageError`."""
 
 
 @contextlib.asynccontextmanager
-async def heard(private: Path, folder: Path, give: Give) -> AsyncIterator[None]:
-    """Hear wishes for as long as the context lasts; the run's folder says where."""
+async def heard(private: Path, folder: Path, add: Add) -> AsyncIterator[None]:
+    """Accept fault requests while the context is open; a file in the run's folder names the socket."""
     where, path = folder / WHERE_FILE, private / SOCKET
     path.unlink(missing_ok=True)
     try:
         server = await asyncio.start_unix_server(
-            lambda reader, writer: _serve(reader, writer, give), path, limit=LINE_BYTES_MAX
+            lambda reader, writer: _serve(reader, writer, add), path, limit=LINE_BYTES_MAX
         )
-    except OSError:  # a path that is too long: the run goes on without
+    except OSError:  # the path is too long: the run continues without manual faults
         yield
         return
     try:
         async with server:
-            where.write_text(str(path.resolve()), encoding="utf-8")
+            write_whole(where, os.fsencode(path.resolve()))
             yield
     finally:
         where.unlink(missing_ok=True)
         path.unlink(missing_ok=True)
 
 
-async def _serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, give: Give) -> None:
-    with contextlib.suppress(OSError):  # whoever asked may have gone
+async def _serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, add: Add) -> None:
+    with contextlib.suppress(OSError):  # the client may have ended
         try:
             async with asyncio.timeout(ANSWER_S_MAX):
-                said = msgspec.json.decode(await reader.readline(), type=Wish)
-            answer = Answer(name=give(said.rule, said.for_s))
+                said = msgspec.json.decode(await reader.readline(), type=FaultRequest)
+            answer = Answer(name=add(said.rule, said.for_s))
         except (UsageError, TimeoutError, ValueError) as error:  # msgspec's are ValueErrors
             answer = Answer(error=str(error))
         writer.write(msgspec.json.encode(answer) + b"\n")

@@ -1,12 +1,17 @@
-"""The world of one run, without clock or network: who is there, what they are told, when the run is over.
+"""The core of the world of one run: robots present, messages to them, end of the run. No clock, no network.
 
-Rule 1: simulated time goes on by ticks alone. Wall-clock time is an argument and decides only what
-        concerns processes: who is missing, who has died, how long last words may take.
-Rule 2: `running` ends when every living robot has arrived, a route is lost, nothing has come of a death or
-        a broken link for `HEAL_S_MAX`, the time is up, all robots or the router stay away, or somebody
-        interrupts. Then comes `over`, then `closing`, then it is done.
-Rule 3: without a router nobody is heard, and nobody is said to have died of that.
-Rule 4: in lock-step the world waits for every living robot's answer to the last odometry told to it.
+Rule 1: simulated time advances only by ticks. Wall-clock time is an argument and decides only about
+        processes: which are missing, which have died, and how long the last messages may take.
+Rule 2: `running` ends on the first of these:
+        - every living robot has arrived;
+        - the leader has lost its route;
+        - a death or a broken link has not healed within `HEAL_S_MAX`;
+        - the time limit of the scenario;
+        - all robots, or the router, stay away;
+        - a request to end.
+        Then follow `over`, `closing`, and the judgement.
+Rule 3: without a router no robot can be heard, and no robot is declared dead for that silence.
+Rule 4: in lock-step the world waits for the answer of every living robot to its last odometry.
 """
 
 import math
@@ -54,9 +59,9 @@ from world.scenario.scenario import Scenario
 MUSTER_WALL_S = 10.0
 LAST_WORDS_WALL_S = 2.0
 HEAL_S_MAX = 60.0
-SEEN_LIVE = {"S1", "S2"}  # noted when they broke
+SEEN_LIVE = {"S1", "S2"}  # recorded at the moment of the violation
 ROUTER_PATIENCE_WALL_S = 10.0
-ROBOTS_PATIENCE_WALL_S = 10.0  # a cut between the world and all robots looks like the death of all
+ROBOTS_PATIENCE_WALL_S = 10.0  # a cut between world and robots looks like the death of all robots
 RETURN_WALL_S = 1.0
 
 
@@ -64,7 +69,7 @@ class World:
     """One run."""
 
     def __init__(self, scenario: Scenario, *, seed: int, wall_s: float, past: Past | None = None) -> None:
-        """A run from its start, or one that goes on from its timeline: then `resume` comes first."""
+        """Start a run, or resume one from its timeline `past`: then call `resume` first."""
         robots = range(1, scenario.fleet.robots + 1)
         self.scenario = scenario
         self.arena = Arena(scenario, seed=seed, life=0 if past is None else past.life)
@@ -74,16 +79,16 @@ class World:
         self.phase = Phase.RUNNING
         self.ending: Ending | None = None
         self.over_s = 0.0
-        """When the run was over."""
+        """Simulated time at the end of `running`."""
         self.survivors: frozenset[int] = frozenset()
-        """Who lived then."""
+        """The robots alive at that time."""
         self.judgement: Judgement | None = None
-        """What came of it; None until it is done."""
+        """The judgement; None until the run is done."""
         self._evidence = Evidence()
         self._started = False
         self._routing = Routing()
         self._returned_wall_s = -math.inf
-        """When robots that are there could not be heard the last time."""
+        """When present robots could last not be heard."""
         self._phase_began_wall_s = wall_s
         self._told_s = dict.fromkeys(robots, -1.0)
         self._answered_s = dict.fromkeys(robots, -1.0)
@@ -101,15 +106,15 @@ class World:
 
     @property
     def started(self) -> bool:
-        """Whether the clock runs: all robots have come, or the run is over without."""
+        """Whether the clock runs: all robots have come, or the run is over without them."""
         return self._started or self.phase is not Phase.RUNNING
 
     @property
     def awaited(self) -> set[int]:
-        """The living robots that have not answered the last odometry told to them.
+        """The living robots that have not answered their last odometry.
 
-        One whose token has gone is among them until it is known to have died: lock-step would else run
-        ahead of that.
+        A robot whose token vanished is included until its death is detected: otherwise lock-step would run
+        ahead of the detection.
         """
         if self.phase is not Phase.RUNNING:
             return set()
@@ -117,14 +122,14 @@ class World:
         return owing & self.attendance.living
 
     def resume(self, *, wall_s: float) -> list[Command]:
-        """Go on from the timeline of the world that was killed."""
+        """Resume from the timeline of a world that was killed."""
         past = self._past
         assert past is not None, "a run without a past starts"
         for source, entry in past.lines:
             self._learn(source, entry)
         gone = self.tally.counted.keys()
         self.attendance.recall(past.come, past.dead, gone, past.incarnations, wall_s=wall_s)
-        if past.ended is not None:  # but for the verdict all was written
+        if past.ended is not None:  # only the verdict is missing
             self.ending = next(ending for ending in Ending if past.ended.startswith(ending))
             self.over_s, self.survivors = past.newest_s, frozenset(self.attendance.living)
             self.judgement = judge_evidence(self.scenario, self._evidence)
@@ -140,12 +145,12 @@ class World:
         self._evidence.hear(source, entry)
 
     def come_back(self, *, wall_s: float) -> None:
-        """Go on with all that is known but the tokens: who died meanwhile shows none."""
+        """Continue after an absence; forget the tokens, since robots may have died meanwhile."""
         self.attendance.forget_tokens(wall_s=wall_s)
         self._returned_wall_s = wall_s
 
     def handle(self, event: Event, *, wall_s: float) -> list[Command]:
-        """Take an event in."""
+        """Process an event."""
         match event:
             case OrderHeard():
                 self.attendance.hear(event.robot, wall_s=wall_s)
@@ -155,7 +160,7 @@ class World:
                 served, scan = self.arena.scan(event.robot, event.revolutions)
                 return [served, ServeScan(event.robot, scan)]
             case TokenCame():
-                return self._greet(event.robot, event.incarnation, wall_s)
+                return self._note_token(event.robot, event.incarnation, wall_s)
             case TokenWent():
                 self.attendance.vanish(event.robot, event.incarnation)
             case EntryWritten():
@@ -174,15 +179,15 @@ class World:
         return []
 
     def look(self, *, wall_s: float, router: str | None = "") -> list[Command]:
-        """See whether it is time for the next phase.
+        """Advance to the next phase if it is time.
 
         Args:
             wall_s: the wall clock.
-            router: which carries the world; None: there is none, and who is not heard need not have died.
+            router: the connected router; None: there is none, so a silent robot need not have died.
         """
         news = [self.arena.note(each) for each in self._routing.look(router, wall_s=wall_s)]
         if router is None or news:
-            self.attendance.excuse(wall_s=wall_s)
+            self.attendance.restart_silence(wall_s=wall_s)
             self._returned_wall_s = wall_s
         if not self._is_cut_off(wall_s):
             return [*news, *self._look(wall_s)]
@@ -203,20 +208,20 @@ class World:
                 if settled or waited_s >= LAST_WORDS_WALL_S:
                     return self._go_on_to(Phase.CLOSING, wall_s)
             case Phase.CLOSING:
-                # A robot that has gone had all its entries acknowledged: nothing more will come.
+                # All entries of a robot that ended were acknowledged: nothing more will arrive.
                 gone = not self.attendance.living & self.attendance.present
                 if self.judgement is None and (gone or waited_s >= LAST_WORDS_WALL_S):
                     return self._judge()
         return []
 
-    def _greet(self, robot: int, incarnation: str, wall_s: float) -> list[Command]:
-        """A token has come."""
+    def _note_token(self, robot: int, incarnation: str, wall_s: float) -> list[Command]:
+        """A robot's token has appeared."""
         died = robot in self.attendance.dead
         match self.attendance.appear(robot, incarnation, wall_s=wall_s):
             case Coming.NEW:
                 return [self.arena.note(RobotAppeared(robot=robot))]
             case Coming.RESTARTED:
-                deaths = [] if died else [self._die(robot)]
+                deaths = [] if died else [self._note_death(robot)]
                 told = self._tell([robot]) if self.started else []
                 return [*deaths, self.arena.note(RobotRestarted(robot=robot)), *told]
             case Coming.RETURNED:
@@ -225,9 +230,9 @@ class World:
                 return []
 
     def _is_cut_off(self, wall_s: float) -> bool:
-        """Whether nobody can be heard; and while robots that have come back are not all seen yet.
+        """Whether the world cannot hear its robots, or has not seen all tokens since it was reconnected.
 
-        Who asks for the end is not kept waiting for that.
+        A request to end does not wait for that.
         """
         if self.ending in {Ending.INTERRUPTED, Ending.TERMINATED, Ending.CUT_OFF}:
             return False
@@ -238,17 +243,17 @@ class World:
         return self._started and returning and bool(unseen)
 
     def _look_after_robots(self, wall_s: float) -> list[Command]:
-        deaths = [self._die(robot) for robot in self.attendance.bury(wall_s=wall_s)]
+        deaths = [self._note_death(robot) for robot in self.attendance.find_deaths(wall_s=wall_s)]
         ending = self._find_ending(wall_s)
         return [*deaths, *(self._end(ending, wall_s) if ending is not None else [])]
 
     def tick(self) -> list[Command]:
-        """Go on by one tick."""
+        """Advance by one tick."""
         notes, finished = self.arena.tick()
         return [*notes, *(self._tell_all() if self.arena.is_odometry_instant else self._tell(finished))]
 
     def remind(self) -> list[Command]:
-        """Tell the robots that owe an answer once more what they have to answer."""
+        """Send odometry again to the robots that have not answered."""
         return self._tell(sorted(self.awaited))
 
     def _tell(self, robots: Iterable[int]) -> list[Command]:
@@ -263,18 +268,18 @@ class World:
 
     def _hear_order(self, robot: int, drive: Drive) -> list[Command]:
         if not self._started or self.phase is not Phase.RUNNING:
-            return []  # the run is over: bodies stand, whatever was still on its way
-        if drive.basis_s <= self.now_s:  # a void order is an answer, too
+            return []  # the run is over: bodies stand, even if orders still arrive
+        if drive.basis_s <= self.now_s:  # a void order is an answer too
             self._answered_s[robot] = max(self._answered_s[robot], drive.basis_s)
         try:
             return [*self.arena.order(robot, drive)]
         except MessageRefusedError as error:
             if drive.number == self._refused[robot]:
-                return []  # it is repeated with every odometry, and said once
+                return []  # it is repeated with every odometry, and recorded once
             self._refused[robot] = drive.number
             return [self.arena.note(OrderRefused(robot=robot, number=drive.number, reason=str(error)))]
 
-    def _die(self, robot: int) -> Note:
+    def _note_death(self, robot: int) -> Note:
         return self.arena.note(RobotDied(robot=robot, silent_since_s=self.bodies.basis_s(robot - 1)))
 
     def _find_ending(self, wall_s: float) -> Ending | None:
@@ -285,14 +290,14 @@ class World:
             return Ending.ARRIVED
         if tally.route_lost is not None:
             return Ending.ROUTE_LOST
-        if tally.upset_s is not None:
-            last_s = max(tally.upset_s, tally.arrived_s, self.arena.moved_s)
+        if tally.disturbed_s is not None:
+            last_s = max(tally.disturbed_s, tally.arrived_s, self.arena.moved_s)
             if self.now_s - last_s >= HEAL_S_MAX:
                 return Ending.STUCK
         return Ending.TIMED_OUT if self.now_s >= self.scenario.time.time_s_max else None
 
     def _start(self) -> list[Command]:
-        """All robots have come: place the bodies, and let the clock run."""
+        """All robots have come: place the bodies and start the clock."""
         self._started = True
         return [*self.arena.place(), *self._tell_all()]
 
@@ -308,7 +313,7 @@ class World:
         return self._tell_all()
 
     def _judge(self) -> list[Command]:
-        """Judge by the timeline alone, as anybody can after us; only then is the run ended."""
+        """Judge the run by the timeline alone, so that others can repeat it; then record the end."""
         assert self.ending is not None, "judged before the run was over"
         self.judgement = judge_evidence(self.scenario, self._evidence)
         unlawful = [each.broken for each in self.judgement.breaches if each.broken.invariant not in SEEN_LIVE]

@@ -1,4 +1,4 @@
-"""What may happen to the world."""
+"""The events that the world's core processes."""
 
 from msgspec import Struct
 
@@ -8,49 +8,49 @@ from protocol.wire.messages import Drive
 
 
 class OrderHeard(Struct, frozen=True):
-    """A robot's newest drive order."""
+    """A robot's newest drive order has arrived."""
 
     robot: int
     drive: Drive
 
 
 class ScanAsked(Struct, frozen=True):
-    """A robot wants its sensor read."""
+    """A robot queries a scan."""
 
     robot: int
     revolutions: int
 
 
 class TokenCame(Struct, frozen=True):
-    """A robot's process shows that it lives."""
+    """A robot's liveliness token has appeared."""
 
     robot: int
     incarnation: str
 
 
 class TokenWent(Struct, frozen=True):
-    """A robot's process shows that no longer."""
+    """A robot's liveliness token has vanished."""
 
     robot: int
     incarnation: str
 
 
 class EntryWritten(Struct, frozen=True):
-    """The recorder has written an entry, of the world's own or of a robot's."""
+    """The recorder has written an entry of the world or of a robot."""
 
     source: str
     entry: Entry
 
 
 class MessageDropped(Struct, frozen=True):
-    """A message broke the protocol on its way in."""
+    """An arriving message broke the protocol."""
 
     key: str
     reason: str
 
 
 class StopAsked(Struct, frozen=True):
-    """The user wants the run to end; with this exit code, unless the run has failed by then."""
+    """The user asks the run to end; with this exit code, unless the run has failed before."""
 
     exit_code: ExitCode
 

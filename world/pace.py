@@ -1,10 +1,10 @@
-"""When to tick, against the wall clock. Pure: the time is an argument.
+"""Schedules ticks against the wall clock. Pure: the time is an argument.
 
-Rule 1: no tick is skipped; a world that is late runs slower. It makes up for at most one odometry period,
-        since a longer burst would outrun the robots that answer it.
-Rule 2: in lock-step it ticks at once, unless robots owe an answer, and waits for those `PATIENCE_S` at most.
-        Odometry is state, so it may be told again to a robot that owes an answer: one may be lost.
-Rule 3: when the run is over nobody answers, and real time is fast enough.
+Rule 1: no tick is skipped; a late world runs slower. It catches up by at most one odometry period, since
+        robots could not answer a longer burst in time.
+Rule 2: in lock-step the world ticks at once, unless answers of robots are missing. It waits `PATIENCE_S` for
+        them at most. Odometry is state, so it is sent again to such a robot: a message may be lost.
+Rule 3: when the run is over robots do not answer, and the world ticks in real time.
 """
 
 from dataclasses import dataclass
@@ -13,20 +13,20 @@ from world.bodies.arena import ODOMETRY_TICKS, TICK_S
 from world.core import World
 
 PATIENCE_S = 1.0  # docs/run.md
-GLANCE_S = 0.1  # wall: how late a signal or a deadline may be seen
-REMIND_S = 0.05  # wall: far longer than an answer takes, unless it or the odometry was lost
+GLANCE_S = 0.1  # wall: the longest delay in noticing a signal or a deadline
+REMIND_S = 0.05  # wall: far longer than an answer takes if no message is lost
 
 
 @dataclass(slots=True)
 class Pace:
-    """How fast one run goes on; `speed` None means lock-step."""
+    """The pace of one run; `speed` None means lock-step."""
 
     speed: float | None
     _due_wall_s: float | None = None
     _told_wall_s: float = 0.0
 
     def wait_s(self, world: World, *, wall_s: float) -> float:
-        """How long to wait for arrivals before the next look [wall s]; 0 when a tick is due."""
+        """How long to wait for arrivals [wall s]; 0 when a tick is due."""
         if not world.started:
             return GLANCE_S
         if self._due_wall_s is None:
@@ -35,15 +35,15 @@ class Pace:
             return min(max(self._due_wall_s - wall_s, 0.0), GLANCE_S)
         return min(max(self._due_wall_s - wall_s, 0.0), REMIND_S) if world.awaited else 0.0
 
-    def should_remind(self, world: World, *, wall_s: float) -> bool:
-        """Whether it is time to tell odometry again to robots that owe an answer; asked means done."""
+    def take_reminder(self, world: World, *, wall_s: float) -> bool:
+        """Whether to send odometry again to robots that have not answered; True restarts the period."""
         if not (self._in_lock_step(world) and world.awaited and wall_s - self._told_wall_s >= REMIND_S):
             return False
         self._told_wall_s = wall_s
         return True
 
     def ticked(self, world: World, *, wall_s: float) -> None:
-        """A tick has been made."""
+        """Note that a tick was made."""
         assert self._due_wall_s is not None, "ticked before it was due"
         self._told_wall_s = wall_s
         if self._in_lock_step(world):

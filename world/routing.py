@@ -1,6 +1,6 @@
-"""Which router carries the world, and for how long none does [wall-clock seconds]. Pure.
+"""The world's connection to its router, and how long it was lost [wall-clock seconds]. Pure.
 
-Rule 1: a router that takes over from another within one look was lost and found in it.
+Rule 1: if another router takes over between two looks, both `router.lost` and `router.found` are recorded.
 """
 
 from collections.abc import Iterator
@@ -11,14 +11,14 @@ from protocol.timeline import Record, RouterFound, RouterLost
 
 @dataclass(slots=True)
 class Routing:
-    """What the world knows of its router."""
+    """The world's view of its router."""
 
     _router: str | None = None
     _seen_wall_s: float = 0.0
     _lost: bool = False
 
     def look(self, router: str | None, *, wall_s: float) -> Iterator[Record]:
-        """See which router there is now; what is to be recorded of that."""
+        """Note the connected router; yields the entries to record."""
         if self._router is not None and router != self._router and not self._lost:
             self._lost = True
             yield RouterLost()
@@ -30,5 +30,5 @@ class Routing:
         self._router, self._seen_wall_s = router, wall_s
 
     def away_s(self, wall_s: float) -> float:
-        """For how long there has been none; 0 while there is one."""
+        """How long there has been no router; 0 while there is one."""
         return wall_s - self._seen_wall_s if self._lost else 0.0

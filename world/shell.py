@@ -1,7 +1,7 @@
 """The shell of the world: its session, the wall clock, the files. It decides nothing about the run.
 
-Rule 1: what the world records is written before anybody can hear of it.
-Rule 2: the verdict is written whatever ends the run, as long as the timeline could be.
+Rule 1: an entry of the world is written before any message that depends on it is sent.
+Rule 2: the verdict is written however the run ends, as long as the timeline could be written.
 """
 
 import asyncio
@@ -16,10 +16,10 @@ from pathlib import Path
 from protocol.ending import asked_to_end
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
-from protocol.faults.blows import strike
 from protocol.faults.plan import NO_FAULTS, Plan
+from protocol.faults.process_commands import send_process_fault
+from protocol.faults.process_faults import ProcessAction
 from protocol.faults.rules import Rule
-from protocol.faults.strokes import Blow
 from protocol.keys import WORLD, robot_name, robot_number
 from protocol.network.faulty_transport import Conditions, FaultyTransport
 from protocol.network.session import Session
@@ -42,7 +42,7 @@ from world.events import (
     TokenCame,
     TokenWent,
 )
-from world.faults import Mischief
+from world.faults import RunFaults
 from world.judge.books import Account
 from world.judge.verdict import Verdict
 from world.pace import Pace
@@ -54,12 +54,12 @@ from world.scenario.scenario import Scenario
 
 log = logging.getLogger("world")
 
-STRUCK_S = 0.2  # wall: the launcher strikes within some 5 ms
+STRUCK_S = 0.2  # wall: the launcher acts within about 5 ms
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
-    """What the user asked for."""
+    """The user's request for a run."""
 
     scenario: Scenario
     session: Session
@@ -69,18 +69,18 @@ class Request:
     lifeline: int | None
     plan: Plan = NO_FAULTS
     private: Path
-    """The run's private folder, where hosts and launcher hear what they are to do."""
+    """The run's private folder, with the sockets and pipes of hosts and launcher."""
     resume: bool = False
-    """Go on from the timeline in `out`, if a world was killed that wrote one."""
+    """Resume from the timeline in `out`, if there is one."""
 
 
 def run(request: Request) -> Verdict:
-    """Run one run to its verdict.
+    """Execute one run to its verdict.
 
     Raises:
-        UsageError: no router admits us, or the run's folder will not do.
-        RecordingFailedError: the timeline or the verdict cannot be written any more.
-        SessionLostError: as `open_transport` says; the timeline holds all until then.
+        UsageError: no router admits us, or the run's folder is unusable.
+        RecordingFailedError: the timeline or the verdict can no longer be written.
+        SessionLostError: see `open_transport`; the timeline is complete until then.
     """
     return asyncio.run(_run(request))
 
@@ -95,13 +95,13 @@ async def _run(request: Request) -> Verdict:
     with (
         asked_to_end(request.lifeline) as ending,
         open_transport(request.session, hear=hear, answer=answer, alive=alive, watch=watch) as transport,
-        # Last, so that a run that cannot start leaves nothing behind.
+        # Last, so that a run that cannot start leaves no files.
         open_events(request.out) if past is None else continue_events(request.out, past.whole_bytes) as file,
     ):
         header = _header(request, transport) if past is None else past.header
         recorder = Recorder(file, header if past is None else None)
         life = _Life(request, transport, recorder, past)
-        async with heard(request.private, request.out, life.give):
+        async with heard(request.private, request.out, life.add_fault):
             verdict = await life.run(ending, header.started_at)
     save_verdict(verdict, request.out)
     return verdict
@@ -120,7 +120,7 @@ def _header(request: Request, transport: Transport) -> Header:
 
 
 class _Life:
-    """What the shell of the world remembers."""
+    """The state of the world's shell."""
 
     def __init__(self, request: Request, transport: Transport, recorder: Recorder, past: Past | None) -> None:
         self._request = request
@@ -129,7 +129,7 @@ class _Life:
         self._transport = FaultyTransport(
             transport, conditions, self._keys, WORLD, lambda fault: self._note(self._world.now_s, fault)
         )
-        self._mischief = Mischief(request.plan, request.seed, robots=request.scenario.fleet.robots)
+        self._faults = RunFaults(request.plan, request.seed, robots=request.scenario.fleet.robots)
         self._recorder = recorder
         self._mission = request.scenario.mission()
         self._started_wall_s = self._over_wall_s = time.monotonic()
@@ -137,7 +137,7 @@ class _Life:
         self._world = World(request.scenario, seed=request.seed, wall_s=self._started_wall_s, past=past)
 
     async def run(self, ending: asyncio.Future[ExitCode], started_at: str) -> Verdict:
-        """Until the world has judged the run."""
+        """Run until the world has judged the run."""
         world, pace = self._world, Pace(self._request.speed)
         if self._past is not None:
             self._resume(self._past)
@@ -148,57 +148,57 @@ class _Life:
             if ending.done():
                 self._handle(StopAsked(ending.result()))
             self._obey(world.look(wall_s=time.monotonic(), router=self._transport.router))
-            for _ in range(ODOMETRY_TICKS):  # then whatever arrived meanwhile has its turn
+            for _ in range(ODOMETRY_TICKS):  # then arrivals are processed
                 if not world.started or pace.wait_s(world, wall_s=time.monotonic()) > 0.0:
                     break
                 self._obey(world.tick())
                 pace.ticked(world, wall_s=time.monotonic())
-            if pace.should_remind(world, wall_s=time.monotonic()):
+            if pace.take_reminder(world, wall_s=time.monotonic()):
                 self._obey(world.remind())
-            self._clock()
-            self._strike()
+            self._note_wall_times()
+            self._inject_faults()
         return self._verdict(started_at)
 
     def _resume(self, past: Past) -> None:
-        """Take up what the world that was killed had written."""
-        for source, incarnation, entry in past.said():
+        """Restore the state that the killed world had recorded."""
+        for source, incarnation, entry in past.entries():
             self._recorder.recall(source, entry, incarnation)
-            self._mischief.hear(source, entry)
+            self._faults.hear(source, entry)
         ran_s = (datetime.now(UTC) - datetime.fromisoformat(past.header.started_at)).total_seconds()
         self._obey(self._world.resume(wall_s=time.monotonic()))
         if self._world.started:
             self._started_wall_s -= ran_s
 
-    def _clock(self) -> None:
+    def _note_wall_times(self) -> None:
         if self._world.ending is None:
             self._over_wall_s = time.monotonic()
             if not self._world.started:
                 self._started_wall_s = self._over_wall_s
 
-    def give(self, rule: Rule, for_s: float | None) -> str:
-        """Have something go wrong from now on; returns the rule's name.
+    def add_fault(self, rule: Rule, for_s: float | None) -> str:
+        """Apply a manual fault rule from now on; returns its name.
 
         Raises:
-            UsageError: it cannot.
+            UsageError: the run is not active, or the rule is refused.
         """
         if not self._world.started or self._world.phase is not Phase.RUNNING:
             raise UsageError("the run has not begun, or is over")
-        return self._mischief.give(rule, now_s=self._world.now_s, for_s=for_s)
+        return self._faults.add(rule, now_s=self._world.now_s, for_s=for_s)
 
-    def _strike(self) -> None:
-        """Do what is due of the run's faults, while it goes on; what is done is on record first."""
+    def _inject_faults(self) -> None:
+        """Inject the faults that are due, while the run is active; each is recorded first."""
         now_s = self._world.now_s
         self._transport.tell_time(now_s)
         if not self._world.started or self._world.phase is not Phase.RUNNING:
             return
-        for stroke in self._mischief.due(now_s):
-            self._note(now_s, stroke.as_record())
-            if stroke.blow is not Blow.SLOW:
-                strike(self._request.private, stroke, speed=self._request.speed or 1.0)
-            if (stroke.process, stroke.blow) == (WORLD, Blow.FREEZE):
-                time.sleep(STRUCK_S)  # so that nothing is done between asking for it and being stopped
-        self._transport.have(self._mischief.of(WORLD))
-        for name, faults in self._mischief.news(sorted(self._world.attendance.robots), now_s).items():
+        for fault in self._faults.due(now_s):
+            self._note(now_s, fault.as_record())
+            if fault.action is not ProcessAction.SLOW:
+                send_process_fault(self._request.private, fault, speed=self._request.speed or 1.0)
+            if (fault.process, fault.action) == (WORLD, ProcessAction.FREEZE):
+                time.sleep(STRUCK_S)  # so that the world does nothing between its request and its stop
+        self._transport.have(self._faults.of(WORLD))
+        for name, faults in self._faults.news(sorted(self._world.attendance.robots), now_s).items():
             self._transport.put(self._keys.fault(name), faults)
 
     def _take(self, arrival: Arrival) -> None:
@@ -207,7 +207,7 @@ class _Life:
             case Asked(answer=answer) if arrival.key == self._keys.mission():
                 answer(self._mission)
             case _ if robot is None:
-                self._complain(arrival)
+                self._refuse(arrival)
             case Heard(message=Drive() as drive) if arrival.key == self._keys.drive(robot_name(robot)):
                 self._handle(OrderHeard(robot, drive))
             case Heard(message=LogBatch() as batch) if arrival.key == self._keys.log(robot_name(robot)):
@@ -219,7 +219,7 @@ class _Life:
             case Vanished(key):
                 self._handle(TokenWent(robot, self._keys.part(key, 2)))
             case _:
-                self._complain(arrival)
+                self._refuse(arrival)
 
     def _hear_log(self, source: str, batch: LogBatch) -> None:
         self._write(source, batch.entries, batch.incarnation)
@@ -227,8 +227,8 @@ class _Life:
         logged = Logged(incarnation=batch.incarnation, up_to=up_to)
         self._transport.put(self._keys.logged(source), logged)
 
-    def _complain(self, arrival: Arrival) -> None:
-        """Put what nobody should have sent into the timeline; the world's own token is no such thing."""
+    def _refuse(self, arrival: Arrival) -> None:
+        """Record an unexpected arrival in the timeline; the world's own token is expected."""
         match arrival:
             case Refused(key, reason):
                 self._handle(MessageDropped(self._keys.behind_root(key), reason))
@@ -254,7 +254,7 @@ class _Life:
                 case TellOdometry(robot, odometry):
                     self._transport.put(self._keys.odometry(robot_name(robot)), odometry)
                 case ServeScan(scan=scan):
-                    assert answer is not None, "a scan that nobody asked for"
+                    assert answer is not None, "a scan without a query"
                     answer(scan)
                 case Note(t_s, record):
                     self._note(t_s, record)
@@ -267,7 +267,7 @@ class _Life:
         for entry in self._recorder.take(source, entries, incarnation):
             if (sentence := progress(source, entry)) is not None:
                 log.info(sentence)
-            self._mischief.hear(source, entry)
+            self._faults.hear(source, entry)
             self._handle(EntryWritten(source, entry))
 
     def _verdict(self, started_at: str) -> Verdict:

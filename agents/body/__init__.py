@@ -1,1 +1,1 @@
-"""One robot's body: its drive, its sensor, and looking while it drives."""
+"""A robot's use of its body: drive orders, scans, and scans while driving."""

@@ -1,8 +1,8 @@
-"""A robot's questions to its sensor: asked until answered, and an answer is believed once.
+"""A robot's scan queries: repeated until answered, and each answer is used once.
 
-A question or its answer may be lost, and one that was repeated may be answered twice, the second time when
-the robot stands somewhere else. So a scan is good only where it was taken. And who has been left out of a
-muster may have moved since: it stands from a known time on, and only scans from then on are good.
+A query or its answer may be lost. A repeated query may be answered twice, the second time when the robot
+stands somewhere else. So a scan is valid only where it was taken. A robot that was left out of a muster may
+move until a known time; only scans after that time are valid.
 """
 
 from agents.body.driver import Driver
@@ -12,11 +12,11 @@ from agents.navigation.scan import View, view
 from protocol.mission import Mission
 from protocol.wire.messages import Scan
 
-RETRY_S = 0.2  # the sensor itself answers within a tick, and the way there and back takes milliseconds
+RETRY_S = 0.2  # the sensor answers within a tick, and the messages take milliseconds
 
 
 class Senses:
-    """The scan that a robot waits for."""
+    """The scan queries of a robot, and the newest answer."""
 
     def __init__(self, mission: Mission, driver: Driver) -> None:
         self._mission = mission
@@ -26,38 +26,38 @@ class Senses:
         self._trusted_from_s = -float("inf")
 
     def hear(self, scan: Scan) -> None:
-        """Take in what the sensor answers."""
+        """Adopt an answer of the sensor."""
         self._scan = scan
 
     def forget(self) -> None:
-        """What has been seen so far is not to be believed any more."""
+        """Drop the scan that has arrived; it is no longer valid."""
         self._scan = None
 
     def trust_from(self, since_s: float) -> None:
-        """Whoever is not in the strand stands since then: no scan that is older is believed any more."""
+        """Accept only scans from this time on, since which robots outside the strand stand."""
         self._trusted_from_s = max(self._trusted_from_s, since_s)
 
     def ask(self, now_s: float, *, revolutions: int | None = None) -> list[Command]:
-        """Ask for a scan, if not just asked: as usual, or of so many revolutions."""
+        """Ask for a scan, unless just asked; with the usual number of revolutions or with this one."""
         if not is_due(last_s=self._asked_at_s, every_s=RETRY_S, now_s=now_s):
             return []
         self._asked_at_s = now_s
         return [AskScan(revolutions or self._mission.revolutions)]
 
     def look(self, now_s: float) -> list[Command]:
-        """Ask again, whatever is still on its way: where obstacles move a robot looks while it drives."""
+        """Ask for a scan even if a query is pending: where obstacles move, a robot scans while it drives."""
         self._asked_at_s = now_s
         return [AskScan(self._mission.revolutions)]
 
     def glimpse(self, since_s: float) -> tuple[View, float] | None:
-        """A scan that has come and was taken since then, wherever the robot was; and when. Used once."""
+        """The scan that has arrived and its time, if taken since then at any place. Each is used once."""
         scan, self._scan = self._scan, None
         if scan is None or scan.t_s < since_s:
             return None
         return view(scan, range_m_max=self._mission.range_m_max), scan.t_s
 
     def take(self, *, revolutions: int = 1) -> View | None:
-        """The scan that has come, if it was taken here and is as fine as that. It is used once."""
+        """The scan that has arrived, if taken here with enough revolutions. Each is used once."""
         scan, self._scan = self._scan, None
         if scan is None or scan.t_s < self._trusted_from_s or scan.pose != self._driver.odometry.pose:
             return None

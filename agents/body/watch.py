@@ -1,11 +1,11 @@
-"""Looking while driving, where obstacles move: how long the newest scan is good for.
+"""Scans while driving, where obstacles move: decides how long the newest scan permits the motion.
 
-Rule 1: no obstacle is faster than the mission says. So at any time after a scan, all that it showed, and
-        whatever may hide where it showed nothing, is no nearer than that speed allows.
-Rule 2: a motion is good until some time when the hull, anywhere that it may be by then, keeps off all that.
-        Beyond, the body stands, whether or not its robot is heard: no robot is in contact while it moves.
-Rule 3: towards something a motion has to be good for a while, so that a robot stops with room to leave again.
-Rule 4: whoever drives asks for a scan at every odometry, whether it follows, leads or joins.
+Rule 1: no obstacle is faster than the mission says. So at any time after a scan, everything that it showed,
+        and anything hidden beyond, is no nearer than that speed allows.
+Rule 2: a motion is permitted until a time if the hull, wherever it may be by then, keeps off all of that.
+        After that time the body stops by itself, so no robot is in contact while it moves.
+Rule 3: a motion towards something must be permitted for a while, so that the robot stops with room to leave.
+Rule 4: a driving robot asks for a scan at every odometry, whether it follows, leads or joins.
 """
 
 import math
@@ -23,36 +23,34 @@ from protocol.frames import Pose
 from protocol.mission import WATCH_S, Mission
 from protocol.sweep import TOUCHING_M
 
-HORIZONS_S = (4.0 * WATCH_S, 2.0 * WATCH_S, WATCH_S, WATCH_S / 2.0)  # tried, longest first; one suffices
-AWAY_S = (WATCH_S / 4.0, WATCH_S / 8.0)  # then these: away from what has come too near, bit by bit
-GIVE_UP_S = 2.0  # a step that the scans do not permit: somebody who walks by has gone by then
-STILL_S_MAX = (
-    10.0  # with 30 % of all messages lost and late by 0.5 s a body that may move is not still so long
-)
+HORIZONS_S = (4.0 * WATCH_S, 2.0 * WATCH_S, WATCH_S, WATCH_S / 2.0)  # the first that is clear is used
+AWAY_S = (WATCH_S / 4.0, WATCH_S / 8.0)  # tried next: short moves away from something that has come too near
+GIVE_UP_S = 2.0  # without permission: a pedestrian has passed by then
+STILL_S_MAX = 10.0  # a body with permission stands less, even with 30 % loss and 0.5 s delay of all messages
 
 
 class Watch:
-    """What a robot that drives has seen last."""
+    """The newest scan of a driving robot, and what it permits."""
 
     def __init__(self, mission: Mission, driver: Driver, senses: Senses) -> None:
         self._mission = mission
         self._driver = driver
         self._senses = senses
         self.still_since_s = math.inf
-        """Since when the body, under way, has not moved, but for the time between in which it had to stand.
+        """Since when the body has not moved while under way, without the time in which it had to stand.
 
-        What comes too late permits nothing either.
+        A scan that arrives too late permits nothing, either.
         """
         self._still_s = self._noted_s = 0.0
-        self._unsure_since_s = math.inf  # the newest scans, however late, permitted nothing
+        self._unsure_since_s = math.inf  # since when the newest scans have permitted nothing
         self._pose: Pose | None = None
         self._looked_at_s = 0.0
 
     def look(self, beside: Callable[[], Sequence[Floats]], now_s: float) -> list[Command]:
-        """Have the body drive on for as long as the newest scan is good, and ask for the next.
+        """Permit the motion for as long as the newest scan allows, and ask for the next scan.
 
         Args:
-            beside: gives polylines (n, 2) of ground that other robots may be on.
+            beside: returns polylines (n, 2) of ground where other robots may be.
             now_s: the time.
         """
         driver = self._driver
@@ -80,7 +78,7 @@ class Watch:
         return self._senses.look(now_s)
 
     def gives_up(self, now_s: float) -> bool:
-        """Whether the step in hand had better be given up; asked means done."""
+        """Whether to give up the current step; if true, the count of still time starts again."""
         if now_s - self._unsure_since_s <= GIVE_UP_S and now_s - self.still_since_s <= STILL_S_MAX:
             return False
         self._still_s = 0.0
@@ -88,16 +86,16 @@ class Watch:
 
 
 def good_for_s(view: View, target: Floats, robots: Flags, mission: Mission) -> float:
-    """How long after the scan was taken a robot may go on driving to its target [s]; 0: not at all.
+    """How long after the scan the robot may go on driving to its target [s]; 0: not at all.
 
     Args:
         view: a scan taken on the way.
-        target: where the robot drives to, straight (2,) [m; world frame].
-        robots: which directions of the scan hit robots of the strand: kept from otherwise.
-        mission: the robot's.
+        target: the target of the straight drive (2,) [m; world frame].
+        robots: the directions of the scan that hit robots of the strand; grants keep the distance to them.
+        mission: the robot's mission.
     """
     walls = scan_walls(view, mission, leave_out=robots)
-    hull_m = walls.keep_m - mission.berth_m + mission.robot_radius_m + mission.mu0_m
+    hull_m = walls.keep_m - mission.obstacle_keep_m + mission.robot_radius_m + mission.mu0_m
     off = target - view.position
     length_m = float(np.hypot(*off))
 

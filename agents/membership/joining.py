@@ -157,7 +157,7 @@ class Joining:
         ends = view.position + lengths[:, :, None] * directions[:, None, :]
         hits = view.without(on_discs(view.points, robots, within_m=self._mission.hull_reach_m)).hit_points
         off_m = np.hypot(*np.moveaxis(ends[:, :, None] - hits, -1, 0)).min(axis=2, initial=np.inf)
-        enough = (off_m >= self._mission.berth_m + CLEAR_M) & (lengths > GAIN_M)
+        enough = (off_m >= self._mission.obstacle_keep_m + CLEAR_M) & (lengths > GAIN_M)
         if not enough.any():
             return NoStep("no step leads to where a robot behind could come")
         best = np.unravel_index(np.argmin(np.where(enough, lengths, np.inf)), lengths.shape)
@@ -173,7 +173,7 @@ class Joining:
         places, walls = self._places(stands), self._walls(view, stands)
         ground = deepcopy(self._map)
         ground.remember(self._outlines(stands.all))
-        berth_m = self._mission.berth_m
+        berth_m = self._mission.obstacle_keep_m
         for _ in range(SPOTS_MAX):
             way_m = ground.cost_to_go(view.position, tolerance_m=berth_m).at(places)
             if not np.isfinite(way_m).any():
@@ -191,13 +191,13 @@ class Joining:
     def _places(self, stands: Stands) -> Floats:
         """Rule 1, as far as is known: places (n, 2) around the last robot in place."""
         mission, ahead = self._mission, stands.strand[-1]
-        least_m = max(mission.robot_keep_m, mission.robot_radius_m + mission.berth_m) + SLACK_M
+        least_m = max(mission.robot_keep_m, mission.robot_radius_m + mission.obstacle_keep_m) + SLACK_M
         lengths = np.linspace(least_m, max(least_m, leg_m_max(mission) - SLACK_M), LENGTHS)
         bearings = 2.0 * np.pi * np.arange(BEARINGS) / BEARINGS
         around = np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
         places = (ahead + lengths[:, None, None] * around).reshape(-1, 2)
         places = places[stands.admit(places, mission.robot_keep_m + SLACK_M)]
-        near = self._hits[np.hypot(*(self._hits - ahead).T) < lengths[-1] + mission.berth_m + 1.0]
+        near = self._hits[np.hypot(*(self._hits - ahead).T) < lengths[-1] + mission.obstacle_keep_m + 1.0]
         off = distances_to_segments(near[:, None], places, ahead)
         off -= mission.blind_per_range * np.hypot(*np.moveaxis(near[:, None] - places, -1, 0))
         open_m = off.min(axis=0, initial=np.inf) - mission.range_error_m_max
@@ -209,7 +209,7 @@ class Joining:
         mission = self._mission
         turns = 2.0 * np.pi * np.arange(HULL_CORNERS) / HULL_CORNERS
         outline = np.stack([np.cos(turns), np.sin(turns)], axis=1)
-        radius_m = max(mission.robot_radius_m, mission.robot_keep_m - mission.berth_m)
+        radius_m = max(mission.robot_radius_m, mission.robot_keep_m - mission.obstacle_keep_m)
         return np.asarray((robots[:, None] + radius_m * outline).reshape(-1, 2))
 
     def _walls(self, view: View, stands: Stands) -> Walls:

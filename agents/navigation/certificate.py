@@ -1,13 +1,13 @@
-"""The certificate: the clearance that a step keeps all along, promised before it is driven.
+"""The certificate: the clearance that holds along a whole step, promised before the step is driven.
 
 Rule 1: the free polygon of a scan joins consecutive hits and range-limit points. Every edge counts as a
         wall: surface, occlusion or range limit, since nothing is known beyond it.
-Rule 2: a step is certified when the disc of radius r + epsilon, swept along it, stays inside. Each
-        edge is widened by what the scan may be wrong by there: the range error, and what an
-        obstacle may reach past its last ray, which grows with range.
-Rule 3: ground that robots behind may still come to is kept away from by their distance, the bounds
-        of the region by the hull's radius and the tolerance.
-Rule 4: an edge that is already nearer than its distance forbids motion towards it and no other.
+Rule 2: a step is certified if the disc of radius r + epsilon, swept along it, stays inside. Each edge is
+        widened by the uncertainty of the scan there: the range error, and how far an obstacle may reach past
+        its last ray, which grows with range.
+Rule 3: a step keeps the robots' distance from ground that robots behind may still reach. From the bounds of
+        the region it keeps the hull's radius and the tolerance.
+Rule 4: an edge that is already nearer than its distance only forbids motion towards it.
 """
 
 from dataclasses import dataclass
@@ -19,22 +19,22 @@ from protocol.arrays import Flags, Floats, Indices, distances_to_segments, neare
 from protocol.mission import Bounds, Mission
 from protocol.sweep import travel_m
 
-PIECE = 1.25  # then an edge is a quarter wider than need be, at most
-NEAR_M = 0.01  # nearer than this, what a scan may be wrong by is nothing beside the clearance
+PIECE = 1.25  # so an edge is at most a quarter wider than necessary
+NEAR_M = 0.01  # nearer than this, the uncertainty of a scan is negligible beside the clearance
 
 
 @dataclass(frozen=True)
 class Walls:
-    """Segments, each with the distance that a robot's centre keeps from it [m; world frame]."""
+    """Segments, each with the distance that a robot's centre must keep from it [m; world frame]."""
 
     starts: Floats
     ends: Floats
     keep_m: Floats
 
     def eased(self, origin: Floats, least_m: Floats) -> "Walls":
-        """The same for one who stands nearer to some edges already: he may pass these at `least_m` (n,)."""
+        """The same for a robot that already stands nearer to some edges: it may pass these at `least_m`."""
         off = nearest_on_segments(origin, self.starts, self.ends) - origin
-        # As far beyond as that is less: of one hull some edges are nearer than that, and the next just not.
+        # With as much margin: some edges of one hull are nearer than that, and the next edge just not.
         near = np.hypot(off[:, 0], off[:, 1]) < 2.0 * self.keep_m - least_m
         return Walls(self.starts, self.ends, np.where(near, np.minimum(self.keep_m, least_m), self.keep_m))
 
@@ -51,17 +51,17 @@ class Walls:
 def scan_walls(view: View, mission: Mission, *, leave_out: Flags | None = None) -> Walls:
     """Rules 1 and 2: the free polygon's edges, those across a jump in range in pieces.
 
-    Where a direction is left out, so are the edges on both sides of it, but not their other ends.
+    If a direction is left out, the edges on both sides of it are left out, but not their other ends.
     """
     edge, starts, ends, far = _pieces(view)
     blind_per_range = mission.blind_per_range_in(len(view.ranges_m))
     unsure = mission.range_error_m_max + blind_per_range * far
-    walls = Walls(starts, ends, mission.berth_m + unsure)
+    walls = Walls(starts, ends, mission.obstacle_keep_m + unsure)
     if leave_out is None:
         return walls
     kept = ~(leave_out | np.roll(leave_out, -1))[edge]
     lone = ~leave_out & (np.roll(leave_out, 1) | np.roll(leave_out, -1))
-    lone_keep_m = mission.berth_m + mission.range_error_m_max + blind_per_range * view.ranges_m[lone]
+    lone_keep_m = mission.obstacle_keep_m + mission.range_error_m_max + blind_per_range * view.ranges_m[lone]
     return Walls.joined(
         Walls(walls.starts[kept], walls.ends[kept], walls.keep_m[kept]),
         Walls(view.points[lone], view.points[lone], lone_keep_m),
@@ -69,9 +69,12 @@ def scan_walls(view: View, mission: Mission, *, leave_out: Flags | None = None) 
 
 
 def _pieces(view: View) -> tuple[Indices, Floats, Floats, Floats]:
-    """The edges in pieces along which the range grows by `PIECE` at the most: of which edge, ends, far range.
+    """The edges, split into pieces along which the range grows at most by `PIECE`.
 
-    An edge behind an obstacle reaches far away; it must not be as wide beside the obstacle as it is there.
+    An edge behind an obstacle reaches far away. Near the obstacle it must not be as wide as at its far end.
+
+    Returns:
+        For each piece: the index of its edge, its two ends, and its far range.
     """
     ranges = np.maximum(view.ranges_m, NEAR_M)
     near, far = np.sort(np.stack([ranges, np.roll(ranges, -1)]), axis=0)
@@ -81,7 +84,7 @@ def _pieces(view: View) -> tuple[Indices, Floats, Floats, Floats]:
     count, near, far = counts[edge], near[edge], far[edge]
 
     def at(index: Floats) -> tuple[Floats, Floats]:
-        """Range at the index-th joint of each edge, from its near end, and its share of the edge's length."""
+        """Range at the index-th joint from the near end of each edge, and its share of the edge's length."""
         range_m = near * (far / near) ** (index / count)
         spread = far - near
         return range_m, np.where(spread > 0.0, (range_m - near) / np.where(spread > 0.0, spread, 1.0), index)
@@ -95,37 +98,37 @@ def _pieces(view: View) -> tuple[Indices, Floats, Floats, Floats]:
 
 
 def ground_walls(corners: Floats, keep_m: float) -> Walls:
-    """Rule 3: a polyline (n, 2) of ground that robots behind may still come to."""
+    """A polyline (n, 2) of ground that robots behind may still reach, as walls (rule 3)."""
     return Walls(corners[:-1], corners[1:], np.full(len(corners) - 1, keep_m))
 
 
 def bounds_walls(bounds: Bounds, mission: Mission) -> Walls:
-    """Rule 3: the four sides of the region."""
+    """The four sides of the region, as walls (rule 3)."""
     low, high = (bounds.x_m_min, bounds.y_m_min), (bounds.x_m_max, bounds.y_m_max)
     corners = np.array([low, (high[0], low[1]), high, (low[0], high[1])])
     return Walls(corners, np.roll(corners, -1, axis=0), np.full(4, mission.robot_radius_m + mission.mu0_m))
 
 
 def certified_lengths_m(origin: Floats, headings_rad: Floats, walls: Walls) -> Floats:
-    """How long a step may be in each heading (h,) [m], for all headings against all edges at once."""
+    """The longest certified step in each heading (h,) [m], for all headings against all edges at once."""
     headings = np.stack([np.cos(headings_rad), np.sin(headings_rad)], axis=1)
     return travel_m(origin, headings, walls.starts, walls.ends, walls.keep_m)
 
 
 def promised_clearance_m(view: View, target: Floats, robots: Flags, mission: Mission) -> float:
-    """The clearance that the hull keeps from any obstacle the scan may stand for, along a whole step [m].
+    """The least clearance of the hull along a step from any obstacle consistent with the scan [m].
 
-    It is less than epsilon only where the step begins nearer than that to something and leads away.
+    It is less than epsilon only if the step begins nearer than that to something and leads away from it.
 
     Args:
         view: the scan that the step was planned from.
         target: where the step ends (2,) [m; world frame].
-        robots: which directions of the scan hit the robot right behind: no obstacle, and kept from otherwise.
-            Robots further behind count as obstacles; they are further away.
-        mission: the robot's.
+        robots: the directions of the scan that hit the robot directly behind. It is no obstacle: grants keep
+            the distance to it. Robots further behind count as obstacles; they are further away.
+        mission: the robot's mission.
     """
     walls = scan_walls(view, mission, leave_out=robots)
-    margin = walls.keep_m - mission.berth_m
+    margin = walls.keep_m - mission.obstacle_keep_m
     off_ends = distances_to_segments(walls.starts, view.position, target)
     off_edges = [distances_to_segments(end, walls.starts, walls.ends) for end in (view.position, target)]
     apart = np.minimum(off_ends, np.minimum(*off_edges))

@@ -1,4 +1,4 @@
-"""Gaps: the openings between obstacles that are neighbours anti-clockwise (Definition 1)."""
+"""Gaps: the openings between anti-clockwise neighbouring obstacles (Definition 1)."""
 
 import math
 from collections.abc import Sequence
@@ -25,11 +25,11 @@ class Gap:
     axis_rad: float
     """Bearing of the tangent to j', from which the laws measure [world frame]."""
     middle: Floats
-    """Half way across (2,) [m; world frame]."""
+    """Its middle (2,) [m; world frame]."""
 
 
 def find_gaps(obstacles: Sequence[Obstacle]) -> list[Gap]:
-    """All gaps between neighbours; one obstacle alone makes none."""
+    """All gaps between neighbours; a single obstacle has none."""
     if len(obstacles) < 2:
         return []
     pairs = zip(range(len(obstacles)), [*range(1, len(obstacles)), 0], strict=True)
@@ -37,7 +37,7 @@ def find_gaps(obstacles: Sequence[Obstacle]) -> list[Gap]:
 
 
 def is_passable(gap: Gap, *, passable_m: float) -> bool:
-    """(9), for a gap that opens towards the robot: seen at an angle between 0 and pi."""
+    """Whether (9) holds and the gap opens towards the robot, at an angle between 0 and pi."""
     return gap.width_m >= passable_m and 0.0 < gap.delta_rad < math.pi
 
 

@@ -1,4 +1,4 @@
-"""A grid of square cells over the ground, as guidance uses it: distances into cells, and a graph of cells."""
+"""A grid of square cells for guidance: distances to points and lines, and a graph of cells."""
 
 import math
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from scipy.sparse import csr_array
 
 from protocol.arrays import Flags, Floats, Indices, distances_to_segments
 
-FINE = 4  # two points in one of so many parts of a cell, each way, tell guidance the same
+FINE = 4  # parts of a cell, each way: points in the same part are equal to guidance
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,13 +20,13 @@ class Grid:
     """Square cells over a rectangle [m; world frame]."""
 
     low: Floats
-    """Its lower left corner (2,)."""
+    """The lower left corner (2,)."""
     shape: tuple[int, int]
     cell_m: float
 
     @classmethod
     def over(cls, low: Floats, high: Floats, cell_m: float, *, cells_max: int) -> "Grid":
-        """The grid over a rectangle, with larger cells where there would be too many."""
+        """The grid over a rectangle; the cells are larger if there would be too many."""
         size = np.asarray(high - low, dtype=float)
         cell_m = max(cell_m, float(np.sqrt(size.prod() / cells_max)))
         width, height = np.maximum(np.ceil(size / cell_m), 1).astype(int).tolist()
@@ -34,7 +34,7 @@ class Grid:
 
     @property
     def high(self) -> Floats:
-        """Its upper right corner (2,)."""
+        """The upper right corner (2,)."""
         return np.asarray(self.low + np.array(self.shape) * self.cell_m)
 
     def has(self, points: Floats) -> Flags:
@@ -42,27 +42,27 @@ class Grid:
         return np.asarray(((points >= self.low) & (points < self.high)).all(axis=1))
 
     def cells_of(self, points: Floats) -> Indices:
-        """The cells (n, 2) that points are in; those off the grid are in cells that there are not."""
+        """The cells (n, 2) of points; points off the grid get indices off the grid."""
         return np.floor((points - self.low) / self.cell_m).astype(np.intp)
 
     def centres_of(self, cells: Indices) -> Floats:
-        """The middles (n, 2) of cells."""
+        """The centres (n, 2) of cells."""
         return np.asarray(self.low + (cells + 0.5) * self.cell_m)
 
     def fine_parts(self, points: Floats) -> Indices:
-        """A number (n,) for each point, the same for points that are as good as one."""
+        """A number (n,) for each point; points in the same part of a cell have the same number."""
         part = np.floor((points - self.low) / self.cell_m * FINE).astype(np.intp)
         return np.asarray(part[:, 0] * (self.shape[1] * FINE + 1) + part[:, 1])
 
     def lower_around(self, room: Floats, points: Floats, *, reach_m: float, less_m: float) -> None:
-        """Make `room` in cells no more than the distance to any of the points (n, 2) on it, less so much."""
-        reach = int(reach_m / self.cell_m + 0.5)  # in cells: of none further off is the middle within reach
+        """Lower `room` to the distance to the nearest of the points (n, 2), minus `less_m`."""
+        reach = int(reach_m / self.cell_m + 0.5)  # in cells: the centres beyond are out of reach
         around = np.arange(-reach, reach + 1)
         cells = self.cells_of(points)
         off_m = self.low + (cells + 0.5) * self.cell_m - points
         across_m2, up_m2 = (off_m.T[:, :, None] + around * self.cell_m) ** 2
         apart_m = np.sqrt(across_m2[:, :, None] + up_m2[:, None, :])
-        # With so many rows and columns around it nothing has to be cut off.
+        # The padding makes clipping at the border unnecessary.
         wide = np.pad(room, reach, constant_values=np.inf)
         first = (cells + reach) @ (wide.shape[1], 1)
         steps = around[:, None] * wide.shape[1] + around
@@ -70,7 +70,7 @@ class Grid:
         room[:] = wide[reach : reach + self.shape[0], reach : reach + self.shape[1]]
 
     def off_line(self, corners: Floats, *, reach_m: float) -> Floats:
-        """Distance of each cell's middle from a polyline (n, 2); infinite beyond reach."""
+        """Distance of each cell's centre from a polyline (n, 2); infinite beyond `reach_m`."""
         apart_m = np.full(self.shape, np.inf)
         for start, end in pairwise(corners):
             first = np.clip(self.cells_of(np.minimum(start, end)[None] - reach_m)[0], 0, self.shape)
@@ -82,7 +82,7 @@ class Grid:
         return apart_m
 
     def off_border(self) -> Floats:
-        """Distance of each cell's middle from the grid's border."""
+        """Distance of each cell's centre from the border of the grid."""
         along = ((np.arange(size) + 0.5) * self.cell_m for size in self.shape)
         ends = (
             np.minimum(here, size * self.cell_m - here) for here, size in zip(along, self.shape, strict=True)
@@ -92,12 +92,12 @@ class Grid:
 
 @dataclass(frozen=True, slots=True)
 class Lattice:
-    """The cells of a grid as a graph, whatever they cost: each is joined to the eight around it."""
+    """The cells of a grid as a graph without costs: each is joined to its eight neighbours."""
 
     joined: NDArray[np.int32]
-    """The flat indices (cells, 8) of those; beyond the border a cell is joined to itself."""
+    """The flat indices (cells, 8) of the neighbours; at the border a cell is joined to itself."""
     half_m: Floats
-    """Half the way to each (8,)."""
+    """Half the distance to each neighbour (8,)."""
 
     @staticmethod
     def of(grid: Grid) -> "Lattice":
@@ -105,16 +105,16 @@ class Lattice:
         return _lattice(grid.shape, grid.cell_m)
 
     def priced(self, price: Floats) -> csr_array:
-        """Each cell joined to its neighbours at the mean price of both; infinite is that of closed cells."""
+        """The graph with costs: length times the mean price of both cells; closed cells cost infinity."""
         flat = price.reshape(-1)
         costs = flat[self.joined]
-        costs += flat[:, None]  # in place: fresh memory for so many costs takes longer than the sum
+        costs += flat[:, None]  # in place: allocating memory for all costs takes longer than the sum
         costs *= self.half_m
         first = np.arange(0, costs.size + 1, len(self.half_m), dtype=np.int32)
         return csr_array((costs.reshape(-1), self.joined.reshape(-1), first), shape=(flat.size, flat.size))
 
 
-@lru_cache(maxsize=2)  # ground that turns out to be free is laid anew, over the same cells
+@lru_cache(maxsize=2)  # the grid is often rebuilt over the same cells, when ground turns out to be free
 def _lattice(shape: tuple[int, int], cell_m: float) -> Lattice:
     cells = np.arange(math.prod(shape), dtype=np.int32)
     wide = np.pad(cells.reshape(shape), 1, constant_values=-1)

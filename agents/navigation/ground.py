@@ -1,4 +1,4 @@
-"""The ground that the strand behind a robot takes up."""
+"""The ground that the robots behind may occupy."""
 
 from dataclasses import dataclass
 
@@ -11,40 +11,40 @@ from protocol.path import Path
 
 @dataclass(frozen=True)
 class Ground:
-    """The strand's path, and how much of it robots behind may be on."""
+    """The strand's path, and the parts of it that robots behind may occupy."""
 
     path: Path
     tail_m: float
     granted_m: float
     keep_m: float
-    """Least distance to keep from it; 0 where nobody is behind."""
+    """Least distance to keep from it; 0 if no robot is behind."""
     behind_m: float
-    """Where the robot right behind was, when it was last heard."""
+    """The last reported position of the robot directly behind."""
     occupied_m: float
-    """How far it may have come by now."""
+    """The furthest that it may be by now."""
 
     @property
     def occupied(self) -> Floats:
-        """Where robots behind may be now (n, 2)."""
+        """The ground where robots behind may be now (n, 2)."""
         return self._from_tail(self.occupied_m)
 
     @property
     def behind(self) -> Floats:
-        """Where the robot right behind may be now (n, 2)."""
+        """The ground where the robot directly behind may be now (n, 2)."""
         return self.path.between(self.behind_m, self.occupied_m) if self.keep_m > 0.0 else self.occupied[:1]
 
     @property
     def walls(self) -> Walls:
-        """What a step has to keep off: all ground that robots behind may come to."""
+        """The walls for a step: all ground that robots behind may reach."""
         return ground_walls(self._from_tail(self.granted_m), self.keep_m)
 
     @property
     def taken(self) -> Floats:
-        """The same ground (n, 2), for guidance; empty where nobody is behind."""
+        """The same ground (n, 2) for guidance; empty if no robot is behind."""
         return self._from_tail(self.granted_m) if self.keep_m > 0.0 else np.empty((0, 2))
 
     def taken_from(self, leader_m: float) -> Floats:
-        """What ground (n, 2) the robots behind take up if the leader stands there, as close as they are."""
+        """The ground (n, 2) of the robots behind, closed up, if the leader stands at `leader_m`."""
         length_m = self.path.end_m - self.tail_m
         return self.path.between(max(leader_m - length_m, 0.0), max(leader_m - self.keep_m, 0.0))
 

@@ -1,12 +1,12 @@
-"""Guidance: where to go. It remembers every hit; ground that nobody has seen counts as free.
+"""Guidance: ranks places by their cost to the goal. It remembers every hit; unseen ground counts as free.
 
-Rule 1: cells of a grid that are nearer to a hit than the robot with its clearance are closed; near them
-        driving costs more, so that ways keep off obstacles where there is room. In doubt, by half a cell,
-        a cell is open, and dear: guidance only ranks, what may be driven is the certificate's to say.
+Rule 1: cells that are nearer to a hit than the robot with its clearance are closed. Driving near them costs
+        more, so that ways keep off obstacles where there is room. Cells within half a cell of the limit stay
+        open at a higher cost: guidance only ranks, and the certificate decides what may be driven.
 Rule 2: the cost-to-go of every cell comes from one Dijkstra run from the goal.
-Rule 3: a spot where the certificate refuses the way that the grid shows is closed: for good,
-        unless robots or moving obstacles may have had to do with it.
-Rule 4: where obstacles move, ground that is seen free is free, whatever was remembered there.
+Rule 3: if the certificate refuses the grid's way, the spot is closed. It is closed for good, unless robots or
+        moving obstacles may be the reason.
+Rule 4: where obstacles move, ground that is seen to be free is free, even if a hit was remembered there.
 Rule 5: where the region has no bounds, the grid grows with what has been seen.
 """
 
@@ -24,28 +24,29 @@ from protocol.mission import Mission
 from protocol.wire.messages import SEEN_BYTES_MAX
 
 CELL_M_MAX = 0.05
-CELLS_A_BERTH = 3.0  # 4 found no more ways, in no fewer steps, on 117 scenes of which 75 are near-critical
+CELLS_PER_KEEP = 3.0  # 4 found no more ways and saved no steps on 117 scenes, 75 of them near-critical
 CELLS_MAX = 250_000  # 500 x 500: a plan stays within some 0.2 s
 COMFORT = 2.0  # next to closed ground a metre costs this much more than in the open
-DOUBT = 20.0  # where it may be closed: 5 m of a detour are better than to be turned back at a gap
-SPOT_BERTHS = 0.5  # of a spot that is closed: more than the cells of a gap that were open in doubt
-PACKED_M = 0.005  # what a place that is handed on is rounded to: a tenth of a cell
-PLACES_MAX = 200_000  # that are unpacked
-COST_M_MAX = 1e9  # beyond any way; what is joined at an infinite cost is not even looked at
-DETOUR = 1.3  # times the straight line, at most, is what most ways cost: all of 26 on BARN
-FELT_CELLS = 4.0  # so near to closed ground: enough to be felt, too little to close a way
+DOUBT = 20.0  # where a cell may be closed: a detour of 5 m is better than a way that ends at a gap
+SPOT_KEEPS = 0.5  # size of a closed spot: more than the doubtful cells of a gap
+PACKED_M = 0.005  # places that are handed over are rounded to this: a tenth of a cell
+PLACES_MAX = 200_000  # unpacked from another robot's map
+COST_M_MAX = 1e9  # more than any way; edges of infinite cost are skipped
+DETOUR = 1.3  # most ways cost at most this times the straight line: all of 26 on BARN
+FELT_CELLS = 4.0  # within this of closed ground driving costs more; too narrow to close a way
 
 
 @dataclass(frozen=True)
 class CostToGo:
-    """Cost from every cell to the goal [m]; infinite where there is no way."""
+    """Cost from each cell to the goal [m]; infinite where there is no way."""
 
     grid: Grid
     cells: Floats
 
     def at(self, points: Floats) -> Floats:
-        """Cost-to-go at points (n, 2): over the best of the four cells around; infinite among closed ones."""
-        wide = np.pad(self.cells, 2, constant_values=np.inf)  # so that off the grid all four cells are closed
+        """Cost-to-go at points (n, 2) over the best of the four cells around; infinite if all are closed."""
+        # The padding closes all cells around a point off the grid.
+        wide = np.pad(self.cells, 2, constant_values=np.inf)
         where = (points - self.grid.low) / self.grid.cell_m + 1.5
         first = np.clip(np.floor(where).astype(np.intp), 0, np.array(self.cells.shape) + 2)
         x, y = (where - first).T
@@ -57,7 +58,7 @@ class CostToGo:
         return best
 
     def place_at(self, cost_m: float) -> Floats | None:
-        """A place (2,) from which it costs so much, or the most there is; None where there is no other."""
+        """A place (2,) with this cost, or with the highest cost there is; None if there is no other place."""
         cost = np.where(np.isfinite(self.cells), self.cells, -1.0)
         enough = np.where(cost >= cost_m, cost, np.inf)
         best = np.argmin(enough) if np.isfinite(enough).any() else np.argmax(cost)
@@ -67,7 +68,7 @@ class CostToGo:
         return np.asarray(self.grid.centres_of(cell[None])[0])
 
     def way_from(self, point: Floats, *, cells_max: int) -> Floats:
-        """The beginning of the way (n, 2) down to the goal, cell by cell; empty where there is none."""
+        """The first cells of the way to the goal (n, 2); empty where there is none."""
         x, y = np.clip(self.grid.cells_of(point[None])[0], 0, np.array(self.cells.shape) - 1).tolist()
         way: list[tuple[int, int]] = []
         here_m = np.inf
@@ -84,7 +85,7 @@ class CostToGo:
 
 
 def shown_free(places: Floats, view: View, *, short_m: float) -> Flags:
-    """Which places (n, 2) a scan shows to be free: they lie short of what it hit, by so much at least."""
+    """The places (n, 2) that a scan shows to be free: at least `short_m` short of what it hit."""
     off = places - view.position
     rays = len(view.ranges_m)
     ray = (np.arctan2(off[:, 1], off[:, 0]) + np.pi) / (2.0 * np.pi) * rays
@@ -94,42 +95,42 @@ def shown_free(places: Floats, view: View, *, short_m: float) -> Flags:
 
 
 class Map:
-    """What the leader has seen of the region so far, as its mission's goal needs it."""
+    """The leader's map of the region: what it has seen so far."""
 
     def __init__(self, mission: Mission, start: Floats) -> None:
-        self._keep_m = mission.berth_m
+        self._keep_m = mission.obstacle_keep_m
         self._keep_in_m = mission.robot_radius_m + mission.mu0_m
         self._margin_m = mission.range_m_max
         self._bounded = mission.bounds is not None
         self._hits = np.empty((0, 2))
         self._closed = np.empty((0, 2))
         self._closed_for_now = np.empty((0, 2))
-        self._cell_m = min(CELL_M_MAX, mission.berth_m / CELLS_A_BERTH)
+        self._cell_m = min(CELL_M_MAX, mission.obstacle_keep_m / CELLS_PER_KEEP)
         if mission.bounds is not None:
             bounds = mission.bounds
             low, high = (bounds.x_m_min, bounds.y_m_min), (bounds.x_m_max, bounds.y_m_max)
-            self._lay(np.array(low), np.array(high))
+            self._build(np.array(low), np.array(high))
         else:
-            self._lay(start - self._margin_m, start + self._margin_m)
+            self._build(start - self._margin_m, start + self._margin_m)
 
     @property
     def cell_m(self) -> float:
-        """How fine it is."""
+        """The size of a cell."""
         return self._grid.cell_m
 
-    def _lay(self, low: Floats, high: Floats) -> None:
-        """Lay the grid over a rectangle, and all that is known onto it."""
+    def _build(self, low: Floats, high: Floats) -> None:
+        """Build the grid over a rectangle from all that is known."""
         self._grid = Grid.over(low, high, self._cell_m, cells_max=CELLS_MAX)
         self._lattice = Lattice.of(self._grid)
         self._room = np.full(self._grid.shape, np.inf)
         if self._bounded:
             self._room = self._grid.off_border() - self._keep_in_m
         self._keep_off(self._hits, self._keep_m)
-        self._keep_off(self._closed, SPOT_BERTHS * self._keep_m)
-        self._keep_off(self._closed_for_now, SPOT_BERTHS * self._keep_m)
+        self._keep_off(self._closed, SPOT_KEEPS * self._keep_m)
+        self._keep_off(self._closed_for_now, SPOT_KEEPS * self._keep_m)
 
     def remember(self, hit_points: Floats) -> None:
-        """Add hits (n, 2) [m; world frame]; outside the bounds they are no concern of ours."""
+        """Add hits (n, 2) [m; world frame]; hits outside the bounds are ignored."""
         if not self._bounded:
             self._reach_out_to(hit_points)
         inside = hit_points[self._grid.has(hit_points)]
@@ -138,38 +139,38 @@ class Map:
         self._keep_off(new, self._keep_m)
 
     def forget_where_free(self, view: View) -> None:
-        """Rule 4: what is remembered where a scan shows free ground is there no more."""
+        """Forget hits where a scan shows free ground (rule 4)."""
         gone = shown_free(self._hits, view, short_m=2.0 * self._grid.cell_m)
         if gone.any():
             self._hits = self._hits[~gone]
-            self._lay(self._grid.low, self._grid.high)
+            self._build(self._grid.low, self._grid.high)
 
     def forget(self) -> None:
-        """Nothing that was seen is remembered; what was closed for good stays closed."""
+        """Forget all hits; spots that are closed for good stay closed."""
         self._hits = np.empty((0, 2))
-        self._lay(self._grid.low, self._grid.high)
+        self._build(self._grid.low, self._grid.high)
 
     def _reach_out_to(self, points: Floats) -> None:
-        """Rule 5: have the grid reach beyond these points by the sensor's range."""
+        """Extend the grid beyond these points by the sensor's range (rule 5)."""
         if len(points) == 0 or self._grid.has(points).all():
             return
         low = np.minimum(self._grid.low, points.min(axis=0) - self._margin_m)
         high = np.maximum(self._grid.high, points.max(axis=0) + self._margin_m)
-        self._lay(low, high)
+        self._build(low, high)
 
     def close(self, spot: Floats, *, for_good: bool = True) -> None:
-        """Rule 3."""
+        """Close a spot (rule 3)."""
         if for_good:
             self._closed = np.concatenate([self._closed, spot[None]])
         else:
             self._closed_for_now = np.concatenate([self._closed_for_now, spot[None]])
-        self._keep_off(spot[None], SPOT_BERTHS * self._keep_m)
+        self._keep_off(spot[None], SPOT_KEEPS * self._keep_m)
 
     def reopen(self) -> None:
-        """What was closed for now may be free."""
+        """Open the spots that were not closed for good."""
         if len(self._closed_for_now):
             self._closed_for_now = np.empty((0, 2))
-            self._lay(self._grid.low, self._grid.high)
+            self._build(self._grid.low, self._grid.high)
 
     def _keep_off(self, points: Floats, keep_m: float) -> None:
         reach_m = keep_m + FELT_CELLS * self._grid.cell_m
@@ -184,14 +185,14 @@ class Map:
         keep_m: float = 0.0,
         origin: Floats | None = None,
     ) -> CostToGo:
-        """Cost from everywhere to the goal; where that is closed or cut off, to ground within its tolerance.
+        """Cost from each cell to the goal; if that is closed or cut off, to ground within its tolerance.
 
         Args:
             goal: (2,) [m; world frame].
-            tolerance_m: how near is near enough.
-            taken: a polyline (n, 2) of ground that other robots take up.
-            keep_m: least distance of the centre from that.
-            origin: where costs are compared with that of (2,); what costs more may be left out, as infinite.
+            tolerance_m: the distance at which the goal counts as reached.
+            taken: a polyline (n, 2) of ground that other robots occupy.
+            keep_m: least distance of the robot's centre from that ground.
+            origin: where the robot is (2,). Costs above that of the origin may be left infinite.
         """
         if not self._bounded:
             self._reach_out_to(goal[None])
@@ -215,7 +216,7 @@ class Map:
         cost = self._flooded(graph, sources, COST_M_MAX)
         cut_off = around[np.isinf(cost.cells.reshape(-1)[around])]
         if len(cut_off):
-            # A robot that stands at the goal parts the ground around it: either side will do.
+            # A robot that stands at the goal may split the ground around it; both sides are good enough.
             nearer = self._flooded(graph, cut_off, COST_M_MAX)
             return CostToGo(self._grid, np.minimum(cost.cells, nearer.cells))
         return cost
@@ -225,14 +226,14 @@ class Map:
         return CostToGo(self._grid, np.asarray(cost.reshape(self._grid.shape)))
 
     def packed(self) -> bytes:
-        """What has been seen, for another robot's map: as many places as a message holds."""
+        """The hits for another robot's map: as many places as fit into a message."""
         places = np.round(self._hits / PACKED_M).astype("<i4")
         while len(packed := zlib.compress(places.T.tobytes())) > SEEN_BYTES_MAX:
             places = places[::2]
         return packed
 
     def unpack(self, packed: bytes) -> None:
-        """Remember what another robot's map holds; what is no such thing changes nothing."""
+        """Add the hits of another robot's map; invalid data is ignored."""
         unpacking = zlib.decompressobj()
         try:
             raw = unpacking.decompress(packed, PLACES_MAX * 8)
@@ -242,6 +243,6 @@ class Map:
             self.remember(np.frombuffer(raw, "<i4").reshape(2, -1).T * PACKED_M)
 
     def narrowest(self, way: Floats) -> Floats:
-        """The spot (2,) of a way (n, 2) that has the least room."""
+        """The point (2,) of a way (n, 2) with the least room."""
         cells = self._grid.cells_of(way)
         return np.asarray(way[int(np.argmin(self._room[cells[:, 0], cells[:, 1]]))])

@@ -1,7 +1,7 @@
-"""The paper's laws, `printed` and `resultant`: a switching step out of the two obstacles beside a gap.
+"""The paper's laws `printed` and `resultant`: a switching step from the two obstacles beside a gap.
 
-All angles are measured from the axis, the tangent to j' on the right of the gap. What the two laws
-promise, and what they do not, stands in docs/paper.md.
+All angles are measured from the axis, the tangent to j' on the right of the gap. docs/paper.md says what the
+two laws promise and what they do not.
 """
 
 import math
@@ -20,14 +20,14 @@ def step_length_m(chord_right_m: float, chord_left_m: float) -> float:
 
 
 def printed_heading_rad(chord_right_m: float, chord_left_m: float, epsilon_m: float) -> float:
-    """(14) as it is printed: it does not depend on the angle of the gap."""
+    """(14) as printed: it does not depend on the angle of the gap."""
     return _direction(chord_right_m, chord_left_m, epsilon_m, left_sign=1.0, delta_rad=0.0)
 
 
 def resultant_heading_rad(
     chord_right_m: float, chord_left_m: float, epsilon_m: float, delta_rad: float
 ) -> float:
-    """What text and Figure 2 describe: the sum of L'/2 at alpha' and L''/2 at delta - alpha''."""
+    """The sum of L'/2 at alpha' and L''/2 at delta - alpha'', as text and Figure 2 describe."""
     return _direction(chord_right_m, chord_left_m, epsilon_m, left_sign=-1.0, delta_rad=delta_rad)
 
 

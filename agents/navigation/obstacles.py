@@ -1,8 +1,8 @@
 """Obstacles as a robot sees them: runs of scan hits that nothing can pass between.
 
-A scan has no identities. Two hits in neighbouring directions belong to one obstacle if they are nearer
-to each other than the narrowest opening that the robot could pass, `2 (r + epsilon)` of (9). What is
-occluded stands behind a jump in range, and a jump wider than that tells two obstacles apart.
+A scan does not identify obstacles. Two hits in neighbouring directions belong to one obstacle if they are
+nearer to each other than the narrowest opening that the robot could pass, `2 (r + epsilon)` of (9). An
+occluded obstacle is behind a jump in range; a jump wider than that separates two obstacles.
 """
 
 from dataclasses import dataclass
@@ -30,9 +30,9 @@ class Obstacle:
         return float(np.hypot(*(self.tangent_2 - self.tangent_1)))
 
 
-def passable_width_m(berth_m: float) -> float:
+def passable_width_m(keep_m: float) -> float:
     """(9): the narrowest opening that admits a robot and its clearance on both sides [m]."""
-    return 2.0 * berth_m
+    return 2.0 * keep_m
 
 
 def find_obstacles(view: View, *, passable_m: float) -> list[Obstacle]:
@@ -41,7 +41,7 @@ def find_obstacles(view: View, *, passable_m: float) -> list[Obstacle]:
         return []
     first_of_run = np.flatnonzero(view.hits & ~_joined_to_previous(view, passable_m))
     last_of_run = np.flatnonzero(view.hits & ~np.roll(_joined_to_previous(view, passable_m), -1))
-    if len(first_of_run) == 0:  # hits all around, nowhere an opening
+    if len(first_of_run) == 0:  # hits all around, without an opening
         first_of_run, last_of_run = np.array([0]), np.array([len(view.hits) - 1])
     if last_of_run[0] < first_of_run[0]:  # a run across bearing -pi ends before it begins
         last_of_run = np.roll(last_of_run, -1)

@@ -1,4 +1,4 @@
-"""A scan as arrays: where it was taken, and the boundary of what it saw."""
+"""A scan as arrays: its position and the boundary of what it saw."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,25 +15,25 @@ class View:
     """One scan, cut off at the range that the robot may rely on [m, rad; world frame]."""
 
     position: Floats
-    """Where it was taken (2,)."""
+    """The position of the scan (2,)."""
     bearings_rad: Floats
     """Directions, anti-clockwise from -pi (n,)."""
     ranges_m: Floats
-    """(n,)"""
+    """Ranges (n,)."""
     hits: Flags
-    """Whether there was anything within the range (n,)."""
+    """Whether there was a hit within the range (n,)."""
     t_s: float
-    """When it was taken."""
+    """The time of the scan."""
 
     @cached_property
     def points(self) -> Floats:
-        """The boundary of what was seen (n, 2): hits, and places at the range limit."""
+        """The boundary of what was seen (n, 2): hits, and points at the range limit."""
         directions = np.stack([np.cos(self.bearings_rad), np.sin(self.bearings_rad)], axis=1)
         return np.asarray(self.position + self.ranges_m[:, None] * directions)
 
     @property
     def hit_points(self) -> Floats:
-        """The hits alone (k, 2)."""
+        """The points of the hits (k, 2)."""
         return np.asarray(self.points[self.hits])
 
     @property
@@ -42,12 +42,12 @@ class View:
         return float(self.ranges_m[self.hits].min()) if self.hits.any() else None
 
     def without(self, seen: Flags) -> "View":
-        """The same scan with some of its directions taken for empty."""
+        """The same scan with the hits of these directions removed."""
         return replace(self, hits=self.hits & ~seen)
 
 
 def view(scan: Scan, *, range_m_max: float) -> View:
-    """Make arrays of a scan; what is further away than the range counts as not seen."""
+    """The scan as arrays; anything beyond the range counts as not seen."""
     ranges = np.minimum(np.array(scan.ranges_m), range_m_max)
     bearings = scan_bearings_rad(len(ranges))
     position = np.array([scan.pose.x_m, scan.pose.y_m])
@@ -55,7 +55,7 @@ def view(scan: Scan, *, range_m_max: float) -> View:
 
 
 def on_ground(points: Floats, corners: Floats, *, within_m: float) -> Flags:
-    """Which points (n, 2) lie on a strip along a polyline (k, 2) of ground that robots stand on."""
+    """The points (n, 2) within a strip along a polyline (k, 2) of ground where robots stand."""
     near = np.zeros(len(points), dtype=np.bool_)
     for start, end in pairwise(corners):
         near |= distances_to_segments(points, start, end) < within_m
@@ -63,6 +63,6 @@ def on_ground(points: Floats, corners: Floats, *, within_m: float) -> Flags:
 
 
 def on_discs(points: Floats, centres: Floats, *, within_m: float) -> Flags:
-    """Which points (n, 2) lie on one of the discs around centres (k, 2)."""
+    """The points (n, 2) within one of the discs around centres (k, 2)."""
     off = points[:, None, :] - centres[None, :, :]
     return np.asarray((np.hypot(off[..., 0], off[..., 1]) < within_m).any(axis=1))

@@ -1,4 +1,4 @@
-"""A switching step: planned from one scan, by the law of the mission."""
+"""A switching step, planned from one scan by the law of the mission."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,14 +15,14 @@ from protocol.arrays import Floats
 from protocol.frames import wrap
 from protocol.mission import Mission
 
-HEADINGS = 360  # one a degree: 7 cm apart at 4 m, finer than any gap that admits a robot
-LENGTHS = 32  # ends tried along each heading
-WAY_CELLS = 64  # of the way that guidance shows are headed for, too: in narrow ground a degree is much
+HEADINGS = 360  # one per degree: 7 cm apart at 4 m, finer than any gap that admits a robot
+LENGTHS = 32  # end points tried along each heading
+WAY_CELLS = 64  # cells of guidance's way that are tried, too: in narrow ground a degree is too coarse
 
 
 @dataclass(frozen=True)
 class Sight:
-    """What the leader makes of a scan."""
+    """The obstacles and gaps that the leader finds in a scan."""
 
     view: View
     obstacles: Sequence[Obstacle]
@@ -31,18 +31,18 @@ class Sight:
 
     @property
     def passable_gaps(self) -> list[int]:
-        """(9): indices of the gaps that can be passed."""
+        """Indices of the gaps that can be passed (9)."""
         return [i for i, gap in enumerate(self.gaps) if is_passable(gap, passable_m=self.passable_m)]
 
     @property
     def widest_gap(self) -> int | None:
-        """(10): the widest of them."""
+        """Index of the widest passable gap (10)."""
         return max(self.passable_gaps, key=lambda index: self.gaps[index].width_m, default=None)
 
 
 @dataclass(frozen=True)
 class Step:
-    """Where to go, straight."""
+    """A straight move."""
 
     heading_rad: float
     length_m: float
@@ -57,27 +57,27 @@ class Step:
 
 @dataclass(frozen=True)
 class NoStep:
-    """There is no step to make, and why."""
+    """There is no step, with the reason."""
 
     reason: str
 
 
 @dataclass(frozen=True)
 class Crossed:
-    """Without a goal: there is no gap ahead any more, so the region is behind."""
+    """Without a goal: no gap is left ahead, so the region has been crossed."""
 
 
 def look(view: View, mission: Mission) -> Sight:
     """Find obstacles and gaps in a scan."""
-    passable_m = passable_width_m(mission.berth_m)
+    passable_m = passable_width_m(mission.obstacle_keep_m)
     obstacles = find_obstacles(view, passable_m=passable_m)
     return Sight(view, obstacles, find_gaps(obstacles), passable_m)
 
 
 def paper_step(sight: Sight, mission: Mission, *, gain_m: float) -> Step | NoStep:
-    """The laws `printed` and `resultant`: through the widest passable gap, by its two chords.
+    """A step by the laws `printed` and `resultant`: through the widest passable gap, by its two chords.
 
-    An obstacle that a single ray hits has no chord, and (12) makes no step of it.
+    An obstacle hit by a single ray has no chord, so (12) gives no step.
     """
     chosen = sight.widest_gap
     if chosen is None:
@@ -92,20 +92,20 @@ def paper_step(sight: Sight, mission: Mission, *, gain_m: float) -> Step | NoSte
 
 
 def certified_step_to_goal(view: View, walls: Walls, cost_to_go: CostToGo, *, gain_m: float) -> Step | None:
-    """The certified end point with the least cost-to-go; None where no certified step comes nearer."""
+    """The certified step with the least cost-to-go; None if no certified step comes nearer."""
     step = _best_step(view, walls, cost_to_go)
     here_m = float(cost_to_go.at(view.position[None, :])[0])
     return step if step.cost_to_go_m is not None and step.cost_to_go_m < here_m - gain_m else None
 
 
 def has_way(view: View, walls: Walls, cost_to_go: CostToGo) -> bool:
-    """Whether there is a way from here, or from anywhere that a certified step leads to."""
+    """Whether there is a way from here, or from the end of a certified step."""
     here_m = float(cost_to_go.at(view.position[None, :])[0])
     return here_m < np.inf or _best_step(view, walls, cost_to_go).cost_to_go_m is not None
 
 
 def _best_step(view: View, walls: Walls, cost_to_go: CostToGo) -> Step:
-    """The certified step that ends with the least cost-to-go, if any end has one."""
+    """The certified step with the least cost-to-go; its cost is None if no end point has a way."""
     way = cost_to_go.way_from(view.position, cells_max=WAY_CELLS)
     headings, lengths = _certified(view, walls, _bearings_rad(way, view.position))
     tried = lengths[:, None] * np.arange(1, LENGTHS + 1) / LENGTHS
@@ -116,7 +116,7 @@ def _best_step(view: View, walls: Walls, cost_to_go: CostToGo) -> Step:
 
 
 def certified_step_to(view: View, walls: Walls, goal: Floats) -> Step | None:
-    """The step that ends at the goal, if that is certified."""
+    """The step to the goal, if it is certified."""
     off_goal = goal - view.position
     goal_m, goal_rad = float(np.hypot(*off_goal)), float(np.arctan2(off_goal[1], off_goal[0]))
     free_m = certified_lengths_m(view.position, np.array([goal_rad]), walls)[0]
@@ -126,7 +126,7 @@ def certified_step_to(view: View, walls: Walls, goal: Floats) -> Step | None:
 
 
 def refused_at(view: View, walls: Walls, way: Floats) -> int:
-    """Index of the first place of a way (n, 2) that no certified step leads to; n if there is none."""
+    """Index of the first point of a way (n, 2) that no certified step reaches; n if all are reached."""
     if len(way) == 0:
         return 0
     free_m = certified_lengths_m(view.position, _bearings_rad(way, view.position), walls)
@@ -142,12 +142,12 @@ def _bearings_rad(points: Floats, origin: Floats) -> Floats:
 def certified_step_onward(
     sight: Sight, walls: Walls, *, onward_rad: float, gain_m: float
 ) -> Step | NoStep | Crossed:
-    """Without a goal: towards the widest passable gap ahead that a certified step brings nearer.
+    """Without a goal: a step towards the widest passable gap ahead that a certified step can approach.
 
-    The end point is the one nearest to the gap's middle. A gap that no step comes nearer to gives way to
-    the next widest. Onward is where the leader faced at first: gaps behind are not gone back to. With no
-    gap left ahead, the region has been crossed where nothing stands in the way onward; else the
-    leader goes on as far that way as it can.
+    The end point is the one nearest to the gap's middle. If no step comes nearer to a gap, the next widest is
+    tried. "Onward" is the leader's first heading; it does not go back to gaps behind. If no gap is left
+    ahead, and nothing is in the way onward, the region has been crossed. Otherwise the leader drives onward
+    as far as it can.
     """
     ahead = [index for index in sight.passable_gaps if _opens_ahead(sight, index, onward_rad)]
     for index in sorted(ahead, key=lambda index: -sight.gaps[index].width_m):
@@ -168,16 +168,16 @@ def certified_step_onward(
 
 
 def _is_open(sight: Sight, onward: Floats) -> bool:
-    """Whether nothing in sight stands in a robot's way in one direction."""
+    """Whether nothing in sight is in the robot's way in this direction."""
     off = sight.view.hit_points - sight.view.position
     along, beside = off @ onward, np.abs(off @ np.array([-onward[1], onward[0]]))
     return not bool(((along > 0.0) & (beside < sight.passable_m / 2.0)).any())
 
 
 def _opens_ahead(sight: Sight, index: int, onward_rad: float) -> bool:
-    """Whether a gap is not more than a right angle off the way onward.
+    """Whether a gap is at most a right angle off the onward direction.
 
-    One whose middle is nearer than the robot's own clearance is not ahead: the robot stands in it.
+    A gap whose middle is nearer than the robot's own clearance is not ahead: the robot stands in it.
     """
     gap = sight.gaps[index]
     off = gap.middle - sight.view.position
@@ -207,6 +207,6 @@ def _certified(view: View, walls: Walls, preferred_rad: Floats) -> tuple[Floats,
 
 
 def _ends(origin: Floats, headings_rad: Floats, lengths_m: Floats) -> Floats:
-    """End points (h, k, 2) of steps of several lengths (h, k) in each heading."""
+    """End points (h, k, 2) of steps with these lengths (h, k) in each heading."""
     directions = np.stack([np.cos(headings_rad), np.sin(headings_rad)], axis=1)
     return np.asarray(origin + lengths_m[:, :, None] * directions[:, None, :])

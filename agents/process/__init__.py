@@ -1,1 +1,1 @@
-"""One robot as a process: its shell, its host, its journal, and how it fails."""
+"""One robot as a process: shell, host, journal, and failure."""

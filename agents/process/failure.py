@@ -1,4 +1,4 @@
-"""What is recorded of a core that has failed, which no core should."""
+"""The timeline entry for a core that has failed, which should never happen."""
 
 import traceback
 from itertools import islice
@@ -7,11 +7,11 @@ from pathlib import Path
 from protocol.timeline import RobotFailed
 
 FRAMES_MAX = 8  # the last calls: enough to find the place
-REASON_LENGTH_MAX = 2000  # what a text of the timeline may have
+REASON_LENGTH_MAX = 2000  # the limit for texts in the timeline
 
 
 def failed(error: Exception) -> RobotFailed:
-    """An exception as the timeline has it: what it says, and the last calls by file and line."""
+    """The entry for an exception: its message, and the last calls with file and line."""
     frames = reversed(traceback.extract_tb(error.__traceback__))
     calls = (
         f"{Path(frame.filename).name}:{frame.lineno} {frame.name}" for frame in islice(frames, FRAMES_MAX)

@@ -1,12 +1,12 @@
-"""A host of robots: forks one process for each, and reaps them. It may, since it opens no session of its own.
+"""A host of robots: forks one process for each and reaps them. It opens no session, so forking is safe.
 
-Rule 1: a robot that dies is reaped and said; the others live on.
-Rule 2: asked to end, the host asks all its robots, waits, and kills what is left. A frozen one is thawed, or
-        it could not hear. Who then goes has done as it was asked.
-Rule 3: a robot outlives its host by no more than a moment: it holds the reading end of a pipe whose
-        writing end is the host's alone.
-Rule 4: what the world has it do to a robot (`protocol.faults.blows`) is no failure of that robot, nor of the
-        host.
+Rule 1: a robot that dies is reaped and reported; the others continue.
+Rule 2: when asked to end, the host asks all its robots, waits, and kills those that are left. It thaws frozen
+        ones, so that they can react. Robots that end then are not failures.
+Rule 3: a robot ends soon after its host: it holds the reading end of a pipe whose writing end only the host
+        has.
+Rule 4: a process fault that the world commands (`protocol.faults.process_commands`) is no failure of the
+        robot, nor of the host.
 """
 
 import asyncio
@@ -26,19 +26,20 @@ from agents.process.shell import run
 from protocol.ending import asked_to_end, until_ended
 from protocol.errors import SessionLostError, UsageError
 from protocol.exit_codes import ExitCode
-from protocol.faults.blows import HostOrder, ear, orders
-from protocol.faults.strokes import Blow
+from protocol.faults.process_commands import HostCommand, command_socket, received_commands
+from protocol.faults.process_faults import ProcessAction
 from protocol.keys import robot_name
 from protocol.network.faulty_transport import Conditions
 from protocol.network.session import read_session
+from protocol.plain import plain
 
-KILL_AFTER_S = 2.0  # wall: a fleet has 5 s to end, and its launcher wants some of that
-HANDLED = (signal.SIGCHLD, signal.SIGTERM, signal.SIGINT)  # what a host hears, and a robot not from it
+KILL_AFTER_S = 2.0  # wall: a fleet has 5 s to end, and its launcher needs some of that
+HANDLED = (signal.SIGCHLD, signal.SIGTERM, signal.SIGINT)  # signals that a host handles; robots reset them
 
 
 @dataclass(frozen=True, slots=True)
 class Orders:
-    """What all robots of a command line are told."""
+    """The settings for all robots of a command line."""
 
     sessions: Path
     """Folder of the run's session files."""
@@ -50,49 +51,49 @@ def run_robot(robot: int, told: Orders, lifeline: int | None, *, again: bool = F
 
     Args:
         robot: its number.
-        told: what all robots are told.
+        told: the settings for all robots.
         lifeline: a file descriptor; the robot ends when the other end is closed.
-        again: whether it takes the place of a process that has died.
+        again: whether it is the successor of a process that has died.
     """
     try:
         session = read_session(told.sessions / f"{robot_name(robot)}.json")
         life = run(robot, session, conditions=told.conditions, sessions=told.sessions, again=again)
         return asyncio.run(until_ended(life, lifeline))
     except UsageError as error:
-        _say(f"robot {robot}: {error}")
+        say(f"robot {robot}: {error}")
         return ExitCode.USAGE
     except SessionLostError as error:
-        _say(f"robot {robot}: {error}")
+        say(f"robot {robot}: {error}")
         return ExitCode.FAILED
 
 
 def run_host(robots: Sequence[int], told: Orders, lifeline: int | None) -> int:
-    """Fork the robots and reap them; returns 0 when all ended well, else the first bad exit code."""
+    """Fork the robots and reap them; returns 0 if all ended well, else the first bad exit code."""
     reading_end, writing_end = os.pipe()
-    gc.freeze()  # what is loaded by now stays shared: the collector would touch, and so copy, every page
+    gc.freeze()  # keeps loaded pages shared: the collector would touch, and so copy, them all
     with os.fdopen(reading_end), os.fdopen(writing_end), contextlib.ExitStack() as stack:
         host = _Host(told, reading_end, writing_end)
         for robot in robots:
             host.fork(robot)
         try:
-            listening = stack.enter_context(ear(told.sessions, min(robots)))
-        except OSError as error:  # then nobody can have it do anything to them, which few want to
-            _say(f"host: cannot be told of faults: {error.strerror}")
+            listening = stack.enter_context(command_socket(told.sessions, min(robots)))
+        except OSError as error:  # continue: only process faults are impossible, which few runs need
+            say(f"host: cannot receive process faults: {error.strerror}")
             listening = None
         return asyncio.run(host.reap(lifeline, listening))
 
 
 class _Host:
-    """Who is still running, and how the others ended."""
+    """The running robots, and how the others ended."""
 
     def __init__(self, told: Orders, reading_end: int, writing_end: int) -> None:
         self._told = told
         self._reading_end, self._writing_end = reading_end, writing_end
         self._robots: dict[int, int] = {}
-        self._struck: set[int] = set()
-        """The processes that were meant to be killed."""
-        self._wanted: set[int] = set()
-        """Robots to start as soon as their process has ended."""
+        self._killed: set[int] = set()
+        """The processes that were killed by a fault."""
+        self._restarts: set[int] = set()
+        """Robots to restart as soon as their process has ended."""
         self._exit_code: int = ExitCode.OK
         self._all_ended = asyncio.Event()
         self._listening: socket.socket | None = None
@@ -100,7 +101,7 @@ class _Host:
         self._known: set[int] = set()
 
     def fork(self, robot: int) -> None:
-        """Start a robot, for the first time or again."""
+        """Start or restart a robot."""
         again = robot in self._known
         self._known.add(robot)
         pid = os.fork()
@@ -109,13 +110,13 @@ class _Host:
         self._robots[pid] = robot
 
     async def reap(self, lifeline: int | None, listening: socket.socket | None) -> int:
-        """Wait until all robots have ended, asking them to when we are asked to."""
+        """Wait until all robots have ended. If asked to end, ask the robots to end."""
         loop = asyncio.get_running_loop()
         loop.add_signal_handler(signal.SIGCHLD, self._reap)
         if listening is not None:
             self._listening = listening
             loop.add_reader(listening, self._hear)
-        self._reap()  # those that ended before there was a handler
+        self._reap()  # robots that ended before the handler was set
         with asked_to_end(lifeline) as asked:
             ended = asyncio.ensure_future(self._all_ended.wait())
             either: list[asyncio.Future[Any]] = [ended, asked]
@@ -123,73 +124,74 @@ class _Host:
             if ended.done():
                 return self._exit_code
             self._ends = True
-            self._tell(signal.SIGTERM)
-            self._tell(signal.SIGCONT)
+            self._signal_all(signal.SIGTERM)
+            self._signal_all(signal.SIGCONT)
             await asyncio.wait([ended], timeout=KILL_AFTER_S)
-            self._tell(signal.SIGKILL)
+            self._signal_all(signal.SIGKILL)
             await ended
             return asked.result()
 
     def _hear(self) -> None:
-        for order in orders(self._listening) if self._listening is not None else ():
+        for command in received_commands(self._listening) if self._listening is not None else ():
             if not self._ends:
-                self._obey(order)
+                self._execute(command)
 
-    def _obey(self, order: HostOrder) -> None:
-        pids = [pid for pid, robot in self._robots.items() if robot == order.robot]
-        match order.blow:
-            case Blow.KILL:
-                self._struck.update(pids)
+    def _execute(self, command: HostCommand) -> None:
+        pids = [pid for pid, robot in self._robots.items() if robot == command.robot]
+        match command.action:
+            case ProcessAction.KILL:
+                self._killed.update(pids)
                 number = signal.SIGKILL
-            case Blow.FREEZE:
+            case ProcessAction.FREEZE:
                 number = signal.SIGSTOP
-            case Blow.THAW:
+            case ProcessAction.THAW:
                 number = signal.SIGCONT
-            case Blow.START:
-                self._start(order.robot, pids)
+            case ProcessAction.START:
+                self._start(command.robot, pids)
                 return
-            case Blow.SLOW:
-                return  # robots are told that themselves
-        for pid in pids if not order.done else ():
-            os.kill(pid, number)  # it is there: it has not been reaped
+            case ProcessAction.SLOW:
+                return  # robots receive that themselves
+        for pid in pids if not command.done else ():
+            os.kill(pid, number)  # the process exists: it has not been reaped
 
     def _start(self, robot: int, pids: Sequence[int]) -> None:
         if pids:
-            self._wanted.add(robot)  # the one that is being killed has to go first
+            self._restarts.add(robot)  # the process that is being killed must end first
         elif robot in self._known:
             self.fork(robot)
 
     def _reap(self) -> None:
-        self._hear()  # a robot that killed itself on purpose has said so before
+        self._hear()  # a robot that kills itself by a fault has reported it before
         while self._robots:
             pid, status = os.waitpid(-1, os.WNOHANG)
             if pid == 0:
                 return
             robot, exit_code = self._robots.pop(pid), os.waitstatus_to_exitcode(status)
-            struck = pid in self._struck and exit_code == -signal.SIGKILL
+            killed = pid in self._killed and exit_code == -signal.SIGKILL
             as_asked = self._ends and exit_code == ExitCode.TERMINATED
-            if exit_code != 0 and not (struck or as_asked):
+            if exit_code != 0 and not (killed or as_asked):
                 self._exit_code = self._exit_code or max(exit_code, ExitCode.FAILED)  # a signal's is negative
-                _say(f"robot {robot} {_how(exit_code)}")
-            if robot in self._wanted and not self._ends:
-                self._wanted.discard(robot)
+                say(f"robot {robot} {_how(exit_code)}")
+            if robot in self._restarts and not self._ends:
+                self._restarts.discard(robot)
                 self.fork(robot)
         self._all_ended.set()
 
-    def _tell(self, number: signal.Signals) -> None:
+    def _signal_all(self, number: signal.Signals) -> None:
         for pid in self._robots:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, number)
 
     def _become(self, robot: int, *, again: bool) -> None:
-        """The forked child: never returns, since what follows in the caller is the host's."""
+        """Run the robot in the forked child. Never returns: the caller's code is for the host."""
         exit_code: int = ExitCode.FAILED
         try:
             _forget_signals()
             os.close(self._writing_end)
             exit_code = run_robot(robot, self._told, self._reading_end, again=again)
         except BaseException:
-            traceback.print_exc()
+            for line in traceback.format_exc().splitlines():
+                say(line)
         finally:
             sys.stdout.flush()
             sys.stderr.flush()
@@ -197,7 +199,7 @@ class _Host:
 
 
 def _forget_signals() -> None:
-    """What reaches a robot must not wake its host's loop, whose handlers and pipe it has inherited."""
+    """Reset signal handling: the robot has inherited the host's handlers and wake-up pipe."""
     signal.set_wakeup_fd(-1)
     for number in HANDLED:
         signal.signal(number, signal.SIG_DFL)
@@ -209,5 +211,6 @@ def _how(exit_code: int) -> str:
     return f"ended with exit code {exit_code}"
 
 
-def _say(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)  # noqa: T201 - the user reads it
+def say(line: str) -> None:
+    """Print a line to stderr for the user."""
+    print(plain(line), file=sys.stderr, flush=True)  # noqa: T201 - the user reads it

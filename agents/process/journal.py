@@ -1,11 +1,12 @@
-"""What a robot heard and decided, on disk: `inputs/r3-<incarnation>.clew` in the folder of the run.
+"""A robot's inputs and decisions on disk: `inputs/r3-<incarnation>.clew` in the folder of the run.
 
-Rule 1: an input is written before the core takes it in, the decision before anybody hears of it, each in one
-        unbuffered write. So SIGKILL tears the last record at the worst, and no effect is without its cause.
-Rule 2: the file is a stream of msgpack, only ever appended to: the head, then inputs and decisions in turn,
-        then why it ends.
-Rule 3: it is bounded: one that is full says so and takes no more.
-Rule 4: a robot drives on without a journal. Where its folder is not, as on another computer, none is kept.
+Rule 1: an input is written before the core handles it, and a decision before it has any effect, each in one
+        unbuffered write. So SIGKILL can only tear the last record, and every effect has its cause on disk.
+Rule 2: the file is a stream of msgpack that is only appended to: the head, then inputs and decisions in turn,
+        then the reason for its end.
+Rule 3: its size is bounded: a full journal says so and records no more.
+Rule 4: a robot drives on without a journal. If its folder does not exist, as on another computer, none is
+        kept.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,6 +23,8 @@ from agents.commands import Command
 from agents.events import Event
 from agents.robot import Robot
 from protocol.errors import UsageError
+from protocol.files.opening import open_regular
+from protocol.files.writing import make_folder, open_private
 from protocol.frames import Count, RobotId, Seconds
 from protocol.keys import robot_name
 from protocol.mission import Mission
@@ -29,24 +32,24 @@ from protocol.wire.codec import REASON_LENGTH_MAX, packed
 
 SCHEMA = "clew-inputs/1"
 SUFFIX = ".clew"
-SIZE_BYTES_MAX = 268_435_456  # half an hour of a scan of 1440 rays every 0.1 s, which takes 13 kB
+SIZE_BYTES_MAX = 268_435_456  # half an hour of scans of 1440 rays (13 kB) every 0.1 s
 
 _EVENTS: dict[str, type] = {kind.__name__: kind for kind in get_args(Event)}
 
 
 class Head(Struct, frozen=True, kw_only=True, tag="head", array_like=True):
-    """Who wrote it, and with what the core was made."""
+    """The writer of the journal, and the arguments of its core."""
 
     schema: str = SCHEMA
     robot: RobotId
     incarnation: Annotated[str, Meta(max_length=64)]
     mission: Mission
     again: bool = False
-    """Whether it takes the place of a process that has died."""
+    """Whether it is the successor of a process that has died."""
 
 
 class Input(Struct, frozen=True, tag="in", array_like=True):
-    """An event given to the core, and the message that it came by."""
+    """An event for the core, and the message that carried it."""
 
     now_s: Seconds
     key: str
@@ -55,30 +58,30 @@ class Input(Struct, frozen=True, tag="in", array_like=True):
     """The message's on its key; 0 where it has none."""
     kind: str
     event: Any
-    """An `Event`; its fields, where it has just been read."""
+    """An `Event`, or its fields when it has just been read."""
 
 
 class Decision(Struct, frozen=True, tag="out", array_like=True):
-    """What the core answered: kinds of commands and their fields; or how it failed."""
+    """The core's answer: kinds of commands and their fields, or its failure."""
 
     commands: tuple[tuple[str, Any], ...]
     failed: str | None = None
 
 
 class End(Struct, frozen=True, tag="end", array_like=True):
-    """Nothing follows, and why; a robot that was killed never wrote it."""
+    """The end, with its reason. The journal of a killed robot has none."""
 
     why: str
 
 
 _RECORD = Head | Input | Decision | End
 _BEGINNINGS = (b"\x96\xa2in\xcb", b"\x93\xa3out", b"\x92\xa3end")
-"""The first bytes of records: how many items there are, the tag, and of an input that a float follows."""
+"""The first bytes of records: the number of items and the tag; for an input also the float's marker."""
 
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """An event for a core, and the message that it came by."""
+    """An event for a core, and the message that carried it."""
 
     event: Event
     key: str
@@ -88,19 +91,19 @@ class Given:
 
 
 class Journal:
-    """Writes one robot's journal; without a file, nothing."""
+    """Writes one robot's journal; without a file it writes nothing."""
 
     def __init__(self, file: FileIO | None = None, *, size_bytes_max: int = SIZE_BYTES_MAX) -> None:
         self._file = file
         self._left_bytes = size_bytes_max
 
     def begin(self, head: Head) -> None:
-        """Write who writes it."""
+        """Write the head."""
         self._write(head)
 
     @property
     def keeps(self) -> bool:
-        """Whether it has a file; without one nobody need put a record together."""
+        """Whether it has a file; without one no record has to be made."""
         return self._file is not None
 
     def hear(self, given: Given, now_s: float) -> None:
@@ -109,11 +112,11 @@ class Journal:
             self._write(Input(now_s, given.key, given.number, type(given.event).__name__, given.event))
 
     def decide(self, decision: Decision) -> None:
-        """Write what came of the input before."""
+        """Write the decision on the last input."""
         self._write(decision)
 
     def end(self, why: str) -> None:
-        """Write why nothing follows, and close the file."""
+        """Write the reason for the end, and close the file."""
         self._write(End(why))
         self.close()
 
@@ -127,25 +130,27 @@ class Journal:
         try:
             while left:
                 left = left[self._file.write(left) :]
-        except OSError:  # a full disk: the world's recorder ends the run for that (rule 4)
+        except OSError:  # a full disk: the world's recorder ends the run (rule 4)
             self.close()
         if self._left_bytes < 0:
             self.close()
 
     def close(self) -> None:
-        """Write nothing more."""
+        """Close the file; nothing more is written."""
         if self._file is not None:
             self._file.close()
         self._file = None
 
 
 def open_journal(folder: Path | None, head: Head) -> Journal:
-    """A journal in that folder, which is made if it alone is missing; else one without a file."""
+    """A journal in this folder, which is created if its parent exists; else one without a file."""
     if folder is None:
         return Journal()
     try:
-        folder.mkdir(exist_ok=True)
-        journal = Journal(FileIO(str(folder / f"{robot_name(head.robot)}-{head.incarnation}{SUFFIX}"), "x"))
+        if not folder.parent.is_dir():
+            return Journal()
+        make_folder(folder)
+        journal = Journal(open_private(folder / f"{robot_name(head.robot)}-{head.incarnation}{SUFFIX}", "x"))
     except OSError:
         return Journal()
     journal.begin(head)
@@ -153,10 +158,10 @@ def open_journal(folder: Path | None, head: Head) -> Journal:
 
 
 def decided(core: Robot, given: Given, now_s: float, journal: Journal) -> list[Command]:
-    """Have the core take an event in; returns its commands, when both are in the journal.
+    """Let the core handle an event; returns its commands after both are in the journal.
 
     Raises:
-        Exception: whatever the core raises, when that is in the journal.
+        Exception: any exception of the core, after it is in the journal.
     """
     journal.hear(given, now_s)
     try:
@@ -170,45 +175,45 @@ def decided(core: Robot, given: Given, now_s: float, journal: Journal) -> list[C
 
 
 def decision(commands: Sequence[Command]) -> Decision:
-    """Commands as they stand in a journal."""
+    """Commands as a journal record."""
     return Decision(tuple((type(each).__name__, each) for each in commands))
 
 
 def failure(error: Exception) -> Decision:
-    """A core's failure as it stands in a journal."""
+    """A core's failure as a journal record."""
     return Decision((), f"{type(error).__name__}: {error}"[:REASON_LENGTH_MAX])
 
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """An input and the decision that was recorded for it; None where the journal ends before."""
+    """An input and its recorded decision, which is None if the journal ends before it."""
 
     input: Input
     decision: Decision | None
 
     @property
     def event(self) -> Event:
-        """What was given to the core."""
+        """The event that was given to the core."""
         event: Event = self.input.event
         return event
 
 
 class Recording:
-    """A journal as it is read, one turn after the other; what is wrong with it is known at the end."""
+    """A journal as it is read, turn by turn. Its flaw is known only after the last turn."""
 
     def __init__(self, path: Path) -> None:
         """Open a journal.
 
         Raises:
-            UsageError: it does not begin as one.
+            UsageError: the file does not begin like a journal.
         """
         self.path = path
         self.ended: str | None = None
-        """Why it ends; None where its writer was killed, or the end has not been read yet."""
+        """The reason for its end; None if its writer was killed, or if the end has not been read yet."""
         self.flaw: str | None = None
-        """What is wrong with the record that is read last; None where nothing is, or so far."""
+        """What is wrong with the last record that was read, or None."""
         self.damaged = False
-        """Whether the flaw is none that a killed writer leaves, which is a torn record at the very end."""
+        """Whether the flaw is more than a torn last record, which a killed writer leaves."""
         try:
             self._size_bytes = path.stat().st_size
             self._records = self._read()
@@ -220,7 +225,7 @@ class Recording:
         self.head = head
 
     def turns(self) -> Iterator[Turn]:
-        """All turns, oldest first; what follows a record that cannot be read is left out."""
+        """All turns, oldest first, up to the first record that cannot be read."""
         heard: Input | None = None
         for record in self._records:
             match record:
@@ -238,7 +243,7 @@ class Recording:
             yield Turn(heard, None)
 
     def _read(self) -> Iterator[_RECORD]:
-        with self.path.open("rb") as file:
+        with open_regular(self.path) as file:
             unpacker = msgpack.Unpacker(file, max_buffer_size=self._size_bytes + 1)
             whole_bytes = 0
             try:
@@ -255,10 +260,9 @@ class Recording:
                 self._judge_rest(whole_bytes, file.read(self._size_bytes - whole_bytes))
 
     def _judge_rest(self, whole_bytes: int, rest: bytes) -> None:
-        """Say what bytes are that make no whole record: a torn one, unless others stand behind its beginning.
+        """Classify bytes that are no whole record: torn, unless other records begin within them.
 
-        A byte that says how long something is may have been changed: then all that follows seems to be of one
-        record, of which the end is missing.
+        A changed length byte makes all following records look like one record without an end.
         """
         self.damaged = self.ended is not None or any(rest.find(begin, 1) >= 0 for begin in _BEGINNINGS)
         if self.damaged:
@@ -268,7 +272,7 @@ class Recording:
 
 
 def _understood(heard: Input) -> Input:
-    """An input with its event, where that was its fields."""
+    """The input with its event made from the fields."""
     if heard.kind not in _EVENTS:
         raise ValueError(f"{heard.kind!r} is no event")
     return msgspec.structs.replace(heard, event=msgspec.convert(heard.event, _EVENTS[heard.kind]))

@@ -1,7 +1,8 @@
-"""Which named points of its step a robot is at, so that a fault plan can strike it exactly there. Pure.
+"""The named points of a step that a robot passes, where a fault plan can inject process faults. Pure.
 
-Rule 1: it is asked between a core and the shell that obeys it: the core has decided, nothing is done yet.
-Rule 2: whoever is struck has recorded the step that it has planned, and does nothing else of what it decided.
+Rule 1: the shell calls it when the core has decided and nothing has been executed.
+Rule 2: a robot that suffers a fault at a point has recorded its planned step, and executes nothing else of
+        its decision.
 """
 
 import math
@@ -15,20 +16,20 @@ from protocol.wire.messages import BehindState, Drive, Odometry
 
 
 class Points:
-    """What has to be remembered of one robot's commands to tell the points that it passes."""
+    """The state that is needed to detect the points that one robot passes."""
 
     def __init__(self) -> None:
         self._told = (0, 0)
-        """The newest epoch that it acknowledged vertices in, and how many."""
+        """The newest epoch in which it acknowledged vertices, and how many."""
         self._drive: Drive | None = None
         self._leg_m = 0.0
-        """How long the way was to the target of the newest order, when that was first given."""
+        """The distance to the target of the newest order when it was first given."""
         self._odometry: Odometry | None = None
         self._halved = 0
-        """The newest order whose way was seen to be half done."""
+        """The newest order that was seen to be half done."""
 
     def passed(self, event: Event, commands: Sequence[Command]) -> list[StepPoint]:
-        """The points that the robot is at, with what it means to do about an event; asked of each event."""
+        """The points that the robot passes with these commands; must be called for each event."""
         points: list[StepPoint] = []
         if isinstance(event, ScanHeard):
             points.append(StepPoint.AFTER_SCAN)
@@ -44,7 +45,7 @@ class Points:
         return points
 
     def _is_halfway(self, odometry: Odometry) -> bool:
-        """Whether the body is seen to have half of the way behind it, for the first time of this order."""
+        """Whether the body has driven half of the way, for the first time in this order."""
         self._odometry = odometry
         drive = self._drive
         if drive is None or drive.target is None or not odometry.moving or drive.number <= self._halved:
@@ -61,7 +62,7 @@ class Points:
         self._leg_m = 0.0 if self._odometry is None else _off_m(self._odometry, drive)
 
     def _acknowledges(self, commands: Sequence[Command]) -> bool:
-        """Whether a robot is to be told of more vertices than before."""
+        """Whether a command acknowledges more vertices than before."""
         before = self._told
         for command in commands:
             if isinstance(command, Tell) and isinstance(command.state, BehindState):
@@ -75,6 +76,6 @@ def is_plan(command: Command) -> bool:
 
 
 def _off_m(odometry: Odometry, drive: Drive) -> float:
-    """How far the body is from the order's target; 0 where it has none."""
+    """The distance of the body from the order's target; 0 if there is none."""
     pose, target = odometry.pose, drive.target
     return 0.0 if target is None else math.hypot(target.x_m - pose.x_m, target.y_m - pose.y_m)

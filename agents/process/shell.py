@@ -1,12 +1,12 @@
 """The shell of one robot: its session, its clock, its end. It decides nothing about driving.
 
-Rule 1: of what arrived together, the newest odometry tells the time, so that a robot that was frozen knows
-        how late it is before it believes anything else.
-Rule 2: timeline entries are re-sent until the recorder has them; the robot does not go before that. They are
-        sent before what the core wants told: who acts upon that acts upon what is on record.
-Rule 3: time in which the process did not run is not held against the world.
-Rule 4: where a fault plan strikes the robot at a point of its step, it does so to itself: after the core has
-        decided, before anything of that is done but what was recorded; and when the recorder has that.
+Rule 1: among messages that arrive together, the newest odometry sets the time first. So a robot that was
+        frozen knows how late it is before it handles anything else.
+Rule 2: timeline entries are repeated until the recorder has them, and the robot does not end before that.
+        They are sent before the core's messages, so that others only react to what is on record.
+Rule 3: time in which the process did not run does not count as silence of the world.
+Rule 4: a robot injects a fault at a point of its step into itself. That happens after the core has decided,
+        when the planned step is recorded and nothing else has been executed.
 """
 
 import os
@@ -31,7 +31,7 @@ from agents.process.points import is_plan
 from agents.process.victim import Victim
 from agents.robot import Robot
 from protocol.exit_codes import ExitCode
-from protocol.faults.strokes import Stroke
+from protocol.faults.process_faults import ProcessFault
 from protocol.keys import WORLD, WORLD_NUMBER, Keys, robot_name, robot_number
 from protocol.mission import Mission
 from protocol.network.faulty_transport import Conditions, FaultyTransport
@@ -54,31 +54,31 @@ from protocol.wire.messages import (
     ScanQuery,
 )
 
-TURN_S = 0.1  # wall: how often the outbox is looked at when nothing arrives
+TURN_S = 0.1  # wall: the period of the outbox when nothing arrives
 MISSION_RETRY_S = 0.3  # wall
-MISSION_PATIENCE_S = 10.0  # wall: what docs/run.md gives a fleet to come together
-WORLD_SILENCE_S = 60.0  # wall: docs/run.md; longer than any cut that a fleet is to survive
-LOOK_S_MAX = 1.0  # wall: whatever took longer than ten turns was not the world's silence
-STRUCK_PATIENCE_S = 5.0  # wall: a robot that cannot tell of its stroke is struck all the same
-START_PATIENCE_S = 20.0  # wall: the others have 10 s to come, and a slow machine as much again
+MISSION_PATIENCE_S = 10.0  # wall: the time that docs/run.md gives a fleet to start
+WORLD_SILENCE_S = 60.0  # wall: docs/run.md; longer than any partition that a fleet must survive
+LOOK_S_MAX = 1.0  # wall: a longer pause than ten turns is our own, not the world's silence
+FAULT_PATIENCE_S = 5.0  # wall: after this, a fault is injected even if it is not recorded
+START_PATIENCE_S = 20.0  # wall: the others have 10 s to start; twice that for a slow machine
 CLOSING_PATIENCE_S = 2.0  # wall: docs/run.md
 
 
 async def run(
     robot: int, session: Session, *, conditions: Conditions, sessions: Path, again: bool
 ) -> ExitCode:
-    """Live one robot's life, from opening the session to the end of the run.
+    """Run one robot, from opening the session to the end of the run.
 
     Args:
         robot: its number.
-        session: who it is on the network.
-        conditions: the faults that it is to suffer.
-        sessions: the run's private folder, where its host hears.
-        again: whether it takes the place of a process that has died.
+        session: its identity on the network.
+        conditions: the faults to inject.
+        sessions: the run's private folder, with the host's command socket.
+        again: whether it is the successor of a process that has died.
 
     Raises:
         UsageError: no router admits us.
-        SessionLostError: as `open_transport` says.
+        SessionLostError: see `open_transport`.
     """
     keys, name = session.keys, robot_name(robot)
     hear = [keys.link("*", name), keys.odometry(name), keys.muster("*"), keys.logged(name), keys.fault(name)]
@@ -96,7 +96,7 @@ async def run(
 
 
 class _Life:
-    """What the shell of one robot remembers."""
+    """The state of one robot's shell."""
 
     def __init__(
         self,
@@ -119,16 +119,16 @@ class _Life:
         self._looked_s = time.monotonic()
         self._world_silent_s = 0.0
         self._patience_s = START_PATIENCE_S
-        self._kept: list[Arrival] = []  # that have come, and that the robot has not heard of
+        self._kept: list[Arrival] = []  # arrived, and not handled by the robot yet
 
     async def mission(self) -> Mission | None:
-        """Ask the world until it answers; None when it does not."""
-        # Faults may strike the answer, and are noted; but a log knows a new life by its first entry.
+        """Ask the world until it answers; None if it does not."""
+        # First of all: faults of the answer are recorded, but a log detects a new life by its first entry.
         self._note(RobotStarted(pid=os.getpid(), incarnation=self._incarnation))
         mission: Mission | None = None
         for _ in range(round(MISSION_PATIENCE_S / MISSION_RETRY_S)):
             self._transport.ask(self._keys.mission(), Ask())
-            # All of it: with the mission may come tokens, which nobody shows again.
+            # Keep everything: tokens may arrive with the mission, and they are not sent again.
             for arrival in await self._transport.arrivals(MISSION_RETRY_S):
                 match arrival:
                     case Heard(key, message=Mission() as told) if key == self._keys.mission():
@@ -140,7 +140,7 @@ class _Life:
         return None
 
     async def run(self, robot: Robot, journal: Journal) -> ExitCode:
-        """Hand events to the robot and do what it wants, until the world closes the run."""
+        """Give events to the robot and execute its commands, until the world closes the run."""
         while self._phase is Phase.RUNNING:
             self._flush()
             arrivals = [*self._kept, *await self._transport.arrivals(TURN_S)]
@@ -155,7 +155,7 @@ class _Life:
         return await self._close()
 
     async def _decided(self, robot: Robot, given: Given, journal: Journal) -> list[Command]:
-        """What the robot does about an event; where it fails, that is told before the process ends of it."""
+        """The robot's commands for an event. If the core fails, that is recorded before the process ends."""
         try:
             return decided(robot, given, self._now_s, journal)
         except Exception as error:
@@ -165,9 +165,9 @@ class _Life:
 
     async def _obey(self, event: Event, commands: Sequence[Command]) -> None:
         notes = [command for command in commands if isinstance(command, Note)]
-        stroke = self._victim.struck(event, commands, self._now_s, self._transport.faults)
-        if stroke is not None:
-            await self._be_struck(stroke, [note for note in notes if is_plan(note)])
+        fault = self._victim.fault_at(event, commands, self._now_s, self._transport.faults)
+        if fault is not None:
+            await self._inject(fault, [note for note in notes if is_plan(note)])
             notes = [note for note in notes if not is_plan(note)]
         for note in notes:
             self._note(note.record)
@@ -175,21 +175,21 @@ class _Life:
         for command in commands:
             self._do(command)
 
-    async def _be_struck(self, stroke: Stroke, plans: Sequence[Note]) -> None:
-        """Rule 4."""
+    async def _inject(self, fault: ProcessFault, plans: Sequence[Note]) -> None:
+        """Inject a fault into this process (rule 4)."""
         for plan in plans:
             self._note(plan.record)
-        self._note(stroke.as_record())
-        until_s = time.monotonic() + STRUCK_PATIENCE_S
+        self._note(fault.as_record())
+        until_s = time.monotonic() + FAULT_PATIENCE_S
         while len(self._outbox) and time.monotonic() < until_s:
             self._flush()
             arrivals = await self._transport.arrivals(TURN_S)
             self._hear_world(arrivals)
             self._kept += [arrival for arrival in arrivals if not isinstance(arrival, Refused)]
-        self._victim.strike(stroke)
+        self._victim.inject(fault)
 
     async def _close(self) -> ExitCode:
-        """Say what was sent; when all have, say what was received; go when the recorder has it."""
+        """Record the sent counts; when all robots have, record the received ones; end when that is stored."""
         self._note(RobotSettled(sent=dict(self._counted(self._transport.traffic.sent))))
         while self._phase is Phase.OVER:
             await self._turn()
@@ -213,7 +213,7 @@ class _Life:
         return ExitCode.FAILED if len(self._outbox) else ExitCode.OK
 
     async def _tell_last(self) -> None:
-        """Have what was noted recorded, as far as that can be waited for."""
+        """Wait until the entries are recorded, up to a limit."""
         until_s = time.monotonic() + CLOSING_PATIENCE_S
         while len(self._outbox) and time.monotonic() < until_s:
             await self._turn()
@@ -234,10 +234,10 @@ class _Life:
                 case Refused(key, reason):
                     self._note(MessageRefused(key=self._keys.behind_root(key), reason=reason))
                 case _:
-                    pass  # the robot's, or nobody's: a robot is not asked and sees no tokens
+                    pass  # for the robot, or for no one: a robot answers no queries
 
     def _world_is_silent(self) -> bool:
-        """Rule 3."""
+        """Whether the world has been silent for too long (rule 3)."""
         now_s = time.monotonic()
         self._world_silent_s += min(now_s - self._looked_s, LOOK_S_MAX)
         self._looked_s = now_s
@@ -254,7 +254,7 @@ class _Life:
             case AskScan(revolutions):
                 self._transport.ask(self._keys.scan(self._name), ScanQuery(revolutions=revolutions))
             case Note():
-                pass  # has been recorded, rule 2
+                pass  # already recorded (rule 2)
 
     def _note(self, record: Record) -> None:
         self._victim.note(record, self._now_s)
@@ -265,13 +265,13 @@ class _Life:
             self._transport.put(self._keys.log(self._name), batch)
 
     def _counted(self, counts: dict[str, int]) -> dict[str, int]:
-        """By the part of the key behind the root; without the recorder's keys, which have their own books."""
+        """Counts by the key without its root; the recorder's keys are counted separately."""
         apart = (self._keys.log(self._name), self._keys.logged(self._name))
         return {self._keys.behind_root(key): count for key, count in counts.items() if key not in apart}
 
 
 def _events(keys: Keys, name: str, arrivals: Sequence[Arrival], now_s: float) -> list[Given]:
-    """What has arrived for the robot, in order; of the odometry only the newest (rule 1)."""
+    """The robot's events among the arrivals, in order, with only the newest odometry (rule 1)."""
     events: list[tuple[Event | None, Heard | Appeared | Vanished]] = []
     for arrival in arrivals:
         match arrival:
@@ -284,7 +284,7 @@ def _events(keys: Keys, name: str, arrivals: Sequence[Arrival], now_s: float) ->
                 if robot is not None and source != name:
                     events.append((event(robot, keys.part(key, 2)), arrival))
             case _:
-                pass  # a robot is not asked; what was refused has been noted
+                pass  # a robot answers no queries; refused messages have been recorded
     return [
         Given(event, keys.behind_root(arrival.key), arrival.number if isinstance(arrival, Heard) else 0)
         for event, arrival in events
@@ -293,7 +293,7 @@ def _events(keys: Keys, name: str, arrivals: Sequence[Arrival], now_s: float) ->
 
 
 def _event(key: Sequence[str], name: str, heard: Heard, now_s: float) -> Event | None:
-    """What a message means to the robot; None where it means nothing on the key that it came by."""
+    """The event for a message; None if the robot does not use this message on this key."""
     match heard.message, key:
         case Odometry() as odometry, ["body", body, "odometry"] if body == name and odometry.t_s == now_s:
             return OdometryHeard(odometry)

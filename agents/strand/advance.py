@@ -1,9 +1,9 @@
-"""How a robot advances along the path that there is.
+"""How a robot advances along the existing path.
 
-Rule 1: it drives to the next vertex or as far as it may, whichever comes first, and keeps off robots behind.
-Rule 2: it checks each segment against a scan of its own; where obstacles move, its watch does, but on its
-        own leg.
-Rule 3: where it has to stand, a link being silent, it looks already: who hears little waits long for scans.
+Rule 1: it drives to the next vertex or to its authority, whichever comes first, and keeps off robots behind.
+Rule 2: it checks each segment against a scan of its own. Where obstacles move, its watch replaces that check,
+        except on its own leg.
+Rule 3: while it stands because a link is silent, it already scans: with high loss, a scan takes long.
 """
 
 import math
@@ -18,7 +18,7 @@ from protocol.path import THERE_M
 
 
 class Advance:
-    """Drives one robot on along the strand's path."""
+    """Drives one robot along the strand's path."""
 
     def __init__(self, mission: Mission, driver: Driver, senses: Senses, follower: Follower) -> None:
         self._mission = mission
@@ -26,12 +26,12 @@ class Advance:
         self._senses = senses
         self._follower = follower
         self.kept_back_at_s = math.inf
-        """Since when it has stood and may not go on for robots behind."""
+        """Since when it has stood because robots behind are in the way."""
 
     def along(
         self, strand: Strand, authority_m: float, now_s: float, *, final: bool
     ) -> tuple[list[Command], bool]:
-        """Drive to the next vertex or as far as may be; whether it stands and there is nothing to drive."""
+        """Drive as far as allowed; also returns whether the robot stands and has nothing to drive."""
         driver = self._driver
         if not driver.standing and driver.drive.target is None:
             return [], False  # it is being stopped
@@ -41,7 +41,7 @@ class Advance:
             return [], driver.standing
         reach_m = strand.grants.claim_m(reach_m, progress_m=ordered_m)
         if reach_m <= ordered_m + THERE_M:
-            # A robot behind stands in the way, and may not go first.
+            # A robot behind is in the way and may not drive first.
             self.kept_back_at_s = min(self.kept_back_at_s, now_s) if driver.standing else math.inf
             return [], False
         if self._needs_check(strand, reach_m):
@@ -51,14 +51,14 @@ class Advance:
         return [], False
 
     def look_ahead(self, strand: Strand, now_s: float) -> list[Command]:
-        """Rule 3: have the next segment checked by the time that it may be driven."""
+        """Check the next segment before it may be driven (rule 3)."""
         standing, authority_m = self._driver.standing, strand.authority_m
         reach_m = self._reach_m(strand, authority_m, ordered_m=self._driver.progress_m, final=False)
         may_look = standing and reach_m is not None and self._needs_check(strand, reach_m)
         return self._check(strand, now_s) if may_look else []
 
     def _needs_check(self, strand: Strand, reach_m: float) -> bool:
-        """Rule 2."""
+        """Whether the segment needs a check (rule 2)."""
         watched = self._mission.obstacles_move and self._driver.progress_m >= strand.own_leg_m - THERE_M
         return not watched and not self._follower.is_clear(reach_m)
 
@@ -72,7 +72,7 @@ class Advance:
         )
 
     def _check(self, strand: Strand, now_s: float) -> list[Command]:
-        """Check the segment that begins where the robot stands; until then it stands."""
+        """Check the segment that begins where the robot stands; it waits for the scan."""
         scan = self._senses.take(revolutions=self._mission.revolutions)
         if scan is None:
             return self._senses.ask(now_s) if self._follower.may_check(now_s) else []

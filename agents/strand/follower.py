@@ -1,15 +1,16 @@
-"""A robot that follows: from vertex to vertex of the path ahead (16)-(17), as far as its authority.
+"""A follower: drives from vertex to vertex of the path ahead (16)-(17), as far as its authority.
 
 Rule 1: it drives to the next vertex or to its authority, whichever comes first.
-Rule 2: before it enters a segment it checks it against a scan of its own: the strand's own robots apart,
-        nothing may stand nearer than the leader was promised (less twice the tolerance: where this
-        robot stands, and where the leader stood). Its own leg, up to where the robot ahead stood at first,
-        no leader has certified: there the check itself has to certify `epsilon - mu0`, with half of
-        the tolerance left for the drive. Under a law that promises nothing robots that follow do not sense.
-        A robot that is left out may have died on a leg that counts as driven, so what stands short of where
-        the robot ahead stood at first is looked at there, too (docs/strand.md, Following).
-        Where robots are left out, their bodies may have come to rest beside ground that was driven before:
-        then the whole promise has to be seen, with what the range may be wrong by and some of the tolerance.
+Rule 2: before it enters a segment, it checks the segment against a scan of its own. Except for robots of the
+        strand, nothing may be nearer than the leader's promise, minus twice the tolerance: one for the place
+        of this robot, one for that of the leader.
+        - No leader has certified its own leg, up to where the robot ahead stood at first. There the check
+          must certify `epsilon - mu0`, with half of the tolerance left for the drive.
+        - A robot that is left out may have died on a leg that counts as driven. So the check also covers
+          what stands short of the first place of the robot ahead (docs/strand.md, Following).
+        - Bodies of robots that are left out may have stopped beside ground that was driven before. Then the
+          check requires the whole promise, minus the range error and part of the tolerance.
+        - Under a law that promises nothing, followers do not sense.
 Rule 3: a segment that is not clear is checked again every `RECHECK_S`; meanwhile the robot stands.
 """
 
@@ -26,12 +27,12 @@ from protocol.path import THERE_M, Path
 from protocol.timeline import SegmentChecked
 
 RECHECK_S = 1.0
-DRIVE_SHARE = 0.75  # of the tolerance; a quarter is left for the drive, which in a swarm is off by far less
-DRIVE_M_MIN = 0.05  # a grant of less, short of a vertex, waits for the next one
+DRIVE_SHARE = 0.75  # of the tolerance; a quarter remains for the drive, whose error in a swarm is far less
+DRIVE_M_MIN = 0.05  # a smaller grant, short of a vertex, waits for the next grant
 
 
 class Follower:
-    """What a robot that follows remembers from segment to segment."""
+    """The state of a follower from segment to segment."""
 
     def __init__(self, mission: Mission, start_m: float, *, some_are_left_out: bool = False) -> None:
         self._mission = mission
@@ -41,23 +42,23 @@ class Follower:
             else 2.0 * mission.mu0_m
         )
         self._clear_m_min = mission.clear_m - less_m
-        """Rule 2: what has to be seen to be free beside a segment that another robot has driven."""
+        """The clearance to be seen beside a segment that another robot has driven (rule 2)."""
         self._clear_from_m = start_m
         self._clear_until_m = start_m
         self._checked_at_s = -math.inf
         self.refused_at_s = math.inf
-        """Since when the segment in front has not been clear."""
+        """Since when the next segment has not been clear."""
 
     def reach_m(
         self, path: Path, *, progress_m: float, ordered_m: float, authority_m: float, final: bool
     ) -> float | None:
-        """Rule 1: how far to drive now, in arc length; None where that adds nothing worth an order.
+        """The arc length to drive to now (rule 1); None if that is not worth an order.
 
         Args:
             path: the path ahead.
-            progress_m: where the robot is on it.
-            ordered_m: how far it has been sent already.
-            authority_m: how far it may go.
+            progress_m: the robot's arc length on it.
+            ordered_m: the arc length of the current order.
+            authority_m: the robot's authority.
             final: whether the authority will not grow any more.
         """
         vertex = path.next_vertex(progress_m + THERE_M)
@@ -69,17 +70,17 @@ class Follower:
         return reach_m if reach_m - ordered_m > least_m else None
 
     def turn_round(self, *, cut_m: float, end_m: float, progress_m: float) -> None:
-        """The strand turns round: arc lengths count from `end_m` back to `cut_m`."""
+        """Follow the strand's turn: arc lengths now count from `end_m` back to `cut_m`."""
         from_m, until_m = max(self._clear_from_m, cut_m), max(self._clear_until_m, progress_m)
         self._clear_from_m, self._clear_until_m = end_m - until_m, end_m - from_m
         self._checked_at_s, self.refused_at_s = -math.inf, math.inf
 
     def is_clear(self, reach_m: float) -> bool:
-        """Whether the segment up to there has been checked."""
+        """Whether the segment up to `reach_m` has been checked and is clear."""
         return not self._mission.law.promises_clearance or reach_m <= self._clear_until_m + THERE_M
 
     def may_check(self, now_s: float) -> bool:
-        """Rule 3."""
+        """Whether it is time for the next check (rule 3)."""
         return now_s - self._checked_at_s >= RECHECK_S
 
     def check(
@@ -93,16 +94,16 @@ class Follower:
         ahead_start_m: float,
         now_s: float,
     ) -> SegmentChecked:
-        """Rule 2: check the segment that begins here.
+        """Check the segment that begins here (rule 2).
 
         Args:
             view: a scan taken here.
             path: the path ahead.
-            progress_m: where the robot is on it.
-            authority_m: how far it may go.
-            own_leg_m: up to here no robot has driven and no leader certified.
-            ahead_start_m: where the robot ahead stood when the epoch began. What stands on the path beyond
-                here and beyond the authority is a robot of the strand.
+            progress_m: the robot's arc length on it.
+            authority_m: the robot's authority.
+            own_leg_m: up to here no robot has driven and no leader has certified the path.
+            ahead_start_m: where the robot ahead stood when the epoch began. Hits on the path beyond this and
+                beyond the authority are robots of the strand.
             now_s: the time.
         """
         vertex = path[path.next_vertex(progress_m + THERE_M)]

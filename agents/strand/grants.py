@@ -1,7 +1,7 @@
-"""What a robot grants those behind it, and the ground that is theirs.
+"""The grants of a robot to the robot behind it, and the ground that robots behind may occupy.
 
-Rule 1: each robot may be where it stands; so that much is granted before anything is said.
-Rule 2: what is granted only grows, when it has grown enough to matter.
+Rule 1: each robot may be where it stands, so that much is granted from the start.
+Rule 2: a grant only grows, and only when it grows enough to matter.
 """
 
 from agents.commands import Command, Note
@@ -18,7 +18,7 @@ GRANT_M_MIN = 0.05  # a grant worth a message: a tenth of a second at 0.5 m/s
 
 
 class Grants:
-    """The robots behind one, as far as it knows of them."""
+    """What a robot knows of the robots behind it, and what it has granted."""
 
     def __init__(
         self,
@@ -41,18 +41,18 @@ class Grants:
 
     @property
     def keep_m(self) -> float:
-        """Least distance of the centre from ground that robots behind may be on; 0: nobody is behind."""
+        """Least distance of the centre from the ground of robots behind; 0 if no robot is behind."""
         return 0.0 if self._behind is None else self._mission.robot_keep_m
 
     @property
     def tail_m(self) -> float:
-        """Arc length behind which there is nobody, as far as is known."""
+        """The last known arc length of the tail; no robot is behind it."""
         if self._behind is None:
             return self._own_start_m
         return self._behind.state.tail_progress_m if self._behind.state else 0.0
 
     def claim_m(self, to_m: float, *, progress_m: float) -> float:
-        """How much of the way to an arc length keeps off the robots behind."""
+        """How far towards `to_m` the robot can drive and keep off the robots behind."""
         if self._behind is None:
             return to_m
         return claim_m(
@@ -61,13 +61,13 @@ class Grants:
             to_m=to_m,
             tail_m=self.tail_m,
             granted_m=self.granted_m,
-            # The path of a step that kept just so far from granted ground is as far off as the drive was.
+            # The driven path of a step that just kept the distance may be nearer by the drive error.
             keep_m=self.keep_m - self._mission.mu0_m,
         )
 
     @property
     def ground(self) -> Ground:
-        """What the robots behind take up."""
+        """The ground that the robots behind may occupy."""
         return Ground(
             self._path,
             self.tail_m,
@@ -79,38 +79,38 @@ class Grants:
 
     @property
     def _behind_m(self) -> float:
-        """Where the robot behind was, when it was last heard."""
+        """The last reported position of the robot behind."""
         if self._behind is None or self._behind.state is None:
             return self.behind_start_m
         return self._behind.state.progress_m
 
     @property
     def way_m(self) -> float:
-        """How far a robot that has just been heard may have come since: two heartbeats' way."""
+        """How far a robot may have driven since its last state: the way of two heartbeats."""
         return 2.0 * self._mission.heartbeat_s * self._mission.speed_mps
 
     @property
     def stretch_m(self) -> float:
-        """How far the robot behind is short of what it has been granted."""
+        """How far the robot behind is from the end of its grant."""
         if self._behind is None or self._behind.state is None:
-            return 0.0  # nobody lags who has not been heard
+            return 0.0  # a robot that has not reported does not count as lagging
         return max(0.0, self.granted_m - self._behind_m)
 
     def grant(self, growth: Growth, *, progress_m: float, arrived: bool) -> list[Command]:
-        """Rule 2: grant what this robot has left behind it."""
+        """Grant the ground that this robot has left (rule 2)."""
         if self._behind is None:
             return []
         taken = (self.granted_m, progress_m, len(self._path), growth.pending, arrived)
         if taken == self._taken:
-            return []  # nothing has moved, so nothing has become free
+            return []  # nothing has changed, so no more ground is free
         self._taken = taken
         from_m, enough_m = max(self.tail_m, self.granted_m), 0.0 if arrived else GRANT_M_MIN
-        # Along the path is no shorter than straight: what is free ends `keep_m` before this robot, or sooner.
+        # The path is at least as long as the straight line, so at most this much can be free.
         most_m = max(from_m, progress_m - self.keep_m + THERE_M)
         if most_m <= self.granted_m + enough_m:
             return []
         free_m = authority_m(growth.planned, from_m=from_m, progress_m=progress_m, keep_m=self.keep_m)
-        free_m = min(free_m, self._path.end_m)  # what is planned beyond has not been told
+        free_m = min(free_m, self._path.end_m)  # the path planned beyond has not been sent yet
         if free_m <= self.granted_m + enough_m:
             return []
         self.granted_m = free_m

@@ -1,8 +1,8 @@
 """How the strand's path grows by the leader's switching steps.
 
-Rule 1: where nothing moves it grows by a whole step at once.
-Rule 2: where obstacles move the leader may have to stop short of a step's end. So there the path only
-        grows by what has been driven, and ends where the step does.
+Rule 1: where no obstacle moves, the path grows by a whole step at once.
+Rule 2: where obstacles move, the leader may have to stop short of a step's end. So the path grows only by
+        what has been driven, and ends where the step ends.
 """
 
 import math
@@ -13,13 +13,13 @@ from protocol.path import Path
 
 
 class Growth:
-    """The end of the path, as far as the robot that leads takes it."""
+    """The growth of the path by the leader's steps."""
 
     def __init__(self, path: Path, mission: Mission) -> None:
         self._path = path
         self._mission = mission
         self.pending: Point | None = None
-        """Where the step under way is to end, while it may still stop short of it."""
+        """The end of the current step, while the leader may still stop short of it."""
         self._step_from = Point(x_m=0.0, y_m=0.0)
 
     def begin(self, target: Point) -> None:
@@ -31,7 +31,7 @@ class Growth:
             self._path.extend(target)
 
     def come_to(self, progress_m: float) -> None:
-        """The leader has come so far on its step, straight towards its end."""
+        """Extend the path to the leader's progress on its straight step."""
         path = self._path
         if self.pending is None or progress_m <= path.end_m:
             return
@@ -44,12 +44,12 @@ class Growth:
         (path.stretch if begun else path.extend)(way.at(driven_m))
 
     def end(self) -> None:
-        """The leader's step has ended where it has come to."""
+        """End the step where the leader is."""
         self.pending = None
 
     @property
     def planned(self) -> Path:
-        """The path, with what is planned of it."""
+        """The path, including the rest of the current step."""
         if self.pending is None:
             return self._path
         return Path([*(Point(x_m=each.x_m, y_m=each.y_m) for each in self._path), self.pending])

@@ -1,15 +1,15 @@
 """The leader: stands at a switching position, senses, and plans the next switching step.
 
-Rule 1: one scan a switching position, one step a scan. Where no certified step comes nearer to the goal the
-        leader looks closer once, with more revolutions of the scanner. A spot that is refused even then is
-        closed, and what is left is ranked anew.
-Rule 2: under the certified law no step is planned nearer than the strand's distance to ground that has
-        been granted to robots behind. (The paper's laws know nothing of robots behind.)
-Rule 3: where only the strand itself is in the way, the leader waits until it has closed up, and else has it
-        turn round (`DeadEnd`).
-Rule 4: a way that is not there is said (`NoStep`), never searched for by wandering. Who plans from one place
-        again and again wanders, whatever each step promises; by the certified law, where nothing moves.
-Rule 5: where bodies may have moved, and no way is left, the map begins anew, once an epoch.
+Rule 1: one scan per switching position, one step per scan. If no certified step comes nearer to the goal, the
+        leader scans once more with more revolutions. A spot that is refused even then is closed, and the
+        remaining ways are ranked again.
+Rule 2: under the certified law, steps keep the robots' distance from ground that has been granted to robots
+        behind. (The paper's laws do not consider robots behind.)
+Rule 3: if only the strand itself is in the way, the leader waits until the strand has closed up. If that does
+        not help, the strand turns round (`DeadEnd`).
+Rule 4: if there is no way, the leader reports it (`NoStep`) and does not wander in search of one. Under the
+        certified law, if no obstacle moves, planning from one place again and again counts as wandering.
+Rule 5: where bodies may have moved and no way is left, the map is cleared, once per epoch.
 """
 
 import math
@@ -41,24 +41,24 @@ from protocol.mission import Law, Mission
 from protocol.timeline import SeenGap, SeenObstacle, StepPlanned
 from protocol.wire.messages import RAYS_MAX
 
-SEEN_MAX = 250  # obstacles and gaps in a timeline entry, which has to fit into one message
-GAIN_M = 0.01  # a step that saves less of the way is not worth a stop
-CLOSER = 4  # times the revolutions of the scanner: an obstacle's unseen part is a quarter
-WAY_CELLS = 4000  # more than any way that a scan shows part of
-ROOM_STEPS_MAX = 5  # round a hairpin some steps free no ground behind; to and fro in one place none does
-AGAIN_CELLS = 2.0  # of the map: so near is the same place
-AGAIN_MAX = 12  # ten steps of `GAIN_M` lead out of it; honest leaders come to one place 4 times at the most
-SPOTS_MAX = 100  # closed from one place: a way that the certificate refuses so often is none
+SEEN_MAX = 250  # obstacles and gaps in a timeline entry, which must fit into one message
+GAIN_M = 0.01  # a step that shortens the way by less is not worth a stop
+CLOSER = 4  # factor for the revolutions: the unseen part of an obstacle is a quarter then
+WAY_CELLS = 4000  # longer than any way of which a scan shows a part
+ROOM_STEPS_MAX = 5  # some steps round a hairpin free no ground behind; steps to and fro never do
+AGAIN_CELLS = 2.0  # cells of the map: within this distance it is the same place
+AGAIN_MAX = 12  # ten steps of `GAIN_M` leave the place; sound leaders plan at most 4 times from one place
+SPOTS_MAX = 100  # closed from one place: after so many refusals there is no way
 
 
 @dataclass(frozen=True)
 class LookCloser:
-    """Nothing can be said with so few rays."""
+    """The scan has too few rays to decide."""
 
 
 @dataclass(frozen=True)
 class Wait:
-    """The strand behind is in the way, and has not closed up yet."""
+    """The strand behind is in the way and has not closed up yet."""
 
 
 @dataclass(frozen=True)
@@ -66,14 +66,14 @@ class DeadEnd:
     """The only way on is back."""
 
     back_to_m: float
-    """Arc length of the place from which the leader can go another way; 0: the tail had better lead."""
+    """Arc length of the place from which the leader has another way; 0: the tail should lead."""
 
 
 Plan = StepPlanned | NoStep | Crossed | LookCloser | Wait | DeadEnd
 
 
 class Leader:
-    """What the leader remembers from step to step."""
+    """The state of the leader from step to step."""
 
     def __init__(self, mission: Mission, start: Pose) -> None:
         self._mission = mission
@@ -84,15 +84,15 @@ class Leader:
         """Switching steps planned so far."""
         self._planned_in = 0
         self._planned_at: list[Floats] = []
-        """From where steps have been planned, in that epoch."""
+        """The places from which steps were planned in that epoch."""
         self._forgot = False
-        """Whether it has begun its map anew, in that epoch."""
+        """Whether the map was cleared in that epoch."""
         self._room: tuple[int, float] = (0, 0.0)
-        """In which epoch, and up to where ground had been granted, when a step last made room."""
+        """Epoch and granted arc length when a step last made room."""
         self._room_steps = 0
-        """Steps planned since then to make more."""
+        """Steps planned to make room since then."""
         self.bodies_may_move = False
-        """Whether what stands in the way may be a robot that comes back."""
+        """Whether a body in the way may move away again."""
 
     @property
     def closer(self) -> int:
@@ -100,19 +100,19 @@ class Leader:
         return min(CLOSER * self._mission.revolutions, RAYS_MAX // self._mission.directions)
 
     def is_done(self, position: Floats) -> bool:
-        """Whether this is the last switching position: the goal's, or the last that was asked for."""
+        """Whether this is the last switching position: at the goal, or the last one requested."""
         if self._goal is not None:
             return float(np.hypot(*(self._goal - position))) <= self._mission.goal_tolerance_m
         return self.steps + 1 == self._mission.switching_positions_max
 
     def plan(self, view: View, ground: Ground, *, epoch: int, settled: bool) -> Plan:
-        """The next switching step out of a scan, as it goes into the timeline; or why there is none.
+        """The next switching step from a scan, as a timeline entry; or why there is none.
 
         Args:
             view: the scan.
-            ground: what robots behind take up.
-            epoch: the strand's.
-            settled: whether the robots behind have come as near as they will.
+            ground: the ground that robots behind may occupy.
+            epoch: the strand's epoch.
+            settled: whether the robots behind have closed up.
         """
         if self._planned_in != epoch:
             self._planned_in, self._planned_at, self._forgot = epoch, [], False
@@ -137,7 +137,7 @@ class Leader:
         return self._record(step, sight, ground, behind, epoch)
 
     def _wanders(self, here: Floats) -> bool:
-        """Rule 4; asked means that a step is planned from here, if not."""
+        """Whether it has planned from here too often (rule 4). If not, the place is noted."""
         near_m = AGAIN_CELLS * self.map.cell_m
         again = sum(math.dist(here, place) <= near_m for place in self._planned_at)
         if again >= AGAIN_MAX and self._mission.law is Law.CERTIFIED and not self._mission.obstacles_move:
@@ -146,9 +146,9 @@ class Leader:
         return False
 
     def make_room(self, view: View, ground: Ground, *, epoch: int, room_m: float) -> StepPlanned | NoStep:
-        """The next step away, so that the robots behind can come so much further; along the shortest way.
+        """A step away along the shortest way, so that the robots behind can drive `room_m` further.
 
-        Steps after which no more could be granted to them make no room: after so many there is none.
+        A step after which no more can be granted makes no room. After `ROOM_STEPS_MAX` of them it gives up.
         """
         if self._room[0] != epoch or ground.granted_m > self._room[1]:
             self._room, self._room_steps = (epoch, ground.granted_m), 0
@@ -198,12 +198,12 @@ class Leader:
         return self.map.cost_to_go(goal, tolerance_m=tolerance_m, taken=taken, keep_m=keep_m, origin=origin)
 
     def _close(self, view: View, walls: Walls, cost_to_go: CostToGo) -> None:
-        """Close the narrowest spot of the way where the certificate refuses it: for robots, for now."""
+        """Close the narrowest spot of the refused way; not for good if robots are the reason."""
         way = cost_to_go.way_from(view.position, cells_max=WAY_CELLS)
         refused = refused_at(view, walls, way)
         first = min(refused, len(way) - 1)
         off_first_m = np.hypot(*(way[first:] - way[first]).T)
-        spot = self.map.narrowest(way[first:][off_first_m <= 2.0 * self._mission.berth_m])
+        spot = self.map.narrowest(way[first:][off_first_m <= 2.0 * self._mission.obstacle_keep_m])
         robots = ~view.hits & (view.ranges_m < self._mission.range_m_max)
         alone = Walls.joined(scan_walls(view, self._mission, leave_out=robots), *self._bounds())
         still = not self._world_changes
@@ -212,27 +212,27 @@ class Leader:
     def _turn_back(
         self, goal: Floats, view: View, ground: Ground, *, settled: bool
     ) -> NoStep | Wait | DeadEnd:
-        """What to do where no way leads past the strand."""
+        """What to do if no way leads past the strand."""
 
         def reachable(place: Floats, taken: Floats) -> bool:
             return bool(np.isfinite(self._cost_to_go(goal, taken).at(place[None])[0]))
 
         alone = Walls.joined(scan_walls(view, self._mission), *self._bounds())
         cost_to_go = self._cost_to_go(goal, np.empty((0, 2)))
-        # What the leader has come along it can go back along, though hulls may stand all around it now.
+        # The leader can go back the way it came, even if hulls stand all around it now.
         come_m = cost_to_go.at(ground.path.between(0.0, ground.path.end_m))
         if not len(ground.taken) or not (has_way(view, alone, cost_to_go) or np.isfinite(come_m).any()):
             return self._no_way("no way to the goal is left in what is known")
         if not settled:
             return Wait()
-        back_to_m = way_back_m(ground, self._mission.berth_m, reachable)
+        back_to_m = way_back_m(ground, self._mission.obstacle_keep_m, reachable)
         return DeadEnd(0.0 if back_to_m is None else back_to_m)
 
     def _no_way(self, reason: str) -> NoStep:
-        """There is none left. Where obstacles move, what has been refused may be free at the next look.
+        """Report that no way is left. Where obstacles move, refused spots may be free at the next scan.
 
-        Not before: a spot that is open again with every scan is gone to, and refused, for ever.
-        What bodies that have moved on leave in the map may stay in the shadow of others (rule 5).
+        They are reopened only here: a spot that reopens with every scan is approached and refused for ever.
+        Traces of bodies that have moved on may stay in the map, hidden by other bodies (rule 5).
         """
         if self._world_changes:
             self.map.reopen()
@@ -291,7 +291,7 @@ def _path_end(ground: Ground) -> Floats:
 
 
 def point(xy: Floats) -> Point:
-    """A point of plain floats, as the wire wants it."""
+    """A point with Python floats, as messages need it."""
     return Point(x_m=float(xy[0]), y_m=float(xy[1]))
 
 

@@ -1,1 +1,1 @@
-"""Benchmarks: how long things take, beside what else could be had."""
+"""Benchmarks: how long things take, compared with a baseline in the same run."""

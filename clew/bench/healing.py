@@ -1,59 +1,59 @@
-"""How soon a live strand sees that its leader is gone, and has another: from real fleets' timelines. Pure.
+"""How soon a strand detects that its leader is lost, and has a new one; from timelines of live fleets. Pure.
 
-Rule 1: times are differences of `hlc`, the wall clock of one machine: simulated time would be kinder where
-        the world is late.
-Rule 2: the cause is the entry that the world records right before it strikes; detection is the first
-        `link.broken` that names the leader; succession is from there to `leader.succeeded` in its place.
-Rule 3: each run strikes at another moment of the crossing, so that no one phase of any period is measured.
+Rule 1: times are differences of `hlc`, the wall clock of one machine. Simulated time would look better
+        when the world is late.
+Rule 2: the cause is the entry that the world records just before the fault. Detection is the first
+        `link.broken` that names the leader. Succession is the time from detection to `leader.succeeded`.
+Rule 3: each run has the fault at another moment, so that no single phase of a period is measured.
 """
 
-import math
 from collections.abc import Iterable, Sequence
 from enum import StrEnum
 
 from msgspec import Struct
 
+from clew.percentiles import percentile
 from clew.rehearsal.logbook import NTP64_PER_S
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Freeze, Kill
 from protocol.keys import robot_number
 from protocol.timeline import Entry, FaultInjected, LeaderSucceeded, LinkBroken, StrandHealed
 
-SUCCESSION_S_MAX = 1.0  # from detection, whatever the blow
-FIRST_S, APART_S = 2.5, 0.13  # when leaders are struck: under way, and no multiple of any heartbeat apart
+SUCCESSION_S_MAX = 1.0  # from detection, for both faults
+FIRST_S, APART_S = 2.5, 0.13  # times of the faults: the fleet drives, and no multiple of a heartbeat apart
 
 
-class LeaderBlow(StrEnum):
-    """What is done to the leader."""
+class LeaderFault(StrEnum):
+    """What happens to the leader."""
 
     KILL = "kill"
     FREEZE = "freeze"
 
     @property
     def detection_s_max(self) -> float:
-        """The longest that it may take to be seen: a token goes at once, or after its lease of 1 s."""
-        return 0.5 if self is LeaderBlow.KILL else 1.5
+        """Bound of the detection: a token goes at once (kill), or after its lease of 1 s (freeze)."""
+        return 0.5 if self is LeaderFault.KILL else 1.5
 
     def plan(self, run: int) -> Plan:
-        """The plan of the so-many-th run."""
+        """The fault plan of a run, by its number."""
         from_s = round(FIRST_S + APART_S * run, 3)
-        kind = Kill if self is LeaderBlow.KILL else Freeze
+        kind = Kill if self is LeaderFault.KILL else Freeze
         return Plan(name=f"leader-{self}", rules=(kind(target="leader", from_s=from_s),))
 
 
 class Healing(Struct, frozen=True, kw_only=True):
-    """How long one strand took [wall s]; None: that never came."""
+    """How long one strand took [wall-clock s]; None: the event never came."""
 
     cause_s: float
-    """Simulated."""
+    """Simulated time of the fault."""
     detection_s: float | None = None
     succession_s: float | None = None
     healed_s: float | None = None
-    """From the cause on until the next leader knew all to be with it."""
+    """From the cause until the next leader knew that all members were in its strand."""
 
 
 class Times(Struct, frozen=True, kw_only=True):
-    """How a time is spread over the runs; of twenty the 99th percentile is the longest."""
+    """Percentiles of a time over the runs."""
 
     p50_s: float
     p99_s: float
@@ -62,35 +62,35 @@ class Times(Struct, frozen=True, kw_only=True):
 
 
 class HealingFigures(Struct, frozen=True, kw_only=True):
-    """What the runs with one blow come to."""
+    """Figures of the runs with one fault."""
 
-    blow: LeaderBlow
+    fault: LeaderFault
     runs: int
     never: int
-    """Runs in which something of it never came."""
+    """Runs in which an event never came."""
     detection: Times | None
     succession: Times | None
     healed: Times | None
     loads: tuple[float, ...]
-    """The machine's, of the last minute, after each run."""
+    """The machine's load average after each run."""
     each: tuple[Healing | None, ...]
-    """None: the leader was not struck."""
+    """None: the fault never happened."""
 
     @property
     def ok(self) -> bool:
-        """Whether every run kept to the bounds."""
+        """Whether every run was within the bounds."""
         times = (self.detection, self.succession)
         return self.never == 0 and all(each is not None and each.ok for each in times)
 
 
 def healing_in(lines: Iterable[tuple[str, Entry]]) -> Healing | None:
-    """How long the strand took whose leader was struck; None where none was."""
+    """How long the strand took; None where no process fault happened."""
     entries = sorted(lines, key=lambda line: wall_s(line[1]))
-    struck = next((entry for _, entry in entries if _is_stroke(entry)), None)
-    if struck is None:
+    injection = next((entry for _, entry in entries if _is_process_fault(entry)), None)
+    if injection is None:
         return None
-    assert isinstance(struck.record, FaultInjected), "of processes"
-    robot, cause_s = robot_number(struck.record.process or ""), wall_s(struck)
+    assert isinstance(injection.record, FaultInjected), "found by its type"
+    robot, cause_s = robot_number(injection.record.process or ""), wall_s(injection)
     broken_s: float | None = None
     succeeded_s: float | None = None
     healed_s: float | None = None
@@ -106,7 +106,7 @@ def healing_in(lines: Iterable[tuple[str, Entry]]) -> Healing | None:
             case _:
                 pass
     return Healing(
-        cause_s=struck.t_s,
+        cause_s=injection.t_s,
         detection_s=broken_s,
         succession_s=None if broken_s is None or succeeded_s is None else succeeded_s - broken_s,
         healed_s=healed_s,
@@ -114,16 +114,16 @@ def healing_in(lines: Iterable[tuple[str, Entry]]) -> Healing | None:
 
 
 def figures_of(
-    blow: LeaderBlow, measured: Sequence[Healing | None], loads: Sequence[float]
+    fault: LeaderFault, measured: Sequence[Healing | None], loads: Sequence[float]
 ) -> HealingFigures:
-    """What the runs come to."""
+    """Figures of the runs."""
     known = [each for each in measured if each is not None]
     whole = [each for each in known if None not in (each.detection_s, each.succession_s, each.healed_s)]
     return HealingFigures(
-        blow=blow,
+        fault=fault,
         runs=len(measured),
         never=len(measured) - len(whole),
-        detection=_times([each.detection_s for each in known], blow.detection_s_max),
+        detection=_times([each.detection_s for each in known], fault.detection_s_max),
         succession=_times([each.succession_s for each in known], SUCCESSION_S_MAX),
         healed=_times([each.healed_s for each in known], None),
         loads=tuple(loads),
@@ -132,18 +132,18 @@ def figures_of(
 
 
 def wall_s(entry: Entry) -> float:
-    """When an entry was made, by its source's clock, since 1970."""
+    """When an entry was made [s since 1970; its source's clock]."""
     ticks, _, _ = entry.hlc.partition("/")
     return int(ticks) / NTP64_PER_S
 
 
-def _is_stroke(entry: Entry) -> bool:
+def _is_process_fault(entry: Entry) -> bool:
     return isinstance(entry.record, FaultInjected) and entry.record.process is not None
 
 
 def _times(times_s: Sequence[float | None], bound_s: float | None) -> Times | None:
-    known_s = sorted(each_s for each_s in times_s if each_s is not None)
+    known_s = [each_s for each_s in times_s if each_s is not None]
     if not known_s:
         return None
-    p50_s, p99_s = (known_s[math.ceil(share * len(known_s)) - 1] for share in (0.5, 0.99))
+    p50_s, p99_s = (percentile(known_s, percent) for percent in (50, 99))
     return Times(p50_s=p50_s, p99_s=p99_s, bound_s=bound_s, ok=bound_s is None or p99_s <= bound_s)

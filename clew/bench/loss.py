@@ -1,16 +1,16 @@
 """How much longer a fleet takes when messages are lost: rehearsed with several seeds, and live. Pure.
 
-Rule 1: two curves: what robots say to each other is lost, and every message is, bodies and scans included.
-Rule 2: a fleet that has not arrived when the scenario's time is up has no time; it is slower than any.
+Rule 1: there are two curves: loss of messages between robots, and loss of all messages, also those of bodies.
+Rule 2: the time of a fleet that has not arrived when the scenario's time is up counts as infinite.
 """
 
 import math
 from collections.abc import Sequence
 from enum import StrEnum
-from statistics import median_low
 
 from msgspec import Struct
 
+from clew.percentiles import percentile
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.faults.rules import Drop, MessageKind
@@ -18,9 +18,7 @@ from world.judge.ending import Ending
 from world.scenario.scenario import Scenario
 
 RATES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9)
-BOUND_RATE, BOUND = 0.5, 1.5  # at half of all loss on links, at most so many times the time without
-BEGIN = "<!-- measured by `clew bench loss --write` -->\n"
-END = "<!-- measured until here -->\n"
+BOUND_RATE, BOUND = 0.5, 1.5  # with 50 % loss between robots, a fleet may take 1.5 times as long
 
 
 class Reach(StrEnum):
@@ -31,7 +29,7 @@ class Reach(StrEnum):
 
     @property
     def kinds(self) -> tuple[MessageKind, ...]:
-        """As a fault plan says it; none is all."""
+        """Kinds of messages, as in a fault plan; empty: all kinds."""
         return ("ahead", "behind", "muster", "beacon", "plea") if self is Reach.LINKS else ()
 
 
@@ -40,14 +38,14 @@ class Crossing(Struct, frozen=True, kw_only=True):
 
     seed: int
     time_s: float | None
-    """Simulated, until all had arrived; None: they had not when the run was over."""
+    """Simulated time until all robots arrived; None: they did not."""
     violations: int
     load: float | None = None
-    """The machine's, of a live run."""
+    """The machine's load average, of a live run."""
 
 
 class LossPoint(Struct, frozen=True, kw_only=True):
-    """All runs under one loss."""
+    """All runs with one rate of loss."""
 
     reach: Reach
     rate: float
@@ -56,7 +54,7 @@ class LossPoint(Struct, frozen=True, kw_only=True):
 
 
 def loss_plan(reach: Reach, rate: float) -> Plan:
-    """The plan that loses so many of these messages, all alike, to the end."""
+    """The fault plan that drops these messages at a constant rate."""
     if rate == 0.0:
         return NO_FAULTS
     return Plan(name=f"loss-{rate:g}", rules=(Drop(probability=rate, kinds=reach.kinds),))
@@ -72,17 +70,17 @@ def rehearsed(scenario: Scenario, plan: Plan, seed: int) -> Crossing:
 
 
 def median_s(crossings: Sequence[Crossing]) -> float:
-    """The time in the middle (of two, the shorter); infinite where most did not arrive."""
-    return median_low(_times_s(crossings))
+    """The median time; infinite where most did not arrive."""
+    return percentile(_times_s(crossings), 50)
 
 
 def worst_s(crossings: Sequence[Crossing]) -> float:
-    """The longest time; infinite where one did not arrive."""
+    """The longest time; infinite where one fleet did not arrive."""
     return max(_times_s(crossings))
 
 
 def slowdown(points: Sequence[LossPoint]) -> float:
-    """How many times longer a fleet takes at the loss that the bound is for, in the median of rehearsals."""
+    """Median time of the rehearsals at BOUND_RATE on links, divided by the median time without loss."""
     by_rate = {point.rate: median_s(point.rehearsed) for point in points if point.reach is Reach.LINKS}
     return by_rate[BOUND_RATE] / by_rate[0.0]
 
@@ -107,15 +105,8 @@ def table(points: Sequence[LossPoint]) -> str:
     )
 
 
-def page_with(page: str, said: str) -> str:
-    """The page with this between the marks."""
-    before, _, rest = page.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    return f"{before}{BEGIN}\n{said}\n{END}{after}"
-
-
 def said_s(time_s: float | None) -> str:
-    """A time for people."""
+    """A time in words."""
     return f"{time_s:.1f}" if time_s is not None and math.isfinite(time_s) else "never"
 
 

@@ -1,4 +1,4 @@
-"""The figure of `docs/measured.md`: time to the goal against loss."""
+"""The figure of `docs/measured.md`: time to the goal against message loss."""
 
 import math
 from collections.abc import Sequence
@@ -9,14 +9,14 @@ from matplotlib.figure import Figure
 from clew.bench.loss import LossPoint, Reach, median_s, worst_s
 from clew.figures.style import BLUE, PAGE_IN, VERMILION, Chart, Look
 
-NAMES = {Reach.LINKS: "what robots say to each other", Reach.ALL: "every message"}
+NAMES = {Reach.LINKS: "messages between robots", Reach.ALL: "all messages"}
 LOOKS = {Reach.LINKS: Look(BLUE, "o", (0, ())), Reach.ALL: Look(VERMILION, "s", (0, (5.0, 1.5)))}
-NEVER_AT = {Reach.LINKS: 0.96, Reach.ALL: 0.9}  # of the height: where both have one, one above the other
+NEVER_AT = {Reach.LINKS: 0.96, Reach.ALL: 0.9}  # share of the height, so that two marks do not overlap
 HEIGHT_IN = 3.2
 
 
 def loss_chart(points: Sequence[LossPoint], title: str) -> Chart:
-    """Medians as lines, the worst as bands, live runs as crosses, never as triangles."""
+    """Medians as lines, the range up to the worst as bands, live runs as crosses, *never* as triangles."""
 
     def paint(figure: Figure) -> None:
         axes = figure.subplots()
@@ -32,7 +32,7 @@ def loss_chart(points: Sequence[LossPoint], title: str) -> Chart:
 
 
 def _draw(axes: Axes, reach: Reach, own: Sequence[LossPoint]) -> None:
-    """What came of the losses of one reach."""
+    """Draw the runs of one reach."""
     look = LOOKS[reach]
     rates = [100.0 * point.rate for point in own]
     middle_s = [_drawn_s(median_s(point.rehearsed)) for point in own]
@@ -49,5 +49,5 @@ def _draw(axes: Axes, reach: Reach, own: Sequence[LossPoint]) -> None:
 
 
 def _drawn_s(time_s: float | None) -> float:
-    """A time as it is drawn: one that never came is a hole."""
+    """The time to draw; NaN, a hole in the line, where the fleet did not arrive."""
     return time_s if time_s is not None and math.isfinite(time_s) else math.nan

@@ -1,9 +1,9 @@
-"""How long a leader's plans take: every plan of some rehearsals, in its parts, beside a textbook planner's.
+"""How long a leader's plans take, as a whole and by part, compared with a textbook planner.
 
-Rule 1: the leader has no clock, so it is timed from outside: while scenarios are measured, its functions are
-        wrapped, and afterwards they are what they were.
-Rule 2: a part is what its functions take; of functions within one another only the outermost counts.
-Rule 3: the textbook planner gets the same scans, one for one, right after the leader.
+Rule 1: the leader has no clock, so it is timed from outside: its functions are wrapped while scenarios are
+        measured, and restored afterwards.
+Rule 2: a part is the time of its functions; of nested functions only the outermost counts.
+Rule 3: the textbook planner plans on each scan right after the leader.
 """
 
 from collections import defaultdict
@@ -12,7 +12,6 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 from msgspec import Struct
 
 from agents.navigation import guidance, step
@@ -20,12 +19,13 @@ from agents.navigation.ground import Ground
 from agents.navigation.scan import View
 from agents.strand import leader
 from clew.bench.textbook import Textbook
+from clew.percentiles import percentile
 from clew.rehearsal.rehearsal import Rehearsal
 from world.scenario.scenario import Scenario
 
 Clock = Callable[[], float]
 
-SEED = 1  # of every rehearsal: where the leader goes hardly depends on it
+SEED = 1  # of every rehearsal; the leader's way hardly depends on it
 MS_PER_S = 1000.0
 PARTS: Mapping[str, Sequence[tuple[Any, str]]] = {
     "perceive": ((leader, "look"), (leader, "scan_walls")),
@@ -41,7 +41,7 @@ PARTS: Mapping[str, Sequence[tuple[Any, str]]] = {
 
 
 class Spread(Struct, frozen=True, kw_only=True):
-    """How a time is spread over the plans."""
+    """Percentiles of a time over all plans."""
 
     median_ms: float
     p90_ms: float
@@ -56,10 +56,10 @@ class PlanFigures(Struct, frozen=True, kw_only=True):
     plan_cpu: Spread
     plan_wall: Spread
     parts_cpu: Mapping[str, Spread]
-    """What is missing to the whole is the search among the certified ends, and bookkeeping."""
+    """The rest of the whole is the search among the certified ends, and bookkeeping."""
     textbook_cpu: Spread
     ratio: float
-    """Of the medians: the leader's, by the textbook planner's."""
+    """The leader's median divided by the textbook planner's median."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +73,7 @@ class Sample:
 
 
 class Stopwatch:
-    """Adds up what functions take, by part."""
+    """Adds up the time that functions take, by part."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -81,7 +81,7 @@ class Stopwatch:
         self.spent_s: defaultdict[str, float] = defaultdict(float)
 
     def timed(self, part: str, function: Callable[..., Any]) -> Callable[..., Any]:
-        """The function, timed."""
+        """The function with its time added to this part."""
 
         def call(*arguments: object, **options: object) -> object:
             if self._is_running:
@@ -97,7 +97,7 @@ class Stopwatch:
 
 
 def samples(scenario: Scenario, *, cpu: Clock, wall: Clock) -> list[Sample]:
-    """Rehearse a scenario that has a goal, and time each of its plans."""
+    """Rehearse a scenario with a goal, and time each plan of its leader."""
     found: list[Sample] = []
     textbook, stopwatch, plan = Textbook(scenario.mission()), Stopwatch(cpu), leader.Leader.plan
 
@@ -124,7 +124,7 @@ def samples(scenario: Scenario, *, cpu: Clock, wall: Clock) -> list[Sample]:
 
 
 def figures(scenes: Sequence[str], measured: Sequence[Sample]) -> PlanFigures:
-    """What the samples come to; there is at least one."""
+    """Figures of the samples, of which there is at least one."""
     plan, textbook = (
         _spread([each.cpu_s for each in measured]),
         _spread([each.textbook_s for each in measured]),
@@ -141,13 +141,13 @@ def figures(scenes: Sequence[str], measured: Sequence[Sample]) -> PlanFigures:
 
 
 def _spread(times_s: Sequence[float]) -> Spread:
-    median_ms, p90_ms, max_ms = np.percentile(times_s, [50.0, 90.0, 100.0]) * MS_PER_S
-    return Spread(median_ms=float(median_ms), p90_ms=float(p90_ms), max_ms=float(max_ms))
+    median_ms, p90_ms, max_ms = (MS_PER_S * percentile(times_s, percent) for percent in (50, 90, 100))
+    return Spread(median_ms=median_ms, p90_ms=p90_ms, max_ms=max_ms)
 
 
 @contextmanager
 def _instead(owner: Any, name: str, function: Callable[..., Any]) -> Iterator[None]:  # noqa: ANN401 - class or module
-    """Have another function under a name, for a while."""
+    """Replace a function for the time of the context."""
     before = getattr(owner, name)
     setattr(owner, name, function)
     try:

@@ -1,15 +1,15 @@
-"""How much faster than the fleet itself rehearsals are: simulated seconds per second, under fault plans.
+"""How fast rehearsals are under fault plans: simulated seconds per wall-clock second.
 
-Rule 1: beside each stands what no rehearsal could fall below: the same ticks and messages, in the same heap,
-        with cores that do nothing.
-Rule 2: all runs of one row are the same run, so they differ by what else the machine did; the median counts.
+Rule 1: each is compared with its lower limit: the same ticks and messages in the same heap, with cores that
+        do nothing.
+Rule 2: all runs of one row are the same run and differ only by the machine's other load; the median counts.
 """
 
 from collections.abc import Callable
-from statistics import median
 
 from msgspec import Struct
 
+from clew.percentiles import percentile
 from clew.rehearsal.network import Network
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import Plan
@@ -28,17 +28,17 @@ class Speed(Struct, frozen=True, kw_only=True):
     """The fault plan's name."""
     sim_s: float
     messages: int
-    """That were sent, but for queries and their answers."""
+    """Messages sent, without queries and their answers."""
     wall_s: float
     real_times: float
-    """Simulated seconds per second."""
+    """Simulated seconds per wall-clock second."""
     bare_real_times: float
     """The same for ticks and messages alone."""
 
 
 def speed(scenario: Scenario, plan: Plan, *, runs: int, wall: Clock) -> Speed:
-    """Rehearse a run so often, and as much that does nothing."""
-    rehearsal = Rehearsal(scenario, SEED, plan).run()  # warms caches up, and is not timed
+    """Time a rehearsal, and its lower limit, in the median of some runs."""
+    rehearsal = Rehearsal(scenario, SEED, plan).run()  # warms up the caches, and is not timed
     settled = rehearsal.world.tally.settled.values()
     sent = [rehearsal.account.sent, *(robot.sent for robot in settled)]
     messages, sim_s = sum(sum(each.values()) for each in sent), rehearsal.world.now_s
@@ -60,11 +60,11 @@ def _median_s(run: Callable[[], object], runs: int, wall: Clock) -> float:
         since_s = wall()
         run()
         times_s.append(wall() - since_s)
-    return median(times_s)
+    return percentile(times_s, 50)
 
 
 def _dispatch(messages: int, ticks: int) -> None:
-    """Rule 1: the messages spread evenly, each due when it was sent."""
+    """Rule 1, with messages spread evenly over the ticks, each due when it is sent."""
     network = Network[int]()
     for tick in range(ticks):
         now_s = tick * TICK_S

@@ -1,8 +1,8 @@
 """A textbook grid planner, for comparison: what the leader's plans are measured against.
 
-It plans on what the leader has seen, on a grid of the same cells: a distance transform of the cells that were
-hit, the eight-neighbour graph of those far enough off, and Dijkstra's costs from the goal to all of them. It
-knows nothing of clearance but by whole cells, and certifies no motion.
+It plans on the leader's scans and on a grid with the same cells: a distance transform of the cells that were
+hit, the eight-neighbour graph of the cells far enough away, and Dijkstra's costs from the goal to them.
+It knows clearance only by whole cells, and certifies no motion.
 """
 
 import numpy as np
@@ -11,39 +11,44 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from agents.navigation.grid import Grid
-from agents.navigation.guidance import CELL_M_MAX, CELLS_A_BERTH, CELLS_MAX
+from agents.navigation.guidance import CELL_M_MAX, CELLS_MAX, CELLS_PER_KEEP
 from agents.navigation.scan import View
 from protocol.arrays import Flags, Floats, Indices
 from protocol.mission import Mission
 
-HALF = ((0, 1), (1, 0), (1, 1), (1, -1))  # of the eight neighbours: each pair of cells once
+HALF = (
+    (0, 1),
+    (1, 0),
+    (1, 1),
+    (1, -1),
+)  # half of the eight neighbours, so that each pair of cells comes once
 
 
 class Textbook:
-    """What it remembers from scan to scan, for a mission that has a goal."""
+    """The planner and its memory of scans, for a mission with a goal."""
 
     def __init__(self, mission: Mission) -> None:
-        assert mission.goal is not None, "whoever asks has looked"
+        assert mission.goal is not None, "the caller has checked"
         self._mission = mission
         self._goal = np.array([mission.goal.x_m, mission.goal.y_m])
         self._hits = np.empty((0, 2))
 
     def plan(self, view: View) -> Floats:
-        """Remember the hits of a scan; the cost of the way to the goal from every cell [m]."""
+        """Remember the hits of a scan; returns the cost from every cell to the goal [m]."""
         self._hits = np.concatenate([self._hits, view.hit_points])
         grid = self._grid(view.position)
         x, y = grid.cells_of(self._hits[grid.has(self._hits)]).T
         free = np.ones(grid.shape, dtype=np.bool_)
         free[x, y] = False
-        is_open = distance_transform_edt(free) * grid.cell_m >= self._mission.berth_m
+        is_open = distance_transform_edt(free) * grid.cell_m >= self._mission.obstacle_keep_m
         goal = np.clip(grid.cells_of(self._goal[None])[0], 0, np.array(grid.shape) - 1)
         source = np.ravel_multi_index(goal[:, None], grid.shape)
         cost = dijkstra(_graph(is_open, grid.cell_m), directed=False, indices=source)
         return np.asarray(cost.reshape(grid.shape))
 
     def _grid(self, position: Floats) -> Grid:
-        """The leader's grid: over the bounds; without bounds, over all that was seen and the goal."""
-        cell_m = min(CELL_M_MAX, self._mission.berth_m / CELLS_A_BERTH)
+        """The leader's grid: over the bounds or, without bounds, over all hits and the goal."""
+        cell_m = min(CELL_M_MAX, self._mission.obstacle_keep_m / CELLS_PER_KEEP)
         bounds = self._mission.bounds
         if bounds is not None:
             low, high = (bounds.x_m_min, bounds.y_m_min), (bounds.x_m_max, bounds.y_m_max)

@@ -1,9 +1,9 @@
-"""A campaign: many scenes, each rehearsed with several seeds, and what came of all of them. A shell.
+"""A campaign: many scenes, each rehearsed with several seeds, and a summary of all outcomes. A shell.
 
-Rule 1: each outcome is a line of `episodes.jsonl`, written as it comes; so an interrupted campaign goes on
-        where it was, and loses what was being played and nothing else.
-Rule 2: an outcome counts as long as scene, seed, options and our own source are the same to the byte.
-Rule 3: `campaign.json` is written whatever ends the campaign.
+Rule 1: each outcome is appended to `episodes.jsonl` as soon as it exists. So an interrupted campaign can be
+        continued, and loses only the episodes that were being played.
+Rule 2: an outcome is valid as long as scene, seed, options and our own source are the same to the byte.
+Rule 3: `campaign.json` is written even if the user interrupts the campaign.
 """
 
 import os
@@ -16,8 +16,8 @@ import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
-from clew.campaign.classes import ClassFigures, by_class, sum_of_sometimes
-from clew.campaign.coverage import never
+from clew.campaign.classes import ClassFigures, by_class, sum_of_coverage
+from clew.campaign.coverage import uncovered
 from clew.campaign.episode import (
     OUT_OF_TIME,
     SWARM,
@@ -33,11 +33,13 @@ from clew.campaign.scenes import Scene, check_widest, find_scenes, tighten
 from clew.swarm.swarm import draw
 from protocol.errors import UsageError
 from protocol.faults import plan as plans
+from protocol.files.opening import MADE_BYTES_MAX, read_bytes
+from protocol.files.writing import make_folder, open_private, write_whole
 from protocol.root import ROOT
 
 EPISODES_FILE, CAMPAIGN_FILE, SCENES_FOLDER = "episodes.jsonl", "campaign.json", "scenes"
 DRAWN_FOLDER = "drawn"
-SEEN_BY = 2000  # episodes of a swarm, in which everything that must happen at times has to
+SEEN_BY = 2000  # swarm episodes after which every coverage counter must have counted
 PACKAGES = ("agents", "clew", "protocol", "world")
 
 
@@ -52,9 +54,9 @@ class Request:
     deployment: str | None
     tight: float | None
     faults: str | None
-    """A fault plan, or `swarm`; then there are no roots."""
+    """A fault plan, or `swarm`; with `swarm` there are no roots."""
     keep: bool
-    """Whether to write down every world and plan that is drawn, not only those that surprise."""
+    """Whether to write every drawn world and plan, not only those that surprise."""
     jobs: int
     out: Path
     wall_s_max: float
@@ -77,22 +79,23 @@ class Campaign(Struct, frozen=True, kw_only=True):
     all: Figures
     families: dict[str, Figures]
     classes: dict[str, ClassFigures]
-    sometimes: dict[str, int]
-    never: tuple[str, ...]
+    coverage: dict[str, int]
+    uncovered: tuple[str, ...]
     surprises: tuple[Outcome, ...]
     episodes: tuple[Outcome, ...]
 
 
 def run(request: Request, watch: Callable[[int, int, int], None]) -> Campaign:
-    """Play every episode that has not been played; `watch` hears how many are done, asked for, surprising.
+    """Play every episode without an outcome; `watch` gets the counts of done, requested and surprising ones.
 
     Raises:
-        UsageError: there is nothing to play, or the folder cannot be written.
+        UsageError: there is nothing to play, or the folder is not writable.
     """
     source_hash = hash_of_source()
     try:
         episodes = list(_episodes(request, source_hash))
-        request.out.mkdir(parents=True, exist_ok=True)  # a campaign that is refused leaves none
+        if not request.out.is_dir():
+            make_folder(request.out)  # a refused campaign leaves no folder
         path = request.out / EPISODES_FILE
         keys = {episode.key for episode in episodes}
         done = {key: outcome for key, outcome in read_outcomes(path).items() if key in keys}
@@ -103,28 +106,28 @@ def run(request: Request, watch: Callable[[int, int, int], None]) -> Campaign:
             interrupted = True
         campaign = _sum_up(request, episodes, done, source_hash, interrupted=interrupted)
         text = msgspec.json.format(msgspec.json.encode(campaign)) + b"\n"
-        (request.out / CAMPAIGN_FILE).write_bytes(text)
+        write_whole(request.out / CAMPAIGN_FILE, text)
     except OSError as error:
         raise UsageError(f"cannot write a campaign into {request.out}: {error.strerror or error}") from error
     return campaign
 
 
 def read_outcomes(path: Path) -> dict[str, Outcome]:
-    """What has been played, by key. A torn line has not, nor has what only lacked time."""
+    """The outcomes in the file, by key, without torn lines and episodes that ran out of wall-clock time."""
     decoder = msgspec.json.Decoder(Outcome)
     outcomes: dict[str, Outcome] = {}
-    for line in path.read_bytes().split(b"\n") if path.exists() else ():
+    for line in read_bytes(path, MADE_BYTES_MAX).split(b"\n") if path.exists() else ():
         try:
             outcome = decoder.decode(line)
         except msgspec.MsgspecError:
-            continue  # torn, or of another version: either way it is played again
+            continue  # torn or of another version: the episode is played again
         if outcome.ending != OUT_OF_TIME:
             outcomes[outcome.key] = outcome
     return outcomes
 
 
 def hash_of_source() -> str:
-    """A hash of our own source: results of other code are not ours."""
+    """A hash of our own source: outcomes of other source are not valid."""
     digest = blake2b(digest_size=16)
     for path in sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py")):
         digest.update(path.relative_to(ROOT).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
@@ -160,7 +163,7 @@ def _episodes(request: Request, source_hash: str) -> Iterator[Episode]:
 
 
 def drawn_episode(seed: int, out: Path, source_hash: str, *, wall_s_max: float) -> Episode:
-    """The episode that a seed draws, with its world."""
+    """The episode of a swarm seed, which also draws the world."""
     return Episode(
         key=blake2b(f"{SWARM}/{seed}/{source_hash}".encode(), digest_size=16).hexdigest(),
         path=str(out / DRAWN_FOLDER / f"{seed}.toml"),
@@ -177,15 +180,15 @@ def drawn_episode(seed: int, out: Path, source_hash: str, *, wall_s_max: float) 
 
 
 def write_drawn(seed: int, path: Path) -> None:
-    """Write the world that the seed draws, and its fault plan beside it."""
+    """Write the world that the seed draws, with its fault plan beside it."""
     swarm = draw(seed)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(swarm.world_text(), encoding="utf-8")
-    Path(drawn_plan_path(str(path))).write_text(swarm.plan_text(), encoding="utf-8")
+    make_folder(path.parent)
+    write_whole(path, swarm.world_text().encode())
+    write_whole(Path(drawn_plan_path(str(path))), swarm.plan_text().encode())
 
 
 def _with_drawn(outcome: Outcome, out: Path) -> Outcome:
-    """Write what the outcome's seed draws; from then on a rehearsal of that does the same."""
+    """Write the drawn world and plan; then a plain rehearsal of these files replays the episode."""
     path = out / DRAWN_FOLDER / f"{outcome.seed}.toml"
     write_drawn(outcome.seed, path)
     return replace(outcome, replay=drawn_replay(str(path), outcome.seed))
@@ -198,7 +201,7 @@ def _key(scene: Scene, seed: int, request: Request, plan: bytes, source_hash: st
 
 
 def _plan_bytes(faults: str | None) -> bytes:
-    """What decides on what goes wrong: the same plan under another name has to end in the same way."""
+    """The content of the fault plan: the same plan under another name has the same outcome."""
     return b"" if faults is None else msgspec.json.encode(plans.load(faults))
 
 
@@ -209,11 +212,11 @@ def _play(
     request: Request,
     watch: Callable[[int, int, int], None],
 ) -> None:
-    """Play what is not done, line by line into the file, and into `done`."""
+    """Play the episodes that are not done; add each outcome to the file and to `done`."""
     torn = path.exists() and not path.read_bytes().endswith(b"\n")
     surprises = sum(outcome.surprise is not Surprise.NONE for outcome in done.values())
     watch(len(done), len(episodes), surprises)
-    with path.open("ab", buffering=0) as file:
+    with open_private(path, "a") as file:
         if torn:
             file.write(b"\n")
         for played in outcomes_of([each for each in episodes if each.key not in done], request.jobs):
@@ -236,8 +239,8 @@ def _sum_up(
 ) -> Campaign:
     outcomes = [done[episode.key] for episode in episodes if episode.key in done]
     surprises = tuple(outcome for outcome in outcomes if outcome.surprise is not Surprise.NONE)
-    seen = sum_of_sometimes(outcomes)
-    unseen = tuple(never(seen)) if request.faults == SWARM else ()
+    seen = sum_of_coverage(outcomes)
+    unseen = tuple(uncovered(seen)) if request.faults == SWARM else ()
     return Campaign(
         ok=not surprises and not interrupted and not (unseen and len(outcomes) >= SEEN_BY),
         interrupted=interrupted,
@@ -253,13 +256,13 @@ def _sum_up(
         all=figures_of(outcomes),
         families={name: figures_of(family) for name, family in by_family(outcomes).items()},
         classes=by_class(outcomes),
-        sometimes=seen,
-        never=unseen,
+        coverage=seen,
+        uncovered=unseen,
         surprises=surprises,
         episodes=tuple(outcomes),
     )
 
 
 def cores() -> int:
-    """How many processes this one may have at work at once."""
+    """How many processes can work at the same time."""
     return len(os.sched_getaffinity(0))

@@ -1,9 +1,9 @@
-"""Live chaos: real fleets under faults that a swarm has drawn, and what is asked of each. It only reads.
+"""Live chaos: judges real fleets under the faults that a swarm has drawn. It only reads.
 
-Rule 1: what must not be, whatever is done to a fleet: a violation, live or judged again from the log; books
-        that do not balance; a log that is not whole; a launcher that refuses, or does not end; an end
-        without a verdict; anything left behind.
-Rule 2: not to arrive is no such trouble, since faults may leave no way. It is named, with what replays it.
+Rule 1: a trouble is what no fault excuses: a violation, live or in the log; message counts that do not
+        balance; an incomplete log; a launcher that refuses or does not end; an end without a verdict;
+        processes, sockets or files left behind.
+Rule 2: not arriving is no trouble, since faults may leave no way. It is reported with its replay line.
 """
 
 from collections import Counter
@@ -29,35 +29,35 @@ from world.record.run_files import read_verdict
 
 
 class ChaosRun(Struct, frozen=True, kw_only=True):
-    """What came of one live fleet."""
+    """The result of one live fleet."""
 
     seed: int
     mode: str
     ground: str
     classes: tuple[str, ...]
-    """Of faults; clew/swarm/classes.py."""
+    """Classes of faults (clew/swarm/classes.py)."""
     robots: int
     code: int | None
-    """The launcher's exit code; null: it had to be killed."""
+    """The exit code of the launcher; null: it had to be killed."""
     ending: str | None
     reason: str
     arrived: bool
-    """All that lived at the end, but for one that suffers something that lasts."""
+    """Whether all robots arrived that were alive at the end and have no permanent fault."""
     robots_arrived: int
-    strokes: dict[str, int]
-    """What was done to processes, and how often."""
+    process_faults: dict[str, int]
+    """Process faults by kind."""
     violations: int
     violations_by_invariant: dict[str, int]
     messages: Messages | None
     events_missing: int
     log_ok: bool
-    """What `clew log check` says."""
+    """The result of `clew log check`."""
     log_flaws: tuple[str, ...]
     leftovers: tuple[str, ...]
     sim_s: float
     wall_s: float
     load: float
-    """The machine's, of the last minute, when the run ended."""
+    """Load average of the last minute, at the end of the run."""
     troubles: tuple[str, ...]
     """Rule 1."""
     replay: str
@@ -77,20 +77,20 @@ class Chaos(Struct, frozen=True, kw_only=True):
     not_arrived: int
     messages_sent: int
     messages_unaccounted: int
-    strokes: dict[str, int]
+    process_faults: dict[str, int]
     each: tuple[ChaosRun, ...]
 
 
 def replay_line(path: Path, seed: int, speed: str) -> str:
-    """The command line that runs the same again; how processes race each other differs."""
+    """The command line for the same world, plan and seed; the timing of the processes differs."""
     plan = drawn_plan_path(str(path))
     return f"./launch/fleet.sh {path} --faults {plan} --seed {seed} --speed {speed}"
 
 
 def judge_run(swarm: Swarm, folder: Path, ended: Ended, *, replay: str, load: float) -> ChaosRun:
-    """What came of the fleet that wrote its run into this folder."""
+    """The result of the fleet whose run is in this folder."""
     verdict, timeline, finding = _read(folder)
-    said = ended.said[-1] if ended.said else "it said nothing"
+    said = ended.said[-1] if ended.said else "the launcher printed nothing"
     return ChaosRun(
         seed=swarm.seed,
         mode=swarm.mode,
@@ -102,7 +102,7 @@ def judge_run(swarm: Swarm, folder: Path, ended: Ended, *, replay: str, load: fl
         reason=said if verdict is None else verdict.reason,
         arrived=timeline is not None and has_arrived(timeline, swarm),
         robots_arrived=0 if verdict is None else verdict.robots_arrived,
-        strokes={} if timeline is None else strokes_in(timeline),
+        process_faults={} if timeline is None else process_faults_in(timeline),
         violations=0 if verdict is None else verdict.violations,
         violations_by_invariant={} if verdict is None else verdict.violations_by_invariant,
         messages=None if verdict is None else verdict.messages,
@@ -119,9 +119,9 @@ def judge_run(swarm: Swarm, folder: Path, ended: Ended, *, replay: str, load: fl
 
 
 def troubles_of(verdict: Verdict | None, finding: Finding | None, ended: Ended) -> Iterator[str]:
-    """Rule 1, a sentence each."""
+    """One sentence for each trouble (rule 1)."""
     if ended.code is None:
-        yield "the launcher did not end when it was told to"
+        yield "the launcher did not end when it was asked to"
     elif ended.code == ExitCode.USAGE:
         yield ": ".join(("the launcher refused", *ended.said[-1:]))
     if verdict is None:
@@ -130,10 +130,10 @@ def troubles_of(verdict: Verdict | None, finding: Finding | None, ended: Ended) 
         broken = (f"{name} {count}" for name, count in verdict.violations_by_invariant.items() if count)
         yield f"broken: {', '.join(broken)}"
     if verdict is not None and not is_balanced(verdict.messages):
-        yield "the books do not balance"
-    # Who is cut off to the end cannot say its last word; but whoever has arrived could.
+        yield "the message counts do not balance"
+    # A robot that is cut off to the end cannot send its last entries; one that has arrived can.
     if verdict is not None and verdict.events.missing and finding and finding.ended == Ending.ARRIVED:
-        yield f"{verdict.events.missing} entries of the timeline never came"
+        yield f"{verdict.events.missing} entries of the timeline are missing"
     if finding is None:
         yield "the log cannot be read"
     elif not finding.ok:
@@ -144,13 +144,13 @@ def troubles_of(verdict: Verdict | None, finding: Finding | None, ended: Ended) 
 
 
 def is_balanced(messages: Messages) -> bool:
-    """Whether all that was sent is accounted for, as lost if need be, and nothing came that was not sent."""
+    """Whether the counts add up to the messages sent, and none was received that was not sent."""
     accounted = messages.received + sum(messages.injected.values()) + messages.refused
     return messages.unaccounted >= 0 and messages.sent == accounted + messages.unaccounted
 
 
 def has_arrived(timeline: Timeline, swarm: Swarm) -> bool:
-    """Whether those that should have arrived had, at some time, together."""
+    """Whether the robots that should arrive were all at the goal at the same time."""
     living = set(range(1, swarm.scenario.fleet.robots + 1))
     for _, entry in timeline.lines:
         match entry.record:
@@ -165,8 +165,8 @@ def has_arrived(timeline: Timeline, swarm: Swarm) -> bool:
     return timeline.ended == Ending.ARRIVED or (core != [] and arrived_together(entries, core))
 
 
-def strokes_in(timeline: Timeline) -> dict[str, int]:
-    """What was done to processes in a run."""
+def process_faults_in(timeline: Timeline) -> dict[str, int]:
+    """How often each kind of process fault was injected in a run."""
     records = (entry.record for _, entry in timeline.lines)
     return _sorted(
         Counter(each.fault for each in records if isinstance(each, FaultInjected) and each.process)
@@ -174,10 +174,10 @@ def strokes_in(timeline: Timeline) -> dict[str, int]:
 
 
 def sum_up(runs: Sequence[ChaosRun], *, asked: int, speed: str, interrupted: bool) -> Chaos:
-    """All runs together."""
-    strokes: Counter[str] = Counter()
+    """The summary of all runs."""
+    process_faults: Counter[str] = Counter()
     for run in runs:
-        strokes.update(run.strokes)
+        process_faults.update(run.process_faults)
     books = [run.messages for run in runs if run.messages is not None]
     return Chaos(
         ok=not interrupted and not any(run.troubles for run in runs),
@@ -191,13 +191,13 @@ def sum_up(runs: Sequence[ChaosRun], *, asked: int, speed: str, interrupted: boo
         not_arrived=sum(not run.arrived for run in runs),
         messages_sent=sum(each.sent for each in books),
         messages_unaccounted=sum(each.unaccounted for each in books),
-        strokes=_sorted(strokes),
+        process_faults=_sorted(process_faults),
         each=tuple(runs),
     )
 
 
 def _read(folder: Path) -> tuple[Verdict | None, Timeline | None, Finding | None]:
-    """What a run's folder holds, as far as it can be read."""
+    """The readable parts of a run's folder."""
     try:
         verdict = read_verdict(folder)
     except (OSError, msgspec.MsgspecError):

@@ -1,7 +1,7 @@
-"""The figures of a campaign with faults: by class of fault, and what has happened at times.
+"""The figures of a campaign with faults: by class of fault, and the coverage counters.
 
 Rule 1: an episode counts in every class that its seed has drawn.
-Rule 2: where none of n episodes failed, at most 3 / n do, with 95 % confidence; that is the bound, or 1.
+Rule 2: if none of n episodes failed, the failure rate is at most 3 / n with 95 % confidence (at most 1).
 """
 
 from collections import Counter
@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from msgspec import Struct
 from rich.table import Table
 
-from clew.campaign.coverage_names import Sometimes
+from clew.campaign.coverage_names import Situation
 from clew.campaign.episode import Outcome, Surprise
 from clew.swarm.classes import FaultClass
 from clew.swarm.swarm import Mode
@@ -20,21 +20,21 @@ BOUND = 3.0  # -ln 0.05
 
 
 class ClassFigures(Struct, frozen=True, kw_only=True):
-    """What the episodes with a class of faults add up to; docs/campaign.md says what each field means."""
+    """The figures of all episodes with one class of faults; docs/campaign.md explains each field."""
 
     episodes: int
     liveness_episodes: int
     violations: int
-    unlively: int
+    liveness_failures: int
     crashed: int
     safety_bound: float | None
-    """Of episodes that break an invariant or crash; None where one did."""
+    """Upper bound on the share of episodes that break an invariant or crash; None where one did."""
     liveness_bound: float | None
     cpu_s_mean: float
 
 
 def by_class(outcomes: Sequence[Outcome]) -> dict[str, ClassFigures]:
-    """The figures by class of fault, and of all; nothing where no classes were drawn."""
+    """The figures by class of fault, and of all; empty where no classes were drawn."""
     if not any(outcome.classes for outcome in outcomes):
         return {}
     classes = {
@@ -51,10 +51,10 @@ def _figures(outcomes: Sequence[Outcome]) -> ClassFigures:
         episodes=len(outcomes),
         liveness_episodes=lively,
         violations=broken,
-        unlively=count[Surprise.UNLIVELY],
+        liveness_failures=count[Surprise.LIVENESS],
         crashed=crashed,
         safety_bound=None if broken or crashed else _bound(len(outcomes)),
-        liveness_bound=None if count[Surprise.UNLIVELY] or crashed or not lively else _bound(lively),
+        liveness_bound=None if count[Surprise.LIVENESS] or crashed or not lively else _bound(lively),
         cpu_s_mean=sum(outcome.cpu_s for outcome in outcomes) / len(outcomes),
     )
 
@@ -63,17 +63,17 @@ def _bound(episodes: int) -> float:
     return min(BOUND / episodes, 1.0)
 
 
-def sum_of_sometimes(outcomes: Sequence[Outcome]) -> dict[str, int]:
-    """How often each thing has happened, in all episodes together."""
+def sum_of_coverage(outcomes: Sequence[Outcome]) -> dict[str, int]:
+    """The coverage counters of all episodes together."""
     total: Counter[str] = Counter()
     for outcome in outcomes:
-        total.update(outcome.sometimes)
+        total.update(outcome.coverage)
     return dict(sorted(total.items()))
 
 
 def class_table(classes: Mapping[str, ClassFigures]) -> Table:
-    """A row for each class, and the last for all."""
-    counts = ("episodes", "liveness", "violations", "unlively", "crashed")
+    """A row for each class, then a row for all."""
+    counts = ("episodes", "liveness", "violations", "not live", "crashed")
     drawn = Table("fault", *counts, "3/N", "3/N live", "cpu, s")
     for column in drawn.columns[1:]:
         column.justify = "right"
@@ -85,7 +85,7 @@ def class_table(classes: Mapping[str, ClassFigures]) -> Table:
             str(figures.episodes),
             str(figures.liveness_episodes),
             str(figures.violations),
-            str(figures.unlively),
+            str(figures.liveness_failures),
             str(figures.crashed),
             _share(figures.safety_bound),
             _share(figures.liveness_bound),
@@ -94,11 +94,11 @@ def class_table(classes: Mapping[str, ClassFigures]) -> Table:
     return drawn
 
 
-def sometimes_table(counts: Mapping[str, int]) -> Table:
-    """How often each thing has happened that has to."""
-    drawn = Table("sometimes", "count")
+def coverage_table(counts: Mapping[str, int]) -> Table:
+    """A row for each coverage counter."""
+    drawn = Table("coverage", "count")
     drawn.columns[1].justify = "right"
-    for each in Sometimes:
+    for each in Situation:
         drawn.add_row(each.value, str(counts.get(each.value, 0)))
     return drawn
 

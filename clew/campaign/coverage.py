@@ -1,14 +1,16 @@
-"""What a campaign has to have seen at times, or it proves little: read in timelines. Pure.
+"""Coverage counters: how often rare situations occurred, counted from timelines. Pure.
 
-Rule 1: a counter counts what happened, not what a plan asked for.
-Rule 2: all read the timeline alone, in the order of time; so a recorded run has them as well.
+A campaign proves little about a situation that never occurred in it.
+
+Rule 1: a counter counts what happened, not what a plan contains.
+Rule 2: the only input is the timeline, in order of time; so recorded runs can be counted as well.
 """
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
 
 from clew.campaign.coverage_adversary import Adversary
-from clew.campaign.coverage_names import Sometimes
+from clew.campaign.coverage_names import Situation
 from protocol.faults.plan import Plan
 from protocol.faults.rules import MessageRule, ProcessRule, StepPoint
 from protocol.keys import WORLD, robot_number
@@ -33,42 +35,42 @@ from protocol.timeline import (
     StrandReversed,
 )
 
-WAKES_S = 1.0  # what a thawed robot says so soon after, it says before it has heard what has happened
+WAKES_S = 1.0  # within this time after a thaw a robot has not yet received what happened meanwhile
 
 
 _POINTS = {
-    StepPoint.AFTER_SCAN: Sometimes.KILLED_AFTER_SCAN,
-    StepPoint.AFTER_PLAN: Sometimes.KILLED_AFTER_PLAN,
-    StepPoint.MID_DRIVE: Sometimes.KILLED_MID_DRIVE,
-    StepPoint.BEFORE_ACK: Sometimes.KILLED_BEFORE_ACK,
+    StepPoint.AFTER_SCAN: Situation.KILLED_AFTER_SCAN,
+    StepPoint.AFTER_PLAN: Situation.KILLED_AFTER_PLAN,
+    StepPoint.MID_DRIVE: Situation.KILLED_MID_DRIVE,
+    StepPoint.BEFORE_ACK: Situation.KILLED_BEFORE_ACK,
 }
 _FAULTS = {
-    "drop": Sometimes.LOST,
-    "delay": Sometimes.DELAYED,
-    "reorder": Sometimes.REORDERED,
-    "duplicate": Sometimes.DUPLICATED,
-    "corrupt": Sometimes.DAMAGED,
+    "drop": Situation.LOST,
+    "delay": Situation.DELAYED,
+    "reorder": Situation.REORDERED,
+    "duplicate": Situation.DUPLICATED,
+    "corrupt": Situation.DAMAGED,
 }
 
 
-def sometimes(entries: Iterable[tuple[str, Entry]], plan: Plan) -> dict[str, int]:
-    """How often each has happened in a run; what never did is not there."""
+def count_coverage(entries: Iterable[tuple[str, Entry]], plan: Plan) -> dict[str, int]:
+    """How often each situation occurred in a run, without those that did not occur."""
     history = _History(plan)
     for source, entry in sorted(entries, key=lambda each: each[1].t_s):
         history.hear(source, entry.t_s, entry.record)
     return {name.value: count for name, count in history.counts.items()}
 
 
-def never(counts: Mapping[str, int]) -> list[str]:
-    """What has not happened at all."""
-    return [each.value for each in Sometimes if not counts.get(each.value)]
+def uncovered(counts: Mapping[str, int]) -> list[str]:
+    """The situations that did not occur at all."""
+    return [each.value for each in Situation if not counts.get(each.value)]
 
 
 class _History:
-    """What was going on, as far as the timeline has been read."""
+    """The state of the run, as far as the timeline has been read."""
 
     def __init__(self, plan: Plan) -> None:
-        self.counts: Counter[Sometimes] = Counter()
+        self.counts: Counter[Situation] = Counter()
         self._adversary = Adversary(plan, self._count)
         self._points = {
             rule.name: rule.point for rule in plan.rules if isinstance(rule, ProcessRule) and rule.point
@@ -76,13 +78,13 @@ class _History:
         self._bursts = {rule.name for rule in plan.rules if isinstance(rule, MessageRule) and rule.burst}
         self._order: tuple[int, ...] = ()
         self._epochs: dict[int, int] = {}
-        """Each robot's own, as it has said."""
+        """The epoch that each robot has reported."""
         self._lining: set[int] = set()
         self._joining: set[int] = set()
         self._turns = False
-        """Whether the strand turns round, backs up or dissolves: until somebody leads on, or calls."""
+        """Whether the strand turns round, backs up or dissolves: until the next step, or the next call."""
         self._call: tuple[int, int] | None = None
-        """The newest call that has not come to a strand: its epoch and caller."""
+        """The newest call that has not led to a strand yet: its epoch and caller."""
         self._down: set[int] = set()
         self._dead: set[int] = set()
         self._restarted: set[int] = set()
@@ -90,7 +92,7 @@ class _History:
         self._killed: tuple[float, tuple[int, ...]] = (-1.0, ())
 
     def hear(self, source: str, t_s: float, record: Record) -> None:
-        """Take the next entry in."""
+        """Read the next entry."""
         self._adversary.hear(source, t_s, record)
         robot = robot_number(source)
         if source == WORLD:
@@ -100,22 +102,22 @@ class _History:
         if isinstance(record, FaultInjected) and record.process is None:
             self._hear_message_fault(record)
 
-    def _count(self, what: Sometimes) -> None:
-        self.counts[what] += 1
+    def _count(self, situation: Situation) -> None:
+        self.counts[situation] += 1
 
     # --- the world's entries ------------------------------------------------------------------------
 
     def _hear_world(self, t_s: float, record: Record) -> None:
         match record:
             case FaultInjected(fault=fault, process=str(process), rule=rule):
-                self._strike(t_s, fault, process, rule)
+                self._hear_process_fault(t_s, fault, process, rule)
             case OrderRefused(robot=robot, reason=reason):
                 self._count(
-                    Sometimes.STALE_EPOCH_REFUSED if "epoch" in reason else Sometimes.STALE_ORDER_REFUSED
+                    Situation.STALE_EPOCH_REFUSED if "epoch" in reason else Situation.STALE_ORDER_REFUSED
                 )
-                self._speak(robot, t_s)
+                self._hear_order(robot, t_s)
             case OrderAccepted(robot=robot, target=target) if target is not None:
-                self._speak(robot, t_s)
+                self._hear_order(robot, t_s)
             case RobotDied(robot=robot):
                 self._dead.add(robot)
             case RobotReturned(robot=robot):
@@ -127,11 +129,11 @@ class _History:
             case _:
                 pass
 
-    def _strike(self, t_s: float, fault: str, process: str, rule: str) -> None:
+    def _hear_process_fault(self, t_s: float, fault: str, process: str, rule: str) -> None:
         robot = robot_number(process)
         if robot is None:
             if process == "router" and fault == "kill" and self._call is not None:
-                self._count(Sometimes.ROUTER_LOST_IN_MUSTER)
+                self._count(Situation.ROUTER_LOST_IN_MUSTER)
             return
         match fault:
             case "kill":
@@ -151,18 +153,18 @@ class _History:
         if (point := self._points.get(rule)) is not None:
             self._count(_POINTS[point])
         if self._order and robot == self._order[0]:
-            self._count(Sometimes.LEADER_KILLED)
+            self._count(Situation.LEADER_KILLED)
             if self._call is not None and self._epochs.get(robot, 0) >= self._call[0]:
-                self._count(Sometimes.LEADER_KILLED_IN_SUCCESSION)
+                self._count(Situation.LEADER_KILLED_IN_SUCCESSION)
         if self._order and robot == self._order[-1]:
-            self._count(Sometimes.TAIL_KILLED)
+            self._count(Situation.TAIL_KILLED)
         if self._joining:
-            self._count(Sometimes.KILLED_IN_TURN)
+            self._count(Situation.KILLED_IN_TURN)
         if self._turns:
-            self._count(Sometimes.KILLED_IN_REVERSAL)
+            self._count(Situation.KILLED_IN_REVERSAL)
         killed_s, killed = self._killed
         if killed_s == t_s and any(self._are_neighbours(robot, other) for other in killed):
-            self._count(Sometimes.TWO_NEIGHBOURS_KILLED)
+            self._count(Situation.TWO_NEIGHBOURS_KILLED)
         self._killed = (t_s, (*killed, robot) if killed_s == t_s else (robot,))
         self._joining.discard(robot)
         self._lining.discard(robot)
@@ -176,7 +178,7 @@ class _History:
     def _hear_robot(self, robot: int, record: Record) -> None:
         match record:
             case MusterCalled(epoch=epoch):
-                self._cross(robot)
+                self._check_crossing(robot)
                 self._call = (epoch, robot)
             case MusterJoined(epoch=epoch):
                 self._epochs[robot] = epoch
@@ -189,14 +191,14 @@ class _History:
             case StrandHealed(members=members):
                 self._call = None
                 if set(self._epochs) - set(members) - self._dead - self._down:
-                    self._count(Sometimes.SPLIT_HELD)
+                    self._count(Situation.SPLIT_HELD)
             case LinkBroken(neighbour=neighbour, cause="token") if neighbour not in self._down:
-                self._count(Sometimes.FALSE_TOKEN_LOSS)
+                self._count(Situation.FALSE_TOKEN_LOSS)
             case _:
                 self._move(robot, record)
 
     def _move(self, robot: int, record: Record) -> None:
-        """Who joins by a turn, and whether the strand turns round."""
+        """Track which robots join by a turn, and whether the strand turns round."""
         match record:
             case StrandReversed() | StrandDissolved():
                 self._turns = True
@@ -216,29 +218,29 @@ class _History:
         self._thawed_s.pop(robot, None)
         if robot in self._restarted:
             self._restarted.discard(robot)
-            self._count(Sometimes.RESTART_JOINED)
+            self._count(Situation.RESTART_JOINED)
 
-    def _cross(self, caller: int) -> None:
-        """A call that is made by somebody who has not come to know of the one before."""
+    def _check_crossing(self, caller: int) -> None:
+        """Count a call by a robot that has not learned of the call before."""
         if self._call is not None and self._call[1] != caller and self._epochs.get(caller) != self._call[0]:
-            self._count(Sometimes.CALLS_CROSSED)
+            self._count(Situation.CALLS_CROSSED)
 
-    def _speak(self, robot: int, t_s: float) -> None:
-        """A body has had an order. Of a robot just thawed, while others have gone on: a zombie's."""
+    def _hear_order(self, robot: int, t_s: float) -> None:
+        """Count a zombie: its body gets an order just after a thaw, while others are in a newer epoch."""
         thawed_s = self._thawed_s.get(robot)
         newest = max(self._epochs.values(), default=0)
         if thawed_s is None or self._epochs.get(robot, 0) >= newest:
             return
         if t_s - thawed_s <= WAKES_S:
-            self._count(Sometimes.ZOMBIE_SPOKE)
+            self._count(Situation.ZOMBIE_SPOKE)
             del self._thawed_s[robot]
 
     # --- messages -----------------------------------------------------------------------------------
 
     def _hear_message_fault(self, record: FaultInjected) -> None:
         if record.fault == "partition" and self._lining and (record.key or "").startswith("muster/"):
-            self._count(Sometimes.CUT_WHILE_LINING_UP)
-        if (what := _FAULTS.get(record.fault)) is not None:
-            self._count(what)
+            self._count(Situation.CUT_WHILE_LINING_UP)
+        if (situation := _FAULTS.get(record.fault)) is not None:
+            self._count(situation)
         if record.rule in self._bursts:
-            self._count(Sometimes.LOST_IN_BURST)
+            self._count(Situation.LOST_IN_BURST)

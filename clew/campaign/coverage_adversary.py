@@ -1,16 +1,16 @@
-"""The telling moments of an adversary's schedules, read in a timeline. Pure.
+"""Coverage counters for the schedules of an adversary, counted from a timeline. Pure.
 
-Rule 1: robots that two calls leave out of each other's members have two calls open: both may be lawful.
-Rule 2: a robot's clock is its newest odometry; how many it notes in a row that it has lost says for how long
+Rule 1: two calls are open at the same time if each leaves out the caller of the other. Both may be valid.
+Rule 2: a robot's clock is its newest odometry. The number of odometry messages lost in a row says how long
         the clock stood still.
-Rule 3: an order is a former life's where its number is less than any that the new one may give.
+Rule 3: an order belongs to a former life if its number is lower than any that the new life can use.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from agents.body.driver import LATE_ORDERS
-from clew.campaign.coverage_names import Sometimes
+from clew.campaign.coverage_names import Situation
 from clew.rehearsal.tokens import LEASE_S
 from protocol.faults.plan import Plan
 from protocol.faults.rules import ROUTER, Partition
@@ -27,55 +27,55 @@ from protocol.timeline import (
 from world.bodies.arena import ODOMETRY_TICKS, TICK_S
 
 ODOMETRY_PERIOD_S = ODOMETRY_TICKS * TICK_S
-SOON_S = 1.0  # a lease, a beacon's period, a dead-man stop: what follows so soon still belongs to it
-JUST_S = 5.0  # until a robot that is started again has been called, and has its place
+SOON_S = 1.0  # a lease, a beacon period or a dead-man stop: a later event is not a consequence
+JUST_S = 5.0  # until a restarted robot has been called and has its place
 
 
 @dataclass(slots=True)
 class _Robot:
-    """What has been read of one robot."""
+    """What is known of one robot."""
 
     called: frozenset[int] = frozenset()
     """The members of the call that it is bound to."""
     back_s: float | None = None
-    """When its token came back that a cut from the router had taken."""
+    """When its token came back after a cut from the router."""
     still_s: float = 0.0
-    """When its clock stood still last, for how many odometries, and when it noted the last of these."""
+    """When its clock last stood still; then how many odometry messages it missed, and the last one's time."""
     missed: int = 0
     noted_s: float = 0.0
     ordered: int = 0
-    """The number of the newest order that its body has taken."""
+    """The number of the newest order that its body has accepted."""
     former: int = 0
-    """Orders of up to this number are a former life's."""
+    """Orders up to this number belong to a former life."""
     killed_s: float | None = None
     started_s: float | None = None
-    has_spoken: bool = True
-    """Whether an order of its newest life has come."""
+    has_ordered: bool = True
+    """Whether an order of its newest life has arrived."""
 
     def lags(self, now_s: float) -> bool:
-        """Rule 2."""
+        """Whether its clock stands still (rule 2)."""
         next_s = self.still_s + (self.missed + 1) * ODOMETRY_PERIOD_S
         return self.missed > 0 and self.still_s <= now_s < next_s
 
 
 @dataclass(slots=True)
 class Adversary:
-    """What has been read so far; tells `count` of each moment."""
+    """What is known so far; calls `count` for each situation."""
 
     plan: Plan
-    count: Callable[[Sometimes], None]
+    count: Callable[[Situation], None]
     _robots: dict[int, _Robot] = field(default_factory=dict)
     _members: dict[int, frozenset[int]] = field(default_factory=dict)
-    """Of each call, by its epoch."""
+    """The members of each call, by its epoch."""
     _order: tuple[int, ...] = ()
     _world_is_down: bool = False
 
     def hear(self, source: str, t_s: float, record: Record) -> None:
-        """Take the next entry in."""
+        """Read the next entry."""
         robot = robot_number(source)
         match record:
             case FaultInjected(fault=fault, process=str(process)) if source == WORLD:
-                self._strike(t_s, fault, process)
+                self._hear_process_fault(t_s, fault, process)
             case OrderAccepted(robot=body, number=number):
                 self._hear_order(body, number, t_s, refused=False)
             case OrderRefused(robot=body, number=number):
@@ -95,19 +95,19 @@ class Adversary:
         return self._robots.setdefault(robot, _Robot())
 
     def _join(self, robot: int, members: frozenset[int]) -> None:
-        """Rule 1."""
+        """Count calls that are open at the same time (rule 1)."""
         before, others = self._of(robot).called, {each: self._of(each).called for each in self._robots}
         if any(robot not in others[each] for each in members - before if before and others.get(each)):
-            self.count(Sometimes.TWO_CALLS_MET)
+            self.count(Situation.TWO_CALLS_MET)
         if any(
             called and robot not in called and each in called
             for each, called in others.items()
             if each not in members
         ):
-            self.count(Sometimes.TWO_CALLS)
+            self.count(Situation.TWO_CALLS)
         self._of(robot).called = members
 
-    def _strike(self, t_s: float, fault: str, process: str) -> None:
+    def _hear_process_fault(self, t_s: float, fault: str, process: str) -> None:
         robot = robot_number(process)
         if process == WORLD:
             self._world_is_down = fault == "kill" or (self._world_is_down and fault != "start")
@@ -115,21 +115,21 @@ class Adversary:
             self._kill(robot, t_s)
         elif robot is not None and fault == "start":
             life = self._of(robot)
-            life.former, life.started_s, life.has_spoken = life.ordered + LATE_ORDERS, t_s, False
+            life.former, life.started_s, life.has_ordered = life.ordered + LATE_ORDERS, t_s, False
             life.called = frozenset()
             died_s = [self._of(other).killed_s for other in self._neighbours(robot)]
             if any(at_s is not None and at_s >= (life.killed_s or 0.0) for at_s in died_s):
-                self.count(Sometimes.KILLED_BESIDE_RESTARTED)
+                self.count(Situation.KILLED_BESIDE_RESTARTED)
             life.killed_s = None
 
     def _kill(self, robot: int, t_s: float) -> None:
         if self._world_is_down:
-            self.count(Sometimes.KILLED_UNSEEN)
+            self.count(Situation.KILLED_UNSEEN)
         if any(each.lags(t_s) for other, each in self._robots.items() if other != robot):
-            self.count(Sometimes.LAGGED_AT_DEATH)
+            self.count(Situation.LAGGED_AT_DEATH)
         started_s = [self._of(other).started_s for other in self._neighbours(robot)]
         if any(at_s is not None and t_s - at_s <= JUST_S for at_s in started_s):
-            self.count(Sometimes.KILLED_BESIDE_RESTARTED)
+            self.count(Situation.KILLED_BESIDE_RESTARTED)
         self._of(robot).killed_s = t_s
         self._of(robot).called = frozenset()
 
@@ -140,14 +140,14 @@ class Adversary:
         return [self._order[each] for each in (place - 1, place + 1) if 0 <= each < len(self._order)]
 
     def _hear_order(self, robot: int, number: int, t_s: float, *, refused: bool) -> None:
-        """Rule 3."""
+        """Count orders of a former life, and late first orders (rule 3)."""
         life = self._of(robot)
         if life.started_s is not None and number <= life.former:
-            self.count(Sometimes.FORMER_ORDER_REFUSED if refused else Sometimes.FORMER_ORDER)
+            self.count(Situation.FORMER_ORDER_REFUSED if refused else Situation.FORMER_ORDER)
             return
-        if not life.has_spoken and life.started_s is not None and t_s - life.started_s > SOON_S:
-            self.count(Sometimes.BEGAN_BLIND)
-        life.has_spoken = True
+        if not life.has_ordered and life.started_s is not None and t_s - life.started_s > SOON_S:
+            self.count(Situation.BEGAN_BLIND)
+        life.has_ordered = True
         if not refused:
             life.ordered = max(life.ordered, number)
 
@@ -161,7 +161,7 @@ class Adversary:
         back_s = self._of(sender).back_s
         if back_s is not None and back_s <= t_s <= back_s + SOON_S:
             self._of(sender).back_s = None
-            self.count(Sometimes.BACK_WHILE_CUT)
+            self.count(Situation.BACK_WHILE_CUT)
 
     def _miss(self, robot: _Robot, t_s: float, record: FaultInjected) -> None:
         if record.fault not in {"drop", "delay", "partition"}:

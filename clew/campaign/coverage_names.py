@@ -1,10 +1,10 @@
-"""What has to happen at times in a campaign: the names, as tables and outcomes have them."""
+"""The names of the coverage counters, as tables and outcomes show them."""
 
 from enum import StrEnum
 
 
-class Sometimes(StrEnum):
-    """What must have happened."""
+class Situation(StrEnum):
+    """A situation that a long campaign must contain."""
 
     LEADER_KILLED = "leader killed"
     LEADER_KILLED_IN_SUCCESSION = "leader killed during a succession"

@@ -1,7 +1,7 @@
-"""An episode of a campaign: one scene rehearsed with one seed under a fault plan, and what came of it.
+"""An episode of a campaign: one scene rehearsed with one seed under a fault plan, and its outcome.
 
-Rule 1: whatever an episode does (raise, never end), it is an outcome, and the campaign goes on.
-Rule 2: a surprise is an outcome that a fleet that keeps its promises never has.
+Rule 1: every episode has an outcome, even if it raises or does not end. The campaign continues.
+Rule 2: a surprise is an outcome that is not possible if the fleet keeps its promises.
 """
 
 import signal
@@ -18,8 +18,8 @@ from types import FrameType
 from msgspec import Struct
 from msgspec.structs import replace
 
-from clew.campaign.coverage import sometimes
-from clew.campaign.liveness import unlively
+from clew.campaign.coverage import count_coverage
+from clew.campaign.liveness import liveness_failure
 from clew.campaign.scenes import solvable
 from clew.rehearsal.recorded import EPOCH, verdict_on
 from clew.rehearsal.rehearsal import Rehearsal
@@ -32,23 +32,23 @@ from world.judge.verdict import Verdict
 from world.scenario.scenario import Scenario, load
 
 SWARM = "swarm"
-"""Instead of a plan: the seed draws one, and the world."""
+"""Used in place of a plan: the seed draws the plan and the world."""
 CRASHED, OUT_OF_TIME = "crashed", "out of wall-clock time"
 
 
 class Surprise(StrEnum):
-    """What an outcome has that it should not have."""
+    """What is wrong with an outcome."""
 
     NONE = "none"
     VIOLATION = "violation"
     UNREACHED = "unreached"
-    """There is a way, and not all robots arrived."""
+    """There is a way, but not all robots arrived."""
     FALSE_NO_ROUTE = "false_no_route"
-    """There is a way, and the leader said that there is none."""
+    """There is a way, but the leader reported that there is none."""
     MISSED_NO_ROUTE = "missed_no_route"
-    """There is no way, and the leader did not say so."""
-    UNLIVELY = "unlively"
-    """Of a swarm in liveness mode: its faults were over, and it did not heal or not arrive."""
+    """There is no way, but the leader did not report it."""
+    LIVENESS = "liveness"
+    """In liveness mode: the faults were over, but the fleet did not heal in time or did not arrive."""
     CRASHED = "crashed"
 
 
@@ -56,9 +56,9 @@ class Episode(Struct, frozen=True, kw_only=True):
     """What to rehearse."""
 
     key: str
-    """Two episodes share it exactly when they have to end in the same way."""
+    """Two episodes have the same key exactly when they must have the same outcome."""
     path: str
-    """Of the scene; of a drawn one, where it is written if anybody wants to see it."""
+    """The scene's file; for a drawn world, where it is written on request."""
     family: str
     seed: int
     faults: str | None = None
@@ -72,7 +72,7 @@ class Episode(Struct, frozen=True, kw_only=True):
 
     @property
     def replay(self) -> str:
-        """The command line that does the same alone; what a swarm has drawn may not be written."""
+        """The command line that replays this episode. A drawn world may not be written yet."""
         if self.faults == SWARM:
             return f"./launch/clew campaign --faults {SWARM} --seeds {self.seed} --keep"
         robots = "" if self.robots is None else f" -n {self.robots}"
@@ -83,7 +83,7 @@ class Episode(Struct, frozen=True, kw_only=True):
 
 
 class Outcome(Struct, frozen=True, kw_only=True):
-    """What came of an episode: a line of `episodes.jsonl`. docs/campaign.md says what each field means."""
+    """The outcome of an episode: a line of `episodes.jsonl`. docs/campaign.md explains each field."""
 
     key: str
     scene: str
@@ -98,7 +98,7 @@ class Outcome(Struct, frozen=True, kw_only=True):
     mode: str | None = None
     classes: tuple[str, ...] = ()
     injected: dict[str, int] = {}
-    sometimes: dict[str, int] = {}
+    coverage: dict[str, int] = {}
     robots_arrived: int = 0
     goal_reached: bool = False
     no_route: bool = False
@@ -119,22 +119,22 @@ class Outcome(Struct, frozen=True, kw_only=True):
 
     @property
     def reached(self) -> bool:
-        """Whether the whole fleet is where it should be."""
+        """Whether the whole fleet arrived."""
         return self.robots_arrived == self.robots
 
     @property
     def ended(self) -> bool:
-        """Whether it came to an end of its own."""
+        """Whether the run ended by itself."""
         return self.ending not in (CRASHED, OUT_OF_TIME)
 
 
 class OutOfTimeError(BaseException):
-    """The wall-clock limit struck. No failure of a core, and so no `Exception`, which a rehearsal tells."""
+    """The wall-clock limit was reached. No `Exception`: a rehearsal reports those as failures of a core."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Stage:
-    """What an episode is played with."""
+    """The input of an episode, loaded or drawn."""
 
     scenario: Scenario
     plan: Plan
@@ -142,7 +142,7 @@ class _Stage:
 
 
 def play(episode: Episode) -> Outcome:
-    """Rehearse an episode to its outcome."""
+    """Rehearse an episode and return its outcome."""
     started_wall_s, started_cpu_s = time.monotonic(), time.process_time()
     rehearsal: Rehearsal | None = None
     try:
@@ -162,17 +162,17 @@ def play(episode: Episode) -> Outcome:
 
 
 def drawn_plan_path(path: str) -> str:
-    """Where the fault plan is written that was drawn with the scene that is written there."""
+    """The path of the fault plan that belongs to the drawn scene at this path."""
     return str(Path(path).with_suffix(".faults.toml"))
 
 
 def drawn_replay(path: str, seed: int) -> str:
-    """The command line that does what the seed has drawn, once that is written there."""
+    """The command line that replays the seed's episode from its written files."""
     return f"./launch/clew rehearse {path} --faults {drawn_plan_path(path)} --seed {seed}"
 
 
 def surprise_of(verdict: Verdict, *, expected: int, no_route: bool, solvable: bool | None) -> Surprise:
-    """What is surprising about a run in which so many robots should have arrived."""
+    """The surprise of a run in which `expected` robots should have arrived."""
     if verdict.violations:
         return Surprise.VIOLATION
     if solvable and no_route:
@@ -237,11 +237,13 @@ def _outcome(episode: Episode, stage: _Stage, verdict: Verdict, rehearsal: Rehea
 
 
 def _with_faults(outcome: Outcome, stage: _Stage, rehearsal: Rehearsal) -> Outcome:
-    """The outcome with what went wrong on purpose; in liveness mode, whether the fleet got over it."""
+    """The outcome with its injections and coverage; in liveness mode also whether the fleet healed."""
     records = [entry.record for _, entry in rehearsal.entries]
     injected = Counter(each.fault for each in records if isinstance(each, FaultInjected))
     outcome = replace(
-        outcome, injected=dict(sorted(injected.items())), sometimes=sometimes(rehearsal.entries, stage.plan)
+        outcome,
+        injected=dict(sorted(injected.items())),
+        coverage=count_coverage(rehearsal.entries, stage.plan),
     )
     if broken := [each for each in records if isinstance(each, RobotFailed)]:
         outcome = replace(outcome, surprise=Surprise.CRASHED, reason=f"a robot failed: {broken[0].reason}")
@@ -251,12 +253,14 @@ def _with_faults(outcome: Outcome, stage: _Stage, rehearsal: Rehearsal) -> Outco
     outcome = replace(outcome, mode=swarm.mode, classes=tuple(map(str, swarm.classes)))
     if swarm.mode is Mode.SAFETY or outcome.surprise is not Surprise.NONE:
         return outcome
-    reason = unlively(rehearsal.world, rehearsal.entries, quiet_s=swarm.quiet_s, outside=swarm.outside)
-    return outcome if reason is None else replace(outcome, surprise=Surprise.UNLIVELY, reason=reason)
+    reason = liveness_failure(
+        rehearsal.world, rehearsal.entries, quiet_s=swarm.quiet_s, outside=swarm.outside
+    )
+    return outcome if reason is None else replace(outcome, surprise=Surprise.LIVENESS, reason=reason)
 
 
 def failed(episode: Episode, ending: str, reason: str, wall_s: float) -> Outcome:
-    """The outcome of an episode that came to no end of its own."""
+    """The outcome of an episode that did not end by itself."""
     return Outcome(
         key=episode.key,
         scene=Path(episode.path).stem,
@@ -274,7 +278,7 @@ def failed(episode: Episode, ending: str, reason: str, wall_s: float) -> Outcome
 
 
 def _last_line(error: Exception) -> str:
-    """What an exception says, and where it was raised."""
+    """The message of an exception, and where it was raised."""
     said = traceback.format_exception_only(error)[-1].strip().splitlines()[-1]
     frame = traceback.extract_tb(error.__traceback__)[-1]
     return f"{said} ({Path(frame.filename).name}:{frame.lineno})"
@@ -282,7 +286,7 @@ def _last_line(error: Exception) -> str:
 
 @contextmanager
 def wall_clock_limit(limit_s: float) -> Iterator[None]:
-    """Raise inside when the time is up, even where nothing ever comes back."""
+    """Raise `OutOfTimeError` in the body when the time is up, even in an endless loop."""
 
     def strike(_number: int, _frame: FrameType | None) -> None:
         raise OutOfTimeError

@@ -1,7 +1,7 @@
-"""In which way a run fails: as its folder or its campaign recorded it, and as it fails when rehearsed again.
+"""How a run fails: as its folder or its campaign recorded it, and when it is rehearsed again.
 
-Rule 1: in the same way means: the same invariant is broken first, or the same exception is raised, or the
-        sentence is the same but for its numbers and robots. What else is different does not matter.
+Rule 1: two runs fail in the same way if the same invariant is broken first, or the same exception is raised,
+        or the sentences differ only in numbers and robots. Other differences do not matter.
 """
 
 import re
@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from clew.campaign.episode import OUT_OF_TIME, Outcome, OutOfTimeError, Surprise, wall_clock_limit
-from clew.campaign.liveness import unlively
+from clew.campaign.liveness import liveness_failure
 from clew.log.check import scenario_of
 from clew.log.timeline import Timeline
 from clew.rehearsal.recorded import EPOCH, verdict_on
@@ -21,7 +21,7 @@ from world.judge.judgement import Breach, judge
 from world.judge.verdict import Verdict
 from world.scenario.scenario import Scenario
 
-WALL_S_MAX = 60.0  # for an episode of a third of a second: then it counts as one that has no end
+WALL_S_MAX = 60.0  # an episode takes a third of a second: one that takes this long never ends
 NO_END = "has no end"
 _BROKEN = re.compile(r"([SP]\d) broken by ")
 _NUMBERS = re.compile(r"\br?\d+(\.\d+)?(, r?\d+(\.\d+)?)*")
@@ -35,32 +35,32 @@ class Case:
     seed: int
     plan: Plan
     quiet_s: float | None = None
-    """When the fleet has to be able to heal; None: it is not asked to."""
+    """From this time on the fleet must heal; None: healing is not checked."""
     outside: frozenset[int] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """In which way a run failed, and what it said of it."""
+    """How a run failed (rule 1), and the reason that it gave."""
 
     way: str
     reason: str
 
     @property
-    def told(self) -> str:
-        """Both, for people; once where the way is the sentence itself."""
+    def sentence(self) -> str:
+        """Way and reason for people, without repeating a way that is the masked reason."""
         return self.reason if self.way == _masked(self.reason) else f"{self.way}: {self.reason}"
 
 
 def failure_of(case: Case) -> Failure | None:
-    """Rehearse the case; returns how it fails, or None where it does not."""
+    """Rehearse the case; returns how it fails, or None."""
     try:
         with wall_clock_limit(WALL_S_MAX):
             rehearsal = Rehearsal(case.scenario, case.seed, case.plan).run()
     except OutOfTimeError:
-        return Failure(NO_END, f"it was not over after {WALL_S_MAX:g} s")
+        return Failure(NO_END, f"the run had not ended after {WALL_S_MAX:g} s")
     except UsageError:
-        return None  # there is no such run
+        return None  # such a run is refused
     except Exception as error:
         return Failure(_raising(type(error).__name__), str(error))
     verdict = verdict_on(rehearsal, case.seed, started_at=EPOCH, wall_s=0.0)
@@ -70,18 +70,18 @@ def failure_of(case: Case) -> Failure | None:
         return found
     if case.quiet_s is None:
         return _of_verdict(verdict)
-    said = unlively(rehearsal.world, rehearsal.entries, quiet_s=case.quiet_s, outside=case.outside)
+    said = liveness_failure(rehearsal.world, rehearsal.entries, quiet_s=case.quiet_s, outside=case.outside)
     return None if said is None else Failure(_masked(said), said)
 
 
 def failure_in(timeline: Timeline, verdict: Verdict) -> Failure | None:
-    """How a recorded run failed; None where it did not."""
+    """How a recorded run failed, or None."""
     judgement = judge(scenario_of(timeline), timeline.lines)
     return _worst(timeline.lines, judgement.breaches, verdict) or _of_verdict(verdict)
 
 
-def failure_told(outcome: Outcome) -> Failure | None:
-    """How an episode of a swarm failed, as its campaign has it; None where it did not."""
+def failure_of_outcome(outcome: Outcome) -> Failure | None:
+    """How a swarm episode failed according to its campaign, or None."""
     reason = outcome.reason
     match outcome.surprise:
         case Surprise.NONE:
@@ -101,7 +101,7 @@ def failure_told(outcome: Outcome) -> Failure | None:
 def _worst(
     entries: Iterable[tuple[str, Entry]], breaches: tuple[Breach, ...], verdict: Verdict
 ) -> Failure | None:
-    """What no run may do, whatever is asked of it: raise, or break an invariant."""
+    """The failure that no run may have in any mode: an exception, or a broken invariant."""
     records = (entry.record for _, entry in entries)
     failed = next((each.reason for each in records if isinstance(each, RobotFailed)), None)
     if failed is not None:
@@ -122,5 +122,5 @@ def _breaking(invariant: str) -> str:
 
 
 def _masked(sentence: str) -> str:
-    """Rule 1: a sentence without its numbers."""
+    """A sentence with its numbers and robots replaced (rule 1)."""
     return _NUMBERS.sub("#", sentence)

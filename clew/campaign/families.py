@@ -1,18 +1,20 @@
-"""The figures of a campaign, family by family, and the table that people read."""
+"""The figures of a campaign by family, and the printed table."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from statistics import median
 
 from msgspec import Struct
 from rich.table import Table
+from rich.text import Text
 
 from clew.campaign.episode import Outcome, Surprise
+from clew.percentiles import percentile
+from protocol.plain import plain
 
 ALL = "all"
 
 
 class Figures(Struct, frozen=True, kw_only=True):
-    """What the episodes of a family add up to; docs/campaign.md says what each field means."""
+    """The figures of all episodes of a family; docs/campaign.md explains each field."""
 
     episodes: int
     solvable: int
@@ -43,7 +45,7 @@ def figures_of(outcomes: Sequence[Outcome]) -> Figures:
         crashed=sum(not outcome.ended for outcome in outcomes),
         fewer_robots=sum(outcome.robots_left_out > 0 for outcome in outcomes),
         violations=sum(outcome.violations for outcome in outcomes),
-        switching_steps_median=median(steps) if steps else None,
+        switching_steps_median=percentile(steps, 50) if steps else None,
         switching_steps_max=max(steps, default=None),
         clearance_margin_m_min=min(margins, default=None),
         events_per_m=sum(each.planning_events for each in outcomes) / path_m if path_m > 0.0 else None,
@@ -52,7 +54,7 @@ def figures_of(outcomes: Sequence[Outcome]) -> Figures:
 
 
 def by_family(outcomes: Iterable[Outcome]) -> dict[str, list[Outcome]]:
-    """The outcomes, family by family."""
+    """The outcomes by family."""
     families: dict[str, list[Outcome]] = {}
     for outcome in outcomes:
         families.setdefault(outcome.family, []).append(outcome)
@@ -60,13 +62,13 @@ def by_family(outcomes: Iterable[Outcome]) -> dict[str, list[Outcome]]:
 
 
 def table(families: Mapping[str, Figures], whole: Figures) -> Table:
-    """A row for each family, and the last for all."""
+    """A row for each family, then a row for all."""
     columns = ("family", *(title for title, _ in _cells(whole)))
     drawn = Table(*columns)
     for column in drawn.columns[1:]:
         column.justify = "right"
     for name, figures in families.items():
-        drawn.add_row(name, *(cell for _, cell in _cells(figures)))
+        drawn.add_row(Text(plain(name)), *(cell for _, cell in _cells(figures)))
     drawn.add_section()
     drawn.add_row(ALL, *(cell for _, cell in _cells(whole)))
     return drawn
@@ -79,15 +81,15 @@ def _cells(figures: Figures) -> Iterator[tuple[str, str]]:
     yield "no route", str(figures.no_route)
     yield "surprises", str(figures.surprises)
     yield "violations", str(figures.violations)
-    yield "steps", _said(figures.switching_steps_median, "g")
-    yield "max", _said(figures.switching_steps_max, "d")
-    yield "margin, mm", _said(_mm(figures.clearance_margin_m_min), "+.2f")
-    yield "events/m", _said(figures.events_per_m, ".3f")
+    yield "steps", _formatted(figures.switching_steps_median, "g")
+    yield "max", _formatted(figures.switching_steps_max, "d")
+    yield "margin, mm", _formatted(_mm(figures.clearance_margin_m_min), "+.2f")
+    yield "events/m", _formatted(figures.events_per_m, ".3f")
     yield "fewer", str(figures.fewer_robots)
     yield "wall, s", f"{figures.wall_s:.0f}"
 
 
-def _said(value: float | None, form: str) -> str:
+def _formatted(value: float | None, form: str) -> str:
     return "-" if value is None else format(value, form)
 
 

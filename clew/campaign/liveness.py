@@ -1,11 +1,11 @@
-"""Whether a fleet healed and arrived once its faults were over. Pure: the run in, a sentence out.
+"""Checks that a fleet healed and arrived once its faults were over. Pure: returns a sentence if it did not.
 
-Rule 1: the core are the robots that live at the end and suffer nothing that lasts. When all else is over,
-        they have to be in one strand within `HEAL_S_MAX`, and arrive.
-Rule 2: bodies of the dead stand where they died. Where they leave somebody of the core no sure way to the
-        goal, nothing is asked: all may have to stay, or say so.
-Rule 3: a way is sure that the full map shows with `SPARE_M` to spare on both sides. Whoever stands nearer to
-        something comes to one straight, and no nearer to anything than it stands.
+Rule 1: the healthy core are the robots that are alive at the end and have no permanent fault. When all other
+        faults are over, they must be in one strand within `HEAL_S_MAX`, and must arrive.
+Rule 2: dead bodies stand where they died. If they leave one robot of the core no sure way to the goal,
+        nothing is checked: all robots may have to stay, or to report that there is no way.
+Rule 3: a way is sure if the full map shows it with `SPARE_M` to spare on both sides. A robot that stands
+        nearer to something may first drive straight to such a way, if it comes no nearer to anything.
 """
 
 import math
@@ -21,22 +21,22 @@ from world.core import HEAL_S_MAX, World
 from world.geometry.clearance import clearance
 from world.scenario.scenario import Scenario
 
-CELL_M = 0.03  # a fifth of the robots of a swarm
+CELL_M = 0.03  # a fifth of the radius of a swarm's robots
 SPARE_M = 0.05
-NEAR_M = 0.25  # a robot may stand so near to something that the sure way begins a little beside it
-ASKEW_M = 0.001  # no cell lies exactly sideways: to the best it is half a millimetre nearer to something
+NEAR_M = 0.25  # a robot that stands near something may find the sure way a little beside it
+ASKEW_M = 0.001  # no cell lies exactly sideways: even the best may come half a millimetre nearer
 
 
-def unlively(
+def liveness_failure(
     world: World, entries: Iterable[tuple[str, Entry]], *, quiet_s: float, outside: frozenset[int]
 ) -> str | None:
-    """What a fleet failed to do, in a sentence; None where it did what it had to.
+    """What the fleet failed to do, in a sentence; None where it did not fail.
 
     Args:
-        world: of a run that is over.
-        entries: its timeline.
-        quiet_s: when all faults were over that do not last.
-        outside: the robots that suffer one that does.
+        world: the world of a run that is over.
+        entries: the run's timeline.
+        quiet_s: when all faults were over, except for permanent ones.
+        outside: the robots with a permanent fault.
     """
     entries = list(entries)
     core = sorted(world.survivors - outside - just_killed(entries))
@@ -45,7 +45,7 @@ def unlively(
     arrived = arrived_together(entries, core)
     healed_s = None if world.over_s < quiet_s else healed_at_s(entries, core, quiet_s)
     if healed_s is not None and arrived:
-        healed_s = min(healed_s, world.over_s)  # it ended before the time to heal was up
+        healed_s = min(healed_s, world.over_s)  # the run ended before the time to heal was up
     late = healed_s is not None and healed_s - quiet_s > HEAL_S_MAX
     if arrived and not late:
         return None
@@ -58,7 +58,7 @@ def unlively(
 
 
 def arrived_together(entries: Iterable[tuple[str, Entry]], core: Sequence[int]) -> bool:
-    """Whether all of the core had arrived together: one from outside may ask to join even after that."""
+    """Whether the whole core was at the goal at the same time. A robot outside it may still join later."""
     there: set[int] = set()
     for source, entry in entries:
         robot = robot_number(source)
@@ -75,7 +75,7 @@ def arrived_together(entries: Iterable[tuple[str, Entry]], core: Sequence[int]) 
 
 
 def just_killed(entries: Iterable[tuple[str, Entry]]) -> set[int]:
-    """Who was killed and not started again: the world may not have missed it yet when the run ended."""
+    """The robots killed and not restarted. When the run ended, the world may not have missed one yet."""
     killed: set[int] = set()
     for _, entry in entries:
         match entry.record:
@@ -89,7 +89,7 @@ def just_killed(entries: Iterable[tuple[str, Entry]]) -> set[int]:
 
 
 def healed_at_s(entries: Iterable[tuple[str, Entry]], core: Sequence[int], quiet_s: float) -> float:
-    """When, from then on, all of the core were in one strand; infinite where they never were."""
+    """When, after `quiet_s`, the whole core was in one strand; infinite if it never was."""
     formed: dict[int, StrandFormed] = {}
     for source, entry in sorted(entries, key=lambda each: each[1].t_s):
         robot = robot_number(source)
@@ -112,7 +112,7 @@ def _is_one(formed: dict[int, StrandFormed], core: Sequence[int]) -> bool:
 
 
 def all_have_way(scenario: Scenario, places_m: Floats, core: Sequence[int]) -> bool:
-    """Rules 2 and 3, for robots that stand at such places `(n, 2)`."""
+    """Whether each robot of the core has a sure way from its place in `(n, 2)` (rules 2 and 3)."""
     bodies_m = np.array([place for row, place in enumerate(places_m) if row + 1 not in core]).reshape(-1, 2)
     free, xs_m, ys_m = _free_cells(scenario, bodies_m)
     if scenario.goal is None:
@@ -133,7 +133,7 @@ def all_have_way(scenario: Scenario, places_m: Floats, core: Sequence[int]) -> b
 
 
 def _free_cells(scenario: Scenario, bodies_m: Floats) -> tuple[Flags, Floats, Floats]:
-    """Where a robot's centre may be with something to spare, row by row of y, and the cells' x and y."""
+    """The cells where a robot's centre has `SPARE_M` to spare, as `(y, x)`, and the cells' x and y."""
     assert scenario.bounds is not None, "a swarm's fields have bounds"
     bounds, hull_m, keep_m = scenario.bounds, scenario.fleet.robot_radius_m, scenario.closest_m + SPARE_M
     xs_m = np.arange(bounds.x_m_min + hull_m, bounds.x_m_max - hull_m, CELL_M)
@@ -144,14 +144,14 @@ def _free_cells(scenario: Scenario, bodies_m: Floats) -> tuple[Flags, Floats, Fl
 
 
 def _comes_no_nearer(scenario: Scenario, bodies_m: Floats, at_m: Floats, cells_m: Floats) -> Flags:
-    """Rule 3: to which cells a robot comes straight, and no nearer to anything than it stands."""
+    """The cells that the robot reaches straight without coming nearer to anything (rule 3)."""
     starts = np.broadcast_to(at_m, cells_m.shape)
     stands_m, comes_m = (_off_m(scenario, bodies_m, starts, ends) for ends in (starts, cells_m))
     return np.asarray(comes_m >= np.minimum(stands_m, scenario.closest_m + SPARE_M) - ASKEW_M)
 
 
 def _off_m(scenario: Scenario, bodies_m: Floats, starts: Floats, ends: Floats) -> Floats:
-    """How far straight moves `(n, 2)` of a robot's centre are from all obstacles and bodies' hulls."""
+    """Distances from straight moves `(n, 2)` of a robot's centre to all obstacles and bodies' hulls."""
     off_m = clearance(scenario.ground, starts, ends)
     for body_m in bodies_m:
         hull_off_m = distances_to_segments(body_m, starts, ends) - scenario.fleet.robot_radius_m

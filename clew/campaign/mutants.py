@@ -1,9 +1,9 @@
-"""The oracle check: bugs planted on purpose, each of which a campaign has to catch. A shell.
+"""Mutation testing: a campaign must catch each mutant of our source. A shell.
 
-Rule 1: a bug is an exact piece of source that is replaced in a copy of the tree. A piece that is not there,
-        or there twice, is an error: the source has moved on, and the bug has to follow.
-Rule 2: a bug is caught by the first seed that surprises with it and does not without it.
-Rule 3: each bug says within how many seeds that has to be.
+Rule 1: a mutant replaces an exact piece of source in a copy of the tree. A piece that does not occur, or
+        occurs twice, is an error: the source has changed, and the mutant must follow.
+Rule 2: the first seed that surprises with the mutant, and does not surprise without it, catches it.
+Rule 3: each mutant states within how many seeds it must be caught.
 """
 
 import os
@@ -20,81 +20,83 @@ from msgspec import Struct
 
 from clew.campaign.campaign import PACKAGES, drawn_episode
 from clew.campaign.episode import Outcome, Surprise, play
-from clew.campaign.mutants_hunt import WALL_S_MAX
-from clew.campaign.mutants_list import Bug
+from clew.campaign.mutants_list import Mutant
+from clew.campaign.mutants_worker import WALL_S_MAX
 from protocol.errors import UsageError
 from protocol.root import ROOT
 
 
 class Caught(Struct, frozen=True, kw_only=True):
-    """What came of a bug."""
+    """The result for one mutant."""
 
-    bug: str
+    mutant: str
     by: str | None
-    """Which invariant, or what else surprised; None: nothing did."""
+    """The broken invariants, or the kind of surprise; None: not caught."""
     seed: int | None
     seeds: int
-    """How many were played."""
+    """How many seeds were played."""
     seeds_max: int
     cpu_s: float
     reason: str
 
     @property
     def ok(self) -> bool:
-        """Whether it was caught in time."""
+        """Whether it was caught within its seeds."""
         return self.by is not None
 
 
-def hunt(bug: Bug, first_seed: int = 1) -> Caught:
-    """Play seed after seed with the bug, until one catches it or its seeds are used up.
+def run_mutant(mutant: Mutant, first_seed: int = 1) -> Caught:
+    """Play seed after seed with the mutant, until one catches it or none is left.
 
     Raises:
-        UsageError: the piece of source that it replaces is not there.
+        UsageError: the source does not contain the piece to replace, or contains it twice.
     """
     cpu_s, played = 0.0, 0
-    with TemporaryDirectory(prefix="clew-oracle-") as folder:
-        plant(bug, Path(folder))
-        for outcome in _outcomes(Path(folder), first_seed, first_seed + bug.seeds_max - 1):
+    with TemporaryDirectory(prefix="clew-mutant-") as folder:
+        apply(mutant, Path(folder))
+        for outcome in _outcomes(Path(folder), first_seed, first_seed + mutant.seeds_max - 1):
             played, cpu_s = played + 1, cpu_s + outcome.cpu_s
-            if outcome.surprise is not Surprise.NONE and is_sound(outcome.seed):
+            if outcome.surprise is not Surprise.NONE and passes_unmutated(outcome.seed):
                 return Caught(
-                    bug=bug.name,
+                    mutant=mutant.name,
                     by=_by(outcome),
                     seed=outcome.seed,
                     seeds=played,
-                    seeds_max=bug.seeds_max,
+                    seeds_max=mutant.seeds_max,
                     cpu_s=cpu_s,
                     reason=outcome.reason,
                 )
     return Caught(
-        bug=bug.name,
+        mutant=mutant.name,
         by=None,
         seed=None,
         seeds=played,
-        seeds_max=bug.seeds_max,
+        seeds_max=mutant.seeds_max,
         cpu_s=cpu_s,
         reason="",
     )
 
 
-def plant(bug: Bug, folder: Path) -> None:
-    """Copy our source there, with the bug in it.
+def apply(mutant: Mutant, folder: Path) -> None:
+    """Copy our source into the folder and apply the mutant to the copy.
 
     Raises:
-        UsageError: the piece of source that it replaces is not there, or not once.
+        UsageError: the source does not contain the piece to replace, or contains it twice.
     """
     for package in PACKAGES:
         shutil.copytree(ROOT / package, folder / package, ignore=shutil.ignore_patterns("__pycache__"))
-    for edit in bug.edits:
+    for edit in mutant.edits:
         path = folder / edit.file
         text = path.read_text(encoding="utf-8")
         if (count := text.count(edit.before)) != 1:
-            raise UsageError(f"bug {bug.name}: {edit.file} has {count} times, not once: {edit.before!r}")
+            raise UsageError(
+                f"mutant {mutant.name}: {edit.file} has {count} times, not once: {edit.before!r}"
+            )
         path.write_text(text.replace(edit.before, edit.after), encoding="utf-8")
 
 
-def is_sound(seed: int) -> bool:
-    """Whether nothing surprises in the episode of a seed without any bug."""
+def passes_unmutated(seed: int) -> bool:
+    """Whether the seed's episode does not surprise without a mutant."""
     return play(drawn_episode(seed, Path(), "", wall_s_max=WALL_S_MAX)).surprise is Surprise.NONE
 
 
@@ -104,15 +106,15 @@ def _by(outcome: Outcome) -> str:
 
 
 def _outcomes(folder: Path, first: int, last: int) -> Iterator[Outcome]:
-    command = [sys.executable, "-m", "clew.campaign.mutants_hunt", str(first), str(last)]
+    command = [sys.executable, "-m", "clew.campaign.mutants_worker", str(first), str(last)]
     with _started(command, folder) as process:
-        assert process.stdout is not None, "it was asked for"
+        assert process.stdout is not None, "opened as a pipe"
         for line in process.stdout:
             yield msgspec.json.decode(line, type=Outcome)
         if process.wait() != 0:
-            assert process.stderr is not None, "it was asked for"
+            assert process.stderr is not None, "opened as a pipe"
             last_words = process.stderr.read().decode(errors="replace").strip().splitlines()[-1:]
-            raise UsageError(f"a tree with a bug in it does not even start: {' '.join(last_words)}")
+            raise UsageError(f"the mutated source does not start: {' '.join(last_words)}")
 
 
 @contextmanager

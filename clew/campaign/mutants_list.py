@@ -1,4 +1,4 @@
-"""The bugs that the oracle check plants: each breaks one rule on which safety or healing rests."""
+"""The mutants of our source. Each breaks one rule on which safety or healing depends."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ SEEDS_MAX = 300
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """A piece of source, and what stands there instead."""
+    """A piece of source and its replacement."""
 
     file: str
     before: str
@@ -15,109 +15,109 @@ class Edit:
 
 
 @dataclass(frozen=True, slots=True)
-class Bug:
-    """One rule broken."""
+class Mutant:
+    """Our source with one rule broken."""
 
     name: str
     rule: str
-    """What holds without it."""
+    """The rule that it breaks."""
     edits: tuple[Edit, ...]
     seeds_max: int = SEEDS_MAX
 
 
-def _bug(name: str, rule: str, file: str, before: str, after: str) -> Bug:
-    return Bug(name, rule, (Edit(file, before, after),))
+def _mutant(name: str, rule: str, file: str, before: str, after: str) -> Mutant:
+    return Mutant(name, rule, (Edit(file, before, after),))
 
 
-BUGS = (
-    Bug(
+MUTANTS = (
+    Mutant(
         "no-separation",
-        "authority ends `keep` short of its granter's ground",
+        "a grant ends at least `keep` before the ground that its granter may occupy",
         (
             Edit("agents/strand/grants.py", "progress_m - self.keep_m + THERE_M)", "progress_m)"),
             Edit("agents/strand/grants.py", "keep_m=self.keep_m)", "keep_m=0.0)"),
         ),
     ),
-    _bug(
+    _mutant(
         "path-is-authority",
-        "a robot drives to its authority, not to the end of the path that it knows",
+        "a robot drives only as far as its authority, even where it knows more of the path",
         "agents/strand/strand.py",
         "self.authority_m = max(self.authority_m, state.authority_m)",
         "self.authority_m = self.path.end_m",
     ),
-    _bug(
+    _mutant(
         "grant-survives-turn",
-        "in the next epoch no grant of the old one is valid",
+        "the grants of an epoch are void in the next one",
         "agents/strand/strand.py",
         "        turned.own_leg_m = at.own_m  #",
         "        turned.authority_m = self.authority_m\n        turned.own_leg_m = at.own_m  #",
     ),
-    _bug(
+    _mutant(
         "hairpins",
-        "authority asks for distance in the plane, not along the path alone",
+        "grants keep distance in the plane, not only along the path",
         "protocol/wire/authority.py",
         "    ground = path.corners(progress_m, path.end_m)\n",
         "    return max(from_m, progress_m - keep_m)\n    ground = path.corners(progress_m, path.end_m)\n",
     ),
-    _bug(
+    _mutant(
         "leader-over-grants",
-        "the leader's next step keeps off all ground that has been granted",
+        "the leader's next step stays clear of all granted ground",
         "agents/navigation/certificate.py",
         "np.full(len(corners) - 1, keep_m)",
         "np.full(len(corners) - 1, 0.0 * keep_m)",
     ),
-    _bug(
+    _mutant(
         "no-epoch-in-links",
         "a link state of another epoch is void",
         "agents/strand/strand.py",
         "if link.neighbour == heard.robot and heard.state.epoch == self.epoch:",
         "if link.neighbour == heard.robot:",
     ),
-    _bug(
+    _mutant(
         "older-muster-wins",
-        "of two calls the higher wins",
+        "of two calls, the one with the higher epoch wins",
         "agents/robot.py",
         "        newest = epoch > self.epoch and epoch == self._calls.newest",
         "        newest = epoch != self.epoch",
     ),
-    _bug(
+    _mutant(
         "no-settling",
-        "nobody drives in a new epoch before those left out must stand",
+        "no robot drives in a new epoch before the robots left out must have stopped",
         "agents/membership/calls.py",
         "lining.settled_at_s = self.free_at_s(lining.members, now_s)",
         "lining.settled_at_s = now_s",
     ),
-    _bug(
+    _mutant(
         "turns-not-ended",
-        "the next turn is given when the last has ended",
+        "the next turn is given only after the last one has ended",
         "agents/membership/giving.py",
         "            if theirs is None or theirs.ended < given.number:",
         "            if theirs is None:",
     ),
-    _bug(
+    _mutant(
         "no-dead-man",
-        "a body stands whose robot says nothing",
+        "a body stops when its robot sends no orders",
         "world/bodies/bodies.py",
         "(now_s - self._basis_s > DEADMAN_S + ROUNDING_S)",
         "(now_s - self._basis_s > 1e9)",
     ),
-    _bug(
+    _mutant(
         "numbers-again",
-        "a restarted robot numbers its orders beyond those of its forerunner",
+        "the orders of a restarted robot have higher numbers than those of its former life",
         "agents/body/driver.py",
         "        number = max(self.odometry.ordered, int(self.odometry.t_s * NUMBERS_PER_S)) + LATE_ORDERS\n",
         "        number = 0\n",
     ),
-    _bug(
+    _mutant(
         "binds-moving",
-        "a member says that it is bound only when it stands",
+        "a member reports that it is bound only when it stands still",
         "agents/membership/lining.py",
         "        if not announcer.has_spoken and not driver.standing:",
         "        if False:",
     ),
-    Bug(
+    Mutant(
         "ghost",
-        "who has left a strand neither drives nor speaks in it any more",
+        "a robot that has left a strand neither drives nor sends messages in it",
         (
             Edit(
                 "agents/robot.py",
@@ -133,37 +133,37 @@ BUGS = (
             ),
         ),
     ),
-    _bug(
+    _mutant(
         "no-majority",
-        "robots are left out only where the rest are more than half, when they are called and afterwards",
+        "robots are left out only if the rest are a majority, both at the call and afterwards",
         "agents/membership/calls.py",
         "    return 2 * len(members) > len(shown)\n",
         "    return bool(members) and bool(shown)\n",
     ),
-    _bug(
+    _mutant(
         "no-checksum",
         "a damaged message is refused",
         "protocol/wire/codec.py",
         "    if _seal(content, key) != payload[-SEAL_BYTES:]:",
         "    if len(payload) < SEAL_BYTES:",
     ),
-    _bug(
+    _mutant(
         "no-epsilon",
         "steps and segments keep epsilon from obstacles",
         "protocol/mission.py",
         "        return self.robot_radius_m + max(self.clear_m, ",
         "        return self.robot_radius_m + max(0.0, ",
     ),
-    _bug(
+    _mutant(
         "grants-to-the-tail",
-        "a robot grants ground to the one right behind it",
+        "a robot grants ground to the robot directly behind it",
         "agents/strand/strand.py",
         "commands.append(Tell(self.behind.neighbour, ",
         "commands.append(Tell(self.order[-1], ",
     ),
-    Bug(
+    Mutant(
         "late-orders",
-        "a body takes no order that is older than one that it has taken, by epoch or by number",
+        "a body refuses an order that is older, by epoch or by number, than one that it has accepted",
         (
             Edit(
                 "world/bodies/bodies.py",
@@ -177,9 +177,9 @@ BUGS = (
             ),
         ),
     ),
-    Bug(
+    Mutant(
         "dead-man-by-arrival",
-        "an order is good for a time from the odometry that it was given on, however late it came",
+        "an order expires a fixed time after the odometry that it is based on, not after its arrival",
         (
             Edit(
                 "world/bodies/bodies.py",
@@ -193,9 +193,9 @@ BUGS = (
             ),
         ),
     ),
-    Bug(
+    Mutant(
         "unchecked-legs",
-        "who follows checks its own leg, and each segment, against its own scans",
+        "a follower checks its own leg and each segment against its own scans",
         (
             Edit(
                 "agents/strand/advance.py",
@@ -209,30 +209,30 @@ BUGS = (
             ),
         ),
     ),
-    _bug(
+    _mutant(
         "silence-unnoticed",
-        "a link that is silent for long is given up",
+        "a link that is silent for too long is broken",
         "protocol/wire/link.py",
         "        return now_s - max(self._echoed_s, self.made_at_s)",
         "        return 0.0",
     ),
-    _bug(
+    _mutant(
         "acknowledges-unheard",
-        "who is behind acknowledges the vertices that it knows, and no others",
+        "the robot behind acknowledges only the vertices that it knows",
         "agents/strand/strand.py",
         "            handed=own.handed.number,\n            vertices=len(self.path),\n",
         "            handed=own.handed.number,\n            vertices=len(self.path) + 2,\n",
     ),
-    _bug(
+    _mutant(
         "tokens-come-back",
-        "members go on only as long as they may leave out whoever shows a token",
+        "members go on only while they may leave out all other robots that show a token",
         "agents/robot.py",
         "if not members or self._calls.may_go_on(members, now_s):",
         "if True:",
     ),
-    _bug(
+    _mutant(
         "number-one-again",
-        "a restarted robot's orders are beyond its forerunner's also where its body has taken none of those",
+        "a restarted robot's order numbers are higher even if its body accepted no order of the former life",
         "agents/body/driver.py",
         "        number = max(self.odometry.ordered, int(self.odometry.t_s * NUMBERS_PER_S)) + LATE_ORDERS\n",
         "        number = self.odometry.ordered + (LATE_ORDERS if self.odometry.ordered else 0)\n",

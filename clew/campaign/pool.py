@@ -1,8 +1,8 @@
-"""Plays episodes on several processes, and gives their outcomes as they come.
+"""Plays episodes on several processes and yields their outcomes as they come.
 
-Rule 1: an episode whose process dies is an outcome as well. Those that were on when it died are played
-        again, each alone, so that the right one is blamed.
-Rule 2: a worker never sees a Ctrl-C: the campaign ends it. It ends by itself where the campaign is killed.
+Rule 1: an episode whose process dies has an outcome, too. All episodes that were running at that moment are
+        played again, one at a time, to find the one that kills its process.
+Rule 2: workers do not see Ctrl-C; the campaign ends them. They end by themselves if the campaign is killed.
 """
 
 import multiprocessing
@@ -19,11 +19,11 @@ from clew.campaign.episode import CRASHED, Episode, Outcome, failed, play
 
 
 def outcomes_of(episodes: Sequence[Episode], jobs: int) -> Iterator[Outcome]:
-    """The outcomes, in the order in which they come; with one job, in this process."""
+    """The outcomes in the order in which they come; one job plays in this process."""
     if jobs == 1:
         yield from map(play, episodes)
         return
-    # The parent's numpy is there already; workers start afresh, and read this before theirs loads.
+    # Affects the workers only: they load numpy after this, the parent has loaded it already.
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     waiting, running = deque(episodes), list[Episode]()
     while waiting or running:
@@ -36,7 +36,7 @@ def outcomes_of(episodes: Sequence[Episode], jobs: int) -> Iterator[Outcome]:
 
 
 def _pooled(waiting: deque[Episode], running: list[Episode], jobs: int) -> Iterator[Outcome]:
-    """Keep all workers busy; what is on them stands in `running`."""
+    """Keep all workers busy; `running` holds the episodes that they play."""
     with _pool(jobs) as pool:
         futures: dict[Future[Outcome], Episode] = {}
         try:
@@ -51,7 +51,7 @@ def _pooled(waiting: deque[Episode], running: list[Episode], jobs: int) -> Itera
                     running.remove(futures.pop(future))
                     yield outcome
         finally:
-            if futures:  # interrupted or broken: nobody waits for these
+            if futures:  # interrupted or broken: the results are not needed
                 for worker in multiprocessing.active_children():
                     worker.terminate()
 
@@ -73,7 +73,7 @@ def _pool(jobs: int) -> ProcessPoolExecutor:
 
 @contextmanager
 def _interrupt_kept_from_children() -> Iterator[None]:
-    """Who is started meanwhile never hears the user's interrupt, not even while it imports; we do, later."""
+    """Child processes started in the body ignore SIGINT, even while they import; we get it afterwards."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -87,6 +87,6 @@ def _begin() -> None:
 
 def _end_with_parent() -> None:
     parent = multiprocessing.parent_process()
-    assert parent is not None, "only workers begin"
+    assert parent is not None, "only workers call this"
     parent.join()
-    os._exit(1)  # the main thread waits for episodes that nobody will ever send
+    os._exit(1)  # the main thread waits for episodes that will never be sent

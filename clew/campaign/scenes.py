@@ -1,7 +1,7 @@
-"""The scenes of a campaign: which files there are, and the same with a robot that barely fits.
+"""The scenes of a campaign: the files below its folders, and copies with a robot that barely fits.
 
 Rule 1: a scene's family is the name of the folder that holds its file.
-Rule 2: a changed scene is a file like any other, so that a single rehearsal can replay it.
+Rule 2: a changed scene is written to a file, so that a single rehearsal can replay it.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -12,6 +12,9 @@ from typing import Any
 import msgspec
 
 from protocol.errors import UsageError
+from protocol.files.opening import WRITTEN_BYTES_MAX, read_bytes
+from protocol.files.reading import decode
+from protocol.files.writing import make_folder, write_whole
 from world.scenario.scenario import Scenario, load
 from world.scenario.scene import EPSILON_M_MAX, EPSILON_RADII, ROBOTS
 
@@ -27,15 +30,15 @@ class Scene:
     path: Path
     family: str
     robots: int | None
-    """Instead of the scenario's own number."""
+    """Replaces the scenario's own number."""
     robots_left_out: int = 0
-    """For whom there is no room at the start."""
+    """Robots without room at the start."""
     widest_path_radius_m: float | None
-    """Of the largest disc that can be moved from start to goal; None: the file does not say."""
+    """The radius of the largest disc that can be moved from start to goal; None: not in the file."""
 
 
 def find_scenes(roots: Sequence[Path], robots: int | None) -> list[Scene]:
-    """All scenes and scenarios below these folders, or that these files are.
+    """All scenes and scenarios among these files and below these folders.
 
     Raises:
         UsageError: there are none, or one of the roots cannot be read.
@@ -47,10 +50,10 @@ def find_scenes(roots: Sequence[Path], robots: int | None) -> list[Scene]:
 
 
 def check_widest(scenes: Iterable[Scene]) -> None:
-    """Refuse scenes that cannot be made tight, before any is written.
+    """Refuse scenes that cannot be made tight, before any file is written.
 
     Raises:
-        UsageError: one does not say how wide its widest path is.
+        UsageError: a scene does not contain the width of its widest path.
     """
     for scene in scenes:
         if scene.widest_path_radius_m is None:
@@ -58,29 +61,29 @@ def check_widest(scenes: Iterable[Scene]) -> None:
 
 
 def tighten(scene: Scene, share: float, folder: Path, deployment: str | None) -> Scene:
-    """The scene with a robot for which `r + epsilon` is this share of the widest path, written to the folder.
+    """Write the scene with a robot whose `r + epsilon` is this share of the widest path.
 
-    Where the queue of robots at the start does not fit any more, the scene has fewer of them.
+    If the queue of robots at the start does not fit any more, the scene gets fewer robots.
     """
-    assert scene.widest_path_radius_m is not None, "`check_widest` has seen it"
+    assert scene.widest_path_radius_m is not None, "`check_widest` has checked it"
     raw = _read(scene.path)
     path = folder / scene.family / scene.path.name
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     radius_m = tight_radius_m(share * scene.widest_path_radius_m)
-    path.write_bytes(msgspec.json.encode({**raw, "robot_radius": radius_m}))
+    write_whole(path, msgspec.json.encode({**raw, "robot_radius": radius_m}))
     asked = scene.robots or ROBOTS
-    robots = next((robots for robots in range(asked, 0, -1) if _is_taken(path, robots, deployment)), asked)
+    robots = next((robots for robots in range(asked, 0, -1) if _is_accepted(path, robots, deployment)), asked)
     return replace(scene, path=path, robots=robots, robots_left_out=asked - robots)
 
 
 def tight_radius_m(closest_m: float) -> float:
-    """The radius of the robot that comes as near as this with its centre: r + epsilon(r)."""
+    """The radius r of the robot with r + epsilon(r) = `closest_m`."""
     capped_m = closest_m - EPSILON_M_MAX
     return capped_m if capped_m * EPSILON_RADII >= EPSILON_M_MAX else closest_m / (1.0 + EPSILON_RADII)
 
 
 def solvable(widest_path_radius_m: float | None, scenario: Scenario) -> bool | None:
-    """Whether there is a way for the robot at all; None: not known, or too near to call."""
+    """Whether there is a way for the robot; None: not known, or too close to decide."""
     if widest_path_radius_m is None:
         return None
     if widest_path_radius_m > SPARE * scenario.closest_m:
@@ -105,13 +108,12 @@ def _below(root: Path, robots: int | None) -> Iterator[Scene]:
 
 
 def _read(path: Path) -> dict[str, Any]:
-    """What the file says; nothing where it is no object: the loader will say so."""
+    """The content of the file; empty if it is not an object, which the loader reports later."""
     try:
-        text = path.read_bytes()
-        said = msgspec.toml.decode(text) if path.suffix == ".toml" else msgspec.json.decode(text)
+        said = decode(read_bytes(path, WRITTEN_BYTES_MAX), path.suffix)
     except OSError as error:
         raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+    except ValueError:
         return {}
     return said if isinstance(said, dict) else {}
 
@@ -122,8 +124,8 @@ def _widest_m(raw: dict[str, Any]) -> float | None:
     return float(widest_m) if isinstance(widest_m, int | float) else None
 
 
-def _is_taken(path: Path, robots: int, deployment: str | None) -> bool:
-    """Whether the loader takes it. If it takes no number of robots, the episode will say why."""
+def _is_accepted(path: Path, robots: int, deployment: str | None) -> bool:
+    """Whether the loader accepts the scene. If it accepts no number of robots, the episode reports why."""
     try:
         load(str(path), robots=robots, deployment=deployment)
     except UsageError:

@@ -1,8 +1,8 @@
-"""Cuts the fault plan of a failing run down to the least that still fails in the same way (`failures`).
+"""Reduces the fault plan of a failing run to the smallest one that still fails in the same way (`failures`).
 
-Rule 1: rules keep their names, and so their draws: less of a plan is a part of what it did.
-Rule 2: rules go first, in halves and then one by one; then windows and counts; then robots, with their names
-        in rules; and again, until nothing can go.
+Rule 1: rules keep their names, and so their random draws: a smaller plan injects a subset of the faults.
+Rule 2: remove rules first, in halves, then one by one. Then reduce windows and counts. Then remove robots,
+        also from rules. Repeat until nothing can be removed.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -15,12 +15,12 @@ from protocol.faults.plan import Plan
 from protocol.faults.rules import Burst, MessageRule, Partition, Rule
 from protocol.keys import robot_name
 
-WINDOW_S_MIN = 0.2  # two odometries: narrower windows tell nobody more
+WINDOW_S_MIN = 0.2  # two odometry periods: narrower windows do not explain more
 HALVES_MAX = 12
 
 
 def shrink(case: Case, fails: Callable[[Case], bool]) -> Case:
-    """The least case that was found to fail still; `fails` says of one whether it does."""
+    """The smallest case found for which `fails` is still true."""
     while True:
         smaller = _with_fewer_robots(_with_smaller_rules(_with_fewer_rules(case, fails), fails), fails)
         if smaller == case:
@@ -38,7 +38,7 @@ def _changed(case: Case, **changes: Any) -> Case:  # noqa: ANN401 - fields of a 
 
 
 def _with_fewer_rules(case: Case, fails: Callable[[Case], bool]) -> Case:
-    """Delta debugging: leave out ever smaller parts of the rules, until none can go."""
+    """Delta debugging: leave out smaller and smaller parts of the rules, until no rule can be removed."""
     rules = list(case.plan.rules)
     size = max(len(rules) // 2, 1)
     while size > 0:
@@ -78,7 +78,7 @@ def _with_fewer_robots(case: Case, fails: Callable[[Case], bool]) -> Case:
 
 
 def _without(plan: Plan, robot: str) -> Plan:
-    """The plan for a fleet that does not have this robot; a rule for messages that named no other goes."""
+    """The plan for a fleet without this robot. A message rule that named no other robot is removed."""
     rules: list[Rule] = []
     for rule in plan.rules:
         names = (
@@ -94,7 +94,7 @@ def _without(plan: Plan, robot: str) -> Plan:
 
 
 def _smaller(rule: Rule, time_s_max: float) -> Iterator[Rule]:
-    """What is a little less of a rule, the greatest steps first."""
+    """Weaker variants of a rule, the largest reductions first."""
     yield from _narrower(rule, time_s_max)
     if isinstance(rule, MessageRule):
         yield from _milder(rule)
@@ -103,16 +103,16 @@ def _smaller(rule: Rule, time_s_max: float) -> Iterator[Rule]:
             yield replace(rule, **{name: count // 2})
     for name in ("delay_s", "delay_s_max", "hold_s", "for_s", "after_s"):
         if (length_s := getattr(rule, name, None)) is not None and length_s > WINDOW_S_MIN:
-            yield from _taken(rule, **{name: round(length_s / 2.0, 3)})
+            yield from _if_valid(rule, **{name: round(length_s / 2.0, 3)})
 
 
 def _narrower(rule: Rule, time_s_max: float) -> Iterator[Rule]:
-    """A window half as long: the first half, or the second."""
+    """The rule with the first or second half of its window."""
     until_s = time_s_max if rule.until_s is None else rule.until_s
     if until_s - rule.from_s > WINDOW_S_MIN:
         middle_s = round((rule.from_s + until_s) / 2.0, 3)
-        yield from _taken(rule, until_s=middle_s)
-        yield from _taken(rule, from_s=middle_s)
+        yield from _if_valid(rule, until_s=middle_s)
+        yield from _if_valid(rule, from_s=middle_s)
 
 
 def _milder(rule: MessageRule) -> Iterator[Rule]:
@@ -124,8 +124,8 @@ def _milder(rule: MessageRule) -> Iterator[Rule]:
         yield replace(rule, probability=round(rule.probability / 2.0, 3))
 
 
-def _taken(rule: Rule, **changes: object) -> Iterator[Rule]:
-    """The changed rule, where a rule may be so."""
+def _if_valid(rule: Rule, **changes: object) -> Iterator[Rule]:
+    """The changed rule, if it is valid."""
     try:
         yield replace(rule, **changes)
     except ValueError:

@@ -1,1 +1,1 @@
-"""Timelines for other tools: MCAP, CSV, Parquet, Rerun. docs/export.md says which tool opens what."""
+"""Timelines for other tools: MCAP, CSV and Parquet. docs/export.md says which tool opens what."""

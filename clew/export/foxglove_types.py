@@ -3,13 +3,12 @@
 import math
 from collections.abc import Sequence
 
-import msgspec
 from foxglove import messages as fg
 from foxglove.messages import LinePrimitiveLineType, LogLevel, Timestamp
 
 from clew.export.drawing import Colour, Disc, Label, Stroke, Thing
-from protocol.timeline import PoseSampled, ScanServed
-from protocol.timeline.base import Kind
+from protocol.timeline import PoseSampled, Record, ScanServed
+from protocol.timeline.sentences import sentence
 
 WORLD_FRAME = "world"
 LEVELS = dict.fromkeys(("promise.broken", "robot.failed", "route.lost"), LogLevel.Error) | dict.fromkeys(
@@ -53,14 +52,11 @@ def placed(place: PoseSampled, time_ns: int) -> fg.PoseInFrame:
     return fg.PoseInFrame(timestamp=stamp(time_ns), frame_id=WORLD_FRAME, pose=pose(place))
 
 
-def said(source: str, kind: str, record: Kind, time_ns: int) -> fg.Log:
+def said(source: str, kind: str, record: Record, time_ns: int) -> fg.Log:
     """An entry in words."""
-    fields = msgspec.to_builtins(record)
-    words = [
-        f"{name}={msgspec.json.encode(value).decode()}" for name, value in fields.items() if name != "kind"
-    ]
     level = LEVELS.get(kind, LogLevel.Info)
-    return fg.Log(timestamp=stamp(time_ns), level=level, name=source, message=" ".join([kind, *words]))
+    message = f"{kind}: {sentence(source, record)}"
+    return fg.Log(timestamp=stamp(time_ns), level=level, name=source, message=message)
 
 
 def transform(place: PoseSampled, time_ns: int) -> fg.FrameTransforms:

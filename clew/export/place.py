@@ -17,6 +17,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from protocol.errors import UsageError
+from protocol.files.writing import FILE_MODE, make_folder
 
 PART = ".part"
 NEW, OLD = "new", "old"
@@ -33,6 +34,7 @@ def whole_file(out: Path) -> Iterator[Path]:
         raise UsageError(f"--out {out}: it is a folder, and this export is one file")
     with _beside(out) as draft:
         yield draft / out.name
+        (draft / out.name).chmod(FILE_MODE)
         (draft / out.name).replace(out)
 
 
@@ -50,8 +52,10 @@ def whole_folder(out: Path, names: Collection[str]) -> Iterator[Path]:
         )
     with _beside(out) as draft:
         filled = draft / NEW
-        filled.mkdir()
+        make_folder(filled)
         yield filled
+        for each in filled.iterdir():
+            each.chmod(FILE_MODE)
         if out.exists():
             out.rename(draft / OLD)
         filled.rename(out)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from clew.export.drawing import Colour, Disc, Label, Stroke, Thing, capsule, outline
 from clew.log.check import scenario_of
 from clew.log.log import Log
+from clew.story.steps import chosen_gap
 from protocol.errors import UsageError
 from protocol.frames import Point
 from protocol.keys import robot_number
@@ -141,7 +142,8 @@ class Scene:
             marks.append(capsule(here, target, reach_m, CERTIFICATE))
             marks.append(Label(target, f"step {plan.step}: {plan.promised_clearance_m:.3f} m", CERTIFICATE))
         marks += [Stroke((_place(each.tangent_1), _place(each.tangent_2)), CHORD) for each in plan.obstacles]
-        marks += [Stroke(gap, GAP, width_px=4.0) for gap in _chosen(plan)]
+        if (gap := chosen_gap(plan)) is not None:
+            marks.append(Stroke((_place(gap[0]), _place(gap[1])), GAP, width_px=4.0))
         return Thing("step", tuple(marks))
 
 
@@ -151,14 +153,6 @@ def readable_scenario(log: Log) -> tuple[Scenario | None, tuple[str, ...]]:
         return scenario_of(log), ()
     except UsageError as error:
         return None, (f"{error}: there is no scene in the export",)
-
-
-def _chosen(plan: StepPlanned) -> Iterator[tuple[tuple[float, float], tuple[float, float]]]:
-    """The chosen gap, from the obstacle on its right to that on its left, where they are among those told."""
-    gap = plan.gaps[plan.gap] if plan.gap is not None and plan.gap < len(plan.gaps) else None
-    if gap is not None and max(gap.right, gap.left) < len(plan.obstacles):
-        right, left = plan.obstacles[gap.right], plan.obstacles[gap.left]
-        yield _place(right.tangent_2), _place(left.tangent_1)
 
 
 def _place(point: Point) -> tuple[float, float]:

@@ -1,1 +1,1 @@
-"""Random worlds, each decided by its kind, its seed and a few numbers."""
+"""Random worlds, each determined by its kind, its seed and a few numbers."""

@@ -1,10 +1,10 @@
-"""The field generator: random obstacle worlds, each decided by its kind, its seed and a few numbers.
+"""The field generator: random obstacle worlds, each determined by its kind, its seed and a few numbers.
 
-Rule 1: a field is a pure function of what it is asked to be, the same on any machine: draws come from one
-        stream for each kind and seed, and coordinates are rounded.
-Rule 2: it promises what it builds and nothing else. Obstacles keep the least width from each other and from
-        the walls, so that whatever is thinner gets through; corridors are exactly that wide.
-Rule 3: no obstacle stands in the lanes before and behind the field, where the fleet starts and ends.
+Rule 1: a field is a pure function of its parameters, the same on any machine: draws come from one stream for
+        each kind and seed, and coordinates are rounded.
+Rule 2: obstacles keep the least width from each other and from the walls, so anything thinner gets through;
+        corridors are exactly that wide. A field promises nothing else.
+Rule 3: no obstacle is in the lanes before and behind the field, where the fleet starts and ends.
 """
 
 from enum import StrEnum
@@ -20,22 +20,22 @@ from protocol.run_settings import SEED_MAX
 from world.chance import stream
 from world.geometry.shapes import Circle, Polygon
 
-ROBOTS = 5  # for whom the lanes have room
+ROBOTS = 5  # the lanes have room for so many
 SPACING_RADII = 3.0  # the rule of clew-scene/1 for the places of robots
-LANE_RADII = SPACING_RADII * (ROBOTS + 1)  # their places, and as much before the first as behind the last
+LANE_RADII = SPACING_RADII * (ROBOTS + 1)  # their places, and room before the first and behind the last
 WIDTH_RADII = 4.0  # r + epsilon is at most 1.5 r, so this is a third more than the fleet needs
-WALL_RADII = 1.0  # a scan of a degree is sure of it out to 57 radii
-CELLS_MIN = 2  # columns and rows; fewer are no maze
+WALL_RADII = 1.0  # a scan with rays one degree apart certainly hits it up to 57 radii away
+CELLS_MIN = 2  # columns and rows of a maze
 ROBOT_RADIUS_M = 0.15  # as in most scenes from public data
-DENSITY = 0.06  # what fits of every kind at the default width
+DENSITY = 0.06  # fits for every kind at the default width
 SIZE_M = (10.0, 6.0)  # a room
-SIDE_M_MAX = 1000.0  # a field of that side already holds more obstacles than a scenario may
+SIDE_M_MAX = 1000.0  # a larger field has more obstacles than a scenario may have
 
 Side = Annotated[float, Meta(gt=0.0, le=SIDE_M_MAX)]
 
 
 class Kind(StrEnum):
-    """What stands in a field."""
+    """The obstacles of a field."""
 
     CIRCLES = "circles"
     ELLIPSES = "ellipses"
@@ -46,24 +46,24 @@ class Kind(StrEnum):
 
 
 class Field(Struct, frozen=True, kw_only=True):
-    """What a field is asked to be."""
+    """The parameters of a field."""
 
     kind: Kind
     seed: Annotated[int, Meta(ge=0, le=SEED_MAX)]
     robot_radius_m: Annotated[float, Meta(ge=0.01, le=SIDE_M_MAX)] = ROBOT_RADIUS_M
     density: Annotated[float, Meta(ge=0.0, le=1.0)] = DENSITY
-    """Share of the ground under obstacles, as near as it gets; corridors have none."""
+    """Share of the ground that obstacles cover, approximately; corridors ignore it."""
     least_width_m: Annotated[float, Meta(ge=0.0, le=SIDE_M_MAX)] | None = None
-    """Between obstacles, 0 where they may overlap; of corridors. Four radii if not said."""
+    """Least gap between obstacles (0: they may overlap), or width of corridors; default: four radii."""
     size_m: tuple[Side, Side] = SIZE_M
-    """Of the ground without the lanes; corridors use what whole cells fill."""
+    """Size of the ground without the lanes; corridors fill as much of it as whole cells can."""
     plugged: bool = False
-    """Whether the one way through the corridors is closed."""
+    """Whether the only way through the corridors is closed."""
 
     def __post_init__(self) -> None:
         corridors = self.kind is Kind.CORRIDORS
         if self.plugged and not corridors:
-            raise ValueError(f"$.plugged: must be absent but for {Kind.CORRIDORS}, got {self.kind}")
+            raise ValueError(f"$.plugged: is for {Kind.CORRIDORS} only, got {self.kind}")
         if corridors and self.width_m < self.robot_radius_m:
             raise ValueError(
                 f"$.least_width_m: must be >= robot_radius_m = {self.robot_radius_m:g} m for {self.kind},"
@@ -77,23 +77,23 @@ class Field(Struct, frozen=True, kw_only=True):
 
     @property
     def width_m(self) -> float:
-        """The least width, said or not."""
+        """The least width, given or by default."""
         return WIDTH_RADII * self.robot_radius_m if self.least_width_m is None else self.least_width_m
 
     @property
     def wall_m(self) -> float:
-        """How thick walls are."""
+        """Thickness of walls."""
         return WALL_RADII * self.robot_radius_m
 
     @property
     def cells(self) -> tuple[int, int]:
-        """Columns and rows of corridors; the long sides' walls are not on the ground."""
+        """Columns and rows of corridors; the walls along the long sides are outside the ground."""
         pitch_m = self.width_m + self.wall_m
         return int((self.size_m[0] - self.wall_m) / pitch_m), int((self.size_m[1] + self.wall_m) / pitch_m)
 
 
 def scene(field: Field) -> dict[str, Any]:
-    """The field as a `clew-scene/1` [m; world frame]: the fleet starts on the left, the goal lies right."""
+    """The field as a `clew-scene/1` [m; world frame]: start on the left, goal on the right."""
     return _corridors(field) if field.kind is Kind.CORRIDORS else _scattered(field)
 
 
@@ -135,7 +135,7 @@ def _chance(field: Field) -> Generator:
 
 
 def _lanes(field: Field, size_m: tuple[float, float], *, start_y_m: float, goal_y_m: float) -> dict[str, Any]:
-    """A scene without obstacles: the lanes, and walls along both sides."""
+    """A scene without obstacles, with lanes, and walls along both sides."""
     first_m, lane_m = SPACING_RADII * field.robot_radius_m, LANE_RADII * field.robot_radius_m
     low_m, high_m = round(-lane_m, DECIMALS), round(size_m[0] + lane_m, DECIMALS)
     return {

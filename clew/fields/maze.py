@@ -1,7 +1,7 @@
 """Corridors: a maze on a grid, all of one width, with dead ends and exactly one way through.
 
-Cells are (column, row), from the lower left. Grid lines are as thick as the walls; cell (0, 0) begins one
-wall right of the origin, and its row at y = 0, where another wall of the scene has to stand.
+Cells are (column, row), from the lower left. Grid lines are as thick as the walls. Cell (0, 0) begins at
+x = one wall and y = 0; the scene must have another wall below y = 0.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ Ring = list[tuple[float, float]]
 
 @dataclass(frozen=True, slots=True)
 class Maze:
-    """Walls, and where the way through begins and ends [m; world frame]."""
+    """Walls, and both ends of the way through [m; world frame]."""
 
     size_m: tuple[float, float]
     walls: list[Ring]
@@ -28,20 +28,20 @@ class Maze:
 
 @dataclass(frozen=True, slots=True)
 class _Grid:
-    """Which walls stand: `upright` at (line, row) left of a column, `level` at (column, line) below a row."""
+    """Which walls exist: `upright` at (line, row) left of a column, `level` at (column, line) below a row."""
 
     upright: Flags
     level: Flags
 
     @staticmethod
     def closed(columns: int, rows: int) -> "_Grid":
-        """All of them, but those along the two long sides, which are not the maze's."""
+        """All walls, except those along the two long sides, which the scene adds."""
         level = np.ones((columns, rows + 1), dtype=np.bool_)
         level[:, [0, -1]] = False
         return _Grid(np.ones((columns + 1, rows), dtype=np.bool_), level)
 
     def set_wall(self, one: Cell, other: Cell, *, stands: bool) -> None:
-        """Build or take away the wall between two cells that are neighbours."""
+        """Build or remove the wall between two neighbouring cells."""
         if one[1] == other[1]:
             self.upright[max(one[0], other[0]), one[1]] = stands
         else:
@@ -49,14 +49,14 @@ class _Grid:
 
 
 def maze(columns: int, rows: int, chance: Generator, *, width_m: float, wall_m: float, plugged: bool) -> Maze:
-    """A maze of so many cells, entered from the left and left to the right.
+    """A maze that is entered on the left and left on the right.
 
     Args:
         columns: cells from left to right.
         rows: cells from bottom to top.
-        chance: where all draws come from.
-        width_m: of every corridor.
-        wall_m: how thick walls are.
+        chance: the source of all draws.
+        width_m: width of the corridors.
+        wall_m: thickness of the walls.
         plugged: whether one passage of the way through is closed.
     """
     entrance, way_out = (0, int(chance.integers(rows))), (columns - 1, int(chance.integers(rows)))
@@ -80,7 +80,7 @@ def maze(columns: int, rows: int, chance: Generator, *, width_m: float, wall_m: 
 
 
 def _tree(root: Cell, columns: int, rows: int, chance: Generator) -> dict[Cell, Cell]:
-    """From which cell each cell but the root is entered: a depth-first walk, which makes long dead ends."""
+    """The previous cell of each cell but the root, by a depth-first walk, which makes long dead ends."""
     came_from: dict[Cell, Cell] = {}
     stack = [root]
     while stack:
@@ -110,7 +110,7 @@ def _way(end: Cell, came_from: dict[Cell, Cell]) -> list[Cell]:
 
 
 def _walls(grid: _Grid, width_m: float, wall_m: float) -> list[Ring]:
-    """Each straight run of walls as one rectangle, with the joints at both its ends."""
+    """Each straight run of walls as one rectangle, including the joints at both ends."""
     pitch_m = width_m + wall_m
     height_m = grid.upright.shape[1] * pitch_m - wall_m
     walls = [
@@ -132,12 +132,12 @@ def _walls(grid: _Grid, width_m: float, wall_m: float) -> list[Ring]:
 
 
 def _runs(stands: Flags) -> list[tuple[int, int]]:
-    """Where each run of standing walls begins, and the index behind its end."""
+    """The first index of each run of walls, and the index after its last."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], stands, [False]]).astype(int)))
     return [(int(first), int(end)) for first, end in edges.reshape(-1, 2)]
 
 
 def rectangle(left_m: float, right_m: float, low_m: float, high_m: float) -> Ring:
-    """A rectangle, anti-clockwise, its coordinates rounded."""
+    """A rectangle, anti-clockwise, with rounded coordinates."""
     corners = [(left_m, low_m), (right_m, low_m), (right_m, high_m), (left_m, high_m)]
     return [(round(x_m, DECIMALS), round(y_m, DECIMALS)) for x_m, y_m in corners]

@@ -1,4 +1,4 @@
-"""Scatters obstacles over a rectangle [m; world frame], no two nearer than their least width."""
+"""Scatters obstacles over a rectangle [m; world frame], with a least gap between any two."""
 
 from collections.abc import Sequence
 
@@ -10,7 +10,7 @@ from protocol.arrays import Floats
 from world.geometry.clearance import clearance, distances
 from world.geometry.shapes import Circle, Polygon, ground_of
 
-TRIES = 200  # in vain, one after another: then the field counts as full
+TRIES = 200  # so many failures in a row mean that the field is full
 
 
 def scatter(
@@ -22,15 +22,15 @@ def scatter(
     least_width_m: float,
     unit_m: float,
 ) -> list[Obstacle]:
-    """Obstacles in a rectangle from the origin, until they cover their share of it or no more fit.
+    """Obstacles in a rectangle at the origin, until they cover their share or no more fit.
 
     Args:
         draws: the shapes to choose from.
-        chance: where all draws come from.
-        size_m: of the rectangle.
+        chance: the source of all draws.
+        size_m: size of the rectangle.
         density: share of it to cover.
-        least_width_m: between obstacles, and to the rectangle's sides along x; 0: they may overlap.
-        unit_m: how large shapes are.
+        least_width_m: gap between obstacles, and to the sides along x; 0: they may overlap.
+        unit_m: unit of the sizes of shapes.
     """
     placed: list[Obstacle] = []
     covered_m2, in_vain = 0.0, 0
@@ -73,7 +73,7 @@ def _apart_m(obstacle: Obstacle, others: Sequence[Obstacle]) -> float:
         case Polygon():
             ring, itself = obstacle.ring_m, ground_of([obstacle])
             if any(distances(itself, _point_of(other))[0] == 0.0 for other in others):
-                return 0.0  # one of them lies inside, where no edge comes near it
+                return 0.0  # one of them is inside, far from every edge
             return float(clearance(ground, ring, np.roll(ring, -1, axis=0)).min())
 
 

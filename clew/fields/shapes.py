@@ -1,7 +1,7 @@
-"""The shapes that the field generator draws, each about the origin [m] and as large as its unit says.
+"""The shapes that the field generator draws, each around the origin [m], with sizes in a unit.
 
-No corner is sharper than about 30 degrees and nothing is thinner than half a unit, since what is sharp or
-thin costs a scan its certainty.
+No corner is sharper than about 30 degrees and nothing is thinner than half a unit, because a scan is less
+certain near sharp corners and thin parts.
 """
 
 import math
@@ -14,22 +14,22 @@ from protocol.arrays import Floats
 from world.geometry.shapes import Circle, Polygon
 
 DECIMALS = 3  # of a coordinate in metres: fine enough to build, and the same on every machine
-SIZE_UNITS = (0.5, 3.0)  # from a post half as thick as the robot to a bush three times as thick
-LEAST_AXES = 0.35  # the shorter axis of an ellipse over the longer; flatter ones are needles
+SIZE_UNITS = (0.5, 3.0)  # from half the size of the robot to three times its size
+LEAST_AXES = 0.35  # shorter axis of an ellipse divided by the longer; flatter ones are too sharp
 ELLIPSE_CORNERS = 24
 CONVEX_CORNERS = (3, 8)
-JITTER = 0.25  # of the way to the next corner; then no corner of a triangle is sharper than 30 degrees
-ARM_UNITS = (0.5, 1.0)  # how thick the arms of an L, a U or a comb are
-ARMS_LONG = (3.0, 6.0)  # how long, in their own thickness
+JITTER = 0.25  # share of the way to the next corner; keeps triangles above 30 degrees
+ARM_UNITS = (0.5, 1.0)  # thickness of the arms of an L, a U or a comb
+ARMS_LONG = (3.0, 6.0)  # length of the arms, in their thickness
 STAR_TIPS = (3, 6)
-STAR_NOTCHES = (0.6, 0.85)  # how far out, over where a straight side would be; deeper ones make needles
+STAR_NOTCHES = (0.6, 0.85)  # radius, as a share of that of a straight side; deeper is too sharp
 COMB_TEETH = (3, 4)
 
 Obstacle = Circle | Polygon
-"""What a scene can say."""
+"""The shapes that a scene file can have."""
 
 Draw = Callable[[Generator, float], Obstacle]
-"""A shape about the origin, from chance and a unit [m]."""
+"""Draws a shape around the origin with a unit [m]."""
 
 
 def circle(chance: Generator, unit_m: float) -> Obstacle:
@@ -38,7 +38,7 @@ def circle(chance: Generator, unit_m: float) -> Obstacle:
 
 
 def ellipse(chance: Generator, unit_m: float) -> Obstacle:
-    """An ellipse, as a polygon inside it: a scene knows no ellipse."""
+    """An ellipse as an inscribed polygon, because a scene file has no ellipses."""
     longer_m = unit_m * chance.uniform(2.0 * SIZE_UNITS[0], SIZE_UNITS[1])
     shorter_m = longer_m * chance.uniform(LEAST_AXES, 1.0)
     bearings = np.arange(ELLIPSE_CORNERS) * (math.tau / ELLIPSE_CORNERS)
@@ -55,7 +55,7 @@ def convex(chance: Generator, unit_m: float) -> Obstacle:
 
 
 def star(chance: Generator, unit_m: float) -> Obstacle:
-    """Tips and notches in turn."""
+    """Tips and notches by turns."""
     tips = int(chance.integers(STAR_TIPS[0], STAR_TIPS[1] + 1))
     radius_m = unit_m * chance.uniform(3.0 * SIZE_UNITS[0], SIZE_UNITS[1])
     inner_m = radius_m * math.cos(math.pi / tips) * chance.uniform(*STAR_NOTCHES)
@@ -79,7 +79,7 @@ def angle(chance: Generator, unit_m: float) -> Obstacle:
 
 
 def pocket(chance: Generator, unit_m: float) -> Obstacle:
-    """A U: a dead end of its own."""
+    """A U, which is a dead end."""
     return _comb(chance, unit_m, teeth=2)
 
 
@@ -95,7 +95,7 @@ DRAWS: dict[str, tuple[Draw, ...]] = {
     "nonconvex": (angle, pocket, star, comb),
     "mixed": (circle, ellipse, convex, angle, pocket, star, comb),
 }
-"""What stands in the fields of each kind."""
+"""The shapes of each kind of field."""
 
 
 def _comb(chance: Generator, unit_m: float, *, teeth: int) -> Obstacle:
@@ -118,7 +118,7 @@ def _arms(chance: Generator, unit_m: float) -> tuple[float, float, float]:
 
 
 def _turned(ring: Floats, chance: Generator) -> Polygon:
-    """A ring about its middle, turned by chance."""
+    """A ring around its middle, turned at random."""
     bearing_rad = chance.uniform(-math.pi, math.pi)
     cosine, sine = math.cos(bearing_rad), math.sin(bearing_rad)
     turned = (ring - ring.mean(axis=0)) @ np.array([[cosine, sine], [-sine, cosine]])
@@ -126,12 +126,12 @@ def _turned(ring: Floats, chance: Generator) -> Polygon:
 
 
 def polygon(ring: Floats) -> Polygon:
-    """A polygon whose coordinates are rounded."""
+    """A polygon with rounded coordinates."""
     return Polygon(vertices_m=tuple((x, y) for x, y in np.round(ring, DECIMALS).tolist()))
 
 
 def moved(obstacle: Obstacle, by_m: Floats) -> Obstacle:
-    """The same obstacle elsewhere, its coordinates rounded."""
+    """The obstacle moved, with rounded coordinates."""
     match obstacle:
         case Circle():
             x_m, y_m = np.round(np.array(obstacle.centre_m) + by_m, DECIMALS).tolist()
@@ -141,7 +141,7 @@ def moved(obstacle: Obstacle, by_m: Floats) -> Obstacle:
 
 
 def extent(obstacle: Obstacle) -> tuple[Floats, Floats]:
-    """The least and the greatest x and y that it reaches."""
+    """Its least and greatest x and y."""
     match obstacle:
         case Circle():
             centre = np.array(obstacle.centre_m)
@@ -151,7 +151,7 @@ def extent(obstacle: Obstacle) -> tuple[Floats, Floats]:
 
 
 def area_m2(obstacle: Obstacle) -> float:
-    """The ground that it covers."""
+    """Its area."""
     match obstacle:
         case Circle():
             return math.pi * obstacle.radius_m**2

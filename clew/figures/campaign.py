@@ -19,6 +19,7 @@ from scipy.special import betaincinv
 from clew.campaign.episode import Outcome, Surprise
 from clew.campaign.families import ALL, by_family
 from clew.figures.style import BLACK, BLUE, COLUMN_IN, HAIR_PT, LOOKS, VERMILION, Chart, LeftOut, legend_below
+from clew.percentiles import percentile
 from clew.swarm.classes import FaultClass
 from world.judge.ending import Ending
 
@@ -139,7 +140,7 @@ def _spread(spread: Spread, rows: Rows) -> Chart | LeftOut:
 
 def _draw_spread(axes: Axes, height: float, values: Sequence[float]) -> None:
     """From the least to the most, the half in the middle, and the median."""
-    least, low, middle, high, most = np.percentile(values, (0, 25, 50, 75, 100))
+    least, low, middle, high, most = (percentile(values, each) for each in (0, 25, 50, 75, 100))
     axes.plot((least, most), (height, height), "|-", color=BLUE, linewidth=HAIR_PT, label="least to most")
     axes.plot(
         (low, high), (height, height), color=BLUE, linewidth=3.0, label="middle half", solid_capstyle="butt"

@@ -12,6 +12,7 @@ from clew.figures.style import Chart, LeftOut, render
 from clew.log import timeline
 from clew.story.course import course_of
 from protocol.errors import UsageError
+from protocol.files.writing import make_folder, write_whole
 from world.record.recorder import EVENTS_FILE
 
 Charts = Sequence[Chart | LeftOut]
@@ -50,12 +51,13 @@ def write(charts: Charts, out: Path, formats: tuple[str, ...]) -> list[Path]:
     """
     written = []
     try:
-        out.mkdir(parents=True, exist_ok=True)
+        if not out.is_dir():
+            make_folder(out)
         for chart in charts:
             if isinstance(chart, Chart):
                 for form, drawn in render(chart, formats).items():
                     path = out / f"{chart.name}.{form}"
-                    path.write_bytes(drawn)
+                    write_whole(path, drawn)
                     written.append(path)
     except OSError as error:
         raise UsageError(f"cannot write figures into {out}: {error.strerror or error}") from error

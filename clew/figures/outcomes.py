@@ -12,6 +12,7 @@ from msgspec import Struct
 from clew.campaign.campaign import CAMPAIGN_FILE, EPISODES_FILE, read_outcomes
 from clew.campaign.episode import Outcome
 from protocol.errors import UsageError
+from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from world.record.recorder import EVENTS_FILE
 
 Read = tuple[tuple[Outcome, ...], tuple[str, ...]]
@@ -31,7 +32,7 @@ def read_campaign(path: Path) -> Read:
         UsageError: there is none, and no `episodes.jsonl` either.
     """
     try:
-        said = msgspec.json.decode(path.read_bytes(), type=_Campaign)
+        said = msgspec.json.decode(read_bytes(path, MADE_BYTES_MAX), type=_Campaign)
     except FileNotFoundError as error:
         said_of_it = f"{path.parent}: neither a run ({EVENTS_FILE}) nor a campaign ({CAMPAIGN_FILE})"
         return _from_episodes(path, f"there is no {CAMPAIGN_FILE}", UsageError(said_of_it), error)

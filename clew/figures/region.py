@@ -16,7 +16,8 @@ from clew.figures.distances import named_obstacles
 from clew.figures.ground import MOVES, OVER, Frame, draw_ground, frame_of
 from clew.figures.looks import looks_of
 from clew.figures.style import BLACK, COLUMN_IN, GREY, HAIR_PT, PAGE_IN, PALE, Chart, legend_below
-from clew.story.course import Course, Planned
+from clew.story.course import Course
+from clew.story.steps import Step, chosen_gap
 from protocol.arrays import Floats
 
 HEIGHT_IN_MAX = 4.5
@@ -37,16 +38,10 @@ def region(course: Course) -> Chart:
     return Chart("region", (width_in, height_in), lambda figure: _paint(figure, course, frame))
 
 
-def gap_ends(planned: Planned) -> Floats | None:
+def chosen_gap_m(step: Step) -> Floats | None:
     """The tangent points between which the gap opens that was chosen, `(2, 2)`; None: none was aimed at."""
-    plan = planned.plan
-    if plan.gap is None or plan.gap >= len(plan.gaps):
-        return None
-    gap = plan.gaps[plan.gap]
-    if max(gap.right, gap.left) >= len(plan.obstacles):
-        return None  # the timeline does not tell of so many obstacles
-    right, left = plan.obstacles[gap.right].tangent_2, plan.obstacles[gap.left].tangent_1
-    return np.array([(right.x_m, right.y_m), (left.x_m, left.y_m)])
+    ends = chosen_gap(step.plan)
+    return None if ends is None else np.array([(end.x_m, end.y_m) for end in ends])
 
 
 def draw_robots(axes: Axes, course: Course, places_m: Floats, leader: int, *, size_pt: float) -> None:
@@ -73,8 +68,8 @@ def draw_robots(axes: Axes, course: Course, places_m: Floats, leader: int, *, si
 def _paint(figure: Figure, course: Course, frame: Frame) -> None:
     axes = figure.subplots()
     draw_ground(axes, course, frame, numbered=named_obstacles(course))
-    for planned in course.plans:
-        ends_m = gap_ends(planned)
+    for step in course.steps:
+        ends_m = chosen_gap_m(step)
         if ends_m is not None:
             axes.plot(*ends_m.T, "--.", color=BLACK, linewidth=HAIR_PT, markersize=2.5, zorder=1.2)
     for robot, (look, _) in reversed(looks_of(course).items()):  # on one path the first is on top
@@ -134,7 +129,7 @@ def _legend(course: Course) -> list[Artist]:
         for look, label in looks_of(course).values()
         if label is not None
     ]
-    if any(gap_ends(planned) is not None for planned in course.plans):
+    if any(chosen_gap(step.plan) is not None for step in course.steps):
         handles.append(
             Line2D([], [], color=BLACK, marker=".", linestyle="--", linewidth=HAIR_PT, label="gap chosen")
         )

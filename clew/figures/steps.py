@@ -11,9 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from clew.figures.ground import OVER, Frame, draw_ground, frame_of
-from clew.figures.region import draw_robots, gap_ends
+from clew.figures.region import chosen_gap_m, draw_robots
 from clew.figures.style import BLACK, BLUE, COLUMN_IN, HAIR_PT, PAGE_IN, Chart, LeftOut, legend_below
-from clew.story.course import Course, Planned
+from clew.story.course import Course
+from clew.story.steps import Step
 
 PANELS_MAX = 12
 TITLE_IN, LEGEND_IN, PAD_IN = 0.16, 0.25, 0.03
@@ -27,10 +28,10 @@ STEP: dict[str, Any] = {"color": BLUE, "linewidth": 0.8}
 
 def steps(course: Course) -> Chart | LeftOut:
     """The switching steps of a run; of many, some that are evenly spread over the run."""
-    if not course.plans:
+    if not course.steps:
         return LeftOut("steps", "the leader has not planned a switching step")
     frame = frame_of(course, MARGIN)
-    shown = evenly(course.plans, PANELS_MAX)
+    shown = evenly(course.steps, PANELS_MAX)
     columns = min(len(shown), 6 if frame.aspect > TALL else 2 if frame.aspect < WIDE else 3)
     width_in = COLUMN_IN if columns == 1 else PAGE_IN
     rows = math.ceil(len(shown) / columns)
@@ -41,32 +42,32 @@ def steps(course: Course) -> Chart | LeftOut:
         panels = figure.subplots(rows, columns, squeeze=False).ravel()
         for axes in panels:
             axes.set_axis_off()
-        for axes, planned in zip(panels, shown, strict=False):
-            _draw(axes, course, frame, planned)
-            said = f"step {planned.plan.step}, robot {planned.robot}, {planned.t_s:.1f} s"
+        for axes, step in zip(panels, shown, strict=False):
+            _draw(axes, course, frame, step)
+            said = f"step {step.number}, robot {step.robot}, {step.t_s:.1f} s"
             axes.set_title(said, fontsize=6.0, pad=2.0)
         legend_below(figure, columns=5, handles=_legend(course, len(shown)))
 
     return Chart("steps", (width_in, height_in), paint)
 
 
-def evenly(plans: Sequence[Planned], most: int) -> list[Planned]:
+def evenly(all_steps: Sequence[Step], most: int) -> list[Step]:
     """The first, the last, and what is evenly spread between them."""
-    rows = np.unique(np.linspace(0, len(plans) - 1, min(most, len(plans))).round().astype(int))
-    return [plans[row] for row in rows.tolist()]
+    rows = np.unique(np.linspace(0, len(all_steps) - 1, min(most, len(all_steps))).round().astype(int))
+    return [all_steps[row] for row in rows.tolist()]
 
 
-def _draw(axes: Axes, course: Course, frame: Frame, planned: Planned) -> None:
-    plan = planned.plan
-    draw_ground(axes, course, frame, t_s=planned.t_s)
+def _draw(axes: Axes, course: Course, frame: Frame, step: Step) -> None:
+    plan = step.plan
+    draw_ground(axes, course, frame, t_s=step.t_s)
     for seen in plan.obstacles:
         one, other = seen.tangent_1, seen.tangent_2
         axes.plot((one.x_m, other.x_m), (one.y_m, other.y_m), **SEEN)
-    ends_m = gap_ends(planned)
+    ends_m = chosen_gap_m(step)
     if ends_m is not None:
         axes.plot(*ends_m.T, **CHOSEN)
     if len(course.times_s):
-        draw_robots(axes, course, course.places_at_m(planned.t_s), planned.robot, size_pt=1.8)
+        draw_robots(axes, course, course.places_at_m(step.t_s), step.robot, size_pt=1.8)
     axes.annotate(
         "",
         (plan.target.x_m, plan.target.y_m),
@@ -77,9 +78,9 @@ def _draw(axes: Axes, course: Course, frame: Frame, planned: Planned) -> None:
 
 
 def _legend(course: Course, shown: int) -> list[Artist]:
-    planned = len(course.plans)
-    said = "switching step" if shown == planned else f"switching step ({shown} of {planned} drawn)"
+    count = len(course.steps)
+    said = "switching step" if shown == count else f"switching step ({shown} of {count} drawn)"
     handles: list[Artist] = [Line2D([], [], label="tangent points and chord", **SEEN)]
-    if any(gap_ends(each) is not None for each in course.plans):
+    if any(chosen_gap_m(each) is not None for each in course.steps):
         handles.append(Line2D([], [], label="gap chosen", **CHOSEN))
     return [*handles, Line2D([], [], label=said, **STEP)]

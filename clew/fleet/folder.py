@@ -3,10 +3,14 @@
 import contextlib
 import re
 import tempfile
+from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
 from protocol.errors import UsageError
+from protocol.faults.plan_text import FAULTS_FILE
+from protocol.files.writing import make_folder as make_private
+from protocol.run_settings import SCENARIO_FILE, SETTINGS_FILE
 
 RUNS = Path("runs")
 LATEST = RUNS / "latest"
@@ -27,7 +31,8 @@ def make_folder(folder: Path) -> list[Path]:
     missing: list[Path] = []
     try:
         missing = [path for path in (folder, *folder.parents) if not path.exists()]
-        folder.mkdir(parents=True, exist_ok=True)
+        if missing:
+            make_private(folder)
         if any(folder.iterdir()):
             raise UsageError(f"--out {folder}: it is not empty, and a run never writes into another's folder")
         with tempfile.TemporaryFile(dir=folder):
@@ -44,3 +49,16 @@ def make_latest(folder: Path) -> None:
     link = LATEST.with_name(f"{folder.name}.link")
     link.symlink_to(folder.name)
     link.replace(LATEST)
+
+
+def drop_folder(folder: Path, made: Sequence[Path], latest: Path | None) -> None:
+    """Remove what was made for a run that never began: files, folders (deepest first), and the link to it."""
+    with contextlib.suppress(OSError):  # something else stands there, so it stays, and all above it
+        for name in (SCENARIO_FILE, SETTINGS_FILE, FAULTS_FILE):
+            (folder / name).unlink(missing_ok=True)
+        for path in made[:1]:
+            path.rmdir()
+        if latest is not None and not latest.exists():
+            latest.unlink(missing_ok=True)
+        for path in made[1:]:
+            path.rmdir()

@@ -2,6 +2,7 @@
 
 import argparse
 import math
+from importlib import metadata
 
 from protocol.run_settings import SEED_MAX, SPEED_MAX
 
@@ -32,3 +33,11 @@ def speed_of(text: str) -> float | None:
     if speed is not None and not 0.0 < speed <= SPEED_MAX:
         raise argparse.ArgumentTypeError(f"must be max or a number in (0, 1000], got {text}")
     return speed
+
+
+def version() -> str:
+    """The version of Clew, as people are told it."""
+    try:
+        return f"clew {metadata.version('clew')}"
+    except metadata.PackageNotFoundError:  # a tree that was never set up
+        return "clew, not installed"

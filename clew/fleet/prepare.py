@@ -1,33 +1,28 @@
-"""Checks everything that a run is asked for, before anything starts; `launch/fleet.sh` does the rest.
+"""Checks everything that a live run is asked for, before anything starts.
 
-`python -m clew.fleet.prepare PRIVATE OPTION...` writes the run's sessions into the folder PRIVATE, makes the
-run's folder last, and prints assignments for bash to evaluate.
-
-Rule 1: what cannot work is one line on stderr and exit code 2, and leaves nothing behind.
-Rule 2: every value goes to bash through `shlex.quote`.
+Rule 1: what cannot work is refused, and leaves nothing behind.
+Rule 2: the run's folder is made last.
 """
 
 import asyncio
 import os
 import secrets
-import shlex
 import socket
-import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass
 from datetime import UTC, datetime
+from enum import Enum
 from pathlib import Path
 
-from clew.fleet.folder import LATEST, RUNS, folder_name, make_folder
-from clew.fleet.request import Request, parse
-from protocol.errors import SessionLostError, UsageError
-from protocol.exit_codes import ExitCode
+from clew.fleet.folder import LATEST, RUNS, drop_folder, folder_name, make_folder
+from clew.fleet.request import Request
+from protocol.errors import UsageError
 from protocol.faults.fit import check_fits
 from protocol.faults.plan import NO_FAULTS
 from protocol.faults.plan import load as load_plan
 from protocol.keys import WORLD
 from protocol.network.interlink import PROTOCOL
 from protocol.network.session import INPUTS, Session, read_session, unix_socket_endpoint, write_sessions
-from protocol.network.zenoh_transport import open_transport
 from protocol.run_settings import Settings
 from world.record.run_files import prepare_folder
 from world.scenario.scenario import load
@@ -40,20 +35,41 @@ def run_name(now: datetime, token: str) -> str:
     return f"{now:%Y%m%dT%H%M%SZ}-{token}"
 
 
-def assignment(name: str, value: str | Sequence[str]) -> str:
-    """A line of bash that gives a variable, or an array, exactly this value."""
-    if isinstance(value, str):
-        return f"{name}={shlex.quote(value)}"
-    return f"{name}=({' '.join(map(shlex.quote, value))})"
+class Shows(Enum):
+    """What the user sees of a run while it goes on."""
+
+    TABLE = "table"
+    LINES = "lines"
+    NOTHING = "nothing"
 
 
-def shows(request: Request, environment: Mapping[str, str], *, terminal: bool) -> str:
-    """What the user sees of the run while it goes on: a live `table`, `lines`, or `nothing`."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Prepared:
+    """A run that may start."""
+
+    private: Path
+    """The folder with its sessions and its sockets."""
+    folder: Path
+    """The run's folder, as the user calls it."""
+    made: tuple[Path, ...]
+    """The folders that were made for it, deepest first."""
+    latest: Path | None
+    """The link that is to lead to the newest run."""
+    robots: int
+    own_routers: int
+    """0: the user runs one."""
+    as_json: bool
+    view: bool
+    shows: Shows
+
+
+def shows(request: Request, environment: Mapping[str, str], *, terminal: bool) -> Shows:
+    """What the user sees of the run while it goes on."""
     if request.quiet:
-        return "nothing"
+        return Shows.NOTHING
     # A terminal without a name cannot move its cursor, and a CI's log is read later.
     plain = environment.get("TERM", "dumb") == "dumb" or environment.get("CI") or request.as_json
-    return "table" if terminal and not plain else "lines"
+    return Shows.TABLE if terminal and not plain else Shows.LINES
 
 
 async def probe(session: Session) -> None:
@@ -62,6 +78,8 @@ async def probe(session: Session) -> None:
     Raises:
         UsageError: it is not.
     """
+    from protocol.network.zenoh_transport import open_transport  # noqa: PLC0415 - few runs need Zenoh here
+
     with open_transport(session, hear=(), answer=(), alive=None, watch=None):
         pass
 
@@ -80,11 +98,17 @@ def _endpoints(request: Request, private: Path) -> list[str]:
     return [unix_socket_endpoint(private, number) for number in range(1, request.routers + 1)]
 
 
-def prepare(request: Request, private: Path) -> list[str]:
-    """Write the sessions and make the run's folder; returns the assignments for bash.
+def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
+    """Write the sessions and make the run's folder.
+
+    Args:
+        request: what the user asks for.
+        private: the folder for sessions and sockets, which is there.
+        terminal: whether the user sits at a terminal.
 
     Raises:
         UsageError: the run cannot go as it is asked for.
+        SessionLostError: the user's router has gone while it was asked.
     """
     scenario = load(
         request.scenario,
@@ -111,34 +135,19 @@ def prepare(request: Request, private: Path) -> list[str]:
     if request.connect is not None:
         asyncio.run(probe(read_session(private / f"{WORLD}.json")))
     made = make_folder(folder.absolute())
-    prepare_folder(folder, scenario, plan, Settings(seed=request.seed, speed=request.speed))
-    return [
-        assignment("robots", str(robots)),
-        assignment("own_routers", str(request.routers if request.connect is None else 0)),
-        assignment("as_json", str(int(request.as_json))),
-        assignment("view", str(int(request.view))),
-        assignment("shows", shows(request, os.environ, terminal=sys.stderr.isatty())),
-        assignment("run_folder", str(folder)),
-        assignment("made_folders", [str(path) for path in made]),
-        assignment("latest", "" if request.out else str(LATEST)),
-    ]
-
-
-def main(arguments: Sequence[str]) -> int:
-    """Prepare a run; returns the exit code."""
-    if arguments[0] in {"-h", "--help"}:
-        parse(arguments)
     try:
-        assignments = prepare(parse(arguments[1:]), Path(arguments[0]))
-    except UsageError as error:
-        sys.stderr.write(f"fleet.sh: {error}\n")
-        return ExitCode.USAGE
-    except SessionLostError as error:
-        sys.stderr.write(f"fleet.sh: {error}\n")
-        return ExitCode.FAILED
-    sys.stdout.write("\n".join(assignments) + "\n")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+        prepare_folder(folder, scenario, plan, Settings(seed=request.seed, speed=request.speed))
+    except UsageError:
+        drop_folder(folder, made, latest=None)
+        raise
+    return Prepared(
+        private=private,
+        folder=folder,
+        made=tuple(made),
+        latest=None if request.out else LATEST,
+        robots=robots,
+        own_routers=request.routers if request.connect is None else 0,
+        as_json=request.as_json,
+        view=request.view,
+        shows=shows(request, os.environ, terminal=terminal),
+    )

@@ -2,13 +2,16 @@
 
 import argparse
 import re
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
-from clew.fleet.options import DEPLOYMENTS, seed_of, speed_of
+from clew.fleet.options import DEPLOYMENTS, seed_of, speed_of, version
 from protocol.errors import UsageError
+from protocol.exit_codes import ExitCode
+from protocol.files.names import did_you_mean
 from protocol.frames import ROBOTS_MAX
 from protocol.mission import Law
 from protocol.network.session import ROUTERS_MAX
@@ -39,6 +42,20 @@ class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         raise UsageError(message)
 
+    def parse_all(self, arguments: Sequence[str]) -> argparse.Namespace:
+        """What they say; the refusal of an unknown option names the nearest one."""
+        said, unknown = self.parse_known_args(arguments)
+        if unknown:
+            near = did_you_mean(unknown[0].partition("=")[0], self._option_string_actions)
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{near}")
+        return said
+
+
+class _Version(argparse.Action):
+    def __call__(self, *_: object) -> NoReturn:
+        sys.stdout.write(f"{version()}\n")
+        sys.exit(ExitCode.OK)
+
 
 def parse(arguments: Sequence[str]) -> Request:
     """The request in a command line.
@@ -55,9 +72,12 @@ def parse(arguments: Sequence[str]) -> Request:
         "130 Ctrl-C, 143 SIGTERM, 128+n the world died of signal n.",
         allow_abbrev=False,
     )
+    parser.add_argument(
+        "--version", action=_Version, nargs=0, default=argparse.SUPPRESS, help="show the version and exit"
+    )
     _add_what_is_run(parser)
     _add_where_and_how(parser)
-    request = Request(**vars(parser.parse_args(arguments)))
+    request = Request(**vars(parser.parse_all(arguments)))
     if request.routers > 1 and (request.connect or request.listen):
         parser.error("argument --routers: two have private sockets, not allowed with --connect or --listen")
     return request
@@ -67,26 +87,32 @@ def _add_what_is_run(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scenario",
         nargs="?",
-        default="paper",
+        default="grove",
         metavar="SCENARIO",
         help="a name in launch/scenarios/, a TOML file or a scene (JSON); default: %(default)s",
     )
-    parser.add_argument(
-        "-n", dest="robots", type=_count, metavar="N", help="robots, instead of the scenario's"
-    )
+    parser.add_argument("-n", "--robots", type=_count, metavar="N", help="robots, instead of the scenario's")
     parser.add_argument(
         "--seed", type=seed_of, default=1, help="decides every random draw; default: %(default)s"
     )
-    parser.add_argument("--law", choices=[law.value for law in Law], help="instead of the scenario's")
-    parser.add_argument(
-        "--deployment", choices=DEPLOYMENTS, help="free places drawn by the seed, instead of the scenario's"
-    )
+    _add_word(parser, "--law", [law.value for law in Law], "instead of the scenario's")
+    _add_word(parser, "--deployment", DEPLOYMENTS, "free places drawn by the seed, instead of the scenario's")
     parser.add_argument("--speed", type=speed_of, default=1.0, help="times real time, or max; default: 1")
     parser.add_argument(
         "--faults",
         metavar="PLAN",
         help="a name in launch/faults/, or a TOML file: what goes wrong on purpose",
     )
+
+
+def _add_word(parser: argparse.ArgumentParser, option: str, words: Sequence[str], said: str) -> None:
+    def word(text: str) -> str:
+        if text not in words:
+            near = did_you_mean(text, words)
+            raise argparse.ArgumentTypeError(f"must be one of {', '.join(words)}, got {text}{near}")
+        return text
+
+    parser.add_argument(option, type=word, metavar=f"{{{','.join(words)}}}", help=said)
 
 
 def _add_where_and_how(parser: argparse.ArgumentParser) -> None:

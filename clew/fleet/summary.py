@@ -14,8 +14,10 @@ import msgspec
 from clew.log import timeline
 from clew.log.check import scenario_of
 from clew.log.timeline import Timeline
+from clew.story.shortfall import shortfall
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
+from protocol.plain import plain
 from world.judge.recovery import Death
 from world.judge.table import Rows, measure
 from world.judge.tally import Tally
@@ -25,7 +27,11 @@ from world.scenario.scenario import Scenario
 
 
 def report(run: str, read: Timeline, verdict: Verdict) -> Iterator[str]:
-    """The lines of a report; `run` is the folder as the user calls it."""
+    """The lines of a report, plain; `run` is the folder as the user calls it."""
+    yield from map(plain, _lines(run, read, verdict))
+
+
+def _lines(run: str, read: Timeline, verdict: Verdict) -> Iterator[str]:
     scenario = scenario_of(read)
     if scenario.table_m is not None:
         tally = Tally()
@@ -110,26 +116,32 @@ def verdict_sentence(verdict: Verdict, scenario: Scenario) -> str:
     if verdict.clearance_m_min is None:
         return f"{sentence}."
     least_m = verdict.clearance_m_min
-    if scenario.law.law.promises_clearance:
-        return f"{sentence}, clearance {least_m:.4f} m of {verdict.clearance_m_required:.4f} m required."
-    kept_m = scenario.law.epsilon_m - scenario.law.mu0_m
-    short = f"{kept_m - least_m:.4f} m short of" if least_m < kept_m else "no less than"
-    return (
-        f"{sentence}, clearance {least_m:.4f} m: --law {verdict.law} promises none, and this is {short} "
-        f"the epsilon - mu0 = {kept_m:.4f} m that --law certified has to keep."
-    )
+    if short := shortfall(scenario.law, least_m):
+        return f"{sentence}, clearance {least_m:.4f} m: {short}"
+    return f"{sentence}, clearance {least_m:.4f} m of {verdict.clearance_m_required:.4f} m required."
+
+
+def summary_of(run: str) -> str:
+    """The report of a run that has its verdict, as the user calls its folder.
+
+    Raises:
+        UsageError: what stands there is no such run.
+    """
+    try:
+        verdict = read_verdict(Path(run))
+        return "\n".join(report(run, timeline.read(Path(run)), verdict)) + "\n"
+    except (OSError, msgspec.MsgspecError, UsageError) as error:
+        raise UsageError(f"report: {run}: {error}") from error
 
 
 def main(arguments: Sequence[str]) -> int:
     """Print the report of a run; returns the exit code."""
     parser = argparse.ArgumentParser(prog="python -m clew.fleet.summary", description=__doc__)
     parser.add_argument("run", metavar="RUN", help="a run's folder")
-    run = parser.parse_args(arguments).run
     try:
-        verdict = read_verdict(Path(run))
-        sys.stdout.write("\n".join(report(run, timeline.read(Path(run)), verdict)) + "\n")
-    except (OSError, msgspec.MsgspecError, UsageError) as error:
-        sys.stderr.write(f"report: {run}: {error}\n")
+        sys.stdout.write(summary_of(parser.parse_args(arguments).run))
+    except UsageError as error:
+        sys.stderr.write(f"{plain(str(error))}\n")
         return ExitCode.USAGE
     return 0
 

@@ -15,9 +15,10 @@ from rich.table import Table
 from rich.text import Text
 
 from clew.fleet.table_rows import Row, Scoreboard
-from clew.story.standing import State
+from clew.story.states import State
 from protocol.epochs import is_called
 from protocol.keys import robot_name
+from protocol.plain import plain
 from world.judge.verdict import Verdict
 
 EVENTS_SHOWN = 5
@@ -173,4 +174,4 @@ def _metres(distance_m: float | None) -> str:
 
 def _line(said: str, style: str = "") -> Text:
     """What never takes more than one."""
-    return Text(said, style=style, no_wrap=True, overflow="ellipsis")
+    return Text(plain(said), style=style, no_wrap=True, overflow="ellipsis")

@@ -4,7 +4,7 @@ from collections import deque
 from pathlib import Path
 
 PROGRESS = ("world: t=", "world: ok: ", "world: FAILED: ")
-"""What the table shows itself, from the timeline; launch/fleet.sh leaves out the same at the end."""
+"""What the table shows itself, from the timeline; `output.py` leaves it out at the end, too."""
 KEPT = 3  # lines: an address to open, and what has been started again
 
 

@@ -1,1 +1,1 @@
-"""Timelines: read, followed, checked, compared, replayed."""
+"""Reads, follows, checks, compares and replays timelines."""

@@ -1,4 +1,4 @@
-"""Judges a run again, from its log alone: by the rules that judged it live, and whether the log is whole."""
+"""Judges a run again from its log alone, by the rules that judged it live, and finds gaps in the log."""
 
 from collections.abc import Iterable, Iterator
 
@@ -6,9 +6,9 @@ import msgspec
 from msgspec import Struct
 
 from clew.log.log import Log
-from clew.log.plain import plain
 from clew.log.timeline import Timeline
 from protocol.errors import UsageError
+from protocol.plain import plain
 from protocol.run_settings import SCENARIO_FILE
 from protocol.timeline import PromiseBroken
 from world.judge.judgement import Breach, Judgement, judge
@@ -20,18 +20,18 @@ from world.scenario.scenario import Scenario
 
 
 class Finding(Struct, frozen=True, kw_only=True):
-    """What a log shows; it is good when nothing broke and nothing is missing."""
+    """What a log shows. It is good when no promise was broken and nothing is missing."""
 
     ok: bool
     violations: int
     violations_by_invariant: dict[str, int]
     clearance_m_min: float | None
-    """None: there was never an obstacle."""
+    """None: there was no obstacle."""
     clearance_m_required: float
     moving_clearance_m_min: float | None
-    """None: nothing moved but robots."""
+    """None: there was no moving obstacle."""
     separation_m_min: float | None
-    """None: there was never a second robot."""
+    """None: there was one robot only."""
     separation_m_required: float
     path_m: float
     ended: str | None
@@ -42,10 +42,10 @@ class Finding(Struct, frozen=True, kw_only=True):
 
 
 def check(timeline: Timeline | Log) -> Finding:
-    """Judge S1 to S3 and P1 to P6, and the log's own completeness.
+    """Judge S1 to S3 and P1 to P6, and whether the log is complete.
 
     Raises:
-        UsageError: the header holds no scenario that this version can judge by.
+        UsageError: the header has no scenario that this version can read.
     """
     scenario = scenario_of(timeline)
     recorded: list[Breach] = []
@@ -53,7 +53,7 @@ def check(timeline: Timeline | Log) -> Finding:
     promises = Promises.of(scenario)
     flaws = [*timeline.flaws, *contradictions(recorded, judgement), *_changed(timeline)]
     if scenario.fingerprint() != timeline.header.scenario_hash:
-        flaws.append("the header's scenario is not the one that was run: its hash differs")
+        flaws.append("the scenario in the header is not the one that was run: its hash differs")
     return Finding(
         ok=not judgement.breaches and not flaws,
         violations=sum(judgement.violations.values()),
@@ -71,7 +71,7 @@ def check(timeline: Timeline | Log) -> Finding:
 
 
 def _noting(broken: list[Breach], lines: Iterable[Line]) -> Iterator[Line]:
-    """The same lines; what they record as broken is noted on the way, since a long log is read only once."""
+    """The same lines; adds the broken promises in them to a list, so that a long log is read only once."""
     for source, entry in lines:
         if isinstance(entry.record, PromiseBroken):
             broken.append(Breach(t_s=entry.t_s, broken=entry.record))
@@ -79,7 +79,7 @@ def _noting(broken: list[Breach], lines: Iterable[Line]) -> Iterator[Line]:
 
 
 def _changed(timeline: Timeline | Log) -> Iterator[str]:
-    """That the scenario or the fault plan in the run's folder is not what the run began with."""
+    """Say so if the scenario or the fault plan in the run's folder has changed since the run began."""
     if not isinstance(timeline, Log) or not (timeline.path.parent / SCENARIO_FILE).exists():
         return
     try:
@@ -89,12 +89,12 @@ def _changed(timeline: Timeline | Log) -> Iterator[str]:
 
 
 def contradictions(recorded: Iterable[Breach], judgement: Judgement) -> Iterator[str]:
-    """What the log says was broken and is not found so again."""
+    """Broken promises in the log that the second judgement does not find."""
     found = {_who(breach.broken) for breach in judgement.breaches}
     for breach in recorded:
         if _who(breach.broken) not in found:
             who = f"{breach.broken.invariant}, robot {breach.broken.robot}"
-            yield f"{who}: recorded as broken at t={breach.t_s} s, and not found again"
+            yield f"{who}: recorded as broken at t={breach.t_s} s, but not found again"
 
 
 def _who(broken: PromiseBroken) -> tuple[str, int, int | None]:
@@ -102,28 +102,32 @@ def _who(broken: PromiseBroken) -> tuple[str, int, int | None]:
 
 
 def scenario_of(timeline: Timeline | Log) -> Scenario:
-    """The scenario that was run, whole, as the header has it.
+    """The scenario in the header.
 
     Raises:
-        UsageError: the header's scenario is none, or of another version.
+        UsageError: it is missing, or of another version.
     """
     try:
         return msgspec.convert(timeline.header.scenario, Scenario)
     except (msgspec.ValidationError, UsageError) as error:
         if not timeline.header.scenario:
-            raise UsageError("line 1, the header, is damaged: it holds no scenario to judge by") from error
-        raise UsageError(f"line 1: the header's scenario cannot be judged by: {error}") from error
+            raise UsageError("line 1, the header, is damaged: it has no scenario to judge by") from error
+        raise UsageError(f"line 1: the scenario in the header cannot be read: {error}") from error
 
 
 def sentences(finding: Finding) -> list[str]:
-    """A finding for people: a line for each thing wrong, how the run ended, and the sum of it last."""
+    """A finding for people: a line for each flaw, how the run ended, and the result in the last line."""
+    return list(map(plain, _sentences(finding)))
+
+
+def _sentences(finding: Finding) -> list[str]:
     broken = [
         f"t={breach.t_s:.3f} s: {breach.broken.invariant}, robot {breach.broken.robot}: "
-        f"{plain(breach.broken.why)}{_lengths(breach.broken)}"
+        f"{breach.broken.why}{_lengths(breach.broken)}"
         for breach in finding.breaches
     ]
     flaws = [f"not complete: {flaw}" for flaw in finding.flaws]
-    ended = [] if finding.ended is None else [f"ended: {plain(finding.ended)}"]
+    ended = [] if finding.ended is None else [f"ended: {finding.ended}"]
     counts = ", ".join(f"{invariant} {count}" for invariant, count in finding.violations_by_invariant.items())
     least = (
         f"clearance {_metres(finding.clearance_m_min)} ({finding.clearance_m_required:.4f} m required), "

@@ -1,6 +1,6 @@
-"""Whether a log lacks entries, or has them twice or in disorder: told by their sources' own numbers.
+"""Whether entries are missing, doubled or out of order in a log, by the numbers that each source gives them.
 
-Rule 1: a source's numbers have no hole, and its numbers and times go up.
+Rule 1: the numbers of a source have no hole, and its numbers and times increase.
 Rule 2: a robot that was started again begins with `robot.started`, counts from 1, and does not know the time
         yet.
 """
@@ -9,15 +9,15 @@ from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from clew.log.plain import plain
+from protocol.plain import plain
 from protocol.timeline import Entry, RobotStarted
 
 TOLD_MAX = 20
-"""Flaws of one sort that are told one by one: who has more looks at the file."""
+"""How many flaws of one kind are listed; the rest is counted."""
 
 
 class Told:
-    """Sentences, plain, of which the first are kept and the rest are counted."""
+    """Keeps the first sentences, and counts the rest."""
 
     def __init__(self) -> None:
         self.first: list[str] = []
@@ -32,7 +32,7 @@ class Told:
 
     @property
     def more(self) -> Iterator[str]:
-        """How many there are behind the first."""
+        """How many more there are."""
         if self._more_count:
             yield f"and {self._more_count} more like these"
 
@@ -42,17 +42,17 @@ class Told:
 
 
 class Numbers:
-    """Which numbers have been seen, as runs without a hole; 0 is there from the start."""
+    """Which numbers have been seen, as ranges without a hole; 0 is in them from the start."""
 
     def __init__(self) -> None:
         self._starts, self._ends = [0], [0]
         self.twice: int | None = None
-        """The first that was seen more than once."""
+        """The first number that was seen twice."""
 
     def add(self, number: int) -> None:
         """A number has been seen."""
         if number == self._ends[-1] + 1:
-            self._ends[-1] = number  # nearly always
+            self._ends[-1] = number  # the usual case
             return
         after = bisect_right(self._starts, number)
         if number <= self._ends[after - 1]:
@@ -66,26 +66,26 @@ class Numbers:
                 del self._starts[later], self._ends[later]
 
     def flaws(self) -> Iterator[str]:
-        """What is missing, and what is there twice."""
+        """Missing and doubled numbers."""
         newest = self._ends[-1]
         seen_count = sum(end - start + 1 for start, end in zip(self._starts, self._ends, strict=True))
         if missing_count := newest + 1 - seen_count:
             yield f"{missing_count} of {newest} entries are missing, the first is number {self._ends[0] + 1}"
         if self.twice is not None:
-            yield f"entry number {self.twice} stands in the log more than once"
+            yield f"entry {self.twice} is in the log more than once"
 
 
 @dataclass(slots=True, eq=False)
 class _Source:
     lives: list[Numbers] = field(default_factory=lambda: [Numbers()])
     began: Entry | None = None
-    """The first entry of its newest life, where that is on record."""
+    """The first entry of its newest process, if it is in the log."""
     n: int = 0
     t_s: float = 0.0
 
 
 class Completeness:
-    """Hears a log's entries in its order and knows what is missing, or too much."""
+    """Finds missing and doubled entries; gets the entries in the order of the log."""
 
     def __init__(self) -> None:
         self._sources: dict[str, _Source] = {}
@@ -101,10 +101,12 @@ class Completeness:
         self.number(source, entry.n, entry.t_s)
 
     def number(self, source: str, n: int, t_s: float) -> None:
-        """The next line bears this number, whatever else stands in it."""
+        """The next line has this number, even if the rest of the line cannot be read."""
         known = self._sources.get(source) or self._new(source)
         if n < known.n or t_s < known.t_s:
-            self._disorder.add(f"{source}: entry {n} of t={t_s} s stands behind {known.n} of t={known.t_s} s")
+            self._disorder.add(
+                f"{source}: entry {n} of t={t_s} s comes after entry {known.n} of t={known.t_s} s"
+            )
         known.lives[-1].add(n)
         known.n, known.t_s = n, t_s
 
@@ -113,7 +115,7 @@ class Completeness:
         return known
 
     def flaws(self) -> Iterator[str]:
-        """What is wrong with what was heard."""
+        """Flaws in the entries so far."""
         yield from self._disorder
         numbers = Told()
         for source, known in sorted(self._sources.items()):

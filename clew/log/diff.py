@@ -1,11 +1,11 @@
 """The first difference of two timelines. Pure.
 
-Rule 1: what the wall clock and the operating system say is no difference: hybrid clocks, process ids,
-        incarnations, how long a router was away; nor what a run is called and when it was started.
-Rule 2: entries are compared one by one, in the recorder's order. A rehearsal's is decided by its seed; a live
-        run's is not: its processes race each other.
-Rule 3: what two live runs have in common are their switching steps: from where to where, by which law, and
-        how near to obstacles. When that was, and which robots stood in sight, is no difference then.
+Rule 1: values of the wall clock and of the operating system are ignored: hybrid clocks, process ids,
+        incarnations, how long a router was away, the name of a run, and when it was started.
+Rule 2: entries are compared one by one, in the recorder's order. In a rehearsal the seed decides this order;
+        in a live run it does not, because processes race each other.
+Rule 3: two live runs are compared by their switching steps: from where to where, by which law, and how near
+        to obstacles. Times, and which robots were in sight, are then ignored.
 """
 
 import math
@@ -21,35 +21,35 @@ from protocol.timeline import GoalReached, Record, StepAbandoned, StepFinished, 
 from world.record.lines import Line
 from world.record.recorder import Header
 
-CONTEXT = 3  # entries on either side, as diff has lines
+CONTEXT = 3  # entries before and after, like the lines of diff
 NO_DIFFERENCE = frozenset({"pid", "incarnation", "away_s"})
 NO_DIFFERENCE_OF_STEPS = (
     NO_DIFFERENCE | {"t_s", "n", "epoch", "reach_m", "cost_to_go_m"} | {"obstacles", "gaps", "gap"}
 )
 OF_A_RUN = frozenset({"hlc", "run", "started_at", "versions", "speed"})
-"""What of a header says nothing of what happens; the speed does so only in live runs."""
+"""Fields of a header that do not decide what happens; the speed matters only in live runs."""
 
 Fields = dict[str, Any]
 
 
 class Difference(Struct, frozen=True, kw_only=True):
-    """Where two runs part."""
+    """The first difference of two runs."""
 
     entry: int
-    """How many entries they have in common before it, of those that were compared."""
+    """Number of equal entries before it, of those that were compared."""
     fields: tuple[str, ...]
-    """What differs, as `target.x_m`; all, where one is no entry of the same kind, or is not there."""
+    """What differs, as `target.x_m`; empty: one run has ended."""
     a: Line | None
-    """None: that run has ended here."""
+    """None: this run has ended."""
     b: Line | None
     before: tuple[Line, ...]
-    """The last in common, as the first run has them."""
+    """The last equal entries, as in the first run."""
     after_a: tuple[Line, ...]
     after_b: tuple[Line, ...]
 
 
 def headers_apart(a: Header, b: Header) -> tuple[str, ...]:
-    """What the two runs were asked to do differently, as `seed` or `scenario.fleet.robots`."""
+    """What differs in how the runs were started, as `seed` or `scenario.fleet.robots`."""
     one, other = (
         {name: value for name, value in msgspec.to_builtins(header).items() if name not in OF_A_RUN}
         for header in (a, b)
@@ -58,7 +58,7 @@ def headers_apart(a: Header, b: Header) -> tuple[str, ...]:
 
 
 def steps_of(lines: Iterable[Line]) -> Iterator[Line]:
-    """Rule 3: what the leader's switching steps came to."""
+    """Rule 3: the entries of the leader's switching steps."""
     return ((source, entry) for source, entry in lines if _is_of_a_step(entry.record))
 
 
@@ -75,13 +75,13 @@ def _is_of_a_step(record: Record) -> bool:
 def first_difference(
     a: Iterable[Line], b: Iterable[Line], *, but: frozenset[str] = NO_DIFFERENCE, within: float = 0.0
 ) -> Difference | None:
-    """Where two runs part; None where they never do.
+    """The first difference; None: the runs are the same.
 
     Args:
         a: entries in the recorder's order.
-        b: likewise.
-        but: fields that are no difference.
-        within: by how much numbers may differ.
+        b: the same of the other run.
+        but: fields to ignore.
+        within: how much numbers may differ.
     """
     ours, theirs = iter(a), iter(b)
     before: deque[Line] = deque(maxlen=CONTEXT)
@@ -111,7 +111,7 @@ def _fields(line: Line, but: frozenset[str]) -> Fields:
 
 
 def apart(one: Any, other: Any, *, within: float, name: str = "") -> Iterator[str]:  # noqa: ANN401 - any JSON
-    """The names of what differs in two values of JSON."""
+    """The names of the fields that differ in two JSON values."""
     if isinstance(one, dict) and isinstance(other, dict):
         for key in one | other:
             inner = f"{name}.{key}" if name else str(key)

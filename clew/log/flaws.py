@@ -1,7 +1,7 @@
-"""What is found wrong with a log while its lines are gone through: all at once, or as it grows.
+"""The flaws of a log, found while its lines are read: all of them at once, or while the file grows.
 
-Rule 1: a sort of flaw is told `TOLD_MAX` times, then counted: a log may have a million bad lines.
-Rule 2: what is told `at_once` stands first, in the same order, in what is told in the end.
+Rule 1: `TOLD_MAX` flaws of a kind are listed, the rest is counted: a log may have a million bad lines.
+Rule 2: the flaws of `at_once` come first, in the same order, in the flaws at the end.
 """
 
 from collections import Counter
@@ -13,7 +13,7 @@ import msgspec
 
 from clew.log.completeness import Completeness, Told
 from clew.log.header import UNREADABLE, Stamped, other
-from protocol.faults.mischief import goes_on
+from protocol.faults.manual_faults import is_running
 from protocol.timeline import Entry, Record, RunEnded
 from world.record.recorder import SCHEMA, Header
 
@@ -22,16 +22,16 @@ KINDS = frozenset(each.__struct_config__.tag for each in get_args(Record))
 
 
 class Findings:
-    """What is wrong with a log, as far as it has been read."""
+    """The flaws of a log, as far as it has been read."""
 
     def __init__(self, header: Header, damage: str | None) -> None:
-        """A log with this header, and what is wrong with that."""
+        """Begin a log with this header, and with the damage of its first line, if any."""
         self.header, self._damage = header, damage
         self._misread = Told()
         self._unknown: Counter[str] = Counter()
         self._completeness = Completeness()
         self.ended: str | None = None
-        """How the run ended; None: the log does not say so far."""
+        """How the run ended; None: the log has not said so yet."""
 
     def hear(self, source: str, entry: Entry) -> None:
         """The next line is this entry."""
@@ -44,11 +44,11 @@ class Findings:
         self._misread.add(f"line {number} is torn: dropped")
 
     def too_long(self, number: int, bytes_max: int) -> None:
-        """A line is longer than what is read of any."""
+        """A line is longer than the limit."""
         self._misread.add(f"line {number} is longer than {bytes_max} bytes: dropped")
 
     def misread(self, number: int, text: bytes, error: Exception) -> None:
-        """A line is no entry that this program knows; its number in its source may still be read."""
+        """A line is no entry that this program knows; perhaps its source and number can be read."""
         try:
             line = msgspec.json.decode(text, type=Stamped)
         except UNREADABLE:
@@ -61,15 +61,15 @@ class Findings:
             self._unknown[line.kind] += 1
 
     def at_once(self) -> Iterator[str]:
-        """What is certain however the log goes on, in sentences."""
+        """Flaws that stay, however the log goes on."""
         if self._damage is not None:
             yield self._damage
         elif self.header.schema != SCHEMA:
-            yield f"{other(self.header.schema)}: only what both know can be shown"
+            yield f"{other(self.header.schema)}: only what both know is shown"
         yield from self._misread.first
 
     def flaws(self, run: Path) -> Iterator[str]:
-        """All of it, in sentences; `run` is the folder in which the log stands."""
+        """All flaws; `run` is the folder of the log."""
         yield from self.at_once()
         yield from self._misread.more
         unknown = Told()
@@ -77,7 +77,7 @@ class Findings:
             unknown.add(f"{count} entries of a kind that this program does not know: {kind!r}")
         yield from unknown
         yield from self._completeness.flaws()
-        if self.ended is None and goes_on(run):
+        if self.ended is None and is_running(run):
             yield "the run is still going on: this is what was recorded up to now"
         elif self.ended is None:
-            yield "no run.ended: the world did not live to end the run"
+            yield "no run.ended: the world died before it could end the run"

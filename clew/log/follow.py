@@ -1,12 +1,10 @@
-"""Follows the timeline of a run that goes on: whole entries, each once, as they come. Only ever reads.
+"""Follows the timeline of a running fleet: gives each entry once, when it is complete. It never writes.
 
-Rule 1: what stands before the file's last newline is whole and stays. What follows it is torn: it is read
-        again until it is whole, because a world that resumes cuts it off and writes something else there.
-Rule 2: whatever can be read is given; what cannot is a flaw with its line, and never an exception.
-Rule 3: a run is over when its verdict stands beside the timeline, or nobody writes any more:
-        `clew/log/vigil.py`.
-Rule 4: what is wrong with the log of a run that is over is what `clew/log/log.py` says of it, in the same
-        words.
+Rule 1: text before the last newline of the file is complete and stays. Text after it is torn and is read
+        again until it is complete: a world that resumes cuts it off and writes something else there.
+Rule 2: everything readable is given. Everything else is a flaw with its line, never an exception.
+Rule 3: a run is over when its verdict is there, or when nobody writes any more (`clew/log/vigil.py`).
+Rule 4: the flaws of a run that is over are those of `clew/log/log.py`, in the same words.
 """
 
 import asyncio
@@ -19,13 +17,14 @@ from clew.log.header import UNREADABLE, header_or_rest, is_entry
 from clew.log.log import LINE_BYTES_MAX
 from clew.log.vigil import Vigil
 from protocol.errors import UsageError
+from protocol.files.opening import open_regular
 from protocol.timeline import Entry
 from world.judge.verdict import VERDICT_FILE
 from world.record.lines import read_line
 from world.record.recorder import EVENTS_FILE, Header
 
-LOOK_S = 0.1  # wall clock, between two looks at the file: as often as a table or a page is drawn
-READ_BYTES = 1 << 20  # at once, so that a run that is followed late is shown in parts
+LOOK_S = 0.1  # wall clock, between two reads of the file: about as often as a table or a page is drawn
+READ_BYTES = 1 << 20  # at a time, so that a long run is shown in parts
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,31 +38,31 @@ class Heard:
 
 @dataclass(frozen=True, slots=True)
 class News:
-    """What one look at the file has brought."""
+    """What is new since the last read of the file."""
 
     header: Header | None
-    """The run's, in the first news that brings lines; None in all others."""
+    """In the first news with lines; None in all others."""
     heard: tuple[Heard, ...]
     flaws: tuple[str, ...]
-    """None is told twice, and of a sort no more than the first: the rest is counted in the last news."""
+    """Each is given once; of many of a kind the first ones, and the last news counts the rest."""
 
     def __bool__(self) -> bool:
-        """Whether it has brought anything."""
+        """Whether anything is new."""
         return bool(self.header or self.heard or self.flaws)
 
 
 @dataclass(slots=True)
 class Follower:
-    """How much has been read. Pure: the caller reads the file, from `whole_bytes` on."""
+    """How much has been read. Pure: the caller reads the file from `whole_bytes` on."""
 
     path: Path = Path(EVENTS_FILE)
-    """What flaws call the file."""
+    """The file's name in flaws."""
     whole_bytes: int = 0
     torn_bytes: int = 0
-    """How long the text is that stood behind the last newline."""
+    """Length of the text after the last newline."""
     _lines: int = 0
     _skips: bool = False
-    """Whether we are within a line that is too long."""
+    """Whether we are inside a line that is too long."""
     _findings: Findings | None = None
     """None: the first line has not been read."""
     _flaws_told: int = 0
@@ -75,14 +74,14 @@ class Follower:
 
     @property
     def wanted_bytes(self) -> int:
-        """How much to read: more than is torn, for a line may be longer than what is read at once."""
+        """How much to read: more than the torn text, because a line may be longer than READ_BYTES."""
         return min(READ_BYTES + 2 * self.torn_bytes, LINE_BYTES_MAX)
 
     def take(self, text: bytes) -> News:
-        """The news in what stands in the file from `whole_bytes` on."""
+        """The news in the text of the file from `whole_bytes` on."""
         *whole, torn = text.split(b"\n")
         if self._skips:
-            # What is left of a line that is too long goes: up to its newline, or all of it.
+            # Drop the rest of the long line: up to its newline, or all of the text.
             torn = torn if whole else b""
             self._skips, whole = not whole, whole[1:]
         before, heard = self._findings, list[Heard]()
@@ -111,26 +110,26 @@ class Follower:
             yield Heard(line, source, entry)
 
     def _begun(self, line: bytes) -> Findings:
-        """The findings, which begin with the first line."""
+        """The findings; they begin with the first line."""
         if self._findings is None:
             header, damage = header_or_rest(line, self.path)
             self._findings = Findings(header, damage)
         return self._findings
 
     def _fresh_flaws(self) -> tuple[str, ...]:
-        """What is certain and has not been told."""
+        """Flaws that stay and were not given yet."""
         certain = () if self._findings is None else tuple(self._findings.at_once())
         fresh, self._flaws_told = certain[self._flaws_told :], len(certain)
         return fresh
 
     def miss(self, size_bytes: int) -> News:
-        """The news that the file is shorter than what was read of it; what comes next is read."""
+        """The file is shorter than what was read of it: say so, and read on from its end."""
         gone_bytes, self.whole_bytes, self.torn_bytes = self.whole_bytes - size_bytes, size_bytes, 0
         self._skips = False
         return News(None, (), (f"{gone_bytes} bytes that had been read are no longer in the file",))
 
     def close(self) -> News:
-        """The last news, of a run that is over: whatever else is wrong with its log."""
+        """The last news of a run that is over: the remaining flaws."""
         if self._findings is None:
             what = "the first line is torn" if self.torn_bytes else "it is empty"
             return News(None, (), (f"{self.path}: {what}: no header of a run",))
@@ -141,18 +140,18 @@ class Follower:
 
 
 async def follow(run: Path) -> AsyncGenerator[News]:
-    """What is new in a run's timeline, until the run is over; waits for a run that is not there yet.
+    """The news in a run's timeline until the run is over. Waits for a run that has not started yet.
 
     Args:
-        run: its folder, or its `events.jsonl`. A link like `runs/latest` is followed once, at the beginning.
+        run: its folder, or its `events.jsonl`. A link such as `runs/latest` is resolved once, at the start.
 
     Raises:
-        UsageError: it is there and cannot be read.
+        UsageError: the timeline is there but cannot be read.
     """
     path = _timeline_of(run)
     follower, vigil = Follower(path), Vigil(path)
     while True:
-        # Before the look: what the world has recorded by then is seen.
+        # Ask before the read, so that nothing recorded before the end is missed.
         is_over = path.with_name(VERDICT_FILE).exists() or vigil.is_over(ended=follower.ended)
         news = look(path, follower)
         if news:
@@ -166,7 +165,7 @@ async def follow(run: Path) -> AsyncGenerator[News]:
 
 
 def look(path: Path, follower: Follower) -> News:
-    """What stands in the file now and has not been read; nothing, where there is no file.
+    """Read what is new in the file; nothing, if there is no file.
 
     Raises:
         UsageError: it cannot be read.
@@ -175,12 +174,12 @@ def look(path: Path, follower: Follower) -> News:
         size_bytes = path.stat().st_size
         if size_bytes < follower.whole_bytes:
             return follower.miss(size_bytes)
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             while True:
                 wanted_bytes = follower.wanted_bytes
                 file.seek(follower.whole_bytes)
                 text = file.read(wanted_bytes)
-                # A line that is longer than that is no news yet, and no end either.
+                # No news from a full read: a line is longer than that, so read more.
                 if (news := follower.take(text)) or len(text) < wanted_bytes:
                     return news
     except FileNotFoundError:

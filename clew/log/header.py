@@ -1,7 +1,7 @@
-"""The first line of a log, which says what was run.
+"""The first line of a log, the header, which says what was run.
 
-Rule 1: a file whose first line is no header of ours, and whose next is no entry either, is no log.
-Rule 2: in a log, what the header does not say, or says in a way that cannot be understood, is not known.
+Rule 1: a file is no log if its first line is no header of ours and its second line is no entry.
+Rule 2: fields that the header lacks, or that cannot be read, are unknown.
 """
 
 import re
@@ -11,15 +11,15 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from clew.log.plain import plain
 from protocol.errors import UsageError
+from protocol.plain import plain
 from protocol.run_settings import read_plan, read_settings
 from world.record.lines import Stamp
 from world.record.recorder import SCHEMA, Header
 from world.record.run_files import as_header, read_scenario
 
 UNREADABLE = (msgspec.MsgspecError, ValueError, RecursionError)
-"""What decoding raises: at a wrong field, at bytes that are no UTF-8, at brackets in brackets in brackets."""
+"""What decoding raises: for a wrong field, for bytes that are no UTF-8, for deep nesting."""
 HEADER_KIND = Header.__struct_config__.tag
 UNKNOWN = Header(
     run="unknown",
@@ -33,7 +33,7 @@ UNKNOWN = Header(
 
 
 class Stamped(Stamp, frozen=True, kw_only=True):
-    """What every line has, whether or not this program knows its kind."""
+    """What every line has, also of a kind that this program does not know."""
 
     kind: str
 
@@ -43,7 +43,7 @@ class _Versioned(Struct, frozen=True):
 
 
 def header_of(first: bytes, second: bytes, path: Path) -> tuple[Header, str | None]:
-    """The header of this file, whose lines begin with these two, and what is wrong with it.
+    """The header of the file that begins with these two lines, and what is wrong with it.
 
     Raises:
         UsageError: rule 1.
@@ -55,20 +55,18 @@ def header_of(first: bytes, second: bytes, path: Path) -> tuple[Header, str | No
 
 
 def header_or_rest(first: bytes, path: Path) -> tuple[Header, str | None]:
-    """What the first line says of a log, whatever stands there, and what is wrong with it."""
+    """As much of the header as the first line says, and what is wrong with it."""
     try:
         return read_header(first, path), None
     except UsageError as error:
-        return _salvaged(first, path.parent), plain(
-            f"line 1 is damaged: {error}; what it does not say is not known"
-        )
+        return _salvaged(first, path.parent), plain(f"line 1 is damaged: {error}; what it lacks is unknown")
 
 
 def read_header(text: bytes, path: Path) -> Header:
-    """The header in the first line of this file; it may be of another version of our schema.
+    """The header in the first line of this file, also of another version of our schema.
 
     Raises:
-        UsageError: it is none of ours.
+        UsageError: it is no header of ours.
     """
     if not text:
         raise UsageError(f"{path}: it is empty: no header of a run")
@@ -86,7 +84,7 @@ def read_header(text: bytes, path: Path) -> Header:
 
 
 def is_entry(text: bytes) -> bool:
-    """Whether a line has what all entries have; the header is none."""
+    """Whether a line has the fields that all entries have; the header is no entry."""
     try:
         return msgspec.json.decode(text, type=Stamped).kind != HEADER_KIND
     except UNREADABLE:
@@ -94,12 +92,12 @@ def is_entry(text: bytes) -> bool:
 
 
 def other(schema: str) -> str:
-    """That a schema is not the one that this program reads."""
+    """Say that this program reads another schema."""
     return f"its schema is {schema!r}, this program reads {SCHEMA!r}"
 
 
 def _salvaged(text: bytes, folder: Path) -> Header:
-    """The fields that a damaged header still says, and what else the other files of the run tell."""
+    """The readable fields of a damaged header, and fields from other files of the run."""
     try:
         raw = {} if is_entry(text) else msgspec.json.decode(text, type=dict[str, Any])
     except UNREADABLE:
@@ -115,7 +113,7 @@ def _salvaged(text: bytes, folder: Path) -> Header:
 
 
 def _from_files(folder: Path) -> dict[str, Any]:
-    """What the files that the run began with say of its header; nothing, where one is missing or damaged."""
+    """Fields of the header from the files that the run began with; none, if one is missing or damaged."""
     try:
         scenario, settings, plan = read_scenario(folder), read_settings(folder), read_plan(folder)
     except UsageError:

@@ -1,4 +1,4 @@
-"""An entry of a timeline as one line for people, in the colour of its family where colours are wanted."""
+"""An entry of a timeline as one line for people, with the colour of its family if wanted."""
 
 import os
 import sys
@@ -6,11 +6,11 @@ import sys
 import click
 import msgspec
 
-from clew.log.plain import plain
 from clew.log.timeline import kind_of
-from protocol.timeline import Entry
+from protocol.plain import plain
+from protocol.timeline import Entry, Record
 
-# By what stands before the dot of a kind. What goes wrong is red, what is done about it yellow.
+# By the part of a kind before the dot. What goes wrong is red, the reaction to it yellow.
 COLOURS = {
     "promise": "bright_red",
     "fault": "red",
@@ -37,14 +37,14 @@ COLOURS = {
 
 ITEMS_SHOWN = 20  # the order of a strand, not the rays of a scan
 NESTED_SHOWN = 2  # the ends of a gap, not the obstacles in sight
-DIGITS = 4  # behind the point: a tenth of a millimetre, as verdicts are told
+DIGITS = 4  # after the decimal point: a tenth of a millimetre, as in verdicts
 
 WHEN = click.option(
     "--color",
     type=click.Choice(["auto", "always", "never"]),
     default="auto",
     show_default=True,
-    help="auto: on a terminal, unless NO_COLOR is set.",
+    help="When to use colours; auto: on a terminal, unless NO_COLOR is set.",
 )
 
 
@@ -55,21 +55,31 @@ def is_coloured(when: str) -> bool:
     return when == "always"
 
 
-def one_line(source: str, entry: Entry, *, coloured: bool = False, exact: bool = False) -> str:
-    """Time, source, kind, then the kind's fields; of long lists only how long they are.
+def one_line(source: str, entry: Entry, said: str, *, coloured: bool = False) -> str:
+    """Time, source, kind, and then the sentence or the fields.
 
     Args:
         source: who wrote the entry.
         entry: the entry.
-        coloured: whether its kind bears the colour of its family.
-        exact: whether numbers keep all of their digits, and short lists of fields are shown, too.
+        said: its sentence or its fields, on one line, without control characters.
+        coloured: whether the kind has the colour of its family.
     """
-    fields = msgspec.to_builtins(entry.record)
-    kind = f"{fields.pop('kind'):<18}"
-    said = " ".join(f"{name}={_short(value, exact=exact)}" for name, value in fields.items())
+    kind = f"{kind_of(entry.record):<18}"
     if coloured:
         kind = click.style(kind, fg=COLOURS[kind_of(entry.record).partition(".")[0]])
     return f"{entry.t_s:9.3f} {plain(source):>6} {kind} {said}".rstrip()
+
+
+def fields_of(record: Record, *, exact: bool = False) -> str:
+    """The fields of a record; of a long list only its length.
+
+    Args:
+        record: the record.
+        exact: whether numbers keep all their digits, and short nested lists are shown.
+    """
+    fields = msgspec.to_builtins(record)
+    del fields["kind"]
+    return " ".join(f"{name}={_short(value, exact=exact)}" for name, value in fields.items())
 
 
 def _short(value: object, *, exact: bool) -> str:
@@ -82,10 +92,10 @@ def _short(value: object, *, exact: bool) -> str:
 
 
 def _rounded(value: object) -> object:
-    """A field's numbers as they matter to people."""
+    """A value with its numbers rounded for people."""
     match value:
         case float():
-            # What is smaller than any digit that is shown is still not nothing.
+            # A very small number must not be shown as zero.
             return round(value, DIGITS) or float(f"{value:.1g}")
         case list() | tuple():
             return [_rounded(item) for item in value]

@@ -1,7 +1,7 @@
 """A run's log, line by line.
 
-Rule 1: whatever can be read is read; what cannot is a flaw, with its line, and never an exception.
-Rule 2: a log is complete when no source's numbers have a hole and the world has ended the run itself.
+Rule 1: everything readable is read. Everything else is a flaw with its line, never an exception.
+Rule 2: a log is complete if no source's numbers have a hole, and the world itself ended the run.
 Rule 3: a log of another schema is read as far as this program knows its kinds and their fields.
 """
 
@@ -16,18 +16,19 @@ import msgspec
 from clew.log.flaws import Findings
 from clew.log.header import UNREADABLE, header_of, is_entry
 from protocol.errors import UsageError
+from protocol.files.opening import open_regular
 from world.record.lines import Line, read_line
 from world.record.recorder import EVENTS_FILE
 
 LINE_BYTES_MAX = 1 << 25  # 32 MiB
-"""Far more than any real entry has: a line without an end must not fill the memory."""
+"""Much more than any real entry: a line without an end must not fill the memory."""
 
 
 class Log:
-    """A log that is read line by line, anew each time: a million entries take no memory.
+    """A log that is read line by line from its file each time, so that a million entries take no memory.
 
-    `flaws` and `ended` say what `Timeline`'s do, once the lines have been gone through to the end. `unread`
-    is the same then for logs of which the same cannot be read, whatever the clocks said.
+    When all lines have been read, `flaws` and `ended` are those of `Timeline`, and `unread` is a hash of the
+    unreadable lines without their clocks.
     """
 
     def __init__(self, run: Path) -> None:
@@ -43,7 +44,7 @@ class Log:
 
     @property
     def lines(self) -> Iterator[Line]:
-        """The entries that can be read, with their sources, in the recorder's order."""
+        """The readable entries with their sources, in the recorder's order."""
         findings, unread = Findings(self.header, self._damage), blake2b()
         with self._open() as file:
             for number, text in enumerate(_texts(file), start=1):
@@ -69,14 +70,14 @@ class Log:
 
     def _open(self) -> BufferedReader:
         try:
-            return self.path.open("rb")
+            return open_regular(self.path)
         except OSError as error:
             where = f"{self.path.parent}: {self.path.name}" if self._in_folder else str(self.path)
             raise UsageError(f"no run in {where}: {error.strerror}") from error
 
 
 def _timeless(text: bytes) -> bytes:
-    """A line that is no entry for us, without its hybrid clock, where it has one."""
+    """An unreadable line without its hybrid clock, if it has one."""
     try:
         fields = msgspec.json.decode(text, type=dict[str, Any])
     except UNREADABLE:
@@ -86,7 +87,7 @@ def _timeless(text: bytes) -> bytes:
 
 
 def _texts(file: BufferedReader) -> Iterator[bytes]:
-    """A file line by line; of a line that is too long, only as much as says so."""
+    """The lines of a file; of a line that is too long only the first part."""
     while text := file.readline(LINE_BYTES_MAX):
         yield text
         while len(text) == LINE_BYTES_MAX and not text.endswith(b"\n"):

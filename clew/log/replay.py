@@ -1,11 +1,10 @@
-"""Replays robots of a run: what each heard, given to a fresh core, has to be decided as it was recorded.
+"""Replays the robots of a run: a new core gets the recorded inputs and must make the recorded decisions.
 
-Rule 1: every process of every robot has a journal of its own (`agents.process.journal`) and a core of its
-        own.
-Rule 2: decisions are compared as they stand in the journal, to the last bit of every number.
-Rule 3: a core that fails as it did then decides the same.
-Rule 4: "all the same" is said of whole journals only. A killed process may leave a torn last record or no
-        end; a journal that is damaged otherwise, or missing (`clew.log.replay_missing`), is a failure.
+Rule 1: every process of every robot has its own journal (`agents.process.journal`) and gets its own core.
+Rule 2: decisions are compared as the journal has them, to the last bit of every number.
+Rule 3: a core that raises the recorded exception makes the same decision.
+Rule 4: a replay is ok only if the journals are complete. A killed process may leave a torn last record or no
+        end; a journal that is damaged in another way, or missing (`clew.log.replay_missing`), is a failure.
 """
 
 from collections.abc import Iterator
@@ -20,24 +19,25 @@ from agents.process.journal import SUFFIX, Decision, Input, Recording, decision,
 from agents.robot import Robot
 from clew.log.replay_missing import Missing, missing, told
 from protocol.errors import UsageError
-from protocol.faults.mischief import goes_on
+from protocol.faults.manual_faults import is_running
 from protocol.keys import robot_name
 from protocol.network.session import INPUTS
+from protocol.plain import plain
 from protocol.wire.codec import packed
 from world.record.recorder import EVENTS_FILE
 
 
 class Difference(Struct, frozen=True, kw_only=True):
-    """The first decision of a robot that came out otherwise."""
+    """The first decision of a robot that differs."""
 
     robot: int
     incarnation: str
     input: int
-    """Which one it was, counted from 1."""
+    """Number of the input, from 1."""
     t_s: float
     key: str
     number: int
-    """Of the message that the event came by."""
+    """Number of the message that carried the event."""
     kind: str
     event: Any
     recorded: Any
@@ -45,39 +45,39 @@ class Difference(Struct, frozen=True, kw_only=True):
 
 
 class Replayed(Struct, frozen=True, kw_only=True):
-    """What came of one journal."""
+    """The replay of one journal."""
 
     robot: int
     incarnation: str
     decisions: int
-    """How many were compared."""
+    """How many decisions were compared."""
     flaws: tuple[str, ...]
-    """What is wrong with the journal; whatever could be read was compared."""
+    """Flaws of the journal; the readable part was compared."""
     damaged: bool
-    """Whether one of them is none that a killed process leaves: what is behind it was not compared."""
+    """Whether a flaw is not one that a killed process leaves; what follows it was not compared."""
     difference: Difference | None
 
 
 class Replay(Struct, frozen=True, kw_only=True):
-    """What came of a run."""
+    """The replay of a run."""
 
     ok: bool
     decisions: int
     robots: tuple[Replayed, ...]
     missing: tuple[Missing, ...] | None
-    """Processes without a journal; None: there is no log that says which there were."""
+    """Processes without a journal; None: unknown, because there is no log."""
 
 
 def replay(run: Path, robot: int | None = None) -> Replay:
-    """Replay a run, given its folder, up to the first difference; one robot of it, or all.
+    """Replay a run, or one robot of it, up to the first difference.
 
     Raises:
-        UsageError: there is nothing to replay, or a journal does not begin as one.
+        UsageError: there is nothing to replay, or a file is no journal.
     """
     name = "r*" if robot is None else robot_name(robot)
     found = list((run / INPUTS).glob(f"{name}-*{SUFFIX}"))
     robots: list[Replayed] = []
-    going_on = goes_on(run)
+    going_on = is_running(run)
     recordings = sorted(map(Recording, found), key=lambda each: (each.head.robot, each.path.name))
     for recording in recordings:
         robots.append(replay_recording(recording, going_on=going_on))
@@ -94,7 +94,7 @@ def replay(run: Path, robot: int | None = None) -> Replay:
 
 
 def replay_recording(recording: Recording, *, going_on: bool = False) -> Replayed:
-    """Replay one journal up to the first difference, or up to now where the run is still going on."""
+    """Replay one journal up to the first difference; of a running fleet, up to now."""
     head = recording.head
     core = Robot(head.robot, head.mission, again=head.again)
     compared, difference = 0, None
@@ -151,21 +151,25 @@ def _shown(decided: Decision) -> Any:  # noqa: ANN401 - plain data, for people a
 
 def _flaws(recording: Recording, *, going_on: bool) -> Iterator[str]:
     if recording.damaged:
-        yield f"{recording.flaw}; it is damaged, or of another version, and what follows is not compared"
+        yield f"{recording.flaw}; the journal is damaged or of another version, and the rest was not compared"
         return
     if recording.ended is None and going_on:
-        yield "the run is still going on: this is what it decided up to now, unless its process has died"
+        yield "the run is still going on: these are its decisions up to now, unless its process has died"
         return
     if recording.flaw is not None:
         yield recording.flaw
     if recording.ended is None:
-        yield "it has no end: its process was killed, or has failed"
+        yield "the journal has no end: its process was killed, or it failed"
     elif recording.ended == "full":
-        yield "it was full before the run was over"
+        yield "the journal was full before the run was over"
 
 
 def sentences(replayed: Replay) -> Iterator[str]:
     """A replay for people: a line for each robot, and the first difference in full."""
+    yield from map(plain, _sentences(replayed))
+
+
+def _sentences(replayed: Replay) -> Iterator[str]:
     for each in replayed.robots:
         who = f"robot {each.robot} ({each.incarnation})"
         yield from (f"{who}: {flaw}" for flaw in each.flaws)
@@ -174,19 +178,19 @@ def sentences(replayed: Replay) -> Iterator[str]:
         else:
             yield from _told(who, each.difference)
     if replayed.missing is None:
-        yield f"no {EVENTS_FILE} says which processes there were: whether a journal is missing is not known"
+        yield f"without {EVENTS_FILE} it is unknown whether a journal is missing"
     yield from map(told, replayed.missing or ())
     count = f"replayed: {replayed.decisions} decisions of {len(replayed.robots)} processes"
     if replayed.ok:
         yield f"{count}, all the same"
     elif all(each.difference is None for each in replayed.robots):
-        yield f"{count}, the same, but not all could be compared"
+        yield f"{count}, the same, but some could not be compared"
 
 
 def _told(who: str, difference: Difference) -> Iterator[str]:
     yield (
         f"{who}: input {difference.input} at t={difference.t_s:.3f} s, {difference.kind} by message "
-        f"{difference.number} on {difference.key}, was decided otherwise"
+        f"{difference.number} on {difference.key}, led to another decision"
     )
     yield f"  event: {_json(difference.event)}"
     if not (isinstance(difference.recorded, list) and isinstance(difference.replayed, list)):

@@ -1,8 +1,8 @@
-"""Which processes of a run have no journal, by its log.
+"""Which processes of a run have no journal, according to its log.
 
-Rule 1: every robot that the header names has a process, and each process that the log shows has a journal.
-Rule 2: a journal begins with the mission, so whoever was killed before it came has none. Before that, the log
-        has of it only that it started, and what became of the messages to it.
+Rule 1: every robot in the header has a process, and each process in the log has a journal.
+Rule 2: a journal begins with the mission, so a process that was killed before its mission has none. Until
+        then, the log shows only its start and the effects on messages to it.
 """
 
 from collections.abc import Sequence
@@ -18,11 +18,11 @@ from protocol.frames import ROBOTS_MAX
 from protocol.keys import robot_number
 from protocol.timeline import FaultInjected, MessageRefused, RobotStarted
 
-NEVER_STARTED = "the log shows no process of it that ever started"
-NO_MISSION = "by the log it did nothing but start, and a journal begins only with the mission"
+NEVER_STARTED = "by the log, none of its processes ever started"
+NO_MISSION = "by the log it only started, and a journal begins with the mission"
 
 NONE_LEFT = (
-    "has no journal, though by the log it took part: that was deleted, could not be written, or is on another"
+    "has no journal, though by the log it took part: it was deleted, could not be written, or is on another"
     " computer"
 )
 
@@ -32,13 +32,13 @@ class Missing(Struct, frozen=True, kw_only=True):
 
     robot: int
     incarnation: str
-    """Empty where the log does not say."""
+    """Empty: the log does not say."""
     excuse: str | None
-    """Why it may have none; None: it has to have one."""
+    """Why it may have none; None: it must have one."""
 
 
 def missing(run: Path, journals: Sequence[Head], robot: int | None) -> tuple[Missing, ...] | None:
-    """The processes without a journal of one robot, or of all; None where there is no log of the run."""
+    """The processes of one robot, or of all, that have no journal; None: the run has no log."""
     try:
         excuses = _excuses(Log(run))
     except UsageError:
@@ -53,7 +53,7 @@ def missing(run: Path, journals: Sequence[Head], robot: int | None) -> tuple[Mis
 
 
 def told(each: Missing) -> str:
-    """For people: who has no journal, and whether it may have none."""
+    """For people: which process has no journal, and whether it may have none."""
     who = f"robot {each.robot}" + (f" ({each.incarnation})" if each.incarnation else "")
     if each.excuse is not None:
         return f"{who}: has no journal, and may have none: {each.excuse}"
@@ -61,7 +61,7 @@ def told(each: Missing) -> str:
 
 
 def _excuses(log: Log) -> dict[tuple[int, str], str | None]:
-    """Each process, by its robot and incarnation, and why it may have no journal."""
+    """For each process, by robot and incarnation, why it may have no journal."""
     excuses: dict[tuple[int, str], str | None] = {}
     newest: dict[int, str] = {}
     for source, entry in log.lines:
@@ -72,7 +72,7 @@ def _excuses(log: Log) -> dict[tuple[int, str], str | None]:
                 newest[robot] = incarnation
                 excuses[robot, incarnation] = NO_MISSION
             case FaultInjected() | MessageRefused():
-                pass  # may be of a message that came before the mission
+                pass  # perhaps of a message from before the mission
             case _:
                 excuses[robot, newest.setdefault(robot, "")] = None
     robots = field_of(log.header.scenario, "fleet", "robots")

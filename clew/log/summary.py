@@ -1,4 +1,4 @@
-"""What a timeline holds, in numbers; and the verdict, where it stands beside it."""
+"""Numbers about a timeline, and the verdict beside it."""
 
 from collections import Counter
 from pathlib import Path
@@ -8,8 +8,8 @@ import msgspec
 from msgspec import Struct
 
 from clew.log.log import Log
-from clew.log.plain import plain
 from clew.log.timeline import Timeline, kind_of
+from protocol.plain import plain
 from world.judge.verdict import VERDICT_FILE, Verdict
 from world.record.recorder import EVENTS_FILE
 from world.record.run_files import read_verdict
@@ -24,11 +24,11 @@ class Judged(Struct, frozen=True, kw_only=True):
 
 
 class Summary(Struct, frozen=True, kw_only=True):
-    """What `clew log info` says; null is what the log does not."""
+    """What `clew log info` prints; null: the log does not say."""
 
     run: str
     folder: str
-    """Where its log stands."""
+    """The folder of the log."""
     scenario: str | None
     law: str | None
     robots: int | None
@@ -36,9 +36,9 @@ class Summary(Struct, frozen=True, kw_only=True):
     scenario_hash: str
     versions: dict[str, str]
     sim_s: float | None
-    """The verdict's: until the run was over."""
+    """From the verdict: until the run was over."""
     last_entry_s: float
-    """Simulated time of the newest entry: the run is over before its books are closed."""
+    """Simulated time of the newest entry, which may be later than the end of the run."""
     ended: str | None
     verdict: Judged | None
     entries: int
@@ -48,7 +48,7 @@ class Summary(Struct, frozen=True, kw_only=True):
 
 
 def summarise(read: Timeline | Log, run: Path) -> Summary:
-    """The summary of a timeline that was read from this folder, or from its `events.jsonl`."""
+    """The summary of a timeline from this folder, or from its `events.jsonl`."""
     header = read.header
     verdict, flaws = _verdict(run)
     kinds, sources, last_entry_s = Counter[str](), Counter[str](), 0.0
@@ -77,14 +77,14 @@ def summarise(read: Timeline | Log, run: Path) -> Summary:
 
 
 def field_of(scenario: dict[str, Any], section: str, key: str) -> Any:  # noqa: ANN401 - unchecked, as written
-    """A field of a scenario that another version may have written."""
+    """A field of a scenario, perhaps written by another version."""
     fields = scenario.get(section)
     return fields.get(key) if isinstance(fields, dict) else None
 
 
 def _verdict(run: Path) -> tuple[Verdict | None, tuple[str, ...]]:
-    """The verdict beside a log, and what is wrong with it."""
-    if run.is_file() and run.name != EVENTS_FILE:  # a copy under another name may be of another run
+    """The verdict beside a log, and its flaws."""
+    if run.is_file() and run.name != EVENTS_FILE:  # a copy with another name may be of another run
         return None, ()
     try:
         return read_verdict(run if run.is_dir() else run.parent), ()

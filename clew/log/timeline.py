@@ -1,4 +1,4 @@
-"""The timeline of a run in memory, and which of its entries to show; `log.Log` reads one entry by entry."""
+"""The timeline of a run in memory, and a choice of its entries. `log.Log` reads entry by entry instead."""
 
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -13,7 +13,7 @@ from world.record.recorder import Header
 
 @dataclass(frozen=True, slots=True)
 class Timeline:
-    """A log in memory: entries in the recorder's order, and what is wrong with the file."""
+    """A log in memory: entries in the recorder's order, and the flaws of the file."""
 
     header: Header
     lines: tuple[Line, ...]
@@ -21,26 +21,26 @@ class Timeline:
 
     @property
     def ended(self) -> str | None:
-        """How the run ended; None where the world did not live to say so."""
+        """How the run ended; None: the world died before it could say so."""
         reasons = (entry.record.reason for _, entry in self.lines if isinstance(entry.record, RunEnded))
         return next(reasons, None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
-    """Which lines to show; None, or naming nothing, chooses all."""
+    """Which entries to show; None or empty: all."""
 
     source: tuple[str, ...] = ()
     kind: tuple[str, ...] = ()
-    """May hold wildcards, as `step.*`."""
+    """Wildcards are allowed, as in `step.*`."""
     robot: int | None = None
-    """Entries from this robot, or that name it."""
+    """Entries from this robot, or about it."""
     step: int | None = None
     from_s: float | None = None
     to_s: float | None = None
 
     def takes(self, source: str, entry: Entry) -> bool:
-        """Whether a line is among the chosen."""
+        """Whether an entry is chosen."""
         return (
             (not self.source or source in self.source)
             and (not self.kind or any(fnmatchcase(kind_of(entry.record), kind) for kind in self.kind))
@@ -52,24 +52,24 @@ class Choice:
 
 
 def read(run: Path) -> Timeline:
-    """The timeline of a run in memory, given its folder or its `events.jsonl`; `Log` needs none.
+    """Read a timeline into memory from the folder of a run, or from its `events.jsonl`.
 
     Raises:
-        UsageError: there is no such run, or its first line is no header of ours.
+        UsageError: there is no such run, or the first line is no header of ours.
     """
     log = Log(run)
     return Timeline(log.header, tuple(log.lines), log.flaws)
 
 
 def kind_of(record: Record) -> str:
-    """The kind by which the log calls a record."""
+    """The kind of a record, as in the log."""
     kind = type(record).__struct_config__.tag
     assert isinstance(kind, str), record
     return kind
 
 
 def names(record: Record, robot: int) -> bool:
-    """Whether a record says something of a robot other than the one that wrote it."""
+    """Whether a record is about this robot, by one of its fields."""
     return getattr(record, "process", None) == robot_name(robot) or any(
         getattr(record, field, None) == robot
         for field in ("robot", "other", "to", "neighbour", "blocked", "before")

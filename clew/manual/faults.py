@@ -1,27 +1,15 @@
-"""Writes the tables of `docs/faults.md` from the types of a fault plan: `python -m clew.manual.faults`.
-
-What stands in that page outside the two marks is written by hand, and stays.
-"""
+"""The tables of `docs/faults.md`, from the types of a fault plan."""
 
 from collections.abc import Mapping
 from typing import Any, get_args
 
-from clew.manual.scenario import default, without_null
 from clew.manual.tables import Schema, table
 from protocol.faults.plan import PLANS, load, schema
 from protocol.faults.rules import MessageRule, ProcessRule
-from protocol.root import ROOT
-
-DOCUMENT = ROOT / "docs" / "faults.md"
-BEGIN = (
-    "<!-- from here on made from the types by `python -m clew.manual.faults`; "
-    "a test keeps the two the same -->\n"
-)
-END = "<!-- made until here -->\n"
 
 
-def made() -> str:
-    """What stands between the marks."""
+def rules() -> str:
+    """The file, each rule and the shipped plans."""
     components = schema()["$defs"]
     messages, processes = (
         [components[kind.__name__] for kind in get_args(rules)] for rules in (MessageRule, ProcessRule)
@@ -33,14 +21,14 @@ def made() -> str:
             "## The file\n",
             _table(_fields(components["Plan"]), components),
             "## `[[rule]]`\n",
-            "Every rule says its `fault`, and may say:\n",
+            "Every rule has a `fault`. Its optional fields:\n",
             _table(shared, components),
             "### Faults of messages\n",
-            "They may say, too:\n",
+            "Further fields:\n",
             _table(_without(for_messages, shared), components),
             _kinds(messages, for_messages, components),
             "### Faults of processes\n",
-            "Each strikes once, as soon as all that it names holds. They may say, too:\n",
+            "Each rule strikes once, as soon as all its conditions hold. Further fields:\n",
             _table(_without(for_processes, shared), components),
             _kinds(processes, for_processes, components),
             "### Burst\n",
@@ -50,13 +38,6 @@ def made() -> str:
             _plans(),
         ]
     )
-
-
-def document(page: str) -> str:
-    """The page with what is made in it made anew."""
-    before, _, rest = page.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    return f"{before}{BEGIN}\n{made()}\n{END}{after}"
 
 
 def _kinds(rules: list[Schema], known: Mapping[str, Schema], components: Schema) -> str:
@@ -73,11 +54,11 @@ def _kinds(rules: list[Schema], known: Mapping[str, Schema], components: Schema)
 def _plans() -> str:
     plans = [load(path.stem) for path in sorted(PLANS.glob("*.toml"))]
     rows = [f"| `{plan.name}` | {plan.description} |" for plan in plans]
-    return "\n".join(["| plan | what goes wrong |", "|---|---|", *rows, ""])
+    return "\n".join(["| plan | faults |", "|---|---|", *rows, ""])
 
 
 def _fields(described: Schema) -> dict[str, Any]:
-    return {name: without_null(field) for name, field in described["properties"].items() if name != "fault"}
+    return {name: field for name, field in described["properties"].items() if name != "fault"}
 
 
 def _shared(rules: list[Schema]) -> dict[str, Any]:
@@ -91,15 +72,10 @@ def _without(fields: Mapping[str, Schema], known: Mapping[str, Schema]) -> dict[
 
 
 def _table(fields: Mapping[str, Schema], components: Schema) -> str:
-    defaults = {name: default(field) for name, field in fields.items()}
     flat = {name: _flat(field) for name, field in fields.items()}
-    return table(flat, components, {"default": defaults})
+    return table(flat, components, defaults=True)
 
 
 def _flat(field: Schema) -> Schema:
     """A list of rules as a list of one type: what a rule may be has tables of its own."""
     return {**field, "items": {"type": "rule"}} if "anyOf" in field.get("items", {}) else field
-
-
-if __name__ == "__main__":
-    DOCUMENT.write_text(document(DOCUMENT.read_text(encoding="utf-8")), encoding="utf-8")

@@ -19,32 +19,43 @@ def name_of(reference: Schema) -> str:
     return str(reference["$ref"].rpartition("/")[2])
 
 
-def table(
-    fields: Mapping[str, Schema], components: Schema, more: Mapping[str, Mapping[str, str]] | None = None
-) -> str:
-    """A row for each field: type and unit, bound, whatever more there is to say, meaning.
+def table(fields: Mapping[str, Schema], components: Schema, *, defaults: bool = False) -> str:
+    """A row for each field: type and unit, bound, default, meaning.
 
     Args:
         fields: their schemas, by name.
         components: the types that they may refer to.
-        more: further columns by title, each with its cells by the name of the field.
+        defaults: whether there is a column with the defaults.
     """
     if not fields:
         return "No fields.\n"
-    further = more or {}
-    rows = [
-        [
-            f"`{name}`",
-            f"{kind(field, components)}{unit(name)}",
-            bound(field),
-            *(column[name] for column in further.values()),
-            meaning(field),
-        ]
-        for name, field in fields.items()
-    ]
-    head = ["field", "type", "bound", *further, "meaning"]
-    lines = [f"| {' | '.join(row)} |" for row in (head, *rows)]
-    return "\n".join([lines[0], f"|{'---|' * len(head)}", *lines[1:], ""])
+    rows = [["field", "type", "bound", *(["default"] if defaults else []), "meaning"]]
+    rows.append(["---"] * len(rows[0]))
+    for name, described in fields.items():
+        field = without_null(described) if defaults else described
+        cells = [f"`{name}`", f"{kind(field, components)}{unit(name)}", bound(field)]
+        rows.append([*cells, *([default(field)] if defaults else []), meaning(field)])
+    lines = [f"| {' | '.join(row)} |" for row in rows]
+    lines[1] = lines[1].replace(" ", "")
+    return "\n".join([*lines, ""])
+
+
+def without_null(field: Schema) -> Schema:
+    """A field without its null: TOML has no null, so such a field is left out instead."""
+    choices = [choice for choice in field.get("anyOf", []) if choice != {"type": "null"}]
+    if len(choices) != 1:
+        return field
+    return {**choices[0], **{key: value for key, value in field.items() if key != "anyOf"}}
+
+
+def default(field: Schema) -> str:
+    """The value of a field that a file leaves out."""
+    if "default" not in field:
+        return "required"
+    value = field["default"]
+    if isinstance(value, bool):
+        return f"`{str(value).lower()}`"  # as TOML spells it
+    return "none" if value in (None, "", ()) else f"`{value}`"
 
 
 def kind(field: Schema, components: Schema) -> str:

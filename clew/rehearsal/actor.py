@@ -1,4 +1,4 @@
-"""A process of a rehearsal: a core, what the shell of a live one remembers, and what it suffers."""
+"""A process of a rehearsal: a core, the state that a live shell would keep, and the faults it has."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -19,19 +19,19 @@ from protocol.wire.messages import Message, Odometry, Phase
 
 
 class Arrival(Struct, frozen=True):
-    """Mail that has arrived; a fault plan may have damaged it."""
+    """Mail that has arrived, perhaps damaged by a fault."""
 
     mail: Mail
     damage: Damage | None = None
 
 
 Waiting = Mail | Arrival | Event | Given
-"""Mail that the fault plan has not seen, an arrival, a token; or what it has read and not handled yet."""
+"""Mail before the fault plan has decided on it, an arrival, a token event, or input not handled yet."""
 
 
 @dataclass(slots=True)
 class Desk:
-    """Where the world's process hears and speaks; what its bodies do goes on without it."""
+    """The connection of the world's process. The bodies go on without it."""
 
     name: str
     traffic: Traffic = field(default_factory=Traffic)
@@ -48,33 +48,33 @@ class Actor:
     core: Robot
     journal: Journal
     now_s: float = 0.0
-    """What its core knows."""
+    """The time that its core knows."""
     come_s: float = 0.0
-    """The newest time that has come, whatever became of the odometry: for the fault plan, and the log."""
+    """The newest odometry time that arrived, even if a fault then dropped it. Fault plan and log use it."""
     phase: Phase = Phase.RUNNING
     traffic: Traffic = field(default_factory=Traffic)
     points: Points = field(default_factory=Points)
     ended: bool = False
     frozen: bool = False
     delay_s: float = 0.0
-    """How long it takes over all that has arrived, each time that it looks."""
+    """How long it takes to handle each batch of arrivals (fault `slow`)."""
     busy_until_s: float = 0.0
     unfinished: Sequence[Command] = ()
-    """What it was about to do when it was frozen at a point of its step."""
+    """The commands left when it was frozen at a point of its step."""
     inbox: deque[Waiting] = field(default_factory=deque)
 
     def meet(self, message: Message) -> None:
-        """A message has come, and nothing has become of it yet."""
+        """Note the time of a message that has arrived, before the fault plan decides on it."""
         if isinstance(message, Odometry):
             self.come_s = max(self.come_s, message.t_s)
 
     def hear_world(self, odometry: Odometry) -> None:
-        """Take in the time and the phase; neither ever goes back."""
+        """Adopt the time and the phase; neither goes back."""
         self.now_s = max(self.now_s, odometry.t_s)
         self.phase = self.phase.later(odometry.phase)
 
     def is_outdated(self, event: Event) -> bool:
-        """Whether this is odometry, and newer is known."""
+        """Whether this is odometry older than the newest known."""
         return isinstance(event, OdometryHeard) and event.odometry.t_s < self.now_s
 
     def attends(self, now_s: float) -> bool:
@@ -82,14 +82,14 @@ class Actor:
         return not self.frozen and now_s >= self.busy_until_s
 
     def wait(self, item: Waiting) -> None:
-        """Keep for when it attends; what is full drops the oldest, and counts it."""
+        """Keep the item until the actor attends. A full inbox drops its oldest item and counts the loss."""
         if len(self.inbox) == INBOX_CAPACITY:
             self.inbox.popleft()
             self.traffic.overflowed_count += 1
         self.inbox.append(item)
 
     def take_waiting(self) -> list[Waiting]:
-        """All that has waited, in order."""
+        """Remove and return all waiting items, in order."""
         items = list(self.inbox)
         self.inbox.clear()
         return items

@@ -1,10 +1,10 @@
-"""The timeline of a rehearsal: entries of all sources, numbered and stamped. Nothing is ever lost."""
+"""The timeline of a rehearsal: entries of all sources, numbered and stamped. No entry is lost."""
 
 from collections import Counter
 
 from protocol.timeline import Entry, Record
 
-NTP64_PER_S = 2**32  # what Zenoh's time stamps count in
+NTP64_PER_S = 2**32  # the unit of Zenoh's time stamps
 
 
 class Logbook:
@@ -17,11 +17,11 @@ class Logbook:
         self._stamps: Counter[str] = Counter()
 
     def begin(self, source: str) -> None:
-        """A new process of the source counts from 1."""
+        """Count from 1 for a new process of the source."""
         self._counts[source] = 0
 
     def write(self, source: str, t_s: float, record: Record) -> Entry:
-        """Add an entry; no two time stamps of one source are the same, as with Zenoh's clock."""
+        """Add an entry. Time stamps of one source are unique, as with Zenoh's clock."""
         self._counts[source] += 1
         self._stamps[source] = max(self._stamps[source] + 1, int(t_s * NTP64_PER_S))
         hlc = f"{self._stamps[source]}/{source}"

@@ -1,4 +1,4 @@
-"""What goes over the network of a rehearsal: a message, its key, and what its receiver makes of it."""
+"""A message on the network of a rehearsal: its key, and the event that it becomes at the receiver."""
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -29,9 +29,9 @@ class Mail(Struct, frozen=True):
     sender: int
     receiver: int
     key: str
-    """Without the run's root."""
+    """The key without the run's root."""
     number: int
-    """On that key; 0 for queries and answers, which are not in the books."""
+    """The number on that key; 0 for queries and answers, which are not counted."""
     message: Message
 
     @property
@@ -40,16 +40,16 @@ class Mail(Struct, frozen=True):
         return str(self.message.__struct_config__.tag)
 
     def damaged(self, damage: Damage) -> "Mail":
-        """What comes out of the codec after damage on the way.
+        """The mail decoded after damage in transit.
 
         Raises:
-            MessageRefusedError: the codec has seen it, as it should.
+            MessageRefusedError: the codec has detected the damage, as it should.
         """
-        number, message = decode(damage.strike(encode(self.message, self.number)))
+        number, message = decode(damage.apply(encode(self.message, self.number)))
         return replace(self, number=number, message=message)
 
     def to_robot(self) -> RobotEvent | None:
-        """What it means to a robot; None where it means nothing."""
+        """The event for a robot; None for messages that robots do not receive."""
         match self.message:
             case Odometry() as odometry:
                 return OdometryHeard(odometry)
@@ -63,7 +63,7 @@ class Mail(Struct, frozen=True):
                 return None
 
     def to_world(self) -> WorldEvent | None:
-        """What it means to the world."""
+        """The event for the world; None for messages that the world does not receive."""
         match self.message:
             case Drive() as drive:
                 return OrderHeard(self.sender, drive)

@@ -1,4 +1,4 @@
-"""The network of a rehearsal: a heap of messages due, in virtual time. Fates decide when, and how often."""
+"""The network of a rehearsal: a heap of messages due, in virtual time. Faults decide when and how often."""
 
 import heapq
 from itertools import count
@@ -8,18 +8,18 @@ T = TypeVar("T")
 
 
 class Network(Generic[T]):
-    """Messages on their way; whoever has the shorter way overtakes."""
+    """Messages in transit, ordered by the time at which they are due."""
 
     def __init__(self) -> None:
         self._due: list[tuple[float, int, T]] = []
-        self._ties = count()  # messages due together keep their order, and are never compared
+        self._ties = count()  # messages due together keep their order and are not compared
 
     def send(self, message: T, due_s: float) -> None:
-        """Have a message arrive at that time."""
+        """Let a message arrive at `due_s`."""
         heapq.heappush(self._due, (due_s, next(self._ties), message))
 
     def next_due(self, now_s: float) -> T | None:
-        """The next message that has arrived by now; None when there is none."""
+        """The next message that is due by now; None if there is none."""
         if not self._due or self._due[0][0] > now_s:
             return None
         return heapq.heappop(self._due)[2]

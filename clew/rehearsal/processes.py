@@ -1,8 +1,8 @@
-"""The processes of a rehearsal: who lives, is frozen, slow or cut off, and what strokes do to them.
+"""The processes of a rehearsal: which are alive, frozen, slow or cut off, and how process faults change that.
 
-Rule 1: bodies move on while the world's process is down: it hears and says nothing, and time goes on. The one
-        that takes its place has its state, as a live one has from the timeline.
-Rule 2: a router that is down loses whatever is sent meanwhile; when it is back, so are all tokens, at once.
+Rule 1: while the world's process is down, bodies move and time goes on, but it sends and receives nothing.
+        Its successor has its state, which a live one restores from the timeline.
+Rule 2: while the router is down, all messages are lost. When it is back, all tokens are back at once.
 """
 
 from collections import Counter
@@ -13,31 +13,31 @@ from agents.robot import Robot
 from clew.rehearsal.actor import Actor, Desk
 from clew.rehearsal.tokens import Tokens
 from protocol.errors import UsageError
-from protocol.faults.fates import Fates
 from protocol.faults.fit import check_fits
+from protocol.faults.message_faults import MessageFaults
 from protocol.faults.plan import Plan
+from protocol.faults.process_faults import ProcessAction, ProcessFault
 from protocol.faults.rules import ROUTER, Slow
-from protocol.faults.strokes import Blow, Stroke
 from protocol.keys import WORLD, WORLD_NUMBER, robot_name, robot_number
 from protocol.mission import Mission
 
 
 class Processes:
-    """All processes, by the numbers that robots call them."""
+    """All processes by number: robots from 1, the world is 0."""
 
     def __init__(self, mission: Mission, inputs: Path | None = None) -> None:
         self.actors: dict[int, Actor] = {}
-        """The robots' that live."""
+        """The live processes of robots."""
         self.desk = Desk(WORLD)
         self.router_is_up = True
         self.tokens = Tokens()
         self._mission = mission
-        self._inputs = inputs  # where robots keep what they hear and decide
+        self._inputs = inputs  # the folder for the robots' journals
         self._lives: Counter[int] = Counter()
         self._show(WORLD_NUMBER)
 
     def start(self, robot: int) -> Actor:
-        """A robot's process begins: it remembers nothing, and does not know the time."""
+        """Start a robot's process. It has no memory and does not know the time."""
         incarnation = self._show(robot)
         again = self._lives[robot] > 1
         head = Head(robot=robot, incarnation=incarnation, mission=self._mission, again=again)
@@ -48,70 +48,70 @@ class Processes:
         return actor
 
     def end(self, robot: int) -> None:
-        """A robot's process is no more; its body stays."""
+        """End a robot's process; its body stays."""
         actor = self.actors.pop(robot)
         actor.ended = True
         actor.journal.close()
         self.tokens.end(robot)
 
     def find(self, process: int) -> Actor | Desk | None:
-        """The process with this number; None where there is none."""
+        """The process with this number, or None."""
         return self.desk if process == WORLD_NUMBER else self.actors.get(process)
 
-    def strike(self, stroke: Stroke, now_s: float) -> Actor | None:
-        """Do what a fault plan wants done; returns the robot that it has started, if any."""
-        if stroke.process == ROUTER:
-            self.router_is_up = stroke.blow in {Blow.START, Blow.THAW}
-        elif stroke.process == WORLD:
-            self._strike_world(stroke.blow, now_s)
-        elif (robot := robot_number(stroke.process)) is not None:
+    def inject(self, fault: ProcessFault, now_s: float) -> Actor | None:
+        """Inject a process fault; returns the robot that it has started, if any."""
+        if fault.process == ROUTER:
+            self.router_is_up = fault.action in {ProcessAction.START, ProcessAction.THAW}
+        elif fault.process == WORLD:
+            self._inject_world(fault.action, now_s)
+        elif (robot := robot_number(fault.process)) is not None:
             if (actor := self.actors.get(robot)) is not None:
-                self._strike_robot(actor, stroke, now_s)
-            elif stroke.blow is Blow.START:
+                self._inject_robot(actor, fault, now_s)
+            elif fault.action is ProcessAction.START:
                 return self.start(robot)
         return None
 
-    def cut_off(self, fates: Fates, *, now_s: float, step: int) -> set[int]:
-        """Who is cut off from the router."""
+    def cut_off(self, faults: MessageFaults, *, now_s: float, step: int) -> set[int]:
+        """The processes that are cut off from the router."""
         if not self.router_is_up:
             return {WORLD_NUMBER, *self.actors}
-        if not fates.may_cut:
+        if not faults.may_cut:
             return set()
         names = {WORLD: WORLD_NUMBER} | {actor.name: actor.robot for actor in self.actors.values()}
-        return {number for name, number in names.items() if fates.is_cut(name, now_s=now_s, step=step)}
+        return {number for name, number in names.items() if faults.is_cut(name, now_s=now_s, step=step)}
 
-    def _strike_world(self, blow: Blow, now_s: float) -> None:
-        match blow:
-            case Blow.KILL:
+    def _inject_world(self, action: ProcessAction, now_s: float) -> None:
+        match action:
+            case ProcessAction.KILL:
                 self.desk.ended = True
                 self.tokens.end(WORLD_NUMBER)
-            case Blow.FREEZE:
+            case ProcessAction.FREEZE:
                 self.desk.ended = True
                 self.tokens.freeze(WORLD_NUMBER, now_s)
-            case Blow.START:
+            case ProcessAction.START:
                 self.desk = Desk(WORLD, self.desk.traffic)
                 self._show(WORLD_NUMBER)
-            case Blow.THAW:
+            case ProcessAction.THAW:
                 self.desk = Desk(WORLD, self.desk.traffic)
                 self.tokens.thaw(WORLD_NUMBER)
                 self.tokens.forget(WORLD_NUMBER)
-            case Blow.SLOW:
+            case ProcessAction.SLOW:
                 pass  # `check_rehearsable` refuses it
 
-    def _strike_robot(self, actor: Actor, stroke: Stroke, now_s: float) -> None:
-        match stroke.blow:
-            case Blow.KILL:
+    def _inject_robot(self, actor: Actor, fault: ProcessFault, now_s: float) -> None:
+        match fault.action:
+            case ProcessAction.KILL:
                 self.end(actor.robot)
-            case Blow.FREEZE:
+            case ProcessAction.FREEZE:
                 actor.frozen = True
                 self.tokens.freeze(actor.robot, now_s)
-            case Blow.THAW:
+            case ProcessAction.THAW:
                 actor.frozen = False
                 self.tokens.thaw(actor.robot)
-            case Blow.SLOW:
-                actor.delay_s = stroke.delay_s
-            case Blow.START:
-                pass  # it lives
+            case ProcessAction.SLOW:
+                actor.delay_s = fault.delay_s
+            case ProcessAction.START:
+                pass  # it is alive already
 
     def _show(self, process: int) -> str:
         """Show the token of a new process; returns its incarnation."""
@@ -121,10 +121,10 @@ class Processes:
 
 
 def check_rehearsable(plan: Plan, *, robots: int) -> None:
-    """Refuse what does not fit the fleet, or only a live run can do.
+    """Refuse a plan that does not fit the fleet, or that only a live run can execute.
 
     Raises:
-        UsageError: it names the rule.
+        UsageError: the message names the rule.
     """
     check_fits(plan, robots=robots)
     for rule in plan.rules:

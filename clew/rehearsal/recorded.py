@@ -1,9 +1,8 @@
-"""Rehearses one run into a folder, as a live run writes it: `events.jsonl`, then `verdict.json`. A shell.
+"""Rehearses one run into a folder like a live run's: `events.jsonl`, then `verdict.json`. A shell.
 
-Rule 1: the timeline is decided by scenario and seed to the last byte; what the wall clock says stands in the
-        verdict alone (`started_at`, `wall_s`, `cpu_s`).
-Rule 2: SIGINT, SIGTERM and SIGHUP end the rehearsed run as they end a live one: it is judged, and has
-        its verdict.
+Rule 1: scenario and seed determine the timeline to the byte. Wall-clock times stand only in the verdict
+        (`started_at`, `wall_s`, `cpu_s`).
+Rule 2: SIGINT, SIGTERM and SIGHUP end the rehearsed run as they end a live one: with a verdict.
 """
 
 import time
@@ -25,18 +24,18 @@ from world.record.recorder import Header, Recorder, open_events
 from world.record.run_files import header_of, prepare_folder, save_verdict
 from world.scenario.scenario import Scenario
 
-EPOCH = "1970-01-01T00:00:00+00:00"  # when every rehearsal starts, by its own clock: `hlc` counts from there
-FINGERPRINT_LENGTH = 12  # 48 bits: enough to tell scenarios apart in the name of a run
+EPOCH = "1970-01-01T00:00:00+00:00"  # the start of each rehearsal by its own clock; `hlc` counts from there
+FINGERPRINT_LENGTH = 12  # 48 bits: enough to distinguish scenarios in the name of a run
 
 
 def rehearse(
     scenario: Scenario, seed: int, folder: Path, say: Callable[[str], None], plan: Plan = NO_FAULTS
 ) -> Verdict:
-    """Rehearse a run into its folder, which is there; `say` is told what people wait for.
+    """Rehearse a run into an existing folder; `say` gets the lines of progress.
 
     Raises:
-        UsageError: a run stands in the folder already, or the fault plan does not fit the fleet.
-        RecordingFailedError: timeline or verdict cannot be written.
+        UsageError: the folder already holds a run, or the fault plan does not fit the fleet.
+        RecordingFailedError: the timeline or the verdict cannot be written.
     """
     started_at, started_wall_s = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
     rehearsal = Rehearsal(scenario, seed, plan, inputs=folder / INPUTS)
@@ -49,7 +48,7 @@ def rehearse(
                 _record(rehearsal, recorder, lives, say)
                 if asked:
                     rehearsal.stop(asked.pop())
-        finally:  # where a core fails, the last entries are those that say why
+        finally:  # if a core fails, the last entries say why
             _record(rehearsal, recorder, lives, say)
             rehearsal.close()
     verdict = verdict_on(rehearsal, seed, started_at=started_at, wall_s=time.monotonic() - started_wall_s)
@@ -58,7 +57,7 @@ def rehearse(
 
 
 def verdict_on(rehearsal: Rehearsal, seed: int, *, started_at: str, wall_s: float) -> Verdict:
-    """The verdict on a rehearsal that has come to its end."""
+    """The verdict on a rehearsal that has ended."""
     return verdict_of(
         rehearsal.world,
         Circumstances(
@@ -78,7 +77,7 @@ def verdict_on(rehearsal: Rehearsal, seed: int, *, started_at: str, wall_s: floa
 def _record(
     rehearsal: Rehearsal, recorder: Recorder, lives: Counter[str], say: Callable[[str], None]
 ) -> None:
-    """Write the entries that have not been written; a source that counts from 1 again was started again."""
+    """Write the new entries. A source that counts from 1 again was restarted."""
     for source, entry in rehearsal.entries[recorder.recorded_count :]:
         lives[source] += entry.n == 1
         recorder.take(source, [entry], str(lives[source]))

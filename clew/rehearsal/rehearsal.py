@@ -1,11 +1,11 @@
-"""The rehearsal: a whole fleet and its world in one process, in virtual time, decided by one seed.
+"""The rehearsal: a whole fleet and its world in one process, in virtual time, fully determined by one seed.
 
-Rule 1: the cores are the ones that run live. Only the network is of its own kind (`clew.rehearsal.exchange`),
-        and the timeline needs no outbox: no entry is ever lost.
-Rule 2: whatever a robot does on a live run beside its core (the newest odometry, the phases, the books), it
-        does here as well: docs/run.md.
+Rule 1: the cores are those of a live run. Only the network differs (`clew.rehearsal.exchange`), and the
+        timeline needs no outbox, since no entry is lost.
+Rule 2: the work of a live shell beside the core (newest odometry, phases, message counts) is done here as
+        well (docs/run.md).
 Rule 3: nothing depends on the wall clock, on process ids, or on the order of a set.
-Rule 4: who is struck, suffers before anything else of the tick happens; but at a point of its step, at that.
+Rule 4: process faults are injected at the beginning of a tick, except for those at a point of a step.
 """
 
 from collections.abc import Iterator, Sequence
@@ -30,10 +30,10 @@ from clew.rehearsal.processes import Processes, check_rehearsable
 from clew.rehearsal.tokens import Change
 from protocol.errors import MessageRefusedError
 from protocol.exit_codes import ExitCode
-from protocol.faults.fates import Fates
+from protocol.faults.message_faults import MessageFaults
 from protocol.faults.plan import NO_FAULTS, Plan
+from protocol.faults.process_faults import ProcessFault, ProcessFaults
 from protocol.faults.rules import ROUTER, StepPoint
-from protocol.faults.strokes import Stroke, Strokes
 from protocol.keys import WORLD, WORLD_NUMBER
 from protocol.timeline import Entry, MessageRefused, Record, RobotSettled, RobotStarted, TrafficCounted
 from protocol.wire.messages import Message, Phase, ScanQuery
@@ -45,14 +45,14 @@ from world.events import Event as WorldEvent
 from world.judge.books import Account
 from world.scenario.scenario import Scenario
 
-NO_PROCESS = 0  # the process id of a robot that has none of its own
+NO_PROCESS = 0  # the process id of a robot without a process of its own
 
 
 class Rehearsal:
     """One rehearsed run, tick by tick.
 
     Raises:
-        UsageError: the fault plan does not fit the fleet, or asks for what only a live run can do.
+        UsageError: the fault plan does not fit the fleet, or only a live run can execute it.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class Rehearsal:
         self._seed = seed
         self.plan = plan
         self._exchange = Exchange(plan, seed)
-        self._strokes = Strokes(plan, seed)
+        self._process_faults = ProcessFaults(plan, seed)
         self._processes = Processes(scenario.mission(), inputs)
         self._logbook = Logbook()
         for robot in range(1, scenario.fleet.robots + 1):
@@ -71,12 +71,12 @@ class Rehearsal:
 
     @property
     def entries(self) -> list[tuple[str, Entry]]:
-        """The timeline: sources and their entries."""
+        """The timeline: pairs of source and entry."""
         return self._logbook.entries
 
     @property
     def account(self) -> Account:
-        """What the world itself sent and received."""
+        """The message counts of the world's own process."""
         ours = self._processes.desk.traffic
         return Account(
             sent=ours.sent,
@@ -87,48 +87,48 @@ class Rehearsal:
         )
 
     def run(self) -> "Rehearsal":
-        """Go on until the run has been judged."""
+        """Run until the run has been judged."""
         for _ in self.ticks():
             pass
         return self
 
     def ticks(self) -> Iterator[float]:
-        """Go on tick by tick until the run has been judged; yields the time after each."""
+        """Run tick by tick until the run has been judged; yields the time after each tick."""
         network = self._exchange.network
         while self.world.judgement is None:
             now_s = self.world.now_s
-            router = ROUTER if self._suffer(now_s) else None
-            self._obey_all(self.world.look(wall_s=now_s, router=router))
+            router = ROUTER if self._inject_due(now_s) else None
+            self._execute_world(self.world.look(wall_s=now_s, router=router))
             while (due := network.next_due(now_s)) is not None:
                 self._deliver(*due)
-            self._obey_all(self.world.tick())
+            self._execute_world(self.world.tick())
             yield self.world.now_s
 
     def inject(self, plan: Plan) -> None:
-        """From now on this plan decides on messages; what is on its way stays so."""
-        self._exchange.fates = Fates(plan, self._seed)
+        """Use this plan for messages from now on; messages in transit are not affected."""
+        self._exchange.message_faults = MessageFaults(plan, self._seed)
 
     def kill(self, robot: int) -> None:
-        """The robot's process is no more; its body stays."""
+        """End the robot's process; its body stays."""
         self._processes.end(robot)
 
     def close(self) -> None:
-        """Let go of the journals of those that are still there."""
+        """Close the journals of the processes that are still alive."""
         for actor in self._processes.actors.values():
             actor.journal.close()
 
     def stop(self, exit_code: ExitCode) -> None:
-        """The user wants the run to end."""
+        """End the run as the user would with a signal."""
         self._tell_world(StopAsked(exit_code))
 
-    # --- what processes suffer ----------------------------------------------------------------------
+    # --- process faults and tokens ------------------------------------------------------------------
 
-    def _suffer(self, now_s: float) -> bool:
-        """Do what is due at processes and tokens; returns whether the world is connected to the router."""
-        for stroke in self._strokes.due(now_s):
-            self._strike(stroke)
+    def _inject_due(self, now_s: float) -> bool:
+        """Inject the process faults that are due; returns whether the world is connected to the router."""
+        for fault in self._process_faults.due(now_s):
+            self._inject(fault)
         processes = self._processes
-        cut = processes.cut_off(self._exchange.fates, now_s=now_s, step=self._strokes.step)
+        cut = processes.cut_off(self._exchange.message_faults, now_s=now_s, step=self._process_faults.step)
         processes.tokens.cut(cut, now_s)
         for change in processes.tokens.changes(now_s):
             self._show_change(change)
@@ -137,10 +137,10 @@ class Rehearsal:
                 self._wake(actor)
         return WORLD_NUMBER not in cut
 
-    def _strike(self, stroke: Stroke) -> None:
-        self._write(WORLD, self.world.now_s, stroke.as_record())
+    def _inject(self, fault: ProcessFault) -> None:
+        self._write(WORLD, self.world.now_s, fault.as_record())
         was_down = self._processes.desk.ended
-        started = self._processes.strike(stroke, self.world.now_s)
+        started = self._processes.inject(fault, self.world.now_s)
         if was_down and not self._processes.desk.ended:
             self.world.come_back(wall_s=self.world.now_s)
         if started is not None:
@@ -162,7 +162,7 @@ class Rehearsal:
 
     def _give(self, actor: Actor, item: Arrival | RobotEvent) -> None:
         if actor.attends(self.world.now_s):
-            self._hand_over(actor, [item])
+            self._handle_batch(actor, [item])
         else:
             actor.wait(item)
 
@@ -189,7 +189,7 @@ class Rehearsal:
         if isinstance(to, Actor):
             to.meet(mail.message)
             now_s = to.come_s
-        opened = self._exchange.open(mail, to, now_s=now_s, step=self._strokes.step)
+        opened = self._exchange.open(mail, to, now_s=now_s, step=self._process_faults.step)
         for record in opened.records:
             self._write_for(to, record)
         return opened.arrivals
@@ -203,7 +203,7 @@ class Rehearsal:
             self._tell_world(event)
 
     def _undamaged(self, to: Actor | Desk, arrival: Arrival) -> Mail | None:
-        """The mail as it comes out of the codec; None where that refuses it."""
+        """The mail as decoded; None where the codec refuses it."""
         if arrival.damage is None:
             return arrival.mail
         try:
@@ -220,10 +220,10 @@ class Rehearsal:
     # --- robots -------------------------------------------------------------------------------------
 
     def _wake(self, actor: Actor) -> None:
-        """It goes on: with what it was about to do, and then with all that has waited, at once."""
+        """Let it go on: first its unfinished commands, then all waiting items at once."""
         unfinished, actor.unfinished = actor.unfinished, ()
         for command in unfinished:
-            self._obey_robot(actor, command)
+            self._execute_robot(actor, command)
         items: list[Arrival | RobotEvent | Given] = []
         for item in actor.take_waiting():
             if not isinstance(item, Mail):
@@ -234,10 +234,10 @@ class Rehearsal:
                     items.append(arrival)
                 else:
                     self._exchange.network.send((actor, arrival), self.world.now_s + delay_s)
-        self._hand_over(actor, items)
+        self._handle_batch(actor, items)
 
-    def _hand_over(self, actor: Actor, items: Sequence[Arrival | RobotEvent | Given]) -> None:
-        """What has arrived together, in order; of the odometry only the newest, and that tells the time."""
+    def _handle_batch(self, actor: Actor, items: Sequence[Arrival | RobotEvent | Given]) -> None:
+        """Handle items that arrived together, in order. Only the newest odometry counts; it sets the time."""
         if actor.delay_s > 0.0:
             actor.busy_until_s = self.world.now_s + actor.delay_s
         before, all_given = actor.phase, [given for item in items if (given := self._read(actor, item))]
@@ -245,12 +245,12 @@ class Rehearsal:
             if isinstance(given.event, OdometryHeard):
                 actor.hear_world(given.event.odometry)
         if actor.phase is Phase.RUNNING:
-            self._live_through(actor, [given for given in all_given if not actor.is_outdated(given.event)])
+            self._react_to_all(actor, [given for given in all_given if not actor.is_outdated(given.event)])
         elif actor.phase is not before:
             self._close(actor, before)
 
-    def _live_through(self, actor: Actor, all_given: Sequence[Given]) -> None:
-        """Have it react to each; who is frozen by one finds the rest when it is thawed."""
+    def _react_to_all(self, actor: Actor, all_given: Sequence[Given]) -> None:
+        """React to each input. If the robot is frozen by one, the rest waits until it thaws."""
         for place, given in enumerate(all_given, start=1):
             self._react(actor, given)
             if actor.ended:
@@ -271,45 +271,45 @@ class Rehearsal:
             case TokenSeen(process, incarnation) | TokenMissed(process, incarnation):
                 return Given(item, addresses.alive(process, incarnation), 0)
             case _:
-                return None  # nothing else comes by itself
+                return None  # no other event arrives by itself
 
     def _react(self, actor: Actor, given: Given) -> None:
-        """Have the robot decide, and obey; unless it is struck at a point of its step."""
+        """Let the robot decide and execute its commands, unless a fault hits a point of its step."""
         event = given.event
         try:
             commands = decided(actor.core, given, actor.now_s, actor.journal)
-        except Exception as error:  # as live, it is told, and the process ends
+        except Exception as error:  # as in a live run: record it, and end the process
             self._write(actor.name, actor.come_s, failed(error))
             self._processes.end(actor.robot)
             return
-        if self._strokes.has_points:
+        if self._process_faults.has_points:
             commands = self._pass_points(actor, event, commands)
         for command in commands:
-            self._obey_robot(actor, command)
+            self._execute_robot(actor, command)
 
     def _pass_points(
         self, actor: Actor, event: RobotEvent, commands: list[RobotCommand]
     ) -> list[RobotCommand]:
-        """Have the robot come to its points in turn; returns what it still does now of what it decided."""
+        """Pass the points of its step in turn; returns the commands that are still to be executed now."""
         points = actor.points.passed(event, commands)
         scans = [point for point in points if point is StepPoint.AFTER_SCAN]
-        if self._is_struck(actor, scans, commands):
+        if self._is_stopped(actor, scans, commands):
             return []
         for command in filter(is_plan, commands):
-            self._obey_robot(actor, command)
+            self._execute_robot(actor, command)
         others = [point for point in points if point is not StepPoint.AFTER_SCAN]
         rest = [command for command in commands if not is_plan(command)]
-        return [] if self._is_struck(actor, others, rest) else rest
+        return [] if self._is_stopped(actor, others, rest) else rest
 
-    def _is_struck(self, actor: Actor, points: Sequence[StepPoint], rest: Sequence[RobotCommand]) -> bool:
-        """Whether that ends it, or stops it; then it does the rest when it goes on."""
-        for stroke in self._strokes.at_points(actor.name, points, self.world.now_s):
-            self._strike(stroke)
+    def _is_stopped(self, actor: Actor, points: Sequence[StepPoint], rest: Sequence[RobotCommand]) -> bool:
+        """Whether a fault at these points ends or freezes it. A frozen robot keeps the rest for later."""
+        for fault in self._process_faults.at_points(actor.name, points, self.world.now_s):
+            self._inject(fault)
         actor.unfinished = rest if actor.frozen else ()
         return actor.ended or actor.frozen
 
     def _close(self, actor: Actor, before: Phase) -> None:
-        """Say what was sent; when all have, say what was received, and go."""
+        """Record the counts of sent messages; when all robots have, record the received ones and end."""
         traffic = actor.traffic
         if before is Phase.RUNNING:
             actor.journal.end("the run is over")
@@ -327,7 +327,7 @@ class Rehearsal:
             self._write(actor.name, actor.come_s, counted)
             self._processes.end(actor.robot)
 
-    def _obey_robot(self, actor: Actor, command: RobotCommand) -> None:
+    def _execute_robot(self, actor: Actor, command: RobotCommand) -> None:
         robot = actor.robot
         match command:
             case Announce(announcement):
@@ -351,15 +351,15 @@ class Rehearsal:
     # --- the world ----------------------------------------------------------------------------------
 
     def _tell_world(self, event: WorldEvent) -> None:
-        self._obey_all(self.world.handle(event, wall_s=self.world.now_s))
+        self._execute_world(self.world.handle(event, wall_s=self.world.now_s))
 
-    def _obey_all(self, commands: list[WorldCommand]) -> None:
+    def _execute_world(self, commands: list[WorldCommand]) -> None:
         for command in commands:
             match command:
                 case Note(t_s, record):
                     self._write(WORLD, t_s, record)
                 case _ if self._processes.desk.ended:
-                    pass  # bodies move on, and nobody hears of it
+                    pass  # the bodies move on, but nothing is sent
                 case TellOdometry(robot, odometry):
                     key = addresses.odometry(robot)
                     self._send(WORLD_NUMBER, robot, key, self._processes.desk.traffic.send(key), odometry)
@@ -373,5 +373,5 @@ class Rehearsal:
 
     def _write(self, source: str, t_s: float, record: Record) -> None:
         entry = self._logbook.write(source, t_s, record)
-        self._strokes.hear(source, entry)
+        self._process_faults.hear(source, entry)
         self.world.handle(EntryWritten(source, entry), wall_s=self.world.now_s)

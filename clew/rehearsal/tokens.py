@@ -1,9 +1,9 @@
-"""The liveliness tokens of a rehearsal, as Zenoh's router has them: who sees whose, and what changes. Pure.
+"""The liveliness tokens of a rehearsal, as with Zenoh's router: which process sees which token. Pure.
 
-Rule 1: the token of a process that ends goes at once, since its connection does.
-Rule 2: one that is frozen, or cut off from the router, loses its token when the router's lease of it runs
-        out; one that is cut off sees nobody's by then. Both come back at once.
-Rule 3: nobody sees its own.
+Rule 1: when a process ends, its token goes at once, since its connection is closed.
+Rule 2: a process that is frozen or cut off from the router loses its token when the router's lease expires.
+        By then, a process that is cut off sees no tokens. Both come back at once.
+Rule 3: no process sees its own token.
 """
 
 import math
@@ -23,7 +23,7 @@ class Change:
 
 
 class Tokens:
-    """Processes by number, the world's is 0."""
+    """The tokens of all processes, by number; the world is 0."""
 
     def __init__(self) -> None:
         self._shown: dict[int, str] = {}
@@ -31,45 +31,45 @@ class Tokens:
         self._cut_s: dict[int, float] = {}
         self._seen: dict[int, dict[int, str]] = {}
         self._look_at_s = -math.inf
-        """Before then nothing changes, unless something is done."""
+        """No token changes before this time, unless a method is called."""
 
     def show(self, process: int, incarnation: str) -> None:
-        """A process has begun."""
+        """Show the token of a process that has started."""
         self._shown[process] = incarnation
         self._seen[process] = {}
         self._frozen_s.pop(process, None)
         self._look_at_s = -math.inf
 
     def end(self, process: int) -> None:
-        """A process is no more."""
+        """Remove the token of a process that has ended."""
         self._shown.pop(process, None)
         self._seen.pop(process, None)
         self._look_at_s = -math.inf
 
     def forget(self, observer: int) -> None:
-        """A process is told anew of all that there are."""
+        """Report all tokens to this process again."""
         self._seen[observer] = {}
         self._look_at_s = -math.inf
 
     def freeze(self, process: int, now_s: float) -> None:
-        """A process does nothing any more."""
+        """A process is frozen."""
         self._frozen_s.setdefault(process, now_s)
         self._look_at_s = -math.inf
 
     def thaw(self, process: int) -> None:
-        """It goes on."""
+        """A frozen process goes on."""
         self._frozen_s.pop(process, None)
         self._look_at_s = -math.inf
 
     def cut(self, processes: set[int], now_s: float) -> None:
-        """These are cut off from the router now, and no others."""
+        """Exactly these processes are cut off from the router now."""
         if processes == self._cut_s.keys():
             return
         self._cut_s = {process: self._cut_s.get(process, now_s) for process in sorted(processes)}
         self._look_at_s = -math.inf
 
     def changes(self, now_s: float) -> list[Change]:
-        """What has changed since the last time, in one order whatever the order of hashes."""
+        """The changes since the last call, in an order that does not depend on hashes."""
         if now_s < self._look_at_s:
             return []
         leases_s = [since_s + LEASE_S for since_s in (*self._frozen_s.values(), *self._cut_s.values())]

@@ -11,23 +11,17 @@ import numpy as np
 from clew.log.check import scenario_of
 from clew.log.timeline import Timeline
 from clew.story.stands import Stand, stands_of
+from clew.story.steps import Step
+from clew.story.story import Story
 from protocol.arrays import Floats
+from protocol.frames import Point
 from protocol.keys import robot_number
-from protocol.timeline import RouteLost, StepPlanned, StrandFormed
+from protocol.timeline import RouteLost
 from world.judge.evidence import Evidence
 from world.judge.judgement import intervals
 from world.judge.recovery import Recovery
 from world.judge.tally import Tally
 from world.scenario.scenario import Scenario
-
-
-@dataclass(frozen=True, slots=True)
-class Planned:
-    """A switching step that the leader planned."""
-
-    t_s: float
-    robot: int
-    plan: StepPlanned
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,7 +37,8 @@ class Course:
     """`(k, n)`: of each hull since the instant before, to the nearest obstacle that never moves."""
     stands: tuple[Stand, ...]
     """The switching positions, in the order in which a leader came there."""
-    plans: tuple[Planned, ...]
+    steps: tuple[Step, ...]
+    """The switching steps that leaders planned."""
     orders: tuple[tuple[float, tuple[int, ...]], ...]
     """From when on which strand, leader first."""
     route_lost: tuple[tuple[float, int], ...]
@@ -93,16 +88,21 @@ def course_of(read: Timeline, stand_in: Scenario | None = None) -> Course:
         UsageError: the header's scenario is none, or of another version, and nothing stands in.
     """
     scenario = stand_in or scenario_of(read)
-    evidence, tally = Evidence(), Tally()
+    story, evidence, tally = Story(), Evidence(), Tally()
     lost: list[tuple[float, int]] = []
     for source, entry in read.lines:
-        evidence.hear(source, entry)
-        tally.hear(source, entry)
+        for each in (story, evidence, tally):
+            each.hear(source, entry)
         if isinstance(entry.record, RouteLost) and (robot := robot_number(source)) is not None:
             lost.append((entry.t_s, robot))
-    strands = _strands(read)
+
+    def place_at(robot: int, t_s: float) -> Point | None:
+        poses = [pose for at_s, pose in evidence.poses[robot] if at_s <= t_s]
+        return Point(x_m=poses[-1].x_m, y_m=poses[-1].y_m) if poses else None
+
+    steps = story.all_steps()
+    strands = story.strands.formed.values()
     moves = list(intervals(evidence, scenario.ground, scenario.fleet.robots))
-    leaders = {epoch: order[0] for epoch, (_, order) in strands.items()}
     shape = (len(moves), scenario.fleet.robots)
     clear_m = np.array([clear_m for *_, clear_m in moves]).reshape(shape)
     return Course(
@@ -110,30 +110,10 @@ def course_of(read: Timeline, stand_in: Scenario | None = None) -> Course:
         times_s=np.array([t_s for t_s, *_ in moves]),
         places_m=np.array([ends_m for _, _, ends_m, _ in moves]).reshape(*shape, 2),
         clearance_m=clear_m - scenario.fleet.robot_radius_m,
-        stands=stands_of(read.lines, leaders, evidence),
-        plans=_plans(read, leaders),
-        orders=tuple(sorted(strands.values())),
+        stands=stands_of(steps, place_at),
+        steps=steps,
+        orders=tuple(sorted((strand.t_s, strand.formed.order) for strand in strands)),
         route_lost=tuple(lost),
         recovery=Recovery(tally.recovery),
         restarted=frozenset(tally.restarted),
-    )
-
-
-def _strands(read: Timeline) -> dict[int, tuple[float, tuple[int, ...]]]:
-    """By epoch: when the first robot took its place, and the order, leader first."""
-    strands: dict[int, tuple[float, tuple[int, ...]]] = {}
-    for _, entry in read.lines:
-        if isinstance(entry.record, StrandFormed):
-            strands.setdefault(entry.record.epoch, (entry.t_s, entry.record.order))
-    return strands
-
-
-def _plans(read: Timeline, leaders: dict[int, int]) -> tuple[Planned, ...]:
-    """Of those who led; a robot that joins plans, too, and leads nobody."""
-    return tuple(
-        Planned(entry.t_s, robot, entry.record)
-        for source, entry in read.lines
-        if isinstance(entry.record, StepPlanned)
-        and (robot := robot_number(source)) is not None
-        and leaders.get(entry.record.epoch) == robot
     )

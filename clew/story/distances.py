@@ -13,8 +13,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from clew.story.batch import Clearance, Nearness
-from clew.story.columns import MS, TENTH_MM, column
 from clew.story.tracks import ODOMETRY_PERIOD_S
 from protocol.arrays import Floats, Indices, distances_to_segments
 from world.geometry.clearance import clearance
@@ -27,7 +25,7 @@ INSTANTS_AT_ONCE = 32  # pairs that may be the nearest are chosen so often
 MOVES_AT_ONCE = 2000  # so many judged against obstacles in one go: more need memory and save no time
 
 Curve = tuple[Floats, Floats, Indices, Indices]
-"""Times, distances, robots, others."""
+"""Times, least distances since the time before, robots, and the other robots or the moving obstacles."""
 
 
 @dataclass(slots=True)
@@ -41,8 +39,8 @@ class Clearances:
     _last: dict[int, Floats] = field(default_factory=dict)
     _count: int = 0
 
-    def pack(self, robot: int, rows: Floats) -> Clearance | None:
-        """The clearance of a body along these samples, (n, 4); None: there is no obstacle."""
+    def along(self, robot: int, rows: Floats) -> tuple[Floats, Floats] | None:
+        """The clearance of a body along these samples, (n, 4), with times; None: there is no obstacle."""
         if self.ground.shape_count == 0:
             return None
         places_m = rows[:, 1:3]
@@ -61,7 +59,7 @@ class Clearances:
         kept = _lowest(least_m, self._count)
         least_m = least_m[kept] - self.radius_m
         self.least_m = min(self.least_m, float(least_m.min()))
-        return Clearance(robot=robot, t=column(rows[kept, 0], MS), least=column(least_m, TENTH_MM))
+        return rows[kept, 0], least_m
 
 
 def _lowest(least_m: Floats, count: int) -> Indices:
@@ -96,7 +94,7 @@ class Separations:
         before = self._samples.get(robot)
         self._samples[robot] = rows[:, :3] if before is None else np.vstack((before, rows[:, :3]))
 
-    def pack(self, *, ended: bool) -> tuple[Nearness | None, Nearness | None]:
+    def since(self, *, ended: bool) -> tuple[Curve | None, Curve | None]:
         """Separations and passings since the last time."""
         if not self._samples:
             return None, None
@@ -113,20 +111,15 @@ class Separations:
         self._forget(float(instants_s[-1]))
         self.apart_m = min([self.apart_m, *(float(least_m.min()) for _, least_m, _, _ in apart)])
         self.passed_m = min([self.passed_m, *(float(least_m.min()) for _, least_m, _, _ in passed)])
-        return self._nearness(apart), self._nearness(passed)
+        return self._thinned(apart), self._thinned(passed)
 
-    def _nearness(self, curves: list[Curve]) -> Nearness | None:
+    def _thinned(self, curves: list[Curve]) -> Curve | None:
         if not curves:
             return None
         t_s, least_m, robots, others = (np.concatenate(part) for part in zip(*curves, strict=True))
         self._count += len(t_s)
         rows = _lowest(least_m, self._count)
-        return Nearness(
-            t=column(t_s[rows], MS),
-            least=column(least_m[rows], TENTH_MM),
-            robot=robots[rows].tolist(),
-            other=others[rows].tolist(),
-        )
+        return t_s[rows], least_m[rows], robots[rows], others[rows]
 
     def _forget(self, looked_s: float) -> None:
         self._looked_s = looked_s

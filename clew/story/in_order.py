@@ -43,12 +43,12 @@ class Survey:
 
 def survey(log: Log) -> Survey:
     """Go through a log."""
-    times_s, strands = array("d"), Strands()
+    times_s, strands, poses = array("d"), Strands(), dict[int, tuple[float, PoseSampled]]()
     for source, entry in log.lines:
         times_s.append(entry.t_s)
         if isinstance(entry.record, PoseSampled):
-            strands.stand(entry.t_s, entry.record)
+            poses[entry.record.robot] = entry.t_s, entry.record
         else:
             strands.hear(source, entry)
     coming_s = np.minimum.accumulate(np.array(times_s)[::-1])[::-1]
-    return Survey(log, coming_s, strands.laid())
+    return Survey(log, coming_s, strands.paths(poses))

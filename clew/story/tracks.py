@@ -12,8 +12,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from clew.story.batch import Track
-from clew.story.columns import MM, MRAD, MS, column
 from protocol.arrays import Flags, Floats
 from protocol.timeline import PoseSampled
 from world.bodies.arena import ODOMETRY_TICKS, TICK_S
@@ -25,10 +23,8 @@ SLACK = np.array([4e-4, 4e-4, 1e-3])  # m, m, rad: what is left out is no furthe
 
 @dataclass(slots=True)
 class Tracks:
-    """The newest samples of each body, until they are packed."""
+    """The newest samples of each body, until they are taken."""
 
-    newest: dict[int, tuple[float, PoseSampled]] = field(default_factory=dict)
-    """Of each body, with its time."""
     _samples: dict[int, "array[float]"] = field(default_factory=dict)
     _last: dict[int, Floats] = field(default_factory=dict)
     """(1, 4): the newest that was taken."""
@@ -36,7 +32,6 @@ class Tracks:
     def hear(self, t_s: float, pose: PoseSampled) -> None:
         """Take a sample in; those of one body come in their order."""
         robot = pose.robot
-        self.newest[robot] = (t_s, pose)
         samples = self._samples.get(robot)
         if samples is None:
             samples = self._samples[robot] = array("d")
@@ -63,31 +58,19 @@ def _with_stands(rows: Floats) -> Floats:
     return np.insert(rows, late + 1, stands, axis=0)
 
 
-def pack(robot: int, rows: Floats) -> Track:
-    """The track of a body through these samples."""
-    kept = rows[_needed(rows)]
-    return Track(
-        robot=robot,
-        t=column(kept[:, 0], MS),
-        x=column(kept[:, 1], MM),
-        y=column(kept[:, 2], MM),
-        heading=column(kept[:, 3], MRAD),
-    )
-
-
-def _needed(rows: Floats) -> Flags:
+def needed(rows: Floats) -> Flags:
     """Which samples the others do not tell; the first and the last always."""
-    needed: Flags = np.ones(len(rows), dtype=bool)
+    kept: Flags = np.ones(len(rows), dtype=bool)
     if len(rows) < 3:
-        return needed
+        return kept
     t_s, places = rows[:, 0], rows[:, 1:]
     whole_s = t_s[2:] - t_s[:-2]
     share = ((t_s[1:-1] - t_s[:-2]) / np.where(whole_s > 0.0, whole_s, 1.0))[:, None]
     off = np.abs(places[:-2] + share * (places[2:] - places[:-2]) - places[1:-1])
-    needed[1:-1] = (off > EVEN).any(axis=1) | (whole_s <= 0.0)
+    kept[1:-1] = (off > EVEN).any(axis=1) | (whole_s <= 0.0)
     while True:  # what is a little uneven everywhere bends in the end: there, every sample is needed
-        told = np.column_stack([np.interp(t_s, t_s[needed], each[needed]) for each in places.T])
-        wrong = (np.abs(told - places) > SLACK).any(axis=1) & ~needed
+        told = np.column_stack([np.interp(t_s, t_s[kept], each[kept]) for each in places.T])
+        wrong = (np.abs(told - places) > SLACK).any(axis=1) & ~kept
         if not wrong.any():
-            return needed
-        needed |= wrong
+            return kept
+        kept |= wrong

@@ -1,173 +1,178 @@
-"""What an adversary does: faults within seconds of one moment, as those were that broke safety. Pure.
+"""The adversary's classes: faults within seconds of one moment, like those that broke safety. Pure.
 
-Rule 1: a class draws its moment first; all of its rules lie around that, and end when the window closes.
-Rule 2: each class is a schedule that once had bodies move under two calls, under a former life's orders, or
-        over a body that nobody saw, with every length and every robot drawn anew.
+Rule 1: a class draws its moment first. All of its rules lie around that, and end when the window closes.
+Rule 2: each class generalises a schedule that once broke safety: bodies moved under two calls, on orders of a
+        former life, or over an unseen body. Every duration and every robot is drawn anew.
 """
 
 import math
 from typing import TypedDict
 
-from clew.swarm.dice import Dice
+from clew.swarm.draws import Draws
 from clew.swarm.window import SOON_S, Window, names
 from protocol.faults.rules import ROUTER, Delay, Drop, Freeze, Kill, MessageKind, Partition, Restart, Rule
 from protocol.keys import WORLD
 
-EARLY_S = (0.2, 4.0)  # while robots line up for the first time, and give their first orders
-LATEST_S = 12.0  # most fleets are under way by then
-ROOM_S = 5.0  # for a token to go and come back, and for who saw that to call
-TOKEN_GONE_S = (1.05, 7.0)  # the router's lease of a token is 1 s: who is cut off for less keeps it
+EARLY_S = (0.2, 4.0)  # while robots line up for the first time and give their first orders
+LATEST_S = 12.0  # most fleets have not arrived by then
+ROOM_S = 5.0  # time for a token to go and come back, and for a robot that saw that to call
+TOKEN_GONE_S = (1.05, 7.0)  # the router's lease of a token is 1 s: a shorter cut does not lose the token
 
 
-class _From(TypedDict):
+class _Times(TypedDict):
     from_s: float
     until_s: float | None
 
 
-def torn(dice: Dice, window: Window) -> list[Rule]:
-    """A robot is cut from the others; their tokens, or its own, go and come back: two calls may be lawful."""
-    moment_s = _moment_s(dice, window)
-    one, *others = _shuffled(dice, window)
-    gone_s = dice.scale(*TOKEN_GONE_S)
-    since_s = _before_s(moment_s, dice.between(0.0, 3.0))
-    # Long enough for what is left to be called without it, and to drive: or for as long as may be.
-    lasts_s = dice.pick((math.inf, moment_s - since_s + gone_s + dice.scale(1.0, 15.0)))
+def torn(draws: Draws, window: Window) -> list[Rule]:
+    """A robot is cut from the others while tokens go and come back: two calls may be valid."""
+    moment_s = _moment_s(draws, window)
+    one, *others = _shuffled(draws, window)
+    gone_s = draws.scale(*TOKEN_GONE_S)
+    since_s = _before_s(moment_s, draws.between(0.0, 3.0))
+    # Long enough for the others to be called without it, and to drive; or as long as possible.
+    lasts_s = draws.pick((math.inf, moment_s - since_s + gone_s + draws.scale(1.0, 15.0)))
     cut = Partition(group=(one,), others=tuple(others), **_within(window, since_s, lasts_s))
-    gone = tuple(others) if dice.chance(0.7) else tuple(others[: dice.whole(1, len(others))])
-    gone = (one,) if dice.chance(0.2) else gone
-    if dice.chance(0.6):
+    gone = tuple(others) if draws.chance(0.7) else tuple(others[: draws.whole(1, len(others))])
+    gone = (one,) if draws.chance(0.2) else gone
+    if draws.chance(0.6):
         return [cut, Partition(group=gone, others=(ROUTER,), **_within(window, moment_s, gone_s))]
-    period_s = round(gone_s + dice.scale(0.5, 6.0), 3)
-    flaps = _within(window, moment_s, period_s * dice.whole(1, 4))
+    period_s = round(gone_s + draws.scale(0.5, 6.0), 3)
+    flaps = _within(window, moment_s, period_s * draws.whole(1, 4))
     return [cut, Partition(group=gone, others=(ROUTER,), period_s=period_s, cut_s=gone_s, **flaps)]
 
 
-def stale_clock(dice: Dice, window: Window) -> list[Rule]:
-    """A robot's clock, or what it knows of tokens, is old when another one dies or is cut off."""
-    moment_s = _moment_s(dice, window)
-    victim, *others = _shuffled(dice, window)
-    stale = tuple(others[: 1 if dice.chance(0.6) else dice.whole(1, len(others))])
-    since_s = _before_s(moment_s, dice.pick((dice.scale(0.3, 8.0), dice.between(0.9, 2.2))))
-    # Over just after the moment: then who is stale acts on it before it knows how late it is.
-    lasts_s = moment_s - since_s + dice.pick((dice.between(-0.2, 1.5), dice.between(0.0, 0.15)))
+def stale_clock(draws: Draws, window: Window) -> list[Rule]:
+    """A robot's clock, or its view of tokens, is stale when another robot dies or is cut off."""
+    moment_s = _moment_s(draws, window)
+    victim, *others = _shuffled(draws, window)
+    stale = tuple(others[: 1 if draws.chance(0.6) else draws.whole(1, len(others))])
+    since_s = _before_s(moment_s, draws.pick((draws.scale(0.3, 8.0), draws.between(0.9, 2.2))))
+    # Ends just after the moment: then the stale robot acts before it knows how late it is.
+    lasts_s = moment_s - since_s + draws.pick((draws.between(-0.2, 1.5), draws.between(0.0, 0.15)))
     around = _within(window, since_s, max(0.1, lasts_s))
-    kinds: tuple[MessageKind, ...] = ("odometry", "scan") if dice.chance(0.2) else ("odometry",)
-    how = dice.whole(1, 3)
-    come = _within(window, max(SOON_S, since_s), max(0.1, lasts_s))  # live, nobody begins without all others
+    kinds: tuple[MessageKind, ...] = ("odometry", "scan") if draws.chance(0.2) else ("odometry",)
+    how = draws.whole(1, 3)
+    # A live fleet begins only when all robots are there.
+    come = _within(window, max(SOON_S, since_s), max(0.1, lasts_s))
     blind: Rule = Partition(group=stale, others=(ROUTER,), **come)
     if how == 1:
         blind = Drop(receiver=stale, kinds=kinds, **around)
     elif how == 2:
-        most_s = dice.between(0.3, 2.0)
+        most_s = draws.between(0.3, 2.0)
         blind = Delay(receiver=stale, kinds=kinds, delay_s_min=most_s / 2, delay_s_max=most_s, **around)
-    return [blind, _lost(victim, dice, window, moment_s)]
+    return [blind, _lost(victim, draws, window, moment_s)]
 
 
-def former_orders(dice: Dice, window: Window) -> list[Rule]:
-    """The orders of a robot come late, and it is restarted, once or twice, often at its first; or it dies."""
-    robot, least_s = dice.pick(names(window)), dice.scale(0.3, 3.0)
-    moment_s = dice.between(*EARLY_S) if dice.chance(0.5) else _moment_s(dice, window)
-    dies = dice.chance(0.4)
-    if not dies and dice.chance(0.6):  # who leads a queue gives the first order; bodies take it within 1 s
-        robot, least_s, moment_s = names(window)[0], dice.between(0.4, 0.95), dice.between(0.15, 0.9)
+def former_orders(draws: Draws, window: Window) -> list[Rule]:
+    """A robot's orders are late, and it is restarted once or twice, often early; or it dies."""
+    robot, least_s = draws.pick(names(window)), draws.scale(0.3, 3.0)
+    moment_s = draws.between(*EARLY_S) if draws.chance(0.5) else _moment_s(draws, window)
+    dies = draws.chance(0.4)
+    if not dies and draws.chance(0.6):  # the head of a queue orders first; bodies accept it within 1 s
+        robot, least_s, moment_s = names(window)[0], draws.between(0.4, 0.95), draws.between(0.15, 0.9)
     late = Delay(
         sender=(robot,),
         kinds=("drive",),
         delay_s_min=least_s,
-        delay_s_max=round(least_s + dice.scale(0.02, 0.4), 3),
-        **_within(window, _before_s(moment_s, dice.scale(0.5, 10.0)), dice.scale(5.0, 60.0)),
+        delay_s_max=round(least_s + draws.scale(0.02, 0.4), 3),
+        **_within(window, _before_s(moment_s, draws.scale(0.5, 10.0)), draws.scale(5.0, 60.0)),
     )
-    struck = _lost(robot, dice, window, moment_s) if dies else _again(robot, dice, window, moment_s)
-    rules: list[Rule] = [late, struck]
-    if not dies and dice.chance(0.6):
-        rules.append(_again(robot, dice, window, round(moment_s + dice.scale(0.5, 40.0), 3)))
+    loss = _lost(robot, draws, window, moment_s) if dies else _restart(robot, draws, window, moment_s)
+    rules: list[Rule] = [late, loss]
+    if not dies and draws.chance(0.6):
+        rules.append(_restart(robot, draws, window, round(moment_s + draws.scale(0.5, 40.0), 3)))
     return rules
 
 
-def hidden_body(dice: Dice, window: Window) -> list[Rule]:
-    """A robot is restarted, and one beside it dies or is frozen: its body may be behind the other's hull."""
-    moment_s = dice.between(*EARLY_S) if dice.chance(0.5) else _moment_s(dice, window)
+def hidden_body(draws: Draws, window: Window) -> list[Rule]:
+    """A robot is restarted, and its neighbour dies or is frozen: one body may hide the other."""
+    moment_s = draws.between(*EARLY_S) if draws.chance(0.5) else _moment_s(draws, window)
     robots = names(window)
-    between = len(robots) > 3 and dice.chance(0.6)  # in a queue one is before both, and one looks past both
-    place = dice.whole(2, len(robots) - 2) if between else dice.whole(1, len(robots) - 1)
-    two = (robots[place], robots[place - 1]) if dice.chance(0.8) else (robots[place - 1], robots[place])
-    dies_s = round(moment_s + dice.pick((dice.between(-0.3, 2.5), dice.between(0.1, 0.8))), 3)
-    struck = _lost(two[1], dice, window, max(0.0, dies_s))
-    return [_again(two[0], dice, window, moment_s), struck]
+    between = len(robots) > 3 and draws.chance(0.6)  # with a robot ahead of both and one behind both
+    place = draws.whole(2, len(robots) - 2) if between else draws.whole(1, len(robots) - 1)
+    two = (robots[place], robots[place - 1]) if draws.chance(0.8) else (robots[place - 1], robots[place])
+    dies_s = round(moment_s + draws.pick((draws.between(-0.3, 2.5), draws.between(0.1, 0.8))), 3)
+    loss = _lost(two[1], draws, window, max(0.0, dies_s))
+    return [_restart(two[0], draws, window, moment_s), loss]
 
 
-def unseen_death(dice: Dice, window: Window) -> list[Rule]:
-    """A robot dies, or is restarted, while the world's process is down."""
-    moment_s = _moment_s(dice, window)
-    after_s = window.lasts_s(moment_s, dice.between(0.4, 2.0))  # half of what a run waits for its world
-    robot = dice.pick(names(window))
-    struck_s = round(moment_s + after_s * dice.between(0.0, 1.0), 3)
+def unseen_death(draws: Draws, window: Window) -> list[Rule]:
+    """A robot dies or is restarted while the world's process is down."""
+    moment_s = _moment_s(draws, window)
+    after_s = window.lasts_s(moment_s, draws.between(0.4, 2.0))  # a run waits twice as long for its world
+    robot = draws.pick(names(window))
+    lost_s = round(moment_s + after_s * draws.between(0.0, 1.0), 3)
     down = Restart(target=WORLD, after_s=after_s, from_s=moment_s)
-    if dice.chance(0.7):
-        return [down, Kill(target=robot, from_s=struck_s, until_s=round(struck_s + SOON_S, 3))]
-    return [down, _again(robot, dice, window, struck_s)]
+    if draws.chance(0.7):
+        return [down, Kill(target=robot, from_s=lost_s, until_s=round(lost_s + SOON_S, 3))]
+    return [down, _restart(robot, draws, window, lost_s)]
 
 
-def blind_start(dice: Dice, window: Window) -> list[Rule]:
-    """A robot is restarted, and does not hear from its body until some time after; often another one dies."""
-    moment_s = _moment_s(dice, window)
-    robot, other = _shuffled(dice, window)[:2]
-    again = _again(robot, dice, window, moment_s)
-    since_s = _before_s(moment_s, dice.scale(0.2, 6.0))
-    lasts_s = moment_s - since_s + again.after_s + dice.scale(0.2, 6.0)
+def blind_start(draws: Draws, window: Window) -> list[Rule]:
+    """A robot is restarted and gets its first odometry late; often another robot dies."""
+    moment_s = _moment_s(draws, window)
+    robot, other = _shuffled(draws, window)[:2]
+    again = _restart(robot, draws, window, moment_s)
+    since_s = _before_s(moment_s, draws.scale(0.2, 6.0))
+    lasts_s = moment_s - since_s + again.after_s + draws.scale(0.2, 6.0)
     blind = Drop(receiver=(robot,), kinds=("odometry",), **_within(window, since_s, lasts_s))
-    if dice.chance(0.5):
+    if draws.chance(0.5):
         return [blind, again]
-    return [blind, again, _lost(other, dice, window, max(0.0, round(moment_s + dice.between(-2.0, 3.0), 3)))]
+    return [
+        blind,
+        again,
+        _lost(other, draws, window, max(0.0, round(moment_s + draws.between(-2.0, 3.0), 3))),
+    ]
 
 
 # --- parts ----------------------------------------------------------------------------------------
 
 
-def _moment_s(dice: Dice, window: Window) -> float:
-    """Not so late that what follows has no time, nor that fleets have arrived."""
+def _moment_s(draws: Draws, window: Window) -> float:
+    """A moment that leaves time for what follows, before fleets have arrived."""
     low_s, high_s = window.begins_s
     closes_s = math.inf if window.until_s is None else window.until_s
-    return dice.between(low_s, min(high_s, max(low_s + SOON_S, closes_s - ROOM_S), LATEST_S))
+    return draws.between(low_s, min(high_s, max(low_s + SOON_S, closes_s - ROOM_S), LATEST_S))
 
 
 def _before_s(moment_s: float, by_s: float) -> float:
     return max(0.0, round(moment_s - by_s, 3))
 
 
-def _within(window: Window, from_s: float, lasts_s: float) -> _From:
-    """From then on for so long, or until the window closes."""
+def _within(window: Window, from_s: float, lasts_s: float) -> _Times:
+    """The times of a fault of this duration, which ends when the window closes."""
     end_s = min(round(from_s + lasts_s, 3), math.inf if window.until_s is None else window.until_s)
     return {"from_s": from_s, "until_s": None if math.isinf(end_s) else end_s}
 
 
-def _shuffled(dice: Dice, window: Window) -> list[str]:
+def _shuffled(draws: Draws, window: Window) -> list[str]:
     robots = list(names(window))
-    first = dice.pick(robots)
+    first = draws.pick(robots)
     rest = [robot for robot in robots if robot != first]
-    second = dice.pick(rest)
+    second = draws.pick(rest)
     return [first, second, *(robot for robot in rest if robot != second)]
 
 
-def _again(robot: str, dice: Dice, window: Window, from_s: float) -> Restart:
-    """The robot is restarted then, soon or at once."""
+def _restart(robot: str, draws: Draws, window: Window, from_s: float) -> Restart:
+    """Restart the robot at this time, with or without a delay."""
     from_s = from_s if window.until_s is None else min(from_s, round(window.until_s - SOON_S, 3))
-    after_s = window.lasts_s(from_s, dice.pick((0.0, dice.scale(0.02, 3.0))))
+    after_s = window.lasts_s(from_s, draws.pick((0.0, draws.scale(0.02, 3.0))))
     return Restart(target=robot, after_s=after_s, from_s=from_s, until_s=round(from_s + SOON_S, 3))
 
 
-def _lost(robot: str, dice: Dice, window: Window, from_s: float) -> Rule:
-    """The robot is no more for the others from then on: for good in one of two."""
+def _lost(robot: str, draws: Draws, window: Window, from_s: float) -> Rule:
+    """The others lose the robot at this time; in half of the cases it is dead."""
     from_s = from_s if window.until_s is None else min(from_s, round(window.until_s - SOON_S, 3))
-    from_s = max(SOON_S, from_s)  # before it has come, there is no fleet yet
+    from_s = max(SOON_S, from_s)  # before it has started there is no fleet yet
     soon_s = round(from_s + SOON_S, 3)
-    gone_s = dice.scale(*TOKEN_GONE_S)
-    match dice.whole(1, 6):
+    gone_s = draws.scale(*TOKEN_GONE_S)
+    match draws.whole(1, 6):
         case 1:
             for_s = window.lasts_s(from_s, gone_s)
             return Freeze(target=robot, for_s=for_s, from_s=from_s, until_s=soon_s)
         case 2:
-            return _again(robot, dice, window, from_s)
+            return _restart(robot, draws, window, from_s)
         case 3:
             return Partition(group=(robot,), others=(ROUTER,), **_within(window, from_s, gone_s))
         case _:

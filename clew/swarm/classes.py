@@ -1,20 +1,20 @@
 """The classes of faults that a swarm mixes. Pure.
 
-Rule 1: each class draws from a stream of its own, so that a class more or less moves no other.
-Rule 2: in a window that closes, all that a class does is over when it closes; a robot killed stays so.
+Rule 1: each class has its own stream of draws, so that adding or removing a class does not change the others.
+Rule 2: if the window closes, all faults of a class end before that, except that killed robots stay dead.
 """
 
 from collections.abc import Callable
 from enum import StrEnum
 
 from clew.swarm import adversary, messages, processes
-from clew.swarm.dice import Dice
+from clew.swarm.draws import Draws
 from clew.swarm.window import Window
 from protocol.faults.rules import Rule
 
 
 class FaultClass(StrEnum):
-    """What can be in the mix."""
+    """A class of faults that can be in the mix."""
 
     LOSS = "loss"
     DELAY = "delay"
@@ -55,17 +55,17 @@ ADVERSARY = (
     FaultClass.UNSEEN_DEATH,
     FaultClass.BLIND_START,
 )
-"""Whose faults lie around one moment each."""
-WEATHER = tuple(each for each in FaultClass if each not in ADVERSARY)
-"""Whose faults come by themselves."""
+"""Classes whose faults lie around one moment."""
+INDEPENDENT = tuple(each for each in FaultClass if each not in ADVERSARY)
+"""Classes whose faults are independent of each other."""
 
 
-def draw_rules(fault: FaultClass, dice: Dice, window: Window) -> list[Rule]:
-    """The rules of a class; the dice are its own."""
-    return _DRAWS[fault](dice, window)
+def draw_rules(fault: FaultClass, draws: Draws, window: Window) -> list[Rule]:
+    """The rules of a class, from its own stream of draws."""
+    return _DRAWS[fault](draws, window)
 
 
-_DRAWS: dict[FaultClass, Callable[[Dice, Window], list[Rule]]] = {
+_DRAWS: dict[FaultClass, Callable[[Draws, Window], list[Rule]]] = {
     FaultClass.LOSS: messages.loss,
     FaultClass.DELAY: messages.delay,
     FaultClass.DUPLICATION: messages.duplication,

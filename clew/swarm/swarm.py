@@ -1,12 +1,13 @@
-"""The swarm: what goes wrong in the episode of a seed, and in what world. Pure.
+"""The swarm: the world and the faults of a seed's episode. Pure.
 
-Rule 1: some classes of faults are off altogether, so that the others are seen without them.
-Rule 2: one seed in two is in safety mode: anything goes, to the end, and invariants alone are asked for.
-Rule 3: the others are in liveness mode. All faults are over at `quiet_s`, but for the dead, and for one robot
-        at most that goes on suffering (`outside`) while those without it are more than half of the living.
-        Then they must heal and arrive (`clew.campaign.liveness`).
-Rule 4: in some seeds an adversary plays: one or two classes whose faults lie around one moment, and of the
-        others fewer, so that their noise does not hide what these do.
+Rule 1: some classes of faults are off in each seed, so that the others are tested without them.
+Rule 2: half of the seeds are in safety mode: faults of any kind last to the end, and only the invariants are
+        checked.
+Rule 3: the others are in liveness mode. All faults end at `quiet_s`, except for dead robots, and for at most
+        one robot with a permanent fault (`outside`) while the others are a majority of the living. Then the
+        others must heal and arrive (`clew.campaign.liveness`).
+Rule 4: in some seeds an adversary plays: one or two classes whose faults lie around one moment. There are
+        fewer of the other classes then, so that their noise does not hide the adversary's effects.
 """
 
 import math
@@ -14,8 +15,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-from clew.swarm.classes import ADVERSARY, WEATHER, FaultClass, draw_rules
-from clew.swarm.dice import Dice
+from clew.swarm.classes import ADVERSARY, INDEPENDENT, FaultClass, draw_rules
+from clew.swarm.draws import Draws
 from clew.swarm.window import SOON_S, Window
 from clew.swarm.world import Ground, as_loaded, draw_world
 from protocol.faults.plan import Plan
@@ -26,18 +27,18 @@ from protocol.keys import robot_name
 from world.core import HEAL_S_MAX
 from world.scenario.scenario import Scenario
 
-SAFETY_S = 45.0  # three times what a fleet takes that suffers nothing: what is to go wrong has, by then
+SAFETY_S = 45.0  # three times what a fleet without faults takes: the faults have had their effect by then
 QUIET_S = (8.0, 20.0)
-ARRIVE_S = 120.0  # twice what the slowest fleet takes that suffers nothing, and lines up by turns
-ON = 0.16  # of each class of weather: of 23, three to four are on
-ADVERSE = 0.4  # of seeds: so each class of an adversary is in one seed of twelve
-ADVERSE_ON = 0.4  # of the weather that there would have been: one to two classes of it
-OUTSIDE = 0.15
-HIDES_IN_QUEUE = 0.7  # where one can be between two that see and two that do not, and all can pass
+ARRIVE_S = 120.0  # twice what the slowest fleet without faults takes, which lines up by turns
+ON = 0.16  # share of seeds for each independent class: of 23 classes, three to four are on
+ADVERSARY_SHARE = 0.4  # of seeds: each class of an adversary is in one seed of twelve
+ON_WITH_ADVERSARY = 0.4  # share of the independent classes that remain: one to two
+OUTSIDE_SHARE = 0.15
+HIDDEN_IN_QUEUE = 0.7  # a queue in which two robots see past the hidden body, two do not, and all can pass
 
 
 class Mode(StrEnum):
-    """What is asked of an episode."""
+    """What is checked in an episode."""
 
     SAFETY = "safety"
     LIVENESS = "liveness"
@@ -51,17 +52,17 @@ class Swarm:
     mode: Mode
     ground: Ground
     world: dict[str, Any]
-    """The scenario, as a file would say it."""
+    """The scenario, as in a scenario file."""
     plan: Plan
     classes: tuple[FaultClass, ...]
     quiet_s: float
-    """When all faults are over, but for permanent ones; in safety mode that is never."""
+    """When all faults are over, except for permanent ones; infinite in safety mode."""
     outside: frozenset[int] = frozenset()
-    """Who goes on suffering in liveness mode."""
+    """The robots with a permanent fault in liveness mode."""
 
     @property
     def scenario(self) -> Scenario:
-        """The world, loaded."""
+        """The loaded world."""
         return as_loaded(self.world)
 
     def world_text(self) -> str:
@@ -69,30 +70,32 @@ class Swarm:
         return toml_text(self.world)
 
     def plan_text(self) -> str:
-        """The plan as a file."""
+        """The plan as a fault plan file."""
         return plan_text(self.plan)
 
 
 def draw(seed: int) -> Swarm:
-    """What the seed draws; the same on any machine."""
-    dice = Dice(seed, "swarm/mix")
-    mode = Mode.LIVENESS if dice.chance(0.5) else Mode.SAFETY
-    quiet_s = dice.between(*QUIET_S)
+    """The swarm of a seed; the same on any machine."""
+    draws = Draws(seed, "swarm/mix")
+    mode = Mode.LIVENESS if draws.chance(0.5) else Mode.SAFETY
+    quiet_s = draws.between(*QUIET_S)
     is_safety = mode is Mode.SAFETY
     time_s_max = SAFETY_S if is_safety else round(quiet_s + HEAL_S_MAX + ARRIVE_S, 3)
-    classes = _adverse(seed, [each for each in WEATHER if dice.chance(ON)] or [dice.pick(WEATHER)])
-    hides = FaultClass.HIDDEN_BODY in classes and Dice(seed, "swarm/hides").chance(HIDES_IN_QUEUE)
+    classes = _with_adversary(
+        seed, [each for each in INDEPENDENT if draws.chance(ON)] or [draws.pick(INDEPENDENT)]
+    )
+    hides = FaultClass.HIDDEN_BODY in classes and Draws(seed, "swarm/hides").chance(HIDDEN_IN_QUEUE)
     ground, world = draw_world(seed, time_s_max=time_s_max, queue=hides)
     robots = int(world["fleet"]["robots"])
     window = Window(robots, None if is_safety else quiet_s)
-    rules = [rule for each in classes for rule in draw_rules(each, Dice(seed, f"swarm/{each}"), window)]
+    rules = [rule for each in classes for rule in draw_rules(each, Draws(seed, f"swarm/{each}"), window)]
     outside: frozenset[int] = frozenset()
     if not is_safety:
-        has_outside = robots >= 4 and dice.chance(OUTSIDE)
-        rules = _spared(rules, kills_max=robots - (3 if has_outside else 1))
+        has_outside = robots >= 4 and draws.chance(OUTSIDE_SHARE)
+        rules = _without_excess_kills(rules, kills_max=robots - (3 if has_outside else 1))
         if has_outside:
-            robot = dice.whole(1, robots)
-            outside, rules = frozenset({robot}), [*rules, _permanent(robot, dice)]
+            robot = draws.whole(1, robots)
+            outside, rules = frozenset({robot}), [*rules, _permanent(robot, draws)]
     return Swarm(
         seed=seed,
         mode=mode,
@@ -105,35 +108,35 @@ def draw(seed: int) -> Swarm:
     )
 
 
-def _adverse(seed: int, weather: list[FaultClass]) -> list[FaultClass]:
-    """Rule 4; from a stream of its own, so that the weather of all other seeds is what it was without."""
-    dice = Dice(seed, "swarm/adversary")
-    if not dice.chance(ADVERSE):
-        return weather
-    some = dice.some(ADVERSARY, 2 if dice.chance(0.2) else 1)
-    return [*(each for each in weather if dice.chance(ADVERSE_ON)), *some]
+def _with_adversary(seed: int, independent: list[FaultClass]) -> list[FaultClass]:
+    """The classes with those of an adversary (rule 4). Its own stream leaves all other seeds unchanged."""
+    draws = Draws(seed, "swarm/adversary")
+    if not draws.chance(ADVERSARY_SHARE):
+        return independent
+    some = draws.some(ADVERSARY, 2 if draws.chance(0.2) else 1)
+    return [*(each for each in independent if draws.chance(ON_WITH_ADVERSARY)), *some]
 
 
-def _spared(rules: list[Rule], *, kills_max: int) -> list[Rule]:
-    """The rules, without kills that would leave too few."""
-    spared: list[Rule] = []
+def _without_excess_kills(rules: list[Rule], *, kills_max: int) -> list[Rule]:
+    """The rules without the kills that would leave too few robots."""
+    kept: list[Rule] = []
     for rule in rules:
         if isinstance(rule, Kill):
             if rule.robots > kills_max:
                 continue
             kills_max -= rule.robots
-        spared.append(rule)
-    return spared
+        kept.append(rule)
+    return kept
 
 
-def _permanent(robot: int, dice: Dice) -> Rule:
-    """A fault that one robot suffers to the end: the others do not hear it, or it hears nobody, or both."""
-    name, from_s = robot_name(robot), dice.between(0.5, 8.0)
-    match dice.whole(1, 4):
+def _permanent(robot: int, draws: Draws) -> Rule:
+    """A permanent fault of one robot: its messages are lost, or those to it, or both."""
+    name, from_s = robot_name(robot), draws.between(0.5, 8.0)
+    match draws.whole(1, 4):
         case 1:
-            return Drop(sender=(name,), probability=dice.between(0.8, 1.0), from_s=from_s)
+            return Drop(sender=(name,), probability=draws.between(0.8, 1.0), from_s=from_s)
         case 2:
-            return Drop(receiver=(name,), probability=dice.between(0.8, 1.0), from_s=from_s)
+            return Drop(receiver=(name,), probability=draws.between(0.8, 1.0), from_s=from_s)
         case 3:
             return Partition(group=(name,), others=("router",), from_s=from_s)
         case _:

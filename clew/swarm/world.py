@@ -1,7 +1,7 @@
-"""Worlds of a swarm: small, so that an episode is short; drawn by the seed alone. Pure.
+"""Worlds of a swarm: small, so that an episode is short; determined by the seed alone. Pure.
 
-Rule 1: in the open, passages are wide enough for a fleet to pass one dead body; in corridors and pockets they
-        are not, and whoever asks whether there was a way has to look (`clew.campaign.liveness`).
+Rule 1: in the open, passages are wide enough for a fleet to pass one dead body. In corridors and pockets they
+        are not, so `clew.campaign.liveness` must check whether there was a way.
 """
 
 from enum import StrEnum
@@ -9,46 +9,46 @@ from typing import Any
 
 from clew.fields.field import Field, Kind, scene
 from clew.fields.maze import rectangle
-from clew.swarm.dice import Dice
+from clew.swarm.draws import Draws
 from protocol.files.reading import understand
 from world.scenario.deployment import deployed
 from world.scenario.scenario import Scenario
 from world.scenario.scene import as_scenario
 
 RADIUS_M = 0.15  # as in most scenes from public data
-ROBOTS = (3, 5)  # three is the least that has a middle; five the paper's, and all that lanes have room for
+ROBOTS = (3, 5)  # three is the least with a middle; five is the paper's number, and the most that fit
 OPEN_M = (4.0, 3.0)
-OPEN_WIDTH_M = 1.2  # twice 2 (r + epsilon), and a body between: 1.1 m, and a little
+OPEN_WIDTH_M = 1.2  # twice 2 (r + epsilon) with a body between is 1.1 m, plus a margin
 OPEN_DENSITY = 0.04
 CORRIDORS_M = (3.2, 2.2)  # four columns and three rows
 CORRIDOR_WIDTH_M = 0.6
-DIRECTIONS = 180  # of a small field as good as 360, at half the price
-SHORT_RANGE_M = 1.2  # who sees no further goes into a pocket
+DIRECTIONS = 180  # in a small field as good as 360, at half the cost
+SHORT_RANGE_M = 1.2  # a leader that sees no further drives into a pocket
 SOURCE = "swarm"
 
 
 class Ground(StrEnum):
-    """What kind of world it is."""
+    """The kind of world."""
 
     OPEN = "open"
     SCATTERED = "scattered"
-    """Open, and the robots start anywhere, so that they line up by turns."""
+    """Open; the robots start anywhere, so that they line up by turns."""
     CORRIDORS = "corridors"
     POCKET = "pocket"
-    """There is a dead end in the way, one robot wide, so that the strand turns round."""
+    """A dead end, one robot wide, is in the way, so that the strand turns round."""
 
 
 SHARES = (Ground.OPEN,) * 6 + (Ground.SCATTERED,) * 7 + (Ground.CORRIDORS,) * 3 + (Ground.POCKET,) * 4
 
 
 def draw_world(seed: int, *, time_s_max: float, queue: bool = False) -> tuple[Ground, dict[str, Any]]:
-    """A world, as a scenario file would say it; with a `queue`, of as many robots as may be, in the open."""
-    dice = Dice(seed, "swarm/world")
-    ground = Ground.OPEN if queue else dice.pick(SHARES)
-    drawn = _draw_scene(ground, seed, dice)
+    """A world, as in a scenario file. With `queue` it is open and has the largest number of robots."""
+    draws = Draws(seed, "swarm/world")
+    ground = Ground.OPEN if queue else draws.pick(SHARES)
+    drawn = _draw_scene(ground, seed, draws)
     raw = as_scenario(drawn, SOURCE)
     raw["name"] = f"swarm-{seed}"
-    raw["fleet"]["robots"] = ROBOTS[1] if queue else dice.whole(*ROBOTS)
+    raw["fleet"]["robots"] = ROBOTS[1] if queue else draws.whole(*ROBOTS)
     raw["sensor"]["directions"] = DIRECTIONS
     raw["time"]["time_s_max"] = time_s_max
     if ground is Ground.POCKET:
@@ -59,11 +59,11 @@ def draw_world(seed: int, *, time_s_max: float, queue: bool = False) -> tuple[Gr
 
 
 def as_loaded(raw: dict[str, Any]) -> Scenario:
-    """The scenario as a file that says this would be loaded."""
+    """The scenario, loaded as from a file."""
     return understand(raw, Scenario, SOURCE)
 
 
-def _draw_scene(ground: Ground, seed: int, dice: Dice) -> dict[str, Any]:
+def _draw_scene(ground: Ground, seed: int, draws: Draws) -> dict[str, Any]:
     if ground is Ground.CORRIDORS:
         field = Field(
             kind=Kind.CORRIDORS,
@@ -74,8 +74,8 @@ def _draw_scene(ground: Ground, seed: int, dice: Dice) -> dict[str, Any]:
         )
         return scene(field)
     if ground is Ground.POCKET:
-        return _pocket(seed, dice)
-    kind = dice.pick((Kind.CIRCLES, Kind.CONVEX, Kind.MIXED))
+        return _pocket(seed, draws)
+    kind = draws.pick((Kind.CIRCLES, Kind.CONVEX, Kind.MIXED))
     return scene(_open(kind, seed, OPEN_DENSITY))
 
 
@@ -90,11 +90,11 @@ def _open(kind: Kind, seed: int, density: float) -> Field:
     )
 
 
-def _pocket(seed: int, dice: Dice) -> dict[str, Any]:
-    """An empty field, and in the straight way a dead end."""
+def _pocket(seed: int, draws: Draws) -> dict[str, Any]:
+    """An empty field with a dead end in the straight way."""
     drawn = scene(_open(Kind.CIRCLES, seed, 0.0))
     y_m = drawn["start"][1]
-    from_m, depth_m, half_m = dice.between(0.4, 1.0), dice.between(1.3, 2.2), dice.between(0.28, 0.36)
+    from_m, depth_m, half_m = draws.between(0.4, 1.0), draws.between(1.3, 2.2), draws.between(0.28, 0.36)
     to_m, wall_m = from_m + depth_m, RADIUS_M
     walls = [
         rectangle(from_m, to_m, y_m + half_m, y_m + half_m + wall_m),

@@ -1,11 +1,10 @@
-"""`clew bench`: how long things take. A shell: it has the clocks."""
+"""`clew bench`: measures how long things take. It is the shell: it reads the clocks."""
 
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import click
-import msgspec
 from rich.console import Console
 from rich.table import Table
 
@@ -14,6 +13,7 @@ from clew.bench.rehearsal import speed
 from clew.campaign.scenes import find_scenes
 from clew.fields.field import Field, Kind, scene
 from clew.verbs.options import AS_JSON
+from clew.verbs.say import say_json
 from protocol.errors import UsageError
 from protocol.faults.plan import NO_FAULTS, uniform
 from protocol.faults.plan import load as load_plan
@@ -22,12 +22,12 @@ from world.scenario.scenario import Scenario, load
 from world.scenario.scene import as_scenario
 
 LOSS = 0.3
-FIELD_SEED = 1  # of the fields that are measured where no scenes are named
+FIELD_SEED = 1  # of the fields that are measured by default
 
 
 @click.group()
 def bench() -> None:
-    """Measure how long things take, on this machine."""
+    """Measure how long things take on this machine."""
 
 
 @bench.command()
@@ -36,20 +36,20 @@ def bench() -> None:
     "roots",
     multiple=True,
     type=click.Path(path_type=Path),
-    help="Folder or file; may be repeated. Default: a field of each kind, as `clew field` makes it.",
+    help="Folder or file with scenes; repeatable. Default: a field of each kind, as `clew field` prints it.",
 )
 @AS_JSON
 def plan(roots: tuple[Path, ...], *, as_json: bool) -> None:
-    """Rehearse scenes and time every plan that their leaders make, in all and by part.
+    """Time every plan that the leaders of some rehearsals make, as a whole and by part.
 
-    Beside them stands what a textbook planner takes on the same scans: a distance transform, and Dijkstra's
+    For comparison, a textbook planner plans on the same scans: a distance transform, then Dijkstra's
     algorithm over all open cells of a grid as fine as the leader's. It certifies nothing.
     """
     names: list[str] = []
     measured: list[Sample] = []
     for name, scenario in _asked(roots) if roots else _fields():
         if scenario.mission().goal is None:
-            raise UsageError(f"{name}: has no goal, and the textbook planner needs one")
+            raise UsageError(f"{name}: has no goal, but the textbook planner needs one")
         names.append(name)
         measured += samples(scenario, cpu=time.process_time, wall=time.perf_counter)
         click.echo(f"{name}: {len(measured)} plans so far", err=True)
@@ -57,31 +57,37 @@ def plan(roots: tuple[Path, ...], *, as_json: bool) -> None:
         raise UsageError(f"no leader made a plan in {', '.join(names)}")
     found = figures(names, measured)
     if as_json:
-        click.echo(msgspec.json.format(msgspec.json.encode(found)).decode())
+        say_json(found)
     else:
         _print(found)
 
 
 @bench.command()
 @click.argument("scenario", default="grove")
-@click.option("--runs", type=click.IntRange(1, 1000), default=5, help="Timed, of each plan; default 5.")
+@click.option(
+    "--runs",
+    type=click.IntRange(1, 1000),
+    default=5,
+    show_default=True,
+    help="How many rehearsals of each fault plan to time.",
+)
 @click.option(
     "--faults",
     "plans",
     multiple=True,
-    help="A fault plan's name or file; may be repeated. Default: none, 30 % loss, and the leader killed.",
+    help="Fault plan, a name or a file; repeatable. Default: no faults, 30 % loss, and the leader killed.",
 )
 @AS_JSON
 def rehearsal(scenario: str, runs: int, plans: tuple[str, ...], *, as_json: bool) -> None:
-    """Time whole rehearsals: how many simulated seconds they go through in a second.
+    """Time whole rehearsals: simulated seconds per wall-clock second.
 
-    Beside them stands what ticks and messages alone would take, with cores that do nothing.
+    For comparison, the same number of ticks and messages is timed with cores that do nothing (column bare).
     """
     known = load(scenario)
     asked = [load_plan(each) for each in plans] or [NO_FAULTS, uniform(loss=LOSS), load_plan("leader-killed")]
     rows = [speed(known, plan, runs=runs, wall=time.perf_counter) for plan in asked]
     if as_json:
-        click.echo(msgspec.json.format(msgspec.json.encode(rows)).decode())
+        say_json(rows)
         return
     table = Table(title=f"Rehearsals of {known.name} with {known.fleet.robots} robots, median of {runs}")
     for column in ("faults", "simulated [s]", "messages", "wall [s]", "times real time", "bare"):
@@ -125,4 +131,4 @@ def _print(found: PlanFigures) -> None:
     for name, spread in rows.items():
         table.add_row(name, f"{spread.median_ms:.2f}", f"{spread.p90_ms:.2f}", f"{spread.max_ms:.2f}")
     Console().print(table)
-    click.echo(f"A plan takes {found.ratio:.2f} times as long as the textbook planner's, in the median.")
+    click.echo(f"The median plan takes {found.ratio:.2f} times as long as that of the textbook planner.")

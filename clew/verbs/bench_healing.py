@@ -1,19 +1,17 @@
-"""`clew bench healing`: what is measured on real fleets, at real time."""
+"""`clew bench healing`: measures on live fleets, in real time."""
 
 import os
-import sys
 import tempfile
 from pathlib import Path
 
 import click
-import msgspec
-from rich.console import Console
 from rich.table import Table
 
-from clew.bench.healing import Healing, HealingFigures, LeaderBlow, Times, figures_of, healing_in
+from clew.bench.healing import Healing, HealingFigures, LeaderFault, Times, figures_of, healing_in
 from clew.fleet.live import run_fleet
 from clew.log.timeline import read
 from clew.verbs.options import AS_JSON
+from clew.verbs.say import console, say_json, warn
 from protocol.asked import terminable
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan_text import FAULTS_FILE, plan_text
@@ -21,45 +19,48 @@ from world.record.recorder import EVENTS_FILE
 from world.scenario.scenario import load
 
 HEALED = b'"kind":"strand.healed"'  # as the recorder writes it
-PIPE_COLUMNS = 140  # the table's width where stdout is no terminal
-WALL_S_MAX = 60.0  # of a run: the strand has healed within 10 s, or it does not
+WALL_S_MAX = 60.0  # of a run: a strand heals within 10 s, or never
 
 
 @click.command()
 @click.argument("scenario", default="grove")
-@click.option("--runs", type=click.IntRange(1, 1000), default=20, show_default=True, help="Of each blow.")
+@click.option(
+    "--runs",
+    type=click.IntRange(1, 1000),
+    default=20,
+    show_default=True,
+    help="How many runs with each fault.",
+)
 @AS_JSON
 @click.pass_context
 @terminable()
 def healing(ctx: click.Context, scenario: str, *, runs: int, as_json: bool) -> None:
-    """Kill, and then freeze, leaders of live fleets at real time; how soon are they missed and succeeded?
+    """Measure how soon live fleets detect and replace a lost leader.
 
-    A run is told to end when its strand has healed.
-
-    Exit code: 0 all times within their bounds, 1 one was not, or never came, 2 it cannot be done as asked,
-    130, 143 or 129 ended by Ctrl-C, SIGTERM or SIGHUP, and so was its fleet.
+    In half of the runs the leader is killed, in the other half it is frozen. Each run ends as soon as its
+    strand has healed. Exits with 1 when a time was over its bound or an event never came.
     """
-    load(scenario)  # what cannot be loaded is said before fleets start, not by each of them
+    load(scenario)  # report a bad scenario once, before any fleet starts
     rows: list[HealingFigures] = []
-    for blow in LeaderBlow:
+    for fault in LeaderFault:
         measured: list[Healing | None] = []
         loads: list[float] = []
         for run in range(runs):
-            measured.append(_measure(scenario, blow, run))
+            measured.append(_measure(scenario, fault, run))
             loads.append(os.getloadavg()[0])
-            click.echo(f"{blow} {run + 1} of {runs}: {measured[-1]}", err=True)
-        rows.append(figures_of(blow, measured, loads))
+            click.echo(f"{fault} {run + 1} of {runs}: {measured[-1]}", err=True)
+        rows.append(figures_of(fault, measured, loads))
     if as_json:
-        click.echo(msgspec.json.format(msgspec.json.encode(rows)).decode())
+        say_json(rows)
     else:
         _print(rows)
     ctx.exit(ExitCode.OK if all(row.ok for row in rows) else ExitCode.FAILED)
 
 
-def _measure(scenario: str, blow: LeaderBlow, run: int) -> Healing | None:
+def _measure(scenario: str, fault: LeaderFault, run: int) -> Healing | None:
     with tempfile.TemporaryDirectory(prefix="clew-healing.") as folder:
         plan, out = Path(folder) / FAULTS_FILE, Path(folder) / "run"
-        plan.write_text(plan_text(blow.plan(run)), encoding="utf-8")
+        plan.write_text(plan_text(fault.plan(run)), encoding="utf-8")
         events = out / EVENTS_FILE
         ended = run_fleet(
             [scenario, "--faults", str(plan), "--seed", str(run + 1), "--out", str(out)],
@@ -67,15 +68,13 @@ def _measure(scenario: str, blow: LeaderBlow, run: int) -> Healing | None:
             until=lambda: events.exists() and HEALED in events.read_bytes(),
         )
         if not events.exists():
-            click.echo(f"no run: {'; '.join(ended.said)}", err=True)
+            warn(f"no run: {'; '.join(ended.said)}")
             return None
         return healing_in(read(out).lines)
 
 
 def _print(rows: list[HealingFigures]) -> None:
-    table = Table(
-        title="From the blow to detection, from there to succession, from the blow to healing [wall s]"
-    )
+    table = Table(title="Fault to detection, detection to succession, fault to healing [wall-clock s]")
     table.add_column("leader")
     for column in (
         "runs",
@@ -91,12 +90,11 @@ def _print(rows: list[HealingFigures]) -> None:
         table.add_column(column, justify="right")
     for row in rows:
         cells = (*_cells(row.detection), *_cells(row.succession), _cells(row.healed)[0])
-        table.add_row(f"{row.blow}", f"{row.runs}", f"{row.never}", *cells)
-    console = Console() if sys.stdout.isatty() else Console(width=PIPE_COLUMNS)
-    console.print(table)
+        table.add_row(f"{row.fault}", f"{row.runs}", f"{row.never}", *cells)
+    console().print(table)
     loads = [load for row in rows for load in row.loads]
     word = "OK" if all(row.ok for row in rows) else "FAILED"
-    click.echo(f"{word}; load of the machine {min(loads):.1f} to {max(loads):.1f} on {os.cpu_count()} cores.")
+    click.echo(f"{word}; load average {min(loads):.1f} to {max(loads):.1f} on {os.cpu_count()} cores.")
 
 
 def _cells(times: Times | None) -> tuple[str, str, str]:

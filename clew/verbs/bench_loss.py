@@ -1,4 +1,4 @@
-"""`clew bench loss`: how much longer a fleet takes the more messages are lost."""
+"""`clew bench loss`: measures how message loss delays a fleet."""
 
 import os
 import tempfile
@@ -15,14 +15,15 @@ from clew.bench.loss import (
     LossPoint,
     Reach,
     loss_plan,
-    page_with,
     rehearsed,
     slowdown,
     table,
 )
 from clew.fleet.live import run_fleet
+from clew.manual.parts import with_part
 from clew.verbs.extras import need
 from clew.verbs.options import AS_JSON
+from clew.verbs.say import say_json
 from protocol.asked import terminable
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
@@ -35,40 +36,50 @@ from world.record.run_files import read_verdict
 from world.scenario.scenario import Scenario, load
 
 DOCUMENT = ROOT / "docs" / "measured.md"
-FIGURE = DOCUMENT.with_name("loss.svg")
-LATE, START_S = 2.0, 60.0  # how much slower than asked, and to begin and to end, a busy machine may be
+PART, FIGURE = "loss", DOCUMENT.with_name("loss.svg")
+LATE, START_S = 2.0, 60.0  # allowance for a busy machine: times slower, and seconds to start and to end
 
 
 @click.command()
 @click.argument("scenario", default="grove")
 @click.option(
-    "--runs", type=click.IntRange(1, 1000), default=5, show_default=True, help="Rehearsals of each."
+    "--runs",
+    type=click.IntRange(1, 1000),
+    default=5,
+    show_default=True,
+    help="How many rehearsals for each rate of loss.",
 )
 @click.option(
-    "--live", type=click.IntRange(0, 100), default=0, show_default=True, help="Real fleets of each."
+    "--live",
+    type=click.IntRange(0, 100),
+    default=0,
+    show_default=True,
+    help="How many live fleets for each rate of loss.",
 )
 @click.option(
     "--speed",
     type=click.FloatRange(0.0, SPEED_MAX, min_open=True),
     default=2.0,
     show_default=True,
-    help="Of real fleets, times real time.",
+    help="Speed of the live fleets, times real time.",
 )
-@click.option("--write", is_flag=True, help="Write the table into docs/measured.md, and docs/loss.svg.")
+@click.option(
+    "--write", is_flag=True, help="Write the table into docs/measured.md, and the figure docs/loss.svg."
+)
 @AS_JSON
 @click.pass_context
 @terminable()
 def loss(
     ctx: click.Context, scenario: str, *, runs: int, live: int, speed: float, write: bool, as_json: bool
 ) -> None:
-    """Have a fleet cross while 0 to 90 % of its messages are lost: between robots only, and all of them.
+    """Measure how long a fleet takes when 0 to 90 % of its messages are lost.
 
-    Exit code: 0 no promise broke, and with half lost between robots it took at most 1.5 times as long;
-    1 otherwise, 130, 143 or 129 ended by Ctrl-C, SIGTERM or SIGHUP.
+    Each rate is measured twice: for messages between robots only, and for all messages. Exits with 1 when a
+    promise was broken, or when 50 % loss between robots made the fleet take more than 1.5 times as long.
     """
     known = load(scenario)
     if write:
-        need("matplotlib", extra="plot", by="figures need")  # said before the fleets cross, not after
+        need("matplotlib", extra="plot", by="figures need")  # fail before the runs, not after them
     points: list[LossPoint] = []
     for reach in Reach:
         for rate in RATES:
@@ -84,15 +95,15 @@ def loss(
     said = _said(known, points, runs=runs, speed=speed)
     if write:
         _draw(points, f"{known.fleet.robots} robots, {known.name}")
-        DOCUMENT.write_text(page_with(DOCUMENT.read_text(encoding="utf-8"), said), encoding="utf-8")
-    click.echo(msgspec.json.format(msgspec.json.encode(points)).decode() if as_json else said)
+        DOCUMENT.write_text(with_part(DOCUMENT.read_text(encoding="utf-8"), PART, said), encoding="utf-8")
+    say_json(points) if as_json else click.echo(said)
     broken = sum(each.violations for point in points for each in (*point.rehearsed, *point.live))
     ctx.exit(ExitCode.OK if broken == 0 and slowdown(points) <= BOUND else ExitCode.FAILED)
 
 
 def _draw(points: list[LossPoint], title: str) -> None:
-    from clew.bench.loss_chart import loss_chart  # noqa: PLC0415 - nobody else is to wait for matplotlib
-    from clew.figures.style import render  # noqa: PLC0415 - it brings matplotlib in
+    from clew.bench.loss_chart import loss_chart  # noqa: PLC0415 - only this option needs matplotlib
+    from clew.figures.style import render  # noqa: PLC0415 - imports matplotlib
 
     FIGURE.write_bytes(render(loss_chart(points, title), ("svg",))["svg"])
 
@@ -106,7 +117,7 @@ def _live(scenario: str, known: Scenario, plan: Plan, seed: int, speed: float) -
         try:
             verdict = read_verdict(out)
         except (OSError, msgspec.MsgspecError) as error:
-            raise UsageError(f"a live run came to no verdict: {'; '.join(ended.said[-3:])}") from error
+            raise UsageError(f"a live run has no verdict: {'; '.join(ended.said[-3:])}") from error
     return Crossing(
         seed=seed,
         time_s=verdict.sim_s if verdict.reason == Ending.ARRIVED else None,
@@ -116,7 +127,7 @@ def _live(scenario: str, known: Scenario, plan: Plan, seed: int, speed: float) -
 
 
 def _said(known: Scenario, points: list[LossPoint], *, runs: int, speed: float) -> str:
-    """The table, and how it came about."""
+    """The table, and how it was measured."""
     crossings = [each for point in points for each in (*point.rehearsed, *point.live)]
     broken = sum(each.violations for each in crossings)
     loads = [each.load for each in crossings if each.load is not None]
@@ -125,8 +136,9 @@ def _said(known: Scenario, points: list[LossPoint], *, runs: int, speed: float) 
     return (
         f"{known.fleet.robots} robots cross `{known.name}`: simulated seconds until all have arrived; "
         f"*never*: not within {known.time.time_s_max:g} s.\nRehearsed with seeds 1 to {runs}{live}.\n"
-        f"In {len(crossings)} runs {broken} promises broke. With {100 * BOUND_RATE:.0f} % loss on every link "
-        f"a crossing takes {slowdown(points):.2f} times as long as without.\n\n{table(points)}"
+        f"In {len(crossings)} runs, {broken} promises were broken. "
+        f"With {100 * BOUND_RATE:.0f} % loss on every link it takes {slowdown(points):.2f} times as long "
+        f"as without.\n\n{table(points)}"
     )
 
 

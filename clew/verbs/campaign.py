@@ -1,4 +1,4 @@
-"""`clew campaign`: many scenes, several seeds, a table by family."""
+"""`clew campaign`: rehearses many scenes with several seeds, and prints a table by family."""
 
 import re
 import sys
@@ -12,23 +12,23 @@ from rich.console import Console
 from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from clew.campaign.campaign import CAMPAIGN_FILE, Campaign, Request, cores, run
-from clew.campaign.classes import class_table, sometimes_table
+from clew.campaign.classes import class_table, coverage_table
 from clew.campaign.episode import SWARM
 from clew.campaign.families import table
 from clew.fleet.folder import RUNS
-from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, ROBOTS
+from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, robots_option
+from clew.verbs.say import console, say
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.run_settings import SEED_MAX
 
 Watch = Callable[[int, int, int], None]
 
-PIPE_COLUMNS = 140  # the table's width where stdout is no terminal
-REPORTS = 20  # lines of progress where stderr is no terminal: one for each 5 %
+REPORTS = 20  # lines of progress if stderr is no terminal: one for each 5 %
 
 
 def _seeds(_ctx: click.Context, _param: click.Parameter, said: str) -> tuple[int, ...]:
-    """The seeds that a text says, each once."""
+    """The seeds in a text such as 1,4-6, each once."""
     seeds: list[int] = []
     for part in said.split(","):
         match = re.fullmatch(r"(\d{1,16})(?:-(\d{1,16}))?", part, re.ASCII)
@@ -44,30 +44,40 @@ def _seeds(_ctx: click.Context, _param: click.Parameter, said: str) -> tuple[int
     "roots",
     multiple=True,
     type=click.Path(path_type=Path),
-    help="May be repeated.",
+    help="Folder or file with scenes; repeatable.",
 )
-@click.argument("more", nargs=-1, type=click.Path(path_type=Path))
-@click.option("--robots", type=ROBOTS, help="Robots, instead of each scenario's (of a scene: 5).")
-@click.option("--seeds", callback=_seeds, default="1", show_default=True, help="Like 1, 1-3 or 1,4-6.")
+@click.argument("more", metavar="[SCENES]...", nargs=-1, type=click.Path(path_type=Path))
+@robots_option("Number of robots, instead of each scenario's; a scene has 5 by default.")
+@click.option("--seeds", callback=_seeds, default="1", show_default=True, help="Seeds, as 1, 1-3 or 1,4-6.")
 @LAW
 @DEPLOYMENT
 @click.option(
     "--tight",
     type=click.FloatRange(0.0, 2.0, min_open=True),
-    help="Give each scene a robot whose r + epsilon is this share of its widest path.",
+    help="Give each scene a robot whose r + epsilon is this share of the scene's widest path.",
 )
 @click.option(
-    "--faults", metavar="PLAN|swarm", help="What goes wrong; swarm: each seed draws it, and its world."
+    "--faults", metavar="PLAN|swarm", help="Fault plan; swarm: each seed draws its own world and faults."
 )
-@click.option("--keep", is_flag=True, help="Write down every drawn world and plan, not only what surprises.")
-@click.option("--jobs", type=click.IntRange(1), help="Processes; 1: this one. Default: as many as cores.")
-@click.option("--out", type=click.Path(path_type=Path), help="The campaign's folder; the same again goes on.")
+@click.option(
+    "--keep", is_flag=True, help="Write every drawn world and plan, not only those with a surprise."
+)
+@click.option(
+    "--jobs",
+    type=click.IntRange(1),
+    help="Number of worker processes; 1: play in this process. Default: one for each core.",
+)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    help="Folder of the campaign; an unfinished campaign there is continued.",
+)
 @click.option(
     "--wall-s-max",
     type=click.FloatRange(0.0, min_open=True),
     default=300.0,
     show_default=True,
-    help="Longest that an episode may take [s].",
+    help="Limit for one episode [wall-clock s].",
 )
 @AS_JSON
 @click.pass_context
@@ -88,11 +98,10 @@ def campaign(
     wall_s_max: float,
     as_json: bool,
 ) -> None:
-    """Rehearse every scene below --scenes DIR... with every seed; say what surprises, family by family.
+    """Rehearse every scene with every seed, and report surprises by family.
 
-    With --faults swarm each seed draws a small world of its own and what goes wrong in it.
-
-    Exit code: 0 no surprise, 1 a surprise, 2 it cannot be done as asked, 130 interrupted.
+    A surprise is an outcome that no sound fleet has, such as a broken promise. With --faults swarm, each seed
+    draws its own small world and the faults in it. Exits with 1 when there was a surprise.
     """
     _check(bool(roots), faults, (robots, law, deployment, tight))
     request = Request(
@@ -118,35 +127,33 @@ def campaign(
 
 
 def _check(has_scenes: bool, faults: str | None, of_scenes: tuple[object, ...]) -> None:
-    """Refuse options that do not go together.
+    """Refuse options that exclude each other.
 
     Raises:
-        UsageError: it names them.
+        UsageError: it names the options.
     """
     if faults != SWARM:
         if not has_scenes:
-            raise UsageError("--scenes: must be there, but with --faults swarm, which draws its own")
+            raise UsageError("--scenes: must be given, unless --faults is swarm")
         return
     if has_scenes or any(each is not None for each in of_scenes):
         raise UsageError(
-            "--faults swarm: each seed draws its own world, so there must be none of"
-            " --scenes, --robots, --law, --deployment and --tight"
+            "--faults swarm: each seed draws its own world, so --scenes, --robots, --law, --deployment and"
+            " --tight must not be given"
         )
 
 
 def _print(result: Campaign, out: Path) -> None:
-    console = Console() if sys.stdout.isatty() else Console(width=PIPE_COLUMNS)
-    console.print(table(result.families, result.all))
+    out_table = console()
+    out_table.print(table(result.families, result.all))
     if result.faults == SWARM:
-        console.print(class_table(result.classes))
-        console.print(sometimes_table(result.sometimes))
+        out_table.print(class_table(result.classes))
+        out_table.print(coverage_table(result.coverage))
     for outcome in result.surprises:
-        click.echo(
-            f"{outcome.surprise}: {outcome.family}/{outcome.scene}, seed {outcome.seed}: {outcome.reason}"
-        )
-        click.echo(f"    {outcome.replay}")
-    if result.never:
-        click.echo(f"never seen: {', '.join(result.never)}")
+        say(f"{outcome.surprise}: {outcome.family}/{outcome.scene}, seed {outcome.seed}: {outcome.reason}")
+        say(f"    {outcome.replay}")
+    if result.uncovered:
+        say(f"not covered: {', '.join(result.uncovered)}")
     word = "INTERRUPTED" if result.interrupted else "OK" if result.ok else "FAILED"
     done, asked = result.all.episodes, result.episodes_asked
     click.echo(f"{word}: {done} of {asked} episodes, {len(result.surprises)} surprises. Campaign: {out}")
@@ -154,7 +161,7 @@ def _print(result: Campaign, out: Path) -> None:
 
 @contextmanager
 def _watching() -> Iterator[Watch]:
-    """Who is told of the progress: a bar on a terminal, else a line now and then."""
+    """Shows the progress: a bar on a terminal, otherwise a line for each 5 %."""
     if not sys.stderr.isatty():
         yield _report
         return

@@ -1,15 +1,13 @@
-"""`clew chaos`: live fleets, one after the other, each under faults that its seed draws."""
+"""`clew chaos`: runs live fleets, one after the other, each with faults that its seed draws."""
 
 import os
 import shutil
-import sys
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
 import click
 import msgspec
-from rich.console import Console
 from rich.table import Table
 
 from clew.campaign.campaign import write_drawn
@@ -19,55 +17,64 @@ from clew.fleet.folder import RUNS, make_folder
 from clew.fleet.live import run_fleet
 from clew.swarm.swarm import draw
 from clew.verbs.options import AS_JSON, SEED
+from clew.verbs.say import console, say, warn
 from protocol.asked import AskedToEnd, terminable
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
+from protocol.files.writing import make_folder as make_private
+from protocol.files.writing import write_whole
 from protocol.run_settings import SPEED_MAX
 
 CHAOS_FILE = "chaos.json"
-PIPE_COLUMNS = 140  # the table's width where stdout is no terminal
-LATE = 2.0  # so many times slower than asked for a busy machine may be,
-START_S = 60.0  # and so much longer it may take to begin and to end
+LATE, START_S = 2.0, 60.0  # allowance for a busy machine: times slower, and seconds to start and to end
 
 
 @click.command()
-@click.option("--runs", type=click.IntRange(1, 10_000), default=50, show_default=True, help="How many.")
+@click.option(
+    "--runs", type=click.IntRange(1, 10_000), default=50, show_default=True, help="Number of fleets."
+)
 @click.option(
     "--speed",
     type=click.FloatRange(0.0, SPEED_MAX, min_open=True),
     default=2.0,
     show_default=True,
-    help="Times real time.",
+    help="Speed of the fleets, times real time.",
 )
-@click.option("--seed", type=SEED, default=1, show_default=True, help="Of the first; the next has one more.")
-@click.option("--out", type=click.Path(path_type=Path), help="New or empty: for worlds, plans and runs.")
+@click.option(
+    "--seed",
+    type=SEED,
+    default=1,
+    show_default=True,
+    help="Seed of the first fleet; each next one is one higher.",
+)
+@click.option(
+    "--out", type=click.Path(path_type=Path), help="New or empty folder for worlds, plans and runs."
+)
 @AS_JSON
 @click.pass_context
 @terminable()
 def chaos(ctx: click.Context, *, runs: int, speed: float, seed: int, out: Path | None, as_json: bool) -> None:
-    """Run live fleets through what the swarm of a campaign draws: loss, cuts, kills, freezes, restarts.
+    """Run live fleets under the faults that a swarm campaign draws.
 
-    Folders of runs are kept that had trouble or did not arrive.
-
-    Exit code: 0 no trouble, 1 trouble (a violation, books that do not balance, a log that is not whole,
-    a launcher that refuses, something left behind), 2 it cannot be done as asked,
-    130, 143 or 129 ended by Ctrl-C, SIGTERM or SIGHUP, and so was its fleet.
+    Faults are lost messages, cut links, kills, freezes and restarts. The folders of runs that had trouble or
+    did not arrive are kept. Exits with 1 when a run had trouble: a violation, books that do not balance, a
+    log with gaps, a launcher that refuses, or something left behind.
     """
     folder = out or RUNS / f"chaos-{datetime.now(UTC):%Y%m%dT%H%M%SZ}"
-    make_folder(folder)  # so what stands in it from now on, and may be removed, is of this call
+    make_folder(folder)  # empty now, so everything in it later is from this call and may be removed
     done: list[ChaosRun] = []
     asked: ExitCode | None = None
     try:
         for each in range(seed, seed + runs):
             done.append(_play(each, f"{speed:g}", folder))
-            click.echo(_sentence(done[-1], len(done), runs), err=True)
+            warn(_sentence(done[-1], len(done), runs))
     except AskedToEnd as signal:
         asked = signal.exit_code
     except OSError as error:
         raise UsageError(f"cannot write into {folder}: {error.strerror or error}") from error
     result = sum_up(done, asked=runs, speed=f"{speed:g}", interrupted=asked is not None)
     said = msgspec.json.format(msgspec.json.encode(result))
-    (folder / CHAOS_FILE).write_bytes(said + b"\n")
+    write_whole(folder / CHAOS_FILE, said + b"\n")
     if as_json:
         click.echo(said.decode())
     else:
@@ -76,7 +83,7 @@ def chaos(ctx: click.Context, *, runs: int, speed: float, seed: int, out: Path |
 
 
 def _play(seed: int, speed: str, folder: Path) -> ChaosRun:
-    """One fleet; its run's folder is kept if anybody may want to see it."""
+    """Run one fleet; its folder is kept if the run had trouble or did not arrive."""
     swarm, path, run = draw(seed), folder / "drawn" / f"{seed}.toml", folder / f"run-{seed}"
     write_drawn(seed, path)
     plan = drawn_plan_path(str(path))
@@ -86,8 +93,8 @@ def _play(seed: int, speed: str, folder: Path) -> ChaosRun:
     load, _, _ = os.getloadavg()
     judged = judge_run(swarm, run, ended, replay=replay_line(path, seed, speed), load=load)
     if judged.troubles or not judged.arrived:
-        run.mkdir(exist_ok=True)
-        (run / "stderr.txt").write_text("\n".join(ended.said) + "\n", encoding="utf-8")
+        make_private(run)
+        write_whole(run / "stderr.txt", "".join(f"{line}\n" for line in ended.said).encode())
     else:
         shutil.rmtree(run)
     return judged
@@ -99,22 +106,22 @@ def _sentence(run: ChaosRun, number: int, runs: int) -> str:
 
 
 def _print(result: Chaos, folder: Path) -> None:
-    console = Console() if sys.stdout.isatty() else Console(width=PIPE_COLUMNS)
-    console.print(_table(result.each))
+    console().print(_table(result.each))
     for run in result.each:
         for trouble in run.troubles:
-            click.echo(f"TROUBLE, seed {run.seed}: {trouble}")
+            say(f"TROUBLE, seed {run.seed}: {trouble}")
         if not run.arrived:
-            click.echo(f"did not arrive, seed {run.seed} ({run.mode}): {run.reason}")
+            say(f"did not arrive, seed {run.seed} ({run.mode}): {run.reason}")
         if run.troubles or not run.arrived:
-            click.echo(f"    {run.replay}")
+            say(f"    {run.replay}")
     word = "INTERRUPTED" if result.interrupted else "OK" if result.ok else "FAILED"
-    strokes = ", ".join(f"{blow} {count}" for blow, count in result.strokes.items())
+    process_faults = ", ".join(f"{fault} {count}" for fault, count in result.process_faults.items())
     click.echo(
         f"{word}: {result.runs} of {result.runs_asked} runs, {result.violations} violations, "
         f"{result.unbalanced} unbalanced, {result.leftovers} left behind, "
         f"{result.not_arrived} did not arrive; {result.messages_sent} messages, "
-        f"{result.messages_unaccounted} unaccounted for; struck: {strokes or 'nobody'}. Chaos: {folder}"
+        f"{result.messages_unaccounted} unaccounted for; process faults: {process_faults or 'none'}. "
+        f"Chaos: {folder}"
     )
 
 

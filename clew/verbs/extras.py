@@ -1,4 +1,4 @@
-"""What this program does not need for a run: whether it is there, and how it is installed where we run."""
+"""Optional libraries: whether one is installed, and the command that installs it."""
 
 import shlex
 import sys
@@ -10,7 +10,7 @@ from protocol.root import ROOT
 
 
 def install_line(extra: str) -> str:
-    """The command line that brings an extra; an environment that uv has made holds no pip."""
+    """The command that installs an extra. An environment made by uv has no pip."""
     python, ours = shlex.quote(sys.executable), shlex.quote(f"{ROOT}[{extra}]")
     if find_spec("pip") is None:
         return f"uv pip install --python {python} --editable {ours}"
@@ -18,10 +18,10 @@ def install_line(extra: str) -> str:
 
 
 def need(module: str, *, extra: str, by: str) -> None:
-    """Come back if a module can be imported; called before any of ours that imports it is.
+    """Check that a module can be imported.
 
     Raises:
-        UsageError: it cannot; it names who needs it, and the extra that brings it.
+        UsageError: it cannot; the message names the extra, and the command that installs it.
     """
     try:
         import_module(module)

@@ -1,32 +1,69 @@
-"""`clew fault`: makes something go wrong in a running fleet."""
+"""`clew fault`: injects a fault into a running fleet.
 
-from collections.abc import Callable
+The names of options and arguments are those of the fields of a rule, so one function serves all faults.
+"""
+
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, TypedDict, Unpack
+from typing import Any
 
 import click
 
 from clew.verbs.log import RUN
-from clew.verbs.options import ROBOTS
-from protocol.faults.mischief import Wish, wish
+from clew.verbs.options import robots_option
+from protocol.faults.manual_faults import FaultRequest, request_fault
 from protocol.faults.rules import Rule
+from protocol.files.names import did_you_mean
 from protocol.files.reading import understand
 from protocol.keys import robot_number
 
+Parameter = Callable[[Callable[..., None]], Callable[..., None]]
+
+OTHERS = ("leader", "middle", "tail", "world", "router")
+
 
 def seconds(text: str | float) -> float:
-    """`5s`, `5` and `0.5s` are all seconds."""
+    """The number of seconds in `5s`, `5` or `0.5s`."""
     try:
         return float(str(text).removesuffix("s"))
     except ValueError as error:
         raise click.BadParameter(f"must be a number of seconds as in 5s, got {text}") from error
 
 
-TARGET = click.argument("target")
-OTHERS = ("leader", "middle", "tail", "world", "router")
-FOR = click.option("--for", "for_s", type=seconds, help="Simulated; to the end of the run, if not given.")
-HOW_MANY = click.option(
-    "--robots", type=ROBOTS, default=1, show_default=True, help="The target, and those next behind it."
+def process(name: str) -> str:
+    """The name of a process; a bare number is a robot."""
+    found = f"r{name}" if name.isdecimal() else name
+    if robot_number(found) is None and found not in OTHERS:
+        others, near = ", ".join(OTHERS), did_you_mean(name, OTHERS)
+        raise click.BadParameter(f"must be a robot (3 or r3), or one of {others}, got {name}{near}")
+    return found
+
+
+def _some(option: str, name: str, text: str, **more: object) -> Parameter:
+    return click.option(option, name, multiple=True, help=f"{text}; repeatable.", **more)  # type: ignore[arg-type] # click's own options
+
+
+def _time(option: str, name: str, text: str, **more: object) -> Parameter:
+    return click.option(option, name, type=seconds, help=f"{text}, as 5s.", **more)  # type: ignore[arg-type] # click's own options
+
+
+TARGET = click.argument("target", type=process)
+HOW_MANY = robots_option("Number of robots: the target and the next ones behind it.", default=1)
+FOR = click.option(
+    "--for", "for_s", type=seconds, help="Duration in simulated time, as 5s; default: to the end of the run."
+)
+MESSAGES = (
+    _some("--from", "from", "Only messages from this sender", type=process),
+    _some("--to", "to", "Only messages to this receiver", type=process),
+    _some("--kind", "kind", "Only messages of this kind, for example ahead"),
+    click.option(
+        "--probability",
+        type=click.FloatRange(0.0, 1.0),
+        default=1.0,
+        show_default=True,
+        help="Share of the messages that suffer, drawn at random.",
+    ),
+    FOR,
 )
 
 
@@ -34,166 +71,77 @@ HOW_MANY = click.option(
 @RUN
 @click.pass_context
 def fault(ctx: click.Context, run: Path) -> None:
-    """Make something go wrong in the fleet that is running in RUN, from now on.
+    """Inject a fault into the fleet that is running in RUN, from now on.
 
-    A TARGET is a robot (3 or r3), or whoever is leader, middle or tail, or the router, or the world. Each
-    fault is recorded in the run's timeline as fault.injected, with the name that is printed.
+    TARGET is a robot (3 or r3), a role (leader, middle, tail), the router or the world. The verb prints the
+    name of the fault. The timeline of the run records each injection under this name as fault.injected.
     """
     ctx.obj = run
 
 
-@fault.command()
-@TARGET
-@HOW_MANY
-@click.pass_obj
-def kill(run: Path, target: str, robots: int) -> None:
-    """SIGKILL."""
-    _give(run, {"fault": "kill", "target": _process(target), "robots": robots})
+def _add(name: str, text: str, parameters: Sequence[Parameter]) -> None:
+    """Add the verb of a fault."""
+
+    def request(run: Path, **fields: Any) -> None:  # noqa: ANN401 - fields of a rule have any type
+        source = f"fault {name}"
+        # The duration of a message fault stands beside its rule, that of a process fault in it.
+        for_s = None if "target" in fields else fields.pop("for_s")
+        rule = {"fault": name} | fields
+        understand(rule, Rule, source)  # type: ignore[arg-type] # a union; checked alone, so that errors name its field
+        click.echo(request_fault(run, understand({"rule": rule, "for_s": for_s}, FaultRequest, source)))
+
+    verb: Callable[..., None] = click.pass_obj(request)
+    for parameter in reversed(parameters):
+        verb = parameter(verb)
+    fault.command(name, help=text)(verb)
 
 
-@fault.command()
-@TARGET
-@HOW_MANY
-@FOR
-@click.pass_obj
-def freeze(run: Path, target: str, robots: int, for_s: float | None) -> None:
-    """SIGSTOP, and SIGCONT later."""
-    _give(run, {"fault": "freeze", "target": _process(target), "robots": robots, "for_s": for_s})
+def _add_message_fault(name: str, text: str, *parameters: Parameter) -> None:
+    _add(name, text, (*parameters, *MESSAGES))
 
 
-@fault.command()
-@TARGET
-@click.pass_obj
-def thaw(run: Path, target: str) -> None:
-    """SIGCONT, for a robot that is frozen."""
-    _give(run, {"fault": "thaw", "target": _process(target)})
-
-
-@fault.command()
-@TARGET
-@HOW_MANY
-@click.option("--after", "after_s", type=seconds, default=0.0, help="For how long there is no process.")
-@click.pass_obj
-def restart(run: Path, target: str, robots: int, after_s: float) -> None:
-    """SIGKILL, and later a new process that remembers nothing; at once where it is dead already."""
-    _give(run, {"fault": "restart", "target": _process(target), "robots": robots, "after_s": after_s})
-
-
-@fault.command()
-@TARGET
-@click.option("--by", "delay_s", type=seconds, required=True, help="Each time that it looks.")
-@FOR
-@click.pass_obj
-def slow(run: Path, target: str, delay_s: float, for_s: float | None) -> None:
-    """Let a robot take time over whatever it does."""
-    _give(run, {"fault": "slow", "target": _process(target), "delay_s": delay_s, "for_s": for_s})
-
-
-class Limits(TypedDict):
-    """Which messages a fault strikes, as the options say it."""
-
-    sender: tuple[str, ...]
-    receiver: tuple[str, ...]
-    kind: tuple[str, ...]
-    probability: float
-    for_s: float | None
-
-
-def _strikes_messages(verb: Callable[..., None]) -> Callable[..., None]:
-    """The options that all faults of messages take."""
-    options = (
-        click.option("--from", "sender", multiple=True, help="Only what this one says; may be repeated."),
-        click.option("--to", "receiver", multiple=True, help="Only what this one hears; may be repeated."),
-        click.option("--kind", multiple=True, help="Only messages of this kind, as ahead; may be repeated."),
-        click.option("--probability", type=click.FloatRange(0.0, 1.0), default=1.0, show_default=True),
-        FOR,
-        click.pass_obj,
-    )
-    for option in reversed(options):
-        verb = option(verb)
-    return verb
-
-
-@fault.command()
-@_strikes_messages
-def drop(run: Path, **messages: Unpack[Limits]) -> None:
-    """Lose messages."""
-    _give_messages(run, {"fault": "drop"}, messages)
-
-
-@fault.command()
-@click.option("--min", "delay_s_min", type=seconds, default=0.0, help="At least so late.")
-@click.option("--max", "delay_s_max", type=seconds, required=True, help="At most so late.")
-@_strikes_messages
-def delay(run: Path, delay_s_min: float, delay_s_max: float, **messages: Unpack[Limits]) -> None:
-    """Let messages arrive late, each by a time of its own."""
-    rule = {"fault": "delay", "delay_s_min": delay_s_min, "delay_s_max": delay_s_max}
-    _give_messages(run, rule, messages)
-
-
-@fault.command()
-@click.option("--copies", type=int, default=1, show_default=True)
-@click.option("--max", "delay_s_max", type=seconds, default=0.0, help="Each copy at most so late.")
-@_strikes_messages
-def duplicate(run: Path, copies: int, delay_s_max: float, **messages: Unpack[Limits]) -> None:
-    """Let messages arrive again."""
-    _give_messages(run, {"fault": "duplicate", "copies": copies, "delay_s_max": delay_s_max}, messages)
-
-
-@fault.command()
-@click.option("--hold", "hold_s", type=seconds, required=True, help="How long each is held back.")
-@_strikes_messages
-def reorder(run: Path, hold_s: float, **messages: Unpack[Limits]) -> None:
-    """Let later messages overtake."""
-    _give_messages(run, {"fault": "reorder", "hold_s": hold_s}, messages)
-
-
-@fault.command()
-@click.option("--bits", type=int, default=1, show_default=True, help="How many are flipped.")
-@click.option("--truncate", is_flag=True, help="Cut off anywhere, too.")
-@_strikes_messages
-def corrupt(run: Path, bits: int, *, truncate: bool, **messages: Unpack[Limits]) -> None:
-    """Damage messages."""
-    _give_messages(run, {"fault": "corrupt", "bits": bits, "truncate": truncate}, messages)
-
-
-@fault.command()
-@click.argument("group", nargs=-1, required=True)
-@click.option("--others", multiple=True, help="The other side, if not all the rest; may be repeated.")
-@click.option("--one-way", is_flag=True, help="Only what GROUP says to the others is lost.")
-@_strikes_messages
-def partition(
-    run: Path,
-    group: tuple[str, ...],
-    others: tuple[str, ...],
-    *,
-    one_way: bool,
-    **messages: Unpack[Limits],
-) -> None:
-    """Cut GROUP off from the others; `router` as the others cuts it off from everybody."""
-    sides = {"group": list(map(_process, group)), "others": list(map(_process, others))}
-    _give_messages(run, {"fault": "partition", "one_way": one_way, **sides}, messages)
-
-
-def _give_messages(run: Path, rule: dict[str, Any], messages: Limits) -> None:
-    limits = {
-        "from": list(map(_process, messages["sender"])),
-        "to": list(map(_process, messages["receiver"])),
-        "kind": list(messages["kind"]),
-        "probability": messages["probability"],
-    }
-    _give(run, rule | limits, for_s=messages["for_s"])
-
-
-def _give(run: Path, rule: dict[str, Any], for_s: float | None = None) -> None:
-    source = f"fault {rule['fault']}"
-    understand(rule, Rule, source)  # type: ignore[arg-type] # a union of types; so it is said by its own path
-    click.echo(wish(run, understand({"rule": rule, "for_s": for_s}, Wish, source)))
-
-
-def _process(name: str) -> str:
-    """A robot may be called by its bare number."""
-    process = f"r{name}" if name.isdecimal() else name
-    if robot_number(process) is None and process not in OTHERS:
-        raise click.BadParameter(f"must be a robot (3 or r3), or one of {', '.join(OTHERS)}, got {name}")
-    return process
+_add("kill", "Kill a process (SIGKILL).", [TARGET, HOW_MANY])
+_add("freeze", "Stop a process (SIGSTOP); continue it later.", [TARGET, HOW_MANY, FOR])
+_add("thaw", "Continue a frozen robot (SIGCONT).", [TARGET])
+_add(
+    "restart",
+    "Kill a process, and start a new one later.\n\n"
+    "The new process remembers nothing. A process that is already dead is started at once.",
+    [TARGET, HOW_MANY, _time("--after", "after_s", "Time without a process", default=0.0)],
+)
+_add(
+    "slow",
+    "Make a robot slow in everything that it does.",
+    [TARGET, _time("--by", "delay_s", "Extra time for each round of its loop", required=True), FOR],
+)
+_add_message_fault("drop", "Lose messages.")
+_add_message_fault(
+    "delay",
+    "Delay messages, each by a random time.",
+    _time("--min", "delay_s_min", "Least delay", default=0.0),
+    _time("--max", "delay_s_max", "Greatest delay", required=True),
+)
+_add_message_fault(
+    "duplicate",
+    "Repeat messages.",
+    click.option("--copies", type=int, default=1, show_default=True, help="Number of extra copies."),
+    _time("--max", "delay_s_max", "Greatest delay of a copy", default=0.0),
+)
+_add_message_fault(
+    "reorder",
+    "Hold messages back; later ones overtake.",
+    _time("--hold", "hold_s", "How long each message is held back", required=True),
+)
+_add_message_fault(
+    "corrupt",
+    "Damage messages.",
+    click.option("--bits", type=int, default=1, show_default=True, help="Number of bits to flip."),
+    click.option("--truncate", is_flag=True, help="Also cut messages off at a random place."),
+)
+_add_message_fault(
+    "partition",
+    "Cut GROUP off from the others.\n\nWith --others router, GROUP is cut off from all processes.",
+    click.argument("group", nargs=-1, required=True, type=process),
+    _some("--others", "others", "A process on the other side; default: all the rest", type=process),
+    click.option("--one-way", is_flag=True, help="Lose only messages from GROUP to the others."),
+)

@@ -1,4 +1,4 @@
-"""`clew figures`: a run, or a campaign, as figures for print."""
+"""`clew figures`: draws a run or a campaign for print."""
 
 import json
 from pathlib import Path
@@ -7,6 +7,7 @@ import click
 
 from clew.verbs.extras import need
 from clew.verbs.options import AS_JSON
+from clew.verbs.say import warn
 from protocol.errors import UsageError
 
 FOLDER = "figures"
@@ -23,31 +24,34 @@ def _formats(_ctx: click.Context, _param: click.Parameter, said: str) -> tuple[s
 
 @click.command()
 @click.argument("source", metavar="RUN|CAMPAIGN", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), help="Where to; default: figures/ in its folder.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), help="Folder for the figures; default: figures/ beside the log."
+)
 @click.option(
     "--format",
     "formats",
     callback=_formats,
     default=",".join(FORMATS),
     show_default=True,
-    help="Which formats, with commas.",
+    help="Formats, separated by commas.",
 )
 @AS_JSON
 def figures(source: Path, *, out: Path | None, formats: tuple[str, ...], as_json: bool) -> None:
-    """Draw a run, or a campaign, for print: its folder, or its events.jsonl or campaign.json.
+    """Draw figures of a run or of a campaign, for print.
 
-    Prints the files that it wrote. What cannot be drawn is named on stderr, and the rest is drawn.
+    The argument is a folder, an events.jsonl or a campaign.json. The verb prints the paths of the files. A
+    figure that cannot be drawn is named on stderr; the others are drawn.
     """
     need("matplotlib", extra="plot", by="figures need")
-    from clew.figures.draw import charts_in, write  # noqa: PLC0415 - nobody else is to wait for matplotlib
-    from clew.figures.style import LeftOut  # noqa: PLC0415 - it brings matplotlib in
+    from clew.figures.draw import charts_in, write  # noqa: PLC0415 - only this verb needs matplotlib
+    from clew.figures.style import LeftOut  # noqa: PLC0415 - imports matplotlib
 
     charts, flaws = charts_in(source)
     for flaw in flaws:
-        click.echo(f"not complete: {flaw}", err=True)
+        warn(f"not complete: {flaw}")
     left_out = {each.name: each.why for each in charts if isinstance(each, LeftOut)}
     for name, why in left_out.items():
-        click.echo(f"not drawn: {name}: {why}", err=True)
+        warn(f"not drawn: {name}: {why}")
     folder = source if source.is_dir() else source.parent
     written = [str(path) for path in write(charts, out or folder / FOLDER, formats)]
     click.echo(json.dumps({"written": written, "left_out": left_out}) if as_json else "\n".join(written))

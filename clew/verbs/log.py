@@ -10,24 +10,26 @@ from rich.text import Text
 
 from clew.log.check import check, sentences
 from clew.log.log import Log
-from clew.log.plain import plain
 from clew.log.summary import Judged, Summary, summarise
-from clew.verbs.log_export import export
 from clew.verbs.options import AS_JSON
+from protocol.plain import plain
 
 RUN = click.argument("run", type=click.Path(path_type=Path))
 
 
 @click.group()
 def log() -> None:
-    """Read a timeline. RUN is a run's folder, or its events.jsonl; runs/latest is the newest."""
+    """Read, check, compare and export timelines.
+
+    RUN is the folder of a run, or its events.jsonl; runs/latest is the newest run.
+    """
 
 
 @log.command()
 @RUN
 @AS_JSON
 def info(run: Path, *, as_json: bool) -> None:
-    """Summarise a timeline: what was run, how it ended, how many entries of which kind."""
+    """Summarise a timeline: what was run, how it ended, and the number of entries of each kind."""
     summary = summarise(Log(run), run)
     if as_json:
         click.echo(msgspec.json.encode(summary).decode())
@@ -40,16 +42,16 @@ def info(run: Path, *, as_json: bool) -> None:
 @AS_JSON
 @click.pass_context
 def check_log(ctx: click.Context, run: Path, *, as_json: bool) -> None:
-    """Judge S1 clearance, S2 separation, S3 authority and P1 to P6 again, from the log alone."""
+    """Judge a run again from its log alone: S1 to S3, P1 to P6, and whether the log is complete.
+
+    docs/verdict.md lists the invariants. Exits with 1 when one was broken or the log is not complete.
+    """
     finding = check(Log(run))
     if as_json:
         click.echo(msgspec.json.encode(finding).decode())
     else:
         click.echo("\n".join(sentences(finding)))
     ctx.exit(0 if finding.ok else 1)
-
-
-log.add_command(export)
 
 
 def _print_summary(summary: Summary) -> None:
@@ -63,15 +65,15 @@ def _print_summary(summary: Summary) -> None:
     facts.add_row("sources", _said(", ".join(f"{name} {count}" for name, count in summary.sources.items())))
     kinds = Table("kind", "entries")
     for kind, count in summary.kinds.items():
-        kinds.add_row(kind, str(count))
+        kinds.add_row(_said(kind), str(count))
     console.print(facts)
     console.print(kinds)
     for flaw in summary.flaws:
-        console.print(Text(f"not complete: {flaw}"), style="bold")
+        console.print(_said(f"not complete: {flaw}"), style="bold")
 
 
 def _said(text: str) -> Text:
-    """What a log says: not in rich's markup either."""
+    """Text from a log, without escape sequences and without rich markup."""
     return Text(plain(text))
 
 

@@ -1,11 +1,10 @@
-"""`clew log cat`: the entries of a timeline, one a line; of a run that goes on, as they come."""
+"""`clew log cat`: prints the entries of a timeline, one a line; of a running fleet, as they come."""
 
 import asyncio
 import os
 import sys
 from collections.abc import Callable
 from contextlib import aclosing
-from difflib import get_close_matches
 from fnmatch import filter as filter_names
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -15,45 +14,52 @@ import click
 import msgspec
 
 from clew.log.follow import follow
-from clew.log.line import WHEN, is_coloured, one_line
+from clew.log.line import WHEN, fields_of, is_coloured, one_line
 from clew.log.log import Log
 from clew.log.timeline import Choice, kind_of
 from clew.verbs.log import RUN
 from clew.verbs.options import AS_JSON
+from clew.verbs.say import warn
+from protocol.files.names import did_you_mean
+from protocol.plain import plain
 from protocol.timeline import Entry, Record
+from protocol.timeline.sentences import sentence
 from world.record.recorder import line
 
 Say = Callable[[str, Entry], None]
 KINDS = tuple(each.__struct_config__.tag for each in get_args(Record))
-AT_ONCE = 1000  # lines: each that is written for itself costs a system call
+AT_ONCE = 1000  # lines in one write, because each write is a system call
 
 
 @click.command()
 @RUN
-@click.option("--source", multiple=True, help="Only entries by this source: world, r1, ...; may be repeated.")
-@click.option("--kind", multiple=True, help="Only this kind; 'step.*' works too; may be repeated.")
-@click.option("--without", multiple=True, help="All but this kind, as 'pose.*'; may be repeated.")
-@click.option("--robot", type=int, help="Only entries by this robot or about it, kills and freezes too.")
-@click.option("--step", type=int, help="Only this switching step of the leader.")
-@click.option("--from", "from_s", type=float, help="Only from this time on [simulated s].")
-@click.option("--to", "to_s", type=float, help="Only up to this time [simulated s].")
+@click.option("--source", multiple=True, help="Only entries by this source: world, r1, ...; repeatable.")
+@click.option("--kind", multiple=True, help="Only entries of this kind, for example 'step.*'; repeatable.")
+@click.option("--without", multiple=True, help="No entries of this kind, for example 'pose.*'; repeatable.")
+@click.option("--robot", type=int, help="Only entries by this robot or about it, including faults.")
+@click.option("--step", type=int, help="Only entries of this switching step of the leader.")
+@click.option("--from", "from_s", type=float, help="Only entries from this time on [simulated s].")
+@click.option("--to", "to_s", type=float, help="Only entries up to this time [simulated s].")
 @click.option(
-    "--follow", "following", is_flag=True, help="Go on with what comes, until the run has ended or Ctrl-C."
+    "--follow", "following", is_flag=True, help="Wait for new entries until the run has ended or Ctrl-C."
 )
+@click.option("--fields", is_flag=True, help="Print the fields of each entry instead of a sentence.")
 @WHEN
 @AS_JSON
 def cat(
     run: Path,
     *,
     as_json: bool,
+    fields: bool,
     following: bool,
     color: str,
     without: tuple[str, ...],
     **choice: tuple[str, ...] | float | None,
 ) -> None:
-    """Print the entries of a timeline, all or those chosen, one a line.
+    """Print the entries of a timeline, each as a sentence on a line.
 
-    With --follow, RUN may still go on, or not even be there yet.
+    Options choose entries by source, kind, robot, step and time. With --follow, the run may still be going
+    on, or may not have started yet.
     """
     chosen, coloured = msgspec.convert(choice, Choice), is_coloured(color) and not as_json
     printer = _Printer(1 if following or sys.stdout.isatty() else AT_ONCE, coloured=coloured)
@@ -61,13 +67,16 @@ def cat(
     def say(source: str, entry: Entry) -> None:
         kind = kind_of(entry.record)
         if chosen.takes(source, entry) and not any(fnmatchcase(kind, pattern) for pattern in without):
-            said = line(source, entry).decode().rstrip() if as_json else None
-            printer.say(said or one_line(source, entry, coloured=coloured))
+            if as_json:
+                printer.say(line(source, entry).decode().rstrip())
+                return
+            said = fields_of(entry.record) if fields else plain(sentence(source, entry.record))
+            printer.say(one_line(source, entry, said, coloured=coloured))
 
     try:
         if following:
             asyncio.run(_follow(run, say))
-            flaws: tuple[str, ...] = ()  # told as they came
+            flaws: tuple[str, ...] = ()  # warned of as they came
         else:
             flaws = _read(run, say)
         printer.flush()
@@ -76,12 +85,12 @@ def cat(
         if not printer.has_said:
             click.echo(_none_matches(chosen.kind), err=True)
     except BrokenPipeError:
-        # Whoever reads has had enough, as `head` has; Python would complain when it flushes at its end.
+        # The reader has closed the pipe, as `head` does. Python would report it again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 class _Printer:
-    """Prints lines: each as it comes, or so many at once."""
+    """Prints lines one by one, or many in one write."""
 
     def __init__(self, at_once: int, *, coloured: bool) -> None:
         self.has_said = False
@@ -101,12 +110,11 @@ class _Printer:
 
 
 def _none_matches(patterns: tuple[str, ...]) -> str:
-    """That nothing was chosen; of a kind that there is not, which are near."""
+    """Say that no entry matches, and suggest similar names for an unknown kind."""
     said = "no entry matches"
     for pattern in patterns:
         if not filter_names(KINDS, pattern):
-            near = ", ".join(get_close_matches(pattern, KINDS))
-            said += f"; there is no kind {pattern!r}" + (f", but {near}" if near else "")
+            said += f"; there is no kind {pattern!r}{did_you_mean(pattern, KINDS)}"
     return said
 
 
@@ -127,4 +135,4 @@ async def _follow(run: Path, say: Say) -> None:
 
 
 def _warn(flaw: str) -> None:
-    click.echo(f"not complete: {flaw}", err=True)
+    warn(f"not complete: {flaw}")

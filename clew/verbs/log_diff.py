@@ -1,4 +1,4 @@
-"""`clew log diff`: where two runs part."""
+"""`clew log diff`: finds the first difference of two runs."""
 
 from collections import deque
 from collections.abc import Iterator
@@ -16,15 +16,16 @@ from clew.log.diff import (
     headers_apart,
     steps_of,
 )
-from clew.log.line import WHEN, is_coloured, one_line
+from clew.log.line import WHEN, fields_of, is_coloured, one_line
 from clew.log.log import Log
-from clew.log.plain import plain
 from clew.rehearsal.recorded import EPOCH
-from clew.verbs.options import AS_JSON
+from clew.verbs.options import AS_JSON, Word
+from clew.verbs.say import warn
+from protocol.plain import plain
 from world.record.lines import Line
 from world.record.recorder import line
 
-FIELDS_SHOWN = 8  # of a scan, 360 rays may differ
+FIELDS_SHOWN = 8  # all 360 rays of a scan may differ
 PATH = click.Path(path_type=Path)
 
 
@@ -33,25 +34,26 @@ PATH = click.Path(path_type=Path)
 @click.argument("b", type=PATH)
 @click.option(
     "--by",
-    type=click.Choice(["entry", "step"]),
+    type=Word(["entry", "step"]),
     default="entry",
     show_default=True,
-    help="step: only what the leader planned and what came of it, whenever that was; for live runs.",
+    help="step: compare only the leader's steps and their results, at any time; for live runs.",
 )
 @click.option(
     "--within",
     type=click.FloatRange(0.0),
     default=0.0,
     show_default=True,
-    help="Numbers may differ by so much.",
+    help="How much numbers may differ.",
 )
 @WHEN
 @AS_JSON
 @click.pass_context
 def diff(ctx: click.Context, a: Path, b: Path, *, by: str, within: float, color: str, as_json: bool) -> None:
-    """Show the first difference of two runs, A and B: of two rehearsals of one seed there is none.
+    """Show the first difference of two runs, A and B.
 
-    Clocks, process ids and names of runs are no difference. Exit code: 0 the same, 1 different.
+    Two rehearsals with one seed are the same. Clocks, process ids and names of runs are ignored. Exits with 1
+    when the runs differ.
     """
     ours, theirs = Log(a), Log(b)
     asked = headers_apart(ours.header, theirs.header)
@@ -65,22 +67,22 @@ def diff(ctx: click.Context, a: Path, b: Path, *, by: str, within: float, color:
     else:
         coloured = is_coloured(color)
         if asked:
-            click.echo(f"asked for different runs: {_some(asked)}")
+            click.echo(f"the runs were started differently: {_some(asked)}")
         if unread:
-            click.echo("what cannot be read of them differs")
+            click.echo("the unreadable lines differ")
         for sentence in _sentences(found, same=same, coloured=coloured):
             click.echo(sentence, color=coloured)
         started = (ours.header.started_at, theirs.header.started_at)
         if found is not None and by == "entry" and EPOCH not in started:
-            click.echo("entries of two live runs always differ: --by step says what came of them", err=True)
+            click.echo("entries of two live runs always differ: use --by step", err=True)
     for which, each in flaws.items():
         for flaw in each:
-            click.echo(f"{which} is not complete: {flaw}", err=True)
+            warn(f"{which} is not complete: {flaw}")
     ctx.exit(0 if same else 1)
 
 
 def _found(ours: Log, theirs: Log, *, by_step: bool, within: float) -> Difference | None:
-    """Where they part; both are read to their ends, so that what is wrong with them is known."""
+    """The first difference. Both logs are read to the end, so that all their flaws are known."""
     a, b = ours.lines, theirs.lines
     if by_step:
         found = first_difference(steps_of(a), steps_of(b), but=NO_DIFFERENCE_OF_STEPS, within=within)
@@ -95,17 +97,22 @@ def _sentences(found: Difference | None, *, same: bool, coloured: bool) -> Itera
     if found is None:
         yield "the same" if same else "no entry differs"
         return
-    what = _some(found.fields) if found.a and found.b else "one has ended"
-    yield f"the first difference is behind {found.entry} entries in common: {what}"
+    what = _some(found.fields) if found.a and found.b else "one run has ended"
+    yield f"the first difference comes after {found.entry} equal entries: {what}"
     for each in found.before:
-        yield "  " + one_line(*each, coloured=coloured, exact=True)
+        yield f"  {_line(each, coloured=coloured)}"
     for sign, colour, here, after in (
         ("-", "red", found.a, found.after_a),
         ("+", "green", found.b, found.after_b),
     ):
         for each in [] if here is None else [here, *after]:
             mark = click.style(sign, fg=colour) if coloured else sign
-            yield f"{mark} {one_line(*each, coloured=coloured, exact=True)}"
+            yield f"{mark} {_line(each, coloured=coloured)}"
+
+
+def _line(line: Line, *, coloured: bool) -> str:
+    source, entry = line
+    return one_line(source, entry, fields_of(entry.record, exact=True), coloured=coloured)
 
 
 def _some(names: tuple[str, ...]) -> str:
@@ -114,7 +121,7 @@ def _some(names: tuple[str, ...]) -> str:
 
 
 def _raws(found: Difference | None) -> dict[str, Any] | None:
-    """A difference with its entries as the log has them."""
+    """A difference, with its entries as in the log."""
     if found is None:
         return None
     return {
@@ -129,5 +136,5 @@ def _raws(found: Difference | None) -> dict[str, Any] | None:
 
 
 def _raw(entry: Line | None) -> msgspec.Raw | None:
-    """As the log has it."""
+    """The line of the log."""
     return None if entry is None else msgspec.Raw(line(*entry).rstrip())

@@ -1,60 +1,57 @@
-"""`clew oracle`: plants bugs, and has a swarm catch them."""
-
-import sys
+"""`clew mutants`: plants bugs in copies of the source, which a swarm campaign must catch."""
 
 import click
-import msgspec
-from rich.console import Console
 from rich.table import Table
 
-from clew.campaign.mutants import Caught, hunt
-from clew.campaign.mutants_list import BUGS
+from clew.campaign.mutants import Caught, run_mutant
+from clew.campaign.mutants_list import MUTANTS
 from clew.verbs.options import AS_JSON
+from clew.verbs.say import console, say_json
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 
-PIPE_COLUMNS = 140  # the table's width where stdout is no terminal
-
 
 @click.command()
-@click.option("--bug", "names", multiple=True, help="Only this one; may be repeated.")
+@click.option("--mutant", "names", multiple=True, metavar="NAME", help="Only this mutant; repeatable.")
 @AS_JSON
 @click.pass_context
-def oracle(ctx: click.Context, names: tuple[str, ...], *, as_json: bool) -> None:
-    """Plant one bug after the other in a copy of the source, and have a swarm of faults catch it.
+def mutants(ctx: click.Context, names: tuple[str, ...], *, as_json: bool) -> None:
+    """Check that a swarm campaign catches bugs that are planted on purpose (mutation testing).
 
-    Exit code: 0 each was caught within its number of seeds, 1 one was not, 2 it cannot be done as asked.
+    Each mutant is a copy of our source with one bug. Exits with 1 when a mutant was not caught within its
+    number of seeds.
     """
-    if unknown := sorted(set(names) - {bug.name for bug in BUGS}):
-        raise UsageError(f"--bug {unknown[0]}: must be one of {', '.join(bug.name for bug in BUGS)}")
+    if unknown := sorted(set(names) - {mutant.name for mutant in MUTANTS}):
+        raise UsageError(
+            f"--mutant {unknown[0]}: must be one of {', '.join(mutant.name for mutant in MUTANTS)}"
+        )
     caught: list[Caught] = []
-    for bug in BUGS:
-        if not names or bug.name in names:
-            caught.append(hunt(bug))
-            click.echo(f"oracle: {_sentence(caught[-1])}", err=True)
+    for mutant in MUTANTS:
+        if not names or mutant.name in names:
+            caught.append(run_mutant(mutant))
+            click.echo(f"mutants: {_sentence(caught[-1])}", err=True)
     if as_json:
-        click.echo(msgspec.json.format(msgspec.json.encode(caught)).decode())
+        say_json(caught)
     else:
-        console = Console() if sys.stdout.isatty() else Console(width=PIPE_COLUMNS)
-        console.print(_table(caught))
+        console().print(_table(caught))
     ctx.exit(ExitCode.OK if all(each.ok for each in caught) else ExitCode.FAILED)
 
 
 def _sentence(caught: Caught) -> str:
     if caught.by is None:
-        return f"{caught.bug} was NOT caught in {caught.seeds} seeds"
-    return f"{caught.bug} was caught by {caught.by} in seed {caught.seed}"
+        return f"{caught.mutant} was NOT caught in {caught.seeds} seeds"
+    return f"{caught.mutant} was caught by {caught.by} in seed {caught.seed}"
 
 
 def _table(caught: list[Caught]) -> Table:
-    rules = {bug.name: bug.rule for bug in BUGS}
-    drawn = Table("bug", "the rule that it breaks", "caught by", "after seeds", "of", "CPU, s")
+    rules = {mutant.name: mutant.rule for mutant in MUTANTS}
+    drawn = Table("mutant", "rule that it breaks", "caught by", "after seeds", "of", "CPU, s")
     for column in drawn.columns[3:]:
         column.justify = "right"
     for each in caught:
         drawn.add_row(
-            each.bug,
-            rules[each.bug],
+            each.mutant,
+            rules[each.mutant],
             each.by or "NOT CAUGHT",
             str(each.seeds),
             str(each.seeds_max),

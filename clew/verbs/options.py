@@ -1,23 +1,68 @@
 """Options that several verbs of the command line take."""
 
+from collections.abc import Callable
+from typing import Any, TypeVar
+
 import click
 
-from clew.fleet.options import DEPLOYMENTS
+from clew.fleet.options import DEPLOYMENTS, version
+from protocol.files.names import did_you_mean
 from protocol.frames import ROBOTS_MAX
 from protocol.mission import Law
 from protocol.run_settings import SEED_MAX
 
+Verb = TypeVar("Verb", bound=Callable[..., Any])
+
+
+class Word(click.Choice[str]):
+    """One of some words. The refusal of a mistyped word names the nearest one."""
+
+    def get_invalid_choice_message(self, value: object, ctx: click.Context | None) -> str:
+        """The refusal."""
+        return super().get_invalid_choice_message(value, ctx) + did_you_mean(str(value), self.choices)
+
+
+ROBOTS = click.IntRange(1, ROBOTS_MAX)
+SEED = click.IntRange(0, SEED_MAX)
+
+
+def robots_option(said: str, default: int | None = None) -> Callable[[Verb], Verb]:
+    """The option for a number of robots, the same in every verb."""
+    return click.option(
+        "-n",
+        "--robots",
+        "robots",
+        type=ROBOTS,
+        metavar="N",
+        default=default,
+        show_default=default is not None,
+        help=said,
+    )
+
+
+def _print_version(ctx: click.Context, _param: click.Parameter, asked: bool) -> None:
+    if asked:
+        click.echo(version())
+        ctx.exit()
+
+
+VERSION = click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_print_version,
+    help="Show the version and exit.",
+)
 AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON, for programs.")
 LAW = click.option(
-    "--law", type=click.Choice([law.value for law in Law]), help="The law, instead of the scenario's."
+    "--law", type=Word([law.value for law in Law]), help="Use this law instead of the scenario's."
 )
 DEPLOYMENT = click.option(
     "--deployment",
-    type=click.Choice(DEPLOYMENTS),
-    help="Free places drawn by the seed, instead of the scenario's.",
+    type=Word(DEPLOYMENTS),
+    help="Start at random free places, drawn by the seed, instead of the scenario's places.",
 )
 FAULTS = click.option(
-    "--faults", metavar="PLAN", help="What goes wrong on purpose: a name in launch/faults, or a .toml file."
+    "--faults", metavar="PLAN", help="Fault plan: a name in launch/faults/, or a .toml file."
 )
-ROBOTS = click.IntRange(1, ROBOTS_MAX)
-SEED = click.IntRange(0, SEED_MAX)

@@ -1,4 +1,4 @@
-"""`clew rehearse`: one run in one process, in virtual time."""
+"""`clew rehearse`: runs a whole fleet in one process, in virtual time."""
 
 import secrets
 from datetime import UTC, datetime
@@ -11,7 +11,8 @@ from clew.fleet.summary import report
 from clew.log import timeline
 from clew.rehearsal.processes import check_rehearsable
 from clew.rehearsal.recorded import rehearse as rehearse_into
-from clew.verbs.options import AS_JSON, DEPLOYMENT, FAULTS, LAW, ROBOTS, SEED
+from clew.verbs.options import AS_JSON, DEPLOYMENT, FAULTS, LAW, SEED, robots_option
+from clew.verbs.say import warn
 from protocol.faults.plan import NO_FAULTS
 from protocol.faults.plan import load as load_plan
 from world.judge.verdict import VERDICT_FILE
@@ -19,13 +20,15 @@ from world.scenario.scenario import load
 
 
 @click.command()
-@click.argument("scenario", default="paper")
-@click.option("-n", "robots", type=ROBOTS, help="Robots, instead of the scenario's.")
+@click.argument("scenario", default="grove")
+@robots_option("Number of robots, instead of the scenario's.")
 @click.option("--seed", type=SEED, default=1, show_default=True, help="Decides every random draw.")
 @LAW
 @DEPLOYMENT
 @FAULTS
-@click.option("--out", type=click.Path(path_type=Path), help="The run's folder; default: a new one in runs/.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), help="Folder of the run; default: a new one in runs/."
+)
 @AS_JSON
 @click.pass_context
 def rehearse(
@@ -40,9 +43,10 @@ def rehearse(
     out: Path | None,
     as_json: bool,
 ) -> None:
-    """Run a whole fleet in this process, in virtual time; the same seed gives the same timeline.
+    """Run a whole fleet in this process, in virtual time.
 
-    SCENARIO is what launch/fleet.sh takes, and so are the run's folder, the report and the exit code.
+    The same seed gives the same timeline, to the byte. SCENARIO is a name in launch/scenarios/ or a file. The
+    run's folder, the summary and the exit code are those of launch/fleet.sh.
     """
     loaded = load(scenario, robots=robots, law=law, deployment=deployment, seed=seed)
     plan = NO_FAULTS if faults is None else load_plan(faults)
@@ -51,9 +55,7 @@ def rehearse(
     make_folder(folder)
     if out is None:
         make_latest(folder)
-    verdict = rehearse_into(
-        loaded, seed, folder, lambda said: click.echo(f"rehearsal: {said}", err=True), plan
-    )
+    verdict = rehearse_into(loaded, seed, folder, lambda said: warn(f"rehearsal: {said}"), plan)
     if as_json:
         click.echo((folder / VERDICT_FILE).read_text(encoding="utf-8"), nl=False)
     else:

@@ -1,4 +1,4 @@
-"""`clew replay`: gives recorded inputs to fresh cores and compares what they decide."""
+"""`clew replay`: feeds recorded inputs to new cores and compares their decisions."""
 
 from pathlib import Path
 
@@ -13,17 +13,15 @@ from protocol.exit_codes import ExitCode
 
 @click.command()
 @click.argument("run", type=click.Path(path_type=Path))
-@click.option("--robot", type=ROBOTS, help="Only this robot.")
+@click.option("--robot", type=ROBOTS, help="Replay only this robot.")
 @AS_JSON
 @click.pass_context
 def replay(ctx: click.Context, run: Path, *, robot: int | None, as_json: bool) -> None:
-    """Give all that each robot heard to a fresh core, and compare each decision with the one recorded.
+    """Feed each robot's recorded inputs to a new core, and compare its decisions with the recorded ones.
 
-    RUN is a run's folder, live or rehearsed.
-
-    Exit code: 0 all the same, 1 a difference, at the first of which it stops, or not all could be compared: a
-    journal is damaged, or a robot that took part has none; 2 there is nothing to replay. A journal whose
-    process was killed may end anywhere.
+    RUN is the folder of a run, live or rehearsed. The replay of a robot stops at the first difference. Exits
+    with 1 when a decision differs, or when a journal is damaged or missing. The journal of a process that was
+    killed may end anywhere.
     """
     replayed = replay_run(run, robot)
     if as_json:

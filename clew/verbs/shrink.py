@@ -1,4 +1,4 @@
-"""`clew shrink`: the least of a fault plan that still makes a run fail in the same way."""
+"""`clew shrink`: cuts a fault plan to a smallest part with which a run still fails in the same way."""
 
 from itertools import chain, count
 from pathlib import Path
@@ -8,19 +8,22 @@ import msgspec
 
 from clew.campaign.campaign import CAMPAIGN_FILE, Campaign
 from clew.campaign.episode import SWARM
-from clew.campaign.failures import Case, Failure, failure_in, failure_of, failure_told
+from clew.campaign.failures import Case, Failure, failure_in, failure_of, failure_of_outcome
 from clew.campaign.shrink import shrink
 from clew.fleet.folder import make_folder
 from clew.log import timeline
 from clew.swarm.swarm import Mode, draw
 from clew.verbs.options import SEED
+from clew.verbs.say import warn
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
 from protocol.faults.plan import load as load_plan
 from protocol.faults.plan_text import FAULTS_FILE, plan_text
+from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from protocol.files.reading import understand
 from protocol.files.toml_text import toml_text
+from protocol.files.writing import write_whole
 from world.record.recorder import EVENTS_FILE, Header
 from world.record.run_files import read_verdict
 from world.scenario.scenario import Scenario
@@ -30,39 +33,38 @@ SHRUNK_FOLDER, WORLD_FILE = "shrunk", "world.toml"
 
 @click.command("shrink")
 @click.argument("run", type=click.Path(path_type=Path))
-@click.option("--seed", type=SEED, help="Of a swarm campaign: which episode.")
+@click.option("--seed", type=SEED, help="Episode of a swarm campaign.")
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
-    help="Where to; default: shrunk/ in RUN's folder, or shrunk-2/, ...",
+    help="Folder for the result; default: shrunk/ in RUN, then shrunk-2/, ...",
 )
 @click.pass_context
 def shrink_verb(ctx: click.Context, run: Path, *, seed: int | None, out: Path | None) -> None:
-    """Cut the fault plan of a failing run to the least that still fails in the same way.
+    """Cut the fault plan of a failed run down to what still makes it fail in the same way.
 
-    RUN is the folder of a rehearsed run, or of a campaign with --faults swarm and then --seed says which
-    episode. What was shrunk before stays: the next is in shrunk-2/. Prints the plan and the line that
-    replays it. Exit code: 0 shrunk, 1 the run did not fail, or not in the same way when it is rehearsed
-    again, 2 it cannot be done as asked.
+    RUN is the folder of a rehearsed run, or of a swarm campaign; then --seed chooses the episode. The verb
+    prints the plan and the command line that replays it. An earlier result stays: the next one is in
+    shrunk-2/. Exits with 1 when the run did not fail, or fails in another way when it is rehearsed again.
     """
     case, recorded = _run(run) if (run / EVENTS_FILE).exists() else _episode(run, seed)
     if recorded is None:
-        click.echo(f"{run}: did not fail", err=True)
+        warn(f"{run}: did not fail")
         ctx.exit(ExitCode.FAILED)
     if (again := failure_of(case)) is None or again.way != recorded.way:
         now = "does not fail" if again is None else f"fails in another way: {again.reason}"
-        click.echo(f"{run}: failed: {recorded.reason}; rehearsed again it {now}", err=True)
+        warn(f"{run}: failed: {recorded.reason}; rehearsed again it {now}")
         ctx.exit(ExitCode.FAILED)
-    click.echo(f"shrink: {recorded.told}", err=True)
+    warn(f"shrink: {recorded.sentence}")
     folder = out or _next(run / SHRUNK_FOLDER)
-    make_folder(folder)  # before the work, not after it
+    make_folder(folder)  # fail before the work, not after it
     least = shrink(case, _Trials(recorded))
     click.echo(plan_text(least.plan), nl=False)
     click.echo(_write(least, folder))
 
 
 class _Trials:
-    """Says of a case whether it fails in the same way, and tells the user how far it is."""
+    """Tests whether a case still fails in the same way, and reports progress."""
 
     def __init__(self, failure: Failure) -> None:
         self._failure = failure
@@ -83,9 +85,9 @@ def _run(run: Path) -> tuple[Case, Failure | None]:
     read = timeline.read(run)
     header = read.header
     if header.speed is not None:
-        raise UsageError(f"{run}: is a live run; only rehearsals can be repeated with less")
+        raise UsageError(f"{run}: is a live run; only rehearsals can be shrunk")
     if (plan := _plan_of(run, header)) is None:
-        raise UsageError(f"{run}: no fault plan in it: there is nothing to cut")
+        raise UsageError(f"{run}: has no fault plan to cut")
     try:
         verdict = read_verdict(run)
     except (OSError, msgspec.MsgspecError) as error:
@@ -99,7 +101,7 @@ def _run(run: Path) -> tuple[Case, Failure | None]:
 
 
 def _plan_of(run: Path, header: Header) -> Plan | None:
-    """The fault plan of a run; logs older than that field of the header have it in a file beside them."""
+    """The fault plan of a run: from the header, or, for an old log, from the file beside it."""
     if header.faults is not None:
         return understand(header.faults, Plan, str(run))
     beside = run / FAULTS_FILE
@@ -107,18 +109,18 @@ def _plan_of(run: Path, header: Header) -> Plan | None:
 
 
 def _episode(folder: Path, seed: int | None) -> tuple[Case, Failure | None]:
-    """An episode of a swarm, and how it failed."""
+    """An episode of a swarm campaign, and how it failed."""
     try:
-        campaign = msgspec.json.decode((folder / CAMPAIGN_FILE).read_bytes(), type=Campaign)
+        campaign = msgspec.json.decode(read_bytes(folder / CAMPAIGN_FILE, MADE_BYTES_MAX), type=Campaign)
     except FileNotFoundError as error:
         neither = f"neither a run (no {EVENTS_FILE}) nor a campaign (no {CAMPAIGN_FILE})"
         raise UsageError(f"{folder}: {neither}") from error
     except (OSError, msgspec.MsgspecError) as error:
         raise UsageError(f"{folder}: no campaign of this version: {_plainly(error)}") from error
     if campaign.faults != SWARM:
-        raise UsageError(f"{folder}: has no --faults {SWARM}; rehearse the episode, and shrink that run")
+        raise UsageError(f"{folder}: is no swarm campaign; rehearse the episode and shrink that run")
     if seed is None:
-        raise UsageError(f"{folder}: is a campaign; --seed has to say which episode")
+        raise UsageError(f"{folder}: is a campaign; --seed must choose an episode")
     outcome = next((each for each in campaign.episodes if each.seed == seed), None)
     if outcome is None:
         raise UsageError(f"{folder}: has not played seed {seed}")
@@ -130,26 +132,26 @@ def _episode(folder: Path, seed: int | None) -> tuple[Case, Failure | None]:
         quiet_s=swarm.quiet_s if swarm.mode is Mode.LIVENESS else None,
         outside=swarm.outside,
     )
-    return case, failure_told(outcome)
+    return case, failure_of_outcome(outcome)
 
 
 def _plainly(error: OSError | msgspec.MsgspecError) -> str:
-    """What an error says, without a number and a path that the user knows."""
+    """The message of an error, without its number and path."""
     return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
 def _next(folder: Path) -> Path:
-    """This folder, or where it is taken the first of folder-2, folder-3, ... that is not."""
+    """This folder, or if it exists the first free one of folder-2, folder-3, ..."""
     numbered = (folder.with_name(f"{folder.name}-{number}") for number in count(2))
     return next(path for path in chain([folder], numbered) if not path.exists())
 
 
 def _write(case: Case, out: Path) -> str:
-    """Write the case down; returns the line that replays it."""
+    """Write the case; returns the command line that replays it."""
     try:
         world = toml_text(msgspec.to_builtins(case.scenario))
-        (out / WORLD_FILE).write_text(world, encoding="utf-8")
-        (out / FAULTS_FILE).write_text(plan_text(case.plan), encoding="utf-8")
+        write_whole(out / WORLD_FILE, world.encode())
+        write_whole(out / FAULTS_FILE, plan_text(case.plan).encode())
     except OSError as error:
         raise UsageError(f"cannot write into {out}: {error.strerror}") from error
     faults = out / FAULTS_FILE

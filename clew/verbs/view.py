@@ -1,4 +1,4 @@
-"""`clew view`: the page of a run in a browser, live while the run goes on."""
+"""`clew view`: serves the page of a run to a browser, live while the run goes on."""
 
 import asyncio
 import webbrowser
@@ -15,30 +15,37 @@ from clew.page.serve.watch import Watch
 from protocol.errors import UsageError
 from world.record.recorder import EVENTS_FILE
 
-RUNS_MAX = 2  # what fits side by side
+RUNS_MAX = 2  # fit side by side
 STDIN = 0
 
 
 @click.command()
 @click.argument("runs", metavar="RUN...", nargs=-1, type=click.Path(path_type=Path))
-@click.option("--live", is_flag=True, help="Wait for a run that is not there yet; default: runs/latest.")
-@click.option("--port", type=click.IntRange(0, 65_535), default=0, help="On loopback; default: a free one.")
-@click.option("--open", "opens", is_flag=True, help="Show it in a browser, where there is one.")
+@click.option(
+    "--live", is_flag=True, help="Wait for runs that have not started yet; the default RUN is runs/latest."
+)
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65_535),
+    default=0,
+    help="Port on the loopback address; 0: any free port.",
+)
+@click.option("--open", "opens", is_flag=True, help="Open the page in a browser.")
 @click.option("--lifeline", is_flag=True, hidden=True, help="End when stdin does: launch/fleet.sh says so.")
 @click.pass_context
 def view(
     ctx: click.Context, runs: tuple[Path, ...], *, live: bool, port: int, opens: bool, lifeline: bool
 ) -> None:
-    """Serve the page of one run, or of two side by side, to browsers on this machine.
+    """Serve the page of a run, or of two runs side by side, to browsers on this machine.
 
-    Prints the address, and serves until Ctrl-C. A RUN is its folder, or its events.jsonl.
+    RUN is the folder of a run, or its events.jsonl. The verb prints the address and serves until Ctrl-C.
     """
     places = _places(runs, live=live)
 
     def ready(address: str) -> None:
         click.echo(address)
         if opens and not webbrowser.open(address):
-            click.echo("view: there is no browser here", err=True)
+            click.echo("view: no browser was found", err=True)
 
     channels = [Channel(Watch(place)) for place in places]
     server = Server(site(len(channels)), channels)
@@ -46,10 +53,10 @@ def view(
 
 
 def _places(runs: tuple[Path, ...], *, live: bool) -> tuple[Path, ...]:
-    """Where runs are, or will be.
+    """Where the runs are, or will be.
 
     Raises:
-        UsageError: none is named, more than fit, one is not there and is not waited for, or is no log.
+        UsageError: no run or more than two are named, one is not there without --live, or one is no log.
     """
     places = runs or ((LATEST,) if live else ())
     if not 1 <= len(places) <= RUNS_MAX:

@@ -1,1 +1,1 @@
-"""What goes wrong on purpose: fault plans, and what they do to messages and processes. Live and rehearsed."""
+"""Fault injection: fault plans, and their effects on messages and processes, live and rehearsed."""

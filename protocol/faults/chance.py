@@ -1,4 +1,4 @@
-"""Chance for fault plans: a draw is a hash of what it is about, so none depends on another or on an order."""
+"""Random draws for fault plans: each draw is a hash of its subject, so no draw depends on another."""
 
 from hashlib import blake2b
 from struct import Struct
@@ -11,7 +11,7 @@ _SPAN = 2.0**53
 
 
 def draws(seed: int, *about: str | int) -> Draws:
-    """Numbers, even in [0, 1), that the seed draws about this."""
+    """Uniform numbers in [0, 1) for this seed and subject."""
     return Chance(seed, *about[:-1]).draws(about[-1])
 
 
@@ -23,7 +23,7 @@ class Chance:
         self._hash = blake2b(text.encode(), digest_size=_DIGEST.size)
 
     def draws(self, number: int | str) -> Draws:
-        """Of the message with this number."""
+        """The draws for the message with this number."""
         hashed = self._hash.copy()
         hashed.update(str(number).encode())
         one, two, three, four = _DIGEST.unpack(hashed.digest())
@@ -35,5 +35,5 @@ def _even(number: int) -> float:
 
 
 def seed_of(draw: float) -> int:
-    """A draw as the seed of more."""
+    """A seed for further draws, made from one draw."""
     return int(draw * _SPAN)

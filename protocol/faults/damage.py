@@ -1,4 +1,4 @@
-"""What damage does to the bytes of a message. Pure: what it draws is in the damage itself."""
+"""Damage to the bytes of a message. Pure: the damage carries its own seed."""
 
 from dataclasses import dataclass
 
@@ -7,25 +7,25 @@ from protocol.faults.chance import draws
 
 @dataclass(frozen=True, slots=True)
 class Damage:
-    """Bits to flip in a payload, and whether it is cut off first; the seed says where."""
+    """Bits to flip in a payload, and whether it is truncated first; the seed decides where."""
 
     bits: int
     truncate: bool
     seed: int
 
-    def strike(self, payload: bytes) -> bytes:
-        """The damaged payload: it is never the one that was sent, and may be empty."""
+    def apply(self, payload: bytes) -> bytes:
+        """The damaged payload. It always differs from the payload that was sent, and it may be empty."""
         if not payload:
             return payload
-        struck = bytearray(payload)
+        damaged = bytearray(payload)
         if self.truncate:
-            del struck[int(draws(self.seed, "cut")[0] * len(struck)) :]
-        for bit in self._places(8 * len(struck)):
-            struck[bit // 8] ^= 1 << bit % 8
-        return bytes(struck)
+            del damaged[int(draws(self.seed, "cut")[0] * len(damaged)) :]
+        for bit in self._places(8 * len(damaged)):
+            damaged[bit // 8] ^= 1 << bit % 8
+        return bytes(damaged)
 
     def _places(self, room: int) -> set[int]:
-        """Different bits, as many as there are to flip, or all."""
+        """The positions of `bits` different bits, or of all bits where the payload has fewer."""
         places: set[int] = set()
         wanted, tried = min(self.bits, room), 0
         while len(places) < wanted:

@@ -1,4 +1,4 @@
-"""Whether a fault plan can be meant for a fleet: it names only who is there and what they say. Pure."""
+"""Checks a fault plan against a fleet: its rules may name only processes and messages that exist. Pure."""
 
 from collections.abc import Iterator, Sequence
 
@@ -24,14 +24,14 @@ WAYS: dict[MessageKind, tuple[str, str]] = {
     "scan": (WORLD, ROBOTS),
     "scan_query": (ROBOTS, WORLD),
 }
-"""Who says each kind of message, and who hears it."""
+"""The sender and the receiver of each kind of message."""
 
 
 def check_fits(plan: Plan, *, robots: int) -> None:
-    """Refuse a plan that names robots which the fleet does not have, or messages that nobody there sends.
+    """Refuse a plan that names robots that the fleet does not have, or messages that are never sent there.
 
     Raises:
-        UsageError: in one line the plan, the field's path, what it must be, and what it is.
+        UsageError: in one line: the plan, the path of the field, its bound, and its value.
     """
     for place, rule in enumerate(plan.rules):
         for misfit in misfits(rule, robots=robots):
@@ -39,7 +39,7 @@ def check_fits(plan: Plan, *, robots: int) -> None:
 
 
 def misfits(rule: Rule, *, robots: int) -> Iterator[str]:
-    """What in a rule does not fit a fleet: the field's path in the rule, what it must be, and what it is."""
+    """The fields of a rule that do not fit a fleet: the path of each, its bound, and its value."""
     for path, name in _names(rule):
         number = robot_number(name)
         if number is not None and number > robots:
@@ -48,7 +48,7 @@ def misfits(rule: Rule, *, robots: int) -> Iterator[str]:
         yield f".robots: must be <= {robots}, the fleet's, got {rule.robots}"
     if isinstance(rule, MessageRule) and rule.kinds and not any(_may_go(rule, kind) for kind in rule.kinds):
         said = (f"{kind}, which goes from {WAYS[kind][0]} to {WAYS[kind][1]}" for kind in rule.kinds)
-        yield f".kind: must be what one of `from` says and one of `to` hears, got {'; '.join(said)}"
+        yield f".kind: must be a message from one of `from` to one of `to`, got {'; '.join(said)}"
 
 
 def _names(rule: Rule) -> Iterator[tuple[str, str]]:
@@ -64,13 +64,13 @@ def _names(rule: Rule) -> Iterator[tuple[str, str]]:
 
 
 def _may_go(rule: MessageRule, kind: MessageKind) -> bool:
-    """Whether a kind of message may go from one of those that the rule names to another."""
+    """Whether a kind of message can go from a sender of the rule to a receiver of the rule."""
     sender, receiver = WAYS[kind]
     return _may_be(sender, rule.sender) and _may_be(receiver, rule.receiver)
 
 
-def _may_be(who: str, named: Sequence[str]) -> bool:
-    """Whether one of those named, or anybody where nobody is, may be at this end of a kind of message."""
+def _may_be(end: str, named: Sequence[str]) -> bool:
+    """Whether a named process can be at this end of a kind of message; no names mean any process."""
     if not named:
         return True
-    return who != ASKERS and any((name == WORLD) == (who == WORLD) for name in named)
+    return end != ASKERS and any((name == WORLD) == (end == WORLD) for name in named)

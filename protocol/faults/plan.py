@@ -1,4 +1,4 @@
-"""A fault plan: what goes wrong in a run, and when. Read from TOML; docs/faults.md."""
+"""A fault plan: the faults to inject in a run, and when. Read from TOML; docs/faults.md."""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -9,6 +9,7 @@ from msgspec.structs import force_setattr, replace
 
 from protocol.errors import UsageError
 from protocol.faults.rules import Delay, Drop, Duplicate, Name, Rule
+from protocol.files.names import did_you_mean
 from protocol.files.reading import read, understand
 from protocol.root import ROOT
 
@@ -16,13 +17,13 @@ PLANS = ROOT / "launch" / "faults"
 
 
 class Plan(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Rules, in the order in which they decide on a message. Each has a name, said or given."""
+    """Rules, in the order in which they decide about a message. A rule without a name gets one here."""
 
-    name: Annotated[Name, Meta(description="what people call it")]
-    description: Annotated[str, Meta(max_length=2000, description="for people")] = ""
-    rules: Annotated[tuple[Rule, ...], Meta(max_length=1000, description="what goes wrong")] = field(
-        default=(), name="rule"
-    )
+    name: Annotated[Name, Meta(description="the plan's name")]
+    description: Annotated[str, Meta(max_length=2000, description="free text for readers")] = ""
+    rules: Annotated[
+        tuple[Rule, ...], Meta(max_length=1000, description="the faults to inject, in order")
+    ] = field(default=(), name="rule")
 
     def __post_init__(self) -> None:
         named = tuple(
@@ -32,11 +33,11 @@ class Plan(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
         names = [rule.name for rule in named]
         if twice := sorted({str(name) for name in names if names.count(name) > 1}):
             raise ValueError(f"no two rules may have one name, got {', '.join(twice)} twice")
-        force_setattr(self, "rules", named)  # names stay when the shrinker leaves other rules out
+        force_setattr(self, "rules", named)  # so a rule keeps its name when the shrinker removes others
 
     @property
     def names(self) -> list[str]:
-        """What its rules are called, in their order."""
+        """The names of its rules, in order."""
         return [str(rule.name) for rule in self.rules]
 
 
@@ -44,7 +45,7 @@ NO_FAULTS = Plan(name="none")
 
 
 def uniform(*, loss: float = 0.0, delay_s_max: float = 0.0, repeat: float = 0.0) -> Plan:
-    """A plan that treats all messages alike: loss and repetition by probability, and any delay up to one."""
+    """A plan with the same loss, repetition and delay for all messages; delays are uniform from 0."""
     rules: list[Rule] = []
     if loss > 0.0:
         rules.append(Drop(probability=loss))
@@ -56,10 +57,10 @@ def uniform(*, loss: float = 0.0, delay_s_max: float = 0.0, repeat: float = 0.0)
 
 
 def load(name_or_path: str) -> Plan:
-    """The plan of that name in launch/faults, or in that .toml file.
+    """Load the plan with that name in launch/faults, or from that .toml file.
 
     Raises:
-        UsageError: whatever is wrong, in one line: the file, the field, what it must be, what it says.
+        UsageError: the file is wrong; one line names the file, the field, its bound and its value.
     """
     path = Path(name_or_path)
     if path.suffix != ".toml":
@@ -67,6 +68,7 @@ def load(name_or_path: str) -> Plan:
         if name_or_path not in known:
             raise UsageError(
                 f"unknown fault plan {name_or_path!r}: must be one of {', '.join(known)}, or a .toml file"
+                f"{did_you_mean(name_or_path, known)}"
             )
         path = known[name_or_path]
     return understand(read(path, name_or_path), Plan, name_or_path)

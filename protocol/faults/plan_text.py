@@ -1,4 +1,4 @@
-"""A fault plan as its file says it; what goes without saying is left out. Pure."""
+"""Writes a fault plan as TOML; fields with default values are left out. Pure."""
 
 from typing import Any
 
@@ -13,15 +13,17 @@ FAULTS_FILE = "faults.toml"
 
 
 def plan_text(plan: Plan) -> str:
-    """The plan as TOML; read again it is equal."""
-    return toml_text(msgspec.to_builtins(plan) | {"rule": [_said(rule) for rule in plan.rules]})
+    """The plan as TOML; a plan read from it is equal."""
+    return toml_text(msgspec.to_builtins(plan) | {"rule": [_set_fields(rule) for rule in plan.rules]})
 
 
-def _said(rule: Rule) -> dict[str, Any]:
-    """What a rule says beyond what goes without saying."""
-    unsaid = {field.encode_name: field.default for field in fields(rule)}
-    said = {"fault": rule.fault, **msgspec.to_builtins(rule)}
-    return {key: value for key, value in said.items() if key not in unsaid or _differs(value, unsaid[key])}
+def _set_fields(rule: Rule) -> dict[str, Any]:
+    """The fields of a rule that differ from their defaults."""
+    defaults = {field.encode_name: field.default for field in fields(rule)}
+    values = {"fault": rule.fault, **msgspec.to_builtins(rule)}
+    return {
+        key: value for key, value in values.items() if key not in defaults or _differs(value, defaults[key])
+    }
 
 
 def _differs(value: object, default: object) -> bool:

@@ -1,11 +1,11 @@
-"""Who is leader, middle and tail, as the timeline says. Pure: entries in, answers out."""
+"""The leader, middle and tail of the strand, by the timeline. Pure: entries in, answers out."""
 
 from protocol.keys import robot_name, robot_number
 from protocol.timeline import Entry, LeaderSucceeded, StepPlanned, StrandFormed
 
 
 class Roles:
-    """The newest strand that anybody has told of, and how many switching steps its leaders have planned."""
+    """The newest strand in the timeline, and how many switching steps its leaders have planned."""
 
     def __init__(self) -> None:
         self.order: tuple[str, ...] = ()
@@ -14,7 +14,7 @@ class Roles:
         self._epoch = 0
 
     def hear(self, source: str, entry: Entry) -> None:
-        """Take an entry in, as it comes; entries of an older epoch say nothing of now."""
+        """Process an entry; entries of an older epoch are ignored."""
         match entry.record:
             case StrandFormed(epoch=epoch, order=order) if epoch >= self._epoch:
                 self._epoch, self.order = epoch, tuple(map(robot_name, order))
@@ -27,7 +27,7 @@ class Roles:
                 pass
 
     def find(self, target: str, robots: int) -> tuple[str, ...]:
-        """So many processes, from the target on towards the tail; empty while nobody has that role."""
+        """So many processes from the target towards the tail; empty while no robot has that role."""
         order = self.order
         place = {"leader": 0, "middle": len(order) // 2, "tail": len(order) - 1}.get(target)
         if place is None and target not in order:

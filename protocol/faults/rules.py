@@ -1,7 +1,7 @@
-"""The rules of a fault plan: one type for each fault, as they stand in the file.
+"""The rules of a fault plan: one type for each fault, with the fields of the file.
 
-Rule 1: a rule names its limits; what it does not name does not limit it.
-Rule 2: every draw is made of the run's seed and the rule's name, so a rule more or less changes no other.
+Rule 1: a rule is limited only by the fields that it sets.
+Rule 2: every draw depends on the run's seed and the rule's name, so a rule never changes another's draws.
 """
 
 from enum import StrEnum
@@ -12,7 +12,7 @@ from msgspec import Meta, Struct, field
 from protocol.frames import ROBOTS_MAX, Count, Seconds
 
 ROUTER = "router"
-ROBOT = r"r[1-9][0-9]{0,3}"  # robots have numbers to 2000
+ROBOT = r"r[1-9][0-9]{0,3}"  # robots have numbers up to 2000
 Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.-]{1,64}$")]
 Process = Annotated[str, Meta(pattern=rf"^({ROBOT}|world)$")]
 End = Annotated[str, Meta(pattern=rf"^({ROBOT}|world|router)$")]
@@ -37,41 +37,45 @@ MessageKind = Literal[
 
 
 class StepPoint(StrEnum):
-    """A named point in a robot's step, at which it can be struck exactly."""
+    """A named point in a robot's step at which a process fault can be injected."""
 
-    AFTER_SCAN = "after_scan"  # it has a scan, and has done nothing upon it
-    AFTER_PLAN = "after_plan"  # it has recorded a switching step, and has given no order
-    MID_DRIVE = "mid_drive"  # its body has done half of the way that was ordered, or more
-    BEFORE_ACK = "before_ack"  # it knows new vertices of the path ahead, and has not said so
+    AFTER_SCAN = "after_scan"  # it has received a scan and has not acted on it
+    AFTER_PLAN = "after_plan"  # it has recorded a switching step and has sent no order
+    MID_DRIVE = "mid_drive"  # its body has driven at least half of the ordered distance
+    BEFORE_ACK = "before_ack"  # it knows new vertices of the path ahead and has not acknowledged them
 
 
 class Burst(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Faults in bursts (Gilbert-Elliott): each message of a key may begin or end one."""
+    """Faults in bursts (Gilbert-Elliott model): each message of a key can begin or end a burst."""
 
     enter: Annotated[Probability, Meta(description="probability that a burst begins with a message")]
-    leave: Annotated[Probability, Meta(description="probability that it is over with a message")]
+    leave: Annotated[Probability, Meta(description="probability that a burst ends with a message")]
     loss: Annotated[
         Probability, Meta(description="probability that the fault strikes a message within a burst")
     ]
 
     def __post_init__(self) -> None:
-        if self.enter + self.leave > 1.0:  # such faults come one by one, not in bursts
+        if self.enter + self.leave > 1.0:  # such faults are single, not in bursts
             raise ValueError(f"enter + leave must be <= 1, got {self.enter} + {self.leave}")
 
 
 class _Rule(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="fault"):
-    """What all rules share."""
+    """The fields that all rules share."""
 
     name: Annotated[
         Name | None,
-        Meta(description="what the timeline calls the rule; else its fault and place in the file"),
+        Meta(description="its name in the timeline; default: its fault and its position in the file"),
     ] = None
-    from_s: Annotated[Seconds, Meta(description="not before")] = 0.0
-    until_s: Annotated[Seconds | None, Meta(description="not from then on")] = None
-    from_step: Annotated[Count, Meta(description="not before the leader has planned this switching step")] = 0
-    until_step: Annotated[Count | None, Meta(description="not once it has planned this one")] = None
+    from_s: Annotated[Seconds, Meta(description="active from this time on")] = 0.0
+    until_s: Annotated[Seconds | None, Meta(description="no longer active from this time on")] = None
+    from_step: Annotated[
+        Count, Meta(description="active once the leader has planned this switching step")
+    ] = 0
+    until_step: Annotated[
+        Count | None, Meta(description="no longer active once the leader has planned this switching step")
+    ] = None
     probability: Annotated[
-        Probability, Meta(description="of each message, or of the whole rule where it strikes a process")
+        Probability, Meta(description="for each message; for a process fault: that the rule strikes at all")
     ] = 1.0
 
     def __post_init__(self) -> None:
@@ -82,11 +86,11 @@ class _Rule(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_f
 
     @property
     def fault(self) -> str:
-        """What the file calls the fault."""
+        """The name of the fault in the file."""
         return str(self.__struct_config__.tag)
 
     def holds(self, now_s: float, step: int) -> bool:
-        """Whether the rule is in force at this time, and after so many switching steps."""
+        """Whether the rule is active at this time and after so many switching steps."""
         return (
             self.from_s <= now_s
             and self.from_step <= step
@@ -96,20 +100,21 @@ class _Rule(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_f
 
 
 class _MessageRule(_Rule, frozen=True, kw_only=True):
-    """What the rules for messages share."""
+    """The fields that the rules for messages share."""
 
     sender: Annotated[
         tuple[Process, ...],
-        Meta(max_length=ROBOTS_MAX, description="only what these say: `r3`, `world`; empty: anybody"),
+        Meta(max_length=ROBOTS_MAX, description="only messages from these: `r3`, `world`; empty: any sender"),
     ] = field(default=(), name="from")
     receiver: Annotated[
-        tuple[Process, ...], Meta(max_length=ROBOTS_MAX, description="only what these hear; empty: anybody")
+        tuple[Process, ...],
+        Meta(max_length=ROBOTS_MAX, description="only messages to these; empty: any receiver"),
     ] = field(default=(), name="to")
     kinds: Annotated[
         tuple[MessageKind, ...],
         Meta(description="only these kinds of message; empty: all but `log` and `logged`"),
     ] = field(default=(), name="kind")
-    burst: Annotated[Burst | None, Meta(description="in bursts, instead of `probability`")] = None
+    burst: Annotated[Burst | None, Meta(description="faults in bursts, instead of `probability`")] = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -122,10 +127,10 @@ class Drop(_MessageRule, frozen=True, kw_only=True, tag="drop"):
 
 
 class Delay(_MessageRule, frozen=True, kw_only=True, tag="delay"):
-    """Messages arrive later, each after a time of its own, so they may overtake each other."""
+    """Messages arrive later. Each has its own delay, so messages can overtake each other."""
 
-    delay_s_min: Annotated[Seconds, Meta(description="at least")] = 0.0
-    delay_s_max: Annotated[SomeSeconds, Meta(description="at most; all times between are alike")]
+    delay_s_min: Annotated[Seconds, Meta(description="shortest delay")] = 0.0
+    delay_s_max: Annotated[SomeSeconds, Meta(description="longest delay; delays are uniform between the two")]
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -136,23 +141,27 @@ class Delay(_MessageRule, frozen=True, kw_only=True, tag="delay"):
 
 
 class Duplicate(_MessageRule, frozen=True, kw_only=True, tag="duplicate"):
-    """Messages arrive once more, after a while."""
+    """Messages arrive again after a delay."""
 
-    copies: Annotated[int, Meta(ge=1, le=100, description="how many more")] = 1
-    delay_s_max: Annotated[Seconds, Meta(description="each at most so much later; all times are alike")] = 0.0
+    copies: Annotated[int, Meta(ge=1, le=100, description="number of additional copies")] = 1
+    delay_s_max: Annotated[
+        Seconds, Meta(description="longest delay of a copy; delays are uniform from 0")
+    ] = 0.0
 
 
 class Reorder(_MessageRule, frozen=True, kw_only=True, tag="reorder"):
-    """Messages are held back for a fixed time, so that those sent after them overtake them."""
+    """Messages are held for a fixed time, so that later messages overtake them."""
 
-    hold_s: Annotated[SomeSeconds, Meta(description="how long")]
+    hold_s: Annotated[SomeSeconds, Meta(description="how long a message is held")]
 
 
 class Corrupt(_MessageRule, frozen=True, kw_only=True, tag="corrupt"):
-    """Messages arrive with bits flipped, or cut off."""
+    """Messages arrive with flipped bits, or truncated."""
 
-    bits: Annotated[int, Meta(ge=0, le=1000, description="how many bits are flipped, anywhere")] = 1
-    truncate: Annotated[bool, Meta(description="cut off anywhere, before bits are flipped")] = False
+    bits: Annotated[int, Meta(ge=0, le=1000, description="number of bits to flip, at random positions")] = 1
+    truncate: Annotated[bool, Meta(description="cut off at a random position, before bits are flipped")] = (
+        False
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -161,17 +170,23 @@ class Corrupt(_MessageRule, frozen=True, kw_only=True, tag="corrupt"):
 
 
 class Partition(_MessageRule, frozen=True, kw_only=True, tag="partition"):
-    """Two groups of processes do not hear each other; whoever is cut from the `router` hears nobody."""
+    """Two groups of processes cannot reach each other. A process cut off from the `router` reaches nobody."""
 
-    group: Annotated[tuple[End, ...], Meta(min_length=1, max_length=ROBOTS_MAX, description="one side")]
+    group: Annotated[
+        tuple[End, ...], Meta(min_length=1, max_length=ROBOTS_MAX, description="one side of the partition")
+    ]
     others: Annotated[
         tuple[End, ...],
-        Meta(max_length=ROBOTS_MAX, description="the other; empty: all processes but the router"),
+        Meta(
+            max_length=ROBOTS_MAX,
+            description="the other side; empty: all other processes, without the router",
+        ),
     ] = ()
-    one_way: Annotated[bool, Meta(description="only what `group` says to `others` is lost")] = False
-    period_s: Annotated[SomeSeconds | None, Meta(description="comes and goes once in this time")] = None
+    one_way: Annotated[bool, Meta(description="only messages from `group` to `others` are lost")] = False
+    period_s: Annotated[SomeSeconds | None, Meta(description="the partition repeats with this period")] = None
     cut_s: Annotated[
-        SomeSeconds | None, Meta(description="how much of each period is cut, from its start")
+        SomeSeconds | None,
+        Meta(description="how long the partition is active in each period, from its start"),
     ] = None
 
     def __post_init__(self) -> None:
@@ -182,13 +197,13 @@ class Partition(_MessageRule, frozen=True, kw_only=True, tag="partition"):
             raise ValueError(f"cut_s must be <= period_s = {self.period_s:g} s, got {self.cut_s:g}")
 
     def holds(self, now_s: float, step: int) -> bool:
-        """Whether the rule is in force, and the partition does not just let go for a while."""
+        """Whether the rule is active, and the partition is in the active part of its period."""
         if not super().holds(now_s, step):
             return False
         return self.period_s is None or (now_s - self.from_s) % self.period_s < (self.cut_s or 0.0)
 
     def cuts(self, sender: str, receiver: str) -> bool:
-        """Whether it lies between these two, on the way from the one to the other."""
+        """Whether the partition separates this sender from this receiver."""
         there = sender in self.group and self._is_other(receiver)
         back = receiver in self.group and self._is_other(sender)
         return there or (back and not self.one_way)
@@ -200,17 +215,19 @@ class Partition(_MessageRule, frozen=True, kw_only=True, tag="partition"):
 
 
 class _ProcessRule(_Rule, frozen=True, kw_only=True):
-    """What the rules for processes share. Each strikes once, as soon as all that it names holds."""
+    """The fields that the rules for processes share. Each rule strikes once, when all its conditions hold."""
 
     target: Annotated[
         Target,
-        Meta(description="`r3`, or who is `leader`, `middle` or `tail` of the strand; `world`; `router`"),
+        Meta(description="`r3`; or the `leader`, `middle` or `tail` of the strand; `world`; `router`"),
     ]
     robots: Annotated[
-        int, Meta(ge=1, le=ROBOTS_MAX, description="how many: the target, and those next behind it")
+        int, Meta(ge=1, le=ROBOTS_MAX, description="number of robots: the target and those next behind it")
     ] = 1
-    point: Annotated[StepPoint | None, Meta(description="at this point of the robot's step")] = None
-    occurrence: Annotated[int, Meta(ge=1, le=2**53, description="when it comes there for the n-th time")] = 1
+    point: Annotated[StepPoint | None, Meta(description="strike at this point of the robot's step")] = None
+    occurrence: Annotated[
+        int, Meta(ge=1, le=2**53, description="strike when the robot reaches the point for the n-th time")
+    ] = 1
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -223,55 +240,59 @@ class _ProcessRule(_Rule, frozen=True, kw_only=True):
 
 
 def _refuse_point(rule: _ProcessRule) -> None:
-    """Only what stops a process can strike it exactly at a point."""
+    """Refuse a point: only faults that stop a process can strike at a point."""
     if rule.point is not None:
         raise ValueError(f"point must not be given to {rule.fault}, got {rule.point}; from_step may be")
 
 
 class Kill(_ProcessRule, frozen=True, kw_only=True, tag="kill"):
-    """SIGKILL: the process is no more, and its body stays."""
+    """SIGKILL: the process ends; its body stays where it is."""
 
 
 class Freeze(_ProcessRule, frozen=True, kw_only=True, tag="freeze"):
-    """SIGSTOP: the process does nothing, and what is sent to it waits."""
+    """SIGSTOP: the process stops, and messages to it wait."""
 
     for_s: Annotated[
         SomeSeconds | None,
-        Meta(description="then it is thawed; none: unless a rule does; the world needs it"),
+        Meta(description="it is thawed after this time; none: only a rule thaws it; required for the world"),
     ] = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.target == "world" and self.for_s is None:  # it keeps the time, and tells who is to be thawed
+        if self.target == "world" and self.for_s is None:  # the world keeps the time and sends the thaws
             raise ValueError("for_s must be given where the world is frozen: nobody could thaw it")
 
 
 class Thaw(_ProcessRule, frozen=True, kw_only=True, tag="thaw"):
-    """SIGCONT: a frozen process goes on as if nothing had been."""
+    """SIGCONT: a frozen process continues where it stopped."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.target == "world":
-            raise ValueError("target must not be the world, which cannot tell when: its freeze has for_s")
+            raise ValueError(
+                "target must not be the world, which cannot thaw itself: give its freeze a for_s"
+            )
         _refuse_point(self)
 
 
 class Restart(_ProcessRule, frozen=True, kw_only=True, tag="restart"):
-    """SIGKILL, and later a new process in the same place, which remembers nothing."""
+    """SIGKILL, and later a new process for the same robot, which has no memory of the old one."""
 
-    after_s: Annotated[Seconds, Meta(description="how long there is none")] = 0.0
+    after_s: Annotated[Seconds, Meta(description="time until the new process starts")] = 0.0
 
 
 class Slow(_ProcessRule, frozen=True, kw_only=True, tag="slow"):
-    """The process takes time over whatever it does."""
+    """The process reacts late to everything that arrives."""
 
-    delay_s: Annotated[SomeSeconds, Meta(description="for all that has arrived, each time that it looks")]
-    for_s: Annotated[SomeSeconds | None, Meta(description="then it is as before; none: to the end")] = None
+    delay_s: Annotated[SomeSeconds, Meta(description="delay of each read of its inbox")]
+    for_s: Annotated[SomeSeconds | None, Meta(description="the fault ends after this time; none: never")] = (
+        None
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.target == ROUTER:
-            raise ValueError("target must not be the router, which is not ours to slow")
+            raise ValueError("target must not be the router, which cannot be slowed")
         _refuse_point(self)
 
 

@@ -1,1 +1,1 @@
-"""Files that people write: read into checked types, refused in one line, written again."""
+"""Files of users: read into checked types, refused in one line, and written."""

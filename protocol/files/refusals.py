@@ -1,11 +1,13 @@
-"""What msgspec refuses, in our words: path, bound, and the value that the user wrote. One line, always."""
+"""Rewords msgspec's validation errors: path, bound, and the user's value, always in one line."""
 
 import re
 from collections.abc import Iterator
 
 from msgspec import inspect
 
-# How msgspec words its refusals: what is wrong, then where, unless it is the whole.
+from protocol.files.names import did_you_mean
+
+# The form of msgspec's errors: what is wrong, then where, unless it is the whole value.
 _REFUSAL = re.compile(r"(?P<what>.*?)(?: - at `\$(?P<path>.*)`)?", re.DOTALL)
 _EXPECTED = re.compile(r"Expected `(?P<kind>[^`]*)`(?: (?P<bound>[^,]*))?(?:, got .*)?")
 _FIELD = re.compile(r"Object (?P<verb>missing required|contains unknown) field `(?P<name>.*)`", re.DOTALL)
@@ -23,7 +25,7 @@ _SAID_LENGTH_MAX = 60  # a line with its path and bound should fit on a screen
 
 
 def one_line(refusal: str, raw: object, wanted: type) -> str:
-    """A refusal with what msgspec leaves out: `$.fleet.robots: must be >= 1, got 0`.
+    """A validation error, completed with the user's value: `$.fleet.robots: must be >= 1, got 0`.
 
     Args:
         refusal: msgspec's sentence.
@@ -33,7 +35,7 @@ def one_line(refusal: str, raw: object, wanted: type) -> str:
     parts = _REFUSAL.fullmatch(refusal)
     assert parts is not None, refusal
     what, path = parts["what"], parts["path"] or ""
-    if what.startswith("$"):  # one of our own relations, which says its path itself
+    if what.startswith("$"):  # one of our own relations, which names its path itself
         return what
     value = at(raw, path)
     if (field := _FIELD.fullmatch(what)) is not None:
@@ -42,8 +44,8 @@ def one_line(refusal: str, raw: object, wanted: type) -> str:
         return f"${path}: must be {_bound(expected, path)}, got {short(value)}"
     if what.startswith("Invalid"):  # of an enum, a literal, or the field that says which shape it is
         choices = sorted({choice for kind in _kinds(wanted, path) for choice in _choices(kind)})
-        return f"${path}: must be {_one_of(choices)}, got {short(value)}"
-    if ", got" in what or isinstance(value, dict):  # whatever relation breaks, all of an object says nothing
+        return f"${path}: must be {_one_of(choices)}, got {short(value)}{did_you_mean(str(value), choices)}"
+    if ", got" in what or isinstance(value, dict):  # a whole object would not help the user
         return f"${path}: {what}"
     return f"${path}: {what}, got {short(value)}"
 
@@ -51,13 +53,13 @@ def one_line(refusal: str, raw: object, wanted: type) -> str:
 def at(raw: object, path: str) -> object:
     """The value at one of msgspec's paths, `.fleet.places[2]`."""
     for key, index in _STEP.findall(path):
-        assert isinstance(raw, dict | list | tuple), path  # msgspec has been there before us
+        assert isinstance(raw, dict | list | tuple), path  # msgspec has followed this path before
         raw = raw[key or int(index)]
     return raw
 
 
 def short(value: object) -> str:
-    """A value in a line, cut off where it is long."""
+    """A value on one line, cut off where it is long."""
     said = repr(value)
     return said if len(said) <= _SAID_LENGTH_MAX else f"{said[: _SAID_LENGTH_MAX - 3]}..."
 
@@ -76,8 +78,9 @@ def _field(field: re.Match[str], value: object, path: str, wanted: type) -> str:
         # Their representations, since a key of TOML or JSON may hold a line break.
         names = ", ".join(short(name).strip("'") for name in value)
         return f"must have the field {field['name']}, got {names or 'no field'}"
-    known = ", ".join(name for kind in _kinds(wanted, path) for name in _names(kind, value))
-    return f"must have no field but {known}, got {short(field['name'])} = {short(value[field['name']])}"
+    known = [name for kind in _kinds(wanted, path) for name in _names(kind, value)]
+    got = f"{short(field['name'])} = {short(value[field['name']])}"
+    return f"must have no field but {', '.join(known)}, got {got}{did_you_mean(field['name'], known)}"
 
 
 def _one_of(choices: list[str]) -> str:
@@ -85,7 +88,7 @@ def _one_of(choices: list[str]) -> str:
 
 
 def _kinds(wanted: type, path: str) -> list[inspect.Type]:
-    """What may stand at a path."""
+    """The types that are allowed at a path."""
     kinds = list(_bare(inspect.type_info(wanted)))
     for key, index in _STEP.findall(path):
         kinds = [bare for kind in kinds for inner in _inner(kind, key, index) for bare in _bare(inner)]

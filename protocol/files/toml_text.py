@@ -1,7 +1,7 @@
 """Writes plain data as TOML, by `tomli-w`. Pure.
 
-Rule 1: what is read back is equal, floats to the last bit.
-Rule 2: what is None is left out, since TOML has no word for it.
+Rule 1: data that is read back is equal, floats to the last bit.
+Rule 2: None values are left out, since TOML has no word for them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,8 +16,8 @@ def toml_text(table: Table, schema: str | None = None) -> str:
     """The table as TOML.
 
     Args:
-        table: what to write.
-        schema: the file that tells editors what may stand here.
+        table: the data to write.
+        schema: the JSON Schema file for editors.
     """
     head = "" if schema is None else f"#:schema {schema}\n"
     return head + tomli_w.dumps({key: _said(each) for key, each in table.items() if each is not None})

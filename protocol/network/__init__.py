@@ -1,1 +1,1 @@
-"""How it goes over the network: the port, Zenoh behind it, sessions, access, queues."""
+"""The network: the transport port, Zenoh behind it, sessions, access rules, queues."""

@@ -1,10 +1,10 @@
-"""Who may say and hear what: the router's access rules, for one run of one fleet. Pure.
+"""The router's access rules for one run of one fleet: which process may send and receive what. Pure.
 
-Rule 1: whatever no rule allows is refused.
-Rule 2: a robot says only what carries its own name as the sender, hears only what carries it as the
-        receiver (and the muster, which is to all), asks for nothing but its own scan and the mission.
-Rule 3: everybody sees all tokens, and shows none but its own.
-Rule 4: rules have wildcards, so that they grow with the robots and not with their square.
+Rule 1: a message that no rule allows is refused.
+Rule 2: a robot sends only on keys with its own name as the sender. It receives only on keys with its own name
+        as the receiver, and on the muster keys of all robots. It queries only its own scan and the mission.
+Rule 3: every process sees all liveliness tokens and declares only its own.
+Rule 4: rules use wildcards, so their number grows linearly with the robots, not with the square.
 """
 
 from collections.abc import Sequence
@@ -102,7 +102,7 @@ def _watches(name: str, keys: Keys) -> list[Json]:
 
 
 def _allow(name: str, what: str, flow: str, messages: Sequence[str], keys: Sequence[str]) -> Json:
-    """One rule; the flow is the router's view: `ingress` is what comes from the process."""
+    """One rule; the flow is seen from the router: `ingress` comes from the process."""
     return {
         "id": f"{name}-{what}",
         "permission": "allow",

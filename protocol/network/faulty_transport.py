@@ -1,12 +1,13 @@
-"""A transport on which a fault plan is at work: what arrives suffers its fate before anybody hears of it.
+"""A transport with fault injection: it applies a fault plan to everything that arrives.
 
-Rule 1: faults happen at the receiver: what is told to one process, or on one link, goes wrong there alone.
-Rule 2: each one is noted, by the message's key and number, and counted: the books balance all the same.
-Rule 3: a delay is of simulated time; in lock-step, where time waits for messages, of wall-clock time.
-Rule 4: whoever is cut off from the router shows no token, and sees none, as when the router lost it.
-Rule 5: what says which faults there are is itself spared.
-Rule 6: rules hold by the newest time that has come, or one that takes odometry away would never be over; and
-        so do time stamps, or faults would be told of before their rules hold.
+Rule 1: faults are injected at the receiver, so a fault of one process or one link affects only that one.
+Rule 2: each injection is recorded with the message's key and number, and counted: message accounts balance.
+Rule 3: delays are in simulated time; in lock-step, where the clock waits for messages, in wall-clock time.
+Rule 4: a process that is cut off from the router shows no token and sees none, as if the router had lost it.
+Rule 5: messages about faults are never affected.
+Rule 6: rules are active by the newest odometry time that has arrived, even in a message that was removed.
+        Otherwise a rule that removes odometry would never end. Time stamps of injections use the same clock,
+        so no injection is recorded before its rule is active.
 """
 
 import heapq
@@ -17,7 +18,7 @@ from math import inf
 
 from protocol.errors import MessageRefusedError
 from protocol.faults.damage import Damage
-from protocol.faults.fates import Fate, Fates
+from protocol.faults.message_faults import Effect, MessageFaults
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.faults.rules import Rule
 from protocol.keys import Keys
@@ -30,7 +31,7 @@ from protocol.wire.messages import Faults, Message, Odometry
 
 @dataclass(frozen=True, slots=True)
 class Conditions:
-    """What decides the faults of a run."""
+    """The parameters of the faults of a run."""
 
     plan: Plan = NO_FAULTS
     seed: int = 1
@@ -39,7 +40,7 @@ class Conditions:
 
 
 class FaultyTransport:
-    """Another transport, and what becomes of what it receives."""
+    """Another transport, with faults in what it receives."""
 
     def __init__(
         self,
@@ -50,19 +51,19 @@ class FaultyTransport:
         note: Callable[[FaultInjected], None],
     ) -> None:
         self.faults = Faults(number=0, step=0, struck=(), rules=(), slow_s=0.0)
-        """What the world has told of faults; the world itself sets it."""
+        """The newest state of faults from the world; the world itself sets it."""
         self._inner = inner
         self._conditions = conditions
         self._keys = keys
         self._name = name
         self._note = note
         self.now_s = 0.0
-        """The newest time that has come, whatever became of the odometry that told it."""
-        self._fates = Fates(conditions.plan, conditions.seed)
+        """The newest odometry time that has arrived (rule 6)."""
+        self._message_faults = MessageFaults(conditions.plan, conditions.seed)
         self._due: list[tuple[float, int, Arrival]] = []
         self._held_count = 0  # breaks ties, so that arrivals due together keep their order
         self._tokens: dict[str, bool] = {}
-        """The tokens that there are, and whether they are seen."""
+        """The existing tokens, and whether each is visible here."""
 
     @property
     def traffic(self) -> Traffic:
@@ -71,15 +72,15 @@ class FaultyTransport:
 
     @property
     def router(self) -> str | None:
-        """The router at the other end, by a name that no other router has; None while there is none."""
+        """The unique name of the connected router; None while there is none."""
         return self._inner.router
 
     def put(self, key: str, message: Message) -> None:
-        """Send to whoever subscribes to the key; may be lost, never blocks."""
+        """Send to all subscribers of the key; the message may be lost; never blocks."""
         self._inner.put(key, message)
 
     def ask(self, key: str, message: Message) -> None:
-        """Query the key; the answer arrives as `Heard`, or never: ask again."""
+        """Query the key; the reply arrives as `Heard`, or is lost: then ask again."""
         self._inner.ask(key, message)
 
     def timestamp(self) -> str:
@@ -87,33 +88,33 @@ class FaultyTransport:
         return self._inner.timestamp()
 
     def tell_time(self, now_s: float) -> None:
-        """What time it is, by the run's clock; a robot's transport finds that out by itself."""
+        """Set the time of the run; a robot's transport reads it from the odometry."""
         self.now_s = max(self.now_s, now_s)
 
     def have(self, faults: Faults) -> None:
-        """These faults are to happen from now on, beside the plan's."""
+        """Apply these faults from now on, in addition to the plan's."""
         if faults.number <= self.faults.number:
             return
         if faults.rules != self.faults.rules:
             rules: tuple[Rule, ...] = (*self._conditions.plan.rules, *faults.rules)
-            self._fates = Fates(Plan(name="given", rules=rules), self._conditions.seed)
+            self._message_faults = MessageFaults(Plan(name="given", rules=rules), self._conditions.seed)
         self.faults = faults
 
     async def arrivals(self, timeout_s: float | None) -> Sequence[Arrival]:
-        """Wait for arrivals and take all of them; empty when the time is up."""
+        """Wait for arrivals and return all of them; empty after the timeout."""
         until_s = inf if timeout_s is None else time.monotonic() + timeout_s
         while True:
             next_s = min(until_s, self._due[0][0] if self._due else inf)
             wait_s = None if next_s == inf else max(0.0, next_s - time.monotonic())
             raw = await self._inner.arrivals(wait_s)
             _take_time(self.faults.slow_s / self._conditions.speed)
-            suffered = [each for arrival in raw for each in self._suffer(arrival)]
-            suffered += [*self._released(), *self._look_at_tokens()]
-            if suffered or time.monotonic() >= until_s:
-                return suffered
+            affected = [each for arrival in raw for each in self._affect(arrival)]
+            affected += [*self._released(), *self._look_at_tokens()]
+            if affected or time.monotonic() >= until_s:
+                return affected
 
-    def _suffer(self, arrival: Arrival) -> Iterator[Arrival]:
-        """What comes at once of an arrival; the rest is kept until it is due."""
+    def _affect(self, arrival: Arrival) -> Iterator[Arrival]:
+        """The arrivals that follow at once; delayed ones are kept until they are due."""
         match arrival:
             case Appeared(key):
                 self._tokens.setdefault(key, False)
@@ -126,28 +127,28 @@ class FaultyTransport:
             case Heard(key, number, message):
                 if isinstance(message, Odometry) and key == self._keys.odometry(self._name):
                     self.tell_time(message.t_s)
-                yield from self._meet_fate(arrival, message, self._fate(key, message, number))
+                yield from self._apply(arrival, message, self._effect(key, message, number))
             case Asked(key, message):
-                fate = self._fate(key, message, 0)
-                # Somebody who asks is answered once: a question that comes twice is one.
-                yield from self._meet_fate(arrival, message, Fate(fate.copies[:1], fate.injected))
+                effect = self._effect(key, message, 0)
+                # A query is answered once, even if a fault duplicates it.
+                yield from self._apply(arrival, message, Effect(effect.copies[:1], effect.injections))
             case Refused():
                 yield arrival
 
-    def _fate(self, key: str, message: Message, number: int) -> Fate:
+    def _effect(self, key: str, message: Message, number: int) -> Effect:
         behind_root, kind = self._keys.behind_root(key), str(type(message).__struct_config__.tag)
         step = self.faults.step
-        fate = self._fates.of(behind_root, kind, number, self._name, now_s=self.now_s, step=step)
-        for injected in fate.injected:
+        effect = self._message_faults.of(behind_root, kind, number, self._name, now_s=self.now_s, step=step)
+        for injected in effect.injections:
             self._note(
                 FaultInjected(fault=injected.fault, rule=injected.rule, key=behind_root, number=number)
             )
-        if number > 0 and fate.taken_away is not None:
-            self.traffic.take_back(key, number, fate.taken_away)
-        return fate
+        if number > 0 and effect.removed_by is not None:
+            self.traffic.move_to_removed(key, number, effect.removed_by)
+        return effect
 
-    def _meet_fate(self, arrival: Heard | Asked, message: Message, fate: Fate) -> Iterator[Arrival]:
-        for copy in fate.copies:
+    def _apply(self, arrival: Heard | Asked, message: Message, effect: Effect) -> Iterator[Arrival]:
+        for copy in effect.copies:
             each = arrival if copy.damage is None else _damaged(arrival, message, copy.damage)
             if copy.delay_s <= 0.0:
                 yield each
@@ -171,14 +172,14 @@ class FaultyTransport:
                 yield Appeared(key) if visible else Vanished(key)
 
     def _is_cut(self, process: str) -> bool:
-        return self._fates.is_cut(process, now_s=self.now_s, step=self.faults.step)
+        return self._message_faults.is_cut(process, now_s=self.now_s, step=self.faults.step)
 
 
 def _damaged(arrival: Heard | Asked, message: Message, damage: Damage) -> Arrival:
-    """What decoding makes of the message's damaged bytes."""
+    """The result of decoding the message's damaged bytes."""
     number = arrival.number if isinstance(arrival, Heard) else 0
     try:
-        number, message = decode(damage.strike(encode(message, number)))
+        number, message = decode(damage.apply(encode(message, number)))
     except MessageRefusedError as error:
         return Refused(arrival.key, str(error))
     if isinstance(arrival, Heard):

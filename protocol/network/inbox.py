@@ -1,4 +1,4 @@
-"""A bounded queue from the network's thread to ours. Knows no loop: it is told how to wake it."""
+"""A bounded queue from the network's thread to the event loop. It gets the function that wakes the loop."""
 
 from collections import deque
 from collections.abc import Callable
@@ -7,13 +7,13 @@ from typing import Generic, TypeVar
 
 T = TypeVar("T")
 
-INBOX_CAPACITY = 16_384  # a world of 1000 robots hears 10,000 messages a second: time for a long pause
+INBOX_CAPACITY = 16_384  # a world of 1000 robots receives 10,000 messages a second: a pause of 1.6 s
 
 
 class Inbox(Generic[T]):
-    """Arrivals in their order; when it is full, the oldest is dropped and counted.
+    """Arrivals in order; a full inbox drops the oldest and counts it.
 
-    `wake` is called once per burst: when something arrives and nothing was waiting.
+    `wake` is called once per burst: when something arrives in an empty inbox.
     """
 
     def __init__(self, wake: Callable[[], None], *, capacity: int) -> None:
@@ -33,7 +33,7 @@ class Inbox(Generic[T]):
             self._wake()
 
     def drain(self) -> list[T]:
-        """Take all that has arrived."""
+        """Remove and return all arrivals."""
         with self._lock:
             items = list(self._items)
             self._items.clear()

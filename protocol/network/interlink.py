@@ -1,20 +1,20 @@
-"""How two routers of one fleet are linked, so that either can carry it when the other dies. Pure.
+"""The link between the two routers of a fleet: if one router dies, the other carries the fleet. Pure.
 
-Rule 1: the second asks the first, as a user of its own; the first asks nobody. One that comes back is
-        found again by the other's asking, or asks itself.
-Rule 2: a router may pass on everything on the fleet's keys: what robots may say has been judged where they
-        are linked.
-Rule 3: only who is asked learns a user's name. So the second knows the first by the kind of the link between
-        them, which must be none that it listens on: nobody else can come by it.
+Rule 1: the second router connects to the first, with a user name of its own. The first connects to nobody. So
+        a restarted second router connects again, and a restarted first router is found by the second.
+Rule 2: a router may forward everything on the fleet's keys: a robot's messages are checked by the router that
+        the robot is connected to.
+Rule 3: only the accepting side learns a user name. So the second router knows the first by the protocol of
+        their link. The second must not listen on that protocol, so that no other process can use it.
 """
 
 from protocol.keys import Keys
 from protocol.network.access import Json
 
 ROUTER = "router"
-"""The user that the second router is to the first."""
+"""The user name of the second router at the first."""
 PROTOCOL = "tcp"
-"""Of the link between them, on loopback; clients come by another."""
+"""The protocol of the link between routers, on loopback; clients use another."""
 EVERYTHING = (
     "put",
     "delete",
@@ -29,7 +29,7 @@ EVERYTHING = (
 
 
 def with_other_router(access: Json, keys: Keys, *, asks: bool) -> Json:
-    """A fleet's access rules, and what the other router may do; the second is the one that `asks`."""
+    """A fleet's access rules with those of the other router; the second router `asks` the first."""
     rule = {
         "id": ROUTER,
         "permission": "allow",

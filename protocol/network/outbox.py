@@ -1,11 +1,12 @@
-"""A source's timeline entries on their way to the recorder. Pure: time is an argument.
+"""Sends a source's timeline entries to the recorder. Pure: time is an argument.
 
 Rule 1: entries are numbered from 1 and kept until the recorder has acknowledged them.
-Rule 2: what has not been acknowledged `resend_s` after it was sent is sent again, and with it all behind it:
-        the recorder takes nothing beyond a hole. Else, one batch lost, each entry would be sent twice.
-Rule 3: an acknowledgement of another incarnation's entries says nothing of these.
-Rule 4: a full outbox takes no new entry, and counts it. To drop an old one instead would leave a hole
-        that the recorder asks for until the end.
+Rule 2: an entry without acknowledgement is sent again after `resend_s`, together with all later entries,
+        since the recorder accepts nothing beyond a gap. Otherwise one lost batch would make every entry be
+        sent twice.
+Rule 3: acknowledgements of another incarnation are ignored.
+Rule 4: a full outbox refuses new entries and counts them. If it dropped an old entry, the gap would stay
+        until the end of the run.
 """
 
 from collections import deque
@@ -15,13 +16,13 @@ from protocol.timeline import Entry, Record
 from protocol.wire.codec import SIZE_MAX_BYTES, packed
 from protocol.wire.messages import LogBatch, Logged
 
-BATCH_ENTRIES_MAX = 256  # what a `LogBatch` may hold
-BATCH_BYTES_MAX = SIZE_MAX_BYTES - 256  # the rest is the envelope's, which takes less than 40
+BATCH_ENTRIES_MAX = 256  # the limit of a `LogBatch`
+BATCH_BYTES_MAX = SIZE_MAX_BYTES - 256  # the envelope takes less than 40 of the remaining bytes
 
 
 @dataclass(slots=True)
 class _Kept:
-    """An entry that the recorder has not acknowledged."""
+    """An entry that is not acknowledged yet."""
 
     entry: Entry
     size_bytes: int
@@ -29,10 +30,10 @@ class _Kept:
 
 
 class Outbox:
-    """Numbers entries, and says which to send next."""
+    """Numbers entries and selects the next ones to send."""
 
     def __init__(self, incarnation: str = "", *, resend_s: float = 0.3, capacity: int = 10_000) -> None:
-        """By default re-send after a hundred times what an acknowledgement takes on one machine."""
+        """The default `resend_s` is 100 times the delay of an acknowledgement on one machine."""
         self.lost_count = 0
         self._incarnation = incarnation
         self._resend_s = resend_s
@@ -41,11 +42,11 @@ class Outbox:
         self._newest = 0
 
     def __len__(self) -> int:
-        """How many entries the recorder has not acknowledged."""
+        """The number of entries that are not acknowledged yet."""
         return len(self._kept)
 
     def add(self, record: Record, *, t_s: float, hlc: str) -> None:
-        """Keep a new entry until it is acknowledged; it has not been sent yet."""
+        """Add a new entry, to be sent and kept until it is acknowledged."""
         if len(self._kept) == self._capacity:
             self.lost_count += 1
             return
@@ -56,7 +57,7 @@ class Outbox:
         self._kept.append(_Kept(entry, size_bytes))
 
     def batch(self, now_s: float) -> LogBatch | None:
-        """The next entries to send, taken as sent; None when there is nothing to send. Ask until then."""
+        """The next entries to send, marked as sent; None if there are none. Call it until it returns None."""
         entries: list[Entry] = []
         room_bytes = BATCH_BYTES_MAX
         for kept in self._kept:
@@ -70,7 +71,7 @@ class Outbox:
         return LogBatch(incarnation=self._incarnation, entries=tuple(entries)) if entries else None
 
     def acknowledged(self, logged: Logged) -> None:
-        """The recorder has written every entry up to some number; what was never sent it cannot have."""
+        """Process an acknowledgement; entries that were never sent are kept."""
         if logged.incarnation != self._incarnation:
             return
         up_to = logged.up_to

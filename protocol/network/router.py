@@ -12,17 +12,17 @@ from protocol.errors import UsageError
 from protocol.network.session import RouterSession, check_endpoint
 from protocol.network.settings import router_settings
 
-ZENOH_SOURCE = re.compile(r" at /\S+\.rs:\d+\.?")  # Zenoh's errors end in a line of its own source
+ZENOH_SOURCE = re.compile(r" at /\S+\.rs:\d+\.?")  # Zenoh's errors end with a line of its own source
 
 
 @contextlib.contextmanager
 def open_router(session: RouterSession, folder: Path, number: int = 1) -> Iterator[None]:
-    """Be the fleet's router of this number for as long as the context lasts.
+    """Run the fleet's router with this number while the context is open.
 
-    Zenoh locks a Unix socket's path, so a second router cannot steal it from one that lives.
+    Zenoh locks the path of a Unix socket, so a second router cannot take it from a running one.
 
     Raises:
-        UsageError: the endpoint is taken or will not do.
+        UsageError: the endpoint is taken or unusable.
     """
     endpoint = session.endpoints[number - 1]
     check_endpoint(endpoint)

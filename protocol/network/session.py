@@ -1,6 +1,6 @@
-"""Who a process is on the network: its fleet, run and name, the router, its password.
+"""The session of a process: its fleet, run and name, the router, its password.
 
-Rule 1: passwords are made anew for each run, and only their owner can read the folder.
+Rule 1: each run has new passwords, in a folder that only its owner can read.
 Rule 2: a session without a password is for a router that the user runs (`--connect`).
 """
 
@@ -15,6 +15,7 @@ import msgspec
 from msgspec import Meta, Struct
 
 from protocol.errors import UsageError
+from protocol.files.opening import read_bytes
 from protocol.frames import ROBOTS_MAX
 from protocol.keys import WORLD, Keys, robot_name
 from protocol.network.interlink import ROUTER
@@ -25,26 +26,27 @@ Endpoint = Annotated[str, Meta(pattern=ENDPOINT, max_length=300)]
 
 T = TypeVar("T")
 
-ROUTERS_MAX = 2  # one that carries the fleet, and one that can when it dies
+ROUTERS_MAX = 2  # one carries the fleet; the other takes over when it dies
 UNIX_SOCKET = "unixsock-stream/"
 UNIX_SOCKET_PATH_BYTES_MAX = 107  # sockaddr_un of Linux: 108 with the closing NUL
 ROUTER_FILE = "router.json"
 USERS_FILE = "users"
-INPUTS = "inputs"  # the folder in that of the run where robots keep what they hear and decide
+SESSION_BYTES_MAX = 1 << 20  # a session takes some hundred, the router's 200 bytes for each robot
+INPUTS = "inputs"  # a subfolder of the run's folder: the inputs and decisions of the robots
 
 
 class Session(Struct, frozen=True, kw_only=True):
-    """What one process needs to open its transport."""
+    """The parameters of one process for opening its transport."""
 
     fleet: Chunk
     run: Chunk
     name: Chunk
     endpoints: Annotated[tuple[Endpoint, ...], Meta(min_length=1)]
-    """Of all routers; any of them will do."""
+    """The endpoints of all routers; any of them can be used."""
     user: str | None = None
     password: str | None = None
     inputs: str | None = None
-    """The folder where robots keep what they hear and decide; None, or where that is not: nowhere."""
+    """The folder for the inputs and decisions of robots; they are not kept if it is None or missing."""
 
     @property
     def keys(self) -> Keys:
@@ -53,17 +55,17 @@ class Session(Struct, frozen=True, kw_only=True):
 
 
 class RouterSession(Struct, frozen=True, kw_only=True):
-    """What each of the fleet's routers needs: whom to admit, and where."""
+    """The parameters of the fleet's routers: the processes to admit, and the endpoints."""
 
     fleet: Chunk
     run: Chunk
     robots: Annotated[int, Meta(ge=1, le=ROBOTS_MAX)]
     endpoints: Annotated[tuple[Endpoint, ...], Meta(min_length=1, max_length=ROUTERS_MAX)]
-    """Where each of them listens, the first one first."""
+    """The endpoint of each router, in order."""
     interlink: Endpoint | None = None
-    """Where the first listens for the second; None where there is one."""
+    """The endpoint of the first router for the second; None if there is only one router."""
     password: str | None = None
-    """Of the second, for the first."""
+    """The password of the second router at the first."""
 
     @property
     def keys(self) -> Keys:
@@ -72,7 +74,7 @@ class RouterSession(Struct, frozen=True, kw_only=True):
 
 
 def unix_socket_endpoint(folder: Path, number: int = 1) -> str:
-    """Where a run's router listens by default: a socket in the run's own folder, no port."""
+    """The default endpoint of a run's router: a socket in the run's own folder, no port."""
     name = "router.sock" if number == 1 else f"router-{number}.sock"
     return f"{UNIX_SOCKET}{folder.resolve() / name}"
 
@@ -88,10 +90,10 @@ def write_sessions(
     passwords: bool = True,
     inputs: Path | None = None,
 ) -> None:
-    """Write `world.json`, `r1.json`, ... and, with passwords, what our own routers need.
+    """Write `world.json`, `r1.json`, ... and, with passwords, the files of our own routers.
 
     Raises:
-        UsageError: a name, an endpoint or the folder will not do.
+        UsageError: a name, an endpoint or the folder is unusable.
     """
     for endpoint in endpoints:
         check_endpoint(endpoint)
@@ -133,28 +135,28 @@ def write_sessions(
 
 
 def read_session(path: Path) -> Session:
-    """The session in a file that `write_sessions` wrote.
+    """Read a session that `write_sessions` wrote.
 
     Raises:
-        UsageError: there is none.
+        UsageError: the file is missing or invalid.
     """
     return _read(path, Session)
 
 
 def read_router_session(folder: Path) -> RouterSession:
-    """The router's part of a folder that `write_sessions` wrote.
+    """Read the routers' session from a folder that `write_sessions` wrote.
 
     Raises:
-        UsageError: there is none.
+        UsageError: the file is missing or invalid.
     """
     return _read(folder / ROUTER_FILE, RouterSession)
 
 
 def check_endpoint(endpoint: str) -> None:
-    """Refuse what Zenoh or the kernel would refuse, with a clearer word.
+    """Refuse an endpoint that Zenoh or the kernel would refuse, with a clearer message.
 
     Raises:
-        UsageError: it is no endpoint, or a Unix socket whose path is too long.
+        UsageError: it is not an endpoint, or the path of its Unix socket is too long.
     """
     if not re.search(ENDPOINT, endpoint):
         raise UsageError(f"an endpoint looks like tcp/127.0.0.1:7447, not like {endpoint!r}")
@@ -168,7 +170,7 @@ def check_endpoint(endpoint: str) -> None:
 
 def _read(path: Path, kind: type[T]) -> T:
     try:
-        return msgspec.json.decode(path.read_bytes(), type=kind)
+        return msgspec.json.decode(read_bytes(path, SESSION_BYTES_MAX), type=kind)
     except (OSError, ValueError) as error:
         raise UsageError(f"no session in {path}: {error}") from error
 
@@ -176,5 +178,5 @@ def _read(path: Path, kind: type[T]) -> T:
 def _write_private(path: Path, content: bytes) -> None:
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
     with os.fdopen(descriptor, "wb") as file:
-        os.fchmod(descriptor, 0o600)  # it may have been there before, open to others
+        os.fchmod(descriptor, 0o600)  # the file may already exist, readable by others
         file.write(content)

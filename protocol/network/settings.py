@@ -1,7 +1,7 @@
-"""Zenoh's settings for the fleet's processes and for its router. Pure; figures are of zenoh.md.
+"""Zenoh's settings for the fleet's processes and its routers. Pure; the figures are from zenoh.md.
 
-Rule 1: nothing is found by scouting, nothing goes through shared memory (it would write payloads, in
-        plain, to /dev/shm), and nobody is admitted without a password where the router is ours.
+Rule 1: there is no scouting, and no shared memory, which would write plain payloads to /dev/shm. Our own
+        router admits no process without a password.
 """
 
 from pathlib import Path
@@ -12,18 +12,18 @@ from protocol.network.interlink import ROUTER, with_other_router
 from protocol.network.session import USERS_FILE, RouterSession, Session
 from protocol.wire.codec import SIZE_MAX_BYTES
 
-LEASE_MS = 1000  # 200 ms gave false deaths on a loaded machine, 500 ms and more none
-OPEN_TIMEOUT_MS = 1000  # the default, 10 s, is how long a frozen router would hold us up
-CONNECT_TIMEOUT_MS = 5000  # a router that was started before us listens within a second
+LEASE_MS = 1000  # 200 ms gave false deaths on a loaded machine; 500 ms and more gave none
+OPEN_TIMEOUT_MS = 1000  # with the default of 10 s, a frozen router would block us that long
+CONNECT_TIMEOUT_MS = 5000  # a router that was started before us listens within 1 s
 ASK_TIMEOUT_MS = 1000
-QUEUE_BATCHES = 16  # Zenoh's most, made when needed; DROP drops what finds no room within 1 ms
-# Often: a fleet that has lost its router should come back together, and asking a socket costs nothing.
+QUEUE_BATCHES = 16  # Zenoh's maximum, allocated on demand; DROP drops what finds no room within 1 ms
+# Short periods: all robots should reconnect at about the same time, and a retry is cheap.
 RETRY = {"period_init_ms": 100, "period_max_ms": 200, "period_increase_factor": 1.5}
-SESSIONS_MAX = ROBOTS_MAX + 500  # and room for their successors
+SESSIONS_MAX = ROBOTS_MAX + 500  # with room for restarted processes
 
 
 def client_settings(session: Session) -> Json:
-    """For a robot or the world: one link, to a router, that is retried for ever once it has been up."""
+    """For a robot or the world: one link to a router; once established, it is retried for ever."""
     settings = _common() | {
         "mode": "client",
         "connect": {
@@ -40,7 +40,7 @@ def client_settings(session: Session) -> Json:
 
 
 def router_settings(session: RouterSession, folder: Path, number: int = 1) -> Json:
-    """For the fleet's first router or its second: whom the folder's users file names, what the rules name."""
+    """For the first or the second router: users from the folder's file, access by the rules."""
     asks = number > 1  # `protocol.network.interlink`
     access, between = access_rules(session.keys, robots=session.robots), session.interlink
     if between is not None:
@@ -76,7 +76,7 @@ def _common() -> Json:
                     "keep_alive": 4,
                     "queue": {"size": {"data": QUEUE_BATCHES}},
                 },
-                # Twice a message's limit: key and header come on top, and the codec is exact.
+                # Twice a message's limit: key and header are added, and the codec checks the exact limit.
                 "rx": {"max_message_size": 2 * SIZE_MAX_BYTES},
             },
         },

@@ -1,9 +1,9 @@
-"""The port to the network: what a shell may do, and what may arrive; `zenoh_transport` has it.
+"""The port to the network: what a shell can send, and what can arrive; `zenoh_transport` implements it.
 
-Rule 1: everything that arrives comes through one bounded inbox, in the order of arrival; what a full
-        inbox drops (the oldest) is counted.
+Rule 1: everything arrives through one bounded inbox, in order of arrival. A full inbox drops its oldest
+        arrival and counts it.
 Rule 2: nothing here waits for the network: `put` and `ask` return at once and may lose the message.
-Rule 3: a message that does not decode becomes `Refused`; it never raises in the receiver.
+Rule 3: a message that cannot be decoded becomes `Refused`; it never raises in the receiver.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,7 +16,7 @@ from protocol.wire.messages import Message
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """A message that somebody put, or the answer to something asked (then `number` is 0)."""
+    """A message on a subscribed key, or the reply to a query (then `number` is 0)."""
 
     key: str
     number: int
@@ -25,7 +25,7 @@ class Heard:
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """Somebody asks; `answer` replies and may be called once."""
+    """A query; `answer` replies and may be called once."""
 
     key: str
     message: Message
@@ -34,21 +34,21 @@ class Asked:
 
 @dataclass(frozen=True, slots=True)
 class Appeared:
-    """A liveliness token has come."""
+    """A liveliness token has appeared."""
 
     key: str
 
 
 @dataclass(frozen=True, slots=True)
 class Vanished:
-    """A liveliness token has gone: its process ended, or the router lost it for a moment."""
+    """A liveliness token has vanished: its process ended, or the router lost it for a moment."""
 
     key: str
 
 
 @dataclass(frozen=True, slots=True)
 class Refused:
-    """A message broke the protocol; it has been counted and dropped."""
+    """A message broke the protocol; it was counted and dropped."""
 
     key: str
     reason: str
@@ -58,7 +58,7 @@ Arrival = Heard | Asked | Appeared | Vanished | Refused
 
 
 class Transport(Protocol):
-    """What a shell needs of a network."""
+    """The network as a shell needs it."""
 
     @property
     def traffic(self) -> Traffic:
@@ -66,16 +66,16 @@ class Transport(Protocol):
 
     @property
     def router(self) -> str | None:
-        """The router at the other end, by a name that no other router has; None while there is none."""
+        """The unique name of the connected router; None while there is none."""
 
     def put(self, key: str, message: Message) -> None:
-        """Send to whoever subscribes to the key; may be lost, never blocks."""
+        """Send to all subscribers of the key; the message may be lost; never blocks."""
 
     def ask(self, key: str, message: Message) -> None:
-        """Query the key; the answer arrives as `Heard`, or never: ask again."""
+        """Query the key; the reply arrives as `Heard`, or is lost: then ask again."""
 
     async def arrivals(self, timeout_s: float | None) -> Sequence[Arrival]:
-        """Wait for arrivals and take all of them; empty when the time is up."""
+        """Wait for arrivals and return all of them; empty after the timeout."""
 
     def timestamp(self) -> str:
         """A new hybrid-logical-clock time stamp of this process."""

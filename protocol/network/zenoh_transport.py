@@ -1,15 +1,15 @@
-"""The port to the network, over Zenoh. A shell: it moves bytes and counts them.
+"""The transport port over Zenoh. A shell: it moves bytes and counts them.
 
-Rule 1: Zenoh's threads only append to the inbox (callbacks are direct, so their order is the link's);
-        everything is decoded in the event loop.
-Rule 2: a session is closed whatever happens: with a live subscriber the interpreter would never end.
-Rule 3: everything is sent with congestion control DROP, which holds the loop up for 1 ms at most, and
-        at one priority, since another would overtake. Not as express: that is no faster here (0.5 ms
-        there and back), and of bursts of 1000 it lost a fifth and more, where batches lost nothing.
-Rule 4: only what came through the router is heard: a session would otherwise hear its own forgeries.
-Rule 5: where Zenoh panics, as it does at some bytes that no router should send, its locks stay poisoned and
-        the session is of no more use: its process ends, and the fleet goes on as after a crash. Who hears
-        nothing looks for that, since it may have nothing to say either, and its token would stay.
+Rule 1: Zenoh's threads only append to the inbox. Callbacks are direct, so the order is that of the link.
+        Everything is decoded in the event loop.
+Rule 2: a session is always closed: with an open subscriber the interpreter would never end.
+Rule 3: all messages use congestion control DROP, which blocks the loop for 1 ms at most, and one priority,
+        since a higher one would overtake. They are not express: that is no faster here (0.5 ms round trip),
+        and it lost 20 % or more in bursts of 1000, where batches lost nothing.
+Rule 4: only messages through the router are received: a session would otherwise receive its own forgeries.
+Rule 5: some bytes, which no router should send, make Zenoh panic. Then its locks stay poisoned and the
+        session is unusable: the process ends, and the fleet continues as after a crash. A process that
+        receives nothing tests its session, since it may send nothing either, and its token would stay.
 """
 
 import asyncio
@@ -30,20 +30,20 @@ from protocol.network.transport import Appeared, Arrival, Asked, Heard, Refused,
 from protocol.wire.codec import decode, encode
 from protocol.wire.messages import Message
 
-KEY_LENGTH_MAX = 200  # ours have less than 160 characters; the timeline takes no more
-PULSE_S = 0.2  # wall: a fifth of the silence after which a robot without a token is dead
+KEY_LENGTH_MAX = 200  # our keys have less than 160 characters; the timeline accepts up to 200
+PULSE_S = 0.2  # wall: 1/5 of the silence after which a robot without a token is dead
 
 
 @dataclass(frozen=True, slots=True)
 class _Answer:
-    """The answer to something that we asked."""
+    """The reply to a query of ours."""
 
     sample: zenoh.Sample
 
 
 @dataclass(frozen=True, slots=True)
 class _Token:
-    """A liveliness token that came or went."""
+    """A liveliness token that appeared or vanished."""
 
     sample: zenoh.Sample
 
@@ -70,15 +70,15 @@ class ZenohTransport:
 
     @property
     def router(self) -> str | None:
-        """The router at the other end, by a name that no other router has; None while there is none."""
+        """The unique name of the connected router; None while there is none."""
         return next(map(str, self._session.info.routers_zid()), None)
 
     def put(self, key: str, message: Message) -> None:
-        """Send to whoever subscribes to the key; may be lost, never blocks."""
+        """Send to all subscribers of the key; the message may be lost; never blocks."""
         self._send(key, encode(message, self._traffic.send(key), key))
 
     def _send(self, key: str, payload: bytes) -> None:
-        with contextlib.suppress(zenoh.ZError):  # the session has been closed: lost, like any other
+        with contextlib.suppress(zenoh.ZError):  # the session is closed: the message is lost, like any other
             self._session.put(
                 key,
                 payload,
@@ -87,7 +87,7 @@ class ZenohTransport:
             )
 
     def ask(self, key: str, message: Message) -> None:
-        """Query the key; the answer arrives as `Heard`, or never: ask again."""
+        """Query the key; the reply arrives as `Heard`, or is lost: then ask again."""
         with contextlib.suppress(zenoh.ZError):
             self._session.get(
                 key,
@@ -99,7 +99,7 @@ class ZenohTransport:
             )
 
     async def arrivals(self, timeout_s: float | None) -> Sequence[Arrival]:
-        """Wait for arrivals and take all of them; empty when the time is up."""
+        """Wait for arrivals and return all of them; empty after the timeout."""
         await asyncio.sleep(0)  # a flood must not keep the loop's other tasks from running
         raw: list[_Raw] = []
         with contextlib.suppress(TimeoutError):
@@ -108,11 +108,11 @@ class ZenohTransport:
                     self._arrived.clear()  # it is set in this thread, so nothing can be missed here
                     await self._arrived.wait()
         if not raw:
-            self._feel_pulse(asyncio.get_running_loop().time())
+            self._test_session(asyncio.get_running_loop().time())
         return [self._arrival(each) for each in raw]
 
-    def _feel_pulse(self, now_s: float) -> None:
-        """Rule 5, now and then."""
+    def _test_session(self, now_s: float) -> None:
+        """Rule 5: test the session from time to time."""
         if now_s >= self._pulse_at_s:
             self._pulse_at_s = now_s + PULSE_S
             self._send(self._pulse_key, b"")
@@ -122,11 +122,11 @@ class ZenohTransport:
         return str(self._session.new_timestamp())
 
     def take_token(self, sample: zenoh.Sample) -> None:
-        """Zenoh's thread: a liveliness token has come or gone."""
+        """Called in Zenoh's thread: a liveliness token has appeared or vanished."""
         self.inbox.append(_Token(sample))
 
     def _take_reply(self, reply: zenoh.Reply) -> None:
-        if reply.ok is not None:  # an error says that the time is up: the answer never comes
+        if reply.ok is not None:  # an error means a timeout: there is no reply
             self.inbox.append(_Answer(reply.ok))
 
     def _arrival(self, raw: _Raw) -> Arrival:
@@ -157,10 +157,10 @@ class ZenohTransport:
 def open_transport(
     session: Session, *, hear: Sequence[str], answer: Sequence[str], alive: str | None, watch: str | None
 ) -> Iterator[ZenohTransport]:
-    """A transport that hears, answers and watches these key expressions and shows this token.
+    """A transport that subscribes to `hear`, answers queries on `answer`, and watches tokens on `watch`.
 
-    The token is declared last, so that whoever sees it can be sure that the rest is in place. Has to be
-    entered in the event loop that will take the arrivals.
+    The token `alive` is declared last, so a process that sees it knows that the rest is in place. Enter the
+    context in the event loop that will process the arrivals.
 
     Raises:
         UsageError: no router admits us.
@@ -184,7 +184,7 @@ def open_transport(
 def _panic_is_loss() -> Iterator[None]:
     try:
         yield
-    except BaseException as error:  # a panic is no Exception, and its class cannot be imported
+    except BaseException as error:  # a panic is not an Exception, and its class cannot be imported
         if type(error).__name__ != "PanicException":
             raise
         raise SessionLostError(f"Zenoh has panicked, and the session is lost: {error}") from error
@@ -212,5 +212,8 @@ def _check_key(key: str) -> None:
 
 
 def _reply(query: zenoh.Query, key: str, message: Message) -> None:
-    with query, contextlib.suppress(zenoh.ZError):  # the asker may have given up, or the router gone
-        query.reply(key, encode(message, 0, key))  # sent with the congestion control of the question
+    with (
+        query,
+        contextlib.suppress(zenoh.ZError),
+    ):  # the asking process may have given up, or the router
+        query.reply(key, encode(message, 0, key))  # sent with the congestion control of the query

@@ -1,7 +1,7 @@
-"""Every kind of timeline entry, with its fields and units. `docs/timeline.md` is made from these files.
+"""All kinds of timeline entries, with their fields and units. `docs/timeline.md` is generated from them.
 
-A kind is named noun.past_participle. A field's unit is in its name; what more there is to say is in
-its description. Positions are in the world frame. The page has the kinds in the order of `Record`.
+A kind is named noun.past_participle. The unit of a field is in its name; its description says the rest.
+Positions are in the world frame. The page lists the kinds in the order of `Record`.
 """
 
 from typing import Annotated
@@ -148,7 +148,7 @@ Record = (
 
 
 class Entry(Struct, frozen=True, kw_only=True):
-    """One entry of the timeline: when, and what happened. Its source stands in the key that it came by."""
+    """One entry of the timeline: a time and a record. Its source is in the key of the message."""
 
     n: Annotated[Count, Meta(description="the source's own count, from 1")]
     t_s: Annotated[Seconds, Meta(description="simulated time")]

@@ -1,4 +1,4 @@
-"""What all kinds of timeline entry share."""
+"""The base of all kinds of timeline entries."""
 
 from typing import Annotated
 
@@ -11,4 +11,4 @@ Counts = Annotated[dict[Annotated[str, Meta(max_length=200)], Count], Meta(max_l
 
 
 class Kind(Struct, frozen=True, kw_only=True, tag_field="kind"):
-    """What all kinds share; the fields of `Entry` come before its own."""
+    """The base of all kinds; the fields of `Entry` come before its own."""

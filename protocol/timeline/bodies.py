@@ -1,4 +1,4 @@
-"""What the world records of bodies: the orders that they take, where they are, what they sense."""
+"""Entries of the world about bodies: the orders they accept, their poses, their scans."""
 
 from typing import Annotated
 
@@ -7,17 +7,17 @@ from msgspec import Meta
 from protocol.frames import Count, Length, Metres, Point, Radians, RobotId
 from protocol.timeline.base import Kind, Text
 
-RANGES_TOLD_MAX = 360  # of a scan: enough to draw it, in 2 kB
+RANGES_TOLD_MAX = 360  # rays of a recorded scan: enough for a drawing, in 2 kB
 
 
 class OrderAccepted(Kind, frozen=True, kw_only=True, tag="order.accepted"):
-    """A body has taken a new drive order."""
+    """A body has accepted a new drive order."""
 
     robot: RobotId
     number: Count
     epoch: Count
     step: Annotated[
-        Count, Meta(description="the leader's switching step; 0 for one that follows, or joins in epoch 0")
+        Count, Meta(description="the leader's switching step; 0: a robot that follows, or joins in epoch 0")
     ]
     x_m: Metres
     y_m: Metres
@@ -26,7 +26,7 @@ class OrderAccepted(Kind, frozen=True, kw_only=True, tag="order.accepted"):
 
 
 class OrderRefused(Kind, frozen=True, kw_only=True, tag="order.refused"):
-    """A body has not taken an order: it is void, or the drive cannot do it."""
+    """A body has refused an order: it is void, or the drive cannot execute it."""
 
     robot: RobotId
     number: Count
@@ -34,7 +34,7 @@ class OrderRefused(Kind, frozen=True, kw_only=True, tag="order.refused"):
 
 
 class OrderFinished(Kind, frozen=True, kw_only=True, tag="order.finished"):
-    """A body has driven an order to its end."""
+    """A body has finished an order."""
 
     robot: RobotId
     number: Count
@@ -43,12 +43,12 @@ class OrderFinished(Kind, frozen=True, kw_only=True, tag="order.finished"):
     y_m: Metres
     clearance_m: Annotated[
         Metres | None,
-        Meta(description="least clearance while driving it, or the whole step; null: no obstacle"),
+        Meta(description="least clearance during the order, or the whole step; null: no obstacle"),
     ]
 
 
 class StepFinished(Kind, frozen=True, kw_only=True, tag="step.finished"):
-    """The leader's body stands at the end of a switching step."""
+    """The leader's body has reached the end of a switching step."""
 
     robot: RobotId
     step: Count
@@ -56,20 +56,18 @@ class StepFinished(Kind, frozen=True, kw_only=True, tag="step.finished"):
     y_m: Metres
     clearance_m: Annotated[
         Metres | None,
-        Meta(
-            description="least clearance in the whole step, to hold against the promised; null: no obstacle"
-        ),
+        Meta(description="least clearance in the whole step, to compare with the promise; null: no obstacle"),
     ]
 
 
 class BodyStopped(Kind, frozen=True, kw_only=True, tag="body.stopped"):
-    """The dead-man stop: its robot has been silent too long."""
+    """The dead-man stop: the body stops because its robot has been silent too long."""
 
     robot: RobotId
 
 
 class PoseSampled(Kind, frozen=True, kw_only=True, tag="pose.sampled"):
-    """A body's true pose; between two samples of a body it moved straight."""
+    """A body's true pose; between two samples the body moved straight."""
 
     robot: RobotId
     x_m: Metres
@@ -78,19 +76,19 @@ class PoseSampled(Kind, frozen=True, kw_only=True, tag="pose.sampled"):
 
 
 class ScanServed(Kind, frozen=True, kw_only=True, tag="scan.served"):
-    """A body's sensor has been read, because its robot asked."""
+    """A body's sensor was read at its robot's request."""
 
     robot: RobotId
     x_m: Metres
     y_m: Metres
     heading_rad: Radians
-    revolutions: Annotated[Count, Meta(description="of the scanner, interlaced: rays beside rays")]
+    revolutions: Annotated[Count, Meta(description="of the scanner; their rays interlace")]
     hits: Count
     ranges_m: Annotated[
         tuple[Length, ...],
         Meta(
             max_length=RANGES_TOLD_MAX,
-            description="of at most 360 rays, evenly spread, to the millimetre; the first looks along -pi; "
-            "the range limit: no hit; empty: not told",
+            description="at most 360 rays, evenly spaced, to the millimetre, from -pi; "
+            "the range limit: no hit; empty: not recorded",
         ),
     ] = ()

@@ -1,4 +1,4 @@
-"""How a run comes out: who arrives, what is lost or broken, and the end."""
+"""Entries about the outcome of a run: arrivals, a lost route, broken promises, the end."""
 
 from typing import Annotated
 
@@ -9,31 +9,31 @@ from protocol.timeline.base import Kind, Text
 
 
 class GoalReached(Kind, frozen=True, kw_only=True, tag="goal.reached"):
-    """The leader stands within the goal's tolerance; without a goal, at its last switching position."""
+    """The leader stands within the goal's tolerance or, without a goal, at its last switching position."""
 
     x_m: Metres
     y_m: Metres
 
 
 class RobotArrived(Kind, frozen=True, kw_only=True, tag="robot.arrived"):
-    """A robot stands at its place behind the one ahead, which has arrived; or it leads."""
+    """A robot has arrived: it leads, or it stands in place behind a robot that has arrived."""
 
     progress_m: Length
 
 
 class RouteLost(Kind, frozen=True, kw_only=True, tag="route.lost"):
-    """The leader knows no way on: it stands, and the run ends."""
+    """The leader knows no way to the goal: it stops, and the run ends."""
 
     reason: Text
 
 
 class PromiseBroken(Kind, frozen=True, kw_only=True, tag="promise.broken"):
-    """An invariant does not hold, by true poses or by what was said; docs/verdict.md names them."""
+    """An invariant was violated, by true poses or by recorded entries; docs/verdict.md lists them."""
 
     invariant: Annotated[str, Meta(pattern="^(S[1-3]|P[1-6])$")]
     robot: RobotId
     other: Annotated[RobotId | None, Meta(description="the other robot of S2, P1 and P3")] = None
-    measured_m: Annotated[Metres | None, Meta(description="null: what broke has no length")] = None
+    measured_m: Annotated[Metres | None, Meta(description="null: the invariant has no length")] = None
     required_m: Metres | None = None
     why: Text
 

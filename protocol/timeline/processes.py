@@ -1,4 +1,4 @@
-"""Processes that come and go: robots, routers, the world itself."""
+"""Entries about processes that start and end: robots, routers, the world itself."""
 
 from typing import Annotated
 
@@ -15,53 +15,53 @@ class RobotAppeared(Kind, frozen=True, kw_only=True, tag="robot.appeared"):
 
 
 class RobotDied(Kind, frozen=True, kw_only=True, tag="robot.died"):
-    """A robot's token has gone, and it has said nothing for the grace time, before the run was over."""
+    """A robot's token vanished before the run was over, and the robot was silent for the grace time."""
 
     robot: RobotId
-    silent_since_s: Annotated[Seconds, Meta(description="basis of the last order that was heard from it")]
+    silent_since_s: Annotated[Seconds, Meta(description="basis of the last order received from it")]
 
 
 class RobotRestarted(Kind, frozen=True, kw_only=True, tag="robot.restarted"):
-    """A robot's token has come that bears another incarnation: a new process has taken its place."""
+    """A robot's token has appeared with another incarnation: a new process has replaced the old one."""
 
     robot: RobotId
 
 
 class RobotReturned(Kind, frozen=True, kw_only=True, tag="robot.returned"):
-    """A robot that was taken for dead is there again, in the same process: it was frozen, or cut off."""
+    """A robot that was considered dead is back, in the same process: it was frozen or cut off."""
 
     robot: RobotId
 
 
 class RouterLost(Kind, frozen=True, kw_only=True, tag="router.lost"):
-    """The router that carried the world is no more there: nobody can be heard."""
+    """The world has lost its router: it cannot receive any message."""
 
 
 class RouterFound(Kind, frozen=True, kw_only=True, tag="router.found"):
-    """A router carries the world again, the same one or another."""
+    """The world is connected to a router again, to the same one or another."""
 
-    away_s: Annotated[Seconds, Meta(description="wall clock: for how long there was none")]
+    away_s: Annotated[Seconds, Meta(description="wall clock: time without a router")]
 
 
 class WorldResumed(Kind, frozen=True, kw_only=True, tag="world.resumed"):
-    """A world whose process was killed goes on from its own timeline: bodies stand where that saw them last.
+    """A world whose process was killed resumes from its timeline: bodies stand at their last recorded poses.
 
-    What chance does to drives and scans comes from new streams, which bear the number of the life.
+    The errors of drives and scans come from new random streams, which depend on the number of the life.
     """
 
-    life: Annotated[Count, Meta(description="1: the first time")]
-    entries: Annotated[Count, Meta(description="that it found, of all sources")]
-    torn_bytes: Annotated[Count, Meta(description="of a last line that was not whole; it is cut off")]
+    life: Annotated[Count, Meta(description="1: resumed for the first time")]
+    entries: Annotated[Count, Meta(description="number of entries found, of all sources")]
+    torn_bytes: Annotated[Count, Meta(description="length of an incomplete last line, which is removed")]
 
 
 class RobotStarted(Kind, frozen=True, kw_only=True, tag="robot.started"):
-    """A robot's process has its mission and begins."""
+    """A robot's process has received its mission and begins."""
 
     pid: Count
     incarnation: Annotated[Text, Meta(description="as in its liveliness token")] = ""
 
 
 class RobotFailed(Kind, frozen=True, kw_only=True, tag="robot.failed"):
-    """A robot's core has raised an exception, which it never should: the process ends."""
+    """A robot's core raised an exception, which is a bug: the process ends."""
 
     reason: Text

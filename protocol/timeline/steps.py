@@ -1,4 +1,4 @@
-"""What robots record of their way: switching steps and checked segments."""
+"""Entries of robots about their way: switching steps and checked segments."""
 
 from typing import Annotated
 
@@ -10,7 +10,7 @@ from protocol.timeline.base import Kind
 
 
 class SeenObstacle(Struct, frozen=True, kw_only=True):
-    """An obstacle as seen: its tangent points, clockwise first, and the chord between them."""
+    """An obstacle as seen in a scan: its tangent points, clockwise first, and the chord between them."""
 
     tangent_1: Point
     tangent_2: Point
@@ -28,33 +28,33 @@ class SeenGap(Struct, frozen=True, kw_only=True):
 
 
 class StepPlanned(Kind, frozen=True, kw_only=True, tag="step.planned"):
-    """The leader has planned a switching step, from one scan; or a robot that joins."""
+    """The leader, or a robot that joins, has planned a step from one scan."""
 
     step: Count
-    epoch: Annotated[Count, Meta(description="of the strand, or of the lining up before it has formed")]
+    epoch: Annotated[Count, Meta(description="of the strand, or of the line-up before it has formed")]
     law: Law
     x_m: Metres
     y_m: Metres
     obstacles: Annotated[
-        tuple[SeenObstacle, ...], Meta(max_length=250, description="anti-clockwise; at most 250 are told")
+        tuple[SeenObstacle, ...], Meta(max_length=250, description="anti-clockwise; at most 250 are recorded")
     ]
     gaps: Annotated[tuple[SeenGap, ...], Meta(max_length=250)]
     gap: Annotated[
-        Count | None, Meta(description="index of the gap chosen in `gaps`; null: no gap was aimed at")
+        Count | None, Meta(description="index of the chosen gap in `gaps`; null: the step aims at no gap")
     ]
     heading_rad: Radians
     length_m: Length
     target: Point
     reach_m: Annotated[Length, Meta(description="arc length of the target along the strand's path")]
-    promised_clearance_m: Annotated[Length | None, Meta(description="null: this law promises none")]
+    promised_clearance_m: Annotated[Length | None, Meta(description="null: this law promises no clearance")]
     cost_to_go_m: Annotated[Length | None, Meta(description="from the target to the goal; null: no goal")]
-    joins: Annotated[bool, Meta(description="of a robot that joins: `step` and `reach_m` are its own")] = (
-        False
-    )
+    joins: Annotated[
+        bool, Meta(description="the step of a robot that joins: `step` and `reach_m` are its own")
+    ] = False
 
 
 class StepAbandoned(Kind, frozen=True, kw_only=True, tag="step.abandoned"):
-    """The leader has stopped short of a step's end, because an obstacle came into its way."""
+    """The leader has stopped before the end of a step, because an obstacle moved into its way."""
 
     step: Count
     epoch: Count
@@ -63,8 +63,10 @@ class StepAbandoned(Kind, frozen=True, kw_only=True, tag="step.abandoned"):
 
 
 class SegmentChecked(Kind, frozen=True, kw_only=True, tag="segment.checked"):
-    """A robot that follows has checked its next segment of the path against its own scan."""
+    """A following robot has checked its next segment of the path with its own scan."""
 
     target: Point
     clear: bool
-    clearance_m: Annotated[Metres, Meta(description="of the swept hull, to the nearest hit that is no robot")]
+    clearance_m: Annotated[
+        Metres, Meta(description="of the swept hull to the nearest hit that is not a robot")
+    ]

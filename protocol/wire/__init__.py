@@ -1,1 +1,1 @@
-"""What goes over the wire: messages, their bytes, and what a link grants."""
+"""The wire protocol: messages, their encoding, links and movement authority."""

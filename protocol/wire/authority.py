@@ -1,17 +1,16 @@
 """Movement authority: how far along a path the robot behind may drive.
 
-Rule 1: a robot may occupy the path ahead of it only up to its authority; no news means no motion.
-Rule 2: authority only grows within an epoch, so an old message can only ask for less than is granted.
-Rule 3: it ends where the path first comes nearer than `keep_m` to any ground that its granter may still
-        occupy or is known to be going to: from the granter's progress to the end of the path it knows.
-        Arc length alone does not do, since a hairpin brings two far arc lengths near.
-Rule 4: under the certified law the leader's next step keeps `keep_m` from all ground it has granted, which
-        is what makes rule 3 never ask for a grant back (`agents.navigation.certificate`); so what has been
-        granted need not be looked at again. The paper's laws know nothing of robots behind, and promise
-        nothing.
-Rule 5: a robot itself drives no nearer than `keep_m` to ground that robots behind may drive on. Where the
-        path is the leader's own (rule 4) this never stops anybody; where robots line up from scattered
-        places, their way to the front may lead past one that stands and cannot go first.
+Rule 1: a robot may occupy the path ahead of it only up to its authority; without messages it does not move.
+Rule 2: authority only grows within an epoch, so an old message never grants more than a newer one.
+Rule 3: it ends where the path first comes nearer than `keep_m` to ground that the granter may still occupy or
+        will drive on: from the granter's progress to the end of the path it knows. Arc length alone is not
+        enough, since in a hairpin two distant arc lengths are close in space.
+Rule 4: under the certified law the leader's next step keeps `keep_m` from all granted ground. So rule 3 never
+        takes a grant back (`agents.navigation.certificate`), and granted ground is not checked again. The
+        paper's laws ignore the robots behind, and promise nothing.
+Rule 5: a robot itself keeps `keep_m` from ground that robots behind it may drive on. Where the path is the
+        leader's own (rule 4), this stops no robot. Where robots line up from scattered places, it can stop
+        one: the way to the front may pass a robot that stands there and cannot go first.
 """
 
 import math
@@ -29,7 +28,7 @@ def claim_m(
     Args:
         path: its path.
         progress_m: its own arc length.
-        to_m: how far it would drive.
+        to_m: how far it wants to drive.
         tail_m: arc length of the strand's tail.
         granted_m: arc length up to which robots behind may drive.
         keep_m: least distance between the centres of two robots.
@@ -45,11 +44,11 @@ def claim_m(
 
 
 def authority_m(path: Path, *, from_m: float, progress_m: float, keep_m: float) -> float:
-    """The arc length up to which the path is free of its granter [m].
+    """The arc length up to which the granter leaves the path free [m].
 
     Args:
         path: the granter's path, planned ground included.
-        from_m: arc length up to which it is free as far as is known: the tail's, or what has been granted.
+        from_m: arc length up to which it is known to be free: the tail's, or the last grant.
         progress_m: the granter's own arc length.
         keep_m: least distance between the centres of two robots.
     """

@@ -1,11 +1,11 @@
 """Messages as bytes: a msgpack map {v: schema version, n: number, m: message} and its checksum, and back.
 
-Rule 1: whatever a peer sends, `decode` returns a message or raises `MessageRefusedError`; nothing else.
-Rule 2: what we send fits; a message that does not is our own fault.
-Rule 3: the checksum, CRC-32 as one more msgpack integer of 5 bytes, refuses what was damaged on its way:
-        a flipped bit often makes another lawful number. It is no signature, for that there are passwords.
-        It covers the key as well, by which the message goes: one bit makes `r2` of `r3`, so that a robot
-        would take another's odometry for its own.
+Rule 1: for any bytes of a peer, `decode` returns a message or raises `MessageRefusedError`, and nothing else.
+Rule 2: our own messages fit into the size limit; a larger one is an error of ours.
+Rule 3: the checksum is CRC-32, appended as a msgpack integer of 5 bytes. It refuses messages that were
+        damaged on their way, since a flipped bit often gives another valid number. It is no signature:
+        passwords authenticate. It covers the key too: one flipped bit turns `r3` into `r2`, and a robot would
+        accept another's odometry as its own.
 """
 
 import zlib
@@ -19,14 +19,14 @@ from protocol.frames import Count
 from protocol.wire.messages import Message
 
 SCHEMA_VERSION = 2
-SIZE_MAX_BYTES = 65_536  # a scan in 7200 directions, the largest we allow, takes 64.9 kB
+SIZE_MAX_BYTES = 65_536  # the largest scan, with 7200 directions, takes 64.9 kB
 UINT32 = 0xCE  # msgpack: an integer of 4 bytes, most significant first
 SEAL_BYTES = 5
-REASON_LENGTH_MAX = 200  # a reason may quote the peer's text, which may be as long as its message
+REASON_LENGTH_MAX = 200  # a reason may quote the peer's text, which can be as long as its message
 
 
 class _Envelope(msgspec.Struct, frozen=True):
-    """What goes over the wire."""
+    """The content of a payload."""
 
     v: int
     n: Count
@@ -39,22 +39,22 @@ def packed(value: Any) -> bytes:  # noqa: ANN401 - msgspec's own signature; any 
 
 
 def sealed(content: bytes, key: str = "") -> bytes:
-    """The content with its checksum, and the key's, behind it."""
+    """The content, followed by the checksum of content and key."""
     return content + _seal(content, key)
 
 
 def encode(message: Message, number: int, key: str = "") -> bytes:
-    """The bytes of a message and its number on its key; without a key it goes by none."""
+    """The bytes of a message with its number on its key; the checksum covers the key if there is one."""
     payload = sealed(packed(_Envelope(SCHEMA_VERSION, number, message)), key)
     assert len(payload) <= SIZE_MAX_BYTES, f"{type(message).__name__} takes {len(payload)} bytes"
     return payload
 
 
 def decode(payload: bytes, key: str = "") -> tuple[int, Message]:
-    """The number and the message in a payload that came by this key.
+    """The number and the message in a payload that arrived on this key.
 
     Raises:
-        MessageRefusedError: it is no message of this schema version, or a field is out of bounds.
+        MessageRefusedError: it is not a message of this schema version, or a field is out of bounds.
     """
     if len(payload) > SIZE_MAX_BYTES:
         raise MessageRefusedError(f"{len(payload)} bytes, more than {SIZE_MAX_BYTES}")
@@ -62,7 +62,7 @@ def decode(payload: bytes, key: str = "") -> tuple[int, Message]:
     if _seal(content, key) != payload[-SEAL_BYTES:]:
         raise MessageRefusedError("its checksum is not that of its content")
     try:
-        # Its array and map lengths are held to the payload's, so a short lie cannot claim memory.
+        # msgpack checks array and map lengths against the payload, so a false length cannot claim memory.
         raw = msgpack.unpackb(content)
         if isinstance(raw, dict) and raw.get("v") != SCHEMA_VERSION:
             raise MessageRefusedError(

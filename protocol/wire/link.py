@@ -1,9 +1,9 @@
 """One link of the strand, seen from one end: the neighbour's newest state, and how long it has been silent.
 
-Rule 1: the newest state by (epoch, number) is kept; older ones and repeats change nothing.
-Rule 2: a link is fresh as long as the neighbour has echoed something that this robot said not long ago. So
-        one that works one way only is silent at both ends, and what was on its way for long renews nothing.
-Rule 3: what part of the time it has been silent is a mean in which the last `LATELY_S` count most.
+Rule 1: the newest state by (epoch, number) is kept; older states and repetitions change nothing.
+Rule 2: a link is fresh as long as the neighbour echoes recent time stamps of this robot. So a link that works
+        in one direction only is silent at both ends, and messages that were delayed for long renew nothing.
+Rule 3: the silent share of the time is an exponential mean over the last `LATELY_S`.
 """
 
 import math
@@ -14,22 +14,22 @@ from protocol.wire.messages import AheadState, BehindState
 
 State = TypeVar("State", AheadState, BehindState)
 
-LATELY_S = 10.0  # more than two silences that a link gets over
+LATELY_S = 10.0  # longer than two silences that a link survives
 
 
 @dataclass(slots=True)
 class Link(Generic[State]):
-    """What is known of one neighbour."""
+    """The state of one neighbour, as far as it is known."""
 
     neighbour: int
     made_at_s: float
     state: State | None = None
     silent: bool = False
-    """Whether that has been said."""
+    """Whether the silence has been recorded."""
     said_s: float = 0.0
-    """When the neighbour said the newest that was heard, by its clock: what it is echoed."""
+    """The time stamp of the newest message heard, by the neighbour's clock; it is echoed to the neighbour."""
     heard_at_s: float = 0.0
-    """When the newest was heard, or said where that is later: the neighbour has echoed nothing since."""
+    """When the newest message was heard or, if that is later, sent: nothing was echoed since."""
     silent_share: float = 0.0
     """Rule 3."""
     _noted_s: float = -1.0
@@ -37,7 +37,7 @@ class Link(Generic[State]):
     _number: int = 0
 
     def hear(self, state: State, number: int, now_s: float) -> bool:
-        """Take a state in; returns whether it is newer than what was known."""
+        """Process a state; returns whether it is newer than the known one."""
         newest = (self.state.epoch if self.state else 0, self._number)
         if (state.epoch, number) <= newest or state.echo_s > now_s:
             return False
@@ -50,15 +50,15 @@ class Link(Generic[State]):
 
     @property
     def established(self) -> bool:
-        """Whether the neighbour has ever echoed anything."""
+        """Whether the neighbour has echoed any time stamp."""
         return self._echoed_s >= 0.0
 
     def silent_s(self, now_s: float) -> float:
-        """How old the newest is that the neighbour has echoed [s]."""
+        """The age of the newest time stamp that the neighbour has echoed [s]."""
         return now_s - max(self._echoed_s, self.made_at_s)
 
     def note(self, now_s: float, *, silence_s: float) -> None:
-        """Rule 3: take in whether it is silent now; to be called again and again."""
+        """Rule 3: update the silent share; to be called regularly."""
         passed_s = now_s - max(self._noted_s, self.made_at_s)
         self._noted_s = now_s
         is_silent = self.silent_s(now_s) > silence_s

@@ -1,7 +1,7 @@
-"""Every message of the fleet, as frozen types with bounds.
+"""All messages of the fleet, as frozen types with bounds.
 
-Rule 1: a link message is the sender's whole link state, so that any one that arrives is enough.
-Rule 2: who sent a message stands in its key, never in the message.
+Rule 1: a link message is the sender's whole link state, so any one that arrives is enough.
+Rule 2: the sender of a message is named by its key, never in the message.
 """
 
 from enum import StrEnum
@@ -14,24 +14,24 @@ from protocol.frames import ROBOTS_MAX, Count, Length, Point, Pose, RobotId, Sec
 from protocol.mission import Mission
 from protocol.timeline import Entry
 
-RAYS_MAX = 7200  # of one scan: 58 kB on the wire
-REVOLUTIONS_MAX = 900  # as many as there can be, of the fewest directions
-FORMERS_MAX = 3  # as often may a strand heal before it has moved
-LEG_CORNERS_MAX = 64  # a leg with more is looked at anew
-SEEN_BYTES_MAX = 32_768  # half of what a message may be long
+RAYS_MAX = 7200  # per scan: 58 kB on the wire
+REVOLUTIONS_MAX = 900  # the maximum for the smallest number of directions
+FORMERS_MAX = 3  # how often a strand may heal before it has moved
+LEG_CORNERS_MAX = 64  # a leg with more corners is planned anew
+SEEN_BYTES_MAX = 32_768  # half of the size limit of a message
 Incarnation = Annotated[str, Meta(max_length=64)]  # a chunk of the key of its token
 Lineage = Annotated[tuple[RobotId, ...], Meta(max_length=ROBOTS_MAX)]
 
 
 class Phase(StrEnum):
-    """How far the run is; a run only ever goes forward through these."""
+    """The phases of a run, in order; a run never goes back."""
 
     RUNNING = "running"
-    OVER = "over"  # drive and say no more; tell the recorder what was sent
-    CLOSING = "closing"  # everything sent has arrived: tell the recorder what was received, and go
+    OVER = "over"  # robots stop driving and sending; they record what they sent
+    CLOSING = "closing"  # everything sent has arrived: robots record what they received, and end
 
     def later(self, other: "Phase") -> "Phase":
-        """The one of the two that a run comes to last."""
+        """The later one of two phases."""
         return self if other is self else max(self, other, key=list(Phase).index)
 
 
@@ -125,59 +125,59 @@ class Plea(Struct, frozen=True, kw_only=True, tag="plea"):
 
 
 Announcement = Muster | Beacon | Plea
-"""What goes to all robots."""
+"""The messages that go to all robots."""
 
 
 class Handover(Struct, frozen=True, kw_only=True):
-    """What a leader knows that its successor needs."""
+    """The knowledge of a leader that its successor needs."""
 
     number: Count
-    """Counts what leaders hand on; the newest is valid."""
+    """Counts the handovers of leaders; the newest is valid."""
     steps: Count
-    """Switching steps planned by now."""
+    """Switching steps planned so far."""
     dissolved: Count
-    """How often a strand has dissolved by now."""
+    """How often a strand has dissolved so far."""
     seen: Annotated[bytes, Meta(max_length=SEEN_BYTES_MAX)]
-    """What guidance remembers."""
+    """The memory of guidance."""
 
 
 class Reversal(Struct, frozen=True, kw_only=True):
-    """The strand's other end is to lead in the next epoch, along the path that there is, the other way.
+    """The strand reverses: in the next epoch its other end leads, back along the known path.
 
-    Arc lengths are the old epoch's: the new one counts from `end_m` down to `cut_m`.
+    Arc lengths refer to the old epoch: the new one counts from `end_m` down to `cut_m`.
     """
 
     cut_m: Length
-    """Where the new path ends: 0, or where the robot stands that is to lead."""
+    """Where the new path ends: 0, or the position of the new leader."""
     end_m: Length
-    """Where the robot stands that leads now."""
+    """The position of the present leader."""
     back_by_m: Length
-    """How far the new tail wants to come back along the new path; 0: the new leader plans on its own."""
+    """How far the new tail wants to return along the new path; 0: the new leader plans on its own."""
     turns: Count
-    """How many there have been by now with no step towards the goal between them."""
+    """The number of reversals since the last step towards the goal."""
     seen: Annotated[bytes, Meta(max_length=SEEN_BYTES_MAX)]
-    """What the old leader's guidance remembers."""
+    """The memory of the old leader's guidance."""
 
 
 class Dissolution(Struct, frozen=True, kw_only=True):
-    """The strand dissolves: when all stand, they line up again from where they are."""
+    """The strand dissolves: when all robots stand, they line up again from their positions."""
 
     times: Count
-    """How often that has happened by now, this time included."""
+    """How often that has happened so far, including this time."""
     seen: Annotated[bytes, Meta(max_length=SEEN_BYTES_MAX)]
-    """What the old leader's guidance remembers."""
+    """The memory of the old leader's guidance."""
 
 
 class AheadState(Struct, frozen=True, kw_only=True, tag="ahead"):
-    """What a robot tells the one behind it."""
+    """The link state that a robot sends to the robot behind it."""
 
     epoch: Count
     t_s: Seconds = 0.0
-    """When it was said, by the sender's clock."""
+    """When it was sent, by the sender's clock."""
     echo_s: Seconds = 0.0
-    """The newest such time that was heard from the robot behind."""
+    """The newest such time stamp heard from the robot behind."""
     path_from: Count
-    """Index of the first vertex told; those before it have been acknowledged."""
+    """Index of the first vertex in `path`; earlier vertices have been acknowledged."""
     path: Annotated[tuple[Vertex, ...], Meta(max_length=512)]
     progress_m: Length
     authority_m: Length
@@ -186,38 +186,38 @@ class AheadState(Struct, frozen=True, kw_only=True, tag="ahead"):
     arrived: bool
     """Whether the path ends here for good."""
     lineage: Lineage
-    """Who stands ahead, nearest first, up to the leader."""
+    """The robots ahead, nearest first, up to the leader."""
     vertices: Count
-    """How many the path has by now."""
+    """The number of vertices of the whole path."""
     backs_up: bool
-    """Whether the first robot only makes way for the tail, which wants to come back along the path."""
+    """Whether the first robot only makes way for the tail, which wants to return along the path."""
     reversal: Reversal | None
-    """All robots ahead stand, and wait for the strand to turn round."""
+    """All robots ahead stand and wait for the strand to reverse."""
     dissolution: Dissolution | None = None
-    """All robots ahead stand, and wait for the strand to dissolve."""
+    """All robots ahead stand and wait for the strand to dissolve."""
     handed: Handover | None = None
-    """What the robot behind has not acknowledged of what the leader hands on."""
+    """The leader's handover, until the robot behind has acknowledged it."""
 
 
 class BehindState(Struct, frozen=True, kw_only=True, tag="behind"):
-    """What a robot tells the one ahead of it."""
+    """The link state that a robot sends to the robot ahead of it."""
 
     epoch: Count
     t_s: Seconds = 0.0
-    """When it was said, by the sender's clock."""
+    """When it was sent, by the sender's clock."""
     echo_s: Seconds = 0.0
-    """The newest such time that was heard from the robot ahead."""
+    """The newest such time stamp heard from the robot ahead."""
     handed: Count = 0
-    """Number of the newest handover that it has: the acknowledgement."""
+    """Acknowledgement: the number of the newest handover received."""
     vertices: Count
-    """How many vertices of the path ahead are known: the acknowledgement."""
+    """Acknowledgement: the number of known vertices of the path ahead."""
     progress_m: Length
     tail_progress_m: Length
     stand: bool
-    """Whether it and all robots behind it stand, as far as is known."""
+    """Whether this robot and, as far as it knows, all robots behind it stand."""
     pose: Pose
     blocked: RobotId | None = None
-    """Which robot, it or one behind it, has found its way blocked for too long."""
+    """The robot, this one or one behind it, whose way has been blocked for too long."""
 
 
 class Drive(Struct, frozen=True, kw_only=True, tag="drive"):
@@ -228,39 +228,39 @@ class Drive(Struct, frozen=True, kw_only=True, tag="drive"):
 
     number: Count
     basis_s: Seconds
-    """Time of the odometry that the robot knew when it sent this: shows that it is awake."""
+    """Time of the newest odometry at the sender: it shows that the robot is awake."""
     target: Point | None
     speed_mps: Speed
     epoch: Count
     step: Count
-    """The leader's switching step that this drives; 0 for a robot that follows, or joins."""
+    """The leader's switching step; 0 for a robot that follows or joins."""
     reach_m: Length
-    """Arc length of the target along the strand's path: what the authority has to cover."""
+    """Arc length of the target along the strand's path; the authority has to cover it."""
     until_s: Seconds | None = None
-    """The body drives until then at most, unless it hears a later time with the same order; None: no limit.
+    """The body stops at this time, unless a repetition of the order extends it; None: no limit.
 
-    Where obstacles move, this is how long the robot's newest scan is good for.
+    Where obstacles move, the robot's newest scan is valid until then.
     """
 
 
 class Odometry(Struct, frozen=True, kw_only=True, tag="odometry"):
-    """What a body tells its robot, many times a second; it is also the robot's clock."""
+    """The state of a body, sent to its robot many times a second; it is also the robot's clock."""
 
     t_s: Seconds
     pose: Pose
     moving: bool
     finished: Count
-    """Number of the newest drive order that has been driven to its end."""
+    """Number of the newest drive order that is finished."""
     ordered: Count = 0
-    """Number of the newest drive order that the body has taken: where one that is restarted goes on."""
+    """Number of the newest drive order that the body accepted; a restarted robot continues from it."""
     phase: Phase
 
 
 class Scan(Struct, frozen=True, kw_only=True, tag="scan"):
-    """Ranges in evenly spread directions, anti-clockwise from -pi [m; world frame].
+    """Ranges in evenly spaced directions, anti-clockwise from -pi [m; world frame].
 
-    Where there is no hit stands the range limit. The scanner's index is held to the world's x axis, so a
-    scan does not depend on which way the body faces.
+    A ray without a hit has the range limit. Directions refer to the world's x axis, so a scan does not depend
+    on the heading of the body.
     """
 
     t_s: Seconds
@@ -269,46 +269,46 @@ class Scan(Struct, frozen=True, kw_only=True, tag="scan"):
 
 
 class LogBatch(Struct, frozen=True, kw_only=True, tag="log"):
-    """Timeline entries of one source, consecutive in their numbers."""
+    """Timeline entries of one source, with consecutive numbers."""
 
     incarnation: Incarnation = ""
-    """Of the source: one that is started again counts from 1 again."""
+    """The incarnation of the source: a restarted source counts from 1 again."""
     entries: Annotated[tuple[Entry, ...], Meta(max_length=256)]
 
 
 class Logged(Struct, frozen=True, kw_only=True, tag="logged"):
-    """The recorder has written every entry of this source, in this incarnation, up to this number."""
+    """Acknowledgement: the recorder has written all entries of this incarnation up to this number."""
 
     incarnation: Incarnation = ""
     up_to: Count
 
 
 class Faults(Struct, frozen=True, kw_only=True, tag="faults"):
-    """What is to go wrong at a robot beside the fault plan that it has read; the newest is valid."""
+    """The faults of a robot beyond the fault plan that it has read; the newest message is valid."""
 
     number: Count
     step: Count
-    """The newest switching step that has been planned: rules of a plan may hold from one on."""
+    """The newest planned switching step, since rules of a plan can depend on it."""
     struck: Annotated[tuple[Name, ...], Meta(max_length=1000)]
-    """The rules for processes that have struck: each does so once, whatever is started again."""
+    """The process rules that have struck: each strikes once, even after a restart."""
     rules: Annotated[tuple[Rule, ...], Meta(max_length=100)]
-    """Rules for messages that were given while the run went on."""
+    """Manual rules for messages."""
     slow_s: Seconds
-    """How long the robot is to take each time that it looks at what has arrived; 0: as ever."""
+    """Additional delay of each read of the robot's inbox; 0: none."""
 
 
 class ScanQuery(Struct, frozen=True, kw_only=True, tag="scan_query"):
     """A query for a scan of one revolution or more.
 
-    Between two revolutions the scanner is turned by an equal share of its ray spacing, so that their rays
-    interlace: n revolutions of k directions are a scan of n k directions.
+    Between revolutions the scanner turns by an equal share of its ray spacing, so that the rays interlace:
+    n revolutions of k directions give a scan of n k directions.
     """
 
     revolutions: Annotated[int, Meta(ge=1, le=REVOLUTIONS_MAX)]
 
 
 class Ask(Struct, frozen=True, kw_only=True, tag="ask"):
-    """A query that needs no words: its key says what is asked for."""
+    """A query without parameters: its key says what is requested."""
 
 
 Message = (

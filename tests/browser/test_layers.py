@@ -13,12 +13,20 @@ import pytest
 from clew.log import timeline
 from clew.log.check import scenario_of
 from clew.log.timeline import Timeline
-from clew.page.serve.browser import chromium
 from protocol.arrays import Floats, distances_to_segments, scan_bearings_rad
 from protocol.frames import Point
-from protocol.timeline import AuthorityGranted, PoseSampled, Record, RobotDied, ScanServed, StepPlanned
+from protocol.timeline import (
+    AuthorityGranted,
+    PoseSampled,
+    Record,
+    RobotDied,
+    ScanServed,
+    StepFinished,
+    StepPlanned,
+)
 from tests.support.pages.browser import Sight, sight
 from tests.support.pages.canvas import Mark, drawn, layer, record
+from tests.support.pages.chromium import chromium
 from tests.support.pages.pages import page_of, told
 from tests.support.runs import Runs
 from world.record.run_files import read_verdict
@@ -288,13 +296,32 @@ def test_the_line_of_what_has_to_be_kept_and_the_lowest_point_stand_at_their_hei
     assert lowest == pytest.approx(zero + slope * least_m, abs=0.6)
 
 
+def time_line(stills: list[list[Mark]]) -> tuple[list[Mark], float, float]:
+    """What the time line is made of, how many pixels a second is, and where it begins."""
+    [lanes] = [marks for marks in stills if any(mark.text == "faults" for mark in marks)]
+    bottom = max(y for _, _, y in numbers(lanes))
+    return lanes, *axis([(value, x) for value, x, y in numbers(lanes) if y == bottom])
+
+
+def test_each_step_has_a_band_from_its_plan_to_its_end(stills: list[list[Mark]], read: Timeline) -> None:
+    lanes, slope, zero = time_line(stills)
+    planned = [
+        (entry.t_s, entry.record.step) for _, entry in read.lines if isinstance(entry.record, StepPlanned)
+    ]
+    ended_s = [entry.t_s for _, entry in read.lines if isinstance(entry.record, StepFinished)]
+    bands = [mark.points for mark in lanes if mark.does == "rect" and mark.points[0][1] == 4.0]
+    wide = [(left, right) for (left, _), (right, _) in bands if right - left > 3.0]
+    begins = [zero + slope * t_s for t_s, _ in planned]
+    assert [left for left, _ in wide] == pytest.approx(begins, abs=1.0)
+    assert [right for _, right in wide] == pytest.approx([zero + slope * t_s for t_s in ended_s], abs=1.0)
+    [row] = [mark.points[0][1] for mark in lanes if mark.text == "step"]
+    assert [value for value, _, y in numbers(lanes) if abs(y - row) < 2.0] == [step for _, step in planned]
+
+
 def test_a_death_has_its_sign_at_its_time_among_what_went_wrong(
     shown: Sight, stills: list[list[Mark]], read: Timeline
 ) -> None:
-    [lanes] = [marks for marks in stills if any(mark.text == "faults" for mark in marks)]
-    bottom = max(y for _, _, y in numbers(lanes))
-    times = [(value, x) for value, x, y in numbers(lanes) if y == bottom]
-    slope, zero = axis(times)
+    lanes, slope, zero = time_line(stills)
     [row] = [mark.points[0][1] for mark in lanes if mark.text == "faults"]
     died_s = {entry.t_s for _, entry in read.lines if isinstance(entry.record, RobotDied)}
     signs = [mark.points[0] for mark in lanes if mark.text == "\N{MULTIPLICATION SIGN}"]
@@ -303,6 +330,6 @@ def test_a_death_has_its_sign_at_its_time_among_what_went_wrong(
             sign == pytest.approx((zero + slope * t_s, row), abs=9.0) for sign in signs
         )  # one beside it
     assert all(y == pytest.approx(row) for _, y in signs)
-    said = shown.page.locator("#moments li", has_text="is known to be dead")
+    said = shown.page.locator("#moments li", has_text="has died")
     assert said.count() == 2
     assert set(said.locator("i").all_inner_texts()) == {"\N{MULTIPLICATION SIGN}"}

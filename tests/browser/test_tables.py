@@ -14,7 +14,6 @@ import pytest
 from clew.log import timeline
 from clew.log.check import scenario_of
 from clew.log.timeline import Timeline
-from clew.page.serve.browser import chromium
 from protocol.frames import Point
 from protocol.timeline import (
     FaultInjected,
@@ -26,6 +25,7 @@ from protocol.timeline import (
 )
 from tests.support.pages.browser import Sight, sight
 from tests.support.pages.canvas import layer, record
+from tests.support.pages.chromium import chromium
 from tests.support.pages.pages import page_of
 from tests.support.runs import Runs
 from world.judge.table import measure
@@ -215,25 +215,6 @@ def test_books_of_links_say_what_was_lost_and_which_are_not_known(
     assert len(unknown) < len(expected)
 
 
-def test_of_a_robot_that_was_restarted_no_link_says_what_was_lost(
-    pages: dict[Path, Sight], busy: Path
-) -> None:
-    told = pages[busy].page.evaluate("""(() => {
-      const run = new clew.runs[0].constructor();
-      const at = (source, more) => ({ t: [1], source: [source], ...more });
-      run.takeEntries("robot.settled", at("r1", { sent: [{ "link/r1/r2": 112 }] }));
-      run.takeEntries("robot.settled", at("r2", { sent: [{ "link/r2/r1": 91 }] }));
-      run.takeEntries("traffic.counted", at("r1", { received: [{ "link/r2/r1": 110 }], injected: [{}] }));
-      run.takeEntries("traffic.counted", at("r2", { received: [{ "link/r1/r2": 93 }], injected: [{}] }));
-      run.takeEntries("robot.restarted", at("world", { robot: [2] }));
-      return run.losses.told();
-    })()""")
-    assert told == [
-        ["1 > 2", {"sent": 112, "received": None, "injected": 0}],
-        ["2 > 1", {"sent": None, "received": 110, "injected": 0}],
-    ]
-
-
 def test_what_is_late_or_comes_twice_is_not_lost(pages: dict[Path, Sight], busy: Path) -> None:
     faults = [
         entry.record for _, entry in timeline.read(busy).lines if isinstance(entry.record, FaultInjected)
@@ -318,6 +299,7 @@ def test_what_is_wrong_and_how_much_is_left_out_of_the_list_is_said(
         "source": ["r3"] * count,
         "neighbour": [4] * count,
         "silent_s": [0.5] * count,
+        "says": ["r3 does not hear r4"] * count,
     }
     flaws = [f"flaw {i} <b>" for i in range(25)]
     batch = json.dumps({"entries": {"link.silent": silent}, "flaws": flaws})

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser
 
-from clew.page.serve.browser import chromium
 from tests.support.deadline import DEADLINE_S
 from tests.support.pages.browser import Sight, sight
+from tests.support.pages.chromium import chromium
 from tests.support.pages.views import address_of, view
 from tests.support.processes.fleets import Fleet
 from tests.support.runs import Runs
@@ -55,7 +55,7 @@ def test_a_page_that_watches_a_fleet_sees_robots_move_and_then_the_verdict(
             late.wait(ENDED)
             outcome = fleet.end()
             shown.wait(ENDED)
-            counted = "clew.runs[0].positions.length"
+            counted = "clew.runs[0].steps.length"
             assert late.page.evaluate(counted) == shown.page.evaluate(counted) > 1
             late.page.evaluate("clew.seek(0)")
             starts = late.page.evaluate("clew.frame().length")
@@ -112,7 +112,7 @@ def test_a_deep_link_lands_though_the_newest_moment_is_just_the_one_it_leads_to(
 
 def off_m(shown: Sight, run: int, row: int) -> float:
     """How far a run's leader is now from where it stood at this switching position."""
-    there = f"clew.runs[{run}].positions[{row}]"
+    there = f"clew.runs[{run}].steps.find(({{ row }}) => row.position === {row}).row"
     leader = f"clew.frame({run}).find((body) => body.robot === {there}.robot)"
     distance_m: float = shown.page.evaluate(f"Math.hypot({leader}.x - {there}.x_m, {leader}.y - {there}.y_m)")
     return distance_m
@@ -130,7 +130,7 @@ def test_two_runs_stand_side_by_side_aligned_by_switching_step(
         assert right is not None
         assert left["x"] + left["width"] <= right["x"]
         assert left["y"] == right["y"]
-        shown.page.evaluate("clew.seek(clew.runs[0].positions[3].t_s)")
+        shown.page.evaluate("clew.seek(clew.runs[0].steps.find(({ row }) => row.position === 3).to)")
         assert [off_m(shown, index, 3) for index in (0, 1)] == pytest.approx([0.0, 0.0], abs=0.01)
         assert shown.troubles == []
 

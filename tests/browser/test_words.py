@@ -9,8 +9,8 @@ from playwright.sync_api import Browser
 from clew.fleet.summary import verdict_sentence
 from clew.log import timeline
 from clew.log.check import scenario_of
-from clew.page.serve.browser import chromium
 from tests.support.pages.browser import Sight, sight
+from tests.support.pages.chromium import chromium
 from tests.support.pages.pages import page_of
 from tests.support.runs import Runs
 from world.record.recorder import EVENTS_FILE
@@ -80,7 +80,7 @@ def test_a_chart_that_has_been_empty_is_shown_when_it_has_something_to_show(
         show(shown, killed)
         canvas = shown.page.locator(".chart", has_text="Messages lost").locator("canvas")
         assert not canvas.is_visible()
-        shown.page.evaluate("clew.runs[0].losses.take(1, 'link/r1/r2/state', 'drop'); clew.take(0, {})")
+        shown.page.evaluate("clew.take(0, { losses: { t: [1000], sender: [1], receiver: [2] } })")
         canvas.wait_for()
 
 
@@ -118,17 +118,17 @@ def test_a_law_that_promises_no_clearance_is_said_to_and_what_it_falls_short_of(
         show(shown, run)
         said = text(shown, "#verdict")
         assert "Kept its promises" not in said
-        assert f"promises no clearance: {read_verdict(run).clearance_m_min:.4f} m is {short} short of" in said
+        assert f"Clearance {read_verdict(run).clearance_m_min:.4f} m: --law printed promises none" in said
+        assert f"this is {short} short of" in said
 
 
 def test_a_step_that_promises_less_than_is_required_says_why(browser: Browser, killed: Path) -> None:
-    why = "leads away from"
     with sight(browser) as shown:
         show(shown, killed)
-        assert why not in text(shown, "#moments") + text(shown, "#steps-about")
-        shown.page.evaluate("clew.runs[0].kind('step.planned').promised_clearance_m[0] = 0; clew.take(0, {})")
-        shown.wait(f"document.querySelector('#moments').innerText.includes('{why}')")
-        assert why in text(shown, "#steps-about")
+        assert "leads away from" not in text(shown, "#steps-about")
+        away = "{ ...clew.runs[0].steps[0].row, promised_m: 0, leads_away: true }"
+        shown.page.evaluate(f"clew.take(0, {{ steps: [{away}] }})")
+        shown.wait("document.querySelector('#steps-about').innerText.includes('leads away from')")
         assert "0.000 *" in text(shown, "#steps")
 
 

@@ -24,7 +24,9 @@ ONLY_IN = {
     # The shells, and the two edges of the port that an event loop waits for; all else is told the time.
     "asyncio": {
         "agents/process/host.py",
+        "clew/fleet/parts/processes.py",
         "clew/fleet/prepare.py",
+        "clew/fleet/shell.py",
         "clew/fleet/table.py",
         "clew/log/follow.py",
         "clew/page/serve/channel.py",
@@ -44,7 +46,6 @@ ONLY_IN = {
         "clew/log/vigil.py",
         "clew/rehearsal/recorded.py",
         "clew/verbs/bench.py",
-        "clew/verbs/bench_page.py",
         "protocol/network/faulty_transport.py",
         "world/shell.py",
     },
@@ -178,5 +179,6 @@ def test_whoever_may_import_a_clock_or_zenoh_does(module: str) -> None:
     assert idle == []
 
 
-def test_launch_holds_no_python_package() -> None:
-    assert list((ROOT / "launch").rglob("*.py")) == []
+def test_launch_holds_no_python_package_but_one_script_of_the_set_up() -> None:
+    # ROS 2 owns the name `launch`. The script runs before there is an environment, so it is in no package.
+    assert list((ROOT / "launch").rglob("*.py")) == [ROOT / "launch" / "locked.py"]

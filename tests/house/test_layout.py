@@ -15,7 +15,7 @@ FLOORS: dict[str, dict[str, int]] = {
     # Rooms end with a slash; what stands beside them is named file by file. On one floor, files beside the
     # rooms may import each other, and rooms may not.
     "protocol": {
-        **dict.fromkeys(("arrays", "epochs", "errors", "exit_codes", "frames", "keys", "root"), 0),
+        **dict.fromkeys(("arrays", "epochs", "errors", "exit_codes", "frames", "keys", "plain", "root"), 0),
         **dict.fromkeys(("asked", "ending", "mission", "path", "sweep", "files/"), 1),
         "timeline/": 2,
         "faults/": 3,
@@ -50,12 +50,14 @@ FLOORS: dict[str, dict[str, int]] = {
         "__init__": 9,
     },
     "clew": {
-        **dict.fromkeys(("fields/", "log/", "manual/", "rehearsal/"), 1),
+        "percentiles": 0,
+        **dict.fromkeys(("fields/", "log/", "rehearsal/"), 1),
         **dict.fromkeys(("story/", "swarm/"), 2),
         **dict.fromkeys(("export/", "fleet/", "page/"), 3),
         **dict.fromkeys(("campaign/", "page/serve/"), 4),
         "figures/": 5,
         "bench/": 6,
+        "manual/": 7,
         "verbs/": 8,
         **dict.fromkeys(("__init__", "cli"), 9),
     },

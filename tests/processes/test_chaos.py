@@ -55,11 +55,11 @@ def test_everything_that_must_not_be_is_a_trouble_of_its_own(finding: Finding) -
     broken = replace(GOOD, violations=2, violations_by_invariant={"S1": 0, "S2": 2})
     assert list(troubles_of(broken, finding, WELL)) == ["broken: S2 2"]
     off = replace(GOOD, messages=replace(GOOD.messages, unaccounted=-1))
-    assert list(troubles_of(off, finding, WELL)) == ["the books do not balance"]
+    assert list(troubles_of(off, finding, WELL)) == ["the message counts do not balance"]
     unheard = replace(GOOD, events=replace(GOOD.events, missing=6))
     assert list(troubles_of(unheard, finding, WELL)) == []  # interrupted: they may have been cut off
     arrived = replace(finding, ended="every living robot has arrived")
-    assert list(troubles_of(unheard, arrived, WELL)) == ["6 entries of the timeline never came"]
+    assert list(troubles_of(unheard, arrived, WELL)) == ["6 entries of the timeline are missing"]
     torn = replace(finding, ok=False, flaws=("line 3 is torn",))
     assert list(troubles_of(GOOD, torn, WELL)) == ["log check: 0 violations; line 3 is torn"]
     left = Ended(code=0, said=(), wall_s=1.0, leftovers=("python -m agents",))
@@ -68,7 +68,7 @@ def test_everything_that_must_not_be_is_a_trouble_of_its_own(finding: Finding) -
     assert list(troubles_of(GOOD, finding, refused)) == ["the launcher refused: fleet.sh: no such plan"]
     hung = Ended(code=None, said=(), wall_s=1.0, leftovers=())
     assert list(troubles_of(None, None, hung)) == [
-        "the launcher did not end when it was told to",
+        "the launcher did not end when it was asked to",
         "there is no verdict",
         "the log cannot be read",
     ]

@@ -14,8 +14,8 @@ import pytest
 from msgspec.structs import replace
 
 from agents.__main__ import robots_of
-from protocol.faults.blows import strike
-from protocol.faults.strokes import Blow, Stroke
+from protocol.faults.process_commands import send_process_fault
+from protocol.faults.process_faults import ProcessAction, ProcessFault
 from protocol.frames import Pose
 from protocol.keys import robot_name
 from protocol.network.transport import Appeared, Arrival, Asked, Heard, Vanished
@@ -71,9 +71,9 @@ class PlayedWorld:
             odometry = Odometry(t_s=t_s, pose=pose, moving=False, finished=0, phase=phase)
             self._transport.put(KEYS.odometry(name), odometry)
 
-    def strike(self, name: str, blow: Blow) -> None:
+    def strike(self, name: str, action: ProcessAction) -> None:
         """Have a robot's host do this to it."""
-        strike(self._private, Stroke("test", blow, name), speed=1.0)
+        send_process_fault(self._private, ProcessFault("test", action, name), speed=1.0)
 
     def pid(self, name: str) -> int:
         """The process that a robot says it is."""
@@ -124,7 +124,7 @@ async def test_a_robot_that_is_killed_is_named_and_the_others_live_on() -> None:
 
 async def test_a_robot_that_its_host_is_told_to_kill_is_nobodys_failure() -> None:
     async with host("1-3") as (world, process):
-        world.strike("r2", Blow.KILL)
+        world.strike("r2", ProcessAction.KILL)
         await world.until(lambda: "r2" in world.gone)
         world.tell(0.0, Phase.CLOSING)
         await world.until_recorded(TrafficCounted, ["r1", "r3"])
@@ -133,8 +133,8 @@ async def test_a_robot_that_its_host_is_told_to_kill_is_nobodys_failure() -> Non
 
 async def test_a_robot_that_is_killed_and_started_again_is_another_process() -> None:
     async with host("1-3") as (world, process):
-        world.strike("r2", Blow.KILL)
-        world.strike("r2", Blow.START)
+        world.strike("r2", ProcessAction.KILL)
+        world.strike("r2", ProcessAction.START)
         await world.until(lambda: len(world.pids("r2")) == 2)
         assert len(set(world.pids("r2"))) == 2
         world.tell(0.0, Phase.CLOSING)
@@ -144,9 +144,9 @@ async def test_a_robot_that_is_killed_and_started_again_is_another_process() -> 
 
 async def test_a_frozen_robot_shows_no_token_until_it_is_thawed() -> None:
     async with host("1-3") as (world, process):
-        world.strike("r2", Blow.FREEZE)
+        world.strike("r2", ProcessAction.FREEZE)
         await world.until(lambda: "r2" in world.gone)
-        world.strike("r2", Blow.THAW)
+        world.strike("r2", ProcessAction.THAW)
         await world.until(lambda: "r2" not in world.gone)
         world.tell(0.0, Phase.CLOSING)
         await world.until_recorded(TrafficCounted)
@@ -155,7 +155,7 @@ async def test_a_frozen_robot_shows_no_token_until_it_is_thawed() -> None:
 
 async def test_a_host_that_is_asked_to_end_takes_a_frozen_robot_with_it() -> None:
     async with host("1-3") as (world, process):
-        world.strike("r2", Blow.FREEZE)
+        world.strike("r2", ProcessAction.FREEZE)
         await world.until(lambda: "r2" in world.gone)
         process.terminate()
         code, said = ended(process)

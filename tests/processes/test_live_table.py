@@ -77,20 +77,12 @@ def test_ctrl_c_ends_the_run_and_what_parts_said_stays_on_the_screen(
     assert fleet.leftovers() == []
 
 
-def test_table_that_is_killed_is_named_and_the_run_goes_on(fleet: Fleet, terminal: Terminal) -> None:
-    begin(fleet, terminal, "paper", "--speed", "4")
-    terminal.wait_for("leading")
-    os.kill(fleet.process("clew.fleet.table"), signal.SIGKILL)
-    assert code_of(fleet, terminal) == 0
-    assert "clew: the table was killed by SIGKILL; the run goes on" in terminal.text.splitlines()
-    assert "OK: every living robot has arrived; 5 of 5" in terminal.text
-    assert not terminal.hides_its_cursor()
-    assert fleet.leftovers() == []
-
-
-def test_table_goes_with_a_launcher_that_is_killed(fleet: Fleet, terminal: Terminal) -> None:
+def test_launcher_that_is_killed_leaves_nothing_behind_not_even_a_frozen_world(
+    fleet: Fleet, terminal: Terminal
+) -> None:
     begin(fleet, terminal, "paper")
     terminal.wait_for("leading")
+    os.kill(fleet.process("world"), signal.SIGSTOP)
     assert fleet.launcher is not None
     fleet.launcher.kill()
     terminal.read_to_the_end()
@@ -119,13 +111,6 @@ def test_table_goes_when_its_lifeline_ends_and_draws_what_is_on_record_by_then(
             table.kill()
     assert "over: interrupted" in terminal.text
     assert not terminal.hides_its_cursor()
-
-
-def test_terminal_that_cannot_move_its_cursor_gets_a_line_an_event(fleet: Fleet, terminal: Terminal) -> None:
-    begin(fleet, terminal, "paper", "--speed", "max", term="dumb")
-    assert code_of(fleet, terminal) == 0
-    assert b"\x1b" not in terminal.written
-    assert b"r1 plans step 1" in terminal.written
 
 
 def test_quiet_fleet_says_nothing_until_its_report(fleet: Fleet) -> None:

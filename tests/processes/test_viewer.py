@@ -23,7 +23,7 @@ from clew.page.serve.watch import Seen, Watch
 from tests.support.deadline import DEADLINE_S
 from tests.support.logs.logs import AT_REST, GOOD, numbered, recorded
 from tests.support.pages.views import address_of, told, view
-from tests.support.processes.fleets import Fleet, wait_until
+from tests.support.processes.fleets import Fleet
 from world.judge.verdict import VERDICT_FILE
 
 LINES = numbered(AT_REST)
@@ -258,17 +258,3 @@ def test_fleet_with_a_view_shows_itself_up_to_its_verdict_and_leaves_nothing(fle
     assert last["ended"]
     assert last["verdict"] == json.loads(outcome.out)
     assert fleet.leftovers() == []
-
-
-def test_fleet_whose_viewer_is_killed_goes_on_and_says_so(fleet: Fleet) -> None:
-    fleet.start("paper", "--speed", "3", "--view", "--json")
-    fleet.wait_for("order.accepted")
-    os.kill(wait_until(lambda: viewer_of(fleet)), signal.SIGKILL)
-    outcome = fleet.end()
-    assert outcome.code == 0
-    assert "the viewer was killed by SIGKILL; the run goes on" in outcome.err
-    assert fleet.leftovers() == []
-
-
-def viewer_of(fleet: Fleet) -> int | None:
-    return next((pid for pid, command in fleet.processes().items() if "clew.cli view" in command), None)

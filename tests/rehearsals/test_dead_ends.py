@@ -1,6 +1,6 @@
-"""Whole fleets in dead ends, in virtual time: the strand turns round, and no promise breaks.
+"""Whole fleets in dead ends, in virtual time: the strand turns round, and no invariant breaks.
 
-Every failure says the line that replays it.
+Every failure prints the line that replays it.
 """
 
 from collections import defaultdict
@@ -30,7 +30,7 @@ LOSSY = uniform(delay_s_max=0.3, loss=0.3, repeat=0.1)
 DEAF = uniform(delay_s_max=1.5, loss=0.9)
 
 Build = Callable[[int], Scenario]
-LONG_ARM_M, SHORT_ARM_M = 2.4, 1.2  # of five robots, queued: 1.4 m with their hulls; of nine: 2.6 m
+LONG_ARM_M, SHORT_ARM_M = 2.4, 1.2  # a queue of five robots is 1.4 m long, one of nine 2.6 m
 
 SCENES: dict[str, Build] = {
     "a dead end longer than the strand": partial(t_junction, arm_m=LONG_ARM_M),
@@ -43,7 +43,7 @@ SCENES: dict[str, Build] = {
 TURNS = ["a dead end shorter than the strand", "dead ends within dead ends", "a goal behind the queue"]
 CLOSED: dict[str, Build] = {
     "no gap": partial(box, gap_m=0.0),
-    "a gap too narrow by a twentieth": partial(box, gap_m=0.95 * 2.0 * (RADIUS_M + EPSILON_M)),
+    "a gap 5 % too narrow": partial(box, gap_m=0.95 * 2.0 * (RADIUS_M + EPSILON_M)),
 }
 
 
@@ -53,15 +53,15 @@ def replay(test: Callable[..., None], *arguments: object) -> str:
 
 
 def broken(rehearsal: Rehearsal) -> list[str]:
-    """Every promise that did not hold, and every law of turning round."""
+    """All broken invariants, and all broken rules of turning round."""
     breaches = judge(rehearsal.world.scenario, rehearsal.entries).breaches
     return [*map(str, breaches), *epochs_mixed(rehearsal), *epochs_gone_back(rehearsal)]
 
 
 def epochs_mixed(rehearsal: Rehearsal) -> list[str]:
-    """Whoever drove in an epoch after somebody had been sent out in a later one.
+    """Robots that moved in an epoch after another robot had been ordered to drive in a later one.
 
-    A body is sampled when it comes to stand, too; who is sent out at that very time goes after it.
+    A body is also sampled when it stops; an order at that very time does not count.
     """
     mixed, epoch = [], defaultdict[int, int](int)
     begun_s: dict[int, float] = {}
@@ -85,9 +85,9 @@ def epochs_mixed(rehearsal: Rehearsal) -> list[str]:
 
 
 def epochs_gone_back(rehearsal: Rehearsal) -> list[str]:
-    """Robots that took a place in the strand of an epoch that was older, or not the next without a call.
+    """Robots that went back to an older epoch, or skipped one without a call.
 
-    The next is the one after that where the strand dissolved: the lining up has one of its own.
+    After a dissolution they skip one epoch, which belongs to the lining up.
     """
     known, gone, dissolved = defaultdict[str, int](int), [], set[int]()
     for source, entry in rehearsal.entries:
@@ -118,15 +118,15 @@ def test_a_strand_gets_out_of_dead_ends(robots: int, scene: str) -> None:
 
 
 @pytest.mark.parametrize(("robots", "scene"), [*((2, scene) for scene in TURNS), (9, TURNS[1])])
-def test_in_a_corridor_one_robot_wide_it_turns_round(robots: int, scene: str) -> None:
+def test_in_a_corridor_one_robot_wide_the_strand_turns_round(robots: int, scene: str) -> None:
     rehearsal = Rehearsal(SCENES[scene](robots), 1, PERFECT).run()
-    again = replay(test_in_a_corridor_one_robot_wide_it_turns_round, robots, scene)
+    again = replay(test_in_a_corridor_one_robot_wide_the_strand_turns_round, robots, scene)
     assert reversals(rehearsal), again
     assert broken(rehearsal) == [], again
     assert rehearsal.world.ending is Ending.ARRIVED, again
 
 
-def test_where_the_goal_is_behind_the_tail_leads_for_good() -> None:
+def test_with_the_goal_behind_the_queue_the_tail_becomes_the_leader() -> None:
     rehearsal = Rehearsal(goal_behind(5), 1, PERFECT).run()
     formed = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, StrandFormed)]
     assert {(each.epoch, each.order[0]) for each in formed} == {(1, 1), (2, 5)}
@@ -134,26 +134,24 @@ def test_where_the_goal_is_behind_the_tail_leads_for_good() -> None:
 
 @pytest.mark.parametrize("scene", TURNS)
 @pytest.mark.parametrize("seed", [1])
-def test_loss_delay_and_repetition_cost_the_turning_time_and_nothing_else(seed: int, scene: str) -> None:
+def test_loss_delay_and_duplication_only_cost_time_while_turning(seed: int, scene: str) -> None:
     rehearsal = Rehearsal(SCENES[scene](3), seed, LOSSY).run()
-    again = replay(test_loss_delay_and_repetition_cost_the_turning_time_and_nothing_else, seed, scene)
+    again = replay(test_loss_delay_and_duplication_only_cost_time_while_turning, seed, scene)
     assert broken(rehearsal) == [], again
     assert rehearsal.world.ending is Ending.ARRIVED, again
 
 
 @pytest.mark.parametrize("scene", TURNS)
 @pytest.mark.parametrize("seed", [1])
-def test_nine_messages_in_ten_lost_still_break_no_promise_of_a_strand_that_turns(
-    seed: int, scene: str
-) -> None:
+def test_a_loss_of_90_percent_while_turning_breaks_no_invariant(seed: int, scene: str) -> None:
     rehearsal = Rehearsal(SCENES[scene](3), seed, PERFECT)
     hears = True
     for _ in rehearsal.ticks():
-        # From when the strand begins to turn; with so many lost from the start it hardly comes to that.
+        # Starts when the strand begins to turn; with this loss from the start it hardly gets there.
         if hears and reversals(rehearsal):
             rehearsal.inject(DEAF)
             hears = False
-    again = replay(test_nine_messages_in_ten_lost_still_break_no_promise_of_a_strand_that_turns, seed, scene)
+    again = replay(test_a_loss_of_90_percent_while_turning_breaks_no_invariant, seed, scene)
     formed = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, StrandFormed)]
     assert {each.epoch for each in formed} >= {1, 2}, again
     assert broken(rehearsal) == [], again
@@ -162,10 +160,13 @@ def test_nine_messages_in_ten_lost_still_break_no_promise_of_a_strand_that_turns
 @pytest.mark.parametrize("scene", CLOSED)
 @pytest.mark.parametrize("robots", [1, 5])
 @pytest.mark.parametrize("plan", [PERFECT, LOSSY], ids=["perfect", "lossy"])
-def test_where_there_is_no_way_it_says_so(plan: Plan, robots: int, scene: str) -> None:
+def test_without_a_way_the_run_ends_with_route_lost(plan: Plan, robots: int, scene: str) -> None:
     rehearsal = Rehearsal(CLOSED[scene](robots), 1, plan).run()
     again = replay(
-        test_where_there_is_no_way_it_says_so, "lossy" if plan is LOSSY else "perfect", robots, scene
+        test_without_a_way_the_run_ends_with_route_lost,
+        "lossy" if plan is LOSSY else "perfect",
+        robots,
+        scene,
     )
     assert broken(rehearsal) == [], again
     assert rehearsal.world.ending is Ending.ROUTE_LOST, again
@@ -175,9 +176,7 @@ def test_where_there_is_no_way_it_says_so(plan: Plan, robots: int, scene: str) -
 @pytest.mark.parametrize(
     ("plan", "after_s"), [(PERFECT, 0.0), (LOSSY, 0.06), (PERFECT, 4.0)], ids=["at once", "soon", "late"]
 )
-def test_a_robot_that_dies_while_the_strand_turns_breaks_no_promise(
-    plan: Plan, after_s: float, robot: int
-) -> None:
+def test_a_death_while_the_strand_turns_breaks_no_invariant(plan: Plan, after_s: float, robot: int) -> None:
     rehearsal = Rehearsal(t_junction(3, arm_m=SHORT_ARM_M), 1, plan)
     dies_at_s = None
     for now_s in rehearsal.ticks():
@@ -186,7 +185,7 @@ def test_a_robot_that_dies_while_the_strand_turns_breaks_no_promise(
         if dies_at_s is not None and now_s >= dies_at_s:
             rehearsal.kill(robot)
             dies_at_s = float("inf")
-    test = test_a_robot_that_dies_while_the_strand_turns_breaks_no_promise
+    test = test_a_death_while_the_strand_turns_breaks_no_invariant
     again = replay(test, {0.0: "at once", 0.06: "soon", 4.0: "late"}[after_s], robot)
     assert rehearsal.world.ending in {Ending.ARRIVED, Ending.ROUTE_LOST}, again
     assert broken(rehearsal) == [], again

@@ -1,7 +1,7 @@
-"""A robot that follows and stays blocked: the strand dissolves, and all line up again from where they stand.
+"""A follower that stays blocked: the strand dissolves, and all robots line up again from where they stand.
 
-The door of `launch/scenarios/door.toml` closes later here, when the strand is on its way through. Where it
-comes to rest on a robot or touches it there is no lawful way out; these runs are chosen so that it does not.
+The door of `launch/scenarios/door.toml` closes later here, while the strand drives through it. In these runs
+it does not come to rest on a robot: then there would be no way out without contact.
 """
 
 from functools import cache
@@ -33,7 +33,7 @@ DOOR = ROOT / "launch" / "scenarios" / "door.toml"
 PERFECT = NO_FAULTS
 LOSSY = uniform(delay_s_max=0.1, loss=0.15, repeat=0.1)
 OTHER_OPENING = "[3.2, 3.1], [3.0, 3.1]"
-WALLED_UP = "[3.2, 3.9], [3.0, 3.9]"  # as far as the wall above it begins
+WALLED_UP = "[3.2, 3.9], [3.0, 3.9]"  # up to the wall above it
 TRACK = "track = [[0.5, 3.25, 1.0], [3.5, 3.25, 2.0]]"
 WALLS_FROM, WALLS_TO = '[[obstacle]]\nshape = "polygon" # the wall below', "[[moving]]"
 
@@ -52,7 +52,7 @@ def rehearsed(*changes: tuple[str, str], seed: int = 1, plan: Plan = PERFECT) ->
 
 
 def queue(robots: int, spacing_m: float) -> list[tuple[str, str]]:
-    """So many robots, so far from each other, the last of them where there is room behind it."""
+    """Changes for a queue of robots with this spacing, and with room behind the last one."""
     start_x_m = max(1.0, spacing_m * (robots - 1) + 0.2)
     return [
         ("robots = 3", f"robots = {robots}"),
@@ -61,11 +61,11 @@ def queue(robots: int, spacing_m: float) -> list[tuple[str, str]]:
     ]
 
 
-TIME_FOR_ALL_ORDERS = ("time_s_max = 120.0", "time_s_max = 240.0")  # they are known to be in vain after 160 s
+TIME_FOR_ALL_ORDERS = ("time_s_max = 120.0", "time_s_max = 240.0")  # all orders have been tried after 160 s
 
 
 def closing(from_s: float) -> tuple[str, str]:
-    """The door closes in three seconds, and stays closed."""
+    """The door closes within three seconds and stays closed."""
     return TRACK, f"track = [[{from_s}, 3.25, 1.0], [{from_s + 3.0}, 3.25, 2.0]]"
 
 
@@ -81,7 +81,7 @@ def dissolutions(rehearsal: Rehearsal) -> list[StrandDissolved]:
     ("robots", "spacing_m", "from_s", "cut_off"),
     [(3, 0.7, 3.07, 2), (3, 0.8, 4.0, 3)],
 )
-def test_a_door_that_closes_in_the_strand_makes_it_line_up_again_round_the_other_way(
+def test_a_strand_that_a_door_cuts_in_two_lines_up_again_and_takes_the_other_opening(
     robots: int, spacing_m: float, from_s: float, cut_off: int
 ) -> None:
     rehearsal = rehearsed(*queue(robots, spacing_m), closing(from_s))
@@ -90,14 +90,14 @@ def test_a_door_that_closes_in_the_strand_makes_it_line_up_again_round_the_other
     assert rehearsal.world.ending is Ending.ARRIVED
 
 
-def test_loss_and_delay_cost_time_and_nothing_else() -> None:
+def test_loss_and_delay_only_cost_time() -> None:
     rehearsal = rehearsed(*queue(3, 0.8), closing(4.0), seed=4, plan=LOSSY)
     assert injected(rehearsal)["drop"] > 100
     assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
     assert rehearsal.world.ending is Ending.ARRIVED
 
 
-def test_where_there_is_no_other_way_the_run_ends_and_says_so() -> None:
+def test_without_another_way_the_run_ends_with_route_lost() -> None:
     changes = [*queue(3, 0.7), closing(3.07), (OTHER_OPENING, WALLED_UP), TIME_FOR_ALL_ORDERS]
     rehearsal = rehearsed(*changes)
     assert len(dissolutions(rehearsal)) == 1
@@ -108,7 +108,7 @@ def test_where_there_is_no_other_way_the_run_ends_and_says_so() -> None:
 
 
 @pytest.mark.parametrize("from_s", [0.5, 2.25])
-def test_the_strand_goes_round_something_that_comes_to_rest_on_its_path(from_s: float) -> None:
+def test_the_strand_drives_around_an_obstacle_that_stops_on_its_path(from_s: float) -> None:
     text = DOOR.read_text(encoding="utf-8")
     walls = text[text.index(WALLS_FROM) : text.index(WALLS_TO)]
     door = text[text.index('shape = "polygon"\nvertices_m = [[0.0, -0.5]') : text.index("track = ")]
@@ -120,7 +120,7 @@ def test_the_strand_goes_round_something_that_comes_to_rest_on_its_path(from_s: 
     assert rehearsal.world.ending is Ending.ARRIVED
 
 
-def test_who_has_arrived_arrives_anew_in_the_strand_that_forms_again() -> None:
+def test_a_robot_that_had_arrived_arrives_again_in_the_new_strand() -> None:
     rehearsal = rehearsed(*queue(3, 0.8), closing(4.0))
     (dissolved,) = dissolutions(rehearsal)
     of_leader = [entry.record for source, entry in rehearsal.entries if source == "r1"]
@@ -130,7 +130,7 @@ def test_who_has_arrived_arrives_anew_in_the_strand_that_forms_again() -> None:
     assert rehearsal.world.tally.arrived == {1, 2, 3}
 
 
-def test_who_takes_its_place_in_another_strand_has_not_arrived_in_it() -> None:
+def test_a_robot_in_a_new_strand_has_not_arrived_in_it_yet() -> None:
     tally = Tally()
     tally.hear("r1", entry(1, RobotArrived(progress_m=1.0)))
     assert tally.arrived == {1}
@@ -139,7 +139,7 @@ def test_who_takes_its_place_in_another_strand_has_not_arrived_in_it() -> None:
 
 
 @pytest.mark.parametrize(("epoch", "heard"), [(0, 0), (2, 1), (4, 0)])
-def test_an_announcement_of_another_lining_up_is_void(epoch: int, heard: int) -> None:
+def test_an_announcement_of_another_epoch_is_void(epoch: int, heard: int) -> None:
     here, there = (Pose(x_m=x_m, y_m=0.0, heading_rad=0.0) for x_m in (0.0, 1.0))
     lining, driver = Lining(1, under(Law.CERTIFIED, robots=2), epoch=2), Driver(speed_mps=0.3)
     driver.hear(Odometry(t_s=0.0, pose=here, moving=False, finished=0, phase=Phase.RUNNING))
@@ -148,7 +148,7 @@ def test_an_announcement_of_another_lining_up_is_void(epoch: int, heard: int) ->
     assert len(lining.beside()) == heard
 
 
-def test_orders_of_a_lining_up_that_nothing_announced_break_s3() -> None:
+def test_orders_in_an_epoch_without_its_dissolution_entry_break_s3() -> None:
     rehearsal = rehearsed(*queue(3, 0.8), closing(4.0))
     unsaid = [line for line in rehearsal.entries if not isinstance(line[1].record, StrandDissolved)]
     why = {breach.broken.why for breach in judge(rehearsal.world.scenario, unsaid).breaches}
@@ -188,7 +188,7 @@ def dissolve(stage: TurningStage) -> None:
 
 @given(actions, actions)
 @settings(max_examples=50)
-def test_when_the_tail_may_open_the_next_lining_up_nobody_moves_any_more(
+def test_no_robot_moves_any_more_when_the_tail_may_start_the_next_lining_up(
     before: list[tuple[str, float, float]], after: list[tuple[str, float, float]]
 ) -> None:
     stage = TurningStage(0.4)
@@ -197,7 +197,7 @@ def test_when_the_tail_may_open_the_next_lining_up_nobody_moves_any_more(
     dissolve(stage)
     places = None
     for action in [*after, *(("round", float(seed), 0.0) for seed in range(60)), *after]:
-        if action[0] != "step":  # who leads has stopped for good
+        if action[0] != "step":  # the leader has stopped for good
             stage.act(*action)
         if stage.members[ORDER[-1]].dissolves:
             now = {robot: (body.x_m, body.y_m) for robot, body in stage.bodies.items()}

@@ -1,6 +1,6 @@
-"""Worlds and fault plans that a swarm drew, and that a fleet once did not get over: `tests/rehearsals/drawn`.
+"""Regression cases drawn by a swarm, in which a fleet once failed: `tests/rehearsals/drawn`.
 
-Every failure says the line that replays it.
+Every failure prints the line that replays it.
 """
 
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from clew.campaign.liveness import unlively
+from clew.campaign.liveness import liveness_failure
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import load as load_plan
@@ -36,55 +36,55 @@ def rehearsed(name: str, seed: int, *, decided: Callable[[World], bool]) -> tupl
 @pytest.mark.parametrize(
     ("name", "seed", "quiet_s", "outside"),
     [
-        # It comes back in front of the robot that took its place, and has to lead again.
+        # The leader comes back in front of the robot that took its place, and has to lead again.
         ("leader-frozen-in-a-corridor", 5342, 9.783, ()),
-        # The one that leads stands between a wall and the next robot, and knows no way on; the next does.
+        # The leader stands between a wall and the next robot and knows no way on; the next robot does.
         ("bodies-beside-the-leader", 5511, 16.638, ()),
-        # The others come out of a dead end, and it must not be called in among them before they are out.
+        # The others come out of a dead end; the robot must not be called in before they are out.
         ("robot-before-a-pocket", 6006, 16.367, ()),
-        # Whoever asks for another order must not ask one that never answers.
+        # A robot that asks for another order must not ask a robot that never answers.
         ("the-tail-cut-off-for-good", 673, 16.585, (5,)),
-        # Who was cut off while a link was silent is not to be shunned for that.
+        # A robot that was cut off while a link was silent must not be shunned for that.
         ("two-cut-off-by-turns", 2544, 20.072, ()),
-        # Who misses six of seven messages must not keep the others waiting.
+        # A robot that misses six of seven messages must not keep the others waiting.
         ("a-leader-nearly-deaf", 2394, 9.177, (1,)),
         # The way back out of a pocket leads past the others that are still in it.
         ("out-of-a-pocket-round-a-loop", 869, 12.499, ()),
-        # A leader that makes room to and fro makes none, and has to have the one in its way called in.
+        # A leader that drives to and fro makes no room; the robot in its way has to be called in.
         ("room-made-to-and-fro", 3560, 14.339, ()),
-        # Who is nearly mute keeps the strand waiting, half of the time though never for long.
+        # A nearly mute robot keeps the strand waiting half of the time, but never for long.
         ("a-robot-nearly-mute-in-the-strand", 4782, 20.065, (3,)),
-        # Who is nearly deaf must not say of those that it misses that they do not answer.
+        # A nearly deaf robot must not report that the robots it misses do not answer.
         ("a-robot-nearly-deaf-that-calls", 5364, 16.447, (4,)),
-        # Who never answers, not who has the turn, keeps the others waiting.
+        # The robot that never answers keeps the others waiting, not the one that has the turn.
         ("one-that-never-answers", 2892, 17.196, (1,)),
-        # The tail leads after a dead end, and only the one that it has behind it knows a way.
+        # The tail leads after a dead end, and only the robot behind it knows a way.
         ("led-by-the-tail-in-a-corridor", 2346, 15.049, ()),
-        # One finds no way to a place, whoever leads; there is room for it when the others have gone on.
+        # One robot finds no way to a place under any leader; there is room when the others have gone on.
         ("no-room-for-the-last", 4891, 17.455, ()),
-        # The robot that has to give the first turn hears next to nothing, and does not do it.
+        # The robot that must give the first turn receives almost nothing, and does not give it.
         ("the-giver-nearly-deaf", 8811, 16.328, (1,)),
-        # What a body leaves in the map, in the shadow of another, closes the only gap when it has moved on.
+        # The trace of a body in the map, hidden by another body, closes the only gap after it has moved on.
         ("the-trace-of-a-body-that-moved-on", 10609, 11.659, ()),
-        # Who comes back in front, round a corner, finds no way to the tail; the others can come to it.
+        # A robot that comes back in front, round a corner, finds no way to the tail; the others can reach it.
         ("in-front-and-round-a-corner", 12858, 10.509, ()),
-        # Who shuns a robot must not call it in.
+        # A robot must not call in a robot that it shuns.
         ("called-in-by-one-that-shuns-it", 1614, 18.838, ()),
         # The body of a robot that is shunned stands in the way of the one that shuns it.
         ("shunned-in-a-pockets-mouth", 3410, 17.826, (2,)),
-        # Two that have come back cannot answer the call that the others wait in; they can say so.
+        # Two robots that are back cannot answer the call that the others wait in; they can report that.
         ("back-after-the-call", 18613, 17.813, (5,)),
-        # Who can never come must not keep those from arriving that are nearly there.
+        # A robot that can never come must not keep robots that are nearly there from arriving.
         ("locked-out-by-two-bodies", 1619, 13.412, (5,)),
-        # Who misses six of seven messages, scans too, must not wait for one scan after the other.
+        # A robot that misses six of seven messages and scans must not wait for one scan after the other.
         ("nearly-deaf-in-a-pockets-mouth", 11139, 19.277, (3,)),
-        # Of two that do not hear each other the one that others hear well must not be left out.
+        # Of two robots that do not hear each other, the one that others hear well must not be left out.
         ("a-leader-nearly-mute", 6164, 20.229, (2,)),
-        # The dead do not come back: it is no use to wait for them whenever nobody finds a place.
+        # Dead robots do not come back, so it is useless to wait for them when no robot finds a place.
         ("waited-for-the-dead", 14064, 18.564, ()),
     ],
 )
-def test_a_fleet_gets_over_what_it_once_did_not(
+def test_a_fleet_heals_in_a_case_in_which_it_once_did_not(
     name: str, seed: int, quiet_s: float, outside: tuple[int, ...]
 ) -> None:
 
@@ -93,33 +93,33 @@ def test_a_fleet_gets_over_what_it_once_did_not(
         return world.now_s > quiet_s and set(world.attendance.living) - set(outside) <= world.tally.arrived
 
     rehearsal, again = rehearsed(name, seed, decided=have_arrived)
-    said = unlively(rehearsal.world, rehearsal.entries, quiet_s=quiet_s, outside=frozenset(outside))
+    said = liveness_failure(rehearsal.world, rehearsal.entries, quiet_s=quiet_s, outside=frozenset(outside))
     assert said is None, again
 
 
 @pytest.mark.parametrize(
     ("name", "seed"),
     [
-        # A body comes to rest beside a leg after the scan that shows the leg clear, before anybody drives.
+        # A body comes to rest beside a leg after the scan that shows the leg clear, before any robot drives.
         ("a-body-that-came-to-rest-late", 6337),
-        # Who has backed up in a strand that turned round has left the place that it had before.
+        # A robot that backed up in a strand that turned round has left its former place.
         ("a-place-from-before-the-turn", 1447),
-        # Who is started again must not answer a call that was made before, by a tenth of a second even.
+        # A restarted robot must not answer a call from before its start, even by a tenth of a second.
         ("a-call-from-just-before-a-restart", 18906),
-        # Who is left out has come to rest beside ground that others have driven before.
+        # A robot that is left out comes to rest beside ground that others have driven before.
         ("a-body-beside-driven-ground", 1538),
-        # Found by reading: a robot must not remember that another stands that has been in a later epoch.
+        # Found by reading: a robot must forget that another one stands if that was in a later epoch since.
         ("left-out-of-two-epochs", 1),
-        # Who knows no way on, and does not believe a silence yet, must not look again and again at once.
+        # A robot without a way on that does not trust a silence yet must not scan without pause.
         ("a-leader-that-has-slept", 6498),
     ],
 )
-def test_a_fleet_keeps_its_promises_where_it_once_did_not(name: str, seed: int) -> None:
+def test_a_fleet_breaks_no_invariant_in_a_case_in_which_it_once_did(name: str, seed: int) -> None:
     rehearsal, again = rehearsed(name, seed, decided=lambda _: False)
     assert rehearsal.world.ending, again
 
 
-def test_who_is_locked_out_is_left_behind_and_other_orders_are_tried_when_the_rest_have_arrived() -> None:
+def test_a_locked_out_robot_is_left_behind_and_other_orders_are_tried_after_the_rest_arrived() -> None:
     world, plan = (str(DRAWN / f"locked-out-by-two-bodies{kind}.toml") for kind in ("", ".faults"))
     kills = replace(load_plan(plan), rules=load_plan(plan).rules[:1])  # it hears well
     records = [(entry.t_s, entry.record) for _, entry in Rehearsal(load(world), 1619, kills).run().entries]

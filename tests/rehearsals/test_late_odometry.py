@@ -1,4 +1,4 @@
-"""Schedules found by an adversary: the clock of a robot lags, and another one is left out while it moves."""
+"""Schedules of an adversary: a robot's clock lags while another robot is left out and still moves."""
 
 from pathlib import Path
 
@@ -55,14 +55,14 @@ track = [[0.0, 9.5, 2.5], [60.0, 9.5, 2.0], [100.0, 9.5, 2.5]]
 
 
 def world(tmp_path: Path, *, cart: bool = False) -> Scenario:
-    """Four robots in a row, and one far behind that joins them by a turn."""
+    """Four robots in a row, and one far behind that joins by a turn."""
     path = tmp_path / "late-odometry.toml"
     path.write_text(WORLD.format(moving="" if cart else "moving = []") + (CART if cart else ""))
     return load(str(path))
 
 
 def leader_lags(until_s: float, *, from_s: float = 0.0) -> Delay:
-    """What the leader hears of its body is three seconds old."""
+    """The leader's odometry is three seconds old when it arrives."""
     return Delay(
         from_s=from_s,
         until_s=until_s,
@@ -78,7 +78,7 @@ def dies_in_its_turn(*, lags_from_s: float) -> tuple[Rule, ...]:
 
 
 def is_left_out_in_its_turn(*, until_s: float) -> tuple[Rule, ...]:
-    """Robot 3 does not hear it any more, and then it hears nobody."""
+    """Robot 3 no longer receives robot 5's messages, then robot 5 receives none."""
     return (
         leader_lags(until_s),
         Drop(from_s=5.0, sender=("r5",), receiver=("r3",), kinds=("muster",)),
@@ -87,14 +87,14 @@ def is_left_out_in_its_turn(*, until_s: float) -> tuple[Rule, ...]:
 
 
 SCHEDULES = {
-    "who dies, with a lag from the start": dies_in_its_turn(lags_from_s=0.0),
-    "who dies, with a lag of a while": dies_in_its_turn(lags_from_s=5.0),
-    "who is left out": is_left_out_in_its_turn(until_s=11.8),
+    "a death, with a lag from the start": dies_in_its_turn(lags_from_s=0.0),
+    "a death, with a lag for a while": dies_in_its_turn(lags_from_s=5.0),
+    "a robot is left out": is_left_out_in_its_turn(until_s=11.8),
 }
 
 
 @pytest.mark.parametrize("schedule", SCHEDULES)
-def test_nobody_drives_before_those_left_out_stand_however_late_its_odometry_is(
+def test_no_robot_drives_before_those_left_out_stand_even_if_its_odometry_is_late(
     tmp_path: Path, schedule: str
 ) -> None:
     scenario = world(tmp_path)
@@ -102,7 +102,7 @@ def test_nobody_drives_before_those_left_out_stand_however_late_its_odometry_is(
     assert judge(scenario, rehearsal.entries).breaches == ()
 
 
-def test_a_robot_whose_orders_were_lost_for_long_joins_when_they_arrive_again(tmp_path: Path) -> None:
+def test_a_robot_whose_orders_were_lost_for_long_joins_later(tmp_path: Path) -> None:
     lost = Drop(until_s=14.0, sender=("r5",), kinds=("drive",))
     rehearsal = Rehearsal(world(tmp_path, cart=True), 1, Plan(name="test", rules=(lost,))).run()
     assert rehearsal.world.ending is Ending.ARRIVED

@@ -1,4 +1,4 @@
-"""The three scenarios with moving obstacles: scripted orders in a world alone, and how they are judged."""
+"""The three scenarios with moving obstacles: scripted orders to a world, and the judgement."""
 
 import numpy as np
 import pytest
@@ -43,7 +43,7 @@ def wait(stage: Stage, *, until_s: float) -> None:
 
 
 def judged(stage: Stage) -> Judgement:
-    """What the log alone says; that is what was recorded live, too."""
+    """The judgement from the log, after a check that it equals the live one."""
     stage.handle(StopAsked(ExitCode.INTERRUPTED))
     judgement = judge(stage.world.scenario, stage.lines)
     live = {entry.record.why for _, entry in stage.lines if isinstance(entry.record, PromiseBroken)}
@@ -60,14 +60,14 @@ def touched(judgement: Judgement) -> list[tuple[int, str]]:
 
 
 def range_ahead_m(stage: Stage) -> float:
-    """How far the ray of robot 1 gets that points along +x."""
+    """The range of robot 1's ray along +x."""
     stage.handle(ScanAsked(1, 1))
     ranges_m = np.array(stage.scans[-1].ranges_m)
     return float(ranges_m[len(ranges_m) // 2])
 
 
 @pytest.mark.parametrize("name", ["pedestrian", "door", "follower"])
-def test_checking_the_log_comes_to_the_same_as_the_verdict(runs: Runs, name: str) -> None:
+def test_log_check_agrees_with_the_verdict(runs: Runs, name: str) -> None:
     run = runs.of(name)
     verdict, finding = read_verdict(run), check(timeline.read(run))
     assert verdict.moving_clearance_m_min is not None
@@ -77,14 +77,14 @@ def test_checking_the_log_comes_to_the_same_as_the_verdict(runs: Runs, name: str
     assert finding.flaws == ()
 
 
-def test_who_walks_on_blindly_meets_the_pedestrian() -> None:
+def test_a_robot_that_drives_on_blindly_hits_the_pedestrian() -> None:
     stage = on_stage("pedestrian")
     wait(stage, until_s=2.0)
     drive(stage, 1, 5.0, 2.0)
     assert touched(judged(stage)) == [(1, "in contact with moving obstacle pedestrian while it moved")]
 
 
-def test_who_waits_for_the_pedestrian_passes_behind_it() -> None:
+def test_a_robot_that_waits_passes_behind_the_pedestrian() -> None:
     stage = on_stage("pedestrian")
     drive(stage, 1, 2.6, 2.0)
     wait(stage, until_s=8.0)
@@ -95,14 +95,14 @@ def test_who_waits_for_the_pedestrian_passes_behind_it() -> None:
     assert 0.0 < judgement.least_moving_clearance.distance_m < 0.5
 
 
-def test_the_door_is_open_when_the_leader_sets_out_and_closed_before_it_is_there() -> None:
+def test_the_door_is_open_at_the_start_and_closed_before_the_leader_arrives() -> None:
     stage = on_stage("door")
     assert range_ahead_m(stage) == pytest.approx(4.0)
     drive(stage, 1, 2.7, 2.0)
     assert range_ahead_m(stage) == pytest.approx(3.25 - 2.7, abs=0.01)
 
 
-def test_the_leader_that_drives_on_runs_into_the_door() -> None:
+def test_a_leader_that_drives_on_hits_the_door() -> None:
     stage = on_stage("door")
     drive(stage, 1, 3.4, 2.0)
     assert touched(judged(stage)) == [(1, "in contact with moving obstacle door while it moved")]
@@ -116,12 +116,12 @@ def test_the_other_opening_stays_open() -> None:
     assert touched(judged(stage)) == []
 
 
-def test_a_strand_before_the_closed_door_turns_round_once_and_takes_the_other_opening() -> None:
-    slow = uniform(delay_s_max=0.1)  # as live at five times real time, where the leader stops further in
+def test_a_strand_at_the_closed_door_turns_round_once_and_takes_the_other_opening() -> None:
+    slow = uniform(delay_s_max=0.1)  # as in a live run at speed 5, where the leader stops further in
     rehearsal = Rehearsal(load("door"), 1, slow).run()
     turns = [entry for _, entry in rehearsal.entries if isinstance(entry.record, StrandReversed)]
     assert rehearsal.world.ending is Ending.ARRIVED
-    assert len(turns) == 2, "to back up, and to lead on"
+    assert len(turns) == 2, "one to back up, one to lead on"
 
 
 def test_the_follower_does_not_catch_up_with_a_robot_that_drives_on() -> None:
@@ -132,7 +132,7 @@ def test_the_follower_does_not_catch_up_with_a_robot_that_drives_on() -> None:
     assert touched(judged(stage)) == []
 
 
-def test_the_follower_may_run_over_a_robot_that_stands_and_the_robot_may_go_on_when_it_has_passed() -> None:
+def test_a_standing_robot_may_be_run_over_and_go_on_afterwards_without_a_violation() -> None:
     stage = on_stage("follower")
     wait(stage, until_s=12.0)
     for robot, y_m in ((1, 1.9), (2, 1.9), (3, 1.9)):
@@ -140,7 +140,7 @@ def test_the_follower_may_run_over_a_robot_that_stands_and_the_robot_may_go_on_w
     assert touched(judged(stage)) == []
 
 
-def test_a_robot_that_sets_off_while_it_is_run_over_breaks_its_promise() -> None:
+def test_a_robot_that_starts_to_move_while_it_is_run_over_breaks_s1() -> None:
     stage = on_stage("follower")
     wait(stage, until_s=3.6)  # the follower is at the tail's place
     drive(stage, 3, 1.2, 2.0)

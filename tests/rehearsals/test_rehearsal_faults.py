@@ -1,6 +1,6 @@
-"""Whole fleets under fault plans, in virtual time: what they suffer happens, and breaks no promise.
+"""Whole fleets under fault plans, in virtual time: each fault takes effect, and no invariant breaks.
 
-Every failure says the line that replays it.
+Every failure prints the line that replays it.
 """
 
 import os
@@ -62,8 +62,8 @@ def entries_of(rehearsal: Rehearsal, source: str) -> list[Entry]:
     return [entry for by, entry in rehearsal.entries if by == source]
 
 
-def strokes(rehearsal: Rehearsal) -> list[tuple[float, str, str]]:
-    """What was done to processes: when, what, to whom."""
+def process_faults(rehearsal: Rehearsal) -> list[tuple[float, str, str]]:
+    """The process faults of a run: time, fault, process."""
     return [
         (entry.t_s, entry.record.fault, entry.record.process)
         for _, entry in rehearsal.entries
@@ -71,12 +71,12 @@ def strokes(rehearsal: Rehearsal) -> list[tuple[float, str, str]]:
     ]
 
 
-def books(rehearsal: Rehearsal) -> Messages:
+def message_counts(rehearsal: Rehearsal) -> Messages:
     return verdict_on(rehearsal, 1, started_at="", wall_s=0.0).messages
 
 
 def driven_s(rehearsal: Rehearsal, robot: int) -> list[float]:
-    """When the robot's body was sent somewhere."""
+    """The times at which the robot's body accepted an order to drive."""
     return [
         entry.t_s
         for _, entry in rehearsal.entries
@@ -97,16 +97,16 @@ def broken(rehearsal: Rehearsal) -> list[Record]:
         Freeze(target="world", from_s=2.0, for_s=1.5),
     ],
 )
-def test_who_dies_while_the_world_is_away_is_missed_when_it_is_back(tmp_path: Path, away: Rule) -> None:
+def test_a_death_while_the_world_is_down_is_noticed_when_it_is_back(tmp_path: Path, away: Rule) -> None:
     world = rehearsed(tmp_path, away, Kill(target="r5", from_s=2.7)).world
     assert (world.survivors, world.ending) == (frozenset({1, 2, 3, 4}), Ending.ARRIVED)
 
 
-def test_the_verdict_names_what_never_struck(tmp_path: Path) -> None:
+def test_the_verdict_names_the_rules_that_never_took_effect(tmp_path: Path) -> None:
     rehearsal = rehearsed(
         tmp_path,
         Kill(target="r5", from_s=2.0),
-        Kill(target="r4", robots=3, from_s=2.0),  # nobody but the tail is behind it
+        Kill(target="r4", robots=3, from_s=2.0),  # only the tail is behind it
         Drop(probability=0.1, until_s=5.0),
         Drop(from_s=500.0),
     )
@@ -114,12 +114,12 @@ def test_the_verdict_names_what_never_struck(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_no_shipped_plan_makes_a_fleet_break_a_promise(name: str) -> None:
+def test_no_shipped_plan_breaks_an_invariant(name: str) -> None:
     rehearsal = Rehearsal(load_scenario("grove"), 1, load(name)).run()
     again = f"replay with  ./launch/clew rehearse grove --seed 1 --faults {name}"
     assert broken(rehearsal) == [], again
     assert injected(rehearsal), again
-    assert books(rehearsal).unaccounted == 0, again
+    assert message_counts(rehearsal).unaccounted == 0, again
 
 
 @pytest.mark.parametrize(
@@ -136,60 +136,62 @@ def test_no_shipped_plan_makes_a_fleet_break_a_promise(name: str) -> None:
     ],
 )
 def test_every_message_is_accounted_for(tmp_path: Path, rule: Rule, taken: set[str]) -> None:
-    balanced = books(rehearsed(tmp_path, rule))
+    balanced = message_counts(rehearsed(tmp_path, rule))
     assert balanced.injected.keys() == taken
     assert balanced.sent == balanced.received + sum(balanced.injected.values())
     assert balanced.unaccounted == 0
 
 
-def test_each_message_that_is_struck_stands_in_the_timeline_with_its_key_and_number(tmp_path: Path) -> None:
+def test_each_message_fault_is_in_the_timeline_with_key_and_number(tmp_path: Path) -> None:
     rehearsal = rehearsed(tmp_path, Drop(probability=0.2, kinds=("ahead", "odometry")))
     struck = [
         (source, entry.record.key, entry.record.number)
         for source, entry in rehearsal.entries
         if isinstance(entry.record, FaultInjected)
     ]
-    assert len(set(struck)) == len(struck) == sum(books(rehearsal).injected.values()) > 50
+    assert len(set(struck)) == len(struck) == sum(message_counts(rehearsal).injected.values()) > 50
     assert {str(key).split("/")[0] for _, key, _ in struck} == {"link", "body"}
-    assert all(source in str(key) for source, key, _ in struck), "its receiver has recorded it"
+    assert all(source in str(key) for source, key, _ in struck), "the receiver has recorded it"
 
 
-def test_what_is_damaged_is_refused_by_the_codec_and_said(tmp_path: Path) -> None:
+def test_a_damaged_message_is_refused_by_the_codec_and_recorded(tmp_path: Path) -> None:
     rehearsal = rehearsed(tmp_path, Corrupt(probability=0.2, bits=1))
     refused = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, MessageRefused)]
     assert len(refused) == injected(rehearsal)["corrupt"] > 50
     assert {each.reason for each in refused} == {"its checksum is not that of its content"}
 
 
-def test_a_killed_process_says_no_more_and_the_world_sees_it_die(tmp_path: Path) -> None:
+def test_a_killed_process_sends_nothing_and_the_world_records_its_death(tmp_path: Path) -> None:
     rehearsal = rehearsed(tmp_path, Kill(target="r3", from_s=2.0))
-    assert strokes(rehearsal) == [(2.0, "kill", "r3")]
+    assert process_faults(rehearsal) == [(2.0, "kill", "r3")]
     assert max(entry.t_s for entry in entries_of(rehearsal, "r3")) <= 2.0
     died = [entry for _, entry in rehearsal.entries if isinstance(entry.record, RobotDied)]
     assert [entry.record.robot for entry in died if isinstance(entry.record, RobotDied)] == [3]
-    assert died[0].t_s == pytest.approx(3.0, abs=0.15), "its token has gone, and it was not heard for 1 s"
+    assert died[0].t_s == pytest.approx(3.0, abs=0.15), "its token has gone, and no message came for 1 s"
 
 
-def test_a_frozen_process_does_nothing_and_then_goes_on_with_the_newest_odometry(tmp_path: Path) -> None:
+def test_a_frozen_process_does_nothing_and_then_continues_with_the_newest_odometry(tmp_path: Path) -> None:
     rehearsal = rehearsed(tmp_path, Freeze(target="r1", from_s=2.0, for_s=4.0), far_m=8.0)
-    assert strokes(rehearsal) == [(2.0, "freeze", "r1"), (6.0, "thaw", "r1")]
+    assert process_faults(rehearsal) == [(2.0, "freeze", "r1"), (6.0, "thaw", "r1")]
     assert [at_s for at_s in driven_s(rehearsal, 1) if 2.0 < at_s < 6.0] == []
     own = [entry.t_s for entry in entries_of(rehearsal, "r1")]
-    assert [at_s for at_s in own if 2.1 < at_s < 5.9] == [], "it says nothing of what it slept through"
+    assert [at_s for at_s in own if 2.1 < at_s < 5.9] == [], (
+        "it records nothing of the time when it was frozen"
+    )
     assert max(own) > 6.0
     assert broken(rehearsal) == []
 
 
-def test_a_restarted_process_begins_anew_and_counts_from_1(tmp_path: Path) -> None:
+def test_a_restarted_process_counts_its_entries_from_1(tmp_path: Path) -> None:
     rehearsal = rehearsed(tmp_path, Restart(target="r4", from_s=2.0, after_s=1.0), far_m=8.0)
-    assert strokes(rehearsal) == [(2.0, "kill", "r4"), (3.0, "start", "r4")]
+    assert process_faults(rehearsal) == [(2.0, "kill", "r4"), (3.0, "start", "r4")]
     own = entries_of(rehearsal, "r4")
     starts = [place for place, entry in enumerate(own) if isinstance(entry.record, RobotStarted)]
     assert [own[place].n for place in starts] == [1, 1]
     assert len(own) > starts[1] + 1
 
 
-def test_a_slow_process_takes_its_time(tmp_path: Path) -> None:
+def test_a_slow_process_sends_fewer_orders(tmp_path: Path) -> None:
     def answers(*rules: Rule) -> int:
         rehearsal = rehearsed(tmp_path, *rules)
         drives = rehearsal.account.received["body/r1/drive"]
@@ -203,7 +205,7 @@ def test_a_slow_process_takes_its_time(tmp_path: Path) -> None:
 def test_a_robot_dies_exactly_at_the_point_that_the_plan_names(tmp_path: Path, point: StepPoint) -> None:
     robot = 2 if point is StepPoint.BEFORE_ACK else 1
     rehearsal = rehearsed(tmp_path, Kill(target=robot_name(robot), point=point), far_m=8.0)
-    ((at_s, _, struck),) = strokes(rehearsal)
+    ((at_s, _, struck),) = process_faults(rehearsal)
     said = [entry.record for entry in entries_of(rehearsal, struck)]
     plans = [record for record in said if isinstance(record, StepPlanned)]
     served_s = [
@@ -218,7 +220,7 @@ def test_a_robot_dies_exactly_at_the_point_that_the_plan_names(tmp_path: Path, p
         assert at_s == pytest.approx(min(served_s), abs=0.03)
     if point is StepPoint.AFTER_PLAN:
         assert said[-1:] == plans
-        assert driven_s(rehearsal, robot) == [], "nobody has heard of the step"
+        assert driven_s(rehearsal, robot) == [], "no robot has learned of the step"
     if point is StepPoint.MID_DRIVE:
         assert len(plans) == 1
         assert min(driven_s(rehearsal, robot)) < at_s - 1.0
@@ -227,19 +229,19 @@ def test_a_robot_dies_exactly_at_the_point_that_the_plan_names(tmp_path: Path, p
 
 
 @pytest.mark.parametrize("point", [StepPoint.AFTER_SCAN, StepPoint.AFTER_PLAN])
-def test_a_robot_frozen_at_a_point_does_when_it_thaws_what_it_was_about_to_do(
+def test_a_robot_frozen_at_a_point_executes_its_remaining_commands_after_the_thaw(
     tmp_path: Path, point: StepPoint
 ) -> None:
     rehearsal = rehearsed(tmp_path, Freeze(target="r1", point=point, for_s=0.5), far_m=8.0)
-    ((frozen_s, _, _), (thawed_s, _, _)) = strokes(rehearsal)
+    ((frozen_s, _, _), (thawed_s, _, _)) = process_faults(rehearsal)
     assert thawed_s == pytest.approx(frozen_s + 0.5, abs=0.03)
     assert min(driven_s(rehearsal, 1)) == pytest.approx(thawed_s, abs=0.03)
     plans = [entry.record for entry in entries_of(rehearsal, "r1") if isinstance(entry.record, StepPlanned)]
-    assert [plan.step for plan in plans] == list(range(1, len(plans) + 1)), "none is forgotten"
+    assert [plan.step for plan in plans] == list(range(1, len(plans) + 1)), "no step is lost"
     assert broken(rehearsal) == []
 
 
-def test_a_plan_may_be_changed_while_the_run_goes_on(tmp_path: Path) -> None:
+def test_the_plan_can_be_changed_during_the_run(tmp_path: Path) -> None:
     path = scene(tmp_path / "posts.json")
     rehearsal = Rehearsal(load_scenario(str(path)), 1)
     for now_s in rehearsal.ticks():
@@ -249,7 +251,7 @@ def test_a_plan_may_be_changed_while_the_run_goes_on(tmp_path: Path) -> None:
     assert first_s == pytest.approx(1.0, abs=0.2)
 
 
-def test_no_fault_is_told_of_before_its_rule_holds_however_late_a_robot_hears_the_time(
+def test_no_fault_is_recorded_before_its_window_even_if_odometry_is_late(
     tmp_path: Path,
 ) -> None:
     rules = (
@@ -267,7 +269,7 @@ def test_no_fault_is_told_of_before_its_rule_holds_however_late_a_robot_hears_th
         assert told_s == sorted(told_s)
 
 
-def test_a_plan_that_cannot_be_rehearsed_is_refused_and_leaves_nothing(tmp_path: Path) -> None:
+def test_a_plan_that_cannot_be_rehearsed_is_refused_and_leaves_no_folder(tmp_path: Path) -> None:
     path = scene(tmp_path / "posts.json")
     with pytest.raises(UsageError, match="slow-1 slows the world, which only a live run can do"):
         rehearsed(tmp_path, Slow(target="world", delay_s=0.1))
@@ -279,7 +281,7 @@ def test_a_plan_that_cannot_be_rehearsed_is_refused_and_leaves_nothing(tmp_path:
     assert not (tmp_path / "run").exists()
 
 
-def test_a_seed_decides_a_run_with_faults_to_the_byte_whatever_the_order_of_hashes(tmp_path: Path) -> None:
+def test_a_seed_determines_a_run_with_faults_to_the_byte_for_any_hash_order(tmp_path: Path) -> None:
     plan = tmp_path / "mixed.toml"
     plan.write_text(
         'name = "mixed"\n'

@@ -1,4 +1,4 @@
-"""Starts that are hard: what a queue hides, and places from which no strand can be drawn. Found by attack."""
+"""Hard starts, found by attack: obstacles that a queue hides, and places that allow no straight strand."""
 
 import itertools
 from pathlib import Path
@@ -66,7 +66,7 @@ def test_a_queue_on_open_ground_starts(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("post", [(1.2, 0.0), (0.6, 0.0), (0.8, 0.12), (0.8, -0.225)])
-def test_who_has_a_post_on_or_beside_the_line_of_the_queue_goes_round_it(
+def test_a_robot_drives_around_a_post_on_or_beside_the_line_of_the_queue(
     tmp_path: Path, post: tuple[float, float]
 ) -> None:
     rehearsal = rehearsed(tmp_path, QUEUE_OF_TWO, post)
@@ -75,11 +75,11 @@ def test_who_has_a_post_on_or_beside_the_line_of_the_queue_goes_round_it(
     assert rehearsal.world.ending is Ending.ARRIVED
 
 
-def test_a_post_beside_the_line_of_the_queue_with_room_enough_stops_nobody(tmp_path: Path) -> None:
+def test_a_post_with_enough_room_beside_the_line_of_the_queue_stops_no_robot(tmp_path: Path) -> None:
     assert rehearsed(tmp_path, QUEUE_OF_TWO, (0.8, 0.28)).world.ending is Ending.ARRIVED
 
 
-def test_a_post_behind_the_leader_is_in_its_promise(tmp_path: Path) -> None:
+def test_the_promised_clearance_covers_a_post_behind_the_leader(tmp_path: Path) -> None:
     rehearsal = rehearsed(tmp_path, QUEUE_OF_TWO, (1.29, 0.0))
     planned = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, StepPlanned)]
     steps = [step for step in planned if step.epoch > 0]
@@ -93,7 +93,7 @@ def test_a_post_behind_the_leader_is_in_its_promise(tmp_path: Path) -> None:
         ((0.0, 0.0), (-0.3, 0.17), (-0.3, -0.17), (-0.7, -0.17)),
     ],
 )
-def test_from_places_through_which_no_straight_strand_can_be_drawn_robots_join_at_others(
+def test_robots_whose_places_allow_no_straight_strand_join_at_other_places(
     tmp_path: Path, places: tuple[tuple[float, float], ...]
 ) -> None:
     rehearsal = rehearsed(tmp_path, places)

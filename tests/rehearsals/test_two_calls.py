@@ -1,4 +1,4 @@
-"""Schedules found by an adversary: by which bodies might move under two calls at once."""
+"""Schedules of an adversary in which bodies might move under two calls at once."""
 
 from pathlib import Path
 
@@ -20,7 +20,7 @@ def rehearsed(tmp_path: Path, *rules: Rule, seed: int = 1) -> Rehearsal:
 
 
 SCHEDULES: dict[str, tuple[Rule, ...]] = {
-    # One robot is cut off from the others, which for two seconds seem to be no more.
+    # One robot is cut off from the others, whose tokens are gone for two seconds.
     "tokens that come back": (
         Partition(from_s=4.0, group=("r5",), others=("r1", "r2", "r3", "r4")),
         *(
@@ -28,18 +28,18 @@ SCHEDULES: dict[str, tuple[Rule, ...]] = {
             for robot in ("r1", "r2", "r3", "r4")
         ),
     ),
-    # While it is cut off a robot sees all tokens go, and one of them, in truth, goes just before it is back.
+    # A robot that is cut off sees all tokens go; one robot really dies just before it is back.
     "tokens that go unseen": (
         Partition(from_s=2.0, until_s=10.0, group=("r5",), others=("router",)),
         Kill(from_s=9.95, target="r4"),
     ),
-    # A robot notices a death by a clock that has stood still for a second and a half.
+    # A robot notices a death while its clock has stood still for a second and a half.
     "a clock that lags": (
         Drop(from_s=4.0, until_s=5.6, receiver=("r3",), kinds=("odometry",)),
         Kill(from_s=5.55, target="r5"),
     ),
-    # Its forerunner's only order arrives when a new process has taken a robot's place.
-    "an order from the life before": (
+    # The only order of a robot's former life arrives after its restart.
+    "an order of a former life": (
         Delay(until_s=5.0, sender=("r1",), kinds=("drive",), delay_s_min=0.9, delay_s_max=0.92),
         Restart(from_s=0.3, target="r1"),
     ),
@@ -47,7 +47,7 @@ SCHEDULES: dict[str, tuple[Rule, ...]] = {
 
 
 @pytest.mark.parametrize("schedule", SCHEDULES)
-def test_no_two_calls_have_bodies_move_at_once_and_no_promise_breaks(tmp_path: Path, schedule: str) -> None:
+def test_bodies_never_move_under_two_calls_and_no_invariant_breaks(tmp_path: Path, schedule: str) -> None:
     rehearsal = rehearsed(tmp_path, *SCHEDULES[schedule])
     judgement = judge(rehearsal.world.scenario, rehearsal.entries)
     assert judgement.breaches == (), schedule

@@ -1,1 +1,1 @@
-"""The bodies of robots: how they move, what they sense."""
+"""The bodies of robots: motion and sensors."""

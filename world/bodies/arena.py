@@ -1,8 +1,9 @@
-"""The arena: all bodies, their sensors and the monitor, in simulated time; what is recorded of them.
+"""The arena: all bodies, their sensors and the monitor, in simulated time, with the entries about them.
 
-Rule 1: simulated time goes on by ticks alone.
-Rule 2: a body is sampled where its motion changes, and before every odometry while it moves; so between two
-        samples it moved straight and evenly, and the samples alone give the least distances.
+Rule 1: simulated time advances only by ticks.
+Rule 2: a body is sampled where its motion changes, and before every odometry while it moves. So between
+        samples it moved straight at constant speed, and the samples alone give the least distances.
+Rule 3: the monitor checks every tick, unless it has found all moves safe for some ticks ahead.
 """
 
 import math
@@ -34,15 +35,15 @@ from world.scenario.scenario import Scenario
 
 TICK_S = 0.02  # docs/run.md
 ODOMETRY_TICKS = 5  # 0.1 s: docs/run.md
-ROUNDING_S = 1e-9  # what adding up ticks may be off by
-OUTLOOK_TICKS_MAX = 50  # a second: looking twice as far ahead saves nothing worth having
+ROUNDING_S = 1e-9  # error of sums over ticks
+OUTLOOK_TICKS_MAX = 50  # 1 s: twice the look-ahead saves almost nothing
 
 
 class Arena:
     """Robot k is row k - 1 of all arrays."""
 
     def __init__(self, scenario: Scenario, *, seed: int, life: int = 0) -> None:
-        """A world that goes on from its timeline for the n-th time has the streams of chance of life n."""
+        """A world that is resumed for the n-th time uses the random streams of life n."""
         robots = range(1, scenario.fleet.robots + 1)
         of_life = f"/{life}" if life else ""
         self._speed_mps = scenario.drive.speed_mps
@@ -52,17 +53,17 @@ class Arena:
             [stream(seed, f"drive/{robot}{of_life}") for robot in robots],
         )
         self.moved_s = 0.0
-        """When a body last moved."""
+        """The time of the last motion of any body."""
         self._sensor = Sensor(scenario, [stream(seed, f"scan/{robot}{of_life}") for robot in robots])
         self._monitor = Monitor.of(scenario)
         self._ground = scenario.ground
         self._radius_m = scenario.fleet.robot_radius_m
         self._corners_m: list[list[Floats]] = [[] for _ in robots]
-        """Where each body has veered since it took its order, and where it was then."""
+        """The corners of each body's way since it accepted its order, with the place of acceptance."""
         self._outlook_until, self._is_safe = 0, False
         self._steps = [0] * len(robots)
         self._finished: list[tuple[int, int] | None] = [None] * len(robots)
-        """The step that each body finished last, by epoch and number: it may be ordered again at its end."""
+        """The last finished step of each body, by epoch and number: a finished step may be ordered again."""
         self._ticks = 0
         self.now_s = 0.0
         """Simulated time."""
@@ -70,31 +71,31 @@ class Arena:
         self._none: Flags = np.zeros(len(robots), dtype=bool)
         self._first: Flags = np.arange(len(robots)) == 0
         self._sampled = self._none
-        """Which bodies have been sampled at the end of the last tick."""
+        """The bodies that were sampled at the end of the last tick."""
         self._moving, self._any_moving = self._none, False
 
     @property
     def is_odometry_instant(self) -> bool:
-        """Whether every robot is told of its body now."""
+        """Whether odometry is sent to all robots now."""
         return self._ticks % ODOMETRY_TICKS == 0
 
     def note(self, record: Record) -> Note:
-        """A record of now."""
+        """A record with the present time."""
         return Note(self.now_s, record)
 
     def place(self) -> list[Note]:
-        """Judge and record where bodies stand at the start."""
+        """Judge and record the initial positions of the bodies."""
         places_m = self.bodies.place_m
         broken = self._monitor.watch(places_m, places_m, t_s=self.now_s)
         return self.sample() + [self.note(each) for each in broken]
 
     def resume(self, past: Past) -> list[Note]:
-        """Go on from a timeline: bodies stand where it saw them last, and are recorded there."""
+        """Resume from a timeline: bodies stand at their last recorded poses, which are recorded again."""
         self._go_to(round(past.newest_s / TICK_S))
         notes: list[Note] = []
         for robot, known in past.bodies.items():
             self._stand_as(robot - 1, known)
-            if not known.sampled:  # it was there by then, and not as late as it will be recorded next
+            if not known.sampled:  # the body was there at that time, before the next recorded one
                 notes.append(self.note(_sample(robot - 1, self.bodies.place_m, self.bodies.heading_rad)))
         instants = math.ceil((past.newest_s + QUIET_S - ROUNDING_S) / (TICK_S * ODOMETRY_TICKS))
         self._go_to(instants * ODOMETRY_TICKS)
@@ -109,16 +110,16 @@ class Arena:
         self._corners_m[body] = [np.array(place_m) for place_m in known.way_m]
 
     def sample(self) -> list[Note]:
-        """Record where all bodies are."""
+        """Record the poses of all bodies."""
         places_m, headings_rad = self.bodies.place_m, self.bodies.heading_rad
         return [self.note(_sample(body, places_m, headings_rad)) for body in range(len(places_m))]
 
     def order(self, robot: int, drive: Drive) -> list[Note]:
-        """Give a body an order; raises `MessageRefusedError` where it is void."""
+        """Give a body an order; raises `MessageRefusedError` if it is void."""
         body = robot - 1
         if not self.bodies.hear(body, drive, now_s=self.now_s):
             return []
-        if drive.target is not None:  # to stand still interrupts a step, which is measured as a whole
+        if drive.target is not None:  # an order to stand interrupts a step, which is measured as a whole
             if drive.step == 0 or drive.step != self._steps[body]:
                 self._corners_m[body] = [self.bodies.place_m[body]]
             self._steps[body] = drive.step
@@ -136,7 +137,7 @@ class Arena:
         return [self.note(accepted)]
 
     def scan(self, robot: int, revolutions: int) -> tuple[Note, Scan]:
-        """Read a body's sensor, so many revolutions or as many as fit into a scan."""
+        """Take a scan of so many revolutions, or as many as fit into a scan."""
         pose = self.bodies.pose(robot - 1)
         scan = self._sensor.read(
             robot - 1, pose, self.bodies.place_m, now_s=self.now_s, revolutions=revolutions
@@ -153,7 +154,7 @@ class Arena:
         return self.note(served), scan
 
     def odometry(self, robot: int, phase: Phase) -> Odometry:
-        """What a body tells its robot."""
+        """The odometry of a body for its robot."""
         body = robot - 1
         return Odometry(
             t_s=self.now_s,
@@ -165,7 +166,7 @@ class Arena:
         )
 
     def tick(self) -> tuple[list[Note], list[int]]:
-        """Go on by one tick: what is recorded of it, and the robots whose bodies have finished an order."""
+        """Advance by one tick; returns the entries, and the robots whose bodies have finished an order."""
         outlook = self._is_safe and self._ticks + 1 < self._outlook_until
         if outlook and self.bodies.coast(now_s=self.now_s, tick_s=TICK_S):
             self._go_to(self._ticks + 1)
@@ -190,7 +191,7 @@ class Arena:
         return self._note(notes), [body + 1 for body in moves.finished]
 
     def _note(self, notes: list[Note]) -> list[Note]:
-        """Take down when something was last recorded, and moved."""
+        """Update the times of the last entry and the last motion."""
         if notes:
             self._noted_s = self.now_s
         if self._any_moving:
@@ -202,7 +203,7 @@ class Arena:
         self.now_s = round(ticks * TICK_S, 9)  # 4.02 and not 4.0200000000000005
 
     def _sample_moved(self, moved: Flags) -> list[Note]:
-        """What is to be on record before robots are told of their bodies; and something each `QUIET_S`."""
+        """The samples to record before odometry is sent; at least one per `QUIET_S`."""
         if not self.is_odometry_instant:
             self._sampled = self._none
             return []
@@ -226,7 +227,7 @@ class Arena:
         return [self.note(each) for each in self._monitor.watch(moves.starts_m, moves.ends_m, t_s=self.now_s)]
 
     def _order_clearance_m(self, body: int) -> float | None:
-        """The least clearance of a hull since its body took its order; None where there is no obstacle."""
+        """The least clearance of a hull since its body accepted its order; None without obstacles."""
         way_m = np.array([*self._corners_m[body], self.bodies.place_m[body]])
         least_m = float(clearance(self._ground, way_m[:-1], way_m[1:]).min()) - self._radius_m
         return least_m if least_m < np.inf else None
@@ -258,7 +259,7 @@ def _sample(body: int, places_m: Floats, headings_rad: Floats) -> PoseSampled:
 
 
 def _told(scan: Scan) -> tuple[float, ...]:
-    """What the timeline tells of a scan: every n-th ray, by the least n that divides them evenly."""
+    """The recorded ranges of a scan: every n-th ray, with the least n that divides them evenly."""
     return tuple(round(range_m, 3) for range_m in scan.ranges_m[:: _stride(len(scan.ranges_m))])
 
 
@@ -268,10 +269,10 @@ def _stride(rays: int) -> int:
 
 
 def _as_given(order: OrderAccepted, speed_mps: float) -> Drive:
-    """An order that is on record, as its robot gave it."""
+    """A recorded order as its robot sent it."""
     return Drive(
         number=order.number,
-        basis_s=0.0,  # it is confirmed by newer ones
+        basis_s=0.0,  # newer messages confirm it
         target=order.target,
         speed_mps=speed_mps,
         epoch=order.epoch,

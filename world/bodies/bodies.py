@@ -1,18 +1,18 @@
-"""N unicycle bodies: what drive orders make of them, tick by tick.
+"""N unicycle bodies: they execute drive orders, tick by tick.
 
-Rule 1: within one tick a body turns on the spot, or drives straight, or stands. So a tick's motion is a
-        segment, and how far a body turned or drove is exact.
-Rule 2: a body drives at the ordered speed, v_min < v < v_max, equation (1); only the tick that ends a run
-        is shorter.
-Rule 3: an order is taken once, by its number; older or same numbers change nothing. An order to drive is void
-        in an older epoch than the newest; to stand is never void.
-Rule 4: a body drives its course straight to the end and stands; drive error makes the course miss the
-        target by at most `heading_error_rad` times the length, and the order is finished all the same.
-Rule 5: an order is good for `deadman_s` from its basis on, however late it came; then the body stands. The
-        same order goes on when its robot confirms it, by a newer basis; another number confirms nothing.
-Rule 6: an order that is good until some time is driven until then, and on when a later time is heard.
-Rule 7: a tick in which every body goes on as in the one before is the same whether it is worked out in full
-        (`tick`) or only added (`coast`).
+Rule 1: within one tick a body turns on the spot, drives straight, or stands. So the motion of a tick is a
+        segment, and its angle or length is exact.
+Rule 2: a body drives at the ordered speed, v_min < v < v_max, equation (1). Only the last tick of a drive is
+        shorter.
+Rule 3: an order is accepted once, by its number; older or equal numbers change nothing. An order to drive
+        with an older epoch than the newest is void; an order to stand is never void.
+Rule 4: a body drives its course straight to the end and stands. With drive error the course misses the target
+        by at most `heading_error_rad` times the length; the order is finished nevertheless.
+Rule 5: an order is valid for `deadman_s` after its basis, however late it arrived; then the body stands. It
+        continues when its robot confirms the order by a newer basis with the same number.
+Rule 6: an order with a time limit is driven until then, and longer if a later limit arrives.
+Rule 7: a tick in which every body continues as in the tick before has the same result whether it is computed
+        in full (`tick`) or only added (`coast`).
 """
 
 import math
@@ -28,40 +28,40 @@ from protocol.mission import DEADMAN_S
 from protocol.wire.messages import Drive
 from world.scenario.sections import DriveSection
 
-ROUNDING_M = 1e-9  # what places may be off by: a robot sent straight on must not stop for that
-TICKS_MAX = 1e9  # more than a run has
-LANDING_TICKS = 2  # before a body lands, and more than rounding can make of the way that is left
-ROUNDING_S = 1e-9  # what adding up ticks may be off by
+ROUNDING_M = 1e-9  # error of positions: a robot sent straight on must not stop because of it
+TICKS_MAX = 1e9  # more ticks than a run has
+LANDING_TICKS = 2  # margin before a body reaches its end: more than rounding errors of the remaining way
+ROUNDING_S = 1e-9  # error of sums over ticks
 
 
 @dataclass(frozen=True, slots=True)
 class Moves:
-    """What one tick did to all bodies; bodies are named by their index."""
+    """The motion of all bodies in one tick; bodies are given by index."""
 
     starts_m: Floats
-    """(N, 2) [world frame]; between start and end each body moved straight and evenly."""
+    """(N, 2) [world frame]; between start and end each body moved straight at constant speed."""
     ends_m: Floats
     veered: Flags
-    """Which bodies move otherwise in this tick than in the one before."""
+    """The bodies that move differently than in the tick before."""
     finished: Sequence[int]
     stopped: Sequence[int]
-    """Those that the dead-man stop has caught under way."""
+    """The bodies that the dead-man stop has stopped on their way."""
 
 
 class Bodies:
-    """The poses of all bodies and the orders that they have in hand."""
+    """The poses of all bodies, and their present orders."""
 
     def __init__(
         self, starts: Sequence[Pose], limits: DriveSection, errors: Sequence[np.random.Generator]
     ) -> None:
         count = len(starts)
         self._place_m: Floats = np.array([(pose.x_m, pose.y_m) for pose in starts]).reshape(count, 2)
-        self._place_is_due = False  # it is worked out when somebody asks for it
+        self._place_is_due = False  # computed on demand
         self.heading_rad: Floats = np.array([pose.heading_rad for pose in starts])
         self.orders: list[Drive | None] = [None] * count
         self.finished_number = [0] * count
         self._limits = limits
-        self._errors = errors  # one stream a body: the order in which orders arrive must not matter
+        self._errors = errors  # one random stream per body: the order of arrival must not matter
         self._under_way: Flags = np.zeros(count, dtype=bool)
         self._held: Flags = np.zeros(count, dtype=bool)
         self._basis_s: Floats = np.zeros(count)
@@ -76,15 +76,15 @@ class Bodies:
         self._last_step_m = np.zeros(count)
         self._none: Flags = np.zeros(count, dtype=bool)
         self._at_rest = True
-        """No body drove in the last tick."""
+        """Whether no body drove in the last tick."""
         self._same_ticks = 0
-        """How many more ticks are like the last one, as far as that is certain."""
+        """How many more ticks are certain to be like the last one."""
         self._same_until_s = -math.inf
-        self._turning: list[int] = []  # in such a tick
+        self._turning: list[int] = []  # the bodies that turn in such a tick
 
     @property
     def place_m(self) -> Floats:
-        """(N, 2) [world frame]; an array that has been given out never changes."""
+        """(N, 2) [world frame]; a returned array never changes."""
         if self._place_is_due:
             self._place_is_due = False
             self._place_m = np.where((self._last_step_m > 0.0)[:, None], self._on_way_m(), self._place_m)
@@ -92,7 +92,7 @@ class Bodies:
 
     @property
     def moving(self) -> Flags:
-        """Which bodies turn or drive."""
+        """The bodies that turn or drive."""
         return self._under_way & ~self._held
 
     def is_moving(self, body: int) -> bool:
@@ -100,38 +100,38 @@ class Bodies:
         return bool(self._under_way[body] and not self._held[body])
 
     def pose(self, body: int) -> Pose:
-        """Where a body stands [world frame]."""
+        """The pose of a body [world frame]."""
         x_m, y_m = self.place_m[body].tolist()
         return Pose(x_m=x_m, y_m=y_m, heading_rad=float(self.heading_rad[body]))
 
     @property
     def courses_m(self) -> Floats:
-        """(N, 4) [world frame]: from x, y to x, y, the straight way on which alone each body drives."""
+        """(N, 4) [world frame]: from x, y to x, y, the straight course of each body."""
         return np.hstack((self._origin_m, self._landing_m))
 
     def straight_ticks(self, steps_m: Floats) -> int:
-        """How many more ticks like the last one no body will have landed, as far as orders say now.
+        """For how many more ticks like the last one no body reaches its end, by the present orders.
 
         Args:
-            steps_m: how far each body drove in the last tick (N,).
+            steps_m: distance that each body drove in the last tick (N,).
         """
         driving = steps_m > 0.0
         left_m = (self._length_m - self._driven_m)[driving]
         return int((left_m / steps_m[driving]).min(initial=TICKS_MAX))
 
     def basis_s(self, body: int) -> float:
-        """When the body's robot was last known to be awake: the basis of the newest order heard."""
+        """When the body's robot was last known to be awake: the basis of its newest order."""
         return float(self._basis_s[body])
 
     def ordered(self, body: int) -> int:
-        """The number of the newest order that the body has taken."""
+        """The number of the newest order that the body has accepted."""
         order = self.orders[body]
         return 0 if order is None else order.number
 
     def resume(
         self, body: int, pose: Pose, order: Drive | None, *, finished: int, epoch: int, now_s: float
     ) -> None:
-        """Stand there, with an order in hand that was heard of before; it goes on when it is confirmed."""
+        """Stand at this pose with a recorded order, which continues when it is confirmed."""
         self._place_m[body], self.heading_rad[body] = (pose.x_m, pose.y_m), pose.heading_rad
         self.orders[body], self.finished_number[body], self._epoch[body] = order, finished, epoch
         self._basis_s[body], self._held[body] = now_s, True
@@ -140,15 +140,15 @@ class Bodies:
             self._lay_course(body, order.target)
 
     def stand(self) -> None:
-        """All bodies drop their orders and stand: the run is over."""
+        """Stop all bodies and drop their orders: the run is over."""
         self._under_way[:] = False
         self._same_ticks = 0
 
     def hear(self, body: int, drive: Drive, *, now_s: float) -> bool:
-        """Take an order; whether it is new.
+        """Process an order; returns whether it is new.
 
         Raises:
-            MessageRefusedError: the order is void, or the drive cannot do it.
+            MessageRefusedError: the order is void, or the drive cannot execute it.
         """
         last, epoch = self.orders[body], self._epoch[body]
         if not now_s - DEADMAN_S - ROUNDING_S <= drive.basis_s <= now_s + ROUNDING_S:
@@ -182,7 +182,7 @@ class Bodies:
     def _begin(self, body: int, drive: Drive, last: Drive | None) -> None:
         if drive.target is None:
             self._under_way[body] = False
-            self.finished_number[body] = drive.number  # to stand still is done at once
+            self.finished_number[body] = drive.number  # an order to stand is finished at once
             return
         self._speed_mps[body] = drive.speed_mps
         if not (self._under_way[body] and last is not None and last.target == drive.target):
@@ -213,7 +213,7 @@ class Bodies:
         self._run[body] += 1
 
     def tick(self, *, now_s: float, tick_s: float) -> Moves:
-        """Move all bodies from `now_s` on for one tick."""
+        """Move all bodies for one tick from `now_s` on."""
         if self._at_rest and not self._under_way.any():
             self._same_ticks, self._same_until_s, self._turning = int(TICKS_MAX), math.inf, []
             return Moves(self.place_m, self.place_m, self._none, (), ())
@@ -229,7 +229,7 @@ class Bodies:
         return moves
 
     def _look_ahead(self, now_s: float, tick_s: float) -> None:
-        """Rule 7: for how long all will go on as in the tick that ends now."""
+        """Rule 7: find how long all bodies continue as in the tick that ends now."""
         alive = self.moving
         moving = alive & (now_s + tick_s <= self._until_s)
         turning = moving & (self._course_rad != self.heading_rad)
@@ -243,9 +243,9 @@ class Bodies:
         self._same_until_s = float(until_s.min(initial=math.inf))
 
     def coast(self, *, now_s: float, tick_s: float) -> bool:
-        """Rule 7: go on from `now_s` for a tick like the last one, if it is certain to be; else do nothing.
+        """Rule 7: repeat the last tick from `now_s` on, if that is certainly correct; else do nothing.
 
-        Two ticks in three are such, and take a twentieth of what `tick` does, with five bodies.
+        Two of three ticks are such. With five bodies they take 1/20 of the time of `tick`.
         """
         if self._same_ticks <= 0 or now_s > self._same_until_s:
             return False
@@ -258,7 +258,7 @@ class Bodies:
         return True
 
     def _turn_on(self, reach_rad: float) -> bool:
-        """`_turn` of few bodies, none of which reaches its course; else it does nothing."""
+        """`_turn` for few bodies of which none reaches its course; otherwise do nothing."""
         turned_rad: list[float] = []
         for body in self._turning:
             heading_rad = float(self.heading_rad[body])
@@ -282,7 +282,7 @@ class Bodies:
         starts_m = self.place_m
         left_m = self._length_m - self._driven_m
         step_m = np.where(driving, np.minimum(self._speed_mps * tick_s, left_m), 0.0)
-        lands = driving & (left_m - step_m <= 1e-12)  # the rest is rounding, not way
+        lands = driving & (left_m - step_m <= 1e-12)  # the rest is rounding error
         self._driven_m = self._driven_m + step_m
         on_way_m = self._on_way_m()
         ends_m = np.where(driving[:, None], np.where(lands[:, None], self._landing_m, on_way_m), starts_m)
@@ -299,7 +299,7 @@ class Bodies:
         return Moves(starts_m, ends_m, veered, finished, stopped)
 
     def _on_way_m(self) -> Floats:
-        """(N, 2): how far each body has come on its course; only of those that drive."""
+        """(N, 2): the position of each body on its course; valid only for driving bodies."""
         whole = np.ones_like(self._length_m)
         share = np.divide(self._driven_m, self._length_m, out=whole, where=self._length_m > 0.0)
         on_way_m: Floats = self._origin_m + (self._landing_m - self._origin_m) * share[:, None]
@@ -307,5 +307,5 @@ class Bodies:
 
 
 def _wrapped(angle_rad: float) -> float:
-    """`wrap` to the last bit as `_turn` has it."""
+    """`wrap` with the same last bit as in `_turn`."""
     return math.pi - (math.pi - angle_rad) % (2 * math.pi)

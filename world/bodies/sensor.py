@@ -1,4 +1,4 @@
-"""The range sensor that every body carries: read only when its robot asks."""
+"""The range sensor of every body; it is read only when its robot asks."""
 
 from collections.abc import Sequence
 
@@ -12,11 +12,11 @@ from world.scenario.scenario import Scenario
 
 
 class Sensor:
-    """Reads scans of the obstacles and of the other bodies, each body with its own stream of errors."""
+    """Takes scans of obstacles and other bodies; each body has its own random stream of errors."""
 
     def __init__(self, scenario: Scenario, errors: Sequence[np.random.Generator]) -> None:
         self.directions = scenario.sensor.directions
-        """Of one revolution."""
+        """Rays per revolution."""
         self._ground = scenario.ground
         self._movers = scenario.movers
         self._errors = errors
@@ -26,7 +26,7 @@ class Sensor:
         self._range_m_max = scenario.range_m_used
 
     def read(self, body: int, pose: Pose, places_m: Floats, *, now_s: float, revolutions: int) -> Scan:
-        """The scan of one body among bodies at these places [world frame], at this time."""
+        """The scan of one body at this time, with all bodies at these places [world frame]."""
         rays = self.directions * max(1, min(revolutions, RAYS_MAX // self.directions))
         others_m = np.delete(places_m, body, axis=0)
         ranges_m = cast(
@@ -46,5 +46,5 @@ class Sensor:
         return Scan(t_s=now_s, pose=pose, ranges_m=tuple(ranges_m.tolist()))
 
     def hits(self, scan: Scan) -> int:
-        """How many rays of a scan hit something."""
+        """The number of rays with a hit."""
         return int(np.count_nonzero(np.array(scan.ranges_m) < self._range_m_max))

@@ -1,1 +1,1 @@
-"""Shapes, rays and distances, standing and moving."""
+"""Shapes, rays and distances, static and moving."""

@@ -1,6 +1,6 @@
-"""Least distances all along straight moves: to the obstacles, and between bodies [m; world frame].
+"""Least distances along straight moves: to obstacles, and between bodies [m; world frame].
 
-Rule 1: distances are from the centre of a body; the hull's radius is the caller's to take off.
+Rule 1: distances are from the centre of a body; the caller subtracts the hull's radius.
 Rule 2: an obstacle is solid: inside it the distance is 0.
 """
 
@@ -13,7 +13,7 @@ from world.geometry import ellipses
 from world.geometry.rings import winding
 from world.geometry.shapes import Ground
 
-ROUNDING_M = 1e-9  # of distances over a kilometre, and more
+ROUNDING_M = 1e-9  # an upper bound of the error of distances up to 1 km
 
 
 def clearance(ground: Ground, starts: Floats, ends: Floats) -> Floats:
@@ -25,11 +25,11 @@ def clearance(ground: Ground, starts: Floats, ends: Floats) -> Floats:
 
 
 def keep_off(ground: Ground, starts: Floats, ends: Floats, apart_m: float) -> bool:
-    """Whether straight moves that start in no obstacle stay further off all of them than that."""
+    """Whether straight moves that start outside all obstacles keep more than this distance from all."""
     discs = ground.discs
     off_m = distances_to_segments(discs[:, :2], starts[:, None], ends[:, None]) - discs[:, 2]
     body, disc = np.nonzero(off_m <= apart_m)
-    # Of few moves all are far from most obstacles: what is left is one edge, or one ellipse.
+    # Few moves are near few obstacles: most often one edge or one ellipse is left.
     first_ellipse, first_edge = len(ground.circles), len(ground.circles) + len(ground.ellipses)
     if (disc < first_ellipse).any():
         return False  # a circle is its disc
@@ -56,7 +56,7 @@ def distances(ground: Ground, point_in_world: Floats) -> Floats:
 
 
 def separations(starts: Floats, ends: Floats) -> Floats:
-    """The least distance of each pair of bodies that move straight at once, `(n, n)`; inf to oneself."""
+    """The least distance of each pair of bodies in simultaneous straight moves, `(n, n)`; inf to itself."""
     x, y = (np.subtract.outer(column, column) for column in starts.T)
     dx, dy = (np.subtract.outer(column, column) for column in (ends - starts).T)
     squares = dx * dx + dy * dy
@@ -81,18 +81,18 @@ def _to_circles(circles: Floats, starts: Floats, ends: Floats, moves_m: Floats) 
 def _to_ellipses(
     ground: Ground, starts: Floats, ends: Floats, moves_m: Floats, *, others_m: Floats
 ) -> Floats:
-    """The least distance to any ellipse; inf where all are further away than the other obstacles are."""
+    """The least distance to any ellipse; inf if the other obstacles are nearer than all of them."""
     rows = ground.ellipses
     if len(rows) == 0:
         return np.full(len(starts), math.inf)
     to_centres_m = _to_points(starts, rows[:, :2])
     most_m, least_m = ground.ellipse_reach_m
-    # All or none: Newton's steps go on until all rows rest, so the last bits depend on which there are.
+    # All or none: Newton's steps end when all rows converge, so the last bits depend on the set of rows.
     if (to_centres_m - most_m > (others_m + moves_m + ROUNDING_M)[:, None]).all():
         return np.full(len(starts), math.inf)
     body, row = _may_be_nearest(to_centres_m - most_m, to_centres_m - least_m, moves_m)
     if len(body) == 0:
-        return np.full(len(starts), math.inf)  # Newton's steps would take as long for none as for a few
+        return np.full(len(starts), math.inf)  # Newton's steps would take as long for no rows as for a few
     return _least(len(starts), body, ellipses.move_distances(rows[row], starts[body], ends[body]))
 
 
@@ -120,9 +120,9 @@ def _to_points(starts: Floats, points: Floats) -> Floats:
 
 
 def _may_be_nearest(nearest_m: Floats, farthest_m: Floats, moves_m: Floats) -> tuple[Indices, Indices]:
-    """Pairs of body and obstacle that one of the exact and slower functions has to look at.
+    """Pairs of body and obstacle for the exact and slower functions.
 
-    An obstacle that starts further away than another by more than the move cannot become the nearest.
+    An obstacle that is further than another by more than the length of the move cannot become the nearest.
     """
     bound_m = farthest_m.min(axis=1) + moves_m
     body, obstacle = np.nonzero(nearest_m <= bound_m[:, None])

@@ -1,6 +1,7 @@
-"""All moving obstacles of a run, packed: where they are, and how near they come to bodies that move too.
+"""All moving obstacles of a run, packed: their positions, and their least distances to moving bodies.
 
-Rule 1: between two of its turns everything moves evenly, so seen from an obstacle a body moves straight.
+Rule 1: between two changes of motion all velocities are constant, so a body moves straight relative to an
+        obstacle.
 """
 
 from collections.abc import Sequence
@@ -22,15 +23,15 @@ class Movers:
 
     names: tuple[str, ...]
     _tracks: Floats
-    """`(K, n, 3)`: t, x, y; a track that is shorter stays at its last place, to be there at t = inf."""
+    """`(K, n, 3)`: t, x, y; shorter tracks are padded with their last place at t = inf."""
     _turns_s: Floats
-    """When any of them changes its motion, in order."""
+    """The times at which any of them changes its motion, in order."""
     _outlines: Ground
-    """All of them, each round its own place on its track."""
+    """All outlines, each relative to its own place on its track."""
     _reach_m: Floats
-    """How far each reaches from that place."""
+    """The largest distance of each outline from that place."""
     _polygons: dict[int, Ground]
-    """Each polygon's outline by itself."""
+    """The outline of each polygon separately."""
 
     @classmethod
     def of(cls, moving: Sequence[Moving]) -> Self:
@@ -55,7 +56,7 @@ class Movers:
         )
 
     def places_m(self, t_s: float) -> Floats:
-        """Where they are on their tracks, `(K, 2)` [world frame]."""
+        """Their positions on their tracks, `(K, 2)` [world frame]."""
         row, following = np.arange(len(self.names)), (self._tracks[:, :, 0] <= t_s).sum(axis=1)
         last, following = self._tracks[row, np.maximum(following - 1, 0)], self._tracks[row, following]
         leg_s = following[:, 0] - last[:, 0]  # 0 before a track begins, inf when it has ended
@@ -63,7 +64,7 @@ class Movers:
         return np.asarray(last[:, 1:] + share[:, None] * (following - last)[:, 1:])
 
     def among(self, ground: Ground, t_s: float) -> Ground:
-        """The ground, and the moving obstacles on it where they are at that time."""
+        """The ground with the moving obstacles at their positions at that time."""
         if not self.names:
             return ground
         places_m, outlines = self.places_m(t_s), self._outlines
@@ -82,14 +83,14 @@ class Movers:
     def approaches_m(
         self, starts_m: Floats, ends_m: Floats, *, from_s: float, to_s: float, near_m: float
     ) -> Floats:
-        """How near each body's centre comes to each obstacle, `(n, K)`, while both move; 0 inside.
+        """The least distance of each body's centre from each obstacle, `(n, K)`, while both move; 0 inside.
 
         Args:
-            starts_m: where the bodies are at `from_s`, (n, 2) [world frame].
-            ends_m: where they are at `to_s`; in between they moved straight and evenly.
+            starts_m: positions of the bodies at `from_s`, (n, 2) [world frame].
+            ends_m: positions at `to_s`; in between they moved straight at constant speed.
             from_s: simulated time.
             to_s: likewise, later.
-            near_m: what is further away may come out nearer than it is, but never nearer than this.
+            near_m: larger distances may be underestimated, but never below this value.
         """
         turns_s = self._turns_s[(self._turns_s > from_s) & (self._turns_s < to_s)].tolist()
         least_m = np.full((len(starts_m), len(self.names)), np.inf)
@@ -104,7 +105,7 @@ class Movers:
         return least_m
 
     def _passes_m(self, starts_m: Floats, ends_m: Floats, near_m: float) -> Floats:
-        """The same for straight ways `(n, K, 2)`, each as seen from its obstacle's place."""
+        """The same for straight ways `(n, K, 2)`, each relative to its obstacle's place."""
         apart_m = distances_to_segments(np.zeros(2), starts_m, ends_m) - self._reach_m
         apart_m = np.maximum(apart_m, 0.0)
         near = apart_m <= near_m

@@ -1,4 +1,4 @@
-"""Casts rays at the ground and at bodies, exactly [m, rad; world frame]."""
+"""Exact ray casting at obstacles and bodies [m, rad; world frame]."""
 
 import math
 
@@ -11,7 +11,7 @@ from world.geometry.rings import winding
 from world.geometry.shapes import Ground
 
 TOUCHING_M = 1e-9  # nearer than this to a rim counts as on it: rounding of metres
-GRAZING_RAD = 1e-6  # more than the rounding of an arc sine near 1, the square root of a double's last bit
+GRAZING_RAD = 1e-6  # above the rounding error of an arc sine near 1: the square root of a double's last bit
 
 
 def cast(
@@ -22,17 +22,17 @@ def cast(
     range_m_max: float,
     discs: Floats,
 ) -> Floats:
-    """How far each ray gets: the range of its first hit, or `range_m_max` where there is none.
+    """The range of each ray: that of its first hit, or `range_m_max` without a hit.
 
     Args:
         ground: the obstacles.
         origin_in_world: `(2,)`; inside a shape every range is 0.
         bearings_rad: `(m,)`, in [-pi, pi].
-        range_m_max: where rays end.
-        discs: hulls of other bodies, `(k, 3)`: x, y, radius. One of radius 0 is a point: no ray hits it.
+        range_m_max: the range limit.
+        discs: hulls of other bodies, `(k, 3)`: x, y, radius. Radius 0 is a point: no ray hits it.
     """
     hulls = discs[discs[:, 2] > 0.0]
-    # A circle is an ellipse with equal axes, in any rotation.
+    # A circle is an ellipse with equal axes; the rotation does not matter.
     round_shapes = np.vstack(
         [ground.ellipses] + [np.column_stack((c, c[:, 2], np.zeros(len(c)))) for c in (ground.circles, hulls)]
     )
@@ -49,12 +49,12 @@ def _cast_at_ellipses(
 ) -> Floats:
     offsets = origin - ellipses[:, :2]
     near = np.hypot(offsets[:, 0], offsets[:, 1]) - ellipses[:, 2:4].max(axis=1) <= range_m_max
-    # A unit frame is linear in the world's: shares of a ray's vector are metres along it in both.
+    # The unit frame is a linear map of the world frame, so lengths along a ray are metres in both.
     rows, offsets = ellipses[near, None], offsets[near, None]
     x, y = unit_vectors(rows, offsets[..., 0], offsets[..., 1])
     dx, dy = unit_vectors(rows, cosine, sine)
     squares = dx * dx + dy * dy
-    middle_m = -(x * dx + y * dy) / squares  # where the ray's line is nearest to the centre
+    middle_m = -(x * dx + y * dy) / squares  # the point of the ray's line that is nearest to the centre
     half_chord_squared = 1.0 - (x + middle_m * dx) ** 2 - (y + middle_m * dy) ** 2
     half_chord_m = np.sqrt(np.maximum(half_chord_squared, 0.0) / squares)
     hit = (half_chord_squared >= 0.0) & (middle_m > 0.0)
@@ -72,13 +72,13 @@ def _cast_at_edges(
         return np.zeros_like(cosine)
     edge, ray = _in_sight(middles - origin, half_lengths_m, bearings_rad)
     x, y = (edges[:, 0::2] - origin[0]).T, (edges[:, 1::2] - origin[1]).T
-    beside_m = y[:, edge] * cosine[ray] - x[:, edge] * sine[ray]  # (2, p): both ends, seen along the ray
-    # Neighbouring edges get the very same number for their common vertex, so no ray slips through.
+    beside_m = y[:, edge] * cosine[ray] - x[:, edge] * sine[ray]  # (2, p): both ends, across the ray
+    # Neighbouring edges get the same number for their common vertex, so no ray passes between them.
     straddles = beside_m[0] * beside_m[1] <= 0.0
     edge, ray, beside_m = edge[straddles], ray[straddles], beside_m[:, straddles]
     along_m = x[:, edge] * cosine[ray] + y[:, edge] * sine[ray]
     run = beside_m[0] - beside_m[1]
-    share = beside_m[0] / np.where(run == 0.0, 1.0, run)  # an edge along the ray: its first end counts
+    share = beside_m[0] / np.where(run == 0.0, 1.0, run)  # for an edge along the ray, its first end counts
     ranges_m = along_m[0] + share * (along_m[1] - along_m[0])
     first_m = np.full(len(cosine), math.inf)
     np.minimum.at(first_m, ray, np.where(ranges_m >= 0.0, ranges_m, math.inf))
@@ -86,9 +86,9 @@ def _cast_at_edges(
 
 
 def _in_sight(centres: Floats, radii_m: Floats, bearings_rad: Floats) -> tuple[Indices, Indices]:
-    """Which rays from the origin may meet which disc, as pairs: index of disc, index of ray.
+    """The pairs of disc and ray that may meet: index of disc, index of ray.
 
-    A disc far away takes up few of all directions. An origin in a disc, or on its rim, sees it all around.
+    A distant disc covers few directions. For an origin in a disc, or on its rim, it covers all.
     """
     off_m = np.hypot(centres[:, 0], centres[:, 1])
     outside = off_m > radii_m + TOUCHING_M
@@ -108,7 +108,7 @@ def _in_sight(centres: Floats, radii_m: Floats, bearings_rad: Floats) -> tuple[I
 def noisy(
     ranges_m: Floats, generator: Generator, *, sigma_m: float, error_m_max: float, range_m_max: float
 ) -> Floats:
-    """Ranges as a sensor reads them: each hit off by a Gaussian error, clipped at `error_m_max`."""
+    """Ranges as a sensor measures them: each hit has a Gaussian error, clipped at `error_m_max`."""
     errors_m = np.clip(generator.normal(0.0, sigma_m, ranges_m.shape), -error_m_max, error_m_max)
     read_m = np.clip(ranges_m + errors_m, 0.0, range_m_max)
     return np.where(ranges_m < range_m_max, read_m, range_m_max)

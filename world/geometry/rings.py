@@ -1,6 +1,6 @@
-"""What a closed ring of vertices is like: whether it is simple, how thin, how sharp.
+"""Properties of a closed ring of vertices: whether it is simple, its least width, its sharpest corner.
 
-A ring is an `(n, 2)` array [m; world frame], not closed, in either sense of rotation.
+A ring is an `(n, 2)` array [m; world frame] in either orientation; the first vertex is not repeated.
 """
 
 import math
@@ -16,29 +16,29 @@ def _cross(a: Floats, b: Floats) -> Floats:
 
 
 def anticlockwise(ring: Floats) -> Floats:
-    """The same ring, anti-clockwise."""
+    """The same ring in anti-clockwise order."""
     doubled_area = float(_cross(ring, np.roll(ring, -1, axis=0)).sum())
     return ring if doubled_area > 0.0 else ring[::-1]
 
 
 def _neighbours(count: int) -> Flags:
-    """Which pairs of edges share a vertex; an edge is its own neighbour."""
+    """The pairs of edges that share a vertex; an edge is its own neighbour."""
     apart = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
     near: Flags = (apart <= 1) | (apart == count - 1)
     return near
 
 
 def is_simple(ring: Floats) -> bool:
-    """Whether no two edges meet, but neighbours at their common vertex."""
+    """Whether no two edges meet, except neighbours at their common vertex."""
     edges = np.roll(ring, -1, axis=0) - ring
     following = np.roll(edges, -1, axis=0)
     folds_back = (_cross(edges, following) == 0.0) & ((edges * following).sum(axis=1) <= 0.0)
-    if folds_back.any():  # also true of an edge without length
+    if folds_back.any():  # also true for an edge without length
         return False
     # Signed sides of every vertex (column) seen from every edge (row).
     sides = _cross(edges[:, None], ring[None] - ring[:, None])
     straddles = sides * np.roll(sides, -1, axis=1) <= 0.0
-    # Collinear edges straddle one another's lines; they meet only where their extents overlap too.
+    # Collinear edges straddle each other's lines; they meet only if their extents overlap too.
     low, high = np.minimum(ring, np.roll(ring, -1, axis=0)), np.maximum(ring, np.roll(ring, -1, axis=0))
     overlap = ((low[:, None] <= high[None]) & (low[None] <= high[:, None])).all(axis=2)
     return not bool((straddles & straddles.T & overlap & ~_neighbours(len(ring))).any())
@@ -54,10 +54,10 @@ def corners_rad(ring: Floats) -> Floats:
 
 
 def smallest_width_m(ring: Floats) -> float:
-    """The shortest way through the inside, square to an edge, that does not end at a neighbouring edge.
+    """The shortest way through the inside, normal to an edge, that does not end at a neighbouring edge.
 
-    A way that ends at a neighbouring edge shrinks to nothing at every acute corner: those count by their
-    angle, not by a width. A triangle has only neighbouring edges; its width is its least height.
+    A way to a neighbouring edge shrinks to 0 at every acute corner: corners count by their angle, not by a
+    width. A triangle has only neighbouring edges; its width is its least height.
     """
     ring = anticlockwise(ring)
     count = len(ring)
@@ -75,11 +75,11 @@ def smallest_width_m(ring: Floats) -> float:
 
 
 def _least_height_over(x: Floats, y: Floats, lengths_m: Floats) -> Floats:
-    """For each edge (row), the least height of each other edge (column) in the strip over it; inf if none."""
+    """For each edge (row), the least height of each other edge (column) in the strip above it, or inf."""
     run, rise = np.roll(x, -1, axis=1) - x, np.roll(y, -1, axis=1) - y
     with np.errstate(divide="ignore", invalid="ignore"):
-        # An edge that stands upright enters at -inf and leaves at inf, or never; on the very side of the
-        # strip it is nan and does not count, but its ends belong to other edges too.
+        # A vertical edge enters at -inf and leaves at inf, or never. Exactly on the side of the strip it is
+        # nan and does not count; its ends belong to other edges too.
         at_sides = np.stack((-x / run, (lengths_m[:, None] - x) / run))
         enter, leave = at_sides.min(axis=0), at_sides.max(axis=0)
         heights = np.minimum(y + np.clip(enter, 0.0, 1.0) * rise, y + np.clip(leave, 0.0, 1.0) * rise)
@@ -87,10 +87,10 @@ def _least_height_over(x: Floats, y: Floats, lengths_m: Floats) -> Floats:
 
 
 def winding(edges: Floats, points: Floats) -> tuple[Indices, Indices, Floats]:
-    """Which point is passed by which edge, and in which sense: index of point, index of edge, 1 or -1.
+    """The contributions of edges to winding numbers: index of point, index of edge, 1 or -1.
 
-    Edges `(k, 4)` run anti-clockwise round their ring. The sum over a ring's edges is 1 inside and 0
-    outside; over overlapping rings it counts them, so it is never 0 inside any.
+    Edges `(k, 4)` run anti-clockwise around their ring. The sum over a ring's edges is 1 inside and 0
+    outside. For overlapping rings it is their number, so it is never 0 inside.
     """
     below = edges[:, 1] <= points[:, 1:]
     point, edge = np.nonzero(below != (edges[:, 3] <= points[:, 1:]))

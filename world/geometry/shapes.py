@@ -1,4 +1,4 @@
-"""The shapes of obstacles, and all of them packed into arrays [m, rad; world frame]."""
+"""The shapes of obstacles, and arrays of all of them [m, rad; world frame]."""
 
 import math
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ Extent = Annotated[float, Meta(gt=0.0, le=1e4, description="m")]
 
 
 class _Shape(Struct, frozen=True, kw_only=True, tag_field="shape", forbid_unknown_fields=True):
-    """What all shapes share: the field that says which one it is."""
+    """The base of all shapes: the field for the kind of shape."""
 
 
 class Circle(_Shape, frozen=True, kw_only=True, tag="circle"):
@@ -29,7 +29,7 @@ class Circle(_Shape, frozen=True, kw_only=True, tag="circle"):
 
     @property
     def smallest_width_m(self) -> float:
-        """How thin it is where it is thinnest."""
+        """Its least width."""
         return 2.0 * self.radius_m
 
     @property
@@ -39,33 +39,33 @@ class Circle(_Shape, frozen=True, kw_only=True, tag="circle"):
 
 
 class Ellipse(_Shape, frozen=True, kw_only=True, tag="ellipse"):
-    """A filled ellipse; its first semi-axis stands `rotation_rad` anti-clockwise of the world's x axis."""
+    """A filled ellipse; its first semi-axis is rotated by `rotation_rad` anti-clockwise from the x axis."""
 
     centre_m: Position
     semi_axes_m: Annotated[
         tuple[Extent, Extent], Meta(description="m, from its centre to its outline, along each of its axes")
     ]
     rotation_rad: Annotated[
-        Radians, Meta(description="rad, of its first axis, anti-clockwise of the world's x axis")
+        Radians, Meta(description="rad, from the world's x axis to its first axis, anti-clockwise")
     ] = 0.0
 
     @property
     def smallest_width_m(self) -> float:
-        """How thin it is where it is thinnest."""
+        """Its least width."""
         return 2.0 * min(self.semi_axes_m)
 
     @property
     def sharpest_corner_rad(self) -> float:
         """The angle of the sharpest wedge that fits over its outline.
 
-        Of all caps that a chord cuts off, relative to the chord, the tallest is half the ellipse: it
-        is as tall as the wedge of the rhombus through the four ends of its axes.
+        Of all caps that a chord can cut off, half the ellipse is the tallest relative to its chord. It is as
+        tall as the wedge of the rhombus through the four ends of the axes.
         """
         return 2.0 * math.atan(min(self.semi_axes_m) / max(self.semi_axes_m))
 
 
 class Polygon(_Shape, frozen=True, kw_only=True, tag="polygon"):
-    """A simple polygon, convex or not; its vertices run in either sense and are not closed."""
+    """A simple polygon, convex or not; vertices in either orientation, the first is not repeated."""
 
     vertices_m: Annotated[
         tuple[Position, ...],
@@ -83,7 +83,7 @@ class Polygon(_Shape, frozen=True, kw_only=True, tag="polygon"):
 
     @property
     def smallest_width_m(self) -> float:
-        """How thin it is where it is thinnest."""
+        """Its least width."""
         return rings.smallest_width_m(self.ring_m)
 
     @property
@@ -97,7 +97,7 @@ Shape = Circle | Ellipse | Polygon
 
 @dataclass(frozen=True)
 class Ground:
-    """All obstacles, packed by kind; the `*_owner` arrays say which shape of the scenario each row is of."""
+    """All obstacles, packed by kind; the `*_owner` arrays map each row to its shape in the scenario."""
 
     shape_count: int
     circles: Floats
@@ -107,24 +107,24 @@ class Ground:
     """`(k, 5)`: x, y, first and second semi-axis, rotation."""
     ellipse_owner: Indices
     edges: Floats
-    """`(k, 4)`: from x, y to x, y; the edges of one polygon follow one another, anti-clockwise."""
+    """`(k, 4)`: from x, y to x, y; the edges of one polygon are consecutive, anti-clockwise."""
     edge_owner: Indices
 
     @cached_property
     def ellipse_reach_m(self) -> tuple[Floats, Floats]:
-        """`(k,)`: how far the outline of each is from its centre, at most and at least."""
+        """`(k,)`: the largest and the least distance of each outline from its centre."""
         axes_m = self.ellipses[:, 2:4]
         return axes_m.max(axis=1, initial=0.0), axes_m.min(axis=1, initial=math.inf)
 
     @cached_property
     def edge_middles(self) -> tuple[Floats, Floats]:
-        """`(k, 2)`: the middles of the edges; and `(k,)` how far their ends are from them."""
+        """`(k, 2)`: the midpoints of the edges; and `(k,)`: half of their lengths."""
         starts, ends = self.edges[:, :2], self.edges[:, 2:]
         return (starts + ends) / 2.0, np.hypot(*(ends - starts).T) / 2.0
 
     @cached_property
     def discs(self) -> Floats:
-        """`(k, 3)`: x, y, radius of a disc round each circle, then round each ellipse, then each edge."""
+        """`(k, 3)`: x, y, radius of a disc around each circle, then each ellipse, then each edge."""
         middles, half_lengths_m = self.edge_middles
         of_ellipses = np.column_stack((self.ellipses[:, :2], self.ellipse_reach_m[0]))
         return np.vstack((self.circles, of_ellipses, np.column_stack((middles, half_lengths_m))))

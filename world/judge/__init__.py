@@ -1,1 +1,1 @@
-"""Whether a run kept its promises: S1 to S3, P1 to P6, books, recovery, verdict."""
+"""The judgement of a run: S1 to S3, P1 to P6, message accounts, recovery, verdict."""

@@ -1,17 +1,17 @@
-"""S3, no body moves without authority, judged from a run's timeline alone.
+"""S3: no body moves without authority. Judged from a run's timeline alone.
 
-Rule 1: a robot that follows is ordered only to a place of the strand's path, and no further along it than
-        the robot ahead had granted it in that epoch by then. A granter's clock is never ahead of the
-        world's, so a grant that is dated later than the order came too late, whenever it was recorded.
-Rule 2: the leader is ordered only to the target of a switching step that it had planned.
-Rule 3: a body moves only with an order in hand, straight from where it took it towards its target, and no
-        faster than it can.
-Rule 4: where the robot ahead died, its last grants may have died with it: then rule 1 is not held against
-        an order from between its last entry and its death, which only those could have allowed.
-Rule 5: what a robot has granted it never takes back within the epoch: who was granted it may be there.
-Rule 6: while they line up, in epoch 0, in the one after a strand has dissolved, and in one that was called, a
-        robot is ordered only to the target of a step that it had planned, and moves alone
-        (`world.judge.one_at_a_time`).
+Rule 1: a following robot orders its body only to points of the strand's path, and only as far as the robot
+        ahead had granted by then in that epoch. A granter's clock is never ahead of the world's, so a grant
+        with a later time than the order came too late, whenever it was recorded.
+Rule 2: the leader orders its body only to the target of a switching step that it had planned.
+Rule 3: a body moves only with an accepted order, straight from the place of acceptance towards the target,
+        and no faster than its limit.
+Rule 4: if the robot ahead died, its last grants may be unrecorded. So rule 1 excuses an order between that
+        robot's last entry and its death.
+Rule 5: a robot never reduces a grant within an epoch, since the robot behind may already be there.
+Rule 6: while robots line up, a robot orders its body only to the target of a step that it had planned, and
+        moves alone (`world.judge.one_at_a_time`). Robots line up in epoch 0, in the epoch after a strand has
+        dissolved, and in a called epoch.
 """
 
 import math
@@ -23,37 +23,34 @@ from itertools import pairwise
 from operator import itemgetter
 
 from protocol.frames import Point
-from protocol.path import Path
 from protocol.timeline import (
     AuthorityGranted,
     OrderAccepted,
     PoseSampled,
     PromiseBroken,
     StepPlanned,
-    StrandFormed,
 )
 from world.judge.evidence import ROUNDING_M, ROUNDING_S, Evidence, Orders, apart_m
 from world.judge.one_at_a_time import judge_one_at_a_time
+from world.judge.paths import Paths
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tolerance:
-    """How far beside its line a body may be."""
+    """The allowed deviation of a body from its line."""
 
     mu0_m: float
     heading_error_rad: float
     speed_mps_max: float
 
     def drive_m(self, length_m: float) -> float:
-        """What the drive error makes of so many metres."""
+        """The largest drive error over so many metres."""
         return ROUNDING_M + self.heading_error_rad * length_m
 
 
 def judge_authority(evidence: Evidence, tolerance: Tolerance) -> list[tuple[float, PromiseBroken]]:
-    """Every breach of S3 with its time, each order and each unlawful motion once."""
-    paths: dict[StrandFormed, Path | None] = {
-        strand: evidence.path(strand) for strand in set(evidence.strands.values())
-    }
+    """Every violation of S3 with its time; each order and each unlawful motion counts once."""
+    paths = Paths(evidence)
     breaches: list[tuple[float, PromiseBroken]] = []
     for robot in sorted({*evidence.orders, *evidence.poses}):
         for t_s, order in evidence.orders[robot]:
@@ -68,7 +65,7 @@ def judge_authority(evidence: Evidence, tolerance: Tolerance) -> list[tuple[floa
 
 def _judge_order(
     evidence: Evidence,
-    paths: dict[StrandFormed, Path | None],
+    paths: Paths,
     tolerance: Tolerance,
     t_s: float,
     order: OrderAccepted,
@@ -77,14 +74,14 @@ def _judge_order(
     if order.target is None or joins:
         return _judge_planned(evidence.plans[order.robot], t_s, order, joins=joins)
     strand = evidence.strands.get((order.robot, order.epoch))
-    path = paths[strand] if strand is not None else None
+    path = paths.of(strand) if strand is not None else None
     if strand is None or path is None or order.robot not in strand.order:
         return _breach(order.robot, order.reach_m, 0.0, f"ordered in epoch {order.epoch} without a strand")
     place = strand.order.index(order.robot)
     if place == 0 and (order.step > 0 or order.epoch - 1 in evidence.lining_up):
         return _judge_planned(evidence.plans[order.robot], t_s, order, joins=False)
     if place == 0:
-        laid = evidence.laid(strand.order, order.epoch)
+        laid = paths.laid(strand.order, order.epoch)
         granted_m, excused, granter = 0.0 if laid is None else laid.end_m, False, "the strand's path"
     else:
         granted_m, excused = _granted(evidence, strand.order[place - 1], t_s, order)
@@ -101,7 +98,7 @@ def _judge_order(
 
 
 def _granted(evidence: Evidence, ahead: int, t_s: float, order: OrderAccepted) -> tuple[float, bool]:
-    """What the robot ahead had granted by then, and whether rule 4 excuses an order beyond."""
+    """The grant of the robot ahead by then, and whether rule 4 excuses an order beyond it."""
     grants = evidence.granted[ahead, order.robot, order.epoch]
     by_then = bisect_right(grants, t_s + ROUNDING_S, key=itemgetter(0))
     return grants[by_then - 1][1] if by_then else 0.0, evidence.may_have_said_more(ahead, t_s)
@@ -110,7 +107,7 @@ def _granted(evidence: Evidence, ahead: int, t_s: float, order: OrderAccepted) -
 def _judge_grants(
     robot: int, grants: Sequence[tuple[float, AuthorityGranted]]
 ) -> Iterator[tuple[float, PromiseBroken]]:
-    """Rule 5, over all that one robot granted."""
+    """Rule 5, for all grants of one robot."""
     granted_m: defaultdict[tuple[int, int], float] = defaultdict(float)
     for t_s, grant in grants:
         link = (grant.to, grant.epoch)
@@ -123,7 +120,7 @@ def _judge_grants(
 def _judge_planned(
     plans: Sequence[tuple[float, StepPlanned]], t_s: float, order: OrderAccepted, *, joins: bool
 ) -> PromiseBroken | None:
-    """Rules 2 and 6. To stand still is always lawful."""
+    """Rules 2 and 6. An order to stand is always lawful."""
     if order.target is None:
         return None
     by_then = [plan for at_s, plan in plans if at_s <= t_s + ROUNDING_S and plan.epoch == order.epoch]
@@ -139,7 +136,7 @@ def _judge_planned(
 def _judge_motion(
     poses: Sequence[tuple[float, PoseSampled]], orders: Orders, tolerance: Tolerance
 ) -> Iterator[tuple[float, PromiseBroken]]:
-    """Rule 3, between each two samples; a motion that stays unlawful is one breach."""
+    """Rule 3, between samples; a motion that stays unlawful is one violation."""
     origins = _origins(orders)
     taken_s = [t_s for t_s, _ in orders]
     lawful = True
@@ -169,7 +166,7 @@ def _judge_motion(
 
 
 def _origins(orders: Orders) -> list[Point]:
-    """Where the body began to drive to each order's target: orders with one target are one drive."""
+    """Where the body began each drive; successive orders with the same target are one drive."""
     origins: list[Point] = []
     for index, (_, order) in enumerate(orders):
         same = index > 0 and order.target is not None and orders[index - 1][1].target == order.target
@@ -182,7 +179,7 @@ def _breach(robot: int, measured_m: float, required_m: float, why: str) -> Promi
 
 
 def _beside_m(start: Point, end: Point, place: PoseSampled) -> float:
-    """How far a place is from the line between two points."""
+    """The distance of a place from the segment between two points."""
     east_m, north_m = end.x_m - start.x_m, end.y_m - start.y_m
     square = east_m * east_m + north_m * north_m
     along = (place.x_m - start.x_m) * east_m + (place.y_m - start.y_m) * north_m

@@ -1,14 +1,14 @@
-"""The books of a run: what was sent, what was received, and what is accounted for by nothing.
+"""The message accounts of a run: messages sent, received, and unaccounted for.
 
-Rule 1: a key has one sender; each of its receivers is a book of its own: `muster` has all other robots.
-Rule 2: odometry flows on while robots count, so its book is closed at the newest that the robot received.
-Rule 3: where one side never told its counts (it died), the book is left out and named; what was taken away
-        of it is counted apart, as far as the timeline tells.
-Rule 4: what a fault plan took away was injected at its receiver, and is neither received nor unaccounted.
-        What arrived damaged is among it. What else was refused is a message of that key that was damaged on
-        its way, if one is wanting, and else none of the fleet's.
-Rule 5: the recorder's keys are not in the books: entries have numbers, re-sending and completeness of
-        their own; nor are queries.
+Rule 1: a key has one sender. Each of its receivers has a book: a `muster` key has all other robots.
+Rule 2: odometry continues while robots count. So its book ends at the newest message that the robot received.
+Rule 3: a book without the counts of one side (a dead robot) is left out and listed. Messages of it that a
+        fault plan removed are counted separately, as far as they are recorded.
+Rule 4: messages that a fault plan removed were injected at the receiver. They are neither received nor
+        unaccounted for; messages that the plan damaged are among them. Another refused message counts as a
+        message of its key that was damaged on its way, if one is missing there, and else as foreign.
+Rule 5: the recorder's keys are not in the books: its entries have their own numbers, re-sending and check of
+        completeness. Queries are not in the books either.
 """
 
 from collections import Counter
@@ -25,31 +25,31 @@ Book = tuple[str, str]
 
 
 class Messages(Struct, frozen=True, kw_only=True):
-    """What became of the messages of a run."""
+    """The message accounts of a run."""
 
     sent: int
     received: int
     injected: dict[str, int]
-    """Messages that a fault plan took away, by fault."""
+    """Messages that a fault plan removed, by fault."""
     refused: int
-    """Messages that arrived, and could not be read."""
+    """Messages that arrived and could not be decoded."""
     unaccounted: int
-    """Sent, but neither received, taken away nor refused: truly lost."""
+    """Sent, but neither received, removed nor refused: truly lost."""
     left_out: tuple[str, ...]
-    """Books that have only one side, as `key > receiver`."""
+    """Books with the counts of one side only, as `key > receiver`."""
     injected_left_out: dict[str, int] = {}
-    """Messages of those books that a fault plan is known to have taken away, by fault: not in `injected`."""
+    """Messages of those books that a fault plan is known to have removed, by fault; not in `injected`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Account:
-    """What one source counted, by the part of the key behind the run's root."""
+    """The counts of one source, by key without the run's root."""
 
     sent: Mapping[str, int]
     received: Mapping[str, int]
     newest: Mapping[str, int]
     injected: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
-    """Of what came, what a fault plan took away: by fault, then by key."""
+    """Arrived messages that a fault plan removed: by fault, then by key."""
     refused: Mapping[str, int] = field(default_factory=dict)
 
 
@@ -57,26 +57,26 @@ def balance(
     accounts: Mapping[str, Account],
     *,
     robots: Sequence[int],
-    taken: Mapping[Book, Mapping[str, int]] = MappingProxyType({}),
+    removed: Mapping[Book, Mapping[str, int]] = MappingProxyType({}),
 ) -> Messages:
-    """Balance the books of all sources that told their counts; the world is one of them.
+    """Balance the books of all sources that recorded their counts; the world is one of them.
 
     Args:
-        accounts: of each source.
+        accounts: the account of each source.
         robots: the fleet.
-        taken: what receivers have recorded to be taken away, by book and fault.
+        removed: recorded removals by fault plans, by book and fault.
     """
     sent = received = refused = 0
     injected: Counter[str] = Counter()
     elsewhere: Counter[str] = Counter()
     left_out: list[str] = []
     told = {key for account in accounts.values() for key in (*account.sent, *account.newest)}
-    told.update(key for key, _ in taken)
+    told.update(key for key, _ in removed)
     for key in sorted(told):
         for sender, receiver in _ends(key, robots):
             if sender not in accounts or receiver not in accounts:
                 left_out.append(f"{key} > {receiver}")
-                elsewhere.update(taken.get((key, receiver), {}))
+                elsewhere.update(removed.get((key, receiver), {}))
                 continue
             heard = accounts[receiver]
             away = Counter({fault: counts.get(key, 0) for fault, counts in heard.injected.items()})
@@ -98,7 +98,7 @@ def balance(
 
 
 def _ends(key: str, robots: Sequence[int]) -> Iterator[tuple[str, str]]:
-    """The sender of a key and each of its receivers; nobody where the key is not in the books."""
+    """The sender of a key with each of its receivers; nothing for a key that is not in the books."""
     match key.split("/"):
         case ["link", sender, receiver]:
             yield sender, receiver

@@ -1,10 +1,10 @@
-"""Why a run is over; docs/run.md."""
+"""The reasons for the end of a run; docs/run.md."""
 
 from enum import StrEnum
 
 
 class Ending(StrEnum):
-    """The end of `running`."""
+    """The reason for the end of `running`."""
 
     ARRIVED = "every living robot has arrived"
     ROUTE_LOST = "no_route: the leader knows no way on"

@@ -1,4 +1,4 @@
-"""What robots have said of strands, musters, queues and failures, for whoever judges a run by it."""
+"""Entries of robots about strands, musters, queues and failures, as evidence for the judgement."""
 
 from collections import defaultdict
 from dataclasses import dataclass, field
@@ -34,19 +34,19 @@ Told = (
 
 @dataclass(slots=True)
 class History:
-    """Each entry that matters with its time, by robot and in its order."""
+    """The relevant entries with their times, by robot and in order."""
 
     told: dict[int, list[tuple[float, Told]]] = field(default_factory=lambda: defaultdict(list))
     strands: dict[int, tuple[int, StrandFormed]] = field(default_factory=dict)
-    """By epoch: the first robot that was recorded to have its place in it, and how it saw it."""
+    """By epoch: the first robot recorded in the strand, and its entry."""
     members: dict[int, tuple[int, ...]] = field(default_factory=dict)
-    """Who was called to a muster, by its epoch."""
+    """The robots that were called to a muster, by its epoch."""
     holes: list[tuple[float, int, int]] = field(default_factory=list)
-    """When a robot's count did not go on by one, which robot, and how it went on."""
+    """Gaps in the entry numbers of a robot: time, robot, next number."""
     _counts: dict[int, int] = field(default_factory=dict)
 
     def hear(self, source: str, entry: Entry) -> None:
-        """Take an entry in; those of one source come in their order, sources in any."""
+        """Process an entry; the entries of one source come in order, sources in any order."""
         robot = robot_number(source)
         if robot is None:
             return
@@ -63,5 +63,5 @@ class History:
             self.members.setdefault(record.epoch, record.members)
 
     def joined(self, robot: int) -> list[tuple[float, int]]:
-        """When a robot joined which muster, by its epoch."""
+        """The musters that a robot joined: time and epoch."""
         return [(t_s, each.epoch) for t_s, each in self.told.get(robot, ()) if isinstance(each, MusterJoined)]

@@ -1,14 +1,15 @@
-"""P1 to P6: what holds of every run beside S1 to S3, whatever is lost, late, damaged, killed or frozen.
+"""P1 to P6: the invariants of every run besides S1 to S3, under any loss, delay, damage, kill or freeze.
 
-From the timeline alone, and in one place: runs are judged by it live and rehearsed, and so are logs.
-P1: the strand of an epoch has one order, and its first robot alone leads it: plans steps, says that it leads.
-P2: epochs never go back: neither in what one process of a robot says, nor in the orders that a body takes.
-P3: no ring, and one robot ahead of each: an order names a robot once, and nobody is granted ground but the
-    robot right behind in the order of that epoch.
-P4: nothing stale or forged is applied: no body takes an order to move of an epoch before the muster that its
-    robot has joined, or moves on with one; no robot joins a muster to which it was not called, or is in a
-    strand of one with somebody who was not.
-P5: queues are bounded and long enough: no inbox and no outbox overflows; a process counts its entries by one.
+They are judged from the timeline alone, in one place for live runs, rehearsals and logs.
+P1: the strand of an epoch has one order. Only its first robot leads it: only that robot plans steps and
+    records that it leads.
+P2: epochs never decrease, neither in the entries of one process of a robot, nor in the orders of a body.
+P3: there is no ring, and each robot has one robot ahead: an order names a robot once, and ground is granted
+    only to the robot directly behind in the order of that epoch.
+P4: stale or forged messages have no effect. No body accepts an order to move, or continues one, from an epoch
+    before the muster that its robot has joined. No robot joins a muster without being called, or is in the
+    muster's strand with a robot that was not called.
+P5: queues are bounded and long enough: no inbox or outbox overflows, and entry numbers have no gaps.
 P6: no core fails.
 """
 
@@ -35,13 +36,13 @@ from world.judge.history import Told
 from world.judge.strand_law import broken, judge_told
 
 INVARIANTS = ("S1", "S2", "S3", "P1", "P2", "P3", "P4", "P5", "P6")
-"""All that a run is judged by, in the order in which they are counted."""
+"""All invariants of a run, in the order of the verdict."""
 
 Dated = tuple[float, PromiseBroken]
 
 
 def judge_invariants(evidence: Evidence, mission: Mission) -> list[Dated]:
-    """Every breach of P1 to P6 with its time; what breaks again in the same way is one."""
+    """Every violation of P1 to P6 with its time; identical violations count once."""
     history = evidence.history
     breaches = [
         (t_s, broken("P5", robot, f"its entries go on with number {n}")) for t_s, robot, n in history.holes
@@ -62,7 +63,7 @@ def judge_invariants(evidence: Evidence, mission: Mission) -> list[Dated]:
 
 
 def _judge_epochs(robot: int, told: Sequence[tuple[float, Told]]) -> Iterator[Dated]:
-    """P2, in what processes say: each new strand and muster is of a newer epoch, nothing of an older one."""
+    """P2 for entries: each new strand and muster has a newer epoch, and nothing has an older one."""
     newest = -1
     for t_s, record in told:
         match record:
@@ -76,7 +77,7 @@ def _judge_epochs(robot: int, told: Sequence[tuple[float, Told]]) -> Iterator[Da
                 if epoch < newest:
                     yield t_s, broken("P2", robot, f"plans or grants in epoch {epoch}, after {newest}")
             case _:
-                pass  # says of no epoch that it is in it
+                pass  # has no epoch
 
 
 def _judge_process(robot: int, told: Sequence[tuple[float, Told]]) -> Iterator[Dated]:
@@ -89,7 +90,7 @@ def _judge_process(robot: int, told: Sequence[tuple[float, Told]]) -> Iterator[D
             case RobotFailed(reason=reason):
                 yield t_s, broken("P6", robot, reason)
             case _:
-                pass  # all is well
+                pass  # no violation
 
 
 def _judge_orders(
@@ -98,9 +99,9 @@ def _judge_orders(
     joined: Sequence[tuple[float, int]],
     deadman_s: float,
 ) -> Iterator[Dated]:
-    """P2 and P4, in the orders that a body takes; to stand still is always lawful.
+    """P2 and P4 for the orders that a body accepts; orders to stand are always lawful.
 
-    What a robot ordered before it joined may come as late as it is good for.
+    An order from before the robot joined may arrive as late as `deadman_s`.
     """
     newest = 0
     for t_s, order in orders:
@@ -121,7 +122,7 @@ def _judge_motion(
     joined: Sequence[tuple[float, int]],
     grace_s: float,
 ) -> Iterator[Dated]:
-    """P4, in what a body does: it stands when its order's epoch is over, once the lease has run out."""
+    """P4 for motion: when its order's epoch is over, a body stands after the lease has expired."""
     if not joined:
         return
     taken_s = [t_s for t_s, _ in orders]

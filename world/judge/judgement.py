@@ -1,7 +1,7 @@
-"""The judgement of a run from its timeline alone: S1, S2, S3, by the rules that judge it live, and P1 to P6.
+"""The judgement of a run from its timeline alone: S1 to S3, by the same rules as live, and P1 to P6.
 
-Between two samples a body moved straight and evenly, so the samples of all bodies cut the run into
-intervals in which everybody did; the monitor watches those instead of ticks.
+Between two samples a body moved straight at constant speed. So the samples of all bodies divide the run into
+intervals in which all bodies did; the monitor watches these intervals instead of ticks.
 """
 
 from collections import Counter
@@ -20,7 +20,7 @@ from world.judge.invariants import INVARIANTS, judge_invariants
 from world.judge.monitor import Least, Monitor
 from world.scenario.scenario import Scenario
 
-MOVES_AT_ONCE = 1000  # so many judged against obstacles in one go: more need memory and save no time
+MOVES_AT_ONCE = 1000  # moves judged against obstacles in one call: more need memory and save no time
 
 
 class Breach(Struct, frozen=True, kw_only=True):
@@ -31,7 +31,7 @@ class Breach(Struct, frozen=True, kw_only=True):
 
 
 class Judgement(Struct, frozen=True, kw_only=True):
-    """What a timeline says of the promises."""
+    """The results of judging a timeline."""
 
     least_clearance: Least
     least_separation: Least
@@ -56,7 +56,7 @@ def judge(scenario: Scenario, lines: Iterable[tuple[str, Entry]]) -> Judgement:
 
 
 def judge_evidence(scenario: Scenario, evidence: Evidence) -> Judgement:
-    """Judge what has been heard of a run."""
+    """Judge the evidence of a run."""
     monitor = Monitor.of(scenario)
     breaches: list[Breach] = []
     path_m = 0.0
@@ -83,9 +83,9 @@ def judge_evidence(scenario: Scenario, evidence: Evidence) -> Judgement:
 def intervals(
     evidence: Evidence, ground: Ground, robots: int
 ) -> Iterator[tuple[float, Floats, Floats, Floats]]:
-    """Simultaneous straight moves of all bodies, when they ended and how clear they were of obstacles.
+    """Simultaneous straight moves of all bodies: end time, starts, ends, and clearance from obstacles.
 
-    The first is where the bodies were placed.
+    The first interval has no motion: it is the initial placement.
     """
     samples = [evidence.poses[robot] for robot in range(1, robots + 1)]
     if not all(samples):

@@ -1,11 +1,10 @@
-"""The monitor: clearance and separation, judged all along straight moves from true poses.
+"""The monitor: clearance and separation along straight moves, from true poses.
 
-Rule 1 (S1): every hull keeps `clearance_m_required` from every obstacle that never moves, and stays inside
-        the bounds.
-Rule 2 (S1): no hull is in contact with a moving obstacle while it moves itself. One that stands, or turns on
+Rule 1 (S1): every hull keeps `clearance_m_required` from every static obstacle, and stays inside the bounds.
+Rule 2 (S1): a hull that drives is never in contact with a moving obstacle. A hull that stands, or turns on
         the spot, may be touched: the promise is passive.
-Rule 3 (S2): every two hulls keep `separation_m_required`. They move evenly from start to end.
-Rule 4: to touch is broken whatever is required. Robots of radius 0 are points.
+Rule 3 (S2): every two hulls keep `separation_m_required`. They move at constant speed from start to end.
+Rule 4: contact is always a violation, whatever distance is required. Robots with radius 0 are points.
 Rule 5: a promise that stays broken is one violation, until it has been kept again.
 """
 
@@ -27,15 +26,15 @@ from world.geometry.shapes import Ground
 from world.scenario.scenario import Scenario
 
 Rows = NDArray[np.intp]
-Topic = tuple[str, int, int | None]  # what is judged, of which robot, against which other or obstacle
+Topic = tuple[str, int, int | None]  # what is judged, the robot, and the other robot or obstacle
 
-PAIR_SLACK_M = 2.0  # a second's outlook and a second's way of two bodies at 0.5 m/s
-ROUNDING_M = 1e-9  # what adding up ticks may be off by; far below any tolerance
+PAIR_SLACK_M = 2.0  # two bodies at 0.5 m/s: one second of look-ahead and one of motion
+ROUNDING_M = 1e-9  # error of sums over ticks; far below any tolerance
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Promises:
-    """What S1 and S2 require."""
+    """The distances that S1 and S2 require."""
 
     radius_m: float
     clearance_m_required: float
@@ -44,7 +43,7 @@ class Promises:
 
     @classmethod
     def of(cls, scenario: Scenario) -> Self:
-        """What a scenario requires; of a law that promises no clearance only that nothing touches."""
+        """The promises of a scenario; a law that promises no clearance only promises no contact."""
         law = scenario.law
         kept_m = law.epsilon_m - law.mu0_m if law.law.promises_clearance else 0.0
         apart_m = max(scenario.fleet.separation_m - law.mu0_m, 0.0) if law.law.promises_clearance else 0.0
@@ -57,7 +56,7 @@ class Promises:
 
 
 class Least(Struct, frozen=True, kw_only=True):
-    """The least distance so far, whose and when; infinite while there was nothing to be near to."""
+    """The least distance so far, with robots and time; infinite if there is nothing to measure."""
 
     distance_m: float = math.inf
     t_s: float = 0.0
@@ -75,42 +74,42 @@ class Monitor:
     least_clearance: Least = field(default_factory=Least)
     least_separation: Least = field(default_factory=Least)
     least_moving_clearance: Least = field(default_factory=Least)
-    """Of hulls that moved, to moving obstacles."""
+    """Of driving hulls to moving obstacles."""
     clearance_m: Floats = field(default_factory=lambda: np.empty(0))
-    """Of each hull in the last moves watched; below 0 where it was in an obstacle."""
+    """Clearance of each hull in the last moves; below 0 inside an obstacle."""
     _watched_s: float = 0.0
     _moved: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, dtype=bool))
     _pairs: tuple[Rows, Rows] = field(default_factory=lambda: (np.empty(0, np.intp), np.empty(0, np.intp)))
     _compared_m: Floats = field(default_factory=lambda: np.empty((0, 2)))
-    """Where bodies were when all pairs were compared."""
+    """The positions when all pairs were last compared."""
     _slack_m: float = 0.0
-    """How much nearer than they were then two bodies may come, and no other pairs need to be looked at."""
+    """How much nearer than then two bodies can come before all pairs must be compared again."""
     _clear_ways_m: Floats = field(default_factory=lambda: np.empty((0, 4)))
-    """The newest way of each body that is known to be clear; nan where none is."""
+    """The newest way of each body that is known to be clear; nan if none is."""
     _broken: set[Topic] = field(default_factory=set)
 
     @classmethod
     def of(cls, scenario: Scenario) -> Self:
-        """A monitor of a scenario's promises on its ground."""
+        """A monitor for the promises of a scenario."""
         return cls(scenario.ground, scenario.movers, Promises.of(scenario))
 
     def watch(
         self, starts_m: Floats, ends_m: Floats, *, t_s: float, clear_m: Floats | None = None
     ) -> list[PromiseBroken]:
-        """Judge moves since the last ones, up to `t_s`; what they break that was kept just before.
+        """Judge the next moves, up to `t_s`; returns the violations that begin in them.
 
         Args:
             starts_m: (N, 2) [world frame].
             ends_m: likewise.
             t_s: simulated time.
-            clear_m: (N,) what `clearance` says of these moves, where it is known already.
+            clear_m: (N,) the `clearance` of these moves, if it is already known.
         """
         from_s, self._watched_s = self._watched_s, t_s
         moved = (starts_m != ends_m).any(axis=1)
         first = len(self.clearance_m) == 0
         if first:
             self.clearance_m = np.full(len(starts_m), math.inf)
-        # A body that moved before and stands now is no longer as near as it may have been on its way.
+        # A body that moved before and stands now may have been nearer on its way.
         stale = np.flatnonzero(np.ones_like(moved) if first else moved | self._moved)
         self._moved = moved
         if len(stale) == 0:
@@ -133,15 +132,15 @@ class Monitor:
         ]
 
     def is_safe(self, starts_m: Floats, ends_m: Floats, *, courses_m: Floats | None = None) -> bool:
-        """Whether moves on from what was watched last, or parts of them, break no promise; in doubt, not.
+        """Whether these next moves, or parts of them, certainly break no promise.
 
-        Nothing is taken down of them: they may yet be otherwise.
+        The state does not change: the bodies may still move otherwise.
 
         Args:
             starts_m: (N, 2) [world frame].
             ends_m: likewise.
-            courses_m: (N, 4), from x, y to x, y: a straight way of each body that its move is part of. One
-                that is clear is not looked at again.
+            courses_m: (N, 4), from x, y to x, y: for each body a straight way that contains its move. A way
+                that is clear is not checked again.
         """
         if self._broken or self.movers.names:
             return False
@@ -155,16 +154,16 @@ class Monitor:
         return bool((apart_m > self.promises.separation_m_required).all())
 
     def _are_clear(self, rows: Rows, ways_m: Floats) -> bool:
-        """Whether ways of bodies keep off obstacles and inside the bounds; that they do is remembered."""
+        """Whether ways of bodies keep off obstacles and inside the bounds; clear ways are remembered."""
         if len(self._clear_ways_m) == 0:
             self._clear_ways_m = np.full_like(ways_m, math.nan)
         new = rows[(self._clear_ways_m[rows] != ways_m[rows]).any(axis=1)]
         if len(new) == 0:
             return True
         starts_m, ends_m = ways_m[new, :2], ways_m[new, 2:]
-        # Places on a way are rounded, the way's own distance is not.
+        # Points on a way are rounded; the distance of the way itself is not.
         kept_m = self.promises.radius_m + self.promises.clearance_m_required + ROUNDING_M
-        # Where they start has been seen before.
+        # Their starts have been checked before.
         if not keep_off(self.ground, starts_m, ends_m, kept_m):
             return False
         if not (self._inside_m(ends_m) > ROUNDING_M).all():
@@ -205,7 +204,7 @@ class Monitor:
         ]
 
     def _apart_from_movers_m(self, starts_m: Floats, ends_m: Floats, from_s: float, t_s: float) -> Floats:
-        """From each hull to each moving obstacle, `(N, K)`; inf for robots that stood."""
+        """The distance from each hull to each moving obstacle, `(N, K)`; inf for robots that stood."""
         apart_m = np.full((len(starts_m), len(self.movers.names)), math.inf)
         moved, radius_m = np.flatnonzero(self._moved), self.promises.radius_m
         if len(moved) > 0:
@@ -225,7 +224,7 @@ class Monitor:
         return self._newly("S1", "bounds", measured, 0.0, "out of bounds")
 
     def _inside_m(self, places_m: Floats) -> Floats:
-        """How far each hull is inside the bounds (N,)."""
+        """The distance of each hull from the bounds (N,); negative outside."""
         bounds = self.promises.bounds
         if bounds is None:
             return np.full(len(places_m), math.inf)
@@ -252,19 +251,19 @@ class Monitor:
         return self._newly("S2", "separation", measured, required_m, "two robots nearer than promised")
 
     def _pairs_apart(self, starts_m: Floats, ends_m: Floats) -> tuple[Rows, Rows, Floats]:
-        """Pairs of hulls, and how near each comes while both move; those left out are far apart."""
+        """Pairs of hulls with their least distance during the moves; omitted pairs are far apart."""
         one, other = self._near_pairs(starts_m, ends_m)
-        # Seen from one of them the other moves straight: how near does that move come?
+        # Relative to one body the other moves straight.
         nearest_m = distances_to_segments(
             np.zeros(2), starts_m[other] - starts_m[one], ends_m[other] - ends_m[one]
         )
         return one, other, nearest_m - 2 * self.promises.radius_m
 
     def _near_pairs(self, starts_m: Floats, ends_m: Floats) -> tuple[Rows, Rows]:
-        """The pairs that may be nearer than is required or than any was before.
+        """The pairs that may be nearer than the required or the least distance so far.
 
-        All pairs are compared only when a body has moved, or is to move, far enough for others to have come
-        near: that is quadratic, and 1000 bodies have half a million pairs.
+        All pairs are compared only when bodies may have moved far enough for other pairs to come near. The
+        comparison is quadratic: 1000 bodies have half a million pairs.
         """
         if len(self._compared_m) == 0 or 2.0 * self._off_compared_m(starts_m, ends_m) > self._slack_m:
             self._compared_m = starts_m
@@ -278,7 +277,7 @@ class Monitor:
         return self._pairs
 
     def _off_compared_m(self, starts_m: Floats, ends_m: Floats) -> float:
-        """How far any body is off where it was when all pairs were compared, at either end of its move."""
+        """The largest distance of any body, at either end of its move, from its position compared then."""
         off_m = np.concatenate((starts_m - self._compared_m, ends_m - self._compared_m))
         return float(np.hypot(off_m[:, 0], off_m[:, 1]).max())
 
@@ -305,7 +304,7 @@ class Monitor:
         ]
 
     def _begun(self, topic: str, broken: Set[Topic]) -> Set[Topic]:
-        """Which of what is broken now was kept just before."""
+        """The violations that begin now."""
         if not self._broken and not broken:
             return broken
         before = {key for key in self._broken if key[0] == topic}

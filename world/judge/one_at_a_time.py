@@ -1,7 +1,7 @@
-"""S3 where robots line up: whoever moves, moves alone, and by the orders of one call.
+"""S3 while robots line up: one robot moves at a time, by the orders of one call.
 
-Rule 1: while they line up a robot's body drives to the target of a step in its turn, and no other moves.
-Rule 2: no robot moves while one moves by the orders of another call.
+Rule 1: while robots line up, a body drives to the target of a step in its robot's turn, and no other moves.
+Rule 2: no two robots move at the same time by the orders of different calls.
 """
 
 import math
@@ -28,7 +28,7 @@ class _Drive:
 
 
 def judge_one_at_a_time(evidence: Evidence) -> Iterator[tuple[float, PromiseBroken]]:
-    """Every breach with its time, once for each two robots and rule."""
+    """Every violation with its time, once per pair of robots and rule."""
     epochs = {order.epoch for each in evidence.orders.values() for _, order in each}
     lined_up = not evidence.lining_up.isdisjoint(epochs)
     called = bool(epochs) and not of_one_call(min(epochs), max(epochs))
@@ -41,7 +41,7 @@ def judge_one_at_a_time(evidence: Evidence) -> Iterator[tuple[float, PromiseBrok
 
 
 def _judge_joining(drives: Sequence[_Drive]) -> Iterator[tuple[float, PromiseBroken]]:
-    """Who moved while another joined, once for each two robots."""
+    """Robots that moved while another joined, once per pair."""
     longest = longest_joining = _Drive(-math.inf, -math.inf, 0, False, 0.0, 0)
     accused: set[tuple[int, int]] = set()
     for drive in drives:
@@ -57,8 +57,8 @@ def _judge_joining(drives: Sequence[_Drive]) -> Iterator[tuple[float, PromiseBro
 
 
 def _judge_calls(drives: Sequence[_Drive]) -> Iterator[tuple[float, PromiseBroken]]:
-    """Who moved while another did by the orders of another call, once for each two robots."""
-    newest: dict[int, _Drive] = {}  # of each call, the motion that ends last
+    """Robots that moved while another moved by the orders of another call, once per pair."""
+    newest: dict[int, _Drive] = {}  # by call: the motion that ends last
     accused: set[tuple[int, int]] = set()
     for drive in drives:
         for call, other in newest.items():

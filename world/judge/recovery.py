@@ -1,9 +1,10 @@
 """Deaths, successions and heals of a run, each with the times of its cause, detection and recovery.
 
-Rule 1: from the timeline alone. Its sources do not agree on an order, so entries are sorted by time first.
-Rule 2: a cause is what a fault plan did to the robot, or else when the robot was last known to be awake.
-Rule 3: detection is when a robot first gave a link to the dead up, or else when one first called a muster.
-Rule 4: a heal without a death has as its cause that a process came back, or else the silence of a link.
+Rule 1: the timeline is the only input. Its sources have no common order, so entries are sorted by time first.
+Rule 2: the cause of a death is an injected process fault or, if there is none, the last sign of life.
+Rule 3: the detection is the first broken link to the dead robot or, if there is none, the first call of a
+        muster.
+Rule 4: the cause of a heal without a death is the return of a process or, if there is none, a silent link.
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,45 +24,45 @@ from protocol.timeline import (
     StrandHealed,
 )
 
-ORDERED = ("kill", "freeze")  # faults that make a death one that somebody asked for
+ORDERED = ("kill", "freeze")  # faults that make a death a requested one
 THAWED = "thaw"
 
 Dated = tuple[float, str, Record]
-"""When, by whom, what."""
+"""Time, source, record."""
 
 
 class Death(Struct, frozen=True, kw_only=True):
-    """A robot that died, or was taken for dead because it was frozen or cut off."""
+    """A robot that died, or was considered dead because it was frozen or cut off."""
 
     robot: int
     ordered: bool
-    """Whether a fault plan, or `clew fault`, did it."""
+    """Whether a fault plan or `clew fault` caused it."""
     cause_s: float
     detected_s: float | None
-    """When a robot gave it up."""
+    """When a robot detected it."""
     known_s: float
-    """When the world was sure."""
+    """When the world detected it."""
     recovered_s: float | None
-    """When a strand had healed after that."""
+    """When a strand had healed after it."""
     returned_s: float | None
-    """When the same process was there again: it had been cut off, or frozen."""
+    """When the same process returned: it had been cut off or frozen."""
 
 
 class Succession(Struct, frozen=True, kw_only=True):
-    """A robot that leads in the place of another."""
+    """A robot that leads instead of another."""
 
     robot: int
     before: int | None
-    """Who led until then."""
+    """The former leader."""
     epoch: int
     cause_s: float | None
-    """Null: nothing is known to have happened to who led before."""
+    """Null: nothing is known to have happened to the former leader."""
     detected_s: float | None
     recovered_s: float
 
 
 class Heal(Struct, frozen=True, kw_only=True):
-    """A strand that formed again of those who live."""
+    """A strand that formed again from the surviving robots."""
 
     epoch: int
     members: tuple[int, ...]
@@ -71,7 +72,7 @@ class Heal(Struct, frozen=True, kw_only=True):
 
 
 class Recovery:
-    """What healed and what did not, in the order of time."""
+    """All deaths, successions and heals, in order of time."""
 
     def __init__(self, dated: Sequence[Dated]) -> None:
         self._dated = sorted(dated, key=lambda each: each[0])
@@ -80,12 +81,12 @@ class Recovery:
         self.heals = tuple(self._heals())
 
     @property
-    def unordered(self) -> Iterator[Death]:
-        """Deaths that nobody asked for, of processes that were never there again."""
+    def unrequested(self) -> Iterator[Death]:
+        """Deaths without a request, of processes that never returned."""
         return (death for death in self.deaths if not death.ordered and death.returned_s is None)
 
     def _deaths(self) -> Iterator[Death]:
-        told: dict[int, float] = {}  # up to when the faults of each robot belong to an earlier death
+        told: dict[int, float] = {}  # by robot: faults up to this time belong to an earlier death
         for known_s, _, record in self._dated:
             if not isinstance(record, RobotDied):
                 continue
@@ -104,7 +105,7 @@ class Recovery:
             )
 
     def _struck_s(self, robot: int, after_s: float, until_s: float) -> float | None:
-        """When a fault last struck the robot's process in that time, if it was not taken back."""
+        """The time of the last fault of the robot's process in that period, if no thaw followed."""
         struck = [
             (t_s, record.fault)
             for t_s, _, record in self._dated
@@ -116,7 +117,7 @@ class Recovery:
         return struck[-1][0] if struck and struck[-1][1] != THAWED else None
 
     def _returned_s(self, robot: int, known_s: float) -> float | None:
-        """When the process came back; a new one in its place is another."""
+        """When the same process returned; a restarted one is another process."""
         back = (
             (t_s, record)
             for t_s, _, record in self._dated
@@ -134,7 +135,7 @@ class Recovery:
         return next(broken, self._first_s(MusterCalled, cause_s))
 
     def _first_s(self, kind: type[Record], from_s: float) -> float | None:
-        """When an entry of a kind first came from then on."""
+        """The time of the first entry of a kind from then on."""
         return next(
             (t_s for t_s, _, record in self._dated if isinstance(record, kind) and t_s >= from_s), None
         )
@@ -155,7 +156,7 @@ class Recovery:
             )
 
     def _returns_s(self, after_s: float, until_s: float) -> list[float]:
-        """When processes came back in that time."""
+        """The times when processes returned in that period."""
         kinds = (RobotRestarted, RobotReturned)
         return [
             t_s for t_s, _, record in self._dated if isinstance(record, kinds) and after_s < t_s <= until_s
@@ -188,11 +189,11 @@ class Recovery:
             healed_s = t_s
 
 
-def tells(source: str, record: Record) -> bool:
-    """Whether an entry has to do with recovery."""
+def is_relevant(source: str, record: Record) -> bool:
+    """Whether an entry is relevant for recovery."""
     match record:
         case FaultInjected(process=process):
-            return process is not None  # not what was done to messages: those are many
+            return process is not None  # not faults of messages: these are many
         case RobotDied() | RobotRestarted() | RobotReturned():
             return source == WORLD
         case LinkBroken() | MusterCalled() | LeaderSucceeded() | StrandHealed():

@@ -1,4 +1,4 @@
-"""P1, P3 and the said part of P4: what robots may say of the strand that they are in; `invariants`."""
+"""P1, P3 and the part of P4 about entries: what robots may record of their strand; see `invariants`."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -17,8 +17,8 @@ from world.judge.history import History
 
 
 def judge_told(history: History, robot: int) -> Iterator[tuple[float, PromiseBroken]]:
-    """What one robot should not have said, each time that it did."""
-    joined: int | None = None  # the newest muster of the process that speaks
+    """The unlawful entries of one robot, each with its time."""
+    joined: int | None = None  # the newest muster of this process
     for t_s, record in history.told[robot]:
         match record:
             case RobotStarted():
@@ -38,11 +38,11 @@ def judge_told(history: History, robot: int) -> Iterator[tuple[float, PromiseBro
                 if (breach := _judge_grant(history, robot, record)) is not None:
                     yield t_s, breach
             case _:
-                pass  # the rest says nothing of a strand
+                pass  # irrelevant for strands
 
 
 def broken(invariant: str, robot: int, why: str, other: int | None = None) -> PromiseBroken:
-    """A breach of what has no length."""
+    """A violation without a length."""
     return PromiseBroken(invariant=invariant, robot=robot, other=other, why=why)
 
 
@@ -73,5 +73,5 @@ def _judge_grant(history: History, robot: int, grant: AuthorityGranted) -> Promi
     if (robot, grant.to) in pairwise(order):
         return None
     return broken(
-        "P3", robot, f"grants ground in epoch {grant.epoch} to who is not right behind it", grant.to
+        "P3", robot, f"grants ground in epoch {grant.epoch} to a robot not directly behind it", grant.to
     )

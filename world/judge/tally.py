@@ -1,4 +1,4 @@
-"""What the entries of a run add up to."""
+"""The counts and facts of a run, from its entries."""
 
 from collections import Counter, defaultdict
 from dataclasses import dataclass, field
@@ -24,58 +24,58 @@ from protocol.timeline import (
     TrafficCounted,
 )
 from world.judge.books import Book
-from world.judge.recovery import Dated, tells
+from world.judge.recovery import Dated, is_relevant
 
-TAKES_AWAY = ("drop", "partition", "corrupt")  # other faults leave a lawful message
+TAKES_AWAY = ("drop", "partition", "corrupt")  # other faults leave a valid message
 
 
 @dataclass(slots=True)
 class Tally:
-    """Counts of what happened, from the timeline alone."""
+    """The counts and facts of a run, from the timeline alone."""
 
     arrived: set[int] = field(default_factory=set)
     settled: dict[int, RobotSettled] = field(default_factory=dict)
     counted: dict[int, TrafficCounted] = field(default_factory=dict)
     recovery: list[Dated] = field(default_factory=list)
-    """What `world.judge.recovery` makes deaths, successions and heals of."""
+    """The entries from which `world.judge.recovery` finds deaths, successions and heals."""
     died: set[int] = field(default_factory=set)
     restarted: set[int] = field(default_factory=set)
-    upset_s: float | None = None
-    """When a robot last died, came again, or gave a link up."""
+    disturbed_s: float | None = None
+    """When a robot last died, returned, or broke a link."""
     arrived_s: float = 0.0
     """When a robot last arrived."""
     route_lost: tuple[float, RouteLost] | None = None
     goal_reached: bool = False
     switching_steps: int = 0
     switching_positions: list[Point] = field(default_factory=list)
-    """Where the leader stood before its first step and after each step [world frame]."""
+    """The leader's positions before its first step and after each step [world frame]."""
     planning_events: int = 0
-    """Scans served to robots: each is asked for in order to decide on a motion."""
+    """Scans served to robots: each is queried to decide on a motion."""
     scans: int = 0
     struck: set[str] = field(default_factory=set)
-    """The rules of fault plans that struck somebody or something."""
-    _taken: dict[tuple[Book, int], str] = field(default_factory=dict)
-    """What took a message away, by its book and number."""
+    """The rules of fault plans that struck at least once."""
+    _removed: dict[tuple[Book, int], str] = field(default_factory=dict)
+    """The fault that removed a message, by book and number."""
 
     @property
     def unrecorded_count(self) -> int:
-        """Entries that robots could not keep until they were recorded."""
+        """Entries that robots had to drop before they were recorded."""
         return sum(counted.unrecorded for counted in self.counted.values())
 
     @property
-    def taken(self) -> dict[Book, Counter[str]]:
-        """Messages that receivers have recorded to be taken away, by book and fault."""
+    def removed(self) -> dict[Book, Counter[str]]:
+        """Recorded removals of messages, by book and fault."""
         counts: defaultdict[Book, Counter[str]] = defaultdict(Counter)
-        for (book, _), fault in self._taken.items():
+        for (book, _), fault in self._removed.items():
             counts[book][fault] += 1
         return dict(counts)
 
     def hear(self, source: str, entry: Entry) -> None:
-        """Take an entry in."""
+        """Process an entry."""
         if isinstance(entry.record, FaultInjected):
             self._hear_fault(source, entry.record)
         robot = robot_number(source)
-        if tells(source, entry.record):
+        if is_relevant(source, entry.record):
             self.recovery.append((entry.t_s, source, entry.record))
         if source == WORLD:
             self._hear_world(entry)
@@ -85,19 +85,19 @@ class Tally:
     def _hear_fault(self, source: str, injected: FaultInjected) -> None:
         self.struck.add(injected.rule)
         if injected.key is not None and injected.number and injected.fault in TAKES_AWAY:
-            self._taken[(injected.key, source), injected.number] = injected.fault
+            self._removed[(injected.key, source), injected.number] = injected.fault
 
     def _hear_world(self, entry: Entry) -> None:
         match entry.record:
             case RobotDied(robot=robot):
                 self.died.add(robot)
-                self._upset(entry.t_s)
+                self._disturb(entry.t_s)
             case RobotRestarted(robot=robot):
                 self.restarted.add(robot)
-                self.arrived.discard(robot)  # it knows of no place any more
-                self._upset(entry.t_s)
+                self.arrived.discard(robot)  # it has lost its place
+                self._disturb(entry.t_s)
             case RobotReturned():
-                self._upset(entry.t_s)
+                self._disturb(entry.t_s)
             case ScanServed(revolutions=revolutions):
                 self.planning_events += 1
                 self.scans += revolutions
@@ -107,7 +107,7 @@ class Tally:
                 self.switching_steps += 1
                 self.switching_positions.append(Point(x_m=step.x_m, y_m=step.y_m))
             case _:
-                pass  # nothing that is counted
+                pass  # not counted
 
     def _hear_robot(self, robot: int, entry: Entry) -> None:
         match entry.record:
@@ -117,9 +117,9 @@ class Tally:
                 self.arrived.add(robot)
                 self.arrived_s = max(self.arrived_s, entry.t_s)
             case StrandFormed() | MusterJoined():
-                self.arrived.discard(robot)  # it is at no place of the new strand yet
+                self.arrived.discard(robot)  # it has no place in the new strand yet
             case LinkBroken():
-                self._upset(entry.t_s)
+                self._disturb(entry.t_s)
             case RouteLost() as lost:
                 self.route_lost = self.route_lost or (entry.t_s, lost)
             case RobotSettled() as settled:
@@ -127,7 +127,7 @@ class Tally:
             case TrafficCounted() as counted:
                 self.counted[robot] = counted
             case _:
-                pass  # nothing that is counted
+                pass  # not counted
 
-    def _upset(self, t_s: float) -> None:
-        self.upset_s = max(self.upset_s or 0.0, t_s)
+    def _disturb(self, t_s: float) -> None:
+        self.disturbed_s = max(self.disturbed_s or 0.0, t_s)

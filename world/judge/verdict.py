@@ -1,4 +1,4 @@
-"""The verdict: whether a run kept its promises, and if not, the first one broken, in a sentence."""
+"""The verdict: whether a run kept its promises and, if not, the first broken one in a sentence."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,11 +18,11 @@ from world.scenario.scenario import Scenario
 
 VERDICT_FILE = "verdict.json"
 NO_ROUTE = "no_route: "
-"""What the reason of a run begins with that ended because the leader found no way."""
+"""The beginning of the reason if the run ended because the leader found no way."""
 
 
 class Events(Struct, frozen=True, kw_only=True):
-    """How complete the timeline is."""
+    """The completeness of the timeline."""
 
     recorded: int
     missing: int
@@ -30,7 +30,7 @@ class Events(Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class Flaw:
-    """What went wrong, in a sentence, and how the run ends where it is the first."""
+    """A flaw of a run in a sentence; the first flaw decides the exit code."""
 
     sentence: str
     exit_code: ExitCode = ExitCode.FAILED
@@ -38,7 +38,7 @@ class Flaw:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Facts:
-    """What a verdict is made of."""
+    """The input of a verdict."""
 
     scenario: Scenario
     seed: int
@@ -48,7 +48,7 @@ class Facts:
     absent: str
     """The robots that never came."""
     living: frozenset[int]
-    """The robots that had come and not died when the run was over."""
+    """The robots that were alive when the run was over."""
     tally: Tally
     judgement: Judgement
     messages: Messages
@@ -61,7 +61,7 @@ class Facts:
 
 
 class Verdict(Struct, frozen=True, kw_only=True):
-    """`verdict.json`; docs/verdict.md says what each field means."""
+    """`verdict.json`; docs/verdict.md explains the fields."""
 
     ok: bool
     exit_code: int
@@ -71,7 +71,7 @@ class Verdict(Struct, frozen=True, kw_only=True):
     robots: int
     law: str
     speed: float | None
-    """Simulated seconds per second as asked for; null: as fast as the robots answer."""
+    """Requested simulated seconds per second; null: as fast as the robots answer."""
     started_at: str
     no_route: bool
     """The run ended because the leader found no way."""
@@ -81,9 +81,9 @@ class Verdict(Struct, frozen=True, kw_only=True):
     """Null: there is no obstacle."""
     clearance_m_required: float
     moving_clearance_m_min: float | None
-    """Null: nothing moves but robots."""
+    """Null: no obstacle moves."""
     separation_m_min: float | None
-    """Null: there is one robot."""
+    """Null: there is only one robot."""
     separation_m_required: float
     violations: int
     violations_by_invariant: dict[str, int]
@@ -106,7 +106,7 @@ class Verdict(Struct, frozen=True, kw_only=True):
 
 
 def pass_verdict(facts: Facts) -> Verdict:
-    """The verdict on a run that has been judged."""
+    """The verdict on a judged run."""
     scenario, tally, judgement = facts.scenario, facts.tally, facts.judgement
     promises = Promises.of(scenario)
     recovery = Recovery(tally.recovery)
@@ -149,10 +149,10 @@ def pass_verdict(facts: Facts) -> Verdict:
 
 
 def _flaws(facts: Facts, recovery: Recovery) -> Iterator[Flaw]:
-    """What went wrong, the first broken promise first."""
+    """The flaws of the run, the first broken promise first."""
     tally, arrived, living = facts.tally, len(facts.tally.arrived & facts.living), len(facts.living)
     dated = [(breach.t_s, _breach_sentence(breach.t_s, breach.broken)) for breach in facts.judgement.breaches]
-    dated += [(death.cause_s, _death_sentence(death)) for death in recovery.unordered]
+    dated += [(death.cause_s, _death_sentence(death)) for death in recovery.unrequested]
     if tally.route_lost is not None:
         t_s, lost = tally.route_lost
         dated.append((t_s, f"{NO_ROUTE}the leader lost its route at t={t_s:.1f} s: {lost.reason}"))
@@ -167,7 +167,7 @@ def _flaws(facts: Facts, recovery: Recovery) -> Iterator[Flaw]:
 
 
 def _flaws_of_ending(facts: Facts) -> Iterator[Flaw]:
-    """What the run's end itself says; some ends stand among what has a date."""
+    """The flaws in the end of the run itself; a lost route is among the dated ones."""
     match facts.ending:
         case Ending.INTERRUPTED:
             yield Flaw("the run was interrupted", ExitCode.INTERRUPTED)
@@ -190,10 +190,10 @@ def _flaws_of_ending(facts: Facts) -> Iterator[Flaw]:
 
 def _breach_sentence(t_s: float, broken: PromiseBroken) -> str:
     against = "" if broken.other is None else f" and robot {broken.other}"
-    who = f"{broken.invariant} broken by robot {broken.robot}{against} at t={t_s:.1f} s"
+    what = f"{broken.invariant} broken by robot {broken.robot}{against} at t={t_s:.1f} s"
     if broken.measured_m is None:
-        return f"{who}: {broken.why}"
-    return f"{who}: {broken.why} ({broken.measured_m:.4f} m, required {broken.required_m:.4f} m)"
+        return f"{what}: {broken.why}"
+    return f"{what}: {broken.why} ({broken.measured_m:.4f} m, required {broken.required_m:.4f} m)"
 
 
 def _death_sentence(death: Death) -> str:
@@ -202,5 +202,5 @@ def _death_sentence(death: Death) -> str:
 
 
 def finite(distance_m: float) -> float | None:
-    """A distance; None where nothing was there to measure it to."""
+    """The distance; None if there was nothing to measure."""
     return distance_m if distance_m < float("inf") else None

@@ -1,1 +1,1 @@
-"""What is written down of a run, and how a world goes on from it."""
+"""The record of a run: writing the timeline, reading it, and resuming a world from it."""

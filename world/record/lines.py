@@ -1,17 +1,28 @@
-"""A timeline's lines as they are read again: sources and their entries."""
+"""Reads the lines of a timeline: sources and their entries.
+
+Rule 1: a line is decoded once. It contains the fields of its stamp and of its record side by side. So each
+        kind has a line type, made from both, and a function that separates the two.
+"""
+
+from collections.abc import Callable
+from functools import reduce
+from operator import or_
+from typing import Any, get_args
 
 import msgspec
-from msgspec import Struct
+from msgspec import NODEFAULT, Struct
+from msgspec.structs import FieldInfo, fields
 
 from protocol.frames import Count, Seconds
 from protocol.timeline import Entry, Record
+from protocol.timeline.base import Kind
 
 Line = tuple[str, Entry]
 """A source and its entry."""
 
 
 class Stamp(Struct, frozen=True, kw_only=True):
-    """What every line has beside its record."""
+    """The fields of every line besides its record."""
 
     t_s: Seconds
     hlc: str
@@ -19,15 +30,40 @@ class Stamp(Struct, frozen=True, kw_only=True):
     n: Count
 
 
-_STAMPS, _RECORDS = msgspec.json.Decoder(Stamp), msgspec.json.Decoder[Record](Record)
-
-
 def read_line(text: bytes) -> Line:
-    """The line in a text.
+    """Read one line.
 
     Raises:
-        msgspec.MsgspecError: there is none.
+        msgspec.MsgspecError: it is invalid.
         ValueError: likewise.
     """
-    stamp = _STAMPS.decode(text)
-    return stamp.source, Entry(n=stamp.n, t_s=stamp.t_s, hlc=stamp.hlc, record=_RECORDS.decode(text))
+    line = _LINES.decode(text)
+    return _PARTS[type(line)](line)
+
+
+def _type_of(kind: type[Kind]) -> type[Struct]:
+    """The line type of this kind."""
+    own = [(each.name, each.type, _default(each)) for each in (*fields(Stamp), *fields(kind))]
+    tag = kind.__struct_config__.tag
+    return msgspec.defstruct(f"{kind.__name__}Line", own, kw_only=True, tag=tag, tag_field="kind")
+
+
+def _default(of: FieldInfo) -> Any:  # noqa: ANN401 - any value of a field
+    if of.required:
+        return msgspec.field()
+    made = of.default_factory
+    return of.default if made is NODEFAULT else msgspec.field(default_factory=made)
+
+
+def _parting(kind: type[Kind]) -> Callable[[Any], Line]:
+    """Separates a line; a generated function per kind takes half the time of a common one."""
+    own = ", ".join(f"{name}=line.{name}" for name in kind.__struct_fields__)
+    entry = f"Entry(n=line.n, t_s=line.t_s, hlc=line.hlc, record=Record({own}))"
+    parting: Callable[[Any], Line] = eval(  # noqa: S307 - only names of our own fields
+        f"lambda line: (line.source, {entry})", {"Entry": Entry, "Record": kind}
+    )
+    return parting
+
+
+_PARTS = {_type_of(kind): _parting(kind) for kind in get_args(Record)}
+_LINES = msgspec.json.Decoder[Any](reduce(or_, _PARTS))

@@ -1,10 +1,10 @@
-"""The recorder: every entry of every source, once and in the source's order, into `events.jsonl`.
+"""The recorder: writes each entry of each source once, in the source's order, into `events.jsonl`.
 
 Rule 1: the file is unbuffered and an entry is one write, so a SIGKILL loses nothing that was written.
-Rule 2: a source is written up to its first missing number; what lies beyond waits to be sent again.
+Rule 2: a source is written up to its first missing number; later entries have to be sent again.
 Rule 3: an entry is acknowledged only after it has been written.
-Rule 4: a source that is started again is a new incarnation and counts from 1. Once its first entry is
-        written, nothing of its forerunners is any more: what they had not told, they take with them.
+Rule 4: a restarted source is a new incarnation and counts from 1. Once its first entry is written, entries of
+        earlier incarnations are no longer accepted: what they had not sent is lost.
 """
 
 from collections import Counter
@@ -17,6 +17,7 @@ import msgspec
 from msgspec import Struct
 
 from protocol.errors import ClewError, UsageError
+from protocol.files.writing import make_folder, open_private
 from protocol.keys import WORLD
 from protocol.timeline import Entry
 
@@ -25,17 +26,17 @@ EVENTS_FILE = "events.jsonl"
 
 
 class RecordingFailedError(ClewError):
-    """The timeline cannot be written any more: a run that leaves no record must not go on."""
+    """The timeline can no longer be written: a run without a record must not continue."""
 
 
 class Header(Struct, frozen=True, kw_only=True, tag_field="kind", tag="run.started"):
-    """The first line of a timeline: with it, a log can be judged by itself."""
+    """The first line of a timeline: it makes the log complete enough to be judged alone."""
 
     t_s: float = 0.0
     hlc: str = ""
     source: str = WORLD
     n: int = 0
-    """The header is before the world's first entry, which has number 1."""
+    """The header precedes the world's first entry, which has number 1."""
     schema: str = SCHEMA
     run: str
     seed: int
@@ -46,28 +47,28 @@ class Header(Struct, frozen=True, kw_only=True, tag_field="kind", tag="run.start
     scenario_hash: str
     versions: dict[str, str]
     faults: dict[str, Any] | None = None
-    """The fault plan; None: there was none, or the log is older than this field."""
+    """The fault plan; None: there was no plan, or the log is older than this field."""
 
 
 class Recorder:
-    """Writes one timeline and knows what it still lacks."""
+    """Writes one timeline, and knows which entries are missing."""
 
     def __init__(self, file: FileIO, header: Header | None) -> None:
-        """Begins the file with the header; None: the file has one, and `recall` says what else."""
+        """Begin the file with the header; None: the file has one, and `recall` gets its entries."""
         self._file = file
         self.recorded_count = 0
-        """Entries written, of all sources."""
+        """The number of entries written, of all sources."""
         self._written: Counter[tuple[str, str]] = Counter()
         self._newest: Counter[tuple[str, str]] = Counter()
         self._speaks: dict[str, str] = {}
-        """The incarnation of each source whose entries are written."""
+        """The incarnation of each source that is being written."""
         self._gone: set[tuple[str, str]] = set()
         if header is not None:
             self._write(msgspec.json.encode(header) + b"\n")
 
     @property
     def missing(self) -> dict[str, int]:
-        """How many entries each source is known to have made that are not written; none: it is not named."""
+        """By source: the number of entries that are known to exist and are not written; only if above 0."""
         short: Counter[str] = Counter()
         for (source, incarnation), newest in self._newest.items():
             if (source, incarnation) not in self._gone:
@@ -75,27 +76,27 @@ class Recorder:
         return dict(+short)
 
     def up_to(self, source: str, incarnation: str = "") -> int:
-        """The number up to which all entries of a source are written: the acknowledgement."""
+        """Acknowledgement: all entries of a source up to this number are written."""
         return self._written[source, incarnation]
 
     def take(self, source: str, entries: Sequence[Entry], incarnation: str = "") -> list[Entry]:
-        """Write what continues a source's entries; returns what was written.
+        """Write the entries that continue a source; returns the written ones.
 
         Raises:
             RecordingFailedError: the file cannot be written.
         """
-        who = source, incarnation
+        key = source, incarnation
         taken: list[Entry] = []
-        for entry in entries if who not in self._gone else ():
-            self._newest[who] = max(self._newest[who], entry.n)
-            if entry.n == self._written[who] + 1:
+        for entry in entries if key not in self._gone else ():
+            self._newest[key] = max(self._newest[key], entry.n)
+            if entry.n == self._written[key] + 1:
                 self._write(line(source, entry))
                 self.recall(source, entry, incarnation)
                 taken.append(entry)
         return taken
 
     def recall(self, source: str, entry: Entry, incarnation: str = "") -> None:
-        """An entry stands in the file."""
+        """Note an entry that is in the file."""
         self._hand_over(source, incarnation)
         self._written[source, incarnation] = entry.n
         self._newest[source, incarnation] = max(self._newest[source, incarnation], entry.n)
@@ -110,28 +111,29 @@ class Recorder:
 
     def _write(self, text: bytes) -> None:
         try:
-            while text:  # a write to a full disk may be cut short before the next one fails
+            while text:  # on a full disk a write may be partial before the next one fails
                 text = text[self._file.write(text) :]
         except OSError as error:
             raise RecordingFailedError(f"cannot write {self._file.name!r}: {error.strerror}") from error
 
 
 def line(source: str, entry: Entry) -> bytes:
-    """An entry as the log has it: one flat object, the record's fields behind the entry's."""
+    """An entry as a line of the log: one flat object, the entry's fields before the record's."""
     stamp = {"t_s": entry.t_s, "hlc": entry.hlc, "source": source, "n": entry.n}
     return msgspec.json.encode(stamp)[:-1] + b"," + msgspec.json.encode(entry.record)[1:] + b"\n"
 
 
 def open_events(folder: Path) -> FileIO:
-    """Make the run's folder and, in it, the timeline, which must not be there yet.
+    """Create the run's folder and the timeline in it, which must not exist yet.
 
     Raises:
-        UsageError: it cannot be made.
+        UsageError: it cannot be created.
     """
     path = folder / EVENTS_FILE
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        return FileIO(str(path), "x")
+        if not folder.is_dir():
+            make_folder(folder)
+        return open_private(path, "x")
     except OSError as error:
         if path.exists():
             raise UsageError(f"{path}: a run has been recorded there already") from error

@@ -1,11 +1,11 @@
-"""What a timeline tells a world that goes on from it, after a signal has killed the one that wrote it.
+"""Restores the state of a world from its timeline, after the process that wrote it was killed.
 
-Rule 1: whatever a robot was told of its body is on record by then. So the newest place on record is where the
-        robot last saw its body, or nearer to where that went; there the body stands now.
-Rule 2: an order that was not driven to its end is in hand, but held, as after the dead-man stop: the body
-        goes on when its robot confirms the order, and not before.
-Rule 3: a world records something at least every `QUIET_S` of a run. So time that goes on from `QUIET_S` after
-        the newest entry has never been told before.
+Rule 1: a pose is recorded before the robot gets it. So the newest recorded pose is the one that the robot
+        last saw, or a later one; the body stands there now.
+Rule 2: an unfinished order is kept but held, as after the dead-man stop: the body continues only when its
+        robot confirms the order.
+Rule 3: a world records an entry at least every `QUIET_S`. So a clock that continues `QUIET_S` after the
+        newest entry shows times that no robot has seen before.
 """
 
 import os
@@ -17,6 +17,8 @@ from pathlib import Path
 import msgspec
 
 from protocol.errors import UsageError
+from protocol.files.opening import open_regular
+from protocol.files.writing import open_private
 from protocol.keys import WORLD, robot_number
 from protocol.timeline import (
     Entry,
@@ -36,29 +38,29 @@ from world.record.lines import Line, read_line
 from world.record.recorder import EVENTS_FILE, Header
 
 QUIET_S = 1.0
-"""Simulated: the most that a run goes on with no entry of the world's."""
+"""Simulated: the longest time between two entries of the world."""
 
 
 @dataclass(slots=True)
 class BodyPast:
-    """What is on record of one body."""
+    """The recorded state of one body."""
 
     x_m: float = 0.0
     y_m: float = 0.0
     heading_rad: float = 0.0
     sampled: bool = False
-    """Whether this place was the last one sampled."""
+    """Whether this position is the newest sample."""
     order: OrderAccepted | None = None
-    """The newest that it took."""
+    """The newest order that it accepted."""
     epoch: int = 0
-    """The newest that it was ordered in."""
+    """The newest epoch of its orders."""
     finished: int = 0
-    """The newest order that it has driven to its end."""
+    """The number of the newest finished order."""
     way_m: list[tuple[float, float]] = field(default_factory=list)
-    """Where it was seen since it took the order in hand, or the first of the same switching step."""
+    """Its positions since it accepted the present order, or the first order of the same switching step."""
 
     def hear(self, record: object) -> None:
-        """Take in what the world recorded of it."""
+        """Process a record about the body."""
         match record:
             case PoseSampled():
                 self._be(record)
@@ -83,7 +85,7 @@ class BodyPast:
     def _take(self, order: OrderAccepted) -> None:
         self.epoch = max(self.epoch, order.epoch)
         if order.target is None:
-            self.finished = order.number  # to stand still is done at once
+            self.finished = order.number  # an order to stand is finished at once
         elif self.order is None or order.step == 0 or order.step != self.order.step:
             self.way_m = [(order.x_m, order.y_m)]
         self.order = order
@@ -91,24 +93,24 @@ class BodyPast:
 
 @dataclass(slots=True)
 class Past:
-    """A timeline as it was found."""
+    """A timeline found in the run's folder."""
 
     header: Header
     lines: Sequence[Line]
     whole_bytes: int
-    """How long the file is without a last line that is not whole."""
+    """The length of the file without an incomplete last line."""
     torn_bytes: int
     life: int = 1
-    """How often the world has gone on by now, this time included."""
+    """How often the world has been resumed so far, including this time."""
     newest_s: float = 0.0
-    """Of the world's entries."""
+    """The time of the world's newest entry."""
     bodies: dict[int, BodyPast] = field(default_factory=dict)
-    """Of those that were placed."""
+    """The bodies that were placed."""
     come: set[int] = field(default_factory=set)
     dead: set[int] = field(default_factory=set)
     incarnations: dict[int, str] = field(default_factory=dict)
     ended: str | None = None
-    """How the run ended, where all but the verdict was written."""
+    """The reason for the end, if everything but the verdict was written."""
 
     def __post_init__(self) -> None:
         for source, entry in self.lines:
@@ -139,10 +141,10 @@ class Past:
             ) as record:
                 self.bodies.setdefault(robot, BodyPast()).hear(record)
             case _:
-                pass  # the tally and the evidence hear everything
+                pass  # the tally and the evidence process all entries
 
-    def said(self) -> Iterator[tuple[str, str, Entry]]:
-        """All entries, each with its source and that source's incarnation."""
+    def entries(self) -> Iterator[tuple[str, str, Entry]]:
+        """All entries, each with its source and the incarnation of the source."""
         lives: dict[str, str] = {}
         for source, entry in self.lines:
             if isinstance(entry.record, RobotStarted) and entry.n == 1:
@@ -151,14 +153,17 @@ class Past:
 
 
 def read_past(folder: Path) -> Past | None:
-    """What stands in a run's folder; None where no run has begun there, and a header that is torn is removed.
+    """Read the timeline in a run's folder; None if no run has begun. An incomplete header is removed.
 
     Raises:
-        UsageError: it cannot be read, or is no timeline of ours.
+        UsageError: it cannot be read, or is not a valid timeline.
     """
     path = folder / EVENTS_FILE
     try:
-        text = path.read_bytes() if path.exists() else b""
+        text = b""
+        if path.exists():
+            with open_regular(path) as file:
+                text = file.read()
         *whole, torn = text.split(b"\n")
         if not whole:
             path.unlink(missing_ok=True)
@@ -173,14 +178,14 @@ def read_past(folder: Path) -> Past | None:
 
 
 def continue_events(folder: Path, whole_bytes: int) -> FileIO:
-    """The timeline of a run that goes on, cut off where its last whole line ends.
+    """Open the timeline of a resumed run, cut off after its last complete line.
 
     Raises:
         UsageError: it cannot be written.
     """
     path = folder / EVENTS_FILE
     try:
-        file = FileIO(str(path), "r+")
+        file = open_private(path, "r+")
         file.truncate(whole_bytes)
         file.seek(0, os.SEEK_END)
     except OSError as error:

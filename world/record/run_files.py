@@ -1,4 +1,4 @@
-"""What stands in a run's folder beside its entries: what was asked for, the header, and the verdict."""
+"""The files in a run's folder besides its entries: the request, the header, and the verdict."""
 
 import platform
 from importlib import metadata
@@ -10,13 +10,15 @@ import msgspec
 from protocol.errors import UsageError
 from protocol.faults.plan import Plan
 from protocol.faults.plan_text import FAULTS_FILE
+from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from protocol.files.toml_text import toml_text
+from protocol.files.writing import write_whole
 from protocol.run_settings import SCENARIO_FILE, Settings, read_plan, texts
 from world.judge.verdict import VERDICT_FILE, Verdict
 from world.record.recorder import Header, RecordingFailedError
 from world.scenario.scenario import Scenario, load
 
-VERSIONS_OF = {"zenoh": "eclipse-zenoh", "clew": "clew"}  # by the names of their distributions
+VERSIONS_OF = {"zenoh": "eclipse-zenoh", "clew": "clew"}  # distribution names
 
 
 def header_of(
@@ -40,7 +42,7 @@ def header_of(
 
 
 def prepare_folder(folder: Path, scenario: Scenario, plan: Plan, settings: Settings) -> None:
-    """Write what was asked for into the run's folder, resolved, before anything starts.
+    """Write the resolved request into the run's folder, before anything starts.
 
     Raises:
         UsageError: it cannot be written.
@@ -48,25 +50,25 @@ def prepare_folder(folder: Path, scenario: Scenario, plan: Plan, settings: Setti
     scenario_text = toml_text(msgspec.to_builtins(scenario))
     try:
         for name, text in {SCENARIO_FILE: scenario_text, **texts(settings, plan)}.items():
-            (folder / name).write_text(text, encoding="utf-8")
+            write_whole(folder / name, text.encode())
     except OSError as error:
         raise UsageError(f"cannot write into {folder}: {error.strerror}") from error
 
 
 def read_scenario(folder: Path) -> Scenario:
-    """The scenario of the run in this folder.
+    """Read the scenario of the run in this folder.
 
     Raises:
-        UsageError: its file is not there, or holds none.
+        UsageError: the file is missing or invalid.
     """
     return load(str(folder / SCENARIO_FILE))
 
 
 def check_unchanged(folder: Path, header: Header) -> None:
-    """Refuse a folder whose scenario or fault plan is not the one that its run began with.
+    """Refuse a folder whose scenario or fault plan has changed since the run began.
 
     Raises:
-        UsageError: it is one.
+        UsageError: one of them has changed.
     """
     began_with = () if header.faults is None else msgspec.convert(header.faults, Plan).rules
     if read_scenario(folder).fingerprint() != header.scenario_hash:
@@ -76,7 +78,7 @@ def check_unchanged(folder: Path, header: Header) -> None:
 
 
 def as_header(plan: Plan) -> dict[str, Any] | None:
-    """How a header has a fault plan."""
+    """The fault plan as a header contains it."""
     return msgspec.to_builtins(plan) if plan.rules else None
 
 
@@ -88,7 +90,7 @@ def save_verdict(verdict: Verdict, folder: Path) -> None:
     """
     path = folder / VERDICT_FILE
     try:
-        path.write_bytes(msgspec.json.format(msgspec.json.encode(verdict)) + b"\n")
+        write_whole(path, msgspec.json.format(msgspec.json.encode(verdict)) + b"\n")
     except OSError as error:
         raise RecordingFailedError(f"cannot write {path}: {error.strerror}") from error
 
@@ -96,15 +98,15 @@ def save_verdict(verdict: Verdict, folder: Path) -> None:
 def _version(distribution: str) -> str:
     try:
         return metadata.version(distribution)
-    except metadata.PackageNotFoundError:  # run from a tree that was never set up
+    except metadata.PackageNotFoundError:  # run from a source tree without installation
         return "not installed"
 
 
 def read_verdict(folder: Path) -> Verdict:
-    """The verdict in a run's folder.
+    """Read the verdict in a run's folder.
 
     Raises:
-        OSError: there is none.
-        msgspec.MsgspecError: it is no verdict.
+        OSError: there is no verdict.
+        msgspec.MsgspecError: the file is not a valid verdict.
     """
-    return msgspec.json.decode((folder / VERDICT_FILE).read_bytes(), type=Verdict)
+    return msgspec.json.decode(read_bytes(folder / VERDICT_FILE, MADE_BYTES_MAX), type=Verdict)

@@ -1,1 +1,1 @@
-"""From files to frozen values: scenarios, scenes, deployments, and what they may not be."""
+"""Reads scenarios and scenes into frozen values: deployments, error budget, checks."""

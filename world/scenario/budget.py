@@ -1,9 +1,10 @@
-"""What finite directions, noise and imperfect drives cost.
+"""The error budget: finite directions, sensor noise and drive errors.
 
-The certificate pays for what finite directions leave unseen: it keeps that much further from every hit, the
-further away it was hit the more. So ray quantisation costs room, in narrow gaps, and next to nothing of the
-tolerance: a robot that stands in such a wider keep may drive along it, and what two rays hide may then be a
-spacing ahead. Noise and drive errors differ from scan to scan and from drive to drive. mu0 has to cover all.
+The certificate covers what finite directions leave unseen: it keeps a larger distance from each hit, growing
+with the range of the hit. So ray quantisation costs room in narrow gaps, and almost nothing of the tolerance
+mu0. A small share remains: a robot at that distance may drive along the obstacle, and what two rays hide may
+then be one ray spacing ahead. Noise differs between scans, and drive errors between drives. mu0 has to cover
+all of these shares.
 """
 
 import math
@@ -13,11 +14,11 @@ from dataclasses import dataclass
 from world.geometry.shapes import Shape
 
 NOISE_SIGMAS = 3.0
-"""Where the sensor clips its Gaussian error: 99.7 % of it lies within."""
+"""The sensor clips its Gaussian error at so many sigmas: 99.7 % of errors are below."""
 
 HEADING_ERRORS = 3.0
-"""Heading errors that add up beside a path: the leader is off its plan, and a follower is off both ends of
-the segment that the leader drove."""
+"""Heading errors that add up beside a path: the leader deviates from its plan, and a follower from both ends
+of the segment that the leader drove."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,22 +26,22 @@ class Budget:
     """The shares of the error budget [m]."""
 
     quantisation_m: float
-    """At the closest approach, beyond what the certificate keeps."""
+    """At the closest approach, in addition to the distance that the certificate keeps."""
     range_noise_m: float
     drive_m: float
 
     @property
     def total_m(self) -> float:
-        """What mu0 has to cover."""
+        """The sum that mu0 has to cover."""
         return self.quantisation_m + self.range_noise_m + self.drive_m
 
 
 def blind_per_range(shapes: Sequence[Shape], directions: int) -> float:
-    """How far an obstacle may reach unseen past a ray that hit it, per metre of range.
+    """How far an obstacle can extend unseen past a ray that hit it, per metre of range.
 
-    Sideways past its last ray: up to the spacing of the rays. A corner of angle gamma that one ray catches
-    on its near side, and that the next ray only just misses along its far side, stands out of the joined
-    hits by `spacing / sin(gamma)`; a blunt corner by no more than the spacing.
+    Sideways past its last ray it extends by up to the ray spacing. At a corner of angle gamma, one ray can
+    hit the near side while the next ray just misses along the far side. Then the corner extends beyond the
+    joined hits by `spacing / sin(gamma)`; a blunt corner by at most the spacing.
     """
     sharpest_rad = min((shape.sharpest_corner_rad for shape in shapes), default=math.pi / 2)
     return math.tau / directions / math.sin(min(sharpest_rad, math.pi / 2))
@@ -53,7 +54,7 @@ def sure_range_m(shapes: Sequence[Shape], directions: int) -> float:
 
 
 def revolutions(shapes: Sequence[Shape], directions: int, *, wanted_m: float, rays_max: int) -> int:
-    """How many interlaced revolutions are sure to show every obstacle out to `wanted_m`, if any are."""
+    """Interlaced revolutions that are sure to show every obstacle out to `wanted_m`, within `rays_max`."""
     needed = math.ceil(wanted_m / sure_range_m(shapes, directions))
     return max(1, min(needed, rays_max // directions))
 
@@ -70,10 +71,10 @@ def budget(
 
     Args:
         rays: directions of a scan.
-        closest_m: how near a centre may come to an obstacle; there the unseen part counts.
-        range_sigma_m: of the sensor.
-        heading_error_rad: of the drive.
-        range_m_max: the longest that a step can be, since nothing is known beyond.
+        closest_m: least distance of a centre from an obstacle, where the unseen part matters.
+        range_sigma_m: standard deviation of the sensor's ranges.
+        heading_error_rad: largest heading error of the drive.
+        range_m_max: the longest possible step, since nothing is known beyond.
     """
     return Budget(
         quantisation_m=closest_m * (1.0 - math.cos(math.tau / rays)),

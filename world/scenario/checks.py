@@ -1,4 +1,4 @@
-"""Relations that a scenario has to keep; each refusal is one line: path, bound, value."""
+"""The relations that a scenario must satisfy; each refusal is one line: path, bound, value."""
 
 from collections.abc import Sequence
 from itertools import combinations, pairwise
@@ -17,9 +17,9 @@ from world.scenario.sections import DriveSection, Fleet, Goal, LawSection, Senso
 
 GOAL = "goal.at_m"
 ROUNDING_M = 1e-9
-"""What places computed by sine and cosine may be off: a million times the last bit of a metre."""
+"""The error of places computed by sine and cosine: a million times the last bit of a metre."""
 ROUNDING_MPS = 1e-9
-"""What a leg's length by its time may be off: as much for speeds of metres a second."""
+"""The error of a leg's length divided by its time, likewise for speeds of some m/s."""
 
 
 def _refuse(path: str, rule: str, got: object) -> NoReturn:
@@ -38,13 +38,13 @@ def speeds(drive: DriveSection) -> None:
 
 
 def law(section: LawSection) -> None:
-    """A tolerance as large as the clearance would allow contact."""
+    """The tolerance is smaller than the clearance: otherwise contact would be allowed."""
     if section.mu0_m >= section.epsilon_m:
         _refuse("law.mu0_m", f"< epsilon_m = {section.epsilon_m:g} m", section.mu0_m)
 
 
 def fleet(section: Fleet) -> None:
-    """Places are said in one way, and for every robot."""
+    """Places are given in exactly one way, and for every robot."""
     queued = (section.start is not None, section.spacing_m is not None)
     if (section.places is not None) == any(queued) or any(queued) != all(queued):
         said = [name for name in ("places", "start", "spacing_m") if getattr(section, name) is not None]
@@ -66,7 +66,7 @@ def table(rows: Sequence[Sequence[float]] | None, obstacles: int, positions: int
 
 
 def tracks(moving: Sequence[Moving], speed_mps_max: float | None) -> None:
-    """Moving obstacles have names of their own, go forward in time, and no faster than is said."""
+    """Moving obstacles have different names, increasing times, and no leg above the top speed."""
     most_mps = SPEED_MPS_MAX if speed_mps_max is None else speed_mps_max
     rule = f"no faster than {'' if speed_mps_max is None else 'obstacle_speed_mps_max = '}{most_mps:g} m/s"
     for index, each in enumerate(moving):
@@ -81,10 +81,10 @@ def tracks(moving: Sequence[Moving], speed_mps_max: float | None) -> None:
 
 
 def sight(sensor: SensorSection, rays: int, range_m_used: float, closest_m: float) -> None:
-    """The sensor is sure to see every obstacle in time: at twice the distance that is kept from it."""
+    """The sensor is sure to see every obstacle in time: at twice the distance to keep from it."""
     if sensor.range_m_max <= closest_m:
         _refuse("sensor.range_m_max", f"> radius + epsilon = {closest_m:g} m", sensor.range_m_max)
-    # A disc of radius r + epsilon that is to move at all needs sight of more than itself; as much again.
+    # To move at all, a disc of radius r + epsilon needs sight beyond itself: this is as much again.
     if range_m_used < 2.0 * closest_m:
         raise ValueError(
             f"$.sensor: must be sure of every obstacle out to 2 (radius + epsilon) = {2.0 * closest_m:g} m, "
@@ -93,7 +93,7 @@ def sight(sensor: SensorSection, rays: int, range_m_used: float, closest_m: floa
 
 
 def errors_covered(section: LawSection, errors: Budget) -> None:
-    """The error budget: mu0 covers everything that makes a promised clearance differ from the true one."""
+    """The error budget: mu0 covers every difference between promised and true clearance."""
     if section.mu0_m < errors.total_m:
         _refuse(
             "law.mu0_m",
@@ -104,17 +104,17 @@ def errors_covered(section: LawSection, errors: Budget) -> None:
 
 
 def said(bounds: Bounds | None) -> Bounds:
-    """A random deployment has to know where the ground ends."""
+    """A random deployment needs bounds."""
     if bounds is None:
         _refuse("bounds", "said for a random deployment", "none")
     return bounds
 
 
 def places_apart(section: Fleet, poses: Sequence[Pose]) -> None:
-    """No two robots start nearer than their separation."""
+    """No two robots start nearer to each other than their separation."""
     least_m = 2.0 * section.robot_radius_m + section.separation_m
     rule = f">= 2 robot_radius_m + separation_m = {least_m:g} m"
-    if section.spacing_m is not None:  # places on one line: the spacing says it all
+    if section.spacing_m is not None:  # places on one line: the spacing is their least distance
         if len(poses) > 1 and section.spacing_m < least_m - ROUNDING_M:
             _refuse("fleet.spacing_m", rule, section.spacing_m)
         return
@@ -125,7 +125,7 @@ def places_apart(section: Fleet, poses: Sequence[Pose]) -> None:
 
 
 def within(bounds: Bounds | None, section: Fleet, poses: Sequence[Pose], goal: Goal | None) -> None:
-    """Every robot starts inside the bounds, hull and all, and may stand at the goal."""
+    """Every robot's hull is inside the bounds at its start, and at the goal."""
     if bounds is None:
         return
     for name, low_m, high_m in (("x", bounds.x_m_min, bounds.x_m_max), ("y", bounds.y_m_min, bounds.y_m_max)):
@@ -149,9 +149,9 @@ def within(bounds: Bounds | None, section: Fleet, poses: Sequence[Pose], goal: G
 def clear_of(
     ground: Ground, section: Fleet, poses: Sequence[Pose], goal: Goal | None, standoff_m: float
 ) -> None:
-    """No place and no goal is in an obstacle, or nearer to one than `standoff_m`.
+    """No place or goal is in an obstacle, or nearer to one than `standoff_m`.
 
-    A goal may be that much nearer as its tolerance lets the leader stop short of it.
+    A goal may be nearer by its tolerance, since the leader may stop that much before it.
     """
     if ground.shape_count == 0:
         return
@@ -166,7 +166,7 @@ def clear_of(
 
 
 def untouched(movers: Movers, section: Fleet, poses: Sequence[Pose]) -> None:
-    """No robot starts in contact with a moving obstacle, which is where it is at t = 0."""
+    """No robot starts in contact with a moving obstacle at its place at t = 0."""
     ground = movers.among(ground_of(()), 0.0)
     for path, place in _stands(section, poses, None) if movers.names else ():
         apart_m = distances(ground, np.array((place.x_m, place.y_m)))
@@ -177,7 +177,7 @@ def untouched(movers: Movers, section: Fleet, poses: Sequence[Pose]) -> None:
 
 
 def _stands(section: Fleet, poses: Sequence[Pose], goal: Goal | None) -> list[tuple[str, Pose | Point]]:
-    """Everywhere that a robot must be able to stand, and how the scenario's author knows it."""
+    """All places where a robot must be able to stand, with their paths in the scenario file."""
     stands: list[tuple[str, Pose | Point]] = [
         (f"fleet.{'start' if section.places is None else f'places[{k}]'}, place of robot {k + 1}", pose)
         for k, pose in enumerate(poses)

@@ -1,7 +1,7 @@
 """A random deployment: places for a fleet, drawn by the run's seed.
 
-Rule 1: the places are free, apart, and on one piece of ground: between any two of them there is a way.
-Rule 2: that piece is the one of the place that the scenario gives its robot 1, if it does; else the goal's.
+Rule 1: the places are free, apart, and on one piece of ground: there is a way between any two of them.
+Rule 2: that piece contains the scenario's place of robot 1 or, if there is none, the goal.
 """
 
 import math
@@ -23,13 +23,13 @@ from world.scenario import checks
 from world.scenario.piece import Piece, piece_of
 from world.scenario.sections import Fleet, Goal, LawSection
 
-TRIES = 10_000  # places drawn for each robot: where one in a thousand is free, all but 5 in 100,000 are found
+TRIES = 10_000  # draws per robot: with one place in 1000 free, 5 robots in 100,000 find no place
 SAID = ("places", "start", "spacing_m")
-"""The fields of a fleet that say where it starts; drawn places stand in the first of them."""
+"""The fields of a fleet that define its places; drawn places are stored in the first one."""
 
 
 class _Site(Struct, frozen=True, kw_only=True):
-    """What of a scenario decides where robots may stand; all else is for the scenario to check."""
+    """The parts of a scenario that decide where robots can stand; the scenario checks the rest."""
 
     fleet: Fleet
     law: LawSection
@@ -51,7 +51,7 @@ class _Site(Struct, frozen=True, kw_only=True):
         return None if self.goal is None else self.goal.at_m
 
     def places(self, seed: int) -> tuple[Pose, ...]:
-        """As many as there are robots, or all that were found."""
+        """One place per robot, or all places that were found."""
         radius_m, bounds = self.fleet.robot_radius_m, checks.said(self.bounds)
         ground, clear_m = ground_of(self.obstacles), radius_m + self.law.epsilon_m
         return free_places(
@@ -60,22 +60,22 @@ class _Site(Struct, frozen=True, kw_only=True):
             Movers.of(self.moving).among(ground, 0.0),
             seed=seed,
             clear_m=clear_m,
-            # As much as a robot that joins the strand keeps from all others.
+            # The distance that a joining robot keeps from all others.
             apart_m=2.0 * radius_m + self.fleet.separation_m + self.law.mu0_m,
         )
 
 
 def is_undeployed(raw: dict[str, Any]) -> bool:
-    """Whether the scenario wants random places, and none have been drawn."""
+    """Whether the scenario asks for random places that are not drawn yet."""
     fleet = raw.get("fleet")
     return isinstance(fleet, dict) and "deployment" in fleet and "places" not in fleet
 
 
 def deployed(raw: dict[str, Any], *, seed: int, source: str) -> dict[str, Any]:
-    """The scenario with its fleet at random places; `source` names it in refusals.
+    """The scenario with its fleet at random places; `source` names it in error messages.
 
     Raises:
-        UsageError: it has no bounds, or no room for so many robots, or cannot be understood.
+        UsageError: it has no bounds, no room for so many robots, or is invalid.
     """
     site = understand(raw, _Site, source)
     places = site.places(seed)
@@ -90,13 +90,13 @@ def deployed(raw: dict[str, Any], *, seed: int, source: str) -> dict[str, Any]:
 def free_places(
     robots: int, piece: Piece, ground: Ground, *, seed: int, clear_m: float, apart_m: float
 ) -> tuple[Pose, ...]:
-    """Where robots may start: fewer than are wanted where no room is found for more.
+    """Places where robots can start: fewer than requested if there is no room for more.
 
     Args:
-        robots: how many.
-        piece: where a robot may stand at all.
-        ground: the obstacles, those that move at their first place.
-        seed: the run's; with as many robots or more, the first of them start at the same places.
+        robots: number of places to draw.
+        piece: the ground where a robot can stand.
+        ground: the obstacles; moving ones at their first places.
+        seed: the run's seed; with more robots, the first ones get the same places.
         clear_m: least distance of a centre from an obstacle.
         apart_m: least distance between two centres.
     """

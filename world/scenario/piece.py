@@ -1,6 +1,6 @@
-"""One piece of free ground: all that a disc can be moved to from one place, found on a grid.
+"""One connected piece of free ground: all places that a disc can reach from one place, found on a grid.
 
-Rule 1: it is on the safe side: of a way that barely fits the grid may know nothing.
+Rule 1: the grid is conservative: it may miss a way that barely fits.
 """
 
 import math
@@ -14,17 +14,17 @@ from protocol.mission import Bounds
 from world.geometry.clearance import clearance
 from world.geometry.shapes import Ground
 
-CELLS = 4.0  # to the distance that is kept: ways that are wider than it by a fifth are found
-CELLS_MAX = 400_000  # a second or two; where the bounds are wider, cells are larger and ways need be wider
-POINTS = 4096  # measured at once, against all obstacles: some ten megabytes a thousand edges
+CELLS = 4.0  # per distance to keep: ways that are 20 % wider than necessary are found
+CELLS_MAX = 400_000  # 1 s to 2 s of work; wider bounds get larger cells, which need wider ways
+POINTS = 4096  # measured in one call, against all obstacles: about 10 MB per 1000 edges
 
 
 @dataclass(frozen=True)
 class Piece:
-    """The cells that belong to it."""
+    """The cells of the piece."""
 
     low_m: Floats
-    """The least corner of the first cell (2,) [m; world frame]."""
+    """The lower left corner of the first cell (2,) [m; world frame]."""
     cell_m: float
     cells: Flags
     """`(columns, rows)`, along x and along y."""
@@ -39,7 +39,7 @@ class Piece:
 def piece_of(
     ground: Ground, bounds: Bounds, *, at_m: tuple[float, float] | None, hull_m: float, clear_m: float
 ) -> Piece:
-    """The piece nearest to a place, or the largest if none is given; without a cell where nothing is free.
+    """The piece nearest to a place, or the largest if no place is given; empty if nothing is free.
 
     Args:
         ground: the obstacles.
@@ -53,7 +53,7 @@ def piece_of(
     cell_m = max(clear_m / CELLS, math.sqrt(float(np.prod(size_m)) / CELLS_MAX))
     columns, rows = np.ceil(size_m / cell_m).astype(int)
     middles = low_m + cell_m * (np.indices((columns, rows)).reshape(2, -1).T + 0.5)
-    # Half a cell more, or half a diagonal, and all of a free cell is free.
+    # Half a cell, or half a diagonal, is added, so that the whole area of a free cell is free.
     inner = np.minimum(middles - low_m, low_m + size_m - middles).min(axis=1) >= hull_m + cell_m / 2.0
     free = inner.copy()
     free[inner] = _clearances(ground, middles[inner]) >= clear_m + cell_m / math.sqrt(2.0)
@@ -62,7 +62,7 @@ def piece_of(
 
 
 def _chosen(labels: Indices, middles: Floats, at_m: tuple[float, float] | None) -> int:
-    """The label of the piece that is wanted."""
+    """The label of the requested piece."""
     flat = labels.reshape(-1)
     free = np.flatnonzero(flat)
     if len(free) == 0:

@@ -1,15 +1,16 @@
-"""Which file a scenario is in."""
+"""Finds the file of a scenario."""
 
 from pathlib import Path
 
 from protocol.errors import UsageError
+from protocol.files.names import did_you_mean
 from protocol.root import ROOT
 
 SCENARIOS = ROOT / "launch" / "scenarios"
 
 
 def find(name_or_path: str) -> Path:
-    """The file of a scenario: by its name in launch/scenarios, or by its own path."""
+    """The file of a scenario, by its name in launch/scenarios or by its path."""
     path = Path(name_or_path)
     if path.suffix in {".toml", ".json"}:
         return path
@@ -17,5 +18,6 @@ def find(name_or_path: str) -> Path:
     if name_or_path not in known:
         raise UsageError(
             f"unknown scenario {name_or_path!r}: must be one of {', '.join(known)}, or a .toml or .json file"
+            f"{did_you_mean(name_or_path, known)}"
         )
     return known[name_or_path]

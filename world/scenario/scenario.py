@@ -1,7 +1,7 @@
-"""A scenario: all that a run is made of, read from TOML or from a `clew-scene/1` file, and checked.
+"""A scenario: the complete description of a run, read from TOML or a `clew-scene/1` file, and checked.
 
-Rule 1: a scenario that exists is sound; its construction refuses bad relations.
-Rule 2: a scenario goes whole into the timeline's header and comes back the same.
+Rule 1: every scenario object is valid; its construction refuses invalid relations.
+Rule 2: the timeline's header contains the whole scenario; read from there it is equal.
 """
 
 from functools import cached_property
@@ -25,50 +25,50 @@ from world.scenario.deployment import deployed, is_undeployed
 from world.scenario.reading import find
 from world.scenario.sections import DriveSection, Fleet, Goal, LawSection, SensorSection, Text, TimeSection
 
-Positions = Annotated[int, Meta(ge=1, le=2**53)]  # 2**53: what JSON readers keep exact
+Positions = Annotated[int, Meta(ge=1, le=2**53)]  # 2**53: JSON readers keep integers exact up to here
 Table = Annotated[
     tuple[tuple[Length, ...], ...],
-    Meta(description="m, a row for each switching position, a column for each obstacle"),
+    Meta(description="m, one row per switching position, one column per obstacle"),
 ]
 
 
-SURE_BERTHS = 12.0
-"""Where one revolution may miss thin obstacles so near, in least distances of a centre, more are taken."""
+SURE_RANGE_KEEPS = 12.0
+"""Out to so many least centre distances, scans must show every obstacle, by more revolutions if needed."""
 
 
 class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, dict=True):
-    """The ground, the fleet, its senses and drives, the law, and what counts as done."""
+    """The obstacles, the fleet, its sensor and drives, the law, and the goal."""
 
-    name: Annotated[str, Meta(min_length=1, max_length=200, description="what verdicts call it")]
-    description: Annotated[Text, Meta(description="for people")] = ""
+    name: Annotated[str, Meta(min_length=1, max_length=200, description="its name in verdicts")]
+    description: Annotated[Text, Meta(description="free text for readers")] = ""
     fleet: Annotated[Fleet, Meta(description="the robots and where they start")]
     law: Annotated[LawSection, Meta(description="the law of the leader, and the clearance to keep")]
     sensor: Annotated[SensorSection, Meta(description="the range sensor that every body carries")]
-    drive: Annotated[DriveSection, Meta(description="how bodies drive, and how well")]
+    drive: Annotated[DriveSection, Meta(description="the speeds and errors of the bodies' drives")]
     time: Annotated[TimeSection, Meta(description="how long a run may take")]
     goal: Annotated[
-        Goal | None, Meta(description="where to; without it the leader takes the widest gap, step by step")
+        Goal | None, Meta(description="the goal; without it the leader takes the widest gap, step by step")
     ] = None
     bounds: Annotated[Bounds | None, Meta(description="the rectangle that no hull may leave")] = None
     obstacles: Annotated[
         tuple[Shape, ...],
-        Meta(max_length=10_000, description="what stands in the way; robots are told nothing of it"),
+        Meta(max_length=10_000, description="static obstacles; robots do not know them"),
     ] = field(default=(), name="obstacle")
     moving: Annotated[
         tuple[Moving, ...],
-        Meta(max_length=1000, description="obstacles on tracks; robots are told of their top speed alone"),
+        Meta(max_length=1000, description="moving obstacles on tracks; robots know only their top speed"),
     ] = ()
     obstacle_speed_mps_max: Annotated[
         Speed | None,
-        Meta(description="m/s, no obstacle moves faster; if not said, the fastest leg of any track"),
+        Meta(description="m/s, top speed of any obstacle; default: the fastest leg of any track"),
     ] = None
     switching_positions_max: Annotated[
         Positions | None,
-        Meta(description="without a goal, the leader is there when it has stopped at so many positions"),
+        Meta(description="without a goal, the leader ends after this many switching positions"),
     ] = None
     table_m: Annotated[
         Table | None,
-        Meta(description="m, the leader's distances to the obstacles to compare with: the paper's Table I"),
+        Meta(description="m, reference distances from leader to obstacles: the paper's Table I"),
     ] = None
 
     def __post_init__(self) -> None:
@@ -89,59 +89,59 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
 
     @cached_property
     def ground(self) -> Ground:
-        """The obstacles that never move, packed into arrays."""
+        """The static obstacles, packed into arrays."""
         return ground_of(self.obstacles)
 
     @cached_property
     def movers(self) -> Movers:
-        """The moving obstacles, packed likewise."""
+        """The moving obstacles, packed into arrays."""
         return Movers.of(self.moving)
 
     @property
     def seen_shapes(self) -> tuple[Shape, ...]:
-        """What the sensor has to be sure of, wherever it is: obstacles that stand and that move."""
+        """All shapes that the sensor must be sure to see: static and moving obstacles."""
         return (*self.obstacles, *(each.outline for each in self.moving))
 
     @property
     def closest_m(self) -> float:
-        """How near a robot's centre may come to an obstacle: r + epsilon."""
+        """The least distance of a robot's centre from an obstacle: r + epsilon."""
         return self.fleet.robot_radius_m + self.law.epsilon_m
 
     @cached_property
     def revolutions(self) -> int:
-        """How many of the scanner make a scan; under a law that promises nothing one, as in the paper."""
+        """Revolutions per scan; one under a law without promises, as in the paper."""
         if not self.law.law.promises_clearance:
             return 1
         return revolutions(
             self.seen_shapes,
             self.sensor.directions,
-            wanted_m=min(self.sensor.range_m_max, SURE_BERTHS * self.closest_m),
+            wanted_m=min(self.sensor.range_m_max, SURE_RANGE_KEEPS * self.closest_m),
             rays_max=RAYS_MAX,
         )
 
     @property
     def rays(self) -> int:
-        """Directions of a scan, of all its revolutions."""
+        """The number of directions of a scan with all its revolutions."""
         return self.sensor.directions * self.revolutions
 
     @cached_property
     def range_m_used(self) -> float:
-        """The range of the scans that robots get: as far as the sensor is sure to see every obstacle."""
+        """The range limit of the robots' scans: the sensor is sure to see every obstacle within it."""
         return min(self.sensor.range_m_max, sure_range_m(self.seen_shapes, self.rays))
 
     @property
     def range_error_m_max(self) -> float:
-        """Where the sensor's error is clipped."""
+        """The largest error of a range: errors are clipped there."""
         return NOISE_SIGMAS * self.sensor.range_sigma_m
 
     @cached_property
     def blind_per_range(self) -> float:
-        """How far an obstacle may reach unseen past a ray that hit it, per metre of range."""
+        """How far an obstacle can extend unseen past a ray that hit it, per metre of range."""
         return blind_per_range(self.seen_shapes, self.rays)
 
     @property
     def error_budget(self) -> Budget:
-        """What mu0 has to cover under a law that promises clearance."""
+        """The errors that mu0 has to cover under a law that promises clearance."""
         return budget(
             rays=self.rays,
             closest_m=self.closest_m,
@@ -151,7 +151,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
         )
 
     def mission(self) -> Mission:
-        """What every robot is told."""
+        """The mission that every robot gets."""
         goal, speed_mps_max = self.goal, self.obstacle_speed_mps_max
         if speed_mps_max is None:
             speed_mps_max = max((each.speed_mps_max for each in self.moving), default=0.0)
@@ -177,7 +177,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
         )
 
     def fingerprint(self) -> str:
-        """A hash that two scenarios share exactly when they say the same."""
+        """A hash of the content: equal scenarios have equal hashes."""
         return blake2b(msgspec.json.encode(self, order="deterministic"), digest_size=16).hexdigest()
 
 
@@ -189,17 +189,17 @@ def load(
     deployment: str | None = None,
     seed: int = 1,
 ) -> Scenario:
-    """The scenario of that name in launch/scenarios, or in that .toml or clew-scene/1 .json file.
+    """Load the scenario with that name in launch/scenarios, or from that .toml or clew-scene/1 .json file.
 
     Args:
-        name_or_path: which one.
+        name_or_path: the name or the path.
         robots: overrides the scenario's number of robots.
         law: overrides the scenario's law.
-        deployment: overrides where its robots start.
-        seed: the run's; it decides a random deployment.
+        deployment: overrides the scenario's places.
+        seed: the run's seed; it decides a random deployment.
 
     Raises:
-        UsageError: whatever is wrong, in one line.
+        UsageError: the scenario is invalid; one line says why.
     """
     path = find(name_or_path)
     said = read(path, name_or_path)
@@ -220,7 +220,7 @@ def load(
 
 
 def _override(raw: dict[str, Any], *options: tuple[str, str, str, str | int | None]) -> list[str]:
-    """Put in what the command line says: option, section, field, value; returns what that changed."""
+    """Apply options of the command line (option, section, field, value); returns the changes as text."""
     changes = []
     for option, section, key, value in options:
         if value is not None and isinstance(raw.get(section), dict):

@@ -1,4 +1,4 @@
-"""`clew-scene/1`: obstacle scenes in JSON, said as a scenario file would say them."""
+"""`clew-scene/1`: converts obstacle scenes in JSON to scenarios."""
 
 import math
 import re
@@ -17,15 +17,15 @@ from world.scenario.sections import SomeMetres
 ROBOTS = 5  # the paper's fleet
 EPSILON_M_MAX, EPSILON_RADII = 0.05, 0.5  # half the radius, at most 5 cm
 MU0_SHARE = 0.1  # of epsilon, as in the paper
-DIRECTIONS = 360  # a degree, as common low-cost scanners turn
+DIRECTIONS = 360  # 1 degree, as common low-cost scanners have
 SPEED_MPS, SPEED_MPS_MIN, SPEED_MPS_MAX = 0.5, 0.05, 1.0  # a small indoor robot's
 TURN_RATE_RADPS = 1.5708  # a quarter turn a second
 RANGE_M_MAX = 4.0  # as in the trial of the certified law on the BARN worlds
-RANGE_RADII = 20.0  # a robot too large for that sees as far in its own measure
-SPACING_RADII = 3.0  # the scenes' own rule for the places of robots
-LINK_RADII = 10.0  # three places apart, and some
-ERROR_SHARE = 0.25  # of the tolerance, to noise and drive each; about half stays in hand
-TIME_FACTOR = 20.0  # over the straight way at full speed: detours, turns, and five robots one by one
+RANGE_RADII = 20.0  # for large robots: range in radii
+SPACING_RADII = 3.0  # the rule of the scenes for places of robots
+LINK_RADII = 10.0  # three places, and some slack
+ERROR_SHARE = 0.25  # of the tolerance, for noise and drive each; about half remains as reserve
+TIME_FACTOR = 20.0  # times the straight way at full speed: for detours, turns, and five robots one by one
 
 OWN_PATHS = {
     "$.fleet.start": "$.start",
@@ -33,7 +33,7 @@ OWN_PATHS = {
     "$.bounds.x_m_min": "$.bounds[0]",
     "$.bounds.y_m_min": "$.bounds[1]",
 }
-"""Where a scene says what a refusal of its scenario is about."""
+"""The paths in a scene of the fields that a refusal of its scenario names."""
 
 
 class _Mover(Struct, frozen=True, kw_only=True):
@@ -45,9 +45,9 @@ class _Mover(Struct, frozen=True, kw_only=True):
 
 
 class Scene(Struct, frozen=True, kw_only=True):
-    """The keys of a scene that we use; it has others, about where it comes from.
+    """The keys of a scene that we use; others, about its origin, are ignored.
 
-    `circles` and `polygons` must be there, though they may be empty: misspelt, they would be no obstacles.
+    `circles` and `polygons` are required but may be empty: otherwise a misspelt key would mean no obstacles.
     """
 
     schema: Literal["clew-scene/1"]
@@ -69,9 +69,9 @@ class _Obstacles(Struct, frozen=True, kw_only=True):
 
 
 def as_scenario(raw: dict[str, Any], source: str) -> dict[str, Any]:
-    """What a scenario file would say of this scene; `source` names it in refusals.
+    """The scene as the content of a scenario file; `source` names it in error messages.
 
-    The noise of sensor and drive is what the tolerance can bear.
+    The noise of sensor and drive is chosen to fit the tolerance.
     """
     scene = understand(raw, Scene, source)
     obstacles = [{"shape": "circle", "centre_m": (x, y), "radius_m": r} for x, y, r in scene.circles]
@@ -92,7 +92,7 @@ def as_scenario(raw: dict[str, Any], source: str) -> dict[str, Any]:
         "fleet": {
             "robots": ROBOTS,
             "robot_radius_m": radius_m,
-            "separation_m": epsilon_m,  # a robot that has died is an obstacle like any other
+            "separation_m": epsilon_m,  # a dead robot is an obstacle like any other
             "link_length_m_max": LINK_RADII * radius_m,
             "start": (*scene.start[:2], wrap(scene.start[2])),
             "spacing_m": SPACING_RADII * radius_m,
@@ -122,7 +122,7 @@ def as_scenario(raw: dict[str, Any], source: str) -> dict[str, Any]:
 
 
 def in_own_words(refusal: str, raw: dict[str, Any]) -> str:
-    """A refusal of the scenario that a scene makes, with the scene's own paths in it."""
+    """A refusal of the scenario made from a scene, with the scene's own paths."""
 
     def own(obstacle: re.Match[str]) -> str:
         index = int(obstacle["index"])

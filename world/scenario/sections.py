@@ -1,4 +1,4 @@
-"""The sections of a scenario file; what each number may be by itself. Relations are in `checks`."""
+"""The sections of a scenario file, with the bounds of each number. Relations are in `checks`."""
 
 import math
 from typing import Annotated, Literal
@@ -18,39 +18,35 @@ SomeSpeed = Annotated[float, Meta(gt=0.0, le=100.0)]
 
 
 class _Section(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What all sections share: a misspelt field is an error."""
+    """The base of all sections: unknown fields are errors."""
 
 
 class Fleet(_Section, frozen=True, kw_only=True):
-    """The robots and where they start: `places` one by one, queued from `start` by `spacing_m`, or at random.
+    """The robots and their places: `places` lists them, `start` and `spacing_m` make a queue, or random.
 
     A queue extends backwards: robot k stands (k - 1) `spacing_m` behind `start`, against its heading.
     """
 
-    robots: Annotated[
-        int, Meta(ge=1, le=ROBOTS_MAX, description="how many robots there are; `-n` says another number")
-    ]
-    robot_radius_m: Annotated[Length, Meta(description="m, of the disc that a robot is; 0 is a point")]
-    separation_m: Annotated[Length, Meta(description="m, least allowed hull to hull")]
+    robots: Annotated[int, Meta(ge=1, le=ROBOTS_MAX, description="number of robots; `-n` overrides it")]
+    robot_radius_m: Annotated[Length, Meta(description="m, radius of a robot's disc; 0 is a point")]
+    separation_m: Annotated[Length, Meta(description="m, least allowed distance between hulls")]
     link_length_m_max: Annotated[
-        SomeMetres, Meta(description="m, a robot holds while the one behind lags further")
+        SomeMetres, Meta(description="m, a robot waits while the robot behind lags further than this")
     ]
     places: Annotated[
-        Places | None, Meta(description="where each robot starts, robot 1 first; if there is no queue")
+        Places | None, Meta(description="place of each robot, robot 1 first; instead of a queue")
     ] = None
-    start: Annotated[Place | None, Meta(description="where robot 1 of a queue starts, and its heading")] = (
-        None
-    )
+    start: Annotated[Place | None, Meta(description="place and heading of robot 1 in a queue")] = None
     spacing_m: Annotated[
-        SomeMetres | None, Meta(description="m, from centre to centre along the queue, away from `start`")
+        SomeMetres | None, Meta(description="m, between centres along the queue, away from `start`")
     ] = None
     deployment: Annotated[
         Literal["random"] | None,
-        Meta(description="`random`: the seed draws the places, unless they are said; `--deployment`"),
+        Meta(description="`random`: the seed draws the places, unless `places` gives them; `--deployment`"),
     ] = None
 
     def poses(self) -> tuple[Pose, ...]:
-        """Where each robot starts, robot 1 first."""
+        """The initial pose of each robot, robot 1 first."""
         if self.places is not None:
             return tuple(_pose(*place) for place in self.places[: self.robots])
         assert self.start is not None
@@ -65,51 +61,49 @@ def _pose(x_m: float, y_m: float, heading_rad: float) -> Pose:
 
 
 class LawSection(_Section, frozen=True, kw_only=True):
-    """The law of the leader and the clearance that it is to keep."""
+    """The law of the leader and the clearance to keep."""
 
     law: Annotated[
-        Law, Meta(description="the rule that makes a switching step out of a scan; `--law` says another")
+        Law, Meta(description="the rule that makes a switching step from a scan; `--law` overrides it")
     ] = Law.CERTIFIED
     epsilon_m: Annotated[SomeMetres, Meta(description="m, least clearance from hull to obstacle")]
-    mu0_m: Annotated[Length, Meta(description="m, tolerance on it; it has to cover the error budget")]
+    mu0_m: Annotated[Length, Meta(description="m, tolerance of the clearance; must cover the error budget")]
 
 
 class Goal(_Section, frozen=True, kw_only=True):
-    """Where the leader has to get to."""
+    """The goal of the leader."""
 
-    at_m: Annotated[tuple[Metres, Metres], Meta(description="where it is: x, y [m; world frame]")]
-    tolerance_m: Annotated[SomeMetres, Meta(description="m, how near the leader's centre has to come")]
+    at_m: Annotated[tuple[Metres, Metres], Meta(description="position: x, y [m; world frame]")]
+    tolerance_m: Annotated[SomeMetres, Meta(description="m, largest distance of the leader's centre from it")]
 
 
 class SensorSection(_Section, frozen=True, kw_only=True):
     """The range sensor that every body carries."""
 
-    directions: Annotated[int, Meta(ge=8, le=7200, description="rays of a scan, evenly spread")]
-    range_m_max: Annotated[SomeMetres, Meta(description="m, how far it sees")]
+    directions: Annotated[int, Meta(ge=8, le=7200, description="rays per revolution, evenly spaced")]
+    range_m_max: Annotated[SomeMetres, Meta(description="m, range limit")]
     range_sigma_m: Annotated[
-        Length, Meta(description="m, standard deviation of a range; errors are clipped at three")
+        Length, Meta(description="m, standard deviation of a range; errors are clipped at 3 sigma")
     ] = 0.0
 
 
 class DriveSection(_Section, frozen=True, kw_only=True):
-    """How bodies drive, and how well: equation (1) of the paper wants v_min < v < v_max."""
+    """The speeds and errors of the drives; equation (1) of the paper requires v_min < v < v_max."""
 
-    speed_mps: Annotated[SomeSpeed, Meta(description="m/s, at which robots drive")]
+    speed_mps: Annotated[SomeSpeed, Meta(description="m/s, speed of the robots; v")]
     speed_mps_min: Annotated[
-        float, Meta(ge=0.0, le=100.0, description="m/s, a body takes no order for less; v_min")
+        float, Meta(ge=0.0, le=100.0, description="m/s, bodies refuse this speed and below; v_min")
     ]
-    speed_mps_max: Annotated[SomeSpeed, Meta(description="m/s, a body takes no order for more; v_max")]
-    turn_rate_radps: Annotated[
-        float, Meta(gt=0.0, le=100.0, description="rad/s, at which bodies turn on the spot")
-    ]
+    speed_mps_max: Annotated[SomeSpeed, Meta(description="m/s, bodies refuse this speed and above; v_max")]
+    turn_rate_radps: Annotated[float, Meta(gt=0.0, le=100.0, description="rad/s, turn rate on the spot")]
     heading_error_rad: Annotated[
-        float, Meta(ge=0.0, le=0.1, description="rad, most that a body is off the heading it wants")
+        float, Meta(ge=0.0, le=0.1, description="rad, largest error of a body's heading")
     ] = 0.0
 
 
 class TimeSection(_Section, frozen=True, kw_only=True):
-    """How long a run may take."""
+    """The time limit of a run."""
 
     time_s_max: Annotated[
-        float, Meta(gt=0.0, le=1e6, description="s, simulated; the run fails when they have passed")
+        float, Meta(gt=0.0, le=1e6, description="s, simulated; the run fails after this time")
     ]

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from typing import assert_never
 
 from clew.log.follow import LOOK_S, News
+from clew.page.batches import Batches
 from clew.page.serve.feed import Feed, Place
 from clew.page.serve.watch import Began, Over, Watch
-from clew.story.story import Story
-from clew.story.telling import folder_of
+from clew.page.telling import folder_of
 
 
 @dataclass(slots=True)
@@ -20,7 +20,7 @@ class Channel:
 
     watch: Watch
     feed: Feed = field(default_factory=Feed)
-    _story: Story | None = None
+    _batches: Batches | None = None
     _folder: str = ""
     _news: asyncio.Event = field(default_factory=asyncio.Event)
     _over: bool = False
@@ -46,25 +46,25 @@ class Channel:
         for seen in self.watch.look():
             match seen:
                 case Began():
-                    self._story, self._folder = None, folder_of(seen.events)
+                    self._batches, self._folder = None, folder_of(seen.events)
                     yield seen
                 case News():
                     yield from self._packed(seen)
                 case Over():
-                    story = self._story or Story(None)
-                    story.add(verdict=seen.verdict, flaws=seen.flaws)
-                    yield from filter(None, [story.batch(ended=True)])
+                    batches = self._batches or Batches(None)
+                    batches.add(verdict=seen.verdict, flaws=seen.flaws)
+                    yield from filter(None, [batches.batch(ended=True)])
                 case _:
                     assert_never(seen)
 
     def _packed(self, news: News) -> Iterator[bytes]:
-        if self._story is None:
-            self._story = Story(news.header, self._folder)
+        if self._batches is None:
+            self._batches = Batches(news.header, self._folder)
         for heard in news.heard:
-            self._story.hear(heard.source, heard.entry)
+            self._batches.hear(heard.source, heard.entry)
         if news.flaws:
-            self._story.add(flaws=news.flaws)
-        yield from filter(None, [self._story.batch()])
+            self._batches.add(flaws=news.flaws)
+        yield from filter(None, [self._batches.batch()])
 
     def _tell(self, said: Began | bytes) -> None:
         if isinstance(said, Began):

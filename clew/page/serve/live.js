@@ -11,8 +11,9 @@
   notice.setAttribute("role", "status");
   notice.textContent = "Waiting for a run to begin.";
   document.body.prepend(notice);
-  document.getElementById("badge").textContent = "… Waiting";
+  /** @type {HTMLElement} */ (document.getElementById("badge")).textContent = "… Waiting";
 
+  /** @param {string} text empty: hide it */
   const say = (text) => {
     notice.textContent = text;
     notice.hidden = text === "";
@@ -27,6 +28,7 @@
     asked = null;
   };
 
+  /** @param {string} path of the run's feed @param {number} run its index */
   const follow = (path, run) => {
     const events = new EventSource(path);
     let ended = false;

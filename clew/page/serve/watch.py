@@ -14,7 +14,7 @@ from typing import Any
 
 from clew.log.follow import Follower, News, look
 from clew.log.vigil import Vigil, stats_of
-from clew.story.telling import verdict_of
+from clew.page.telling import verdict_of
 from world.record.recorder import EVENTS_FILE
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Error, Page, Request
 
-from clew.page.serve.browser import CHROMIUM, DESK, INSTALL, window
 from tests.support.deadline import DEADLINE_S
+from tests.support.pages.chromium import CHROMIUM, DESK, INSTALL, window
 
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason=f"no chromium here: {INSTALL}")
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from clew.page.document import document
-from clew.story.telling import Telling
+from clew.page.telling import Telling
 
 STORY = re.compile(r'<script type="text/plain" id="story">([^<]*)</script>')
 

@@ -21,8 +21,6 @@ T = TypeVar("T")
 
 LAUNCHER = ROOT / "launch" / "fleet.sh"
 
-END_S_MAX = START_S_MAX = RUN_S_MAX = DEADLINE_S  # the names that the tests of the launcher know
-
 NEVER = threading.Event()  # a process of another family announces nothing that could be waited for
 
 

@@ -1,4 +1,4 @@
-"""Verbs are asked to end by signals: where they are, or when it suits them, and only once."""
+"""Signals ask verbs to end: at once or at a convenient point, and only once."""
 
 import signal
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ from tests.support.campaigns import clew
 
 @pytest.fixture(autouse=True)
 def handlers() -> Iterator[None]:
-    """Whatever was heard by whom before a test is heard by them after it."""
+    """Restores all signal handlers after a test."""
     before = {number: signal.signal(number, unheard) for number in EXIT_CODES}
     yield
     left = {signal.getsignal(number) for number in EXIT_CODES}
@@ -27,7 +27,7 @@ def unheard(number: int, _frame: FrameType | None) -> None:
 
 
 @pytest.mark.parametrize("number", EXIT_CODES)
-def test_a_signal_ends_what_is_terminable_as_ctrl_c_does_with_128_and_its_number(number: int) -> None:
+def test_a_signal_ends_terminable_code_like_ctrl_c_with_128_plus_its_number(number: int) -> None:
     with pytest.raises(KeyboardInterrupt) as raised, terminable():
         signal.raise_signal(number)
     assert isinstance(raised.value, AskedToEnd)
@@ -43,7 +43,7 @@ def ended_twice(done: list[str]) -> None:
         done.append("tidied up")
 
 
-def test_a_second_signal_does_not_disturb_the_end_but_the_next_call_hears_again() -> None:
+def test_a_second_signal_does_not_disturb_the_end_and_the_next_call_reacts_again() -> None:
     done: list[str] = []
     for _ in range(2):
         with pytest.raises(AskedToEnd):
@@ -51,15 +51,15 @@ def test_a_second_signal_does_not_disturb_the_end_but_the_next_call_hears_again(
     assert done == ["tidied up"] * 2
 
 
-def test_what_comes_to_its_own_end_is_only_told_even_within_what_is_terminable() -> None:
+def test_asked_to_end_only_reports_a_signal_even_inside_terminable_code() -> None:
     with terminable(), asked_to_end() as asked:
         signal.raise_signal(signal.SIGHUP)
         signal.raise_signal(signal.SIGINT)
         assert asked == [129, 130]
 
 
-def test_what_was_to_be_ignored_still_is() -> None:
-    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup does
+def test_ignored_signals_stay_ignored() -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # like nohup
     try:
         with terminable(), asked_to_end() as asked:
             signal.raise_signal(signal.SIGHUP)

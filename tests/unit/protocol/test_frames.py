@@ -21,14 +21,14 @@ def test_a_wrapped_angle_is_more_than_minus_pi_and_at_most_pi(angle_rad: float) 
 
 
 @given(angles_rad)
-def test_a_wrapped_angle_points_the_same_way(angle_rad: float) -> None:
+def test_a_wrapped_angle_has_the_same_direction(angle_rad: float) -> None:
     wrapped_rad = wrap(angle_rad)
     assert math.cos(wrapped_rad) == pytest.approx(math.cos(angle_rad), abs=1e-12)
     assert math.sin(wrapped_rad) == pytest.approx(math.sin(angle_rad), abs=1e-12)
 
 
 @given(angles_rad)
-def test_wrapping_twice_is_wrapping_once(angle_rad: float) -> None:
+def test_wrapping_is_idempotent(angle_rad: float) -> None:
     assert wrap(wrap(angle_rad)) == wrap(angle_rad)
 
 
@@ -38,13 +38,13 @@ def test_minus_pi_becomes_pi() -> None:
 
 
 @given(angles_rad)
-def test_whatever_is_wrapped_may_be_sent(angle_rad: float) -> None:
+def test_every_wrapped_angle_can_be_sent(angle_rad: float) -> None:
     assert msgspec.convert(wrap(angle_rad), Radians) == wrap(angle_rad)
 
 
 @pytest.mark.parametrize("kind", [Metres, Length, Seconds, Speed, Radians])
 @pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
-def test_no_bounded_number_is_infinite_or_none(kind: object, number: float) -> None:
+def test_no_bounded_number_is_infinite_or_nan(kind: object, number: float) -> None:
     with pytest.raises(msgspec.ValidationError):
         msgspec.convert(number, kind)
 

@@ -20,27 +20,27 @@ def line_of(path: Path) -> shapely.LineString:
 
 
 @given(paths())
-def test_arc_length_is_what_shapely_measures(path: Path) -> None:
+def test_arc_length_equals_shapelys_length(path: Path) -> None:
     assert path[0].s_m == 0.0
     assert path.end_m == pytest.approx(line_of(path).length, abs=ROUNDING_M)
 
 
 @given(paths(), shares)
-def test_the_place_at_an_arc_length_is_the_one_that_shapely_finds(path: Path, share: float) -> None:
+def test_the_place_at_an_arc_length_equals_shapelys_interpolation(path: Path, share: float) -> None:
     at = path.at(share * path.end_m)
     expected = line_of(path).interpolate(share * path.end_m)
     assert (at.x_m, at.y_m) == pytest.approx((expected.x, expected.y), abs=ROUNDING_M)
 
 
 @given(paths())
-def test_at_a_vertexs_arc_length_stands_the_vertex(path: Path) -> None:
+def test_the_place_at_a_vertexs_arc_length_is_the_vertex(path: Path) -> None:
     for vertex in path.told_from(0, len(path)):
         at = path.at(vertex.s_m)
         assert (at.x_m, at.y_m) == pytest.approx((vertex.x_m, vertex.y_m), abs=ROUNDING_M)
 
 
 @given(paths(), st.floats(0.0, 10.0))
-def test_beyond_its_ends_a_path_stands_still(path: Path, beyond_m: float) -> None:
+def test_places_beyond_the_ends_are_the_ends(path: Path, beyond_m: float) -> None:
     assert path.at(-beyond_m) == path.at(0.0)
     assert path.at(path.end_m + beyond_m) == path.at(path.end_m)
 
@@ -64,7 +64,7 @@ def test_a_part_has_the_shape_of_the_whole(path: Path, one: float, two: float, w
 
 
 @given(paths(), shares)
-def test_a_part_that_ends_before_it_begins_is_the_one_place_where_it_begins(path: Path, share: float) -> None:
+def test_a_part_that_ends_before_it_begins_is_its_first_place(path: Path, share: float) -> None:
     begin_m = share * path.end_m
     corners = path.between(begin_m, begin_m - 1.0)
     assert len(corners) == 2
@@ -85,7 +85,7 @@ def test_beyond_the_end_there_is_no_next_vertex(path: Path) -> None:
 
 
 @given(paths(), st.integers(1, 12), st.data())
-def test_whatever_order_messages_come_in_and_however_often_the_whole_path_is_learnt(
+def test_the_whole_path_is_learnt_in_any_order_and_repetition_of_messages(
     path: Path, known: int, data: st.DataObject
 ) -> None:
     known = min(known, len(path))
@@ -102,7 +102,7 @@ def test_whatever_order_messages_come_in_and_however_often_the_whole_path_is_lea
 
 
 @given(paths(), st.data())
-def test_what_has_been_learnt_once_is_not_learnt_again(path: Path, data: st.DataObject) -> None:
+def test_known_vertices_are_not_added_again(path: Path, data: st.DataObject) -> None:
     first = data.draw(st.integers(0, len(path)))
     learner = _knowing(path, first)
     for _ in range(2):
@@ -110,28 +110,28 @@ def test_what_has_been_learnt_once_is_not_learnt_again(path: Path, data: st.Data
     assert learner.told_from(0, 2 * len(path)) == path.told_from(0, len(path))
 
 
-def test_what_does_not_join_on_waits_until_it_is_told_again() -> None:
+def test_vertices_beyond_a_gap_are_ignored_until_they_are_sent_again() -> None:
     path = Path([Point(x_m=float(x), y_m=0.0) for x in range(4)])
     learner = _knowing(path, 1)
     learner.learn(2, path.told_from(2, 2))
     assert len(learner) == 1
 
 
-def test_what_is_known_stays_whatever_is_said_of_it_later() -> None:
+def test_known_vertices_never_change() -> None:
     learner = Path([Point(x_m=0.0, y_m=0.0), Point(x_m=1.0, y_m=0.0)])
     learner.learn(0, [Vertex(x_m=float(x), y_m=9.0, s_m=float(x)) for x in range(3)])
     assert [vertex.y_m for vertex in learner.told_from(0, 3)] == [0.0, 0.0, 9.0]
 
 
-def test_no_more_is_told_than_asked_for() -> None:
+def test_at_most_the_requested_number_of_vertices_is_sent() -> None:
     path = Path([Point(x_m=float(x), y_m=0.0) for x in range(5)])
     assert [vertex.x_m for vertex in path.told_from(1, 2)] == [1.0, 2.0]
     assert path.told_from(5, 2) == ()
-    assert path.told_from(2**53, 2) == ()  # the highest count that the wire takes
+    assert path.told_from(2**53, 2) == ()  # the highest count in messages
 
 
 @given(paths())
-def test_a_straightened_path_leads_over_the_same_places_at_the_same_arc_lengths(path: Path) -> None:
+def test_a_straightened_path_has_the_same_places_at_the_same_arc_lengths(path: Path) -> None:
     straight = Path(straightened([Point(x_m=vertex.x_m, y_m=vertex.y_m) for vertex in path]))
     assert straight.end_m == pytest.approx(path.end_m, abs=ROUNDING_M)
     for vertex in path:
@@ -139,7 +139,7 @@ def test_a_straightened_path_leads_over_the_same_places_at_the_same_arc_lengths(
         assert (at.x_m, at.y_m) == pytest.approx((vertex.x_m, vertex.y_m), abs=10.0 * ROUNDING_M)
 
 
-def test_a_straightened_path_has_corners_and_ends_and_nothing_between() -> None:
+def test_a_straightened_path_has_only_corners_and_ends() -> None:
     places = [(0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (2.0, 2.5), (2.0, 1.5)]
     corners = straightened([Point(x_m=x_m, y_m=y_m) for x_m, y_m in places])
     assert [(corner.x_m, corner.y_m) for corner in corners] == [

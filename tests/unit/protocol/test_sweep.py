@@ -1,5 +1,5 @@
 """Straight motion past segments, judged by shapely. Lengths in the strategies are on a grid of millimetres,
-so that parallel, grazing and degenerate cases come up often."""
+so that parallel, grazing and degenerate cases are frequent."""
 
 import math
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ bearings = st.one_of(st.floats(-math.pi, math.pi), st.integers(0, 7).map(lambda 
 
 @dataclass(frozen=True)
 class Motion:
-    """A start, a heading, and what is in the way."""
+    """A start, a heading, and segments in the way."""
 
     origin: Floats
     heading: Floats
@@ -39,7 +39,7 @@ class Motion:
         return min(float(free[0]), HORIZON_M)
 
     def distances_m(self, length_m: float) -> Floats:
-        """How near the whole motion comes to each segment, by shapely."""
+        """The least distance of the whole motion from each segment, by shapely."""
         driven = shapely.LineString([self.origin, self.origin + length_m * self.heading])
         lines = shapely.linestrings(np.stack([self.starts, self.ends], axis=1))
         return np.asarray(shapely.distance(lines, driven))
@@ -65,7 +65,7 @@ LAST_BITS_M = st.sampled_from([0.0, 1e-16, -1e-16, 1e-10, -1e-10, 1e-9, -1e-9, -
 
 @st.composite
 def motions_beside(draw: st.DrawFn, beyond_keep_m: st.SearchStrategy[float]) -> Motion:
-    """One segment, and a start beside it, so much further off than its distance."""
+    """One segment, and a start beside it, further away than the distance to keep by so much."""
     start, keep_m = draw(points), draw(keeps_m)
     unit, length_m = _heading(draw(bearings)), draw(st.floats(0.01, 6.0))
     normal = np.array([-unit[1], unit[0]])
@@ -78,18 +78,18 @@ touching_motions = motions_beside(LAST_BITS_M)
 
 
 @given(st.one_of(motions(), touching_motions))
-def test_going_as_far_as_it_says_keeps_every_distance_or_comes_no_nearer(motion: Motion) -> None:
+def test_driving_the_free_distance_keeps_every_distance_or_comes_no_nearer(motion: Motion) -> None:
     at_first_m = motion.distances_m(0.0)
     assume(bool((at_first_m > 0.01).all()))
     free_m = motion.free_m()
-    # What is inside already may be turned from by a heading that is off by the touching tolerance.
+    # A start inside may leave with a heading that is off by the touching tolerance.
     allowance_m = TOUCHING_M * np.maximum(1.0, free_m / at_first_m) + ROUNDING_M
     floor_m = np.minimum(motion.keep_m, at_first_m) - allowance_m
     assert (motion.distances_m(free_m) >= floor_m).all()
 
 
 @given(st.one_of(motions(), touching_motions))
-def test_going_any_further_would_come_nearer_than_allowed(motion: Motion) -> None:
+def test_driving_further_than_the_free_distance_comes_too_near(motion: Motion) -> None:
     free_m = motion.free_m()
     assume(free_m < HORIZON_M)
     further_m = motion.distances_m(free_m + FURTHER_M)
@@ -98,7 +98,7 @@ def test_going_any_further_would_come_nearer_than_allowed(motion: Motion) -> Non
 
 
 @given(motions())
-def test_what_is_receded_from_is_not_in_the_way(motion: Motion) -> None:
+def test_a_segment_behind_the_motion_is_not_in_the_way(motion: Motion) -> None:
     nearest = nearest_on_segments(motion.origin, motion.starts, motion.ends) - motion.origin
     too_near = np.hypot(*nearest.T) < motion.keep_m
     receding = nearest @ motion.heading < 0.0
@@ -106,7 +106,7 @@ def test_what_is_receded_from_is_not_in_the_way(motion: Motion) -> None:
 
 
 @given(motions_beside(st.floats(-0.04, -1e-8)))
-def test_what_is_too_near_forbids_coming_nearer_and_nothing_else(motion: Motion) -> None:
+def test_a_segment_that_is_too_near_forbids_only_motion_towards_it(motion: Motion) -> None:
     nearest = nearest_on_segments(motion.origin, motion.starts, motion.ends) - motion.origin
     towards = float(nearest[0] @ motion.heading)
     assume(abs(towards) > 2.0 * TOUCHING_M)
@@ -114,21 +114,21 @@ def test_what_is_too_near_forbids_coming_nearer_and_nothing_else(motion: Motion)
 
 
 @pytest.mark.parametrize("off_m", [0.0, 5e-17, -5e-17, 1e-10, -1e-10, 1e-9, -1e-9])
-def test_a_start_that_touches_a_wall_to_the_last_bit_does_not_lead_through_it(off_m: float) -> None:
+def test_a_start_that_touches_a_wall_exactly_cannot_pass_through_it(off_m: float) -> None:
     wall = np.array([[-5.0, 0.0]]), np.array([[5.0, 0.0]])
     free = travel_m(np.array([0.0, -0.3 + off_m]), _heading(math.pi / 2)[None, :], *wall, np.array([0.3]))
     assert free[0] <= 3.0 * TOUCHING_M
 
 
 @pytest.mark.parametrize("off_m", [0.0, 5e-17, -5e-17, -5e-10])
-def test_a_start_that_touches_a_wall_may_lead_along_it(off_m: float) -> None:
+def test_a_start_that_touches_a_wall_can_move_along_it(off_m: float) -> None:
     wall = np.array([[-5.0, 0.0]]), np.array([[5.0, 0.0]])
     free = travel_m(np.array([0.0, -0.3 + off_m]), np.array([[1.0, 0.0]]), *wall, np.array([0.3]))
     assert free[0] == math.inf
 
 
 @pytest.mark.parametrize("closing", [5e-324, 1e-17, -1e-17])
-def test_a_heading_along_a_wall_but_for_rounding_is_along_it(closing: float) -> None:
+def test_rounding_of_a_heading_along_a_wall_does_not_block_it(closing: float) -> None:
     wall = np.array([[-5.0, 0.0]]), np.array([[5.0, 0.0]])
     for off_m in (0.3, 0.4):
         free = travel_m(np.array([0.0, -off_m]), np.array([[1.0, closing]]), *wall, np.array([0.3]))
@@ -136,7 +136,7 @@ def test_a_heading_along_a_wall_but_for_rounding_is_along_it(closing: float) -> 
 
 
 @given(motions(), st.floats(0.001, 5.0))
-def test_one_way_past_a_polyline_is_as_free_as_its_heading(motion: Motion, length_m: float) -> None:
+def test_free_way_m_equals_travel_m_for_one_heading(motion: Motion, length_m: float) -> None:
     target, keep_m = motion.origin + length_m * motion.heading, float(motion.keep_m[0])
     x, y = target - motion.origin
     line = np.stack([motion.starts, motion.ends], axis=1).reshape(-1, 2)
@@ -157,7 +157,7 @@ def test_one_way_past_a_polyline_is_as_free_as_its_heading(motion: Motion, lengt
 
 
 @given(motions())
-def test_all_headings_at_once_are_as_each_alone(motion: Motion) -> None:
+def test_all_headings_together_give_the_same_result_as_each_alone(motion: Motion) -> None:
     headings = np.stack([motion.heading, -motion.heading, motion.heading[::-1]])
     wall = motion.starts, motion.ends, motion.keep_m
     each = [travel_m(motion.origin, heading[None, :], *wall)[0] for heading in headings]
@@ -166,7 +166,7 @@ def test_all_headings_at_once_are_as_each_alone(motion: Motion) -> None:
 
 @pytest.mark.parametrize("turn_rad", np.linspace(-math.pi, math.pi, 25))
 @pytest.mark.parametrize("aim_rad", [-0.6, -0.2, 0.0, 0.2, 0.6])
-def test_what_is_in_the_way_is_so_wherever_it_lies(turn_rad: float, aim_rad: float) -> None:
+def test_a_segment_in_the_way_is_found_at_any_position(turn_rad: float, aim_rad: float) -> None:
     start, end = 2.0 * _heading(turn_rad - 0.5), 2.5 * _heading(turn_rad + 0.5)
     unturned = 2.0 * _heading(-0.5), 2.5 * _heading(0.5)
     free, there = (
@@ -177,7 +177,7 @@ def test_what_is_in_the_way_is_so_wherever_it_lies(turn_rad: float, aim_rad: flo
     assert free == pytest.approx(there, abs=ROUNDING_M)
 
 
-def test_where_nothing_stands_there_is_no_end() -> None:
+def test_without_segments_the_free_distance_is_infinite() -> None:
     none = np.empty((0, 2))
     assert travel_m(np.zeros(2), np.array([[1.0, 0.0]]), none, none, np.empty(0)).tolist() == [math.inf]
 

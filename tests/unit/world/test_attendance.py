@@ -8,7 +8,7 @@ def both_there() -> Attendance:
     return attendance
 
 
-def test_those_who_never_came_are_named() -> None:
+def test_robots_that_never_came_are_named() -> None:
     attendance = Attendance(frozenset({1, 2, 3}))
     assert attendance.appear(2, "a", wall_s=0.0) is Coming.NEW
     assert attendance.missing == [1, 3]
@@ -18,58 +18,58 @@ def test_a_robot_has_died_when_its_token_is_gone_and_it_was_silent_for_a_second(
     attendance = both_there()
     attendance.hear(1, wall_s=5.0)
     attendance.vanish(1, "a")
-    assert attendance.bury(wall_s=5.0 + SILENCE_S - 0.01) == []
-    assert attendance.bury(wall_s=5.0 + SILENCE_S) == [1]
-    assert attendance.bury(wall_s=9.0) == []
+    assert attendance.find_deaths(wall_s=5.0 + SILENCE_S - 0.01) == []
+    assert attendance.find_deaths(wall_s=5.0 + SILENCE_S) == [1]
+    assert attendance.find_deaths(wall_s=9.0) == []
     assert (attendance.dead, attendance.living) == ({1}, {2})
 
 
-def test_a_silent_robot_that_shows_its_token_lives() -> None:
-    assert both_there().bury(wall_s=1000.0) == []
+def test_a_silent_robot_that_shows_its_token_is_alive() -> None:
+    assert both_there().find_deaths(wall_s=1000.0) == []
 
 
-def test_a_robot_that_is_heard_without_its_token_lives() -> None:
+def test_a_robot_that_is_heard_without_its_token_is_alive() -> None:
     attendance = both_there()
     attendance.vanish(1, "a")
     attendance.hear(1, wall_s=8.0)
-    assert attendance.bury(wall_s=8.5) == []
+    assert attendance.find_deaths(wall_s=8.5) == []
 
 
-def test_a_token_that_comes_back_in_time_killed_nobody() -> None:
+def test_a_token_that_returns_in_time_is_no_death() -> None:
     attendance = both_there()
     attendance.vanish(1, "a")
     assert attendance.appear(1, "a", wall_s=0.5) is Coming.KNOWN
-    assert attendance.bury(wall_s=9.0) == []
+    assert attendance.find_deaths(wall_s=9.0) == []
 
 
-def test_a_dead_robot_whose_token_comes_back_was_frozen_and_lives() -> None:
+def test_a_dead_robot_whose_token_returns_was_frozen_and_is_alive() -> None:
     attendance = both_there()
     attendance.vanish(1, "a")
-    assert attendance.bury(wall_s=2.0) == [1]
+    assert attendance.find_deaths(wall_s=2.0) == [1]
     assert attendance.appear(1, "a", wall_s=3.0) is Coming.RETURNED
     assert attendance.living == {1, 2}
-    assert attendance.bury(wall_s=9.0) == []
+    assert attendance.find_deaths(wall_s=9.0) == []
 
 
-def test_a_robot_with_another_token_was_started_again_whether_its_death_was_known_or_not() -> None:
+def test_a_robot_with_another_incarnation_was_restarted_with_or_without_a_detected_death() -> None:
     attendance = both_there()
     attendance.vanish(1, "a")
     assert attendance.appear(1, "b", wall_s=0.1) is Coming.RESTARTED
     attendance.vanish(1, "b")
-    assert attendance.bury(wall_s=2.0) == [1]
+    assert attendance.find_deaths(wall_s=2.0) == [1]
     assert attendance.appear(1, "c", wall_s=3.0) is Coming.RESTARTED
     assert attendance.living == {1, 2}
 
 
-def test_the_token_of_a_forerunner_that_goes_late_takes_nobody_along() -> None:
+def test_a_late_loss_of_an_earlier_incarnations_token_is_no_death() -> None:
     attendance = both_there()
     attendance.appear(1, "c", wall_s=0.1)
     attendance.vanish(1, "a")
-    assert attendance.bury(wall_s=9.0) == []
+    assert attendance.find_deaths(wall_s=9.0) == []
 
 
-def test_what_cannot_be_heard_counts_against_nobody() -> None:
+def test_silence_without_a_router_is_no_death() -> None:
     attendance = both_there()
     attendance.vanish(1, "a")
-    attendance.excuse(wall_s=5.0)
-    assert attendance.bury(wall_s=5.0 + SILENCE_S - 0.01) == []
+    attendance.restart_silence(wall_s=5.0)
+    assert attendance.find_deaths(wall_s=5.0 + SILENCE_S - 0.01) == []

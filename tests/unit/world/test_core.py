@@ -53,7 +53,7 @@ def test_the_clock_starts_when_all_robots_have_come() -> None:
     assert [(told.t_s, told.phase) for told in stage.odometry[1]] == [(0.0, Phase.RUNNING)]
 
 
-def test_robots_that_never_come_end_the_run_by_name() -> None:
+def test_a_run_ends_and_names_robots_that_never_come() -> None:
     stage = Stage(scenario())
     stage.handle(TokenCame(2, "a"))
     assert stage.look(after_wall_s=MUSTER_WALL_S) == []
@@ -63,7 +63,7 @@ def test_robots_that_never_come_end_the_run_by_name() -> None:
     assert stage.look(after_wall_s=LAST_WORDS_WALL_S) == [RunEnded(reason="not all robots came: r1")]
 
 
-def test_an_order_is_accepted_driven_finished_and_told_at_once() -> None:
+def test_an_order_is_accepted_driven_finished_and_reported_at_once() -> None:
     stage = running()
     accepted = stage.order(1, AHEAD, step=1)
     assert kinds(accepted) == ["OrderAccepted"]
@@ -75,11 +75,11 @@ def test_an_order_is_accepted_driven_finished_and_told_at_once() -> None:
     assert at_s == pytest.approx(1.0)
 
 
-def test_a_finished_step_says_the_least_clearance_of_all_of_it_however_often_it_was_interrupted() -> None:
+def test_a_finished_step_has_the_least_clearance_of_the_whole_step_despite_interruptions() -> None:
     stage = running()
     past_the_post = Point(x_m=2.5, y_m=0.0)
     stage.order(1, past_the_post, step=1)
-    stage.tick(4 * SECOND)  # now it has passed the nearest place
+    stage.tick(4 * SECOND)  # it has passed the nearest place
     stage.order(1, None, number=2)
     stage.tick(SECOND)
     stage.order(1, past_the_post, number=3, step=1)
@@ -89,7 +89,7 @@ def test_a_finished_step_says_the_least_clearance_of_all_of_it_however_often_it_
     assert stage.world.tally.switching_steps == 1
 
 
-def test_a_step_that_is_ordered_again_at_its_end_was_finished_once() -> None:
+def test_a_step_that_is_ordered_again_at_its_end_is_finished_once() -> None:
     stage = running()
     stage.order(1, AHEAD, step=1)
     records = stage.tick(SECOND)
@@ -99,7 +99,7 @@ def test_a_step_that_is_ordered_again_at_its_end_was_finished_once() -> None:
     assert [each.number for each in records if isinstance(each, OrderFinished)] == [1, 3, 4]
 
 
-def test_a_robot_that_follows_finishes_orders_and_no_steps() -> None:
+def test_a_following_robot_finishes_orders_but_no_steps() -> None:
     stage = running()
     stage.order(2, Point(x_m=-0.5, y_m=0.0))
     records = stage.tick(SECOND)
@@ -107,7 +107,7 @@ def test_a_robot_that_follows_finishes_orders_and_no_steps() -> None:
     assert "StepFinished" not in kinds(records)
 
 
-def test_odometry_comes_every_tenth_of_a_second_and_when_an_order_is_finished() -> None:
+def test_odometry_is_sent_every_tenth_of_a_second_and_when_an_order_is_finished() -> None:
     stage = running()
     stage.order(1, Point(x_m=0.12, y_m=0.0))
     stage.tick(4 * ODOMETRY_TICKS)
@@ -120,10 +120,10 @@ def test_a_repeated_order_changes_nothing() -> None:
     stage = running()
     assert kinds(stage.order(1, AHEAD)) == ["OrderAccepted"]
     assert stage.order(1, AHEAD) == []
-    assert stage.order(1, FAR) == []  # the same number: whatever else it says
+    assert stage.order(1, FAR) == []  # the same number, with another content
 
 
-def test_a_void_order_is_refused_on_the_record() -> None:
+def test_a_refused_void_order_is_recorded() -> None:
     stage = running()
     stage.tick(2 * SECOND)
     refused = stage.order(1, AHEAD, basis_s=0.5)
@@ -131,7 +131,7 @@ def test_a_void_order_is_refused_on_the_record() -> None:
     assert not stage.world.bodies.moving.any()
 
 
-def test_a_frozen_robot_stops_its_body_once_and_goes_on_when_it_thaws() -> None:
+def test_the_body_of_a_frozen_robot_stops_once_and_continues_after_the_thaw() -> None:
     stage = running()
     stage.order(1, Point(x_m=0.9, y_m=0.0))
     records = stage.tick(2 * SECOND, awake=False)
@@ -149,10 +149,10 @@ def test_a_scan_is_served_and_shows_the_hull_of_the_other_robot() -> None:
     assert kinds(served) == ["ScanServed"]
     assert isinstance(served[0], ScanServed)
     assert served[0].hits > 0
-    assert stage.scans[0].ranges_m[0] == pytest.approx(0.5)  # straight back: 0.6 m less the hull behind
+    assert stage.scans[0].ranges_m[0] == pytest.approx(0.5)  # straight back: 0.6 m minus a hull radius
 
 
-def test_the_timeline_tells_evenly_spread_rays_of_a_scan_of_many() -> None:
+def test_the_timeline_records_evenly_spaced_rays_of_a_large_scan() -> None:
     stage = running()
     stage.handle(ScanAsked(1, 3))
     served = next(each for each in stage.records if isinstance(each, ScanServed))
@@ -171,7 +171,7 @@ def test_a_scan_shows_a_moving_obstacle_where_it_is_when_it_is_taken() -> None:
     assert [scan.ranges_m[len(scan.ranges_m) // 2] for scan in stage.scans] == pytest.approx([0.9, 1.4])
 
 
-def test_scans_are_noisy_by_the_seed_and_by_the_robot_alone() -> None:
+def test_the_noise_of_scans_depends_only_on_seed_and_robot() -> None:
     def ranges_m(seed: int, *asked: int) -> list[tuple[float, ...]]:
         stage = Stage(scenario(sensor={"range_sigma_m": 0.002}), seed=seed)
         stage.begin()
@@ -194,7 +194,7 @@ def test_the_run_is_over_when_every_robot_has_arrived_and_closes_in_two_phases()
     stage.look()
     assert stage.at()[1:] == (Phase.OVER, Ending.ARRIVED)
     assert not stage.world.bodies.moving.any()
-    assert stage.order(2, AHEAD, number=7) == []  # on its way when the run was over
+    assert stage.order(2, AHEAD, number=7) == []  # it was on its way at the end of the run
     settle(stage, 1)
     stage.look()
     assert stage.at()[1] is Phase.OVER
@@ -220,7 +220,7 @@ def leave(stage: Stage, robot: int) -> None:
     stage.handle(TokenWent(robot, "a"))
 
 
-def test_each_of_the_last_phases_ends_by_the_wall_clock_at_the_latest() -> None:
+def test_the_last_phases_have_wall_clock_limits() -> None:
     stage = running()
     stage.handle(StopAsked(ExitCode.INTERRUPTED))
     stage.look(after_wall_s=LAST_WORDS_WALL_S - 0.01)
@@ -237,7 +237,7 @@ def test_a_lost_route_ends_the_run() -> None:
     assert stage.at()[2] is Ending.ROUTE_LOST
 
 
-def test_the_time_is_up_when_the_scenario_says_so() -> None:
+def test_the_run_ends_at_the_scenarios_time_limit() -> None:
     stage = running(time={"time_s_max": 1.0})
     stage.tick(SECOND - 1)
     stage.look()
@@ -248,7 +248,7 @@ def test_the_time_is_up_when_the_scenario_says_so() -> None:
     assert stage.world.over_s == pytest.approx(1.0)
 
 
-def test_an_order_that_is_void_answers_in_lock_step_and_is_refused_once() -> None:
+def test_a_void_order_is_an_answer_in_lock_step_and_is_refused_once() -> None:
     stage = running()
     stage.order(1, AHEAD, epoch=2)
     stage.tick(ODOMETRY_TICKS, awake=False)
@@ -258,7 +258,7 @@ def test_an_order_that_is_void_answers_in_lock_step_and_is_refused_once() -> Non
     assert stage.world.awaited == {2}
 
 
-def test_a_body_tells_which_order_it_has_taken() -> None:
+def test_odometry_contains_the_number_of_the_newest_order() -> None:
     stage = running()
     stage.order(1, AHEAD, number=7)
     stage.tick(ODOMETRY_TICKS)
@@ -271,7 +271,7 @@ def test_in_lock_step_every_living_robot_owes_an_answer_to_the_last_odometry() -
     stage.order(1, None, number=0)
     assert stage.world.awaited == {2}
     stage.handle(TokenWent(2, "a"))
-    assert stage.world.awaited == {2}  # it may come back
+    assert stage.world.awaited == {2}  # it may return
     stage.look(after_wall_s=1.0)
     assert stage.world.awaited == set()
 
@@ -306,7 +306,7 @@ def test_unlawful_motion_is_recorded_at_the_end() -> None:
     assert [(each.invariant, each.robot) for each in broken if isinstance(each, PromiseBroken)] == [("S3", 2)]
 
 
-def test_refused_messages_are_put_on_record() -> None:
+def test_refused_messages_are_recorded() -> None:
     stage = running()
     refused = MessageRefused(key="k", reason="why")
     assert stage.handle(MessageDropped("k", "why")) == [refused]
@@ -317,7 +317,7 @@ def test_a_body_is_sampled_where_its_motion_changes_and_with_each_odometry() -> 
     stage.order(1, Point(x_m=0.12, y_m=0.0))
     stage.tick(4 * ODOMETRY_TICKS)
     sampled = [entry.t_s for _, entry in stage.lines if isinstance(entry.record, PoseSampled)]
-    # Placed, twice; begins; 0.1 and 0.2 s; the last two ticks are shorter by nothing; stands.
+    # Placed (2 bodies); begins; 0.1 s and 0.2 s; the last two ticks are full; stands.
     assert sampled == pytest.approx([0.0, 0.0, 0.0, 0.1, 0.2, 0.24])
     accepted = [entry for _, entry in stage.lines if isinstance(entry.record, OrderAccepted)]
     assert len(accepted) == 1

@@ -1,4 +1,4 @@
-"""When a run in which robots die, freeze, come again or cannot be heard is over."""
+"""The end of a run in which robots die, freeze, return or cannot be heard."""
 
 import pytest
 
@@ -44,17 +44,17 @@ def die(stage: Stage, robot: int, *, incarnation: str = "a") -> None:
     assert [record for record in stage.records if isinstance(record, RobotDied)][-1].robot == robot
 
 
-def test_a_run_of_which_all_robots_stay_away_is_over_after_a_while() -> None:
+def test_a_run_ends_if_all_robots_stay_away() -> None:
     stage = running()
     die(stage, 1)
-    die(stage, 2)  # each of which takes a second
+    die(stage, 2)  # each death takes a second
     stage.look(after_wall_s=ROBOTS_PATIENCE_WALL_S - 2.1)
     assert stage.at()[2] is None
     stage.look(after_wall_s=0.2)
     assert stage.at()[2] is Ending.EXTINCT
 
 
-def test_a_run_of_which_all_robots_were_cut_off_for_a_while_goes_on() -> None:
+def test_a_run_continues_after_all_robots_were_cut_off_for_a_time() -> None:
     stage = running()
     die(stage, 1)
     die(stage, 2)
@@ -88,14 +88,14 @@ def test_a_run_that_does_not_heal_ends_when_nothing_has_moved_for_the_longest_ti
     assert stage.at()[2] is Ending.STUCK
 
 
-def test_where_nobody_died_and_no_link_broke_a_strand_may_stand_as_long_as_it_likes() -> None:
+def test_without_a_death_or_a_broken_link_a_strand_may_stand_for_any_time() -> None:
     stage = running(time={"time_s_max": 500.0})
     stage.tick(round(2 * HEAL_S_MAX * SECOND))
     stage.look()
     assert stage.at()[2] is None
 
 
-def test_a_frozen_robot_counts_as_dead_until_its_token_is_back() -> None:
+def test_a_frozen_robot_counts_as_dead_until_its_token_returns() -> None:
     stage = running()
     die(stage, 1)
     assert stage.handle(TokenCame(1, "a")) == [RobotReturned(robot=1)]
@@ -107,14 +107,14 @@ def test_a_frozen_robot_counts_as_dead_until_its_token_is_back() -> None:
     assert stage.at()[2] is Ending.ARRIVED
 
 
-def test_a_robot_that_is_started_again_has_died_lives_and_has_arrived_nowhere() -> None:
+def test_a_restarted_robot_has_died_is_alive_and_has_not_arrived() -> None:
     stage = running()
     stage.write(1, RobotArrived(progress_m=1.0))
     stage.tick(SECOND)
     stage.order(2, None, number=1)
     known = [RobotDied(robot=1, silent_since_s=0.0), RobotRestarted(robot=1)]
     assert stage.handle(TokenCame(1, "b")) == known
-    assert stage.odometry[1][-1].t_s == stage.world.now_s  # it learns the time at once
+    assert stage.odometry[1][-1].t_s == stage.world.now_s  # it gets the time at once
     stage.handle(TokenWent(1, "a"))
     stage.write(2, RobotArrived(progress_m=2.0))
     stage.look()
@@ -123,7 +123,7 @@ def test_a_robot_that_is_started_again_has_died_lives_and_has_arrived_nowhere() 
     assert stage.handle(TokenCame(1, "c")) == [RobotRestarted(robot=1)]
 
 
-def test_without_a_router_nobody_is_said_to_have_died_and_the_run_waits_for_it_for_a_while() -> None:
+def test_without_a_router_no_robot_is_declared_dead_and_the_run_waits_for_a_time() -> None:
     stage = running()
     stage.look()
     for robot, incarnation in ((1, "a"), (2, "a")):

@@ -5,7 +5,7 @@ function drawSight({ context, view, run, t, px, plans }) {
   const row = run.lookup("step.planned", plans).at(t);
   if (row < 0) return;
   const steps = run.kind("step.planned");
-  const [seen, gaps] = [steps.obstacles[row], steps.gaps[row]];
+  const [seen, gaps, ends] = [steps.obstacles[row], steps.gaps[row], steps.ends[row]];
   context.strokeStyle = context.fillStyle = colour.ink;
   context.lineWidth = 1.5 * px;
   for (const { tangent_1: one, tangent_2: other } of seen) {
@@ -13,17 +13,16 @@ function drawSight({ context, view, run, t, px, plans }) {
     for (const [x, y] of [one, other]) diamond(context, x, y, 3.5 * px);
   }
   gaps.forEach((/** @type {any} */ gap, /** @type {number} */ i) => {
-    if (i === steps.gap[row] || !seen[gap.right] || !seen[gap.left]) return;
+    if (i === steps.gap[row] || !ends[i]) return;
     context.globalAlpha = gap.passable ? 0.5 : 0.25;
     context.lineWidth = px;
     context.setLineDash(gap.passable ? [5 * px, 3 * px] : [1 * px, 3 * px]);
-    stroke(context, seen[gap.right].tangent_2, seen[gap.left].tangent_1);
+    stroke(context, ends[i][0], ends[i][1]);
   });
   context.setLineDash([]);
   context.globalAlpha = 1;
-  const chosen = gaps[steps.gap[row]];
-  if (chosen && seen[chosen.right] && seen[chosen.left])
-    drawGap(context, view, px, seen[chosen.right].tangent_2, seen[chosen.left].tangent_1, chosen.width_m);
+  const chosen = ends[steps.gap[row]];
+  if (chosen) drawGap(context, view, px, chosen[0], chosen[1], gaps[steps.gap[row]].width_m);
   drawHeading(context, px, [steps.x_m[row], steps.y_m[row]], pair(steps.target[row]));
 }
 

@@ -98,8 +98,8 @@ class Lanes {
     context.textAlign = "right";
     context.fillText("step", LANE.left - 8, LANE.top + LANE.band / 2);
     context.textAlign = "center";
-    for (const [i, { step, end, ...span }] of this.app.run.steps.entries()) {
-      const [from, to] = [this.x(span.from, width), this.x(span.to, width)];
+    for (const [i, { step, end, from: fromTime, to: toTime }] of this.app.run.steps.entries()) {
+      const [from, to] = [this.x(fromTime, width), this.x(toTime, width)];
       context.globalAlpha = i % 2 ? 0.28 : 0.16;
       context.fillStyle = colour.promise;
       context.fillRect(from, LANE.top, to - from, LANE.band - 3);

@@ -49,14 +49,3 @@ function nearestNow(run, t) {
   if (least <= 0 && isMoving) return `robot ${who} is in contact with a moving obstacle`;
   return `nearest to ${isMoving ? "a moving" : "an"} obstacle: robot ${who}, ${metres(least, 3)} clear`;
 }
-
-/** What a law that promises no clearance falls short of. @param {Run} run @param {number | null} least */
-function shortfall(run, least) {
-  if (run.subject?.clearance_m_required !== 0 || least === null || !(run.epsilon > 0)) return "";
-  const kept = run.epsilon - run.mu0;
-  const short = least < kept ? `${metres(kept - least)} short of` : "no less than";
-  return (
-    `Law ${run.scenario.law?.law} promises no clearance: ${metres(least)} is ${short} ` +
-    `the ε − μ0 = ${metres(kept)} that certified has to keep.`
-  );
-}

@@ -39,7 +39,7 @@ function showVerdict(app) {
   const badge = byId("badge");
   badge.textContent = `${verdict ? (verdict.ok ? "✓ " : "✗ ") : "… "}${word}`;
   badge.className = verdict ? (verdict.ok ? "good" : "bad") : "open";
-  byId("reason").textContent = [verdict?.reason, shortfall(run, clearanceOf(run))].filter(Boolean).join(". ");
+  byId("reason").textContent = [verdict?.reason, run.shortfall].filter(Boolean).join(". ");
   const facts = subject
     ? [
         subject.scenario?.name,
@@ -90,7 +90,7 @@ function figuresOf(run) {
     ["Separation", metres(apart), required(run.subject?.separation_m_required)],
     [
       "Steps",
-      String(verdict?.switching_steps ?? Math.max(run.positions.length - 1, 0)),
+      String(verdict?.switching_steps ?? run.steps.filter(({ end }) => end === "finished").length),
       `${verdict?.planning_events ?? (run.kind("scan.served").t ?? []).length} planning events of all robots`,
     ],
     [

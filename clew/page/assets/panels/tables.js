@@ -11,62 +11,54 @@ function showSteps(app) {
   const head = element("tr", {}, ...names.map((name) => element("th", { scope: "col" }, name)));
   for (let i = 1; i <= obstacles; i++)
     head.append(element("th", { scope: "col", title: `distance to obstacle ${i}` }, `to ${i}`));
-  const rows = rowsOf(run).map(({ step, position }) => {
-    const texts = step ? stepCells(run, step) : ["", position.t_s.toFixed(2), `r${position.robot}`, "", ""];
-    const cells = [...texts, metres(position?.clearance_m, 3).replace(" m", "")].map((text) =>
-      element("td", {}, text),
-    );
-    cells.push(...distanceCells(position, paper?.[run.positions.indexOf(position)], obstacles));
-    const link = element("button", { type: "button" }, step ? String(step.step) : "start");
-    link.addEventListener("click", () => app.seek(step ? step.from : position.t_s));
-    return element("tr", {}, element("th", { scope: "row" }, link), ...cells);
+  const rowOf = (
+    /** @type {string} */ name,
+    /** @type {number} */ time,
+    /** @type {string[]} */ texts,
+    /** @type {HTMLElement[]} */ distances,
+  ) => {
+    const link = element("button", { type: "button" }, name);
+    link.addEventListener("click", () => app.seek(time));
+    const cells = texts.map((text) => element("td", {}, text));
+    return element("tr", {}, element("th", { scope: "row" }, link), ...cells, ...distances);
+  };
+  const rows = run.steps.map(({ step, from, row }) => {
+    const printed = row.position ? paper?.[row.position] : undefined;
+    return rowOf(String(step), from, stepCells(row), distanceCells(row.distances_m, printed, obstacles));
   });
+  if (run.start) {
+    const { t_s, robot, distances_m } = run.start;
+    const texts = ["", t_s.toFixed(2), `r${robot}`, "", "", "–"];
+    rows.unshift(rowOf("start", t_s, texts, distanceCells(distances_m, paper?.[0], obstacles)));
+  }
   byId("steps").replaceChildren(element("thead", {}, head), element("tbody", {}, ...rows));
   const left = run.scenario.obstacle.length - obstacles;
   byId("steps-about").textContent =
     "Distance from the leader's centre to each obstacle where each step ended [m], the nearest underlined" +
     (paper ? "; small: what the paper's Table I prints, whose position 1 is the start." : ".") +
     (left > 0 ? ` ${left} more obstacles are left out.` : "") +
-    (run.steps.some(({ row }) => leadsAway(run, run.kind("step.planned"), row))
+    (run.steps.some(({ row }) => row.leads_away)
       ? " *: something has come nearer than that, and the step leads away from it."
       : "");
 }
 
-/**
- * Whether a step promises less than the run requires: it begins nearer than that to something that has come up to the
- * robot, and leads away. @param {Run} run @param {Columns} plans @param {number} row
- */
-function leadsAway(run, plans, row) {
-  const promised = plans.promised_clearance_m[row];
-  return promised !== null && promised < (run.subject?.clearance_m_required ?? 0);
-}
-
-/** The start, and then a row for each step. @param {Run} run @returns {{step?: Step, position?: any}[]} */
-function rowsOf(run) {
-  const start = run.positions.find((each) => each.step === 0);
+/** @param {any} row of a step, as a batch has it */
+function stepCells(row) {
   return [
-    ...(start ? [{ position: start }] : []),
-    ...run.steps.map((step) => ({ step, position: run.positions[step.position] })),
+    row.from_s.toFixed(2),
+    row.end === "" ? "under way" : row.to_s.toFixed(2) + (row.end === "finished" ? "" : ` ${row.end}`),
+    `r${row.robot}`,
+    row.length_m.toFixed(3),
+    (row.promised_m?.toFixed(3) ?? "–") + (row.leads_away ? " *" : ""),
+    row.clearance_m?.toFixed(3) ?? "–",
   ];
 }
 
-/** @param {Run} run @param {Step} step */
-function stepCells(run, step) {
-  const plans = run.kind("step.planned");
-  return [
-    step.from.toFixed(2),
-    step.end === "" ? "under way" : step.to.toFixed(2) + (step.end === "finished" ? "" : ` ${step.end}`),
-    `r${step.robot}`,
-    plans.length_m[step.row].toFixed(3),
-    (plans.promised_clearance_m[step.row]?.toFixed(3) ?? "–") + (leadsAway(run, plans, step.row) ? " *" : ""),
-  ];
-}
-
-/** @param {any} position @param {number[] | undefined} printed @param {number} count */
-function distanceCells(position, printed, count) {
-  const nearest = position ? Math.min(...position.distances_m) : NaN;
+/** @param {number[] | undefined} distances @param {number[] | undefined} printed @param {number} count */
+function distanceCells(distances, printed, count) {
+  const nearest = Math.min(...(distances ?? []));
   return Array.from({ length: count }, (_, column) => {
-    const here = position?.distances_m[column];
+    const here = distances?.[column];
     const cell = element("td", here === nearest ? { class: "nearest" } : {}, here?.toFixed(3) ?? "–");
     if (printed?.[column] !== undefined) cell.append(element("small", {}, printed[column].toFixed(3)));
     return cell;
@@ -92,9 +84,8 @@ const marked = new Map();
 /** Mark the row of the newest step. @param {App} app */
 function markStep(app) {
   const body = byId("steps").lastElementChild;
-  const newest = newestStep(app.run, app.time);
-  const place = rowsOf(app.run).findIndex(({ step }) => step === newest); // without one, that of the start
-  mark(byId("steps"), body?.children[place]);
+  const place = app.run.steps.findLastIndex((each) => each.from <= app.time); // -1: the start
+  mark(byId("steps"), body?.children[place + (app.run.start ? 1 : 0)]);
 }
 
 const MOMENTS_SHOWN = 400; // in the list; all are on the time line
@@ -116,7 +107,7 @@ function showMoments(app) {
         { type: "button" },
         element("time", {}, moment.t.toFixed(2)),
         element("i", { class: `row${moment.sign.row}` }, moment.sign.sign),
-        element("span", {}, sentence(moment), why(app.run, moment)),
+        element("span", {}, moment.says),
       );
       link.addEventListener("click", () => app.seek(moment.t));
       return element("li", {}, link);
@@ -124,12 +115,6 @@ function showMoments(app) {
   );
   byId("moments-about").textContent =
     told.length < all.length ? `${told.length} of ${all.length}, those of the rarest kinds.` : "";
-}
-
-/** Why a step promises less than it has to keep. @param {Run} run @param {Moment} moment */
-function why(run, { kind, rows, i }) {
-  const isSo = kind === "step.planned" && leadsAway(run, rows, i);
-  return isSo ? ": something has come nearer, and it leads away from that" : "";
 }
 
 /** Mark the newest moment and have it in sight of the list. @param {App} app */
@@ -143,10 +128,7 @@ function markMoment(app) {
 
 /** @param {App} app */
 function showMessages(app) {
-  const books = app.run.losses
-    .told()
-    .filter(([, { sent, received }]) => sent || received)
-    .sort(([one], [other]) => one.localeCompare(other, "en", { numeric: true }));
+  const books = app.run.losses.books.filter(({ sent, received }) => sent || received);
   const head = element(
     "tr",
     {},
@@ -154,11 +136,11 @@ function showMessages(app) {
       element("th", { scope: "col" }, name),
     ),
   );
-  const rows = books.map(([link, book]) =>
+  const rows = books.map((book) =>
     element(
       "tr",
       {},
-      element("th", { scope: "row" }, link.replace(">", "→")),
+      element("th", { scope: "row" }, `${book.sender} → ${book.receiver}`),
       ...bookCells(book).map((text) => element("td", {}, text)),
     ),
   );
@@ -168,7 +150,7 @@ function showMessages(app) {
     : "Robots close their books at the end of a run.";
 }
 
-/** @param {Told} book */
+/** @param {Book} book */
 function bookCells({ sent, received, injected }) {
   if (sent === null || received === null)
     return [String(sent ?? "–"), String(received ?? "–"), "–", "not known: its process died"];

@@ -1,4 +1,4 @@
-// Columns of numbers as a batch holds them (clew/story/batch.py, rule 3), and how they are looked up.
+// Columns of numbers as a batch holds them (clew/page/batch.py, rule 3), and how they are looked up.
 
 /** A column that grows, without a new array for every number. */
 class Growing {

@@ -27,6 +27,7 @@ class Run {
     this.scenario = sound(null);
     /** @type {any} */
     this.verdict = null;
+    this.shortfall = "";
     /** @type {string[]} */
     this.flaws = [];
     this.end = 0;
@@ -49,10 +50,10 @@ class Run {
     this.strands = [];
     /** @type {Map<number, {x: number, y: number, s: number}[]>} */
     this.paths = new Map();
-    /** @type {any[]} */
-    this.positions = [];
-    /** @type {Step[] | null} made when asked for */
-    this.known = null;
+    /** @type {{t_s: number, robot: number, distances_m: number[]} | null} where the leader stood first */
+    this.start = null;
+    /** @type {Step[]} */
+    this.steps = [];
     this.moments = new Moments();
     this.losses = new Losses();
   }
@@ -66,10 +67,6 @@ class Run {
     if (this.ended) return this.end;
     const known = Math.max(0, ...[...this.bodies.values()].map((body) => body.t.last ?? 0));
     return Math.max(known, this.end - LAG_S); // where all stand, nothing is sampled
-  }
-
-  get steps() {
-    return (this.known ??= stepsOf(this));
   }
 
   get radius() {
@@ -89,7 +86,6 @@ class Run {
 
   /** Take a batch in. @param {any} batch */
   take(batch) {
-    this.known = null;
     if (batch.subject) {
       this.subject = batch.subject;
       this.scenario = sound(batch.subject.scenario);
@@ -108,11 +104,15 @@ class Run {
     this.strands.sort((one, other) => one.t_s - other.t_s);
     for (const [epoch, corners] of Object.entries(batch.paths ?? {}))
       this.paths.set(Number(epoch), arcs(corners));
-    this.positions.push(...(batch.positions ?? []));
+    this.start = batch.start ?? this.start;
+    for (const step of batch.steps ?? []) this.steps[step.place] = new Step(this, step);
+    if (batch.losses) this.losses.take(batch.losses);
+    this.losses.books = batch.books ?? this.losses.books;
     for (const [kind, columns] of Object.entries(batch.entries ?? {})) this.takeEntries(kind, columns);
     this.end = Math.max(this.end, batch.end_s ?? 0);
     this.ended ||= batch.ended ?? false;
     this.verdict = batch.verdict ?? this.verdict;
+    this.shortfall = batch.shortfall ?? this.shortfall;
     this.flaws = batch.flaws ?? this.flaws;
   }
 
@@ -132,7 +132,6 @@ class Run {
       const under = key ? key(rows, i) : null;
       if (under !== null) this.lookup(kind, under).add(rows.t[i], i);
       this.moments.add(kind, rows, i);
-      this.losses.add(kind, rows, i);
     }
   }
 

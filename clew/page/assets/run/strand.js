@@ -43,17 +43,6 @@ function authorityAt(run, strand, place, t) {
 }
 
 /**
- * The step that a robot drives or has driven last.
- * @param {Run} run @param {number} robot @param {number} t @returns {any} null: none
- */
-function stepAt(run, robot, t) {
-  const row = run.lookup("step.planned", robot).at(t);
-  if (row < 0) return null;
-  const steps = run.kind("step.planned");
-  return Object.fromEntries(Object.entries(steps).map(([name, values]) => [name, values[row]]));
-}
-
-/**
  * The part of a path between two arc lengths, for a canvas.
  * @param {CanvasRenderingContext2D} context @param {{x: number, y: number, s: number}[]} path
  * @param {number} from @param {number} to

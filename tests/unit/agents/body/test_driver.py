@@ -1,4 +1,4 @@
-"""The driver in conversation with a body that drives straight and says where it is."""
+"""The driver in conversation with a body that drives straight and reports its odometry."""
 
 import math
 from dataclasses import dataclass, field
@@ -24,7 +24,7 @@ ODOMETRY_AT_START = Odometry(
 
 @dataclass
 class Body:
-    """Drives along the x axis to the newest order's target, as far as it gets in a period."""
+    """Drives along the x axis towards the newest order's target, period by period."""
 
     x_m: float = 0.0
     t_s: float = 0.0
@@ -33,7 +33,7 @@ class Body:
     told: list[Odometry] = field(default_factory=list)
 
     def live(self) -> Odometry:
-        """One period later; what it tells then."""
+        """The odometry after one period."""
         self.t_s += PERIOD_S
         if self.order is not None:
             target_m = self.x_m if self.order.target is None else self.order.target.x_m
@@ -55,11 +55,11 @@ def awake() -> tuple[Driver, Body]:
 
 
 def to(driver: Driver, x_m: float) -> None:
-    """Along a path that is the x axis, arc length and place are the same number."""
+    """The path is the x axis, so that arc length and x are the same number."""
     driver.to(Point(x_m=x_m, y_m=0.0), reach_m=x_m, epoch=1)
 
 
-def test_before_the_body_has_spoken_the_driver_is_neither_awake_nor_standing() -> None:
+def test_before_the_first_odometry_the_driver_is_neither_awake_nor_standing() -> None:
     driver = Driver(speed_mps=SPEED_MPS)
     assert (driver.awake, driver.standing) == (False, False)
     driver.hear(Body().tell())
@@ -78,7 +78,7 @@ def test_an_order_is_driven_to_its_end_and_then_the_driver_stands() -> None:
     assert [progress_m for _, progress_m in heard] == pytest.approx([0.05, 0.10, 0.15, 0.15])
 
 
-def test_an_order_in_hand_is_confirmed_as_of_the_newest_odometry_and_keeps_its_number() -> None:
+def test_the_current_order_is_confirmed_at_the_newest_odometry_and_keeps_its_number() -> None:
     driver, body = awake()
     to(driver, 1.0)
     first = driver.drive
@@ -87,7 +87,7 @@ def test_an_order_in_hand_is_confirmed_as_of_the_newest_odometry_and_keeps_its_n
     assert (first.basis_s, driver.drive.basis_s) == pytest.approx((PERIOD_S, 2.0 * PERIOD_S))
 
 
-def test_each_order_has_a_new_number_and_says_what_it_is_for() -> None:
+def test_each_order_has_a_new_number_with_its_epoch_and_step() -> None:
     driver, _ = awake()
     driver.to(Point(x_m=1.0, y_m=2.0), reach_m=7.0, epoch=3, step=4)
     first = driver.drive
@@ -97,7 +97,7 @@ def test_each_order_has_a_new_number_and_says_what_it_is_for() -> None:
     assert driver.drive.speed_mps == SPEED_MPS
 
 
-def test_to_stand_is_an_order_of_its_own_and_is_given_once() -> None:
+def test_the_order_to_stand_has_its_own_number_and_is_given_once() -> None:
     driver, body = awake()
     to(driver, 1.0)
     body.order = driver.drive
@@ -112,7 +112,7 @@ def test_to_stand_is_an_order_of_its_own_and_is_given_once() -> None:
     assert driver.progress_m == pytest.approx(body.x_m)
 
 
-def test_who_stands_already_is_not_told_to_stand() -> None:
+def test_a_standing_body_is_not_ordered_to_stand() -> None:
     driver, body = awake()
     driver.stand()
     assert driver.drive.number == 0
@@ -123,23 +123,23 @@ def test_who_stands_already_is_not_told_to_stand() -> None:
     assert driver.drive.number == 1
 
 
-def test_after_a_stop_on_the_way_the_rest_of_the_way_is_counted_from_where_the_body_came_to_stand() -> None:
+def test_after_a_stop_progress_counts_from_where_the_body_stopped() -> None:
     driver, body = awake()
     to(driver, 1.0)
     body.order = driver.drive
     driver.hear(body.live())
     driver.stand()
-    driver.hear(body.live())  # the order to stand is still on its way
+    driver.hear(body.live())  # the order to stand is still in transit
     body.order = driver.drive
     driver.hear(body.live())
-    # Too little would be safe ahead, but too much once the strand has turned round.
+    # Too low a progress would be safe now, but too high once the strand has turned round.
     assert driver.progress_m == pytest.approx(body.x_m) == pytest.approx(2.0 * STRIDE_M)
     to(driver, 1.0)
     driver.hear(body.tell())
     assert driver.progress_m == pytest.approx(2.0 * STRIDE_M)
 
 
-def test_who_has_been_sent_somewhere_knows_it_before_its_body_is_heard_and_when_it_has_stopped() -> None:
+def test_a_robot_knows_that_its_body_was_sent_before_odometry_shows_it_and_after_a_stop() -> None:
     driver, body = awake()
     sent = [driver.was_sent]
     to(driver, 0.5)
@@ -167,7 +167,7 @@ actions = st.lists(
 
 
 @given(actions)
-def test_progress_is_what_the_body_has_driven_whenever_it_stands_and_never_more(
+def test_progress_is_the_driven_length_when_the_body_stands_and_never_more(
     actions: list[float | str],
 ) -> None:
     driver, body = awake()
@@ -191,7 +191,7 @@ def test_progress_is_what_the_body_has_driven_whenever_it_stands_and_never_more(
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(0.0, 5.0))
-def test_a_body_that_is_off_its_way_has_come_no_further_than_what_it_is_short_of_the_target(
+def test_the_progress_of_a_body_off_its_way_follows_from_the_distance_to_the_target(
     x_m: float, y_m: float, reach_m: float
 ) -> None:
     driver = Driver(speed_mps=SPEED_MPS)
@@ -203,14 +203,14 @@ def test_a_body_that_is_off_its_way_has_come_no_further_than_what_it_is_short_of
     assert driver.progress_m == max(0.0, reach_m - math.hypot(x_m, y_m))
 
 
-def test_a_driver_that_takes_its_place_in_the_middle_of_the_path_has_that_much_behind_it() -> None:
+def test_a_driver_that_begins_in_the_middle_of_the_path_has_that_progress() -> None:
     driver, body = awake()
     driver.progress_m = 2.0
     driver.hear(body.live())
     assert driver.progress_m == 2.0
 
 
-def test_a_robot_that_is_started_again_first_has_its_body_stand_with_an_order_behind_all_late_ones() -> None:
+def test_a_restarted_robot_first_stops_its_body_with_a_number_above_all_late_orders() -> None:
     driver = Driver(speed_mps=0.5)
     driver.hear(replace(ODOMETRY_AT_START, ordered=57, finished=56, moving=True))
     driver.start_again()
@@ -224,18 +224,18 @@ def test_a_robot_that_is_started_again_first_has_its_body_stand_with_an_order_be
     assert driver.drive.number == stands + 1
 
 
-def test_orders_of_each_life_are_beyond_all_of_the_one_before_even_where_the_body_has_taken_none() -> None:
+def test_the_orders_of_each_life_have_higher_numbers_even_if_the_body_accepted_none_before() -> None:
     numbers = []
     for t_s in (0.4, 0.7, 9.0):
         driver = Driver(speed_mps=0.5)
         driver.hear(replace(ODOMETRY_AT_START, t_s=t_s))
         driver.start_again()
         numbers.append(driver.drive.number)
-        assert not driver.standing, "its body has to take that order first"
+        assert not driver.standing, "the body must accept that order first"
     assert min(b - a for a, b in pairwise(numbers)) > LATE_ORDERS
 
 
-def test_what_the_body_has_not_taken_yet_is_not_counted_again() -> None:
+def test_an_order_that_the_body_has_not_accepted_yet_is_not_counted_again() -> None:
     driver = Driver(speed_mps=0.5)
     driver.hear(ODOMETRY_AT_START)
     driver.to(Point(x_m=1.0, y_m=0.0), reach_m=1.0, epoch=1)

@@ -1,4 +1,4 @@
-"""A robot and its sensor: what is asked, when it is asked again, and which answers are believed."""
+"""A robot and its sensor: queries, repetitions, and the answers that are accepted."""
 
 from agents.body.driver import Driver
 from agents.body.senses import RETRY_S, Senses
@@ -22,18 +22,18 @@ def scan(at: Pose = HERE, *, t_s: float = 0.0, revolutions: int = 2, range_m: fl
     return Scan(t_s=t_s, pose=at, ranges_m=(range_m,) * (revolutions * MISSION.directions))
 
 
-def test_a_question_is_asked_again_only_when_no_answer_has_come_for_a_while() -> None:
+def test_a_query_is_repeated_only_if_no_answer_has_come_for_a_while() -> None:
     senses, _ = standing()
     asked = [senses.ask(now_s) for now_s in (0.0, 0.9 * RETRY_S, RETRY_S)]
     assert asked == [[AskScan(MISSION.revolutions)], [], [AskScan(MISSION.revolutions)]]
 
 
-def test_a_closer_look_is_asked_for_by_its_revolutions() -> None:
+def test_a_closer_look_is_a_query_with_more_revolutions() -> None:
     senses, _ = standing()
     assert senses.ask(0.0, revolutions=8) == [AskScan(8)]
 
 
-def test_an_answer_is_believed_once_and_then_the_next_question_may_be_asked_at_once() -> None:
+def test_an_answer_is_used_once_and_then_the_next_query_may_be_sent_at_once() -> None:
     senses, _ = standing()
     senses.ask(0.0)
     senses.hear(scan())
@@ -42,7 +42,7 @@ def test_an_answer_is_believed_once_and_then_the_next_question_may_be_asked_at_o
     assert senses.ask(0.1) != []
 
 
-def test_a_scan_from_elsewhere_is_not_believed_and_not_kept_either() -> None:
+def test_a_scan_from_another_place_is_neither_used_nor_kept() -> None:
     senses, driver = standing()
     senses.hear(scan(THERE))
     assert senses.take() is None
@@ -50,7 +50,7 @@ def test_a_scan_from_elsewhere_is_not_believed_and_not_kept_either() -> None:
     assert senses.take() is None
 
 
-def test_a_scan_from_before_those_left_out_must_stand_is_not_believed_however_late_it_comes() -> None:
+def test_a_scan_from_before_the_robots_left_out_must_stand_is_not_used() -> None:
     senses, _ = standing()
     senses.trust_from(2.0)
     senses.trust_from(1.0)
@@ -60,7 +60,7 @@ def test_a_scan_from_before_those_left_out_must_stand_is_not_believed_however_la
     assert senses.take() is not None
 
 
-def test_a_scan_that_is_coarser_than_asked_for_is_a_late_answer_to_another_question() -> None:
+def test_a_scan_with_too_few_revolutions_is_a_late_answer_to_another_query() -> None:
     senses, _ = standing()
     senses.hear(scan(revolutions=2))
     assert senses.take(revolutions=8) is None
@@ -68,7 +68,7 @@ def test_a_scan_that_is_coarser_than_asked_for_is_a_late_answer_to_another_quest
     assert senses.take(revolutions=8) is not None
 
 
-def test_what_is_further_away_than_the_range_counts_as_not_seen() -> None:
+def test_hits_beyond_the_range_count_as_not_seen() -> None:
     senses, _ = standing()
     senses.hear(scan(range_m=9.0))
     seen = senses.take()
@@ -77,7 +77,7 @@ def test_what_is_further_away_than_the_range_counts_as_not_seen() -> None:
     assert seen.ranges_m.max() == MISSION.range_m_max
 
 
-def test_a_glimpse_on_the_way_is_good_wherever_it_was_taken_but_not_from_before() -> None:
+def test_a_glimpse_is_accepted_from_any_place_but_not_from_before() -> None:
     senses, _ = standing()
     senses.hear(scan(THERE, t_s=1.0))
     assert senses.glimpse(2.0) is None
@@ -85,9 +85,9 @@ def test_a_glimpse_on_the_way_is_good_wherever_it_was_taken_but_not_from_before(
     glimpse = senses.glimpse(2.0)
     assert glimpse is not None
     assert glimpse[1] == 3.0
-    assert senses.glimpse(2.0) is None, "it is used once"
+    assert senses.glimpse(2.0) is None, "a scan is used once"
 
 
-def test_who_looks_while_it_drives_asks_whatever_is_still_on_its_way() -> None:
+def test_a_driving_robot_asks_for_a_scan_even_if_a_query_is_pending() -> None:
     senses, _ = standing()
     assert [senses.look(now_s) for now_s in (0.0, 0.1)] == [[AskScan(MISSION.revolutions)]] * 2

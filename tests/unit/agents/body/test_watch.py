@@ -1,4 +1,4 @@
-"""How long a body that may not move is taken to be only waiting, where obstacles move."""
+"""How long a step is kept while the scans do not permit the body to move."""
 
 from msgspec.structs import replace
 
@@ -16,7 +16,7 @@ TICK_S = 0.1
 
 
 class Body:
-    """One robot's, whose order or place changes as told; time passes in tenths of a second."""
+    """A robot's body whose order and place the test sets; time passes in tenths of a second."""
 
     def __init__(self) -> None:
         self.driver = Driver(speed_mps=MISSION.speed_mps, watched=True)
@@ -25,7 +25,7 @@ class Body:
         self.wait(TICK_S)
 
     def wait(self, for_s: float, *, speed_mps: float = 0.0) -> bool:
-        """So much time passes; whether the step in hand then had better be given up."""
+        """Let time pass; returns whether to give up the current step then."""
         for _ in range(round(for_s / TICK_S)):
             self.now_s += TICK_S
             self.x_m += speed_mps * TICK_S
@@ -41,13 +41,13 @@ class Body:
         self.driver.to(AHEAD, reach_m=2.0, epoch=1)
 
 
-def test_a_body_under_way_that_does_not_move_is_waited_for_so_long() -> None:
+def test_a_step_is_given_up_when_the_body_has_not_moved_for_the_limit() -> None:
     body = Body()
     body.go()
     assert [body.wait(STILL_S_MAX), body.wait(0.3)] == [False, True]
 
 
-def test_a_body_that_moves_again_is_waited_for_anew() -> None:
+def test_the_limit_starts_again_when_the_body_moves() -> None:
     body = Body()
     body.go()
     assert not body.wait(STILL_S_MAX - 1.0)
@@ -55,7 +55,7 @@ def test_a_body_that_moves_again_is_waited_for_anew() -> None:
     assert not body.wait(STILL_S_MAX - 1.0)
 
 
-def test_to_stand_for_a_silent_link_in_between_counts_for_nothing_and_makes_nothing_undone() -> None:
+def test_standing_for_a_silent_link_neither_counts_nor_resets_the_limit() -> None:
     body = Body()
     body.go()
     assert not body.wait(STILL_S_MAX - 2.0)

@@ -265,7 +265,7 @@ def test_shut_in_by_a_wall_it_has_no_step() -> None:
 
 # --- the leader gets clear --------------------------------------------------------------------------
 
-ENOUGH_M = MISSION.berth_m + CLEAR_M
+ENOUGH_M = MISSION.obstacle_keep_m + CLEAR_M
 POST = (0.25, 0.0)  # nearer than a leg to here may end, further than the hull
 POST_M = 0.05
 

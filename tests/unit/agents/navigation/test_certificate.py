@@ -1,4 +1,4 @@
-"""The certificate holds: no step comes nearer to anything than it promised, wherever the shapes stand."""
+"""The certificate holds: no step comes nearer to any shape than it promised."""
 
 import math
 
@@ -33,7 +33,7 @@ NOWHERE = np.zeros(2)
 
 @st.composite
 def scenes(draw: st.DrawFn) -> list[Shape]:
-    """Posts, ellipses and regular polygons around the robot, which stands clear of all of them.
+    """Posts, ellipses and regular polygons around a robot that does not touch them.
 
     All are wide enough to be seen at this range, and no corner is sharper than 60 degrees.
     """
@@ -64,14 +64,14 @@ def _shape(centre_m: tuple[float, float], radius_m: float, turned_rad: float, co
 
 
 def least_clearance_m(shapes: list[Shape], lengths_m: np.ndarray) -> np.ndarray:
-    """What the hull really keeps along a step in each heading."""
+    """The true clearance of the hull along a step in each heading."""
     ends = lengths_m[:, None] * np.stack([np.cos(HEADINGS_RAD), np.sin(HEADINGS_RAD)], axis=1)
     return clearance(ground_of(shapes), np.zeros_like(ends), ends) - ROBOT.robot_radius_m
 
 
 @given(scenes())
 @settings(max_examples=60)
-def test_every_certified_step_keeps_epsilon_all_along(shapes: list[Shape]) -> None:
+def test_every_certified_step_keeps_epsilon(shapes: list[Shape]) -> None:
     walls = scan_walls(look_around(shapes, ROBOT), ROBOT)
     lengths = np.minimum(certified_lengths_m(NOWHERE, HEADINGS_RAD, walls), ROBOT.range_m_max)
     assert (least_clearance_m(shapes, lengths) >= ROBOT.epsilon_m - 1e-9).all()
@@ -79,7 +79,7 @@ def test_every_certified_step_keeps_epsilon_all_along(shapes: list[Shape]) -> No
 
 @given(scenes(), st.sampled_from(range(len(HEADINGS_RAD))))
 @settings(max_examples=60)
-def test_what_a_step_promises_it_keeps(shapes: list[Shape], heading: int) -> None:
+def test_every_step_keeps_its_promised_clearance(shapes: list[Shape], heading: int) -> None:
     view = look_around(shapes, ROBOT)
     lengths = certified_lengths_m(NOWHERE, HEADINGS_RAD, scan_walls(view, ROBOT))
     length_m = min(float(lengths[heading]), ROBOT.range_m_max)
@@ -93,7 +93,7 @@ def test_what_a_step_promises_it_keeps(shapes: list[Shape], heading: int) -> Non
 
 @given(scenes())
 @settings(max_examples=30, deadline=None)
-def test_nothing_beyond_what_was_seen_is_certified(shapes: list[Shape]) -> None:
+def test_no_step_beyond_the_seen_region_is_certified(shapes: list[Shape]) -> None:
     view = look_around(shapes, ROBOT)
     lengths = certified_lengths_m(NOWHERE, view.bearings_rad, scan_walls(view, ROBOT))
     assert (lengths <= view.ranges_m - KEEP_M + 1e-9).all()
@@ -106,7 +106,7 @@ def test_in_the_open_a_step_ends_before_the_range_limit() -> None:
     assert lengths == pytest.approx(ROBOT.range_m_max - KEEP_M - unsure_m, abs=1e-3)
 
 
-def test_an_opening_narrower_than_robot_and_clearance_is_not_entered() -> None:
+def test_an_opening_too_narrow_for_robot_and_clearance_is_not_entered() -> None:
     shapes: list[Shape] = [wall((1.0, 3.0), (1.0, 0.19)), wall((1.0, -0.19), (1.0, -3.0))]
     walls = scan_walls(look_around(shapes, ROBOT), ROBOT)
     assert certified_lengths_m(NOWHERE, np.array([0.0]), walls)[0] < 0.95
@@ -118,7 +118,7 @@ def test_an_opening_that_is_wide_enough_is_passed() -> None:
     assert certified_lengths_m(NOWHERE, np.array([0.0]), walls)[0] > 1.5
 
 
-def test_what_is_too_near_forbids_motion_towards_it_and_no_other() -> None:
+def test_an_edge_that_is_too_near_only_forbids_motion_towards_it() -> None:
     near: list[Shape] = [wall((0.15, 0.5), (0.15, -0.5))]
     walls = scan_walls(look_around(near, ROBOT), ROBOT)
     towards_m, away_m = certified_lengths_m(NOWHERE, np.array([0.0, np.pi]), walls)
@@ -126,10 +126,12 @@ def test_what_is_too_near_forbids_motion_towards_it_and_no_other() -> None:
     assert away_m > 1.0
 
 
-def test_an_edge_that_reaches_far_behind_an_obstacle_is_not_as_wide_beside_it() -> None:
+def test_an_edge_that_reaches_far_away_is_narrower_near_the_obstacle() -> None:
     shapes: list[Shape] = [wall((1.0, 3.0), (1.0, 0.22)), wall((1.0, -0.22), (1.0, -3.0))]
     walls = scan_walls(look_around(shapes, ROBOT), ROBOT)
-    assert ROBOT.blind_per_range * ROBOT.range_m_max > 0.02, "as wide, it would close the opening"
+    assert ROBOT.blind_per_range * ROBOT.range_m_max > 0.02, (
+        "with the width of its far end it would close the opening"
+    )
     assert certified_lengths_m(NOWHERE, np.array([0.0]), walls)[0] > 1.2
 
 
@@ -143,7 +145,7 @@ def test_a_wider_range_error_makes_steps_shorter() -> None:
 
 
 @given(st.floats(0.5, 3.0), st.floats(-1.5, 1.5))
-def test_ground_that_robots_behind_may_come_to_is_kept_away_from(x_m: float, y_m: float) -> None:
+def test_a_step_keeps_its_distance_from_ground_that_robots_behind_may_reach(x_m: float, y_m: float) -> None:
     assume(np.hypot(x_m, y_m) > 0.4)
     there = ground_walls(np.array([[x_m, y_m], [x_m, y_m + 1.0]]), keep_m=0.3)
     bearing_rad = np.array([np.arctan2(y_m, x_m)])
@@ -159,14 +161,14 @@ def test_the_hull_stays_inside_the_bounds() -> None:
     assert free == pytest.approx(np.array([3.0, 4.0, 1.0, 2.0]) - margin_m)
 
 
-def test_walls_join() -> None:
+def test_joined_walls_contain_all_segments() -> None:
     one = ground_walls(np.array([[1.0, -1.0], [1.0, 1.0]]), keep_m=0.1)
     other = ground_walls(np.array([[-1.0, -1.0], [-1.0, 1.0]]), keep_m=0.2)
     free = certified_lengths_m(NOWHERE, np.array([0.0, np.pi]), Walls.joined(one, other))
     assert free == pytest.approx([0.9, 0.8])
 
 
-def test_an_obstacle_of_which_one_ray_is_seen_beside_a_robot_is_in_the_promise() -> None:
+def test_the_promise_covers_an_obstacle_of_which_one_ray_shows_beside_a_robot() -> None:
     shapes: list[Shape] = [wall((1.5, 1.0), (1.5, -1.0))]
     view = look_around(shapes, ROBOT)
     lone = int(np.flatnonzero(view.hits)[len(np.flatnonzero(view.hits)) // 2])

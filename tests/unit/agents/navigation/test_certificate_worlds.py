@@ -1,4 +1,4 @@
-"""The certificate against shapely: what it grants is true, and what it refuses it refuses for a reason."""
+"""The certificate against shapely: certified steps are safe, and refusals have a reason."""
 
 import math
 
@@ -20,7 +20,7 @@ from tests.support.scenes.standpoints import (
 from world.geometry.shapes import Circle, Polygon, Shape
 
 ROUNDING_M = 1e-8
-SAMPLE_M = 0.01  # apart on the free polygon's outline
+SAMPLE_M = 0.01  # spacing of samples on the outline of the free polygon
 BEYOND_M = 1e-3  # further than certified
 
 patiently = settings(max_examples=60)
@@ -33,16 +33,16 @@ def certified_m(there: Standpoint) -> Floats:
 
 
 def least_kept_m(there: Standpoint) -> float:
-    """What a centre keeps from every shape: r + epsilon, or less where it stands nearer already.
+    """The distance of the centre from every shape: r + epsilon, or less if it stands nearer already.
 
-    A robot that touches may go along what it touches, at a right angle to the nearest point of an edge.
-    What the edge hides between its rays can lie ahead by one spacing of them, and is passed at that cosine.
+    A robot in contact may drive along the surface, at a right angle to the nearest point of an edge. A part
+    hidden between two rays can be ahead by one ray spacing, and is passed at the cosine of that.
     """
-    berth_m = there.radius_m + there.epsilon_m
-    return min(berth_m, there.off_m) * math.cos(math.tau / there.directions) - ROUNDING_M
+    keep_m = there.radius_m + there.epsilon_m
+    return min(keep_m, there.off_m) * math.cos(math.tau / there.directions) - ROUNDING_M
 
 
-def assert_granted_truly(there: Standpoint) -> None:
+def assert_certified_steps_are_safe(there: Standpoint) -> None:
     moves = there.moves(certified_m(there))
     assert there.true_distance_m(moves).min() >= least_kept_m(there)
 
@@ -50,7 +50,7 @@ def assert_granted_truly(there: Standpoint) -> None:
 @patiently
 @given(standpoints())
 def test_no_certified_step_comes_nearer_than_epsilon_to_any_shape(there: Standpoint) -> None:
-    assert_granted_truly(there)
+    assert_certified_steps_are_safe(there)
 
 
 @patiently
@@ -79,11 +79,11 @@ def test_the_disc_of_a_certified_step_stays_in_the_free_polygon(there: Standpoin
 
 @patiently
 @given(standpoints())
-def test_what_is_refused_would_touch_what_the_scan_may_hide_ahead(there: Standpoint) -> None:
+def test_each_refused_step_could_touch_something_hidden_from_the_scan(there: Standpoint) -> None:
     lengths_m = certified_m(there)
     places = shapely.get_coordinates(shapely.segmentize(there.free.exterior, SAMPLE_M))
     off_m = np.hypot(*(places - there.position).T)
-    # A piece of an edge is as wide as at its far end, and a chord is nearer in its middle than at its ends.
+    # A piece of an edge has the width of its far end, and a chord is nearer in the middle than at its ends.
     hidden_m = PIECE * there.mission.blind_per_range * np.maximum(off_m, NEAR_M)
     hidden_m /= math.cos(math.pi / there.directions)
     keep_m = BERTH_M + there.range_error_m + hidden_m + SAMPLE_M
@@ -118,7 +118,7 @@ HARD: dict[str, list[Shape]] = {
     "a spike that points at the robot": [needle((0.4, 0.0), 0.0)],
     "a spike across the way": [needle((0.5, -0.1), 1.4)],
     "a spike that leans along the rays": [needle((0.4, 0.05), 0.3, 0.2)],
-    "a spike that looks out from behind a post": [
+    "a spike partly behind a post": [
         Circle(centre_m=(0.6, 0.15), radius_m=0.15),
         needle((0.9, -0.02), 0.6),
     ],
@@ -141,11 +141,13 @@ HARD: dict[str, list[Shape]] = {
 
 @pytest.mark.parametrize("directions", [24, 90, 360])
 @pytest.mark.parametrize("shapes", HARD.values(), ids=HARD.keys())
-def test_hard_shapes_between_two_rays_wherever_the_rays_fall(shapes: list[Shape], directions: int) -> None:
+def test_certified_steps_are_safe_around_hard_shapes_between_two_rays(
+    shapes: list[Shape], directions: int
+) -> None:
     spacing_rad = math.tau / directions
     for turn in np.linspace(0.0, spacing_rad, 12, endpoint=False).tolist():
         there = Standpoint(tuple(turned(shape, turn) for shape in shapes), np.zeros(2), directions, 0.0, 0)
-        assert_granted_truly(there)
+        assert_certified_steps_are_safe(there)
 
 
 def turned(shape: Shape, by_rad: float) -> Shape:
@@ -156,7 +158,7 @@ def turned(shape: Shape, by_rad: float) -> Shape:
         case Polygon():
             return Polygon(vertices_m=tuple(rotated(corner, by_rad) for corner in shape.vertices_m))
         case _:
-            raise AssertionError(shape)  # none here
+            raise AssertionError(shape)  # no other shapes are used
 
 
 def rotated(point: tuple[float, float], by_rad: float) -> tuple[float, float]:

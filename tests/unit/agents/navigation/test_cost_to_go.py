@@ -16,14 +16,14 @@ cells = st.lists(
     min_size=24,
     max_size=24,
 ).map(lambda costs: np.array(costs).reshape(GRID.shape))
-# On a raster that no middle of a cell is on, so that it is clear which four cells are around.
+# A raster without cell centres, so that the four cells around are unambiguous.
 places = st.tuples(st.integers(-40, 60), st.integers(-40, 60)).map(
     lambda place: np.array([place[0] * 0.07 + 0.011, place[1] * 0.07 + 0.013])
 )
 
 
 @given(cells, st.lists(places, min_size=1, max_size=20))
-def test_the_cost_at_a_point_is_by_way_of_the_best_of_the_four_cells_around(
+def test_the_cost_at_a_point_is_over_the_best_of_the_four_cells_around(
     costs: Floats, points: list[Floats]
 ) -> None:
     found = CostToGo(GRID, costs).at(np.array(points))

@@ -24,7 +24,7 @@ def posts(*directions: int, of: int = 36, range_m: float = 1.0) -> list[float]:
 
 
 @given(ranges())
-def test_each_obstacle_has_one_gap_on_either_side_unless_it_is_alone(ranges_m: list[float]) -> None:
+def test_each_obstacle_has_one_gap_on_either_side_unless_it_is_the_only_one(ranges_m: list[float]) -> None:
     obstacles = obstacles_of(ranges_m)
     gaps = find_gaps(obstacles)
     everyone = list(range(len(obstacles))) if len(obstacles) > 1 else []
@@ -43,7 +43,7 @@ def test_width_and_middle_are_those_of_the_line_between_the_tangent_points(range
 
 
 @given(ranges())
-def test_the_angle_of_a_gap_leads_from_its_right_side_anti_clockwise_to_its_left(
+def test_the_angle_of_a_gap_runs_anti_clockwise_from_its_right_to_its_left_side(
     ranges_m: list[float],
 ) -> None:
     obstacles = obstacles_of(ranges_m)
@@ -55,7 +55,7 @@ def test_the_angle_of_a_gap_leads_from_its_right_side_anti_clockwise_to_its_left
 
 
 @given(ranges())
-def test_obstacles_and_gaps_together_go_round_once(ranges_m: list[float]) -> None:
+def test_the_angles_of_obstacles_and_gaps_add_up_to_a_full_turn(ranges_m: list[float]) -> None:
     obstacles = obstacles_of(ranges_m)
     gaps = find_gaps(obstacles)
     covered = [(each.bearing_2_rad - each.bearing_1_rad) % math.tau for each in obstacles]
@@ -64,7 +64,7 @@ def test_obstacles_and_gaps_together_go_round_once(ranges_m: list[float]) -> Non
 
 
 @given(ranges(), st.integers(0, 80))
-def test_surroundings_that_turn_turn_the_gaps(ranges_m: list[float], directions: int) -> None:
+def test_gaps_turn_with_the_surroundings(ranges_m: list[float], directions: int) -> None:
     before, after = find_gaps(obstacles_of(ranges_m)), find_gaps(obstacles_of(turned(ranges_m, directions)))
     turn_rad = math.tau * directions / len(ranges_m)
     assert _middles(after) == pytest.approx(_middles(before, turn_rad), abs=1e-9)
@@ -73,7 +73,7 @@ def test_surroundings_that_turn_turn_the_gaps(ranges_m: list[float], directions:
 
 
 def _middles(gaps: list[Gap], turned_rad: float = 0.0) -> list[float]:
-    """How far the middles are from some places that turn along: their pattern, whatever their order."""
+    """Distances of the middles from places that turn with them: a pattern independent of their order."""
     cosine, sine = math.cos(turned_rad), math.sin(turned_rad)
     turned_middles = [(cosine * x - sine * y, sine * x + cosine * y) for x, y in (gap.middle for gap in gaps)]
     beacons = [(9.0, 0.0), (0.0, 9.0), (-5.0, -7.0)]
@@ -93,7 +93,7 @@ def test_a_gap_ahead_opens_towards_the_robot_and_the_one_behind_does_not() -> No
     assert not is_passable(behind, passable_m=0.9)
 
 
-def test_a_gap_is_passable_from_exactly_the_width_that_the_robot_needs() -> None:
+def test_a_gap_is_passable_from_exactly_the_required_width() -> None:
     ahead = find_gaps(obstacles_of(posts(15, 21)))[0]
     assert is_passable(ahead, passable_m=ahead.width_m)
     assert not is_passable(ahead, passable_m=math.nextafter(ahead.width_m, math.inf))

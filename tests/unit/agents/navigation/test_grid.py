@@ -16,7 +16,7 @@ LOW = np.array([-1.0, -0.5])
 HIGH = np.array([1.0, 1.0])
 ROUNDING_M = 1e-9
 
-# In millimetres: shapely divides by the square of a length that is all but nothing.
+# In millimetres: shapely divides by the square of a length, which must not be tiny.
 around = st.tuples(st.integers(-1600, 1600), st.integers(-1100, 1600)).map(
     lambda place: (place[0] / 1000.0, place[1] / 1000.0)
 )
@@ -28,26 +28,26 @@ def grid() -> Grid:
     return Grid.over(LOW, HIGH, CELL_M, cells_max=10_000)
 
 
-def middles(of: Grid) -> Floats:
-    """The middle of every cell (x, y, 2)."""
+def centres(of: Grid) -> Floats:
+    """The centre of every cell (x, y, 2)."""
     return of.centres_of(np.moveaxis(np.indices(of.shape), 0, -1))
 
 
 @given(st.floats(0.1, 300.0), st.floats(0.1, 300.0), st.floats(0.01, 0.5))
-def test_a_grid_covers_its_rectangle_with_no_more_cells_than_it_may_have(
+def test_a_grid_covers_its_rectangle_within_the_limit_of_cells(
     width_m: float, height_m: float, cell_m: float
 ) -> None:
     high = LOW + np.array([width_m, height_m])
     covering = Grid.over(LOW, high, cell_m, cells_max=5000)
     assert (covering.high >= high - ROUNDING_M * np.abs(high)).all()
     assert covering.cell_m >= cell_m
-    # The last row and column may stick out; of a rectangle thinner than a cell there is one row.
+    # The last row and column may overlap; a rectangle thinner than a cell has one row.
     most = 5000 + sum(covering.shape) + 1
     assert math.prod(covering.shape) <= most
 
 
 @given(points_around)
-def test_a_point_is_in_the_cell_whose_middle_is_nearest(points: Floats) -> None:
+def test_a_point_is_in_the_cell_whose_centre_is_nearest(points: Floats) -> None:
     of = grid()
     off = np.abs(of.centres_of(of.cells_of(points)) - points)
     assert (off <= CELL_M / 2.0 + ROUNDING_M).all()
@@ -56,20 +56,20 @@ def test_a_point_is_in_the_cell_whose_middle_is_nearest(points: Floats) -> None:
 
 
 @given(points_around, reaches_m, st.floats(0.0, 0.3))
-def test_room_is_never_more_than_the_distance_to_any_point_and_exact_within_reach(
+def test_room_never_exceeds_the_distance_to_a_point_and_is_exact_within_reach(
     points: Floats, reach_m: float, less_m: float
 ) -> None:
     of = grid()
     points, room = points[of.has(points)], np.full(of.shape, np.inf)
     of.lower_around(room, points, reach_m=reach_m, less_m=less_m)
-    off_m = np.hypot(*np.moveaxis(middles(of)[:, :, None] - points, -1, 0)).min(axis=-1, initial=np.inf)
+    off_m = np.hypot(*np.moveaxis(centres(of)[:, :, None] - points, -1, 0)).min(axis=-1, initial=np.inf)
     near = off_m <= reach_m
     assert room[near] == pytest.approx(off_m[near] - less_m, abs=ROUNDING_M)
     assert (room >= off_m - less_m - ROUNDING_M).all()
 
 
 @given(points_around, points_around, reaches_m)
-def test_room_only_ever_shrinks_and_the_order_of_points_does_not_matter(
+def test_room_only_shrinks_and_does_not_depend_on_the_order_of_points(
     one: Floats, other: Floats, reach_m: float
 ) -> None:
     of = grid()
@@ -83,7 +83,7 @@ def test_room_only_ever_shrinks_and_the_order_of_points_does_not_matter(
     assert there.tolist() == back.tolist()
 
 
-def test_no_points_take_no_room() -> None:
+def test_without_points_room_does_not_change() -> None:
     of = grid()
     room = np.full(of.shape, np.inf)
     of.lower_around(room, np.empty((0, 2)), reach_m=0.5, less_m=0.0)
@@ -91,12 +91,12 @@ def test_no_points_take_no_room() -> None:
 
 
 @given(st.lists(around, min_size=2, max_size=6), reaches_m)
-def test_the_distance_off_a_line_is_shapelys_within_reach_and_more_or_nothing_beyond(
+def test_the_distance_off_a_line_agrees_with_shapely_within_reach(
     corners: list[tuple[float, float]], reach_m: float
 ) -> None:
     of = grid()
     found_m = of.off_line(np.array(corners), reach_m=reach_m)
-    line, cells = shapely.LineString(corners), middles(of)
+    line, cells = shapely.LineString(corners), centres(of)
     expected_m = shapely.distance(line, shapely.points(cells[..., 0], cells[..., 1]))
     near = expected_m <= reach_m
     assert found_m[near] == pytest.approx(expected_m[near], abs=1e-7)
@@ -105,13 +105,13 @@ def test_the_distance_off_a_line_is_shapelys_within_reach_and_more_or_nothing_be
 
 def test_the_distance_off_the_border_is_that_of_the_nearest_side() -> None:
     of = grid()
-    cells = middles(of)
+    cells = centres(of)
     expected_m = np.minimum(cells - of.low, of.high - cells).min(axis=-1)
     assert of.off_border() == pytest.approx(expected_m)
 
 
 @given(st.lists(st.booleans(), min_size=30, max_size=30))
-def test_open_cells_are_joined_to_their_open_neighbours_and_to_no_others(open_or_not: list[bool]) -> None:
+def test_open_cells_are_joined_exactly_to_their_open_neighbours(open_or_not: list[bool]) -> None:
     of = Grid(LOW, (6, 5), CELL_M)
     is_open = np.array(open_or_not).reshape(of.shape)
     graph = Lattice.of(of).priced(np.where(is_open, 2.0, np.inf)).toarray()
@@ -137,7 +137,7 @@ def test_a_grid_without_walls_is_one_piece() -> None:
 
 @given(points_around)
 @settings(max_examples=50)
-def test_two_points_on_the_grid_have_one_number_exactly_if_they_share_a_fine_part(points: Floats) -> None:
+def test_two_points_have_the_same_number_exactly_if_they_share_a_fine_part(points: Floats) -> None:
     of = grid()
     on_it = points[of.has(points)]
     numbers = of.fine_parts(on_it)

@@ -38,7 +38,7 @@ def test_the_printed_heading_does_not_depend_on_the_angle_of_the_gap(
     assert one == other
 
 
-def test_so_the_printed_heading_can_lie_outside_the_bounds_of_15() -> None:
+def test_the_printed_heading_can_lie_outside_the_bounds_of_15() -> None:
     chord_m, delta_rad = 1.0, 0.25
     alpha_rad = obstacle_angle_rad(chord_m, EPSILON_M)
     assert printed_heading_rad(chord_m, chord_m, EPSILON_M) > delta_rad - alpha_rad
@@ -55,16 +55,16 @@ def test_the_resultant_heading_lies_between_its_two_vectors(
 
 
 @given(CHORDS_M, st.floats(0.0, 3.1))
-def test_between_equal_chords_the_resultant_halves_the_gap(chord_m: float, delta_rad: float) -> None:
+def test_with_equal_chords_the_resultant_halves_the_gap(chord_m: float, delta_rad: float) -> None:
     beta_rad = resultant_heading_rad(chord_m, chord_m, EPSILON_M, delta_rad)
     assert beta_rad == pytest.approx(delta_rad / 2.0, abs=1e-9)
 
 
 # Proposition 1 says that a step of length (12) at the heading (14) keeps epsilon - mu0 from both obstacles.
 # At distance s along the step the offset from the tangent to j' is s sin(beta), and the end of j' stands
-# at s = l1'. So where j' is near and wide (l1' < L'/2, the step passes its end) the step passes it at
-# l1' sin(beta). Two thin walls of 1 m do: one ends 0.2 m ahead of the robot, on the axis; the other begins
-# a metre away, 0.4 rad to the left.
+# at s = l1'. So if j' is near and wide (l1' < L'/2), the step passes the end of j' at l1' sin(beta).
+# Two thin walls of 1 m are an example: one ends 0.2 m ahead of the robot, on the axis; the other begins a
+# metre away, 0.4 rad to the left.
 NEAR_AND_WIDE = wall((0.2, 0.0), (0.2, -1.0))
 FAR = wall((math.cos(0.4), math.sin(0.4) + 1.0), (math.cos(0.4), math.sin(0.4)))
 COUNTER_EXAMPLE = [NEAR_AND_WIDE, FAR]
@@ -88,6 +88,6 @@ def test_the_certified_law_survives_the_counter_example() -> None:
 
 
 @pytest.mark.parametrize("law", [Law.PRINTED, Law.RESULTANT])
-def test_the_paper_laws_have_no_step_without_two_obstacles(law: Law) -> None:
+def test_the_paper_laws_give_no_step_without_two_obstacles(law: Law) -> None:
     assert isinstance(step_through([], under(law)), NoStep)
     assert isinstance(step_through([NEAR_AND_WIDE], under(law)), NoStep)

@@ -32,7 +32,7 @@ def apart_m(view: View, one: int, other: int) -> float:
 
 
 @given(ranges(), widths_m)
-def test_every_hit_is_in_exactly_one_obstacle_and_nothing_else_is_in_any(
+def test_every_hit_is_in_exactly_one_obstacle_and_no_other_direction_is(
     ranges_m: list[float], passable_m: float
 ) -> None:
     view = view_of(ranges_m)
@@ -45,7 +45,7 @@ def test_every_hit_is_in_exactly_one_obstacle_and_nothing_else_is_in_any(
 
 
 @given(ranges(), widths_m)
-def test_nothing_that_the_robot_could_pass_lies_between_neighbouring_hits_of_one_obstacle(
+def test_the_robot_cannot_pass_between_neighbouring_hits_of_one_obstacle(
     ranges_m: list[float], passable_m: float
 ) -> None:
     view = view_of(ranges_m)
@@ -66,21 +66,21 @@ def test_two_obstacles_in_neighbouring_directions_are_far_enough_apart_to_pass(
 
 
 @given(ranges(), widths_m)
-def test_obstacles_come_anti_clockwise_from_behind(ranges_m: list[float], passable_m: float) -> None:
+def test_obstacles_are_listed_anti_clockwise_from_behind(ranges_m: list[float], passable_m: float) -> None:
     found = find_obstacles(view_of(ranges_m), passable_m=passable_m)
     firsts = [obstacle.bearing_1_rad for obstacle in found]
     assert firsts == sorted(firsts)
 
 
 @given(ranges(), widths_m, st.integers(0, 80))
-def test_surroundings_that_turn_turn_the_obstacles(
+def test_obstacles_turn_with_the_surroundings(
     ranges_m: list[float], passable_m: float, directions: int
 ) -> None:
     size = len(ranges_m)
     before = find_obstacles(view_of(ranges_m), passable_m=passable_m)
     after = find_obstacles(view_of(turned(ranges_m, directions)), passable_m=passable_m)
     expected = {frozenset((member + directions) % size for member in members(each, size)) for each in before}
-    # A ring without an opening has no ends, wherever it is turned.
+    # A ring without an opening has no ends, at any angle.
     assert {frozenset(members(each, size)) for each in after} == expected
     assert sorted(each.chord_m for each in after) == pytest.approx(
         sorted(each.chord_m for each in before)
@@ -97,7 +97,7 @@ def test_a_chord_is_the_distance_between_the_tangent_points(ranges_m: list[float
         assert obstacle.chord_m == apart_m(view, first, last)
 
 
-def test_where_nothing_is_hit_there_is_no_obstacle() -> None:
+def test_a_scan_without_hits_has_no_obstacle() -> None:
     assert find_obstacles(view_of([NOTHING_M] * 8), passable_m=PASSABLE_M) == []
 
 
@@ -115,7 +115,7 @@ def test_hits_all_around_without_an_opening_are_one_obstacle() -> None:
     assert ends(obstacle, 36) == (0, 35)
 
 
-def test_a_ring_with_one_opening_that_is_no_wider_than_a_jump_in_range_ends_there() -> None:
+def test_a_ring_with_one_jump_in_range_ends_at_that_jump() -> None:
     ring = [0.5] * 36
     ring[18:20] = [3.0, 3.1]
     found = find_obstacles(view_of(ring), passable_m=0.55)
@@ -132,5 +132,5 @@ def test_a_run_across_the_seam_of_the_scan_is_one_obstacle() -> None:
     assert [ends(obstacle, 36) for obstacle in found] == [(10, 11), (34, 2)]
 
 
-def test_what_a_robot_passes_is_its_hull_and_its_clearance_on_both_sides() -> None:
+def test_the_passable_width_is_hull_and_clearance_on_both_sides() -> None:
     assert passable_width_m(0.1 + 0.05) == pytest.approx(0.3)

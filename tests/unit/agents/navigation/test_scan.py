@@ -38,7 +38,7 @@ def test_each_point_lies_at_its_range_and_bearing_in_the_world(measured_m: list[
 
 
 @given(ranges_m, poses)
-def test_what_is_at_the_range_or_beyond_it_is_not_seen(measured_m: list[float], at: Pose) -> None:
+def test_a_hit_at_the_range_or_beyond_it_is_not_seen(measured_m: list[float], at: Pose) -> None:
     seen = view_of(measured_m, at)
     assert seen.hits.tolist() == [range_m < RANGE_M_MAX for range_m in measured_m]
     assert seen.ranges_m.max() <= RANGE_M_MAX
@@ -53,13 +53,13 @@ def test_the_nearest_hit_is_the_shortest_range_and_none_where_nothing_is_hit(
     assert view_of(measured_m, at).nearest_m == min(hits_m, default=None)
 
 
-def test_the_way_the_body_faces_does_not_turn_the_scan() -> None:
+def test_the_heading_of_the_body_does_not_turn_the_scan() -> None:
     facing = [view_of([1.0] * 8, Pose(x_m=1.0, y_m=2.0, heading_rad=turn)) for turn in (0.0, 2.0)]
     assert facing[0].points.tolist() == facing[1].points.tolist()
 
 
 @given(ranges_m, poses, st.data())
-def test_without_a_direction_its_hit_is_gone_and_no_other(
+def test_removing_directions_removes_exactly_their_hits(
     measured_m: list[float], at: Pose, data: st.DataObject
 ) -> None:
     seen = view_of(measured_m, at)
@@ -71,7 +71,7 @@ def test_without_a_direction_its_hit_is_gone_and_no_other(
 
 
 @given(clouds, places, places)
-def test_distances_to_a_segment_are_shapelys(
+def test_distances_to_a_segment_agree_with_shapely(
     cloud: np.ndarray, start: tuple[float, float], end: tuple[float, float]
 ) -> None:
     measured_m = distances_to_segments(cloud, np.array(start), np.array(end))

@@ -1,4 +1,4 @@
-"""What the leader makes of a scan: every case has its stated answer."""
+"""The leader's decision on a scan: every case has its answer."""
 
 import dataclasses
 import math
@@ -41,40 +41,40 @@ def test_a_goal_in_the_open_is_one_step_away() -> None:
     assert step.cost_to_go_m == 0.0
 
 
-def test_a_goal_beyond_the_range_is_approached_as_far_as_can_be_promised() -> None:
+def test_a_goal_beyond_the_range_is_approached_as_far_as_certified() -> None:
     step = planned(step_through([], to(10.0, 0.0)))
     assert ROBOT.range_m_max - KEEP_M - 0.1 < step.length_m < ROBOT.range_m_max - KEEP_M
     assert step.heading_rad == pytest.approx(0.0, abs=0.02)
 
 
-def test_with_a_goal_no_obstacle_or_one_is_no_special_case() -> None:
+def test_with_a_goal_no_obstacle_and_one_obstacle_are_no_special_cases() -> None:
     post: list[Shape] = [Circle(centre_m=(1.5, 0.05), radius_m=0.3)]
     step = planned(step_through(post, to(3.0, 0.0)))
     assert step.length_m > 1.0
-    assert step.heading_rad < 0.0, "round the post on the shorter side"
+    assert step.heading_rad < 0.0, "around the post on the shorter side"
 
 
-def test_a_goal_behind_is_gone_back_to_where_nobody_is_behind() -> None:
+def test_a_leader_alone_goes_back_to_a_goal_behind_it() -> None:
     step = planned(step_through([], to(-1.5, 0.0)))
     assert abs(step.heading_rad) == pytest.approx(math.pi)
 
 
 def queue_behind() -> Ground:
-    """Robots behind take up the x axis from -1 m to -0.3 m."""
+    """Robots behind occupy the x axis from -1 m to -0.3 m."""
     path = Path([Point(x_m=-1.0, y_m=0.0), Point(x_m=0.0, y_m=0.0)])
     return Ground(path, tail_m=0.0, granted_m=0.7, keep_m=0.3, behind_m=0.0, occupied_m=0.0)
 
 
-def test_a_goal_behind_the_strand_is_gone_to_past_the_ground_that_has_been_granted() -> None:
+def test_the_way_to_a_goal_behind_the_strand_avoids_granted_ground() -> None:
     mission = to(-1.5, 0.0)
     step = plan(Leader(mission, ORIGIN), [], mission, queue_behind())
     assert isinstance(step, StepPlanned)
     assert abs(step.target.y_m) >= 0.3
     assert step.cost_to_go_m is not None
-    assert step.cost_to_go_m < 2.5, "round the queue, not away from it"
+    assert step.cost_to_go_m < 2.5, "around the queue, not away from it"
 
 
-def test_where_only_the_strand_is_in_the_way_the_leader_waits_for_it_and_then_has_it_turn_round() -> None:
+def test_if_only_the_strand_is_in_the_way_the_leader_waits_then_turns_it_round() -> None:
     mission = to(-1.5, 0.0)
     corridor: list[Shape] = [
         wall((-2.0, 0.3), (1.0, 0.3)),
@@ -88,7 +88,7 @@ def test_where_only_the_strand_is_in_the_way_the_leader_waits_for_it_and_then_ha
     assert answers == [Wait(), DeadEnd(back_to_m=0.0)]
 
 
-def test_a_leader_that_nobody_is_behind_never_waits_and_never_turns_round() -> None:
+def test_a_leader_alone_neither_waits_nor_turns_round() -> None:
     ring: list[Shape] = [
         Circle(centre_m=(math.cos(0.3 * k), math.sin(0.3 * k)), radius_m=0.2) for k in range(21)
     ]
@@ -97,7 +97,7 @@ def test_a_leader_that_nobody_is_behind_never_waits_and_never_turns_round() -> N
         assert isinstance(plan(Leader(mission, ORIGIN), ring, mission, alone(), settled=settled), NoStep)
 
 
-def test_a_leader_that_every_step_has_led_back_to_one_place_knows_no_way_on() -> None:
+def test_a_leader_whose_steps_all_lead_back_to_one_place_reports_no_way() -> None:
     mission = to(3.0, 0.0)
     leader = Leader(mission, ORIGIN)
     answers = [plan(leader, [], mission, alone()) for _ in range(AGAIN_MAX + 1)]
@@ -105,7 +105,7 @@ def test_a_leader_that_every_step_has_led_back_to_one_place_knows_no_way_on() ->
     assert isinstance(answers[-1], NoStep)
 
 
-def test_a_leader_that_gains_least_with_every_step_goes_on() -> None:
+def test_a_leader_whose_steps_gain_the_minimum_goes_on() -> None:
     mission = to(3.0, 0.0)
     leader = Leader(mission, ORIGIN)
     for step in range(2 * AGAIN_MAX):
@@ -113,7 +113,7 @@ def test_a_leader_that_gains_least_with_every_step_goes_on() -> None:
         assert isinstance(plan(leader, [], mission, alone(at), at=at), StepPlanned)
 
 
-def test_steps_that_free_no_ground_for_the_robots_behind_make_room_only_so_often() -> None:
+def test_the_number_of_steps_that_free_no_ground_behind_is_limited() -> None:
     mission, ground = to(3.0, 0.0), queue_behind()
     leader, view = Leader(mission, ORIGIN), look_around([], mission, ORIGIN)
 
@@ -126,7 +126,7 @@ def test_steps_that_free_no_ground_for_the_robots_behind_make_room_only_so_often
 
 
 @pytest.mark.parametrize("goal", [(0.0, 2.0), (1.0, -1.0), (0.5, 1.5)])
-def test_a_step_keeps_off_ground_that_has_been_granted(goal: tuple[float, float]) -> None:
+def test_a_step_keeps_off_granted_ground(goal: tuple[float, float]) -> None:
     mission = to(*goal)
     path = Path([Point(x_m=-1.0, y_m=0.5), Point(x_m=-0.3, y_m=0.5), Point(x_m=0.0, y_m=0.0)])
     ground = Ground(path, tail_m=0.0, granted_m=0.7, keep_m=0.55, behind_m=0.0, occupied_m=0.0)
@@ -138,7 +138,7 @@ def test_a_step_keeps_off_ground_that_has_been_granted(goal: tuple[float, float]
     assert apart.min() >= 0.55 - 1e-9
 
 
-def test_every_way_closed_is_said_and_not_wandered_about() -> None:
+def test_without_an_open_way_the_leader_reports_it_and_does_not_wander() -> None:
     ring: list[Shape] = [
         Circle(centre_m=(math.cos(0.3 * k), math.sin(0.3 * k)), radius_m=0.2) for k in range(21)
     ]
@@ -153,7 +153,7 @@ def test_a_closed_goal_is_approached_within_its_tolerance() -> None:
     assert math.hypot(step.target.x_m - 2.0, step.target.y_m) < 0.5
 
 
-def test_a_memory_keeps_the_robot_out_of_the_pocket_it_has_seen() -> None:
+def test_the_map_keeps_the_robot_out_of_a_pocket_that_it_has_seen() -> None:
     pocket: list[Shape] = [
         wall((2.0, -1.0), (2.0, 1.0)),
         wall((2.0, 1.0), (0.8, 1.0)),
@@ -176,7 +176,7 @@ def test_without_a_goal_the_widest_passable_gap_is_approached() -> None:
     assert step.target.y_m == pytest.approx(0.2, abs=0.1)
 
 
-def test_a_gap_too_narrow_is_gone_round() -> None:
+def test_the_leader_drives_around_a_gap_that_is_too_narrow() -> None:
     posts: list[Shape] = [Circle(centre_m=(2.0, y_m), radius_m=0.1) for y_m in (-0.29, 0.29)]
     step = planned(step_through(posts, ROBOT))
     assert step.gap is None
@@ -184,7 +184,7 @@ def test_a_gap_too_narrow_is_gone_round() -> None:
     assert abs(step.target.y_m) > 0.29 + 0.1 + KEEP_M
 
 
-def test_every_gap_ahead_too_narrow_is_no_way_on() -> None:
+def test_if_every_gap_ahead_is_too_narrow_there_is_no_step() -> None:
     slit: list[Shape] = [wall((0.202, 8.0), (0.202, 0.05)), wall((0.202, -0.05), (0.202, -8.0))]
     answer = step_through(slit, ROBOT)
     assert isinstance(answer, NoStep)
@@ -192,19 +192,19 @@ def test_every_gap_ahead_too_narrow_is_no_way_on() -> None:
 
 
 @pytest.mark.parametrize("shapes", [[], [Circle(centre_m=(1.0, 0.5), radius_m=0.2)]])
-def test_without_a_goal_or_a_gap_ahead_an_open_way_means_that_the_region_has_been_crossed(
+def test_without_a_goal_an_open_way_and_no_gap_ahead_mean_that_the_region_is_crossed(
     shapes: list[Shape],
 ) -> None:
     assert step_through(shapes, ROBOT) == Crossed()
 
 
-def test_one_obstacle_in_the_way_onward_is_gone_round() -> None:
+def test_the_leader_drives_around_one_obstacle_in_the_way_onward() -> None:
     post: list[Shape] = [Circle(centre_m=(1.5, 0.05), radius_m=0.3)]
     step = planned(step_through(post, ROBOT))
     assert step.target.x_m > 1.5
 
 
-def test_a_gap_behind_is_not_gone_back_to() -> None:
+def test_the_leader_does_not_go_back_to_a_gap_behind() -> None:
     posts: list[Shape] = [Circle(centre_m=(-2.0, y_m), radius_m=0.1) for y_m in (-0.6, 0.6)]
     assert step_through(posts, ROBOT) == Crossed()
     facing_it = Pose(x_m=0.0, y_m=0.0, heading_rad=math.pi)
@@ -214,7 +214,7 @@ def test_a_gap_behind_is_not_gone_back_to() -> None:
 # --- the record -----------------------------------------------------------------------------------
 
 
-def test_a_plan_says_what_was_seen_and_chosen() -> None:
+def test_a_plan_records_what_was_seen_and_chosen() -> None:
     posts: list[Shape] = [Circle(centre_m=(2.0, y_m), radius_m=0.1) for y_m in (-0.6, 0.6)]
     step = planned(step_through(posts, ROBOT))
     assert len(step.obstacles) == len(step.gaps) == 2
@@ -224,7 +224,7 @@ def test_a_plan_says_what_was_seen_and_chosen() -> None:
     assert step.promised_clearance_m >= ROBOT.epsilon_m - 1e-9
 
 
-def test_the_last_switching_position_is_the_one_asked_for() -> None:
+def test_the_last_switching_position_is_the_requested_one() -> None:
     leader = Leader(replace(ROBOT, switching_positions_max=2), ORIGIN)
     posts: list[Shape] = [Circle(centre_m=(2.0, y_m), radius_m=0.1) for y_m in (-0.6, 0.6)]
     assert not leader.is_done(np.zeros(2))
@@ -232,13 +232,13 @@ def test_the_last_switching_position_is_the_one_asked_for() -> None:
     assert leader.is_done(np.zeros(2))
 
 
-def test_a_plan_from_a_place_where_the_path_does_not_end_is_our_own_fault() -> None:
+def test_planning_away_from_the_end_of_the_path_is_an_assertion_error() -> None:
     elsewhere = Pose(x_m=0.5, y_m=0.0, heading_rad=0.0)
     with pytest.raises(AssertionError, match="where the path ends"):
         plan(Leader(ROBOT, ORIGIN), [], ROBOT, alone(), at=elsewhere)
 
 
-def test_a_promise_speaks_of_obstacles_and_not_of_the_robot_behind() -> None:
+def test_a_promise_covers_obstacles_but_not_the_robot_behind() -> None:
     path = Path([Point(x_m=-0.27, y_m=0.0), Point(x_m=0.0, y_m=0.0)])
     ground = Ground(path, tail_m=0.0, granted_m=0.0, keep_m=0.26, behind_m=0.0, occupied_m=0.0)
     robot_behind: list[Shape] = [Circle(centre_m=(-0.27, 0.0), radius_m=0.1)]
@@ -248,7 +248,7 @@ def test_a_promise_speaks_of_obstacles_and_not_of_the_robot_behind() -> None:
     assert step.promised_clearance_m >= ROBOT.epsilon_m
 
 
-def test_a_plan_with_very_many_obstacles_still_fits_into_a_message() -> None:
+def test_a_plan_with_many_obstacles_still_fits_into_a_message() -> None:
     finest = replace(ROBOT, directions=7200, robot_radius_m=0.0, epsilon_m=0.001)
     pickets: list[Shape] = [
         Circle(centre_m=(2.0 * math.cos(0.01 * k), 2.0 * math.sin(0.01 * k)), radius_m=0.004)

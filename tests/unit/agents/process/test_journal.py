@@ -1,4 +1,4 @@
-"""Journals: what a robot hears and decides is on disk before anybody acts upon it."""
+"""Journals: inputs and decisions are on disk before they have any effect."""
 
 from pathlib import Path
 
@@ -18,7 +18,7 @@ DECIDED = decision([AskScan(1)])
 
 
 def written(folder: Path, turns: int) -> Path:
-    """A journal of so many turns, which has come to its end."""
+    """A complete journal with this number of turns."""
     journal = open_journal(folder, HEAD)
     for turn in range(turns):
         journal.hear(HEARD, turn / 10.0)
@@ -32,7 +32,7 @@ def read(path: Path) -> tuple[Recording, list[Turn]]:
     return recording, list(recording.turns())
 
 
-def test_what_was_written_is_read_and_why_it_ends(tmp_path: Path) -> None:
+def test_a_journal_is_read_back_with_the_reason_for_its_end(tmp_path: Path) -> None:
     recording, turns = read(written(tmp_path / "inputs", 3))
     assert (recording.head, recording.ended, recording.flaw) == (HEAD, "the run is over", None)
     assert [(turn.input.now_s, turn.input.key) for turn in turns] == [
@@ -46,7 +46,7 @@ def test_what_was_written_is_read_and_why_it_ends(tmp_path: Path) -> None:
 
 @settings(deadline=None, max_examples=40)
 @given(st.data())
-def test_wherever_it_is_torn_what_stands_before_is_read(
+def test_everything_before_a_tear_is_read(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
 ) -> None:
     folder = tmp_path_factory.mktemp("torn")
@@ -62,7 +62,7 @@ def test_wherever_it_is_torn_what_stands_before_is_read(
     assert all(turn.decision is not None for turn in turns[:-1])
 
 
-def test_a_torn_record_is_told_with_its_length(tmp_path: Path) -> None:
+def test_a_torn_record_is_reported_with_its_length(tmp_path: Path) -> None:
     path = written(tmp_path / "inputs", 1)
     path.write_bytes(path.read_bytes()[:-3])
     recording, turns = read(path)
@@ -73,7 +73,7 @@ def test_a_torn_record_is_told_with_its_length(tmp_path: Path) -> None:
 
 @settings(deadline=None, max_examples=100)
 @given(st.binary(max_size=300))
-def test_no_bytes_make_the_reader_raise_behind_the_head(
+def test_no_bytes_after_the_head_make_the_reader_raise(
     tmp_path_factory: pytest.TempPathFactory, rest: bytes
 ) -> None:
     path = written(tmp_path_factory.mktemp("spoilt") / "inputs", 1)
@@ -83,14 +83,14 @@ def test_no_bytes_make_the_reader_raise_behind_the_head(
 
 
 @pytest.mark.parametrize("content", [b"", b"\x00", b"\xc1", b"{}", b"\xdd\xff\xff\xff\xff"])
-def test_what_does_not_begin_as_a_journal_is_refused(tmp_path: Path, content: bytes) -> None:
+def test_a_file_that_does_not_begin_as_a_journal_is_refused(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "r3-0a1b.clew"
     path.write_bytes(content)
     with pytest.raises(UsageError, match="does not begin as a journal"):
         Recording(path)
 
 
-def test_a_full_journal_says_so_and_takes_no_more(tmp_path: Path) -> None:
+def test_a_full_journal_says_so_and_records_no_more(tmp_path: Path) -> None:
     path = tmp_path / "r3-0a1b.clew"
     with path.open("xb", buffering=0) as file:
         journal = Journal(file, size_bytes_max=2000)
@@ -104,14 +104,14 @@ def test_a_full_journal_says_so_and_takes_no_more(tmp_path: Path) -> None:
     assert path.stat().st_size <= 2000 + 10
 
 
-def test_where_the_folder_of_the_run_is_not_none_is_kept(tmp_path: Path) -> None:
+def test_without_the_folder_of_the_run_no_journal_is_kept(tmp_path: Path) -> None:
     journal = open_journal(tmp_path / "elsewhere" / "inputs", HEAD)
     journal.hear(HEARD, 0.0)
     journal.end("the run is over")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_no_journal_is_written_over_another(tmp_path: Path) -> None:
+def test_a_journal_is_never_overwritten(tmp_path: Path) -> None:
     path = written(tmp_path / "inputs", 2)
     before = path.read_bytes()
     written(tmp_path / "inputs", 1)
@@ -122,7 +122,7 @@ def test_every_record_is_on_disk_as_soon_as_it_is_written(tmp_path: Path) -> Non
     journal = open_journal(tmp_path, HEAD)
     journal.hear(HEARD, 0.5)
     _, turns = read(tmp_path / "r3-0a1b.clew")
-    assert [turn.decision for turn in turns] == [None], "the input is there while the core still thinks"
+    assert [turn.decision for turn in turns] == [None], "the input is on disk while the core decides"
     journal.decide(DECIDED)
     _, turns = read(tmp_path / "r3-0a1b.clew")
     assert len(turns) == 1

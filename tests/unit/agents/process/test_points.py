@@ -1,4 +1,4 @@
-"""The points of a robot's step, as conversations with its commands."""
+"""The points of a robot's step, as sequences of events and commands."""
 
 from agents.commands import AskScan, Command, Note, Order, Tell
 from agents.events import Event, OdometryHeard, ScanHeard, TokenCame
@@ -49,7 +49,7 @@ def play(*steps: tuple[Event, list[Command], list[StepPoint]]) -> None:
         assert points.passed(event, commands) == expected, f"step {number}"
 
 
-def test_a_scan_is_a_point_whatever_comes_of_it_and_a_plan_is_the_next() -> None:
+def test_each_scan_is_a_point_and_a_plan_is_another() -> None:
     play(
         (SCAN, [], [AFTER_SCAN]),
         (SCAN, [Note(planned(1)), order(1, 1.0)], [AFTER_SCAN, AFTER_PLAN]),
@@ -57,7 +57,7 @@ def test_a_scan_is_a_point_whatever_comes_of_it_and_a_plan_is_the_next() -> None
     )
 
 
-def test_half_of_the_way_is_passed_once_for_each_order() -> None:
+def test_the_middle_of_the_way_is_passed_once_per_order() -> None:
     play(
         (odometry(0.0, moving=False), [order(1, 2.0)], []),
         (odometry(0.9), [order(1, 2.0)], []),
@@ -70,11 +70,11 @@ def test_half_of_the_way_is_passed_once_for_each_order() -> None:
     )
 
 
-def test_a_body_that_stands_is_on_no_way() -> None:
+def test_a_standing_body_passes_no_middle() -> None:
     play((odometry(0.0, moving=False), [order(1, 2.0)], []), (odometry(1.5, moving=False), [], []))
 
 
-def test_only_more_vertices_than_told_before_are_an_acknowledgement_and_each_epoch_counts_anew() -> None:
+def test_only_new_vertices_are_an_acknowledgement_and_each_epoch_counts_again() -> None:
     play(
         (QUIET, [knows(2)], [BEFORE_ACK]),
         (QUIET, [knows(2)], []),

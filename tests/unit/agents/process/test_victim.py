@@ -1,4 +1,4 @@
-"""A robot that a fault plan strikes at a point of its step: what has struck others is not its own."""
+"""Faults at a point of a robot's step: effects on other robots do not count as its own."""
 
 from pathlib import Path
 
@@ -7,8 +7,8 @@ import pytest
 from agents.events import ScanHeard
 from agents.process.victim import Victim
 from protocol.faults.plan import Plan
+from protocol.faults.process_faults import ProcessAction, ProcessFault
 from protocol.faults.rules import Freeze, Kill, Restart, Rule, StepPoint
-from protocol.faults.strokes import Blow, Stroke
 from protocol.network.faulty_transport import Conditions
 from protocol.timeline import StrandFormed
 from protocol.wire.messages import Faults, Scan
@@ -31,22 +31,26 @@ def faults(*struck: str, step: int = 0, number: int = 1) -> Faults:
 @pytest.mark.parametrize(
     "other", [Kill(target="r2", from_s=1.0), Restart(target="tail"), Freeze(target="router", from_s=1.0)]
 )
-def test_what_has_struck_others_spares_nobody_at_its_point(other: Rule) -> None:
+def test_effects_on_other_processes_do_not_spare_a_robot_at_its_point(other: Rule) -> None:
     robot = victim(other, AT_SCAN)
-    assert robot.struck(SCANNED, [], 2.0, faults(f"{other.fault}-1")) == Stroke("kill-2", Blow.KILL, "r1")
+    assert robot.fault_at(SCANNED, [], 2.0, faults(f"{other.fault}-1")) == ProcessFault(
+        "kill-2", ProcessAction.KILL, "r1"
+    )
 
 
-def test_a_rule_that_has_struck_somebody_else_strikes_nobody_again() -> None:
-    assert victim(AT_SCAN).struck(SCANNED, [], 2.0, faults("kill-1")) is None
+def test_a_rule_that_has_taken_effect_elsewhere_has_no_further_effect() -> None:
+    assert victim(AT_SCAN).fault_at(SCANNED, [], 2.0, faults("kill-1")) is None
 
 
-def test_who_was_started_again_strikes_itself_only_when_it_knows_what_has_struck() -> None:
+def test_a_restarted_robot_waits_until_it_knows_which_rules_took_effect() -> None:
     robot = victim(AT_SCAN, again=True)
-    assert robot.struck(SCANNED, [], 2.0, faults(number=0)) is None
-    assert robot.struck(SCANNED, [], 2.1, faults("kill-1")) is None
+    assert robot.fault_at(SCANNED, [], 2.0, faults(number=0)) is None
+    assert robot.fault_at(SCANNED, [], 2.1, faults("kill-1")) is None
 
 
-def test_a_follower_knows_of_the_leaders_step_what_it_is_told() -> None:
+def test_a_follower_knows_the_leaders_step_from_the_fault_messages() -> None:
     robot = victim(Kill(target="r1", point=StepPoint.AFTER_SCAN, from_step=3))
-    assert robot.struck(SCANNED, [], 2.0, faults(step=2)) is None
-    assert robot.struck(SCANNED, [], 2.1, faults(step=3)) == Stroke("kill-1", Blow.KILL, "r1")
+    assert robot.fault_at(SCANNED, [], 2.0, faults(step=2)) is None
+    assert robot.fault_at(SCANNED, [], 2.1, faults(step=3)) == ProcessFault(
+        "kill-1", ProcessAction.KILL, "r1"
+    )

@@ -1,4 +1,4 @@
-"""A robot that follows, asked what it would do: how far to drive, and whether the segment is clear."""
+"""A follower's decisions: how far to drive, and whether the segment is clear."""
 
 import math
 
@@ -21,7 +21,7 @@ MISSION = under(Law.CERTIFIED, robot_radius_m=RADIUS_M)
 CLEAR_M = MISSION.epsilon_m - 2.0 * MISSION.mu0_m
 AUTHORITY_M = 1.5
 SCAN_ERROR_M = (
-    0.012  # 1440 directions are 11 mm apart at 2.5 m: the nearest place of a post falls between two
+    0.012  # 1440 directions are 11 mm apart at 2.5 m: the nearest point of a post may be between two
 )
 shares = st.floats(0.0, 1.0)
 
@@ -48,7 +48,7 @@ def check(
     now_s: float = 0.0,
     mission: Mission = MISSION,
 ) -> SegmentChecked:
-    """Have it check the segment of the bend that begins where it stands."""
+    """Check the segment of the bend that begins where the follower stands."""
     path = bend()
     at = path.at(progress_m)
     view = look_around(shapes, mission, Pose(x_m=at.x_m, y_m=at.y_m, heading_rad=0.0))
@@ -64,7 +64,7 @@ def check(
 
 
 @given(paths(), shares, shares, st.floats(0.0, 1.2), st.booleans())
-def test_it_drives_neither_beyond_its_authority_nor_past_a_vertex(
+def test_a_follower_drives_neither_beyond_its_authority_nor_past_a_vertex(
     path: Path, progress: float, ordered: float, authority: float, final: bool
 ) -> None:
     progress_m, ordered_m = sorted((progress * path.end_m, ordered * path.end_m))
@@ -79,9 +79,7 @@ def test_it_drives_neither_beyond_its_authority_nor_past_a_vertex(
 
 
 @given(paths(), st.lists(st.floats(0.001, 0.5), max_size=40))
-def test_however_little_it_is_granted_at_a_time_it_comes_as_far_as_it_may(
-    path: Path, grants_m: list[float]
-) -> None:
+def test_a_follower_reaches_its_authority_even_with_tiny_grants(path: Path, grants_m: list[float]) -> None:
     follower, progress_m, authority_m = fresh(), 0.0, 0.0
     for grant_m, final in [(grant_m, False) for grant_m in grants_m] + [(0.0, True)]:
         authority_m = min(authority_m + grant_m, path.end_m)
@@ -111,12 +109,12 @@ def test_a_grant_too_small_to_be_worth_an_order_waits_unless_it_is_the_last(
     assert found_m == reach_m
 
 
-def test_a_vertex_is_driven_to_however_near_it_is() -> None:
+def test_even_a_very_near_vertex_is_worth_an_order() -> None:
     found_m = fresh().reach_m(bend(), progress_m=2.99, ordered_m=2.99, authority_m=9.0, final=False)
     assert found_m == 3.0
 
 
-def test_who_is_on_the_way_to_its_authority_is_sent_no_further_until_it_grows() -> None:
+def test_a_follower_on_its_way_to_its_authority_gets_no_new_order_until_that_grows() -> None:
     found_m = [
         fresh().reach_m(bend(), progress_m=1.0, ordered_m=2.0, authority_m=authority_m, final=False)
         for authority_m in (1.5, 2.0, 2.5)
@@ -124,7 +122,7 @@ def test_who_is_on_the_way_to_its_authority_is_sent_no_further_until_it_grows() 
     assert found_m == [None, None, 2.5]
 
 
-def test_at_the_end_of_the_path_there_is_nowhere_to_drive() -> None:
+def test_at_the_end_of_the_path_there_is_no_order() -> None:
     assert fresh().reach_m(bend(), progress_m=5.0, ordered_m=5.0, authority_m=9.0, final=True) is None
 
 
@@ -138,7 +136,7 @@ def test_each_segment_is_checked_once_and_is_then_clear_up_to_its_vertex() -> No
     assert (before, after, later) == ([False, False], [True, True, False, False], [True, True])
 
 
-def test_a_segment_that_is_blocked_is_checked_again_after_a_while_and_driven_once_it_is_clear() -> None:
+def test_a_blocked_segment_is_checked_again_later_and_driven_when_it_is_clear() -> None:
     follower = fresh()
     assert follower.may_check(0.0)
     assert not check(follower, disc(1.0, 0.0), now_s=0.0).clear
@@ -160,13 +158,13 @@ def test_robots_ahead_and_behind_on_the_path_are_no_obstacles() -> None:
     assert checked.clearance_m == MISSION.range_m_max - RADIUS_M
 
 
-def test_what_stands_where_no_robot_may_be_is_an_obstacle_even_on_the_path() -> None:
+def test_a_hit_on_the_path_where_no_robot_may_be_is_an_obstacle() -> None:
     checked = check(fresh(), disc(1.0, 0.0))
     assert not checked.clear
     assert checked.clearance_m < 0.0
 
 
-def test_a_body_on_a_leg_that_was_driven_is_an_obstacle_up_to_where_the_robot_ahead_stood() -> None:
+def test_a_body_on_a_driven_leg_is_an_obstacle_up_to_the_first_place_of_the_robot_ahead() -> None:
     body, robot_ahead = disc(1.0, 0.0), disc(2.0, 0.0)
     assert check(fresh(), robot_ahead, authority_m=0.0, ahead_start_m=2.0).clear
     assert not check(fresh(), body, robot_ahead, authority_m=0.0, ahead_start_m=2.0).clear
@@ -178,7 +176,7 @@ def test_a_dead_robot_that_rolled_off_the_path_ahead_is_an_obstacle() -> None:
 
 
 @given(st.floats(-0.5, 2.5), st.floats(-1.0, 1.0), st.floats(0.05, 0.3))
-def test_a_segment_is_clear_if_what_stands_beside_it_leaves_the_clearance(
+def test_a_segment_is_clear_if_a_post_beside_it_leaves_the_clearance(
     x_m: float, y_m: float, radius_m: float
 ) -> None:
     segment, post = shapely.LineString([(0.0, 0.0), (3.0, 0.0)]), shapely.Point(x_m, y_m)
@@ -186,7 +184,7 @@ def test_a_segment_is_clear_if_what_stands_beside_it_leaves_the_clearance(
     clearance_m = segment.distance(post) - radius_m - RADIUS_M
     checked = check(fresh(), disc(x_m, y_m, radius_m), authority_m=3.0)
     if clearance_m >= 0.0:
-        # Only what faces the robot is seen: of a post that is far ahead, nearly the side that is nearest.
+        # Only the side that faces the robot is seen: for a post far ahead, almost the nearest side.
         assert checked.clearance_m >= clearance_m - 1e-9
         assert checked.clear or clearance_m < CLEAR_M
     if clearance_m < CLEAR_M - SCAN_ERROR_M and x_m > SCAN_ERROR_M:
@@ -194,27 +192,27 @@ def test_a_segment_is_clear_if_what_stands_beside_it_leaves_the_clearance(
 
 
 @given(st.floats(RADIUS_M + 0.01, RADIUS_M + MISSION.clear_m), st.floats(0.05, 0.3), st.floats(-0.99, 0.99))
-def test_what_is_too_near_where_a_robot_stands_does_not_keep_it_from_leaving(
+def test_a_post_that_is_too_near_does_not_keep_the_robot_from_leaving(
     off_m: float, radius_m: float, aside: float
 ) -> None:
-    sideways_rad = aside * math.acos(radius_m / (off_m + radius_m))  # all of it is behind the robot
+    sideways_rad = aside * math.acos(radius_m / (off_m + radius_m))  # the whole post is behind the robot
     x_m, y_m = -(off_m + radius_m) * math.cos(sideways_rad), (off_m + radius_m) * math.sin(sideways_rad)
     assert check(fresh(), disc(x_m, y_m, radius_m), authority_m=3.0).clear
 
 
-def test_what_is_too_near_keeps_a_robot_from_whatever_else_stands_on_its_way() -> None:
+def test_a_post_that_is_too_near_does_not_hide_other_obstacles_on_the_way() -> None:
     behind = disc(-0.25, 0.0)
     checked = check(fresh(), behind, disc(1.5, 0.2), authority_m=3.0)
     assert not checked.clear
     assert checked.clearance_m == pytest.approx(0.0, abs=SCAN_ERROR_M)
 
 
-def test_beside_what_is_too_near_no_robot_drives_along_it() -> None:
+def test_a_robot_does_not_drive_past_a_post_that_is_too_near() -> None:
     assert not check(fresh(), disc(0.1, 0.24), authority_m=3.0).clear
 
 
 @pytest.mark.parametrize("law", [Law.PRINTED, Law.RESULTANT])
-def test_under_a_law_that_promises_nothing_robots_that_follow_do_not_sense(law: Law) -> None:
+def test_under_a_law_that_promises_nothing_followers_do_not_sense(law: Law) -> None:
     assert Follower(under(law), start_m=0.0).is_clear(1000.0)
 
 
@@ -230,24 +228,24 @@ def test_ground_that_was_driven_or_checked_stays_clear_when_the_strand_turns_rou
     assert [follower.is_clear(reach_m) for reach_m in (1.0, 3.0, 3.1)] == [True, True, False]
 
 
-def test_what_a_leader_has_driven_is_clear_for_it_though_it_checked_nothing() -> None:
+def test_ground_that_a_leader_has_driven_is_clear_for_it_without_a_check() -> None:
     follower = Follower(MISSION, start_m=1.0)
     follower.turn_round(cut_m=0.0, end_m=5.0, progress_m=5.0)
     assert [follower.is_clear(reach_m) for reach_m in (4.0, 4.1)] == [True, False]
 
 
-def test_beyond_the_place_where_the_path_was_cut_nothing_is_clear_that_was_driven_before() -> None:
+def test_driven_ground_beyond_the_cut_of_the_path_is_not_clear() -> None:
     follower = fresh()
     follower.turn_round(cut_m=0.0, end_m=5.0, progress_m=4.0)  # it drove the first 4 m of 5 m
-    follower.turn_round(cut_m=2.0, end_m=3.0, progress_m=2.5)  # 2 m of them are not on the new path
+    follower.turn_round(cut_m=2.0, end_m=3.0, progress_m=2.5)  # 2 m of these are not on the new path
     assert [follower.is_clear(reach_m) for reach_m in (0.5, 1.0, 1.1)] == [True, True, False]
 
 
 @given(st.lists(st.tuples(shares, shares, shares), min_size=1, max_size=5))
-def test_however_often_the_strand_turns_nothing_is_clear_that_is_not_on_what_was_driven(
+def test_after_any_number_of_turns_only_driven_ground_is_clear(
     turns: list[tuple[float, float, float]],
 ) -> None:
-    # On a straight line: the world's x is what arc lengths count along, one way or the other.
+    # On a straight line: arc lengths count along the world's x, in one direction or the other.
     follower = fresh()
     at_x, sign, zero_x, driven = 0.0, 1.0, 0.0, (0.0, 0.0)
     for end, own, cut in turns:
@@ -270,7 +268,7 @@ def test_however_often_the_strand_turns_nothing_is_clear_that_is_not_on_what_was
     ("beyond_mu0", "some_are_left_out", "clear"),
     [(-1.5, False, True), (-1.5, True, False), (-0.5, True, True), (-2.5, False, False)],
 )
-def test_where_robots_are_left_out_the_whole_promise_has_to_be_seen_beside_driven_ground(
+def test_if_robots_are_left_out_the_whole_promise_must_be_seen_beside_driven_ground(
     beyond_mu0: float, *, some_are_left_out: bool, clear: bool
 ) -> None:
     follower = Follower(MISSION, start_m=0.0, some_are_left_out=some_are_left_out)

@@ -1,4 +1,4 @@
-"""What the leader hands on, down a strand over a network that loses, delays, repeats and reorders."""
+"""The leader's hand-over through a strand, over a network that loses, delays, duplicates and reorders."""
 
 from collections import Counter
 from itertools import pairwise
@@ -48,7 +48,7 @@ actions = st.lists(
 
 
 class Stage:
-    """The robots' parts and memories, and the messages that are on their way."""
+    """The robots' parts and memories, and the messages in transit."""
 
     def __init__(self) -> None:
         self.now_s = 0.0
@@ -74,7 +74,7 @@ class Stage:
                 self.deliver(which, again=again)
 
     def plan(self) -> None:
-        """The leader sees and plans something; what, does not matter here."""
+        """The leader plans some step; which one does not matter here."""
         self.leader.steps += 1
         self.leader.map.remember(np.array([[float(self.leader.steps), 1.0]]))
         behind = self.members[LEADER].strand.behind
@@ -91,14 +91,14 @@ class Stage:
                 self.on_their_way.append((command.robot, heard))
 
     def deliver(self, index: int, *, again: bool) -> None:
-        """One of the messages that are on their way comes; it may come again, or the next be lost."""
+        """Deliver a message in transit; `again` leaves it in transit, so that it arrives again."""
         if self.on_their_way:
             at = index % len(self.on_their_way)
             receiver, heard = self.on_their_way[at] if again else self.on_their_way.pop(at)
             self.members[receiver].hear(heard, self.now_s)
 
     def settle(self) -> None:
-        """What is on its way is lost; from now on nothing is any more."""
+        """Lose all messages in transit, and none from then on."""
         self.on_their_way.clear()
         for _ in range(2 * len(ORDER)):  # there and back along all links
             for robot in ORDER:
@@ -115,7 +115,7 @@ class Stage:
 
 @given(actions)
 @settings(deadline=None)
-def test_nobody_has_what_the_leader_did_not_hand_on_or_has_it_before_the_robot_ahead(
+def test_each_robot_only_has_what_the_leader_handed_over_and_not_before_the_robot_ahead(
     happening: list[tuple[str, int, bool]],
 ) -> None:
     stage = Stage()
@@ -124,13 +124,13 @@ def test_nobody_has_what_the_leader_did_not_hand_on_or_has_it_before_the_robot_a
         stage.act(*action)
         stage.check()
         has = {robot: stage.memories[robot].handover.number for robot in ORDER}
-        assert all(has[robot] >= had[robot] for robot in ORDER), "an older one has been taken for newer"
+        assert all(has[robot] >= had[robot] for robot in ORDER), "no robot goes back to an older hand-over"
         had = has
 
 
 @given(actions)
 @settings(deadline=None)
-def test_once_messages_come_again_all_have_the_newest_and_nobody_is_told_it_any_more(
+def test_when_messages_arrive_again_all_get_the_newest_and_then_sending_ends(
     happening: list[tuple[str, int, bool]],
 ) -> None:
     stage = Stage()
@@ -145,7 +145,7 @@ def test_once_messages_come_again_all_have_the_newest_and_nobody_is_told_it_any_
     assert [state.handed for state in told if isinstance(state, AheadState)] == [None, None]
 
 
-def test_who_succeeds_counts_the_steps_on_and_knows_what_the_leader_saw() -> None:
+def test_a_successor_continues_the_count_of_steps_and_knows_what_the_leader_saw() -> None:
     stage = Stage()
     for _ in range(3):
         stage.plan()
@@ -161,7 +161,7 @@ def handover(number: int, seen: bytes = b"") -> Handover:
     return Handover(number=number, steps=number, dissolved=0, seen=seen)
 
 
-def test_what_is_handed_on_is_told_at_once_and_on_every_heartbeat_until_it_is_acknowledged() -> None:
+def test_a_hand_over_is_sent_at_once_and_on_every_heartbeat_until_it_is_acknowledged() -> None:
     strand, handed = place(2), handover(4)
     strand.tell(own(1.0), 0.0)
     strand.hear(LinkHeard(1, 1, behind()), 0.0)
@@ -171,25 +171,25 @@ def test_what_is_handed_on_is_told_at_once_and_on_every_heartbeat_until_it_is_ac
     assert told == [handed, handed, handed, None]
 
 
-def test_nobody_is_told_what_was_handed_on_before_it_has_said_what_it_has() -> None:
+def test_a_hand_over_is_sent_only_after_the_robot_behind_has_reported_what_it_has() -> None:
     assert told_behind(place(2).tell(own(1.0, handed=handover(4)), 0.0), 1).handed is None
 
 
-def test_of_what_is_handed_on_the_newest_is_kept() -> None:
+def test_the_newest_hand_over_is_kept() -> None:
     memory = Memory(MISSION)
     for number in (2, 5, 3):
         memory.succeed(handover(number))
     assert memory.handover == handover(5)
 
 
-def test_who_leads_hands_on_more_than_those_behind_have_had_though_it_was_not_handed_that_itself() -> None:
+def test_a_new_leader_numbers_its_hand_over_above_those_that_robots_behind_have_had() -> None:
     memory = Memory(MISSION)
     memory.leader(PLACES[LEADER])
     memory.hand_on(7)
     assert memory.handover.number == 8
 
 
-def test_a_state_is_never_too_long_to_be_sent_however_much_has_been_seen() -> None:
+def test_a_state_always_fits_into_a_message_even_with_a_large_map() -> None:
     much = bytes(SEEN_BYTES_MAX)
     for halt in (
         {"reversal": Reversal(cut_m=0.0, end_m=2.0, back_by_m=1.0, turns=1, seen=much)},

@@ -1,4 +1,4 @@
-"""A strand that turns round, whatever happens to its messages: nobody meets, one epoch moves at a time."""
+"""A strand that turns round under message faults: no collisions, and one epoch moves at a time."""
 
 import math
 
@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from tests.support.stages.turning_stage import ORDER, TurningStage
 
-ROUNDING_M = 1e-7  # of some 100 arc lengths, each with the touching tolerance
-ROUNDS_MAX = 60  # far more than it takes: each robot has to hear its neighbour once, and nearly half come
+ROUNDING_M = 1e-7  # of about 100 arc lengths, each with the touching tolerance
+ROUNDS_MAX = 60  # far more than needed: each robot needs one message, and almost half of them arrive
 
 shares = st.one_of(st.just(1.0), st.floats(0.0, 1.0))
 actions = st.lists(
@@ -23,13 +23,13 @@ actions = st.lists(
     ),
     max_size=80,
 )
-# From queued as near as a scenario allows, by way of one grant's worth more, to far apart.
+# The nearest queue that a scenario allows, one with a grant's length more, and one far apart.
 spacings_m = st.sampled_from([0.3, 0.33, 0.4, 1.0])
 
 
 @given(spacings_m, actions)
 @settings(max_examples=100)
-def test_no_loss_delay_repetition_or_reordering_breaks_a_law_of_a_strand_that_turns_round(
+def test_no_message_fault_breaks_a_rule_of_a_strand_that_turns_round(
     spacing_m: float, actions: list[tuple[str, float, float]]
 ) -> None:
     stage = TurningStage(spacing_m)
@@ -40,7 +40,7 @@ def test_no_loss_delay_repetition_or_reordering_breaks_a_law_of_a_strand_that_tu
 
 @pytest.mark.parametrize("spacing_m", [0.3, 0.4, 1.0])
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_as_long_as_some_messages_come_all_take_their_places_in_the_next_epoch(
+def test_if_some_messages_arrive_all_robots_take_their_places_in_the_next_epoch(
     seed: int, spacing_m: float
 ) -> None:
     stage = TurningStage(spacing_m)

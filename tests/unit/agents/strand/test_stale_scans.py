@@ -1,4 +1,4 @@
-"""A scan that was taken before whoever is left out must stand, and comes when the strand has formed."""
+"""A scan from before the robots left out must stand, which arrives when the strand has formed."""
 
 from agents.body.driver import Driver
 from agents.body.senses import Senses
@@ -11,7 +11,7 @@ LEADER = ORDER[0]
 FREE_AT_S = 6.0
 
 
-def test_a_strand_does_not_believe_a_scan_from_before_it_may_drive() -> None:
+def test_a_strand_does_not_use_a_scan_from_before_it_may_drive() -> None:
     driver = Driver(speed_mps=MISSION.speed_mps)
     driver.hear(Odometry(t_s=0.0, pose=PLACES[LEADER], moving=False, finished=0, phase=Phase.RUNNING))
     senses = Senses(MISSION, driver)

@@ -1,4 +1,4 @@
-"""Places in the strand as conversations: what a robot tells its neighbours, and when it calls one silent."""
+"""Places in the strand as conversations: what a robot sends, and when a link counts as silent."""
 
 import pytest
 import shapely
@@ -51,7 +51,7 @@ def test_each_robot_knows_its_two_neighbours_and_who_stands_ahead() -> None:
     assert told_behind(middle.tell(own(1.0), 0.0), 1).lineage == (3,)
 
 
-def test_a_robot_alone_is_never_silent_and_tells_nobody() -> None:
+def test_a_robot_alone_has_no_silent_link_and_sends_no_state() -> None:
     alone = lined_up(1, (1,), PLACES, MISSION, 0.0)
     assert not alone.silent
     assert alone.watch(99.0) == []
@@ -62,7 +62,7 @@ def test_a_robot_alone_is_never_silent_and_tells_nobody() -> None:
 # --- grants -----------------------------------------------------------------------------------------
 
 
-def test_a_robot_grants_the_path_behind_it_less_the_distance_that_it_keeps() -> None:
+def test_a_robot_grants_the_path_behind_it_minus_the_distance_to_keep() -> None:
     strand = place(3)
     commands = strand.tell(own(2.0), 0.0)
     assert strand.grants.keep_m == pytest.approx(KEEP_M)
@@ -70,20 +70,20 @@ def test_a_robot_grants_the_path_behind_it_less_the_distance_that_it_keeps() -> 
     assert told_behind(commands, 2).authority_m == granted(commands)[0]
 
 
-def test_grants_grow_with_progress_when_they_have_grown_enough_to_matter() -> None:
+def test_a_grant_grows_with_progress_in_steps_that_matter() -> None:
     strand = leading()
     steps_m = [2.0, 2.0 + 0.9 * GRANT_M_MIN, 2.0 + 1.1 * GRANT_M_MIN, 2.0 + 1.2 * GRANT_M_MIN]
     grants = [granted(strand.tell(own(progress_m), 0.0)) for progress_m in steps_m]
     assert grants == [[pytest.approx(2.0 - KEEP_M)], [], [pytest.approx(steps_m[2] - KEEP_M)], []]
 
 
-def test_who_has_arrived_grants_the_last_millimetre() -> None:
+def test_a_robot_that_has_arrived_grants_the_last_millimetre() -> None:
     strand = leading()
     strand.tell(own(2.0), 0.0)
     assert granted(strand.tell(own(2.001, arrived=True), 0.0)) == pytest.approx([2.001 - KEEP_M])
 
 
-def test_a_path_that_turns_back_takes_no_grant_back() -> None:
+def test_a_path_that_turns_back_does_not_reduce_a_grant() -> None:
     strand = place(3)
     first = granted(strand.tell(own(2.0), 0.0))
     for corner in (Point(x_m=3.0, y_m=0.2), Point(x_m=1.0, y_m=0.2)):
@@ -93,7 +93,7 @@ def test_a_path_that_turns_back_takes_no_grant_back() -> None:
 
 
 def test_a_leader_keeps_off_the_place_of_a_robot_that_has_no_grant_yet() -> None:
-    # A robot of radius 0 is seen by no scan, and of 0.33 m behind nothing is worth granting.
+    # A robot of radius 0 is invisible to scans, and 0.33 m behind is too little for a grant.
     pair = under(Law.CERTIFIED, robots=2, separation_m=0.3, goal=Point(x_m=-2.0, y_m=0.0), directions=360)
     places = {robot: Pose(x_m=0.33 * robot, y_m=0.0, heading_rad=0.0) for robot in (1, 2)}
     strand = lined_up(2, (2, 1), places, pair, 0.0)
@@ -105,7 +105,7 @@ def test_a_leader_keeps_off_the_place_of_a_robot_that_has_no_grant_yet() -> None
     assert step.distance(shapely.Point(places[1].x_m, 0.0)) >= strand.grants.keep_m - 1e-9
 
 
-def test_who_has_nobody_behind_keeps_off_no_ground() -> None:
+def test_a_robot_without_a_robot_behind_keeps_off_no_ground() -> None:
     assert lined_up(1, (1,), PLACES, MISSION, 0.0).grants.keep_m == 0.0
 
 
@@ -114,7 +114,7 @@ def test_the_tail_grants_nothing() -> None:
     assert granted(strand.tell(own(0.0), 0.0)) == []
 
 
-def test_the_stretch_is_what_the_robot_behind_has_not_driven_of_its_grant() -> None:
+def test_the_stretch_is_the_part_of_the_grant_that_the_robot_behind_has_not_driven() -> None:
     strand = place(3)
     strand.tell(own(2.0), 0.0)
     assert strand.grants.stretch_m == 0.0
@@ -131,7 +131,7 @@ def told_to(strand: Strand, now_s: float) -> list[int]:
     return sorted(command.robot for command in strand.tell(own(1.0), now_s) if isinstance(command, Tell))
 
 
-def test_a_robot_tells_both_neighbours_at_once_and_then_on_every_heartbeat() -> None:
+def test_a_robot_sends_its_state_to_both_neighbours_at_once_and_on_every_heartbeat() -> None:
     strand = place(2)
     told = [told_to(strand, 0.0)]
     strand.hear(LinkHeard(3, 1, ahead(echo_s=0.01)), 0.02)
@@ -140,7 +140,7 @@ def test_a_robot_tells_both_neighbours_at_once_and_then_on_every_heartbeat() -> 
     assert told == [[1, 3], [], [1, 3], [], [1, 3]]
 
 
-def test_a_robot_tells_more_often_until_both_have_answered_and_when_an_answer_stays_away() -> None:
+def test_a_robot_sends_more_often_until_both_answer_and_when_an_answer_is_missing() -> None:
     strand = place(2)
     told = [told_to(strand, 0.0)]
     strand.hear(LinkHeard(3, 1, ahead(echo_s=0.01)), 0.02)
@@ -152,7 +152,7 @@ def test_a_robot_tells_more_often_until_both_have_answered_and_when_an_answer_st
     assert told == [[1, 3], [], [1, 3], [], [1, 3], [1, 3]]
 
 
-def test_a_strand_is_quiet_from_when_all_robots_behind_stand_and_the_tail_stays_where_it_is() -> None:
+def test_a_strand_is_quiet_since_all_robots_behind_stand_and_the_tail_has_not_moved() -> None:
     strand, middle = place(3), place(2)
     told = []
     for number, (now_s, tail_stands) in enumerate([(1.0, False), (2.0, True), (3.0, True)], start=1):
@@ -167,7 +167,7 @@ def test_a_strand_is_quiet_from_when_all_robots_behind_stand_and_the_tail_stays_
 
 
 @pytest.mark.parametrize("news", ["grant", "vertex", "arrival"])
-def test_news_is_told_at_once(news: str) -> None:
+def test_news_is_sent_at_once(news: str) -> None:
     strand, after = leading(), own(2.0)
     strand.tell(own(2.0), 0.0)
     if news == "grant":
@@ -179,9 +179,9 @@ def test_news_is_told_at_once(news: str) -> None:
     assert told_behind(strand.tell(after, 0.01), 2).arrived == (news == "arrival")
 
 
-def test_the_path_is_told_from_what_is_acknowledged_and_again_until_it_is() -> None:
+def test_the_path_is_sent_from_the_acknowledged_vertex_on_until_it_is_acknowledged() -> None:
     strand = place(3)
-    last = strand.path[KNOWN - 1]  # is told again, since it might have moved on
+    last = strand.path[KNOWN - 1]  # is sent again, since it may have moved
     assert told_behind(strand.tell(own(2.0), 0.0), 2).path == (last,)
     corner = strand.path.extend(Point(x_m=4.0, y_m=0.0))
     for now_s in (1.0, 2.0):
@@ -192,7 +192,7 @@ def test_the_path_is_told_from_what_is_acknowledged_and_again_until_it_is() -> N
     assert (state.path_from, state.path) == (KNOWN, (corner,))
 
 
-def test_what_is_learnt_from_ahead_is_acknowledged_and_passed_on_behind() -> None:
+def test_vertices_from_ahead_are_acknowledged_and_passed_on_behind() -> None:
     strand = place(2)
     corner = Vertex(x_m=4.0, y_m=0.0, s_m=3.0)
     strand.hear(LinkHeard(3, 1, ahead(path=(corner,), authority_m=1.5)), 0.1)
@@ -201,18 +201,18 @@ def test_what_is_learnt_from_ahead_is_acknowledged_and_passed_on_behind() -> Non
     assert told_behind(commands, 1).path[-1] == corner
 
 
-def test_the_tails_progress_passes_through_to_the_robots_ahead() -> None:
+def test_the_tails_progress_is_passed_on_to_the_robots_ahead() -> None:
     strand = place(2)
     before = told_ahead(strand.tell(own(1.0), 0.0), 3).tail_progress_m
     strand.hear(LinkHeard(1, 1, behind(progress_m=0.4, tail_m=0.4)), 0.5)
     assert (before, told_ahead(strand.tell(own(1.0), 1.0), 3).tail_progress_m) == (0.0, 0.4)
 
 
-def test_the_tail_tells_its_own_progress_as_the_tails() -> None:
+def test_the_tail_sends_its_own_progress_as_the_tails() -> None:
     assert told_ahead(place(1).tell(own(0.6), 0.0), 2).tail_progress_m == 0.6
 
 
-def test_no_robot_tells_a_tail_that_is_ahead_of_itself() -> None:
+def test_no_robot_reports_a_tail_ahead_of_itself() -> None:
     strand = place(2)
     strand.hear(LinkHeard(1, 1, behind(progress_m=0.4, tail_m=9.0)), 0.0)
     assert told_ahead(strand.tell(own(1.0), 0.0), 3).tail_progress_m == 1.0
@@ -221,12 +221,12 @@ def test_no_robot_tells_a_tail_that_is_ahead_of_itself() -> None:
 # --- authority --------------------------------------------------------------------------------------
 
 
-def test_before_it_is_granted_any_a_robot_may_be_where_it_stands() -> None:
+def test_without_a_grant_a_robot_may_be_where_it_stands() -> None:
     assert [place(robot).authority_m for robot in (1, 2)] == [0.0, 1.0]
     assert [place(robot).grants.granted_m for robot in (2, 3)] == [0.0, 1.0]
 
 
-def test_authority_only_grows_whatever_order_messages_come_in() -> None:
+def test_authority_only_grows_for_any_order_of_messages() -> None:
     strand = place(2)
     seen = []
     for number, authority_m in ((3, 1.4), (1, 1.2), (4, 1.6), (2, 1.3), (5, 1.5)):
@@ -247,7 +247,7 @@ def test_authority_only_grows_whatever_order_messages_come_in() -> None:
         (1, behind(epoch=2, tail_m=0.9, progress_m=0.9)),
     ],
 )
-def test_another_epochs_state_a_strangers_and_one_from_the_wrong_side_are_void(
+def test_states_of_another_epoch_a_stranger_or_the_wrong_side_are_void(
     robot: int, state: AheadState | BehindState
 ) -> None:
     strand = place(2)
@@ -272,7 +272,7 @@ def test_a_link_is_silent_until_the_neighbour_has_echoed_something() -> None:
     assert silent == [True, True, True, False]
 
 
-def test_each_neighbour_is_echoed_the_newest_that_it_said() -> None:
+def test_each_neighbour_gets_an_echo_of_its_newest_state() -> None:
     strand = place(2)
     strand.hear(LinkHeard(3, 1, replace(ahead(), t_s=7.0)), 1.0)
     strand.hear(LinkHeard(1, 1, replace(behind(), t_s=5.0)), 1.0)
@@ -295,7 +295,7 @@ def test_a_link_that_works_one_way_only_is_silent_at_both_ends() -> None:
             if isinstance(command, Tell):
                 follower.hear(LinkHeard(3, beat, command.state), now_s)
         answer = told_ahead(follower.tell(own(1.0), now_s), 3)
-        if beat <= 2:  # from then on nothing gets through this way
+        if beat <= 2:  # from then on all messages in this direction are lost
             leader.hear(LinkHeard(2, beat, answer), now_s)
         silences[3].append(leader.silent)
         silences[2].append(follower.silent)
@@ -303,7 +303,7 @@ def test_a_link_that_works_one_way_only_is_silent_at_both_ends() -> None:
     assert [robot_silent[-1] for robot_silent in silences.values()] == [True, True]
 
 
-def test_a_silence_is_noted_once_when_it_is_too_long_and_its_end_once() -> None:
+def test_a_silence_and_its_end_are_each_recorded_once() -> None:
     strand = place(3)
     strand.hear(LinkHeard(2, 1, behind()), 0.0)
     assert strand.watch(SILENCE_S) == []
@@ -317,7 +317,7 @@ def test_a_silence_is_noted_once_when_it_is_too_long_and_its_end_once() -> None:
     assert len(strand.watch(10.0 + SILENCE_S)) == 1
 
 
-def test_each_link_falls_silent_for_itself() -> None:
+def test_each_link_falls_silent_independently() -> None:
     strand = place(2)
     strand.hear(LinkHeard(3, 1, ahead(authority_m=1.0)), 0.0)
     strand.hear(LinkHeard(1, 1, behind(echo_s=0.75)), 0.75)
@@ -326,7 +326,7 @@ def test_each_link_falls_silent_for_itself() -> None:
 
 
 def after_a_minute(*, ahead_every_s: float, behind_every_s: float) -> Strand:
-    """The middle of three, whose neighbours are heard so often each, and never longer apart."""
+    """The middle of three robots, whose neighbours report at these periods."""
     strand = place(2)
     for tenth in range(1, 600):
         now_s = tenth / 10.0
@@ -342,17 +342,17 @@ def test_a_neighbour_that_falls_silent_again_and_again_keeps_the_strand_waiting(
     strand = after_a_minute(ahead_every_s=HEARTBEAT_S, behind_every_s=2.5 * SILENCE_S)
     assert strand.ahead is not None
     assert strand.behind is not None
-    assert strand.behind.silent_s(59.9) < MISSION.patience_s, "never for long"
+    assert strand.behind.silent_s(59.9) < MISSION.patience_s, "it was never silent for long"
     assert [strand.keeps_waiting(link) for link in (strand.ahead, strand.behind)] == [False, True]
 
 
-def test_where_both_neighbours_fall_silent_neither_keeps_the_strand_waiting() -> None:
+def test_if_both_neighbours_fall_silent_neither_keeps_the_strand_waiting() -> None:
     strand = after_a_minute(ahead_every_s=2.5 * SILENCE_S, behind_every_s=2.5 * SILENCE_S)
     assert [strand.keeps_waiting(link) for link in strand.links] == [False, False]
     assert [strand.stands_out(link) for link in strand.links] == [False, False]
 
 
-def test_a_robot_with_one_link_gives_it_up_only_after_a_long_silence() -> None:
+def test_a_robot_breaks_its_only_link_only_after_a_long_silence() -> None:
     leader = place(3)
     for second in range(1, 60):
         leader.hear(LinkHeard(2, second, behind(echo_s=second - SILENCE_S)), float(second))
@@ -371,7 +371,7 @@ def test_an_old_state_does_not_end_a_silence(number: int) -> None:
     assert strand.silent
 
 
-def test_a_new_state_that_was_long_on_its_way_does_not_end_a_silence() -> None:
+def test_a_new_state_with_a_long_delay_does_not_end_a_silence() -> None:
     strand = place(3)
     strand.hear(LinkHeard(2, 1, behind()), 0.0)
     strand.watch(5.0)
@@ -379,7 +379,7 @@ def test_a_new_state_that_was_long_on_its_way_does_not_end_a_silence() -> None:
     assert strand.silent
 
 
-def test_who_was_frozen_finds_the_silence_before_it_believes_anything() -> None:
+def test_a_robot_that_was_frozen_notices_the_silence_before_it_uses_any_message() -> None:
     strand = place(3)
     strand.hear(LinkHeard(2, 1, behind()), 0.0)
     noted = strand.watch(60.0) + strand.hear(LinkHeard(2, 2, behind(echo_s=59.5)), 60.0)

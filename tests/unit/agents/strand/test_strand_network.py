@@ -1,4 +1,4 @@
-"""Three places in the strand over a network that loses, delays, repeats and reorders: nobody meets."""
+"""Three robots of a strand over a network that loses, delays, duplicates and reorders: none collide."""
 
 import math
 from collections import Counter
@@ -35,12 +35,12 @@ actions = st.lists(
     ),
     max_size=60,
 )
-# From queued as near as a scenario allows, by way of one grant's worth more, to far apart.
+# The nearest queue that a scenario allows, one with a grant's length more, and one far apart.
 spacings_m = st.sampled_from([0.3, 0.33, 0.4, 1.0])
 
 
 class Stage:
-    """The strands, where each robot is on the path, and the messages that are on their way."""
+    """The robots' strands and places on the path, and the messages in transit."""
 
     def __init__(self, spacing_m: float) -> None:
         places = {robot: Pose(x_m=spacing_m * robot, y_m=0.0, heading_rad=0.0) for robot in ORDER}
@@ -62,7 +62,7 @@ class Stage:
                 self.on_their_way.append((command.robot, heard))
 
     def deliver(self, index: int, *, keep: bool) -> None:
-        """One of the messages that are on their way comes; it may come again."""
+        """Deliver a message in transit; `keep` leaves it in transit, so that it arrives again."""
         if self.on_their_way:
             at = index % len(self.on_their_way)
             receiver, heard = self.on_their_way[at] if keep else self.on_their_way.pop(at)
@@ -103,7 +103,7 @@ class Stage:
 
 
 @given(spacings_m, actions)
-def test_no_loss_delay_repetition_or_reordering_brings_two_robots_nearer_than_they_may_be(
+def test_no_message_fault_brings_two_robots_too_near(
     spacing_m: float, actions: list[tuple[str, float, float]]
 ) -> None:
     stage = Stage(spacing_m)
@@ -113,9 +113,7 @@ def test_no_loss_delay_repetition_or_reordering_brings_two_robots_nearer_than_th
 
 
 @given(spacings_m, actions)
-def test_nobody_believes_more_than_was_said(
-    spacing_m: float, actions: list[tuple[str, float, float]]
-) -> None:
+def test_no_robot_knows_more_than_was_sent(spacing_m: float, actions: list[tuple[str, float, float]]) -> None:
     stage = Stage(spacing_m)
     for action in actions:
         stage.act(*action)
@@ -128,7 +126,7 @@ def test_nobody_believes_more_than_was_said(
 
 
 @given(spacings_m, actions)
-def test_once_messages_come_again_all_know_the_path_and_what_they_may(
+def test_when_messages_arrive_again_all_know_the_path_and_their_authority(
     spacing_m: float, actions: list[tuple[str, float, float]]
 ) -> None:
     stage = Stage(spacing_m)

@@ -1,4 +1,4 @@
-"""A strand that turns round, as each robot of it sees it."""
+"""A strand that turns round, from the view of each robot."""
 
 import pytest
 
@@ -21,7 +21,7 @@ def reversal(end_m: float, *, cut_m: float = 0.0, back_by_m: float = 0.0) -> Rev
 
 
 def turned(strand: Strand, turn: Reversal, *, own_m: float, ahead_m: float, first_m: float) -> Strand:
-    """The middle robot in the next epoch, whose new robot ahead tells first that it is at `first_m`."""
+    """The middle robot in the next epoch; the first state from ahead has the progress `first_m`."""
     assert strand.ahead is not None
     assert strand.behind is not None
     told = ahead(epoch=strand.epoch, progress_m=ahead_m, reversal=turn, path_from=0)
@@ -31,7 +31,7 @@ def turned(strand: Strand, turn: Reversal, *, own_m: float, ahead_m: float, firs
     return strand.turned_round(own_m, 0.0, first)
 
 
-def test_who_stands_passes_a_reversal_on_and_who_has_heard_of_none_does_not() -> None:
+def test_a_standing_robot_passes_a_reversal_on_only_if_it_has_received_one() -> None:
     strand = place(2)
     strand.hear(LinkHeard(3, 1, ahead()), 0.0)
     strand.pass_on_reversal()
@@ -41,7 +41,7 @@ def test_who_stands_passes_a_reversal_on_and_who_has_heard_of_none_does_not() ->
     assert (before, told_behind(strand.tell(own(1.0), 0.1), 1).reversal) == (None, reversal(2.0))
 
 
-def test_a_reversal_is_not_passed_on_before_all_of_the_path_is_known() -> None:
+def test_a_reversal_is_not_passed_on_before_the_whole_path_is_known() -> None:
     strand, corner = place(2), Vertex(x_m=4.0, y_m=0.0, s_m=3.0)
     later = Vertex(x_m=5.0, y_m=0.0, s_m=4.0)
     strand.hear(LinkHeard(3, 2, ahead(path_from=KNOWN + 1, path=(later,), reversal=reversal(4.0))), 0.0)
@@ -55,7 +55,7 @@ def test_a_reversal_is_not_passed_on_before_all_of_the_path_is_known() -> None:
     assert (waits, still_waits, strand.reversal) == (None, None, reversal(4.0))
 
 
-def test_in_the_next_epoch_all_is_the_other_way_round() -> None:
+def test_in_the_next_epoch_order_and_path_are_reversed() -> None:
     strand = turned(place(2), reversal(2.0), own_m=1.0, ahead_m=2.0, first_m=2.0)
     assert (strand.epoch, strand.order, strand.laid_m) == (2, ORDER[::-1], 2.0)
     assert [link.neighbour for link in (strand.ahead, strand.behind) if link] == [1, 3]
@@ -66,12 +66,12 @@ def test_in_the_next_epoch_all_is_the_other_way_round() -> None:
         0.0,
     )
     assert strand.path.at(0.0) == place(2).path.at(2.0)
-    assert strand.silent, "its new links have not been heard"
+    assert strand.silent, "no state has arrived on its new links"
     assert strand.hear(LinkHeard(3, 9, ahead(authority_m=1.9)), 0.1) == []
-    assert strand.authority_m == 1.0, "what the old epoch granted is void"
+    assert strand.authority_m == 1.0, "the grants of the old epoch are void"
 
 
-def test_a_cut_path_ends_where_the_robot_stands_that_is_to_lead() -> None:
+def test_a_cut_path_ends_where_the_next_leader_stands() -> None:
     tail = place(1)
     tail.hear(LinkHeard(2, 1, ahead(progress_m=1.5, reversal=reversal(2.0, cut_m=0.4), path_from=0)), 0.0)
     tail.pass_on_reversal()
@@ -82,8 +82,8 @@ def test_a_cut_path_ends_where_the_robot_stands_that_is_to_lead() -> None:
     assert leads.path.at(leads.path.end_m) == tail.path.at(0.4)
 
 
-def test_a_strand_that_has_turned_round_has_no_leg_that_nobody_has_certified() -> None:
+def test_a_strand_that_has_turned_round_has_no_uncertified_leg() -> None:
     second = turned(place(2), reversal(2.0), own_m=1.0, ahead_m=2.0, first_m=2.0)
-    assert second.own_leg_m == second.start_m, "the robot that is ahead now has looked at its leg to here"
+    assert second.own_leg_m == second.start_m, "the robot that is ahead now has checked its leg up to here"
     third = turned(second, reversal(2.0), own_m=1.0, ahead_m=2.0, first_m=2.0)
     assert third.own_leg_m == third.start_m

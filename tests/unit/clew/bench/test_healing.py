@@ -1,4 +1,4 @@
-"""Detection and succession are read from the wall clocks of a timeline; bounds hold for the slowest run."""
+"""Detection and succession come from the wall clocks of a timeline; bounds are for the slowest run."""
 
 import json
 
@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clew.bench.healing import Healing, LeaderBlow, figures_of, healing_in
+from clew.bench.healing import Healing, LeaderFault, figures_of, healing_in
 from clew.fleet.live import Ended
 from clew.rehearsal.logbook import NTP64_PER_S
 from protocol.faults.fit import check_fits
@@ -14,7 +14,7 @@ from protocol.timeline import Entry, FaultInjected, LeaderSucceeded, LinkBroken,
 from tests.support.campaigns import clew
 from world.record.lines import Line
 
-STRUCK = FaultInjected(fault="kill", rule="kill-1", process="r1")
+KILLED = FaultInjected(fault="kill", rule="kill-1", process="r1")
 BROKEN = LinkBroken(neighbour=1, cause="token", silent_s=0.4)
 SUCCEEDED = LeaderSucceeded(epoch=2, before=1)
 HEALED = StrandHealed(epoch=2, members=(2, 3))
@@ -26,12 +26,12 @@ def at(wall_s: float, source: str, record: Record) -> Line:
     return source, Entry(n=1, t_s=3.0, hlc=hlc, record=record)
 
 
-def test_times_are_the_wall_clocks_and_the_order_of_recording_does_not_matter() -> None:
+def test_times_are_of_the_wall_clock_and_do_not_depend_on_the_order_of_recording() -> None:
     lines = [
         at(8.0, "r2", HEALED),
         at(5.9, "r2", SUCCEEDED),
         at(5.5, "r2", BROKEN),
-        at(5.0, "world", STRUCK),
+        at(5.0, "world", KILLED),
         at(4.0, "world", FaultInjected(fault="drop", rule="drop-1", key="link/r1/r2", number=3)),
     ]
     healing = healing_in(lines)
@@ -40,10 +40,10 @@ def test_times_are_the_wall_clocks_and_the_order_of_recording_does_not_matter() 
     assert (healing.detection_s, healing.succession_s, healing.healed_s) == pytest.approx((0.5, 0.4, 3.0))
 
 
-def test_what_concerns_another_robot_or_came_before_the_blow_counts_for_nothing() -> None:
+def test_entries_of_another_robot_or_from_before_the_fault_do_not_count() -> None:
     lines = [
         at(4.0, "r2", BROKEN),
-        at(5.0, "world", STRUCK),
+        at(5.0, "world", KILLED),
         at(5.1, "r3", LinkBroken(neighbour=2, cause="token", silent_s=0.4)),
         at(5.2, "r4", LeaderSucceeded(epoch=2, before=3)),
         at(5.3, "r4", HEALED),
@@ -53,36 +53,38 @@ def test_what_concerns_another_robot_or_came_before_the_blow_counts_for_nothing(
 
 
 @given(st.lists(st.floats(0.01, 3.0), min_size=1, max_size=40))
-def test_a_bound_is_kept_exactly_when_the_slowest_of_up_to_a_hundred_runs_keeps_it(
+def test_up_to_a_hundred_runs_are_within_a_bound_exactly_when_the_slowest_is(
     detections_s: list[float],
 ) -> None:
     measured = [
         Healing(cause_s=3.0, detection_s=each, succession_s=0.2, healed_s=4.0) for each in detections_s
     ]
-    figures = figures_of(LeaderBlow.KILL, measured, [1.0])
+    figures = figures_of(LeaderFault.KILL, measured, [1.0])
     assert figures.detection is not None
-    assert figures.ok is (max(detections_s) <= LeaderBlow.KILL.detection_s_max)
+    assert figures.ok is (max(detections_s) <= LeaderFault.KILL.detection_s_max)
     assert figures.detection.p99_s == max(detections_s)
 
 
-def test_a_run_in_which_something_never_came_fails_though_the_others_were_quick() -> None:
+def test_one_run_without_succession_fails_even_if_the_others_were_quick() -> None:
     quick = Healing(cause_s=3.0, detection_s=0.4, succession_s=0.2, healed_s=2.0)
     for slow in (None, Healing(cause_s=3.0), Healing(cause_s=3.0, detection_s=0.4, succession_s=0.2)):
-        figures = figures_of(LeaderBlow.KILL, [quick, slow], [1.0])
+        figures = figures_of(LeaderFault.KILL, [quick, slow], [1.0])
         assert (figures.never, figures.ok) == (1, False)
-    assert figures_of(LeaderBlow.KILL, [quick], [1.0]).ok
+    assert figures_of(LeaderFault.KILL, [quick], [1.0]).ok
 
 
-@pytest.mark.parametrize("blow", LeaderBlow)
-def test_each_run_strikes_the_leader_at_a_moment_of_its_own(blow: LeaderBlow) -> None:
-    plans = [blow.plan(run) for run in range(20)]
+@pytest.mark.parametrize("fault", LeaderFault)
+def test_each_run_has_the_fault_at_another_moment(fault: LeaderFault) -> None:
+    plans = [fault.plan(run) for run in range(20)]
     for plan in plans:
         check_fits(plan, robots=5)
-        assert [(rule.fault, rule.target) for rule in plan.rules] == [(blow, "leader")]  # type: ignore[union-attr]  # of processes
+        assert [(rule.fault, rule.target) for rule in plan.rules] == [(fault, "leader")]  # type: ignore[union-attr]  # of processes
     assert len({plan.rules[0].from_s for plan in plans}) == 20
 
 
-def test_a_scenario_that_is_none_is_one_line_and_no_fleet_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bad_scenario_is_refused_in_one_line_before_any_fleet_starts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     def no_fleet(*_: object, **__: object) -> Ended:
         raise AssertionError("a fleet was started")
 
@@ -93,10 +95,10 @@ def test_a_scenario_that_is_none_is_one_line_and_no_fleet_starts(monkeypatch: py
 
 
 @pytest.mark.processes
-def test_the_verb_measures_real_leaders() -> None:
+def test_the_verb_measures_leaders_of_live_fleets() -> None:
     told = clew("bench", "healing", "--runs", "1", "--json")
     rows = json.loads(told.stdout)
-    assert [row["blow"] for row in rows] == ["kill", "freeze"]
+    assert [row["fault"] for row in rows] == ["kill", "freeze"]
     for row in rows:
         assert (row["runs"], row["never"]) == (1, 0)
         assert 0.0 < row["detection"]["p50_s"] < row["healed"]["p50_s"]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agents.navigation.guidance import CELLS_A_BERTH
+from agents.navigation.guidance import CELLS_PER_KEEP
 from agents.navigation.scan import View
 from agents.strand.leader import Leader
 from clew.bench.plan import PARTS, SEED, Sample, Stopwatch, figures, samples
@@ -29,7 +29,7 @@ def ticking() -> Callable[[], float]:
     return map(float, itertools.count()).__next__
 
 
-def test_of_functions_within_one_another_the_outermost_alone_is_timed() -> None:
+def test_only_the_outermost_of_nested_functions_is_timed() -> None:
     watch = Stopwatch(ticking())
     inner = watch.timed("inner", lambda: "done")
     assert watch.timed("outer", lambda: (inner(), inner()))() == ("done", "done")
@@ -38,7 +38,7 @@ def test_of_functions_within_one_another_the_outermost_alone_is_timed() -> None:
     assert dict(watch.spent_s) == {"outer": 1.0, "inner": 1.0}
 
 
-def test_a_function_that_fails_is_timed_like_any_other() -> None:
+def test_a_function_that_raises_is_timed_too() -> None:
     watch = Stopwatch(ticking())
     failing = watch.timed("failing", lambda: 1 // 0)
     for seconds in (1.0, 2.0):
@@ -47,7 +47,7 @@ def test_a_function_that_fails_is_timed_like_any_other() -> None:
         assert watch.spent_s["failing"] == seconds
 
 
-def test_every_plan_of_a_rehearsal_is_a_sample_and_its_parts_are_no_more_than_the_whole(
+def test_every_plan_of_a_rehearsal_is_a_sample_whose_parts_add_up_to_at_most_the_whole(
     tmp_path: Path,
 ) -> None:
     scenario = load(str(scene(tmp_path / "beside.json", polygons=[WALL], bounds=[0.0, -1.0, 6.0, 3.0])))
@@ -72,7 +72,7 @@ def interrupted_at(reading: int) -> Callable[[], float]:
     return clock
 
 
-def test_afterwards_the_leader_is_what_it_was_even_if_a_rehearsal_is_interrupted(tmp_path: Path) -> None:
+def test_the_leader_is_restored_even_if_a_rehearsal_is_interrupted(tmp_path: Path) -> None:
     before = [getattr(owner, name) for functions in PARTS.values() for owner, name in functions], Leader.plan
     scenario = load(str(scene(tmp_path / "near.json")))
     with pytest.raises(KeyboardInterrupt):
@@ -82,7 +82,7 @@ def test_afterwards_the_leader_is_what_it_was_even_if_a_rehearsal_is_interrupted
     assert before == after
 
 
-def test_figures_are_median_nine_in_ten_and_longest_in_milliseconds() -> None:
+def test_figures_are_median_90th_percentile_and_maximum_in_milliseconds() -> None:
     parts_s = dict.fromkeys(PARTS, 0.001)
     found = figures(["one"], [Sample(n / 1000.0, 2.0 * n / 1000.0, parts_s, 0.002) for n in range(11)])
     assert (found.plans, list(found.scenes)) == (11, ["one"])
@@ -100,12 +100,12 @@ def textbook_cost_at_start(path: Path, hit_points: Floats) -> float:
     rays = np.round((np.arctan2(off[:, 1], off[:, 0]) + np.pi) / (2.0 * np.pi) * RAYS).astype(int) % RAYS
     ranges_m[rays], hits[rays] = np.hypot(off[:, 0], off[:, 1]), True
     view = View(np.array([2.0, 0.0]), scan_bearings_rad(RAYS), ranges_m, hits, t_s=0.0)
-    cell_m = mission.berth_m / CELLS_A_BERTH
+    cell_m = mission.obstacle_keep_m / CELLS_PER_KEEP
     cost = Textbook(mission).plan(view)
     return float(cost[int(2.0 / cell_m), int(1.0 / cell_m)])
 
 
-def test_the_textbook_planner_goes_straight_in_the_open_and_not_at_all_through_a_wall(tmp_path: Path) -> None:
+def test_the_textbook_planner_goes_straight_on_open_ground_and_never_through_a_wall(tmp_path: Path) -> None:
     path = scene(tmp_path / "open.json")
     wall = np.column_stack([np.full(400, 3.0), np.linspace(-1.0, 0.999, 400)])
     assert textbook_cost_at_start(path, np.empty((0, 2))) == pytest.approx(2.0, abs=0.1)
@@ -113,7 +113,7 @@ def test_the_textbook_planner_goes_straight_in_the_open_and_not_at_all_through_a
     assert 2.1 < textbook_cost_at_start(path, wall[wall[:, 1] < 0.3]) < 3.0
 
 
-def test_bench_plan_says_every_part_of_the_scenes_that_are_named(tmp_path: Path) -> None:
+def test_bench_plan_times_every_part_for_the_named_scenes(tmp_path: Path) -> None:
     path = scene(tmp_path / "near.json", goal=[5.0, 0.0])
     said = json.loads(clew("bench", "plan", "--scenes", path, "--json").stdout)
     assert said["scenes"] == [str(path)]
@@ -122,7 +122,7 @@ def test_bench_plan_says_every_part_of_the_scenes_that_are_named(tmp_path: Path)
         assert 0.0 <= spread["median_ms"] <= spread["p90_ms"] <= spread["max_ms"]
     for_people = clew("bench", "plan", "--scenes", path)
     assert f"{said['plans']} plans of 1 scenes" in for_people.stdout
-    assert "textbook planner's, in the median" in for_people.stdout
+    assert "the textbook planner" in for_people.stdout
 
 
 def test_bench_plan_refuses_a_scenario_without_a_goal() -> None:
@@ -131,14 +131,14 @@ def test_bench_plan_refuses_a_scenario_without_a_goal() -> None:
     assert "has no goal" in refusal.stderr
 
 
-def test_a_rehearsal_is_timed_so_often_beside_as_many_bare_messages() -> None:
+def test_a_rehearsal_is_timed_as_often_as_asked_and_compared_with_bare_messages() -> None:
     timed = speed(load("grove"), uniform(loss=0.1), runs=3, wall=ticking())
     assert (timed.faults, timed.wall_s) == ("uniform", 1.0)
     assert timed.real_times == timed.bare_real_times == timed.sim_s  # by that clock both take a second
     assert timed.messages > 10 * 5 * timed.sim_s  # odometry alone
 
 
-def test_the_verb_tells_how_fast_rehearsals_are() -> None:
+def test_the_verb_says_how_fast_rehearsals_are() -> None:
     told = clew("bench", "rehearsal", "grove", "--runs", "1", "--faults", "loss-50", "--json")
     assert told.exit_code == 0, told.output
     (row,) = json.loads(told.stdout)

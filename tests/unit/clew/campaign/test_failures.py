@@ -1,7 +1,7 @@
 import pytest
 
 from clew.campaign.episode import CRASHED, OUT_OF_TIME, Surprise
-from clew.campaign.failures import failure_told
+from clew.campaign.failures import failure_of_outcome
 from tests.support.campaigns import outcome
 
 
@@ -18,17 +18,23 @@ from tests.support.campaigns import outcome
         ),
     ],
 )
-def test_a_sentence_is_the_same_but_for_its_numbers_and_robots(told: str, again: str) -> None:
-    ways = [failure_told(outcome(surprise=Surprise.UNLIVELY, reason=reason)) for reason in (told, again)]
+def test_sentences_that_differ_only_in_numbers_and_robots_are_the_same_way_to_fail(
+    told: str, again: str
+) -> None:
+    ways = [
+        failure_of_outcome(outcome(surprise=Surprise.LIVENESS, reason=reason)) for reason in (told, again)
+    ]
     assert ways[0] is not None
     assert ways[1] is not None
     assert ways[0].way == ways[1].way
 
 
-def test_not_to_heal_in_time_is_not_the_same_as_not_to_arrive() -> None:
+def test_healing_late_and_not_arriving_are_different_ways_to_fail() -> None:
     late = "all faults were over at t=9.2 s, and there was one strand at t=80.0 s"
     away = "there was a way, and the run ended before r3 arrived: the time was up"
-    one, other = (failure_told(outcome(surprise=Surprise.UNLIVELY, reason=said)) for said in (late, away))
+    one, other = (
+        failure_of_outcome(outcome(surprise=Surprise.LIVENESS, reason=said)) for said in (late, away)
+    )
     assert one is not None
     assert other is not None
     assert one.way != other.way
@@ -50,15 +56,15 @@ def test_not_to_heal_in_time_is_not_the_same_as_not_to_arrive() -> None:
         (Surprise.CRASHED, OUT_OF_TIME, "the wall-clock limit struck", {}, "has no end"),
     ],
 )
-def test_the_way_is_the_invariant_the_exception_or_that_there_is_no_end(
+def test_the_way_to_fail_is_the_invariant_the_exception_or_having_no_end(
     surprise: Surprise, ending: str, reason: str, broken: dict[str, int], way: str
 ) -> None:
-    failure = failure_told(
+    failure = failure_of_outcome(
         outcome(surprise=surprise, ending=ending, reason=reason, violations_by_invariant=broken)
     )
     assert failure is not None
     assert failure.way == way
 
 
-def test_what_does_not_surprise_did_not_fail() -> None:
-    assert failure_told(outcome(ok=False, reason="the time was up")) is None
+def test_an_outcome_without_surprise_did_not_fail() -> None:
+    assert failure_of_outcome(outcome(ok=False, reason="the time was up")) is None

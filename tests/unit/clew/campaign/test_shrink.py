@@ -28,7 +28,7 @@ PLAN = Plan(name="much", rules=(*HARMLESS[:3], KILL, *HARMLESS[3:]))
 
 @pytest.fixture
 def planted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A bug that shows only when a robot has to call a muster."""
+    """A planted bug that shows only when a robot has to call a muster."""
 
     def call(*_: object, **__: object) -> tuple[int, tuple[int, ...]]:
         raise AssertionError("planted")
@@ -46,7 +46,7 @@ def test_without_the_bug_the_run_does_not_fail(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("planted")
-def test_a_plan_is_cut_to_the_one_rule_that_a_planted_bug_needs(tmp_path: Path) -> None:
+def test_a_plan_is_reduced_to_the_one_rule_that_triggers_the_planted_bug(tmp_path: Path) -> None:
     failing = case(tmp_path, PLAN)
     failure = failure_of(failing)
     assert failure is not None
@@ -59,14 +59,14 @@ def test_a_plan_is_cut_to_the_one_rule_that_a_planted_bug_needs(tmp_path: Path) 
     least = shrink(failing, fails)
     (rule,) = least.plan.rules
     assert isinstance(rule, Kill)
-    assert rule.name == "kill-4", "it keeps its name, and so its draws"
+    assert rule.name == "kill-4", "the rule keeps its name, and so its draws"
     assert rule.until_s is not None, "its window is narrower"
-    assert least.scenario.fleet.robots == 2, "one dies, and one calls"
+    assert least.scenario.fleet.robots == 2, "one robot dies and one calls"
     assert fails(least)
 
 
 @pytest.mark.usefixtures("planted")
-def test_the_verb_writes_a_plan_that_fails_by_the_line_that_it_prints(tmp_path: Path) -> None:
+def test_the_printed_line_replays_the_failure_with_the_written_plan(tmp_path: Path) -> None:
     (tmp_path / "much.toml").write_text(plan_text(PLAN), encoding="utf-8")
     run, field = tmp_path / "run", scene(tmp_path / "small.json")
     clew("rehearse", field, "-n", "3", "--faults", tmp_path / "much.toml", "--out", run)
@@ -91,7 +91,7 @@ def test_a_run_that_does_not_fail_or_has_no_plan_is_not_shrunk(tmp_path: Path) -
 
 @pytest.fixture
 def failed(tmp_path: Path, planted: None) -> Path:
-    """A run that fails of the planted bug; there are rules in its plan that have nothing to do with it."""
+    """A run that fails by the planted bug; its plan also has a rule that does not matter."""
     assert planted is None
     plan = Plan(name="some", rules=(HARMLESS[0], KILL))
     (tmp_path / "some.toml").write_text(plan_text(plan), encoding="utf-8")
@@ -100,7 +100,7 @@ def failed(tmp_path: Path, planted: None) -> Path:
     return run
 
 
-def test_a_run_that_now_fails_otherwise_is_not_shrunk_and_both_ways_are_said(
+def test_a_run_that_now_fails_in_another_way_is_not_shrunk_and_both_are_reported(
     failed: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def call(*_: object, **__: object) -> tuple[int, tuple[int, ...]]:
@@ -115,8 +115,8 @@ def test_a_run_that_now_fails_otherwise_is_not_shrunk_and_both_ways_are_said(
     assert not (failed / "shrunk").exists()
 
 
-def test_a_sentence_that_is_itself_the_way_to_fail_is_printed_once(tmp_path: Path) -> None:
-    """Nothing of the fleet comes through, so the world waits for a strand until the time is up."""
+def test_a_reason_that_is_also_the_way_to_fail_is_printed_once(tmp_path: Path) -> None:
+    """All messages are lost, so the world waits for a strand until the time is up."""
     plan = Plan(name="deaf", rules=(Drop(),))
     (tmp_path / "deaf.toml").write_text(plan_text(plan), encoding="utf-8")
     run, field = tmp_path / "run", scene(tmp_path / "small.json")
@@ -125,7 +125,7 @@ def test_a_sentence_that_is_itself_the_way_to_fail_is_printed_once(tmp_path: Pat
     assert clew("shrink", run).stderr.splitlines()[0] == f"shrink: {reason}"
 
 
-def test_a_folder_that_holds_neither_run_nor_campaign_is_refused_in_a_plain_sentence(tmp_path: Path) -> None:
+def test_a_folder_without_run_and_campaign_is_refused_in_a_plain_sentence(tmp_path: Path) -> None:
     said = clew("shrink", tmp_path)
     assert said.exit_code == 2
     assert "neither a run (no events.jsonl) nor a campaign (no campaign.json)" in said.stderr
@@ -140,7 +140,7 @@ def test_a_run_without_a_verdict_is_refused_in_a_plain_sentence(failed: Path) ->
     assert "Errno" not in said.stderr
 
 
-def test_what_was_shrunk_before_stays(failed: Path) -> None:
+def test_earlier_results_of_shrink_are_kept(failed: Path) -> None:
     assert [clew("shrink", failed).exit_code for _ in range(2)] == [0, 0]
     assert sorted(path.name for path in failed.glob("shrunk*")) == ["shrunk", "shrunk-2"]
     again = clew("shrink", failed, "--out", failed / "shrunk")
@@ -148,7 +148,7 @@ def test_what_was_shrunk_before_stays(failed: Path) -> None:
     assert "it is not empty" in again.stderr
 
 
-def test_a_fleet_with_fewer_robots_has_a_plan_without_their_names(tmp_path: Path) -> None:
+def test_the_plan_of_a_smaller_fleet_does_not_name_the_removed_robots(tmp_path: Path) -> None:
     rules = (Drop(sender=("r1", "r3"), receiver=("r3", "r2")), Partition(group=("r3",), others=("r1",)))
     least = shrink(case(tmp_path, Plan(name="named", rules=rules)), lambda other: _named(other) == ["drop-1"])
     (rule,) = least.plan.rules
@@ -157,5 +157,5 @@ def test_a_fleet_with_fewer_robots_has_a_plan_without_their_names(tmp_path: Path
 
 
 def _named(case: Case) -> list[str | None]:
-    """The rules that a robot less does not take with it."""
+    """The Drop rules that are left."""
     return [rule.name for rule in case.plan.rules if isinstance(rule, Drop)]

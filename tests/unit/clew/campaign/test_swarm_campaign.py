@@ -12,7 +12,7 @@ from protocol.faults.plan_text import plan_text
 from protocol.faults.rules import Kill
 from tests.support.campaigns import clew, scene
 
-SEEDS = "1,8,17"  # which take a tenth of a second each
+SEEDS = "1,8,17"  # each takes a tenth of a second
 
 
 def swarm(out: Path, *more: str | Path) -> Result:
@@ -31,14 +31,14 @@ def kept(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-def test_each_seed_is_an_episode_with_its_mode_its_classes_and_what_has_struck(kept: Path) -> None:
+def test_each_seed_is_an_episode_with_its_mode_its_classes_and_its_injections(kept: Path) -> None:
     episodes = told(kept)["episodes"]
     assert [each["seed"] for each in episodes] == [1, 8, 17]
     assert all(each["mode"] in {"safety", "liveness"} and each["classes"] for each in episodes)
     assert any(each["injected"] for each in episodes)
 
 
-def test_an_episode_counts_in_each_of_its_classes_and_once_in_all(kept: Path) -> None:
+def test_an_episode_counts_in_each_of_its_classes_and_once_in_the_total(kept: Path) -> None:
     campaign = told(kept)
     assert campaign["classes"]["all"]["episodes"] == 3
     drawn = [name for each in campaign["episodes"] for name in each["classes"]]
@@ -47,21 +47,21 @@ def test_an_episode_counts_in_each_of_its_classes_and_once_in_all(kept: Path) ->
     }
 
 
-def test_what_never_happened_is_said_and_fails_only_a_campaign_that_is_long_enough(kept: Path) -> None:
+def test_uncovered_situations_are_listed_and_fail_only_a_long_campaign(kept: Path) -> None:
     campaign = told(kept)
-    assert campaign["never"]
+    assert campaign["uncovered"]
     assert campaign["ok"] == (not campaign["surprises"])
     assert SEEN_BY > 3
 
 
-def test_the_line_that_is_printed_replays_the_episode(kept: Path, tmp_path: Path) -> None:
+def test_the_replay_line_replays_the_episode(kept: Path, tmp_path: Path) -> None:
     episode = told(kept)["episodes"][0]
     clew(*shlex.split(episode["replay"])[1:], "--out", tmp_path / "run")
     verdict = json.loads((tmp_path / "run" / "verdict.json").read_text(encoding="utf-8"))
     assert (verdict["sim_s"], verdict["path_m"]) == (episode["sim_s"], episode["path_m"])
 
 
-def test_where_nothing_was_written_the_line_writes_it_first(
+def test_without_written_files_the_replay_line_writes_them(
     kept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     swarm(tmp_path / "out")
@@ -81,20 +81,20 @@ def test_where_nothing_was_written_the_line_writes_it_first(
     assert told(kept)["episodes"][2]["replay"].split()[1] == "rehearse", "--keep has written it"
 
 
-def test_the_same_again_plays_nothing_twice(kept: Path) -> None:
+def test_the_same_command_again_plays_nothing_twice(kept: Path) -> None:
     lines = (kept / "episodes.jsonl").read_bytes()
     swarm(kept, "--keep")
     assert (kept / "episodes.jsonl").read_bytes() == lines
 
 
-def test_worlds_are_either_drawn_or_given(tmp_path: Path) -> None:
+def test_drawn_worlds_and_given_scenes_exclude_each_other(tmp_path: Path) -> None:
     field = scene(tmp_path / "scenes" / "one.json")
     assert clew("campaign").exit_code == 2
     for more in (["--scenes", str(field)], ["--robots", "3"], ["--law", "printed"], ["--tight", "0.9"]):
         assert swarm(tmp_path / "out", *more).exit_code == 2
 
 
-def test_scenes_suffer_a_plan_and_whom_it_kills_need_not_arrive(tmp_path: Path) -> None:
+def test_robots_killed_by_a_fault_plan_need_not_arrive(tmp_path: Path) -> None:
     field = scene(tmp_path / "scenes" / "one.json")
     plan = Plan(name="tail", rules=(Kill(target="tail", from_s=1.0),))
     (tmp_path / "tail.toml").write_text(plan_text(plan), encoding="utf-8")

@@ -107,7 +107,7 @@ def test_an_export_that_is_told_to_end_leaves_nothing(tmp_path: Path) -> None:
 def test_a_log_is_never_overwritten_by_its_own_export(run: Path) -> None:
     said = clew("log", "export", run, "--to", "mcap", "--out", run / "events.jsonl")
     assert said.exit_code == 2
-    assert "the name of such a file ends in .mcap" in said.stderr
+    assert "its name must end in .mcap" in said.stderr
     (run / "folder.mcap").mkdir()
     assert clew("log", "export", run, "--to", "mcap", "--out", run / "folder.mcap").exit_code == 2
 

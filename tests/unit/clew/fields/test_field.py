@@ -67,7 +67,7 @@ SAID = {
 
 
 @pytest.mark.parametrize("kind", Kind)
-def test_the_same_words_make_the_same_field_on_any_machine_and_any_day(kind: Kind) -> None:
+def test_the_same_parameters_make_the_same_field_on_any_machine(kind: Kind) -> None:
     said = json.dumps(scene(Field(kind=kind, seed=3, size_m=SMALL_M)))
     assert blake2b(said.encode(), digest_size=8).hexdigest() == SAID[kind]
 
@@ -102,7 +102,7 @@ def test_obstacles_keep_the_least_width_from_each_other_and_from_the_walls(
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_no_obstacle_is_put_round_another(seed: int) -> None:
+def test_no_obstacle_surrounds_another(seed: int) -> None:
     sides_m = chain([0.1], repeat(1.5))
 
     def square(_chance: np.random.Generator, _unit_m: float) -> Polygon:
@@ -128,7 +128,7 @@ def test_the_lanes_before_and_behind_the_field_are_free(kind: Kind, seed: int) -
 
 @given(kinds, seeds)
 @few
-def test_whatever_is_thinner_than_the_least_width_gets_through(kind: Kind, seed: int) -> None:
+def test_anything_thinner_than_the_least_width_gets_through(kind: Kind, seed: int) -> None:
     drawn = small(kind, seed)
     assert solvable(drawn, Disc(0.995 * 2.0 * drawn["robot_radius"])) is Answer.SOLVABLE
 
@@ -144,7 +144,7 @@ def test_corridors_are_exactly_as_wide_as_asked(seed: int, width_m: float) -> No
 
 @given(st.integers(0, 99))
 @few
-def test_corridors_reach_all_ground_and_run_in_no_circle(seed: int) -> None:
+def test_corridors_form_a_tree_that_reaches_all_ground(seed: int) -> None:
     maze = scene(Field(kind=Kind.CORRIDORS, seed=seed, size_m=SMALL_M))
     ground = shapely.box(*maze["bounds"]).difference(shapely.union_all(shapes(maze)))
     assert isinstance(ground, shapely.Polygon), "one piece"
@@ -188,7 +188,7 @@ def test_obstacles_cover_the_share_that_was_asked_for(kind: Kind, density: float
     assert drawn["stats"]["density"] == pytest.approx(sum(each_m2) / ground_m2, abs=1e-3)
 
 
-def test_obstacles_may_overlap_where_no_width_is_kept() -> None:
+def test_obstacles_may_overlap_with_a_least_width_of_zero() -> None:
     drawn = scene(Field(kind=Kind.CIRCLES, seed=1, size_m=SMALL_M, density=0.5, least_width_m=0.0))
     assert any(one.intersects(other) for one, other in combinations(shapes(drawn), 2))
 
@@ -196,7 +196,7 @@ def test_obstacles_may_overlap_where_no_width_is_kept() -> None:
 @pytest.mark.parametrize(
     ("kind", "convex"), [(Kind.CONVEX, True), (Kind.ELLIPSES, True), (Kind.NONCONVEX, False)]
 )
-def test_polygons_are_convex_or_not_as_the_kind_says(kind: Kind, convex: bool) -> None:
+def test_polygons_are_convex_only_for_convex_kinds(kind: Kind, convex: bool) -> None:
     rings = polygons(ring for seed in range(4) for ring in small(kind, seed)["polygons"])
     dents_m2 = [ring.convex_hull.area - ring.area for ring in rings]
     dented = [dent_m2 > 1e-2 * ring.area for dent_m2, ring in zip(dents_m2, rings, strict=True)]
@@ -213,7 +213,7 @@ def clew(*words: str) -> Result:
     return CliRunner().invoke(main, ["field", *words])
 
 
-def test_the_verb_prints_a_scene_that_every_other_verb_loads(tmp_path: Path) -> None:
+def test_the_verb_prints_a_scene_that_other_verbs_load(tmp_path: Path) -> None:
     path = tmp_path / "maze.json"
     path.write_text(clew("corridors", "--seed", "3", "--robot-radius", "0.2").stdout)
     assert as_told(scene(Field(kind=Kind.CORRIDORS, seed=3, robot_radius_m=0.2))) == json.loads(
@@ -227,12 +227,12 @@ def test_the_verb_prints_a_scene_that_every_other_verb_loads(tmp_path: Path) -> 
     [
         (["circles", "--density", "nan"], "$.density: must be >= 0.0, got nan"),
         (["circles", "--size", "0", "4"], "$.size_m[0]: must be > 0.0 m, got 0.0"),
-        (["circles", "--plugged"], "$.plugged: must be absent but for corridors, got circles"),
+        (["circles", "--plugged"], "$.plugged: is for corridors only, got circles"),
         (["corridors", "--size", "1", "4"], "$.size_m: must hold 2 x 2 corridors of 0.6 m"),
         (["corridors", "--least-width", "0"], "$.least_width_m: must be >= robot_radius_m = 0.15 m"),
     ],
 )
-def test_what_no_field_can_be_is_refused_in_one_line(words: list[str], refusal: str) -> None:
+def test_impossible_parameters_are_refused_in_one_line(words: list[str], refusal: str) -> None:
     said = clew(*words)
     assert said.exit_code == 2
     assert said.stderr.startswith(f"Error: clew field: {refusal}")

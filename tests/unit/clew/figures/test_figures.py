@@ -70,12 +70,12 @@ def test_figure_4_draws_the_distances_of_table_1(folder: Path, name: str) -> Non
 
 def test_switching_positions_bear_the_numbers_of_steps_also_where_one_broke_off(folder: Path) -> None:
     drawn = course(folder / "killed")
-    begun = [str(planned.plan.step) for planned in drawn.plans]
+    begun = [str(planned.number) for planned in drawn.steps]
     assert [stand.name for stand in drawn.stands] == ["1", "1 end", *begun[1:], f"{begun[-1]} end"]
     region = painted(chart(drawn, "region"))[0]
     numbered_m = {text.get_text(): text.xy for text in region.texts if isinstance(text, Annotation)}
-    for planned in drawn.plans:
-        assert numbered_m[str(planned.plan.step)] == pytest.approx(
+    for planned in drawn.steps:
+        assert numbered_m[str(planned.number)] == pytest.approx(
             (planned.plan.x_m, planned.plan.y_m), abs=1e-3
         )
     ticks = [label.get_text() for label in painted(chart(drawn, "distances"))[0].get_xticklabels()]
@@ -216,8 +216,8 @@ def test_a_run_without_a_way_shows_where_the_leader_stood(folder: Path) -> None:
 def test_every_switching_step_has_its_panel_with_the_gap_chosen(folder: Path) -> None:
     drawn = course(folder / "paper")
     panels = [axes for axes in painted(chart(drawn, "steps")) if axes.get_title()]
-    assert len(panels) == len(drawn.plans) == 10
-    for axes, planned in zip(panels, drawn.plans, strict=True):
+    assert len(panels) == len(drawn.steps) == 10
+    for axes, planned in zip(panels, drawn.steps, strict=True):
         assert planned.plan.gap is not None
         (gap,) = (line for line in axes.lines if line.get_linestyle() == "--")
         width_m = np.hypot(*np.diff(np.asarray(gap.get_xydata()), axis=0)[0])

@@ -21,7 +21,7 @@ def test_each_panel_has_what_moves_where_it_was_when_the_step_was_planned(runs: 
     drawn = course(runs.of("door"))
     panels = [axes for axes in painted(chart(drawn, "steps")) if axes.get_title()]
     places_m, drawn_m = list[Floats](), list[Floats]()
-    for axes, planned in zip(panels, drawn.plans, strict=True):
+    for axes, planned in zip(panels, drawn.steps, strict=True):
         [moving] = [patch for patch in axes.patches if patch.get_hatch()]
         box = moving.get_path().get_extents(moving.get_patch_transform())
         drawn_m.append(np.mean(box.get_points(), axis=0))

@@ -1,15 +1,11 @@
 import re
-import shlex
-import subprocess
 from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from clew.fleet.folder import folder_name
-from clew.fleet.prepare import assignment, main, run_name, shows
+from clew.fleet.folder import LATEST, drop_folder, folder_name, make_latest
+from clew.fleet.prepare import Prepared, Shows, prepare, run_name, shows
 from clew.fleet.request import parse
 from protocol.errors import UsageError
 from protocol.faults.plan import load as load_plan
@@ -20,7 +16,6 @@ from world.scenario.reading import SCENARIOS
 from world.scenario.scenario import load
 
 NOON = datetime(2026, 11, 20, 12, 0, 0, tzinfo=UTC)
-ANY_TEXT = st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=20)
 
 
 @pytest.fixture
@@ -39,9 +34,13 @@ def somewhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def test_nothing_asked_means_the_paper_at_real_time_with_seed_1() -> None:
+def made(private: Path, *arguments: str) -> Prepared:
+    return prepare(parse(arguments), private, terminal=False)
+
+
+def test_nothing_asked_means_grove_at_real_time_with_seed_1() -> None:
     request = parse([])
-    assert (request.scenario, request.robots, request.seed, request.speed) == ("paper", None, 1, 1.0)
+    assert (request.scenario, request.robots, request.seed, request.speed) == ("grove", None, 1, 1.0)
 
 
 def test_what_is_asked_is_written_into_the_runs_folder_resolved(private: Path, tmp_path: Path) -> None:
@@ -61,7 +60,7 @@ def test_what_is_asked_is_written_into_the_runs_folder_resolved(private: Path, t
         "loss-50",
     ]
     run = tmp_path / "run"
-    assert main([str(private), *asked, "--out", str(run)]) == 0
+    made(private, *asked, "--out", str(run))
     own.unlink()
     assert read_scenario(run) == load("grove", robots=3, law="resultant", seed=7)
     assert read_settings(run) == Settings(seed=7, speed=None)
@@ -71,16 +70,17 @@ def test_what_is_asked_is_written_into_the_runs_folder_resolved(private: Path, t
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (["-n", "0"], "argument -n: must be a whole number from 1 to 2000, got 0"),
+        (["-n", "0"], "argument -n/--robots: must be a whole number from 1 to 2000, got 0"),
         (["-n", "many"], "got many"),
         (["--seed", "-1"], "argument --seed: "),
         (["--speed", "0"], r"must be max or a number in \(0, 1000\], got 0"),
         (["--speed", "nan"], "got nan"),
-        (["--law", "murphy"], "argument --law: invalid choice: 'murphy'"),
+        (["--law", "murphy"], "argument --law: must be one of .*, got murphy"),
         (["-e", "tcp/a:1", "-l", "tcp/b:1"], "not allowed with argument"),
         (["--routers", "2", "-l", "tcp/b:1"], "argument --routers: .*not allowed with"),
         (["--routers", "3"], "argument --routers: invalid choice"),
-        (["--sped", "2"], "unrecognized arguments: --sped"),
+        (["--sped", "2"], "unrecognized arguments: --sped; did you mean '--speed'"),
+        (["--law", "certifid"], "got certifid; did you mean 'certified'"),
         (["paper", "grove"], "unrecognized arguments: grove"),
     ],
 )
@@ -89,100 +89,67 @@ def test_option_that_cannot_be_is_refused_by_name(arguments: list[str], complain
         parse(arguments)
 
 
-def test_help_goes_to_stdout_and_names_every_option(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as stop:
-        main(["--help"])
-    said = capsys.readouterr()
-    assert stop.value.code == 0
-    assert said.err == ""
-    for option in (
-        "SCENARIO",
-        "-n",
-        "--seed",
-        "--law",
-        "--speed",
-        "--out",
-        "--json",
-        "--view",
-        "--quiet",
-        "--connect",
-        "--listen",
-    ):
-        assert option in said.out
+def test_folder_that_is_not_empty_is_refused(private: Path, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="is not empty"):
+        made(private, "--out", str(tmp_path))
 
 
-@pytest.mark.parametrize(
-    ("arguments", "complaint"),
-    [
-        (["atlantis"], "atlantis"),
-        (["-n", "0"], "-n"),
-        (["--out", "/proc/clew/run"], "cannot write a run into /proc/clew/run"),
-        (["--out", "new/" + "x" * 300], "File name too long"),  # by then `new` has been made
-        (
-            ["--faults", "one-way", "-n", "3"],
-            "$.rule[0].group[1]: must be a robot of the fleet, r1 to r3, got r4",
-        ),
-        (["--listen", "nonsense"], "nonsense"),
-        (["--listen", "unixsock-stream//tmp/" + "x" * 120], "107 bytes"),
-    ],
-)
-def test_refusal_is_one_line_and_leaves_nothing(
-    arguments: list[str],
-    complaint: str,
-    private: Path,
-    somewhere_else: Path,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    assert main([str(private), *arguments]) == 2
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert said.err.startswith("fleet.sh: ")
-    assert said.err.count("\n") == 1
-    assert complaint in said.err
-    assert list(somewhere_else.iterdir()) == []
-
-
-def test_folder_that_is_not_empty_is_refused(
-    private: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main([str(private), "--out", str(tmp_path)]) == 2
-    assert "is not empty" in capsys.readouterr().err
-
-
-def test_good_request_makes_the_folder_and_says_all_that_bash_needs(
-    private: Path, somewhere_else: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main([str(private), "paper", "--out", "it's/here", "--json"]) == 0
-    said = capsys.readouterr()
-    assert said.err == ""
-    value = dict(line.split("=", 1) for line in said.out.splitlines())
-    assert value["robots"] == "5"
-    assert value["own_routers"] == "1"
-    assert value["as_json"] == "1"
-    assert value["view"] == "0"
-    assert value["shows"] == "lines"
-    assert value["latest"] == "''"
-    assert shlex.split(value["run_folder"]) == ["it's/here"]
+def test_good_request_makes_the_folder_and_says_what_runs(private: Path, somewhere_else: Path) -> None:
+    run = made(private, "paper", "--out", "it's/here", "--json")
+    assert (run.robots, run.own_routers, run.as_json, run.view) == (5, 1, True, False)
+    assert (run.shows, run.latest, run.folder) == (Shows.LINES, None, Path("it's/here"))
     assert (somewhere_else / "it's" / "here").is_dir()
-    made = shlex.split(value["made_folders"].strip("()"))
-    assert made == [str(somewhere_else / "it's" / "here"), str(somewhere_else / "it's")]
+    assert run.made == (somewhere_else / "it's" / "here", somewhere_else / "it's")
     assert (private / "r5.json").exists()
     assert (private / "world.json").exists()
 
 
-def test_our_own_router_asks_for_passwords(private: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([str(private)]) == 0
+def test_our_own_router_asks_for_passwords(private: Path) -> None:
+    assert made(private).own_routers == 1
     assert read_session(private / "r1.json").password
-    assert "own_routers=1\n" in capsys.readouterr().out
 
 
-def test_run_without_out_gets_a_folder_of_its_own_in_runs(
-    private: Path, somewhere_else: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main([str(private)]) == 0
+def test_run_without_out_gets_a_folder_of_its_own_in_runs(private: Path, somewhere_else: Path) -> None:
+    run = made(private)
     (folder,) = (somewhere_else / "runs").iterdir()
-    assert re.fullmatch(r"\d{8}T\d{6}Z-paper-[0-9a-f]{4}", folder.name)
-    assert "latest=runs/latest\n" in capsys.readouterr().out
+    assert re.fullmatch(r"\d{8}T\d{6}Z-grove-[0-9a-f]{4}", folder.name)
+    assert (run.folder.name, run.latest) == (folder.name, LATEST)
+
+
+def test_run_that_never_began_leaves_no_folder_and_no_link(private: Path, somewhere_else: Path) -> None:
+    run = made(private)
+    make_latest(run.folder)
+    drop_folder(run.folder, run.made, run.latest)
+    assert list(somewhere_else.iterdir()) == []
+
+
+def test_run_that_never_began_leaves_the_runs_before_it_alone(private: Path, somewhere_else: Path) -> None:
+    before, run = made(private), made(private)
+    make_latest(before.folder)
+    drop_folder(run.folder, run.made, run.latest)
+    assert sorted((somewhere_else / "runs").iterdir()) == sorted(
+        [before.folder.absolute(), LATEST.absolute()]
+    )
+
+
+def test_run_that_cannot_be_written_into_its_folder_leaves_nothing(
+    private: Path, somewhere_else: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(folder: Path, *_: object) -> None:
+        (folder / "scenario.toml").touch()
+        raise UsageError("no space left on device")
+
+    monkeypatch.setattr("clew.fleet.prepare.prepare_folder", full)
+    with pytest.raises(UsageError, match="no space left"):
+        made(private)
+    assert list(somewhere_else.iterdir()) == []
+
+
+def test_folder_in_which_something_was_written_stays(private: Path, somewhere_else: Path) -> None:
+    run = made(private, "--out", "here/too")
+    (run.folder / "events.jsonl").touch()
+    drop_folder(run.folder, run.made, run.latest)
+    assert (somewhere_else / "here" / "too" / "events.jsonl").exists()
 
 
 def test_names_sort_by_time_and_fit_into_a_key() -> None:
@@ -191,28 +158,20 @@ def test_names_sort_by_time_and_fit_into_a_key() -> None:
     assert folder_name(NOON, "/", "0a1b") == "20261120T120000Z-scenario-0a1b"
 
 
-@settings(max_examples=20)  # each example starts a bash
-@given(text=ANY_TEXT, items=st.lists(ANY_TEXT, max_size=4))
-def test_bash_gets_exactly_what_was_said(text: str, items: list[str]) -> None:
-    script = "\n".join([assignment("a", text), assignment("b", items), 'printf \'%s\\0\' x "$a" "${b[@]}"'])
-    said = subprocess.run(["bash", "-c", script], capture_output=True, check=True).stdout
-    assert said.decode().split("\0")[:-1] == ["x", text, *items]
-
-
 @pytest.mark.parametrize(
     ("arguments", "environment", "terminal", "shown"),
     [
-        ([], {"TERM": "xterm"}, True, "table"),
-        ([], {"TERM": "xterm"}, False, "lines"),
-        ([], {"TERM": "dumb"}, True, "lines"),
-        ([], {}, True, "lines"),
-        ([], {"TERM": "xterm", "CI": "true"}, True, "lines"),
-        (["--json"], {"TERM": "xterm"}, True, "lines"),
-        (["--quiet"], {"TERM": "xterm"}, True, "nothing"),
-        (["--quiet"], {}, False, "nothing"),
+        ([], {"TERM": "xterm"}, True, Shows.TABLE),
+        ([], {"TERM": "xterm"}, False, Shows.LINES),
+        ([], {"TERM": "dumb"}, True, Shows.LINES),
+        ([], {}, True, Shows.LINES),
+        ([], {"TERM": "xterm", "CI": "true"}, True, Shows.LINES),
+        (["--json"], {"TERM": "xterm"}, True, Shows.LINES),
+        (["--quiet"], {"TERM": "xterm"}, True, Shows.NOTHING),
+        (["--quiet"], {}, False, Shows.NOTHING),
     ],
 )
 def test_table_is_for_people_at_a_terminal_and_lines_for_all_else(
-    arguments: list[str], environment: dict[str, str], terminal: bool, shown: str
+    arguments: list[str], environment: dict[str, str], terminal: bool, shown: Shows
 ) -> None:
     assert shows(parse(arguments), environment, terminal=terminal) == shown

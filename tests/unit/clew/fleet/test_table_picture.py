@@ -10,7 +10,7 @@ from rich.console import Console
 
 from clew.fleet.table_picture import COLUMNS, WORDS, choose, picture, summed_up, table
 from clew.fleet.table_rows import Row, Scoreboard
-from clew.story.standing import State
+from clew.story.states import State
 from protocol.timeline import GoalReached, Record, RobotAppeared, RobotDied, StrandFormed
 from tests.support.logs.logs import GOOD, HEADER, numbered
 from world.scenario.scenario import load

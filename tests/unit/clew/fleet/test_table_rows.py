@@ -7,31 +7,21 @@ import pytest
 
 from clew.fleet.table_rows import Row, Scoreboard
 from clew.log.log import Log
-from clew.story.standing import State
+from clew.story.states import State
 from protocol.frames import Point
 from protocol.mission import Law
 from protocol.timeline import (
-    BodyStopped,
     FaultInjected,
     GoalReached,
-    LinkBroken,
-    LinkHeard,
     LinkSilent,
-    MusterJoined,
     OrderAccepted,
     PoseSampled,
     PromiseBroken,
     Record,
     RobotAppeared,
     RobotArrived,
-    RobotBlocked,
-    RobotDied,
     RobotFailed,
-    RobotHeld,
-    RobotReleased,
-    RobotRestarted,
     RobotReturned,
-    RouteLost,
     StepPlanned,
     StrandFormed,
 )
@@ -116,52 +106,6 @@ def test_rows_do_not_depend_on_how_often_somebody_looks(run: Path) -> None:
     assert heard(run, looks=0).rows == heard(run, looks=50).rows
 
 
-@pytest.mark.parametrize(
-    ("records", "state"),
-    [
-        ([], State.FOLLOWING),
-        ([("r1", LinkSilent(neighbour=2, silent_s=0.5))], State.WAITING),
-        ([("r1", LinkSilent(neighbour=2, silent_s=0.5)), ("r1", LinkHeard(neighbour=2))], State.FOLLOWING),
-        ([("r1", RobotHeld(behind_m=1.0))], State.HOLDING),
-        ([("r1", RobotHeld(behind_m=1.0)), ("r1", RobotReleased())], State.FOLLOWING),
-        ([("r1", LinkBroken(neighbour=2, cause="token", silent_s=1.0))], State.ADRIFT),
-        ([("r1", RobotHeld(behind_m=1.0)), ("r1", MusterJoined(epoch=2))], State.JOINING),
-        (
-            [("r1", LinkBroken(neighbour=2, cause="token", silent_s=1.0)), ("r1", MusterJoined(epoch=2))],
-            State.JOINING,
-        ),
-        ([("r1", MusterJoined(epoch=2)), ("r1", RobotBlocked(**HERE, turn=1, reason="x"))], State.BLOCKED),
-        ([("r1", RobotArrived(progress_m=1.0))], State.ARRIVED),
-        ([("r1", RobotArrived(progress_m=1.0)), ("r1", MusterJoined(epoch=2))], State.JOINING),
-        ([("r1", RouteLost(reason="x"))], State.NO_WAY),
-        ([("r1", RobotFailed(reason="x"))], State.FAILED),
-        ([("world", FaultInjected(fault="kill", rule="a", process="r1"))], State.KILLED),
-        ([("world", FaultInjected(fault="freeze", rule="a", process="r1"))], State.FROZEN),
-        (
-            [
-                ("world", FaultInjected(fault="freeze", rule="a", process="r1")),
-                ("world", FaultInjected(fault="thaw", rule="a", process="r1")),
-            ],
-            State.FOLLOWING,
-        ),
-        ([("world", RobotDied(robot=1, silent_since_s=0.0))], State.DEAD),
-        (
-            [("world", RobotDied(robot=1, silent_since_s=0.0)), ("world", RobotReturned(robot=1))],
-            State.FOLLOWING,
-        ),
-        (
-            [("world", RobotDied(robot=1, silent_since_s=0.0)), ("world", RobotRestarted(robot=1))],
-            State.JOINING,
-        ),
-        ([("world", BodyStopped(robot=1))], State.STOPPED),
-        ([seen(1, 0.0), ("world", BodyStopped(robot=1)), seen(1, 0.0)], State.STOPPED),
-        ([seen(1, 0.0), ("world", BodyStopped(robot=1)), seen(1, 0.1)], State.FOLLOWING),
-    ],
-)
-def test_state_is_what_the_timeline_said_last(records: list[tuple[str, Record]], state: State) -> None:
-    assert row_of(1, *AT_WORK, *records).state is state
-
-
 def test_strand_stands_in_its_order_and_who_has_no_place_behind_it() -> None:
     rows = board(*AT_WORK).rows
     assert [(row.robot, row.place) for row in rows[:2]] == [(2, 0), (1, 1)]
@@ -200,22 +144,14 @@ def test_way_to_nowhere_is_not_told() -> None:
     assert row_of(2, *AT_WORK, seen(2, 0.0), ("r2", plan), seen(2, 1.0)).share is None
 
 
-@pytest.mark.parametrize(
-    ("source", "key", "fault", "lost"),
-    [
-        ("r1", "link/r2/r1", "drop", 1),
-        ("r1", "body/r1/odometry", "partition", 1),
-        ("world", "body/r1/drive", "corrupt", 1),
-        ("r2", "link/r1/r2", "drop", 0),
-        ("r1", "link/r2/r1", "delay", 0),
-        ("r1", "body/r1/scan", "drop", 0),
-    ],
-)
-def test_message_is_lost_at_the_robot_that_was_to_hear_it(
-    source: str, key: str, fault: str, lost: int
-) -> None:
-    struck = FaultInjected(fault=fault, rule="a", key=key, number=1)
-    assert row_of(1, *AT_WORK, (source, struck)).lost == lost
+def test_a_fault_of_a_robot_that_is_none_of_the_fleets_has_no_row() -> None:
+    rows = board(*AT_WORK, ("world", FaultInjected(fault="kill", rule="a", process="r99"))).rows
+    assert [row.robot for row in rows] == [2, 1, 3, 4, 5]
+
+
+def test_what_a_log_says_gives_a_terminal_no_orders() -> None:
+    shown = board(*AT_WORK, ("r1", RobotFailed(reason="\x1b[2J"))).events[-1]
+    assert shown.endswith("r1 has failed: \\x1b[2J")
 
 
 def test_broken_promises_are_counted_and_events_kept_are_few() -> None:
@@ -223,3 +159,22 @@ def test_broken_promises_are_counted_and_events_kept_are_few() -> None:
     told = board(*AT_WORK, *(("world", broken),) * 3, *(("r2", GoalReached(**HERE)),) * 50)
     assert told.broken == 3
     assert len(told.events) == told.events.maxlen
+
+
+@pytest.mark.parametrize(
+    ("source", "record"),
+    [
+        ("world", FaultInjected(fault="kill", rule="by-hand", process="r99")),
+        ("world", FaultInjected(fault="drop", rule="lossy", key="link")),
+        ("world", PoseSampled(robot=99, x_m=0.0, y_m=0.0, heading_rad=0.0)),
+        ("world", RobotReturned(robot=99)),
+        ("r99", FORMED),
+        ("r99", RobotArrived(progress_m=1.0)),
+    ],
+)
+def test_what_is_said_of_a_robot_that_the_fleet_does_not_have_makes_no_row(
+    source: str, record: Record
+) -> None:
+    rows = board(*AT_WORK, (source, record)).rows
+    assert [row.robot for row in rows] == [row.robot for row in board(*AT_WORK).rows]
+    assert all(row.lost == 0 for row in rows)

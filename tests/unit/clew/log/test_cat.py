@@ -70,7 +70,7 @@ def test_every_kind_has_a_colour() -> None:
     assert families == set(COLOURS)
 
 
-def test_colours_are_for_terminals_and_for_who_asks(run: Path) -> None:
+def test_colours_are_printed_on_terminals_and_on_request(run: Path) -> None:
     assert ESCAPE not in clew(run).stdout
     assert ESCAPE in clew(run, "--color", "always").stdout
     assert ESCAPE not in clew(run, "--color", "always", "--json").stdout
@@ -86,7 +86,7 @@ def test_colours_are_for_terminals_and_for_who_asks(run: Path) -> None:
         ("always", {"TERM": "dumb", "NO_COLOR": "1"}, True),
     ],
 )
-def test_user_may_want_no_colours_on_a_terminal(
+def test_the_environment_can_switch_colours_off(
     monkeypatch: pytest.MonkeyPatch, when: str, variables: dict[str, str], coloured: bool
 ) -> None:
     monkeypatch.setattr(os, "environ", variables)
@@ -95,7 +95,7 @@ def test_user_may_want_no_colours_on_a_terminal(
 
 
 @pytest.mark.parametrize(("more", "coloured"), [({}, True), ({"NO_COLOR": "1"}, False)])
-def test_terminal_gets_colours_unless_the_user_wants_none(
+def test_a_terminal_gets_colours_unless_they_are_switched_off(
     run: Path, more: dict[str, str], coloured: bool
 ) -> None:
     terminal = Terminal()
@@ -108,21 +108,21 @@ def test_terminal_gets_colours_unless_the_user_wants_none(
     assert "run.ended" in terminal.text
 
 
-def test_without_leaves_kinds_out(run: Path) -> None:
+def test_without_leaves_out_kinds(run: Path) -> None:
     said = clew(run, "--without", "pose.*", "--without", "run.ended").stdout
     assert [line.split()[2] for line in said.splitlines()] == ["fault.injected"]
 
 
-def test_long_lists_are_counted_for_people_and_whole_for_programs(tmp_path: Path) -> None:
+def test_long_lists_are_counted_for_people_and_complete_in_json(tmp_path: Path) -> None:
     scan = ScanServed(
         robot=1, x_m=0.0, y_m=0.0, heading_rad=0.0, revolutions=1, hits=0, ranges_m=(4.0,) * 360
     )
     run = recorded(tmp_path / "scanned", numbered((("world", scan),)))
-    assert "ranges_m=[360 items]" in clew(run).stdout
+    assert "ranges_m=[360 items]" in clew(run, "--fields").stdout
     assert clew(run, "--json").stdout.count("4.0") == 360
 
 
-def test_a_step_is_a_line_that_people_can_read_and_whole_for_programs(tmp_path: Path) -> None:
+def test_a_step_is_one_readable_line_and_complete_in_json(tmp_path: Path) -> None:
     seen = SeenObstacle(tangent_1=Point(x_m=1 / 3, y_m=0.0), tangent_2=Point(x_m=1.0, y_m=0.0), chord_m=2 / 3)
     plan = StepPlanned(
         step=1, epoch=1, law=Law.CERTIFIED, x_m=2.231900877152494, y_m=1e-7, obstacles=(seen,) * 12, gaps=(),
@@ -130,22 +130,28 @@ def test_a_step_is_a_line_that_people_can_read_and_whole_for_programs(tmp_path: 
         promised_clearance_m=0.1, cost_to_go_m=None,
     )  # fmt: skip
     run = recorded(tmp_path / "planned", numbered((("r1", plan),)))
-    said = clew(run).stdout
+    said = clew(run, "--fields").stdout
     assert "x_m=2.2319 y_m=1e-7 obstacles=[12 items] gaps=[]" in said
     assert 'target={"x_m":0.6667,"y_m":0.0}' in said
     assert "2.231900877152494" in clew(run, "--json").stdout
+    assert (
+        clew(run).stdout == "    0.000     r1 step.planned       r1 plans step 1: 1.000 m, promises 0.100 m\n"
+    )
 
 
 @pytest.mark.parametrize(
     ("choice", "said"),
     [
-        (("--kind", "pose.sampeld"), "no entry matches; there is no kind 'pose.sampeld', but pose.sampled"),
+        (
+            ("--kind", "pose.sampeld"),
+            "no entry matches; there is no kind 'pose.sampeld'; did you mean 'pose.sampled'",
+        ),
         (("--robot", "77"), "no entry matches"),
         (("--from", "9", "--to", "3"), "no entry matches"),
         (("--kind", "step.*"), "no entry matches"),
     ],
 )
-def test_a_choice_that_nothing_matches_is_said(run: Path, choice: tuple[str, ...], said: str) -> None:
+def test_a_choice_without_a_match_is_reported(run: Path, choice: tuple[str, ...], said: str) -> None:
     told = clew(run, *choice)
     assert told.stdout == ""
     assert told.stderr.splitlines()[-1].startswith(said)
@@ -160,7 +166,7 @@ def test_a_pipe_gets_many_lines_at_once(tmp_path: Path, monkeypatch: pytest.Monk
     assert counts[:3] == [1000, 1000, 500]
 
 
-def test_reader_that_has_had_enough_is_no_error(tmp_path: Path) -> None:
+def test_a_reader_that_closes_the_pipe_is_no_error(tmp_path: Path) -> None:
     many = (("r1", RobotReleased()),) * 20_000  # more than any pipe holds
     run = recorded(tmp_path / "long", numbered(many))
     command = [sys.executable, "-m", "clew.cli", "log", "cat", str(run)]
@@ -175,7 +181,7 @@ def test_reader_that_has_had_enough_is_no_error(tmp_path: Path) -> None:
         assert process.wait(DEADLINE_S) == 0
 
 
-def test_follow_waits_for_the_run_prints_what_comes_and_ends_with_it(
+def test_follow_waits_for_the_run_prints_new_entries_and_ends_with_it(
     tmp_path: Path, follower: "subprocess.Popen[str]"
 ) -> None:
     text = (recorded(tmp_path / "elsewhere", numbered((FAULT, *AT_REST))) / EVENTS_FILE).read_bytes()
@@ -205,7 +211,7 @@ def test_follow_ends_at_ctrl_c_with_130(tmp_path: Path, follower: "subprocess.Po
     assert err == ""
 
 
-def test_follow_of_a_run_that_has_ended_says_what_is_torn(run: Path) -> None:
+def test_follow_of_an_ended_run_reports_a_torn_line(run: Path) -> None:
     with (run / EVENTS_FILE).open("ab") as file:
         file.write(b'{"t_s":1')
     (run / VERDICT_FILE).write_bytes(b"{}")

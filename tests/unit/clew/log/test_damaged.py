@@ -1,5 +1,6 @@
-"""Logs that something has happened to: each flaw is said once, and all the rest is read."""
+"""Damaged logs: each flaw is reported once, and the rest is read."""
 
+import os
 from pathlib import Path
 
 import msgspec
@@ -14,9 +15,10 @@ from clew.log.header import UNKNOWN
 from clew.log.log import Log
 from protocol.errors import UsageError
 from protocol.timeline import RobotHeld, RobotReleased, RunEnded
+from tests.support.campaigns import clew
 from tests.support.logs.logs import HEADER, numbered, recorded
 from world.record.lines import Line
-from world.record.recorder import line
+from world.record.recorder import EVENTS_FILE, line
 
 LINES = numbered(
     (
@@ -57,7 +59,7 @@ def test_a_log_cut_anywhere_reads_as_the_lines_before_the_cut(path: Path, header
 
 
 @given(st.lists(st.binary(max_size=40).map(lambda text: text.replace(b"\n", b"")), max_size=5))
-def test_no_garbage_raises_and_each_line_of_it_is_said(
+def test_no_garbage_raises_and_each_line_of_it_is_reported(
     path: Path, header: bytes, garbage: list[bytes]
 ) -> None:
     lines, flaws = through(path, header + b"".join(text + b"\n" for text in garbage) + b"".join(TEXTS))
@@ -77,7 +79,7 @@ def test_no_garbage_raises_and_each_line_of_it_is_said(
         b"null",
     ],
 )
-def test_a_line_that_is_damaged_is_named_and_its_number_is_missed(
+def test_a_damaged_line_is_reported_and_its_number_is_missing(
     path: Path, header: bytes, damage: bytes
 ) -> None:
     texts = [TEXTS[0], damage + b"\n", *TEXTS[2:]]
@@ -87,26 +89,26 @@ def test_a_line_that_is_damaged_is_named_and_its_number_is_missed(
     assert second == "r1: 1 of 3 entries are missing, the first is number 2"
 
 
-def test_a_last_line_that_lacks_but_its_end_is_torn(path: Path, header: bytes) -> None:
+def test_a_last_line_without_a_newline_is_torn(path: Path, header: bytes) -> None:
     lines, flaws = through(path, (header + b"".join(TEXTS))[:-1])
     assert lines == LINES[:-1]
     assert flaws[0] == "line 5 is torn: dropped"
 
 
-def test_numbers_out_of_order_are_said_though_times_are_not(path: Path, header: bytes) -> None:
+def test_numbers_out_of_order_are_reported_even_with_equal_times(path: Path, header: bytes) -> None:
     same_time = [line(source, msgspec.structs.replace(entry, t_s=5.0)) for source, entry in LINES]
     _, flaws = through(path, header + b"".join([same_time[1], same_time[0], *same_time[2:]]))
-    assert flaws == ("r1: entry 1 of t=5.0 s stands behind 2 of t=5.0 s",)
+    assert flaws == ("r1: entry 1 of t=5.0 s comes after entry 2 of t=5.0 s",)
 
 
-def test_a_line_edited_by_hand_is_named_though_its_number_has_come(path: Path, header: bytes) -> None:
+def test_a_line_edited_by_hand_is_reported_even_if_its_number_is_there(path: Path, header: bytes) -> None:
     edited = TEXTS[0].replace(b"1.0}", b'"far"}')
     lines, flaws = through(path, header + b"".join([edited, *TEXTS[1:]]))
     assert lines == LINES[1:]
     assert [flaw.split(" - at ")[1] for flaw in flaws] == ["`$.behind_m`"]
 
 
-def test_a_line_without_an_end_takes_no_more_memory_than_its_limit(
+def test_a_line_without_an_end_takes_bounded_memory(
     path: Path, header: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(lab_log, "LINE_BYTES_MAX", len(header))
@@ -115,7 +117,7 @@ def test_a_line_without_an_end_takes_no_more_memory_than_its_limit(
     assert flaws == (f"line 2 is longer than {len(header)} bytes: dropped",)
 
 
-def test_entries_of_a_newer_schema_are_read_as_far_as_they_are_known(path: Path, header: bytes) -> None:
+def test_known_entries_of_a_newer_schema_are_read(path: Path, header: bytes) -> None:
     newer = header.replace(b"clew-timeline/1", b"clew-timeline/2").replace(b'"run":', b'"fleet":"f","run":')
     texts = [
         TEXTS[0].replace(b"behind_m", b'mood":"good","behind_m'),
@@ -126,19 +128,18 @@ def test_entries_of_a_newer_schema_are_read_as_far_as_they_are_known(path: Path,
     lines, flaws = through(path, newer + b"".join(texts))
     assert lines == [LINES[0], LINES[3]]
     assert flaws == (
-        "its schema is 'clew-timeline/2', this program reads 'clew-timeline/1': "
-        "only what both know can be shown",
+        "its schema is 'clew-timeline/2', this program reads 'clew-timeline/1': only what both know is shown",
         "2 entries of a kind that this program does not know: 'robot.sneezed'",
     )
 
 
-def test_a_header_of_another_schema_that_means_nothing_to_us_is_refused_by_name(path: Path) -> None:
+def test_an_unknown_schema_is_refused_by_name(path: Path) -> None:
     path.write_bytes(b'{"kind":"run.started","schema":"clew-timeline/9"}\n')
     with pytest.raises(UsageError, match=r"its schema is 'clew-timeline/9'.*its header cannot be read"):
         Log(path)
 
 
-def test_a_log_whose_header_was_cut_off_is_read_without_it(path: Path) -> None:
+def test_a_log_with_its_header_cut_off_is_read_without_it(path: Path) -> None:
     lines, flaws = through(path, b"".join(TEXTS))
     assert lines == LINES
     (flaw,) = flaws
@@ -147,21 +148,21 @@ def test_a_log_whose_header_was_cut_off_is_read_without_it(path: Path) -> None:
 
 
 @pytest.mark.parametrize("damage", [b"?", b"", b"\xff", b"{}", b"[1]", b'{"kind":"robot.held"}'])
-def test_a_log_whose_header_is_damaged_is_read_without_it(path: Path, damage: bytes) -> None:
+def test_a_log_with_a_damaged_header_is_read_without_it(path: Path, damage: bytes) -> None:
     lines, (flaw,) = through(path, damage + b"\n" + b"".join(TEXTS))
     assert lines == LINES
     assert "the first line is no header of a run" in flaw
     assert Log(path).header == UNKNOWN
 
 
-def test_of_a_header_edited_by_hand_the_rest_is_known(path: Path, header: bytes) -> None:
+def test_the_rest_of_a_header_edited_by_hand_is_known(path: Path, header: bytes) -> None:
     lines, (flaw,) = through(path, header.replace(b'"seed":1', b'"seed":"one"') + b"".join(TEXTS))
     assert lines == LINES
-    assert "Expected `int`, got `str` - at `$.seed`; what it does not say is not known" in flaw
+    assert "Expected `int`, got `str` - at `$.seed`; what it lacks is unknown" in flaw
     assert Log(path).header == msgspec.structs.replace(HEADER, seed=0)
 
 
-def test_a_header_that_is_not_ours_is_refused_by_name(path: Path, header: bytes) -> None:
+def test_a_header_of_another_program_is_refused_by_name(path: Path, header: bytes) -> None:
     path.write_bytes(header.replace(b"clew-timeline/1", b"rosbag/2"))
     with pytest.raises(UsageError, match="its schema is 'rosbag/2', this program reads 'clew-timeline/1'"):
         Log(path)
@@ -177,13 +178,13 @@ def test_a_file_that_is_no_log_is_refused(path: Path, content: bytes) -> None:
         timeline.read(path)
 
 
-def test_an_empty_file_is_refused_as_such(path: Path) -> None:
+def test_an_empty_file_is_refused_as_empty(path: Path) -> None:
     path.write_bytes(b"")
     with pytest.raises(UsageError, match="it is empty: no header of a run"):
         Log(path)
 
 
-def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=f"no run in {tmp_path}/nowhere: No such file or directory"):
         Log(tmp_path / "nowhere")
 
@@ -193,17 +194,17 @@ def test_folder_without_a_run_is_refused(tmp_path: Path) -> None:
         timeline.read(tmp_path)
 
 
-def test_a_header_alone_is_a_log_that_nobody_has_ended(path: Path, header: bytes) -> None:
-    assert through(path, header) == ([], ("no run.ended: the world did not live to end the run",))
+def test_a_header_alone_is_a_log_without_an_end(path: Path, header: bytes) -> None:
+    assert through(path, header) == ([], ("no run.ended: the world died before it could end the run",))
 
 
-def test_of_many_flaws_the_first_are_told_and_the_rest_are_counted(path: Path, header: bytes) -> None:
+def test_the_first_of_many_flaws_are_listed_and_the_rest_is_counted(path: Path, header: bytes) -> None:
     _, flaws = through(path, header + b"?\n" * 1000 + b"".join(TEXTS))
     assert len(flaws) == TOLD_MAX + 1
     assert flaws[-1] == f"and {1000 - TOLD_MAX} more like these"
 
 
-def test_a_log_can_be_gone_through_again_and_says_the_same(path: Path, header: bytes) -> None:
+def test_reading_a_log_again_gives_the_same(path: Path, header: bytes) -> None:
     path.write_bytes(header + b"".join(TEXTS[1:]))
     log = Log(path)
     assert (list(log.lines), log.flaws) == (list(log.lines), log.flaws)
@@ -213,7 +214,7 @@ def test_a_log_can_be_gone_through_again_and_says_the_same(path: Path, header: b
 
 
 @given(st.lists(st.integers(1, 12), max_size=14))
-def test_numbers_know_what_is_missing_and_what_is_there_twice(seen: list[int]) -> None:
+def test_numbers_find_what_is_missing_and_what_is_doubled(seen: list[int]) -> None:
     numbers = Numbers()
     for number in seen:
         numbers.add(number)
@@ -225,3 +226,11 @@ def test_numbers_know_what_is_missing_and_what_is_there_twice(seen: list[int]) -
     ]
     assert [flaw for flaw in flaws if "missing" in flaw] == missing
     assert any("more than once" in flaw for flaw in flaws) == (len(set(seen)) < len(seen))
+
+
+@pytest.mark.parametrize("verb", [["log", "check"], ["log", "cat"], ["log", "cat", "--follow"], ["report"]])
+def test_a_log_that_is_no_regular_file_is_refused_at_once(tmp_path: Path, verb: list[str]) -> None:
+    os.mkfifo(tmp_path / EVENTS_FILE)
+    said = clew(*verb, tmp_path)
+    assert (said.exit_code, said.stderr.count("\n")) == (2, 1)
+    assert "no regular file" in said.stderr

@@ -1,4 +1,4 @@
-"""`clew log diff`: where two runs part."""
+"""`clew log diff`: the first difference of two runs."""
 
 import json
 from pathlib import Path
@@ -51,12 +51,14 @@ def test_two_rehearsals_of_one_seed_are_the_same(twins: tuple[Path, Path, Path])
     }
 
 
-def test_rehearsal_of_another_seed_says_so_and_where_it_parts(twins: tuple[Path, Path, Path]) -> None:
+def test_a_rehearsal_with_another_seed_differs_in_its_seed_and_in_an_entry(
+    twins: tuple[Path, Path, Path],
+) -> None:
     one, _, other = twins
     said = clew("log", "diff", one, other)
     assert said.exit_code == 1
     first, second, *rest = said.stdout.splitlines()
-    assert first == "asked for different runs: seed"
+    assert first == "the runs were started differently: seed"
     assert "first difference" in second
     assert {line[0] for line in rest} == {" ", "-", "+"}
     found = json.loads(clew("log", "diff", one, other, "--json").stdout)
@@ -68,7 +70,7 @@ def test_rehearsal_of_another_seed_says_so_and_where_it_parts(twins: tuple[Path,
     assert found["difference"]["before"] == [json.loads(line) for line in logs[0][number - CONTEXT : number]]
 
 
-def test_first_field_that_differs_is_named_with_what_stands_around_it() -> None:
+def test_the_first_different_field_is_named_with_the_entries_around_it() -> None:
     found = first_difference(LINES, moved(LINES, 3, x_m=9.0))
     assert found is not None
     assert (found.entry, found.fields) == (3, ("x_m",))
@@ -76,20 +78,20 @@ def test_first_field_that_differs_is_named_with_what_stands_around_it() -> None:
     assert found.after_a == found.after_b == tuple(LINES[4:])
 
 
-def test_run_that_is_longer_differs_where_the_other_has_ended() -> None:
+def test_a_longer_run_differs_where_the_other_one_has_ended() -> None:
     found = first_difference(LINES, LINES[:-1])
     assert found is not None
     assert (found.entry, found.a, found.b) == (len(LINES) - 1, LINES[-1], None)
 
 
-def test_clocks_process_ids_and_incarnations_are_no_difference() -> None:
+def test_clocks_process_ids_and_incarnations_are_ignored() -> None:
     records = (("r1", RobotStarted(pid=1, incarnation="a")), ("world", RouterFound(away_s=0.1)))
     others = (("r1", RobotStarted(pid=2, incarnation="b")), ("world", RouterFound(away_s=0.2)))
     later = [(source, msgspec.structs.replace(entry, hlc="9/9")) for source, entry in numbered(others)]
     assert first_difference(numbered(records), later) is None
 
 
-def test_times_and_numbers_differ_by_entry_and_not_by_step() -> None:
+def test_times_and_numbers_count_by_entry_but_not_by_step() -> None:
     step = ("world", StepFinished(robot=1, step=3, x_m=0.1, y_m=0.2, clearance_m=0.11))
     early, late = numbered((step, *AT_REST)), numbered((*AT_REST, step))
     assert first_difference(early, late) is not None
@@ -99,19 +101,19 @@ def test_times_and_numbers_differ_by_entry_and_not_by_step() -> None:
     assert "x_m" in found.fields
 
 
-def test_numbers_may_differ_by_as_much_as_the_user_says() -> None:
+def test_numbers_may_differ_by_the_given_tolerance() -> None:
     pose = next(entry.record for _, entry in LINES if isinstance(entry.record, PoseSampled))
     other = moved(LINES, 0, x_m=pose.x_m + 0.01)
     assert first_difference(LINES, other, within=0.02) is None
     assert first_difference(LINES, other, within=0.005) is not None
 
 
-def test_what_was_asked_differently_is_named_and_what_a_run_is_called_is_not() -> None:
+def test_different_settings_are_named_but_not_the_names_of_runs() -> None:
     other = msgspec.structs.replace(HEADER, run="another", started_at="later", seed=2)
     assert headers_apart(HEADER, other) == ("seed",)
 
 
-def test_log_that_is_not_whole_is_said_to_be(tmp_path: Path) -> None:
+def test_an_incomplete_log_is_reported(tmp_path: Path) -> None:
     run = recorded(tmp_path / "run", numbered((("world", RunEnded(reason="interrupted")),)))
     with (run / EVENTS_FILE).open("ab") as file:
         file.write(b'{"t_s":1')
@@ -121,20 +123,20 @@ def test_log_that_is_not_whole_is_said_to_be(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("by", ["entry", "step"])
-def test_runs_that_differ_in_what_cannot_be_read_are_not_the_same(tmp_path: Path, by: str) -> None:
+def test_runs_with_different_unreadable_lines_are_not_the_same(tmp_path: Path, by: str) -> None:
     one, other = (recorded(tmp_path / name, LINES) for name in ("one", "other"))
     with (other / EVENTS_FILE).open("ab") as file:
         file.write(b"{bad}\n")
     said = clew("log", "diff", one, other, "--by", by)
     assert said.exit_code == 1
-    assert said.stdout == "what cannot be read of them differs\nno entry differs\n"
+    assert said.stdout == "the unreadable lines differ\nno entry differs\n"
     assert said.stderr.startswith(f"b is not complete: line {len(LINES) + 2} cannot be read: ")
     found = json.loads(clew("log", "diff", one, other, "--by", by, "--json").stdout)
     assert (found["same"], found["unread"], found["flaws"]["a"]) == (False, True, [])
     assert len(found["flaws"]["b"]) == 1
 
 
-def test_of_entries_of_another_program_clocks_are_no_difference_and_all_else_is(tmp_path: Path) -> None:
+def test_unknown_entries_are_compared_except_for_their_clocks(tmp_path: Path) -> None:
     runs = []
     for name, hlc, mood in (("one", 1, "good"), ("later", 2, "good"), ("other", 2, "bad")):
         runs.append(recorded(tmp_path / name, LINES))
@@ -153,7 +155,7 @@ def test_of_entries_of_another_program_clocks_are_no_difference_and_all_else_is(
     assert clew("log", "diff", later, other).exit_code == 1
 
 
-def test_what_is_wrong_behind_the_first_difference_is_named_too(tmp_path: Path) -> None:
+def test_flaws_after_the_first_difference_are_reported_too(tmp_path: Path) -> None:
     one = recorded(tmp_path / "one", LINES)
     other = recorded(tmp_path / "other", moved(LINES, 0, x_m=9.0)[:-1])
     said = clew("log", "diff", one, other)
@@ -167,7 +169,7 @@ def test_no_such_run_is_one_line_and_exit_2(tmp_path: Path) -> None:
     assert (said.exit_code, said.stdout, said.stderr.count("\n")) == (2, "", 1)
 
 
-def test_two_live_runs_that_part_are_told_of_steps_and_rehearsals_are_not(
+def test_only_two_different_live_runs_get_the_advice_to_compare_steps(
     tmp_path: Path, twins: tuple[Path, Path, Path]
 ) -> None:
     one = recorded(tmp_path / "one", LINES)

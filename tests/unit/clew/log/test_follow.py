@@ -36,7 +36,7 @@ def play(sizes: list[bytes]) -> tuple[list[News], Follower]:
 
 
 @given(cuts=st.lists(st.integers(0, 4000), max_size=20))
-def test_however_the_file_grows_each_entry_comes_once_and_whole(cuts: list[int], text: bytes) -> None:
+def test_each_entry_comes_once_and_complete_however_the_file_grows(cuts: list[int], text: bytes) -> None:
     news, follower = play([text[:cut] for cut in sorted(cuts)] + [text])
     assert told(news) == LINES
     assert [each.header for each in news if each.header] == [HEADER]
@@ -45,28 +45,28 @@ def test_however_the_file_grows_each_entry_comes_once_and_whole(cuts: list[int],
     assert follower.whole_bytes == len(text)
 
 
-def test_torn_line_is_given_when_it_is_completed_later(text: bytes) -> None:
+def test_a_torn_line_is_given_when_it_is_completed(text: bytes) -> None:
     news, _ = play([text[:-9], text])
     assert told(news[:1]) == LINES[:-1]
     assert told(news[1:]) == LINES[-1:]
 
 
-def test_torn_line_that_a_resumed_world_cuts_off_is_forgotten(text: bytes) -> None:
+def test_a_torn_line_that_a_resumed_world_cuts_off_is_forgotten(text: bytes) -> None:
     whole = text[: text[:-1].rindex(b"\n") + 1]
     news, follower = play([text[:-9], whole, whole, text])
     assert told(news) == LINES
     assert follower.close().flaws == ()
 
 
-def test_line_that_stays_torn_is_a_flaw_with_its_number(text: bytes) -> None:
+def test_a_line_that_stays_torn_is_a_flaw_with_its_number(text: bytes) -> None:
     _, follower = play([text[:-9]])
     assert follower.close().flaws == (
         f"line {len(LINES) + 1} is torn: dropped",
-        "no run.ended: the world did not live to end the run",
+        "no run.ended: the world died before it could end the run",
     )
 
 
-def test_line_that_cannot_be_read_is_a_flaw_and_the_rest_is_given(text: bytes) -> None:
+def test_an_unreadable_line_is_a_flaw_and_the_rest_is_given(text: bytes) -> None:
     first, *rest = text.splitlines(keepends=True)
     news, _ = play([b"".join([first, b'{"kind":"nonsense"}\n', *rest])])
     assert told(news) == LINES
@@ -99,7 +99,7 @@ def test_line_longer_than_what_is_read_at_once_comes(
     assert told(news) == LINES
 
 
-def test_file_that_loses_what_was_read_says_so_and_is_read_on(text: bytes, tmp_path: Path) -> None:
+def test_a_file_that_shrinks_is_reported_and_read_on(text: bytes, tmp_path: Path) -> None:
     path, follower = tmp_path / EVENTS_FILE, Follower()
     path.write_bytes(text)
     following.look(path, follower)

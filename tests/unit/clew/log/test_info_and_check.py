@@ -25,7 +25,7 @@ def run(tmp_path: Path) -> Path:
     return recorded(tmp_path / "run", numbered((STEP_3, *AT_REST)))
 
 
-def test_info_says_what_was_run_and_how_much_of_what(run: Path) -> None:
+def test_info_says_what_was_run_and_counts_entries(run: Path) -> None:
     said = json.loads(clew("log", "info", run, "--json").stdout)
     assert (said["scenario"], said["seed"], said["entries"]) == ("paper", 1, 7)
     assert said["sources"] == {"world": 7}
@@ -48,7 +48,7 @@ def test_info_says_law_robots_and_how_the_run_ended(run: Path) -> None:
         assert re.search(line, clew("log", "info", run).stdout), line
 
 
-def test_the_time_of_a_run_is_the_verdicts_and_that_of_its_last_entry_has_another_name(run: Path) -> None:
+def test_the_time_of_a_run_is_that_of_the_verdict_and_not_of_the_last_entry(run: Path) -> None:
     said = json.loads(clew("log", "info", run, "--json").stdout)
     assert (said["sim_s"], said["last_entry_s"]) == (None, 6.0), "only the verdict knows when it was over"
     (run / VERDICT_FILE).write_bytes(msgspec.json.encode(GOOD))
@@ -59,7 +59,7 @@ def test_the_time_of_a_run_is_the_verdicts_and_that_of_its_last_entry_has_anothe
 
 
 @pytest.mark.parametrize("named", ["", "events.jsonl"])
-def test_info_shows_the_verdict_that_stands_beside_the_log(run: Path, named: str) -> None:
+def test_info_shows_the_verdict_beside_the_log(run: Path, named: str) -> None:
     failed = msgspec.structs.replace(GOOD, ok=False, exit_code=1, reason="robot 3 died")
     (run / VERDICT_FILE).write_bytes(msgspec.json.encode(failed))
     said = json.loads(clew("log", "info", run / named, "--json").stdout)
@@ -67,7 +67,7 @@ def test_info_shows_the_verdict_that_stands_beside_the_log(run: Path, named: str
     assert re.search(r"verdict +FAILED: robot 3 died", clew("log", "info", run / named).stdout)
 
 
-def test_info_says_in_which_folder_a_run_stands(tmp_path: Path) -> None:
+def test_info_names_the_folder_of_a_run(tmp_path: Path) -> None:
     run = recorded(tmp_path / "mine", numbered(AT_REST))
     (tmp_path / "latest").symlink_to(run)
     for named in (run, run / EVENTS_FILE, tmp_path / "latest"):
@@ -75,7 +75,7 @@ def test_info_says_in_which_folder_a_run_stands(tmp_path: Path) -> None:
     assert re.search(r"folder +/", clew("log", "info", run).stdout)
 
 
-def test_info_takes_no_verdict_for_a_copy_which_may_be_of_another_run(run: Path) -> None:
+def test_info_of_a_copied_log_takes_no_verdict_from_its_folder(run: Path) -> None:
     (run / VERDICT_FILE).write_bytes(msgspec.json.encode(GOOD))
     copy = run / "copy.jsonl"
     copy.write_bytes((run / "events.jsonl").read_bytes())
@@ -105,14 +105,14 @@ def test_cat_in_json_is_the_log_without_its_header(run: Path) -> None:
     assert clew("log", "cat", run, "--json").stdout.splitlines() == written
 
 
-def test_cat_shows_what_was_chosen_and_nothing_else(run: Path) -> None:
+def test_cat_shows_the_chosen_entries_only(run: Path) -> None:
     said = clew("log", "cat", run, "--kind", "step.*", "--step", "3").stdout
-    assert said == "    0.000  world step.finished      robot=1 step=3 x_m=0.1 y_m=0.2 clearance_m=0.11\n"
+    assert said == "    0.000  world step.finished      r1 finishes step 3, 0.110 m clear\n"
     assert clew("log", "cat", run, "--robot", "1").stdout.count("\n") == 2
     assert clew("log", "cat", run, "--from", "6").stdout.count("\n") == 1
 
 
-def test_cat_of_a_torn_log_warns_on_stderr_alone(run: Path) -> None:
+def test_cat_of_a_torn_log_warns_on_stderr_only(run: Path) -> None:
     with (run / "events.jsonl").open("ab") as file:
         file.write(b'{"t_s":1')
     said = clew("log", "cat", run, "--json")
@@ -126,7 +126,7 @@ def test_check_exits_0_on_a_good_log(run: Path) -> None:
     assert json.loads(said.stdout)["ok"]
 
 
-def test_check_exits_1_when_a_promise_broke(tmp_path: Path) -> None:
+def test_check_exits_1_when_a_promise_was_broken(tmp_path: Path) -> None:
     jump = ("world", PoseSampled(robot=1, x_m=1.02, y_m=0.432, heading_rad=0.0))
     said = clew("log", "check", recorded(tmp_path / "run", numbered((*AT_REST[:-1], jump, AT_REST[-1]))))
     assert said.exit_code == 1
@@ -142,10 +142,10 @@ def test_no_such_run_is_one_line_and_exit_2(tmp_path: Path, verb: str) -> None:
     assert "no run in" in said.stderr
 
 
-def test_schema_is_the_scenarios_own() -> None:
+def test_schema_is_that_of_the_scenario() -> None:
     assert json.loads(clew("schema").stdout) == json.loads(json.dumps(schema()))
 
 
-def test_a_fault_that_lasts_no_time_is_refused_in_our_words(tmp_path: Path) -> None:
+def test_a_fault_with_no_duration_is_refused_in_one_line(tmp_path: Path) -> None:
     said = clew("fault", tmp_path, "drop", "--for", "0s")
     assert (said.exit_code, said.stderr) == (2, "Error: fault drop: $.for_s: must be > 0.0 s, got 0.0\n")

@@ -1,4 +1,4 @@
-"""`clew replay`: every decision of a run, live or rehearsed, comes out again; one that does not is shown."""
+"""`clew replay`: new cores repeat every decision of a run; the first one that differs is shown."""
 
 import json
 from pathlib import Path
@@ -48,7 +48,7 @@ def rewritten(run: Path, folder: Path, *, robot: int, turn: int, decided: Decisi
     return folder
 
 
-def test_fresh_cores_decide_as_the_rehearsed_ones_did(run: Path) -> None:
+def test_new_cores_decide_like_the_rehearsed_ones(run: Path) -> None:
     replayed = replay(run)
     assert replayed.ok
     assert [each.robot for each in replayed.robots] == [1, 2, 3, 4, 5]
@@ -56,7 +56,7 @@ def test_fresh_cores_decide_as_the_rehearsed_ones_did(run: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["burst", "killed-after-plan", "leader-frozen", "robot-restarted"])
-def test_whatever_they_suffer_cores_decide_by_what_they_hear_alone(runs: Runs, name: str) -> None:
+def test_cores_decide_by_their_inputs_alone_under_faults(runs: Runs, name: str) -> None:
     replayed = replay(runs.of("grove", faults=name))
     assert replayed.ok, "\n".join(sentences(replayed))
     assert replayed.decisions > 1000
@@ -77,9 +77,7 @@ delay_s_max = 0.2
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_with_three_messages_in_ten_lost_cores_decide_by_what_they_hear_alone(
-    tmp_path: Path, seed: int
-) -> None:
+def test_cores_decide_by_their_inputs_alone_with_30_percent_loss(tmp_path: Path, seed: int) -> None:
     plan = tmp_path / "lossy.toml"
     plan.write_text(LOSSY, encoding="utf-8")
     folder = tmp_path / "run"
@@ -90,7 +88,7 @@ def test_with_three_messages_in_ten_lost_cores_decide_by_what_they_hear_alone(
 
 
 @pytest.mark.processes
-def test_a_live_fleet_is_decided_again_as_it_was(tmp_path: Path) -> None:
+def test_new_cores_decide_like_those_of_a_live_fleet(tmp_path: Path) -> None:
     fleet = Fleet(tmp_path)
     try:
         outcome = fleet.run("grove", "--speed", "max", "--out", str(tmp_path / "live"))
@@ -119,7 +117,7 @@ def test_the_first_difference_is_shown_with_both_decisions(run: Path, tmp_path: 
     assert difference["replayed"] != []
 
 
-def test_a_core_that_is_not_what_it_was_is_found(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_changed_core_is_found(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Driver, "stand", lambda _: None)
     slower = Driver.__init__
 
@@ -132,7 +130,7 @@ def test_a_core_that_is_not_what_it_was_is_found(run: Path, monkeypatch: pytest.
     assert replayed.robots[-1].difference is not None
 
 
-def test_a_core_that_fails_as_it_did_then_decides_the_same(
+def test_a_core_that_raises_the_recorded_exception_decides_the_same(
     run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     changed = rewritten(run, tmp_path, robot=3, turn=20, decided=Decision((), "RuntimeError: planted"))
@@ -150,7 +148,7 @@ def test_a_core_that_fails_as_it_did_then_decides_the_same(
     assert clew("replay", changed).exit_code == 0
 
 
-def test_a_torn_journal_is_said_and_the_rest_compared(run: Path, tmp_path: Path) -> None:
+def test_a_torn_journal_is_reported_and_the_rest_is_compared(run: Path, tmp_path: Path) -> None:
     (tmp_path / INPUTS).mkdir()
     for journal in (run / INPUTS).iterdir():
         content = journal.read_bytes()
@@ -162,7 +160,7 @@ def test_a_torn_journal_is_said_and_the_rest_compared(run: Path, tmp_path: Path)
     assert said.stdout.splitlines()[-1].startswith("replayed: ")
 
 
-def test_one_robot_may_be_replayed_alone(run: Path) -> None:
+def test_one_robot_can_be_replayed_alone(run: Path) -> None:
     told = json.loads(clew("replay", run, "--robot", "5", "--json").stdout)
     assert [each["robot"] for each in told["robots"]] == [5]
 

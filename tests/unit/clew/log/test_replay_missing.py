@@ -1,4 +1,4 @@
-"""`clew replay` says "all the same" of whole journals only: what is damaged or missing is said, and fails."""
+"""`clew replay` is ok for complete journals only; damaged or missing ones are reported and fail."""
 
 import json
 from pathlib import Path
@@ -44,19 +44,19 @@ def begin_of_second_half(path: Path) -> int:
     return content.index(b"\x93\xa3out", len(content) // 2)
 
 
-def test_a_record_that_cannot_be_read_fails_and_says_that_the_rest_was_not_compared(run: Path) -> None:
+def test_an_unreadable_record_fails_and_the_rest_is_reported_as_not_compared(run: Path) -> None:
     overwrite(journal_of(run, 1), DAMAGE_AT, b"\xc1" * 6)
     said = clew("replay", run)
     assert said.exit_code == 1
     assert "robot 1 (1): the record at byte " in said.stdout
-    assert "it is damaged, or of another version, and what follows is not compared" in said.stdout
+    assert "the journal is damaged or of another version, and the rest was not compared" in said.stdout
     assert "all the same" not in said.stdout
     told = json.loads(clew("replay", run, "--json").stdout)
     assert not told["ok"]
     assert [each["damaged"] for each in told["robots"]] == [True, False, False, False, False]
 
 
-def test_a_length_that_was_changed_is_no_torn_end(run: Path) -> None:
+def test_a_changed_length_is_not_taken_for_a_torn_end(run: Path) -> None:
     journal = journal_of(run, 3)
     overwrite(journal, begin_of_second_half(journal), b"\xdc\x0f\xff")  # an array of so many items
     said = clew("replay", run)
@@ -65,7 +65,7 @@ def test_a_length_that_was_changed_is_no_torn_end(run: Path) -> None:
     assert "is torn" not in said.stdout
 
 
-def test_a_record_that_is_left_out_is_missed(run: Path) -> None:
+def test_a_removed_record_is_noticed(run: Path) -> None:
     journal = journal_of(run, 2)
     content, begin = journal.read_bytes(), begin_of_second_half(journal)
     journal.write_bytes(content[:begin] + content[content.index(b"\x96\xa2in", begin) :])
@@ -75,19 +75,19 @@ def test_a_record_that_is_left_out_is_missed(run: Path) -> None:
 
 
 @pytest.mark.parametrize("more", [b"\x96\xa2in", packed(["end", "again"])])
-def test_nothing_may_follow_the_end(run: Path, more: bytes) -> None:
+def test_a_record_after_the_end_is_a_failure(run: Path, more: bytes) -> None:
     with journal_of(run, 5).open("ab") as file:
         file.write(more)
     assert clew("replay", run).exit_code == 1
 
 
-def test_damage_before_the_first_decision_is_no_lack_of_inputs(run: Path) -> None:
+def test_damage_before_the_first_decision_is_not_taken_for_missing_inputs(run: Path) -> None:
     journal = journal_of(run, 1)
     overwrite(journal, journal.read_bytes().index(b"\x96\xa2in"), b"\xc1")
     assert clew("replay", run, "--robot", "1").exit_code == 1
 
 
-def test_a_journal_torn_in_its_last_record_is_excused(run: Path) -> None:
+def test_a_journal_torn_in_its_last_record_is_accepted(run: Path) -> None:
     journal = journal_of(run, 1)
     journal.write_bytes(journal.read_bytes()[: begin_of_second_half(journal) + 7])
     said = clew("replay", run)
@@ -95,7 +95,7 @@ def test_a_journal_torn_in_its_last_record_is_excused(run: Path) -> None:
     assert "robot 1 (1): its last record is torn" in said.stdout
 
 
-def test_a_robot_without_a_journal_is_named_and_fails(run: Path) -> None:
+def test_a_robot_without_a_journal_is_named_and_is_a_failure(run: Path) -> None:
     journal_of(run, 1).unlink()
     said = clew("replay", run)
     assert said.exit_code == 1
@@ -124,9 +124,7 @@ def lives(run: Path, robot: int) -> list[Path]:
 
 
 @pytest.mark.parametrize(("began", "excuse"), [(True, NO_MISSION), (False, NEVER_STARTED)])
-def test_a_robot_that_never_had_its_mission_may_have_no_journal(
-    run: Path, *, began: bool, excuse: str
-) -> None:
+def test_a_robot_without_a_mission_may_have_no_journal(run: Path, *, began: bool, excuse: str) -> None:
     journal_of(run, 4).unlink()
     log = run / EVENTS_FILE
     kept = ["robot.started"] if began else []
@@ -142,8 +140,8 @@ def test_a_robot_that_never_had_its_mission_may_have_no_journal(
     assert f"has no journal, and may have none: {excuse}" in said.stdout
 
 
-def test_without_a_log_nobody_knows_whether_a_journal_is_missing_and_that_is_said(run: Path) -> None:
+def test_without_a_log_it_is_unknown_whether_a_journal_is_missing(run: Path) -> None:
     (run / EVENTS_FILE).unlink()
     said = clew("replay", run)
     assert said.exit_code == 0
-    assert "whether a journal is missing is not known" in said.stdout
+    assert "it is unknown whether a journal is missing" in said.stdout

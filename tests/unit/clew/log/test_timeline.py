@@ -48,7 +48,7 @@ def rewritten(folder: Path, texts: list[bytes]) -> Path:
     return folder
 
 
-def test_what_the_recorder_wrote_is_read_back_whole(tmp_path: Path) -> None:
+def test_everything_that_the_recorder_wrote_is_read_back(tmp_path: Path) -> None:
     read = timeline.read(recorded(tmp_path / "run", lines_of()))
     assert read.header == HEADER
     assert list(read.lines) == lines_of()
@@ -60,7 +60,7 @@ def test_a_run_is_its_folder_or_its_events_file(tmp_path: Path) -> None:
     assert timeline.read(run) == timeline.read(run / "events.jsonl")
 
 
-def test_torn_last_line_is_dropped_and_said(tmp_path: Path) -> None:
+def test_a_torn_last_line_is_dropped_and_reported(tmp_path: Path) -> None:
     texts = [line(source, entry) for source, entry in lines_of()]
     read = timeline.read(rewritten(tmp_path / "run", [*texts, texts[0][:20]]))
     assert list(read.lines) == lines_of()
@@ -76,10 +76,10 @@ def test_hole_in_a_source_is_a_flaw(tmp_path: Path) -> None:
 def test_entry_twice_is_a_flaw(tmp_path: Path) -> None:
     texts = [line(source, entry) for source, entry in lines_of()]
     read = timeline.read(rewritten(tmp_path / "run", [texts[0], *texts]))
-    assert read.flaws == ("r1: entry number 1 stands in the log more than once",)
+    assert read.flaws == ("r1: entry 1 is in the log more than once",)
 
 
-def test_a_robot_that_was_started_again_counts_from_one_and_a_hole_in_either_life_is_a_flaw(
+def test_a_restarted_robot_counts_from_one_and_a_hole_in_either_process_is_a_flaw(
     tmp_path: Path,
 ) -> None:
     second = [
@@ -94,9 +94,9 @@ def test_a_robot_that_was_started_again_counts_from_one_and_a_hole_in_either_lif
     assert short.flaws == ("r1: 1 of 3 entries are missing, the first is number 2",)
 
 
-def test_log_that_the_world_did_not_end_is_not_complete(tmp_path: Path) -> None:
+def test_a_log_that_the_world_did_not_end_is_incomplete(tmp_path: Path) -> None:
     read = timeline.read(recorded(tmp_path / "run", lines_of()[:-1]))
-    assert read.flaws == ("no run.ended: the world did not live to end the run",)
+    assert read.flaws == ("no run.ended: the world died before it could end the run",)
 
 
 EVERYTHING = Choice()
@@ -117,7 +117,7 @@ EVERYTHING = Choice()
         (replace(EVERYTHING, robot=1, source=("world",)), [1, 2]),
     ],
 )
-def test_a_choice_takes_exactly_what_it_names(choice: Choice, chosen: list[int]) -> None:
+def test_a_choice_takes_exactly_the_named_entries(choice: Choice, chosen: list[int]) -> None:
     lines = lines_of()
     assert [index for index, (source, entry) in enumerate(lines) if choice.takes(source, entry)] == chosen
 
@@ -130,18 +130,18 @@ def test_a_choice_takes_exactly_what_it_names(choice: Choice, chosen: list[int])
         LeaderSucceeded(epoch=2, before=3),
     ],
 )
-def test_whatever_is_about_a_robot_is_chosen_with_it(record: Record) -> None:
+def test_entries_about_a_robot_are_chosen_with_its_own(record: Record) -> None:
     entry = Entry(n=1, t_s=0.0, hlc="0/0", record=record)
     assert Choice(robot=3).takes("r1", entry)
     assert not Choice(robot=2).takes("r1", entry)
 
 
-def test_header_line_says_its_kind(tmp_path: Path) -> None:
+def test_the_header_line_has_its_kind(tmp_path: Path) -> None:
     first = (recorded(tmp_path / "run", []) / "events.jsonl").read_bytes().splitlines()[0]
     assert json.loads(first)["kind"] == "run.started"
 
 
-def test_a_log_that_is_older_than_fault_plans_in_headers_is_read(tmp_path: Path) -> None:
+def test_an_old_log_without_a_fault_plan_in_its_header_is_read(tmp_path: Path) -> None:
     run = recorded(tmp_path / "run", lines_of())
     first, *rest = (run / "events.jsonl").read_bytes().splitlines(keepends=True)
     old = {name: value for name, value in json.loads(first).items() if name != "faults"}

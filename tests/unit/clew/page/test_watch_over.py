@@ -16,7 +16,7 @@ from clew.log.follow import Follower, look
 from clew.log.vigil import QUIET_S, Vigil
 from clew.page.serve.channel import Channel
 from clew.page.serve.watch import Began, Over, Watch
-from clew.story.telling import Telling
+from clew.page.telling import Telling
 from tests.support.logs.logs import AT_REST, GOOD, numbered, recorded
 from world.control import heard
 from world.judge.verdict import VERDICT_FILE

@@ -1,4 +1,4 @@
-"""The heap of a rehearsal: what is due, in its order."""
+"""The network of a rehearsal: messages in the order in which they are due."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -20,12 +20,12 @@ def sent(due_s: list[float]) -> Network[int]:
     return network
 
 
-def test_what_is_due_together_arrives_in_the_order_in_which_it_was_sent() -> None:
+def test_messages_due_together_arrive_in_the_order_of_sending() -> None:
     assert arrived(sent([1.0] * 500), 1.0) == list(range(500))
 
 
 @given(st.lists(st.sampled_from([0.0, 0.1, 0.2, 0.3, 0.4]), max_size=50), st.sampled_from([0.0, 0.2, 0.4]))
-def test_nothing_arrives_before_it_is_due_and_everything_then(due_s: list[float], now_s: float) -> None:
+def test_each_message_arrives_when_it_is_due_and_not_before(due_s: list[float], now_s: float) -> None:
     network = sent(due_s)
     early = arrived(network, now_s)
     assert early == sorted(

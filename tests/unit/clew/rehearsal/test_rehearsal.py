@@ -1,6 +1,6 @@
-"""Whole fleets in virtual time: what a seed decides, and what no loss, delay or death may break.
+"""Whole fleets in virtual time: a seed determines a run; loss, delay and death break no invariant.
 
-Every failure says the line that replays it.
+Every failure prints the line that replays it.
 """
 
 import itertools
@@ -33,17 +33,17 @@ def replay(test: Callable[..., None], *arguments: object) -> str:
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_the_printed_law_gives_table_1_back(seed: int) -> None:
+def test_the_printed_law_reproduces_table_1(seed: int) -> None:
     scenario = load("paper")
     tally = Rehearsal(scenario, seed, PERFECT).run().world.tally
     assert len(tally.switching_positions) == 11
     error_m = rms_m(measure(scenario, tally.switching_positions), scenario.table_m)
     assert error_m is not None
-    assert error_m <= 0.035, replay(test_the_printed_law_gives_table_1_back, seed)
+    assert error_m <= 0.035, replay(test_the_printed_law_reproduces_table_1, seed)
 
 
 @pytest.mark.parametrize("name", ["paper", "grove"])
-def test_the_certified_law_brings_the_fleet_through_and_keeps_every_promise(name: str) -> None:
+def test_with_the_certified_law_the_fleet_arrives_and_breaks_no_invariant(name: str) -> None:
     rehearsal = Rehearsal(load(name, law="certified"), 1, PERFECT).run()
     judgement = judged(rehearsal)
     assert rehearsal.world.ending is Ending.ARRIVED
@@ -59,21 +59,21 @@ def lossy(seed: int) -> Rehearsal:
 
 
 @pytest.mark.parametrize("seed", range(1, 4))
-def test_loss_delay_and_repetition_cost_time_and_nothing_else(seed: int) -> None:
+def test_loss_delay_and_duplication_only_cost_time(seed: int) -> None:
     rehearsal = lossy(seed)
-    again = replay(test_loss_delay_and_repetition_cost_time_and_nothing_else, seed)
+    again = replay(test_loss_delay_and_duplication_only_cost_time, seed)
     assert injected(rehearsal)["drop"] > 500, again
     assert injected(rehearsal)["duplicate"] > 100, again
     assert judged(rehearsal).breaches == (), again
     assert rehearsal.world.ending is Ending.ARRIVED, again
 
 
-def test_nine_messages_in_ten_lost_still_break_no_promise() -> None:
+def test_a_loss_of_90_percent_breaks_no_invariant() -> None:
     deaf = uniform(delay_s_max=1.5, loss=0.9)
     rehearsal = Rehearsal(load("grove"), 1, PERFECT)
     hears = True
     for _ in itertools.takewhile(lambda now_s: now_s < 60.0, rehearsal.ticks()):
-        # From when the strand has formed; with so many lost from the start that alone takes its time.
+        # Starts when the strand has formed; with this loss from the start, forming alone takes very long.
         if hears and any(isinstance(entry.record, StrandFormed) for _, entry in rehearsal.entries):
             rehearsal.inject(deaf)
             hears = False
@@ -82,50 +82,50 @@ def test_nine_messages_in_ten_lost_still_break_no_promise() -> None:
 
 
 @pytest.mark.parametrize(("dies_at_s", "robot"), [(2.0, 1), (2.0, 3), (2.0, 5), (6.5, 1), (6.5, 2), (6.5, 4)])
-def test_when_a_robot_dies_the_others_arrive_without_it(dies_at_s: float, robot: int) -> None:
+def test_when_a_robot_dies_the_others_arrive(dies_at_s: float, robot: int) -> None:
     rehearsal = Rehearsal(load("grove"), 1, PERFECT)
     for now_s in rehearsal.ticks():
         if now_s == pytest.approx(dies_at_s):
             rehearsal.kill(robot)
-    again = replay(test_when_a_robot_dies_the_others_arrive_without_it, dies_at_s, robot)
+    again = replay(test_when_a_robot_dies_the_others_arrive, dies_at_s, robot)
     assert rehearsal.world.ending is Ending.ARRIVED, again
     died = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, RobotDied)]
     assert [death.robot for death in died] == [robot], again
     assert judged(rehearsal).breaches == (), again
 
 
-def test_a_seed_decides_everything() -> None:
+def test_a_seed_determines_the_whole_run() -> None:
     assert Rehearsal(load("grove"), 1, LOSSY).run().entries == lossy(1).entries
     assert lossy(1).entries != lossy(2).entries
 
 
 @pytest.mark.parametrize("robots", [1, 2, 9])
-def test_a_strand_may_be_short_or_long(robots: int) -> None:
+def test_strands_of_one_two_and_nine_robots_arrive(robots: int) -> None:
     rehearsal = Rehearsal(spread_out(robots), 1, PERFECT).run()
     assert rehearsal.world.ending is Ending.ARRIVED
     assert judged(rehearsal).breaches == ()
 
 
-def test_robots_that_stand_anywhere_agree_on_one_order() -> None:
+def test_all_robots_agree_on_one_order() -> None:
     rehearsal = lossy(3)
     orders = {entry.record.order for _, entry in rehearsal.entries if isinstance(entry.record, StrandFormed)}
     assert len(orders) == 1
     assert sorted(*orders) == [1, 2, 3, 4, 5]
 
 
-def test_a_leader_whose_follower_lags_waits_for_it() -> None:
+def test_a_leader_waits_for_a_follower_that_lags() -> None:
     rehearsal = Rehearsal(load("grove"), 1, uniform(delay_s_max=0.6, loss=0.5)).run()
     assert any(isinstance(entry.record, RobotHeld) for _, entry in rehearsal.entries)
     assert judged(rehearsal).breaches == ()
 
 
 def spread_out(robots: int) -> Scenario:
-    """The paper's scene, which has room for many points, with more or fewer of them."""
+    """The paper's scene with another number of robots; they are points, so there is room for many."""
     return load("paper", robots=robots)
 
 
 @pytest.mark.parametrize(("directions", "error_m"), [(360, 0.0535), (900, 0.0250), (7200, 0.1663)])
-def test_the_printed_law_is_ill_conditioned_in_the_number_of_directions(
+def test_the_error_of_the_printed_law_depends_strongly_on_the_number_of_directions(
     directions: int, error_m: float
 ) -> None:
     paper = load("paper")

@@ -1,4 +1,4 @@
-"""`clew rehearse`: a run's folder as a live run writes it, and the same from the same seed."""
+"""`clew rehearse`: writes a folder like a live run's; the same seed gives the same folder."""
 
 import json
 import os
@@ -24,7 +24,7 @@ from world.record.run_files import read_verdict
 
 @pytest.fixture(autouse=True)
 def somewhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A working folder of its own, so that nothing of a test lands in the project's `runs/`."""
+    """Use a separate working folder, so that no test writes into the project's `runs/`."""
     monkeypatch.chdir(tmp_path)
 
 
@@ -42,7 +42,7 @@ def kinds(lines: Sequence[Line]) -> set[str]:
     return {timeline.kind_of(entry.record) for _, entry in lines}
 
 
-def test_the_header_holds_the_fault_plan_or_null(tmp_path: Path) -> None:
+def test_the_header_contains_the_fault_plan_or_null(tmp_path: Path) -> None:
     field = scene(tmp_path / "posts.json")
     clew("rehearse", field, "-n", "1", "--out", tmp_path / "none")
     clew("rehearse", field, "-n", "1", "--faults", "loss-50", "--out", tmp_path / "lossy")
@@ -51,7 +51,7 @@ def test_the_header_holds_the_fault_plan_or_null(tmp_path: Path) -> None:
     assert msgspec.convert(lossy, Plan) == load_plan("loss-50")
 
 
-def test_the_folder_is_that_of_a_live_run(tmp_path: Path) -> None:
+def test_the_folder_has_the_contents_of_a_live_run(tmp_path: Path) -> None:
     said = clew("rehearse", scene(tmp_path / "posts.json"))
     assert said.exit_code == 0, said.stderr
     latest = tmp_path / "runs" / "latest"
@@ -66,10 +66,10 @@ def test_the_folder_is_that_of_a_live_run(tmp_path: Path) -> None:
     assert (finding.clearance_m_min, finding.path_m) == (verdict.clearance_m_min, verdict.path_m)
     assert verdict.messages.sent == verdict.messages.received > 100
     assert (verdict.messages.left_out, verdict.events.recorded) == ((), len(read.lines))
-    assert read.lines[-1][1].t_s - verdict.sim_s < 0.2, "nobody had to be waited for at the end"
+    assert read.lines[-1][1].t_s - verdict.sim_s < 0.2, "the run did not wait for any process at the end"
 
 
-def test_time_stamps_of_a_source_follow_its_simulated_time_and_never_repeat(tmp_path: Path) -> None:
+def test_time_stamps_of_a_source_follow_simulated_time_and_are_unique(tmp_path: Path) -> None:
     clew("rehearse", scene(tmp_path / "posts.json"), "--out", tmp_path / "run")
     stamps: dict[str, list[int]] = {}
     for source, entry in timeline.read(tmp_path / "run").lines:
@@ -81,14 +81,14 @@ def test_time_stamps_of_a_source_follow_its_simulated_time_and_never_repeat(tmp_
     assert all(each == sorted(set(each)) for each in stamps.values())
 
 
-def test_json_is_the_verdict_and_nothing_else(tmp_path: Path) -> None:
+def test_json_prints_the_verdict_and_nothing_else(tmp_path: Path) -> None:
     said = clew("rehearse", scene(tmp_path / "posts.json"), "-n", "2", "--out", tmp_path / "run", "--json")
     assert said.stdout == (tmp_path / "run" / "verdict.json").read_text(encoding="utf-8")
     assert (json.loads(said.stdout)["robots"], json.loads(said.stdout)["speed"]) == (2, None)
-    assert not (tmp_path / "runs").exists(), "with --out, runs/latest stays as it is"
+    assert not (tmp_path / "runs").exists(), "--out does not change runs/latest"
 
 
-def test_a_run_that_fails_exits_1_and_says_why(tmp_path: Path) -> None:
+def test_a_failed_run_exits_1_with_its_reason(tmp_path: Path) -> None:
     said = clew("rehearse", closed(tmp_path / "closed.json"), "--out", tmp_path / "run")
     assert said.exit_code == 1
     assert "the leader lost its route" in said.stdout.splitlines()[-1]
@@ -97,13 +97,13 @@ def test_a_run_that_fails_exits_1_and_says_why(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "wrong", [["nowhere"], ["paper", "-n", "0"], ["paper", "--law", "none"], ["paper", "--seed", "-1"]]
 )
-def test_what_cannot_be_rehearsed_exits_2_and_leaves_nothing(tmp_path: Path, wrong: list[str]) -> None:
+def test_invalid_arguments_exit_2_and_leave_no_folder(tmp_path: Path, wrong: list[str]) -> None:
     said = clew("rehearse", *wrong)
     assert (said.exit_code, said.stdout) == (2, "")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_no_run_is_rehearsed_into_the_folder_of_another(tmp_path: Path) -> None:
+def test_a_folder_that_holds_a_run_is_refused(tmp_path: Path) -> None:
     path = scene(tmp_path / "posts.json")
     assert clew("rehearse", path, "--out", tmp_path / "run").exit_code == 0
     assert clew("rehearse", path, "--out", tmp_path / "run").exit_code == 2
@@ -117,14 +117,14 @@ def test_no_run_is_rehearsed_into_the_folder_of_another(tmp_path: Path) -> None:
         (signal.SIGHUP, 143, "told to end"),
     ],
 )
-def test_a_signal_ends_the_run_and_it_has_its_verdict(
+def test_a_signal_ends_the_run_with_a_verdict(
     tmp_path: Path, number: signal.Signals, code: int, ended: str
 ) -> None:
     far = scene(tmp_path / "far.json", goal=[900.0, 0.0], bounds=[0.0, -1.0, 1000.0, 1.0])
     run = process("rehearse", far, "--out", tmp_path / "run")
     assert run.stderr is not None
     while "plans step 1" not in (line := run.stderr.readline()):
-        assert line, "ended before it planned a step"
+        assert line, "the run ended before it planned a step"
     run.send_signal(number)
     run.communicate(timeout=DEADLINE_S)
     assert run.returncode == code

@@ -1,4 +1,4 @@
-"""Liveliness tokens in rehearsal: who sees whose, and when that changes."""
+"""Liveliness tokens in rehearsal: which process sees which token, and when that changes."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -20,7 +20,7 @@ def said(changes: list[Change]) -> list[str]:
     ]
 
 
-def test_at_the_start_everybody_sees_all_others_and_nobody_itself() -> None:
+def test_at_the_start_each_process_sees_all_tokens_but_its_own() -> None:
     tokens = Tokens()
     for process in range(3):
         tokens.show(process, "1")
@@ -28,7 +28,7 @@ def test_at_the_start_everybody_sees_all_others_and_nobody_itself() -> None:
     assert tokens.changes(0.1) == []
 
 
-def test_the_token_of_a_process_that_dies_goes_at_once_and_a_new_one_shows_another() -> None:
+def test_a_dead_process_loses_its_token_at_once_and_its_successor_has_a_new_one() -> None:
     tokens = fleet()
     tokens.end(2)
     assert said(tokens.changes(1.0)) == ["0-2.1", "1-2.1", "3-2.1"]
@@ -36,14 +36,14 @@ def test_the_token_of_a_process_that_dies_goes_at_once_and_a_new_one_shows_anoth
     assert said(tokens.changes(2.0)) == ["0+2.2", "1+2.2", "2+0.1", "2+1.1", "2+3.1", "3+2.2"]
 
 
-def test_a_process_that_comes_again_before_anybody_looked_is_seen_to_have_gone() -> None:
+def test_a_restart_between_two_looks_is_reported_as_gone_and_come() -> None:
     tokens = fleet(1)
     tokens.end(1)
     tokens.show(1, "2")
     assert said(tokens.changes(1.0)) == ["0-1.1", "0+1.2", "1+0.1"]
 
 
-def test_the_token_of_a_frozen_process_goes_with_its_lease_and_comes_back_when_it_thaws() -> None:
+def test_a_frozen_process_loses_its_token_after_the_lease_and_gets_it_back_at_the_thaw() -> None:
     tokens = fleet(2)
     tokens.freeze(1, 5.0)
     assert said(tokens.changes(5.98)) == []
@@ -52,7 +52,7 @@ def test_the_token_of_a_frozen_process_goes_with_its_lease_and_comes_back_when_i
     assert said(tokens.changes(9.0)) == ["0+1.1", "2+1.1"]
 
 
-def test_a_short_freeze_is_seen_by_nobody() -> None:
+def test_a_freeze_shorter_than_the_lease_is_not_seen() -> None:
     tokens = fleet(2)
     tokens.freeze(1, 5.0)
     tokens.changes(5.5)
@@ -60,7 +60,7 @@ def test_a_short_freeze_is_seen_by_nobody() -> None:
     assert said(tokens.changes(9.0)) == []
 
 
-def test_who_is_cut_off_sees_nobody_and_is_seen_by_nobody() -> None:
+def test_a_process_that_is_cut_off_sees_no_token_and_shows_none() -> None:
     tokens = fleet(2)
     tokens.cut({2}, 3.0)
     assert said(tokens.changes(3.9)) == []
@@ -70,7 +70,7 @@ def test_who_is_cut_off_sees_nobody_and_is_seen_by_nobody() -> None:
 
 
 class Stage:
-    """Four processes, what they suffer, and what each has been told of the others."""
+    """Four processes, their faults, and the tokens that each has been told of."""
 
     def __init__(self) -> None:
         self.tokens = fleet()
@@ -78,8 +78,8 @@ class Stage:
         self.seen = {each: {other: "1" for other in range(4) if other != each} for each in range(4)}
         self._lives = 1
 
-    def do(self, deed: str, process: int, at_s: float) -> None:
-        match deed:
+    def do(self, action: str, process: int, at_s: float) -> None:
+        match action:
             case "end":
                 self.tokens.end(process)
                 self.living.discard(process)
@@ -100,7 +100,7 @@ class Stage:
                 self.cut ^= {process}
                 self.tokens.cut(set(self.cut), at_s)
             case _:
-                pass  # it lives
+                pass  # it is alive already
 
     def look(self, at_s: float) -> None:
         for change in self.tokens.changes(at_s):
@@ -115,12 +115,12 @@ class Stage:
     st.lists(st.tuples(st.sampled_from(["end", "show", "freeze", "thaw", "cut"]), st.integers(0, 3))),
     st.sampled_from([0.02, 0.4, 3.0]),
 )
-def test_whatever_happens_everybody_sees_in_the_end_who_is_there_to_be_seen(
-    deeds: list[tuple[str, int]], every_s: float
+def test_after_any_sequence_of_faults_each_process_sees_exactly_the_live_tokens(
+    actions: list[tuple[str, int]], every_s: float
 ) -> None:
     stage = Stage()
-    for number, (deed, process) in enumerate(deeds):
-        stage.do(deed, process, number * every_s)
+    for number, (action, process) in enumerate(actions):
+        stage.do(action, process, number * every_s)
         stage.look(number * every_s)
     stage.look(1000.0)
     listed = stage.living - stage.frozen - stage.cut

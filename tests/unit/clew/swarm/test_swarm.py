@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from clew.campaign.liveness import unlively
+from clew.campaign.liveness import liveness_failure
 from clew.rehearsal.rehearsal import Rehearsal
 from clew.swarm.classes import ADVERSARY, FaultClass
 from clew.swarm.swarm import Mode, Swarm, draw
@@ -30,11 +30,13 @@ def lively(drawn: dict[int, Swarm]) -> list[Swarm]:
     return [swarm for swarm in drawn.values() if swarm.mode is Mode.LIVENESS]
 
 
-def test_a_seed_draws_the_same_every_time(drawn: dict[int, Swarm]) -> None:
+def test_a_seed_always_draws_the_same(drawn: dict[int, Swarm]) -> None:
     assert all(draw(seed) == drawn[seed] for seed in (1, 2, 3))
 
 
-def test_every_class_ground_and_mode_is_drawn_and_each_class_is_off_at_times(drawn: dict[int, Swarm]) -> None:
+def test_every_class_ground_and_mode_is_drawn_and_each_class_is_off_in_some_seed(
+    drawn: dict[int, Swarm],
+) -> None:
     mixes = [set(swarm.classes) for swarm in drawn.values()]
     assert set[FaultClass]().union(*mixes) == set(FaultClass)
     assert set[FaultClass]().union(*(set(FaultClass) - mix for mix in mixes)) == set(FaultClass)
@@ -42,12 +44,12 @@ def test_every_class_ground_and_mode_is_drawn_and_each_class_is_off_at_times(dra
     assert {swarm.mode for swarm in drawn.values()} == set(Mode)
 
 
-def test_every_plan_that_is_drawn_fits_its_fleet(drawn: dict[int, Swarm]) -> None:
+def test_every_drawn_plan_fits_its_fleet(drawn: dict[int, Swarm]) -> None:
     for swarm in drawn.values():
         check_fits(swarm.plan, robots=swarm.scenario.fleet.robots)
 
 
-def test_an_adversary_leaves_the_weather_of_all_other_seeds_as_it_was_and_most_of_its_own_out(
+def test_an_adversary_adds_at_most_two_classes_and_reduces_the_independent_ones(
     drawn: dict[int, Swarm],
 ) -> None:
     mixes = [set(swarm.classes) for swarm in drawn.values()]
@@ -59,7 +61,7 @@ def test_an_adversary_leaves_the_weather_of_all_other_seeds_as_it_was_and_most_o
 
 
 @pytest.mark.parametrize("seed", [1, 2, 28, 97])
-def test_world_and_plan_are_read_back_from_their_files_as_they_were_drawn(seed: int, tmp_path: Path) -> None:
+def test_drawn_world_and_plan_can_be_read_back_from_their_files(seed: int, tmp_path: Path) -> None:
     swarm = draw(seed)
     assert understand(tomllib.loads(swarm.plan_text()), Plan, "plan") == swarm.plan
     (tmp_path / "world.toml").write_text(swarm.world_text(), encoding="utf-8")
@@ -67,14 +69,14 @@ def test_world_and_plan_are_read_back_from_their_files_as_they_were_drawn(seed: 
     assert isinstance(swarm.scenario, Scenario)
 
 
-def test_nobody_is_cut_off_from_the_router_before_it_has_come(drawn: dict[int, Swarm]) -> None:
+def test_no_robot_is_cut_off_from_the_router_before_it_has_started(drawn: dict[int, Swarm]) -> None:
     rules = [rule for swarm in drawn.values() for rule in swarm.plan.rules if isinstance(rule, Partition)]
     begin_s = [rule.from_s for rule in rules if "router" in rule.others]
     assert len(begin_s) > 5
     assert min(begin_s) >= SOON_S
 
 
-def test_in_liveness_mode_all_is_over_in_time_but_for_the_dead_and_who_is_outside(
+def test_in_liveness_mode_all_faults_but_deaths_and_permanent_ones_end_in_time(
     lively: list[Swarm],
 ) -> None:
     for swarm in lively:
@@ -91,7 +93,7 @@ def test_in_liveness_mode_all_is_over_in_time_but_for_the_dead_and_who_is_outsid
             assert lasts or ends, (swarm.seed, rule)
 
 
-def test_in_liveness_mode_enough_live_for_those_not_outside_to_be_more_than_half(lively: list[Swarm]) -> None:
+def test_in_liveness_mode_the_healthy_core_is_a_majority_of_the_living(lively: list[Swarm]) -> None:
     for swarm in lively:
         killed = sum(rule.robots for rule in swarm.plan.rules if isinstance(rule, Kill))
         living, outside = swarm.scenario.fleet.robots - killed, len(swarm.outside)
@@ -99,11 +101,13 @@ def test_in_liveness_mode_enough_live_for_those_not_outside_to_be_more_than_half
         assert outside == 0 or 2 * (living - outside) > living, swarm.seed
 
 
-def test_a_fleet_that_does_not_heal_though_it_could_is_found_out(lively: list[Swarm]) -> None:
+def test_a_fleet_that_could_heal_and_does_not_is_detected(lively: list[Swarm]) -> None:
     swarm = next(swarm for swarm in lively if swarm.ground is Ground.OPEN)
     cut = Partition(group=("r1",), others=("r2", "r3"), from_s=0.5)
     rehearsal = Rehearsal(swarm.scenario, swarm.seed, Plan(name="cut", rules=(cut,))).run()
-    judged = unlively(rehearsal.world, rehearsal.entries, quiet_s=1.0, outside=frozenset())
+    judged = liveness_failure(rehearsal.world, rehearsal.entries, quiet_s=1.0, outside=frozenset())
     assert judged is not None
-    alone = unlively(rehearsal.world, rehearsal.entries, quiet_s=1.0, outside=frozenset({1, 2, 3, 4, 5}))
-    assert alone is None, "nothing is asked of those outside"
+    alone = liveness_failure(
+        rehearsal.world, rehearsal.entries, quiet_s=1.0, outside=frozenset({1, 2, 3, 4, 5})
+    )
+    assert alone is None, "robots outside the core are not checked"

@@ -1,4 +1,4 @@
-"""The router's rules: they grow with the robots, and name nothing that anybody should not say or hear."""
+"""The router's access rules: linear in the number of robots, and allowing nothing unnecessary."""
 
 import pytest
 
@@ -10,7 +10,7 @@ ROBOTS = 4
 
 
 def allowed(name: str, flow: str, message: str, *, robots: int = ROBOTS) -> set[str]:
-    """The keys on which a process may do this; the flow is the router's view."""
+    """The keys on which a process may do this; the flow is seen from the router."""
     settings = access_rules(KEYS, robots=robots)
     rules: dict[str, Json] = {rule["id"]: rule for rule in settings["rules"]}
     subjects = {subject["id"] for subject in settings["subjects"] if subject["usernames"] == [name]}
@@ -24,7 +24,7 @@ def allowed(name: str, flow: str, message: str, *, robots: int = ROBOTS) -> set[
     }
 
 
-def test_whatever_no_rule_allows_is_refused() -> None:
+def test_messages_that_no_rule_allows_are_refused() -> None:
     settings = access_rules(KEYS, robots=ROBOTS)
     assert settings["enabled"]
     assert settings["default_permission"] == "deny"
@@ -32,25 +32,25 @@ def test_whatever_no_rule_allows_is_refused() -> None:
     assert {flow for rule in settings["rules"] for flow in rule["flows"]} == {"ingress", "egress"}
 
 
-def test_a_robot_says_only_what_carries_its_name_as_the_sender() -> None:
+def test_a_robot_sends_only_on_keys_with_its_own_name_as_sender() -> None:
     says = {KEYS.link("r2", "*"), KEYS.drive("r2"), KEYS.muster("r2"), KEYS.log("r2")}
     assert allowed("r2", "ingress", "put") == says
 
 
 @pytest.mark.parametrize(("flow", "message"), [("ingress", "declare_subscriber"), ("egress", "put")])
-def test_a_robot_hears_only_what_is_for_it_and_the_muster(flow: str, message: str) -> None:
+def test_a_robot_receives_only_keys_addressed_to_it_and_the_muster(flow: str, message: str) -> None:
     hears = {KEYS.link("*", "r2"), KEYS.odometry("r2"), KEYS.muster("*"), KEYS.logged("r2"), KEYS.fault("r2")}
     assert allowed("r2", flow, message) == hears
 
 
-def test_a_robot_asks_for_its_own_scan_and_the_mission_and_answers_nothing() -> None:
+def test_a_robot_queries_its_own_scan_and_the_mission_and_answers_no_query() -> None:
     assert allowed("r2", "ingress", "query") == {KEYS.scan("r2"), KEYS.mission()}
     assert allowed("r2", "egress", "reply") == {KEYS.scan("r2"), KEYS.mission()}
     assert allowed("r2", "ingress", "reply") == allowed("r2", "ingress", "declare_queryable") == set()
 
 
 @pytest.mark.parametrize("name", ["r2", "world"])
-def test_everybody_sees_all_tokens_and_shows_none_but_its_own(name: str) -> None:
+def test_every_process_sees_all_tokens_and_declares_only_its_own(name: str) -> None:
     every = {KEYS.alive("*", "*")}
     assert allowed(name, "ingress", "liveliness_token") == {KEYS.alive(name, "*")}
     assert allowed(name, "egress", "liveliness_token") == every
@@ -58,22 +58,22 @@ def test_everybody_sees_all_tokens_and_shows_none_but_its_own(name: str) -> None
     assert allowed(name, "ingress", "liveliness_query") == every
 
 
-def test_the_world_says_odometry_and_acknowledgements_and_hears_orders_and_logs() -> None:
+def test_the_world_sends_odometry_and_acknowledgements_and_receives_orders_and_logs() -> None:
     assert allowed("world", "ingress", "put") == {KEYS.odometry("*"), KEYS.logged("*"), KEYS.fault("*")}
     assert allowed("world", "egress", "put") == {KEYS.drive("*"), KEYS.log("*")}
 
 
-def test_the_world_answers_scans_and_the_mission_and_asks_nothing() -> None:
+def test_the_world_answers_scan_and_mission_queries_and_sends_no_query() -> None:
     assert allowed("world", "ingress", "declare_queryable") == {KEYS.scan("*"), KEYS.mission()}
     assert allowed("world", "egress", "query") == {KEYS.scan("*"), KEYS.mission()}
     assert allowed("world", "ingress", "query") == set()
 
 
-def test_nobody_deletes_and_who_is_not_of_the_fleet_does_nothing() -> None:
+def test_no_process_may_delete_and_foreign_processes_may_do_nothing() -> None:
     assert allowed("r2", "ingress", "delete") == allowed("world", "ingress", "delete") == set()
     assert allowed(f"r{ROBOTS + 1}", "ingress", "put") == set()
 
 
-def test_rules_grow_with_the_robots_and_not_with_their_square() -> None:
+def test_the_number_of_rules_grows_linearly_with_the_robots() -> None:
     few, many = (len(str(access_rules(KEYS, robots=robots))) for robots in (100, 200))
     assert many < 2.1 * few

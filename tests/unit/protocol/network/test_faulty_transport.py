@@ -1,4 +1,4 @@
-"""The transport on which faults happen, over one whose arrivals the test hands in."""
+"""The transport with fault injection, over one with arrivals from the test."""
 
 import asyncio
 from collections.abc import Sequence
@@ -14,11 +14,11 @@ from tests.support.deadline import DEADLINE_S
 from tests.support.processes.wire import KEYS, drive, odometry
 
 DRIVE = KEYS.drive("r1")
-FAST = 1000.0  # simulated seconds per second: nobody waits for a delay
+FAST = 1000.0  # simulated seconds per second: delays take no time
 
 
 class Inner:
-    """The network as the test plays it: what it has is there at once, then there is nothing for a moment."""
+    """A network of the test: all its arrivals are there at once, then there are none for a moment."""
 
     router: str | None = "a"
 
@@ -56,7 +56,7 @@ def stage(
 
 
 async def all_arrivals(transport: FaultyTransport) -> list[Arrival]:
-    """Everything, until the delays that there may be are over."""
+    """All arrivals until possible delays are over."""
     arrived: list[Arrival] = []
     async with asyncio.timeout(DEADLINE_S):
         while burst := await transport.arrivals(0.05):
@@ -68,14 +68,14 @@ def drives(*numbers: int) -> list[Heard]:
     return [Heard(DRIVE, number, drive(number)) for number in numbers]
 
 
-async def test_without_rules_everything_arrives_as_it_came() -> None:
+async def test_without_rules_all_messages_arrive_unchanged() -> None:
     transport, noted = stage(bursts=[drives(1, 2), [Appeared(KEYS.alive("r1", "a"))], [Refused("k", "why")]])
     arrived = await all_arrivals(transport)
     assert arrived == [*drives(1, 2), Appeared(KEYS.alive("r1", "a")), Refused("k", "why")]
     assert noted == []
 
 
-async def test_what_is_dropped_is_noted_with_its_key_and_number_and_counted_as_taken_away() -> None:
+async def test_a_dropped_message_is_recorded_with_key_and_number_and_counted_as_removed() -> None:
     transport, noted = stage(Drop(), bursts=[drives(1, 2)])
     assert await all_arrivals(transport) == []
     said = [(each.fault, each.rule, each.key, each.number) for each in noted]
@@ -85,7 +85,7 @@ async def test_what_is_dropped_is_noted_with_its_key_and_number_and_counted_as_t
     assert traffic.injected_by_fault() == {"drop": {DRIVE: 2}}
 
 
-async def test_what_is_damaged_is_refused_and_neither_received_nor_a_strangers() -> None:
+async def test_a_damaged_message_is_refused_and_counts_neither_as_received_nor_as_foreign() -> None:
     transport, _ = stage(Corrupt(bits=3), bursts=[drives(1)])
     (refused,) = await all_arrivals(transport)
     assert isinstance(refused, Refused)
@@ -94,7 +94,7 @@ async def test_what_is_damaged_is_refused_and_neither_received_nor_a_strangers()
     assert transport.traffic.refused.total() == 0
 
 
-async def test_what_is_late_comes_later_and_counts_as_received() -> None:
+async def test_a_delayed_message_arrives_later_and_counts_as_received() -> None:
     rule = Delay(delay_s_min=5.0, delay_s_max=5.0, kinds=("drive",))
     tell = [Heard(KEYS.log("r1"), 1, odometry(0.0))]
     transport, _ = stage(rule, bursts=[[*drives(1), *tell]])
@@ -103,7 +103,7 @@ async def test_what_is_late_comes_later_and_counts_as_received() -> None:
     assert transport.traffic.received[DRIVE] == 1
 
 
-async def test_a_message_that_comes_again_is_received_once_and_a_question_is_asked_once() -> None:
+async def test_a_duplicated_message_counts_once_and_a_duplicated_query_arrives_once() -> None:
     asked = Asked(KEYS.mission(), Ask(), lambda _: None)
     transport, noted = stage(Duplicate(copies=2), bursts=[[*drives(1), asked]])
     arrived = await all_arrivals(transport)
@@ -113,7 +113,7 @@ async def test_a_message_that_comes_again_is_received_once_and_a_question_is_ask
     assert {each.fault for each in noted} == {"duplicate"}
 
 
-async def test_who_is_cut_off_from_the_router_shows_no_token_until_it_is_over() -> None:
+async def test_a_process_that_is_cut_off_shows_no_token_until_the_cut_ends() -> None:
     one, two = KEYS.alive("r1", "a"), KEYS.alive("r2", "b")
     cut = Partition(group=("r1",), others=("router",), from_s=1.0, until_s=2.0)
     transport, _ = stage(cut, bursts=[[Appeared(one), Appeared(two)]])
@@ -124,7 +124,7 @@ async def test_who_is_cut_off_from_the_router_shows_no_token_until_it_is_over() 
     assert await all_arrivals(transport) == [Appeared(one)]
 
 
-async def test_who_is_cut_off_sees_nobodys_token_and_knows_the_time_from_what_it_does_not_hear() -> None:
+async def test_a_process_that_is_cut_off_sees_no_token_and_reads_the_time_of_removed_odometry() -> None:
     one = KEYS.alive("world", "a")
     cut = Partition(group=("r1",), others=("router",), from_s=1.0, until_s=2.0)
     told = [Heard(KEYS.odometry("r1"), number, odometry(number - 1.0)) for number in (1, 2, 3)]
@@ -134,7 +134,7 @@ async def test_who_is_cut_off_sees_nobodys_token_and_knows_the_time_from_what_it
     assert transport.now_s == 2.0
 
 
-async def test_a_fault_is_noted_at_a_time_at_which_its_rule_holds_though_nobody_hears_that_time() -> None:
+async def test_an_injection_is_recorded_at_a_time_when_its_rule_is_active() -> None:
     told = [Heard(KEYS.odometry("r1"), number, odometry(number - 1.0)) for number in (1, 2, 3)]
     rules = (Drop(sender=("world",), from_s=1.0), Drop(sender=("r2",), from_s=2.0))
     transport, noted = stage(*rules, name="r1", bursts=[[*told, Heard(KEYS.muster("r2"), 1, odometry(0.0))]])
@@ -142,7 +142,7 @@ async def test_a_fault_is_noted_at_a_time_at_which_its_rule_holds_though_nobody_
     assert ([each.rule for each in noted], transport.now_s) == (["drop-1", "drop-1", "drop-2"], 2.0)
 
 
-async def test_a_token_that_went_while_it_could_not_be_seen_goes_without_a_word() -> None:
+async def test_a_token_that_vanishes_while_it_is_invisible_is_not_reported() -> None:
     one = KEYS.alive("r1", "a")
     transport, _ = stage(
         Partition(group=("r1",), others=("router",)), bursts=[[Appeared(one)], [Vanished(one)]]
@@ -150,7 +150,7 @@ async def test_a_token_that_went_while_it_could_not_be_seen_goes_without_a_word(
     assert await all_arrivals(transport) == []
 
 
-async def test_rules_that_the_world_gives_hold_from_then_on_and_are_themselves_spared() -> None:
+async def test_rules_sent_by_the_world_are_active_from_then_on_and_affect_no_fault_messages() -> None:
     def told(number: int, *rules: Rule) -> Heard:
         faults = Faults(number=number, step=0, struck=(), rules=rules, slow_s=0.0)
         return Heard(KEYS.fault("r1"), number, faults)

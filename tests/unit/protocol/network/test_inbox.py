@@ -1,4 +1,4 @@
-"""The inbox: arrivals of other threads, in order, bounded, with one wake-up a burst."""
+"""The inbox: arrivals from other threads, in order, bounded, with one wake-up per burst."""
 
 from threading import Event, Thread
 
@@ -42,7 +42,7 @@ def test_the_newest_are_kept_in_order_and_every_item_is_drained_or_counted(
     assert drained_count + inbox.dropped_count == len([step for step in steps if step != "drain"])
 
 
-def test_nothing_is_lost_or_left_asleep_while_another_thread_appends() -> None:
+def test_no_item_and_no_wake_up_is_lost_while_another_thread_appends() -> None:
     woken = Event()
     inbox = Inbox[int](woken.set, capacity=100_000)
 

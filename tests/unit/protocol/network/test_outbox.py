@@ -18,7 +18,7 @@ T = TypeVar("T")
 
 
 class Recorder:
-    """The other side, as docs/run.md has it: keeps the contiguous prefix, acknowledges its end."""
+    """The receiver by docs/run.md: it keeps the contiguous prefix and acknowledges its end."""
 
     def __init__(self) -> None:
         self.written: list[Entry] = []
@@ -47,7 +47,7 @@ def all_batches(outbox: Outbox, now_s: float) -> Iterator[LogBatch]:
 
 
 class Channel(Generic[T]):
-    """While it is faulty, it loses, repeats, holds back and reorders what it is given."""
+    """While faulty, it loses, repeats, delays and reorders messages."""
 
     def __init__(self, random: Random) -> None:
         self._random = random
@@ -87,7 +87,7 @@ def test_every_entry_arrives_once_in_order_over_a_channel_that_loses_repeats_and
     assert [entry.n for entry in recorder.written] == list(range(1, len(said) + 1))
 
 
-def test_entries_are_sent_once_until_the_time_to_send_again_has_come() -> None:
+def test_entries_are_sent_once_until_the_resend_time() -> None:
     outbox = filled(3)
     assert numbers(outbox.batch(0.0)) == [1, 2, 3]
     assert outbox.batch(0.49) is None
@@ -101,7 +101,7 @@ def test_a_new_entry_goes_out_at_once_and_does_not_wait_for_an_old_one() -> None
     assert numbers(outbox.batch(0.1)) == [2]
 
 
-def test_what_lies_behind_an_entry_that_is_sent_again_goes_with_it_and_a_batch_is_consecutive() -> None:
+def test_later_entries_are_sent_again_with_a_resent_entry_and_a_batch_is_consecutive() -> None:
     outbox = filled(1)
     outbox.batch(0.0)
     outbox.add(RouteLost(reason=""), t_s=0.0, hlc="")
@@ -110,7 +110,7 @@ def test_what_lies_behind_an_entry_that_is_sent_again_goes_with_it_and_a_batch_i
     assert [numbers(batch) for batch in all_batches(outbox, 0.5)] == [[1, 2, 3]]
 
 
-def test_after_one_lost_batch_all_is_told_at_the_next_resend_and_no_entry_lags_from_then_on() -> None:
+def test_after_one_lost_batch_the_next_resend_sends_all_entries_and_no_entry_lags_later() -> None:
     outbox, recorder = filled(0), Recorder()
     for turn in range(30):
         outbox.add(RouteLost(reason=""), t_s=0.0, hlc="")
@@ -120,7 +120,7 @@ def test_after_one_lost_batch_all_is_told_at_the_next_resend_and_no_entry_lags_f
         assert (len(outbox) == 0) is (turn >= 5)
 
 
-def test_what_is_acknowledged_is_not_sent_again() -> None:
+def test_an_acknowledged_entry_is_not_sent_again() -> None:
     outbox = filled(3)
     outbox.batch(0.0)
     outbox.acknowledged(Logged(up_to=2))
@@ -138,7 +138,7 @@ def test_an_old_acknowledgement_changes_nothing() -> None:
     assert numbers(outbox.batch(1.0)) == [3]
 
 
-def test_an_acknowledgement_of_a_forerunner_changes_nothing() -> None:
+def test_an_acknowledgement_of_another_incarnation_changes_nothing() -> None:
     outbox = Outbox("second")
     outbox.add(RouteLost(reason=""), t_s=0.0, hlc="")
     batch = outbox.batch(0.0)
@@ -150,7 +150,7 @@ def test_an_acknowledgement_of_a_forerunner_changes_nothing() -> None:
     assert len(outbox) == 0
 
 
-def test_what_was_never_sent_cannot_be_acknowledged() -> None:
+def test_an_entry_that_was_never_sent_cannot_be_acknowledged() -> None:
     outbox = filled(2)
     outbox.acknowledged(Logged(up_to=10))
     assert numbers(outbox.batch(0.0)) == [1, 2]
@@ -164,7 +164,7 @@ def test_every_batch_fits_into_a_message(reason: str) -> None:
     assert all(len(encode(batch, 2**53)) <= SIZE_MAX_BYTES for batch in batches)
 
 
-def test_a_full_outbox_counts_what_it_cannot_take_and_leaves_no_hole() -> None:
+def test_a_full_outbox_counts_refused_entries_and_leaves_no_gap() -> None:
     outbox = filled(5, capacity=3)
     assert outbox.lost_count == 2
     assert numbers(outbox.batch(0.0)) == [1, 2, 3]

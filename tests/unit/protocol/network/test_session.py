@@ -1,4 +1,4 @@
-"""Sessions: who a process is on the network, written so that nobody else can read it."""
+"""Sessions: the identity of a process on the network, readable only by its owner."""
 
 import stat
 from pathlib import Path
@@ -41,7 +41,7 @@ def test_every_process_of_the_run_gets_its_own_session(folder: Path) -> None:
         )
 
 
-def test_the_router_is_told_whom_to_admit_and_where_to_listen(folder: Path) -> None:
+def test_the_routers_session_contains_its_users_and_endpoints(folder: Path) -> None:
     session = read_router_session(folder)
     assert (session.robots, session.endpoints, session.keys) == (3, (ENDPOINT,), Keys("f", "t1"))
     settings = router_settings(session, folder)
@@ -55,12 +55,12 @@ def test_no_two_processes_and_no_two_runs_share_a_password(folder: Path, tmp_pat
     assert min(len(password) for password in all_passwords) >= 32
 
 
-def test_nobody_else_can_read_the_folder_or_its_files(folder: Path) -> None:
+def test_only_the_owner_can_read_the_folder_and_its_files(folder: Path) -> None:
     assert stat.S_IMODE(folder.stat().st_mode) == 0o700
     assert {stat.S_IMODE(file.stat().st_mode) for file in folder.iterdir()} == {0o600}
 
 
-def test_what_stood_open_before_is_closed(tmp_path: Path) -> None:
+def test_files_that_were_readable_by_others_are_protected(tmp_path: Path) -> None:
     (tmp_path / "r1.json").touch(mode=0o666)
     tmp_path.chmod(0o777)
     write_sessions(tmp_path, fleet="f", run="t1", robots=1, endpoints=[ENDPOINT])
@@ -68,7 +68,7 @@ def test_what_stood_open_before_is_closed(tmp_path: Path) -> None:
     assert stat.S_IMODE((tmp_path / "r1.json").stat().st_mode) == 0o600
 
 
-def test_for_a_router_of_the_users_own_there_are_no_passwords(tmp_path: Path) -> None:
+def test_sessions_for_a_user_owned_router_have_no_passwords(tmp_path: Path) -> None:
     folder = tmp_path / "net"
     write_sessions(folder, fleet="f", run="t1", robots=1, endpoints=["tcp/127.0.0.1:7447"], passwords=False)
     assert sorted(file.name for file in folder.iterdir()) == ["r1.json", "world.json"]
@@ -92,23 +92,23 @@ def test_for_a_router_of_the_users_own_there_are_no_passwords(tmp_path: Path) ->
         {"endpoints": [ENDPOINT] * 3},
     ],
 )
-def test_what_would_not_do_is_refused_and_nothing_is_made(tmp_path: Path, wrong: dict[str, Any]) -> None:
+def test_invalid_names_and_endpoints_are_refused_and_no_file_is_created(
+    tmp_path: Path, wrong: dict[str, Any]
+) -> None:
     right: dict[str, Any] = {"fleet": "f", "run": "t1", "robots": 1, "endpoints": [ENDPOINT]}
     with pytest.raises(UsageError):
         write_sessions(tmp_path / "net", **(right | wrong))
     assert not (tmp_path / "net").exists()
 
 
-def test_a_folder_that_cannot_be_made_is_a_usage_error(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_created_is_a_usage_error(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(UsageError, match="cannot write sessions"):
         write_sessions(tmp_path / "file" / "net", fleet="f", run="t1", robots=1, endpoints=[ENDPOINT])
 
 
 @pytest.mark.parametrize("content", [None, b"", b"{}", b"\xff", b'{"fleet": "*"}', b"[" * 5000])
-def test_a_file_that_holds_no_session_is_a_usage_error_of_one_line(
-    tmp_path: Path, content: bytes | None
-) -> None:
+def test_a_file_without_a_session_is_a_usage_error_in_one_line(tmp_path: Path, content: bytes | None) -> None:
     path = tmp_path / "r1.json"
     if content is not None:
         path.write_bytes(content)
@@ -117,18 +117,18 @@ def test_a_file_that_holds_no_session_is_a_usage_error_of_one_line(
     assert "\n" not in str(refusal.value)
 
 
-def test_a_socket_path_may_be_as_long_as_the_kernel_takes_and_no_longer() -> None:
+def test_a_socket_path_may_have_the_maximum_length_of_the_kernel_and_no_more() -> None:
     longest = "unixsock-stream//" + "x" * 106
     check_endpoint(longest)
     with pytest.raises(UsageError, match="107 bytes, not 108"):
         check_endpoint(longest + "x")
 
 
-def test_the_default_socket_stands_in_the_runs_own_folder(tmp_path: Path) -> None:
+def test_the_default_socket_is_in_the_runs_own_folder(tmp_path: Path) -> None:
     assert unix_socket_endpoint(tmp_path) == f"unixsock-stream/{tmp_path}/router.sock"
 
 
-def test_no_process_scouts_shares_memory_or_takes_a_second_link(folder: Path) -> None:
+def test_no_process_uses_scouting_shared_memory_or_a_second_link(folder: Path) -> None:
     client = client_settings(read_session(folder / "r1.json"))
     for settings in (client, router_settings(read_router_session(folder), folder)):
         assert settings["scouting"]["multicast"] == settings["scouting"]["gossip"] == {"enabled": False}

@@ -1,4 +1,4 @@
-"""Grants on paths that wind about themselves, judged by shapely."""
+"""Grants on winding paths, judged by shapely."""
 
 import math
 from dataclasses import dataclass
@@ -15,17 +15,17 @@ from protocol.sweep import TOUCHING_M, travel_m
 from protocol.wire.authority import authority_m
 from tests.support.strategies.path_strategies import paths
 
-ROUNDING_M = 1e-9  # of sums of arc lengths, on top of what counts as touching
+ROUNDING_M = 1e-9  # of sums of arc lengths, in addition to the touching tolerance
 FURTHER_M = 1e-6
 GRAZING_M = (
-    5e-5  # sqrt(2 * 0.6 * 1e-9): where a path only grazes, so much of it hangs on what counts as touching
+    5e-5  # sqrt(2 * 0.6 * 1e-9): where a path only grazes, so much of it depends on the touching tolerance
 )
 SAMPLE_M = 0.02
 
 
 @dataclass(frozen=True)
 class Granter:
-    """Who grants: where it is on which path, where the tail is, and how far off it keeps others."""
+    """A granter: its path and progress, the tail's progress, and the distance to keep."""
 
     path: Path
     tail_m: float
@@ -36,11 +36,11 @@ class Granter:
         return authority_m(self.path, from_m=self.tail_m, progress_m=self.progress_m, keep_m=self.keep_m)
 
     def ground(self) -> shapely.LineString:
-        """Where the granter is and may yet come to."""
+        """The ground that the granter occupies or will occupy."""
         return shapely.LineString(self.path.between(self.progress_m, self.path.end_m))
 
     def granted(self, to_m: float) -> shapely.LineString:
-        """The path from the tail to there."""
+        """The path from the tail to the grant."""
         return shapely.LineString(self.path.between(self.tail_m, to_m))
 
 
@@ -57,7 +57,7 @@ def along(points: list[tuple[float, float]]) -> Path:
 
 
 @given(granters())
-def test_whatever_is_granted_keeps_its_distance_from_all_ground_of_the_granter(granter: Granter) -> None:
+def test_a_grant_keeps_its_distance_from_all_ground_of_the_granter(granter: Granter) -> None:
     granted_m = granter.grants_m()
     assume(granted_m > granter.tail_m)
     least_m = granter.keep_m - TOUCHING_M - ROUNDING_M
@@ -69,7 +69,7 @@ def test_whatever_is_granted_keeps_its_distance_from_all_ground_of_the_granter(g
 
 
 @given(granters())
-def test_no_more_could_be_granted(granter: Granter) -> None:
+def test_a_grant_is_as_long_as_possible(granter: Granter) -> None:
     granted_m = granter.grants_m()
     more = granter.granted(granted_m + FURTHER_M)
     assert more.distance(granter.ground()) <= granter.keep_m + ROUNDING_M
@@ -83,7 +83,7 @@ def test_a_grant_lies_between_the_tail_and_the_granter(granter: Granter) -> None
 @given(
     granters(), st.floats(-math.pi, math.pi), st.floats(0.0, 2.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0)
 )
-def test_a_path_that_grows_away_from_what_is_granted_never_asks_for_it_back(
+def test_a_path_that_grows_away_from_granted_ground_never_reduces_the_grant(
     granter: Granter, bearing_rad: float, stride_m: float, tail: float, driven: float
 ) -> None:
     granted_m = granter.grants_m()
@@ -99,7 +99,7 @@ def test_a_path_that_grows_away_from_what_is_granted_never_asks_for_it_back(
 
 
 def _grow(granter: Granter, granted_m: float, bearing_rad: float, stride_m: float) -> None:
-    """Rule 4: a step that keeps off granted ground, with a margin that outweighs the last bits."""
+    """Rule 4: a step that keeps off granted ground, with a margin for rounding."""
     heading = np.array([math.cos(bearing_rad), math.sin(bearing_rad)])
     corners = granter.path.between(granter.tail_m, granted_m)
     keep_m = np.full(len(corners) - 1, granter.keep_m + FURTHER_M)
@@ -115,7 +115,7 @@ def test_on_a_straight_path_the_grant_is_the_distance_short_of_the_granter() -> 
     assert Granter(path, 0.0, 3.0, 0.4).grants_m() == pytest.approx(2.6)
 
 
-def test_ground_that_the_granter_is_only_going_to_counts_as_its_own() -> None:
+def test_ground_that_the_granter_will_drive_on_counts_as_its_own() -> None:
     hairpin = along([(0.0, 0.0), (4.0, 0.0), (4.0, 1.0), (2.0, 1.0)])
     apart_m = 0.8
     assert Granter(hairpin, 0.0, 5.0, apart_m).grants_m() == pytest.approx(4.0 + 1.0 - apart_m)
@@ -123,12 +123,12 @@ def test_ground_that_the_granter_is_only_going_to_counts_as_its_own() -> None:
     assert Granter(returning, 0.0, 4.5, apart_m).grants_m() == pytest.approx(2.0 - math.sqrt(0.8**2 - 0.5**2))
 
 
-def test_a_hairpin_whose_arms_are_just_far_enough_apart_does_not_hold_the_grant_back() -> None:
+def test_a_hairpin_with_arms_just_far_enough_apart_does_not_limit_the_grant() -> None:
     hairpin = along([(0.0, 0.0), (4.0, 0.0), (4.0, 0.6), (0.0, 0.6)])
     assert Granter(hairpin, 0.0, 4.6, 0.6).grants_m() == pytest.approx(4.0)
 
 
-def test_a_path_that_crosses_itself_is_granted_to_short_of_the_crossing() -> None:
+def test_a_path_that_crosses_itself_is_granted_up_to_before_the_crossing() -> None:
     loop = along([(0.0, 0.0), (4.0, 0.0), (4.0, 2.0), (2.0, 2.0), (2.0, -2.0)])
     assert Granter(loop, 0.0, 8.0, 0.5).grants_m() == pytest.approx(1.5)
     assert Granter(loop, 0.0, loop.end_m, 0.5).grants_m() > 4.0
@@ -140,6 +140,6 @@ def test_a_granter_that_stands_on_the_tail_grants_nothing() -> None:
     assert Granter(path, 0.9, 1.0, 0.4).grants_m() == pytest.approx(0.9)
 
 
-def test_a_tail_that_is_heard_of_later_than_the_granters_own_place_changes_nothing() -> None:
+def test_a_tail_beyond_the_granters_own_place_changes_nothing() -> None:
     path = along([(0.0, 0.0), (3.0, 0.0)])
     assert Granter(path, 2.0, 1.0, 0.4).grants_m() == 1.0

@@ -1,4 +1,4 @@
-"""Messages as bytes: what we send comes back, and nothing that a peer sends gets past the codec."""
+"""Messages as bytes: our messages survive a round trip, and invalid bytes of a peer are refused."""
 
 import copy
 import math
@@ -35,12 +35,12 @@ WRONG = [
     {},
     True,
 ]
-Unpacked = Any  # what msgpack makes of a payload
+Unpacked = Any  # the result of unpacking a payload
 Path = tuple[str | int, ...]
 
 
 def paths(value: Unpacked, path: Path = ()) -> Iterator[Path]:
-    """The way to every part of an unpacked message."""
+    """The path to every part of an unpacked message."""
     yield path
     if isinstance(value, dict | list):
         for key in value if isinstance(value, dict) else range(len(value)):
@@ -66,7 +66,7 @@ def with_part(value: Unpacked, path: Path, part: Unpacked) -> bytes:
 
 
 def refused_or_lawful(payload: bytes) -> bool:
-    """Whether it was refused; what is not refused must be something that we could have sent."""
+    """Whether it was refused; an accepted message must be one that we could have sent."""
     try:
         number, message = decode(payload)
     except MessageRefusedError as error:
@@ -77,7 +77,7 @@ def refused_or_lawful(payload: bytes) -> bool:
 
 @pytest.mark.parametrize("kind", MESSAGE_TYPES, ids=lambda kind: str(kind.__name__))
 @given(data=st.data(), number=NUMBERS)
-def test_every_type_of_message_comes_back_as_it_was_sent(
+def test_every_type_of_message_survives_a_round_trip(
     kind: type[Message], data: st.DataObject, number: int
 ) -> None:
     message = data.draw(values_of(kind))
@@ -100,7 +100,7 @@ def test_random_bytes_are_refused(payload: bytes) -> None:
 
 
 @given(messages(), st.data())
-def test_a_message_with_bytes_changed_cut_or_inserted_before_it_was_sealed_is_refused_or_lawful(
+def test_a_message_changed_before_its_checksum_is_refused_or_valid(
     message: Message, data: st.DataObject
 ) -> None:
     content = encode(message, 1)[:-SEAL_BYTES]
@@ -110,7 +110,7 @@ def test_a_message_with_bytes_changed_cut_or_inserted_before_it_was_sealed_is_re
 
 
 @given(messages(), st.data())
-def test_a_message_with_a_bit_flipped_on_its_way_or_cut_off_is_refused(
+def test_a_message_with_a_flipped_bit_or_a_missing_end_is_refused(
     message: Message, data: st.DataObject
 ) -> None:
     payload = bytearray(encode(message, 1))
@@ -123,22 +123,22 @@ def test_a_message_with_a_bit_flipped_on_its_way_or_cut_off_is_refused(
 
 
 @given(messages())
-def test_a_message_that_comes_by_another_key_than_it_was_sent_by_is_refused(message: Message) -> None:
+def test_a_message_that_arrives_on_another_key_is_refused(message: Message) -> None:
     payload = encode(message, 1, "body/r3/odometry")
     assert decode(payload, "body/r3/odometry") == (1, message)
     with pytest.raises(MessageRefusedError, match="checksum"):
-        decode(payload, "body/r2/odometry")  # one bit of the key is another
+        decode(payload, "body/r2/odometry")  # one bit of the key differs
 
 
 @given(messages(), st.data())
-def test_a_message_with_any_part_replaced_is_refused_or_lawful(message: Message, data: st.DataObject) -> None:
+def test_a_message_with_any_part_replaced_is_refused_or_valid(message: Message, data: st.DataObject) -> None:
     raw = unpacked(message)
     path = data.draw(st.sampled_from(list(paths(raw))))
     refused_or_lawful(with_part(raw, path, data.draw(st.sampled_from(WRONG))))
 
 
 @given(messages(), st.sampled_from([math.nan, math.inf, -math.inf, 1e12, "1.0", {}, []]))
-def test_no_number_of_any_message_may_be_nan_infinite_out_of_bounds_or_no_number(
+def test_numbers_that_are_nan_infinite_out_of_bounds_or_of_another_type_are_refused(
     message: Message, wrong: object
 ) -> None:
     raw = unpacked(message)
@@ -149,7 +149,7 @@ def test_no_number_of_any_message_may_be_nan_infinite_out_of_bounds_or_no_number
 
 
 @given(messages(), st.data())
-def test_a_message_without_one_of_its_fields_is_refused_or_lawful(
+def test_a_message_without_one_of_its_fields_is_refused_or_valid(
     message: Message, data: st.DataObject
 ) -> None:
     raw = unpacked(message)
@@ -168,7 +168,7 @@ def test_an_envelope_without_one_of_its_parts_is_refused(part: str) -> None:
 
 
 @pytest.mark.parametrize("version", [0, SCHEMA_VERSION + 1, -1, "1", None, [1] * 9000])
-def test_another_schema_version_is_refused_by_that_name(version: object) -> None:
+def test_another_schema_version_is_refused_with_that_reason(version: object) -> None:
     with pytest.raises(MessageRefusedError, match="schema version"):
         decode(sealed(msgpack.packb({"v": version, "n": 1, "m": {"type": "ask"}})))
 
@@ -181,7 +181,7 @@ def test_another_schema_version_is_refused_by_that_name(version: object) -> None
         encode(Ask(), 1)[:-1],
         b"\x91" * 60_000,
         b"\x81\xa1v" * 20_000,
-        b"\x81\xa1v" + b"\x91" * 1_000 + b"\x90",  # unpacked, but no longer to be printed
+        b"\x81\xa1v" + b"\x91" * 1_000 + b"\x90",  # it can be unpacked, but not printed
         b"\xdd\xff\xff\xff\xff",
         b"\xdf\xff\xff\xff\xff",
         b"\xdb\xff\xff\xff\xff",
@@ -208,7 +208,7 @@ def test_another_schema_version_is_refused_by_that_name(version: object) -> None
         "huge-tag",
     ],
 )
-def test_a_payload_made_to_hurt_is_refused_with_a_short_reason(payload: bytes) -> None:
+def test_a_malicious_payload_is_refused_with_a_short_reason(payload: bytes) -> None:
     with pytest.raises(MessageRefusedError) as refusal:
         decode(payload)
     assert 0 < len(str(refusal.value)) <= 200
@@ -217,7 +217,7 @@ def test_a_payload_made_to_hurt_is_refused_with_a_short_reason(payload: bytes) -
     assert 0 < len(str(refusal.value)) <= 200
 
 
-def test_the_size_limit_admits_the_largest_scan_and_not_a_byte_more_than_itself() -> None:
+def test_the_size_limit_accepts_the_largest_scan_and_no_byte_more_than_the_limit() -> None:
     pose = Pose(x_m=-1e6, y_m=1e6, heading_rad=-math.pi)
     scan = Scan(t_s=1e9, pose=pose, ranges_m=(math.pi,) * 7200)
     assert decode(encode(scan, 2**53)) == (2**53, scan)
@@ -225,7 +225,7 @@ def test_the_size_limit_admits_the_largest_scan_and_not_a_byte_more_than_itself(
         decode(b"\xc0" * (SIZE_MAX_BYTES + 1))
 
 
-def test_to_send_more_than_the_limit_is_our_own_fault() -> None:
+def test_sending_more_than_the_limit_fails_an_assertion() -> None:
     lost = RouteLost(reason="x" * 2000)
     entries = tuple(Entry(n=n, t_s=0.0, hlc="", record=lost) for n in range(1, 41))
     with pytest.raises(AssertionError, match="LogBatch takes"):

@@ -29,13 +29,13 @@ def state(epoch: int, progress_m: float, *, t_s: float = 0.0, echo_s: float = 0.
 
 @st.composite
 def deliveries(draw: st.DrawFn) -> list[tuple[int, int]]:
-    """Epochs and numbers as they come: in any order, some lost, some more than once."""
+    """Epochs and numbers in order of arrival: shuffled, some lost, some repeated."""
     numbers = st.tuples(st.integers(1, 3), st.integers(1, 30))
     return draw(st.lists(numbers, min_size=1, max_size=40))
 
 
 def told(epoch: int, number: int) -> BehindState:
-    """A state that shows which one it is."""
+    """A state that contains its identity."""
     return state(epoch, progress_m=1000.0 * epoch + number)
 
 
@@ -51,27 +51,27 @@ def hear_all(link: Link[BehindState], arriving: Sequence[tuple[int, int]]) -> li
 
 
 @given(deliveries())
-def test_however_states_come_the_newest_is_kept(arriving: list[tuple[int, int]]) -> None:
+def test_the_newest_state_is_kept_in_any_order_of_arrival(arriving: list[tuple[int, int]]) -> None:
     link = made()
     hear_all(link, arriving)
     assert link.state == told(*max(arriving))
 
 
 @given(deliveries())
-def test_a_state_is_news_only_if_it_is_newer_than_all_before_it(arriving: list[tuple[int, int]]) -> None:
+def test_a_state_is_new_only_if_it_is_newer_than_all_before(arriving: list[tuple[int, int]]) -> None:
     link = made()
     newer = [all(each > before for before in arriving[:at]) for at, each in enumerate(arriving)]
     assert hear_all(link, arriving) == newer
 
 
 @given(deliveries())
-def test_the_neighbour_was_heard_last_when_the_last_news_came(arriving: list[tuple[int, int]]) -> None:
+def test_heard_at_s_is_the_time_of_the_last_new_state(arriving: list[tuple[int, int]]) -> None:
     link = made()
     news = [at for at, newer in enumerate(hear_all(link, arriving), start=1) if newer]
     assert link.heard_at_s == float(news[-1])
 
 
-def test_a_new_epoch_is_newer_whatever_its_numbers() -> None:
+def test_a_state_of_a_new_epoch_is_newer_for_any_number() -> None:
     link = made()
     assert link.hear(state(1, 5.0), 900, now_s=1.0)
     assert link.hear(state(2, 1.0), 1, now_s=2.0)
@@ -83,13 +83,13 @@ def test_a_new_epoch_is_newer_whatever_its_numbers() -> None:
 # --- the lease --------------------------------------------------------------------------------------
 
 
-def test_a_link_that_never_heard_anything_is_silent_since_it_was_made() -> None:
+def test_a_link_without_any_state_is_silent_since_its_creation() -> None:
     link = made(3.0)
     assert (link.state, link.established) == (None, False)
     assert link.silent_s(5.0) == 2.0
 
 
-def test_silence_is_the_age_of_the_newest_that_the_neighbour_has_echoed() -> None:
+def test_silence_is_the_age_of_the_newest_echoed_time_stamp() -> None:
     link = made(3.0)
     link.hear(state(1, 0.0, t_s=3.2, echo_s=3.1), 1, now_s=3.3)
     link.hear(state(1, 0.0, t_s=3.6, echo_s=3.1), 2, now_s=3.7)
@@ -97,7 +97,7 @@ def test_silence_is_the_age_of_the_newest_that_the_neighbour_has_echoed() -> Non
     assert link.silent_s(4.0) == 4.0 - 3.1
 
 
-def test_a_neighbour_that_hears_nothing_is_silent_however_often_it_is_heard() -> None:
+def test_a_neighbour_that_hears_nothing_is_silent_though_its_messages_arrive() -> None:
     link = made(3.0)
     for beat in range(1, 9):
         assert link.hear(state(1, 0.0, t_s=3.0 + beat, echo_s=0.0), beat, now_s=3.0 + beat)
@@ -105,32 +105,32 @@ def test_a_neighbour_that_hears_nothing_is_silent_however_often_it_is_heard() ->
     assert (link.silent_s(11.0), link.heard_at_s) == (8.0, 11.0)
 
 
-def test_who_has_heard_nothing_echoes_nothing_though_the_run_has_only_just_begun() -> None:
+def test_an_echo_of_zero_at_the_start_of_a_run_is_no_echo() -> None:
     link = made(0.0)
     link.hear(state(1, 0.0, t_s=0.0, echo_s=0.0), 1, now_s=0.0)
     assert not link.established
 
 
-def test_what_was_long_on_its_way_renews_nothing() -> None:
+def test_a_message_that_was_delayed_for_long_renews_nothing() -> None:
     link = made()
     link.hear(state(1, 0.0, t_s=0.5, echo_s=0.4), 1, now_s=9.0)
     assert link.silent_s(9.0) == 9.0 - 0.4
 
 
-def test_an_echo_of_what_was_said_before_the_link_was_made_renews_nothing() -> None:
+def test_an_echo_from_before_the_links_creation_renews_nothing() -> None:
     link = made(3.0)
     link.hear(state(1, 0.0, t_s=3.2, echo_s=2.9), 1, now_s=3.3)
     assert not link.established
     assert link.silent_s(3.5) == 0.5
 
 
-def test_an_echo_of_what_has_not_been_said_yet_is_not_believed_nor_anything_that_came_with_it() -> None:
+def test_a_state_with_an_echo_from_the_future_is_ignored() -> None:
     link = made()
     assert not link.hear(state(1, 0.0, t_s=0.5, echo_s=7.0), 1, now_s=0.6)
     assert (link.state, link.established) == (None, False)
 
 
-def test_an_older_echo_in_a_newer_state_takes_nothing_back() -> None:
+def test_an_older_echo_in_a_newer_state_does_not_age_the_link() -> None:
     link = made()
     link.hear(state(1, 0.0, t_s=1.0, echo_s=0.9), 1, now_s=1.0)
     link.hear(state(1, 0.0, t_s=0.8, echo_s=0.5), 2, now_s=1.1)
@@ -151,7 +151,7 @@ AHEAD = AheadState(
     reversal=None,
 )
 
-# What happens next, how long after what happened before, and for a delivery which message and whether again.
+# The next event, the time since the one before, and for a delivery the message and whether it is repeated.
 events = st.lists(
     st.tuples(
         st.sampled_from(["say ahead", "say behind", "to ahead", "to behind"]),
@@ -164,12 +164,12 @@ events = st.lists(
 
 
 @given(events, st.sampled_from([-0.4, 0.0, 0.4]))
-def test_who_has_not_been_heard_for_the_time_of_a_lease_holds_none(
+def test_a_robot_that_was_silent_for_a_lease_time_holds_no_lease(
     happening: list[tuple[str, float, int, bool]], skew_s: float
 ) -> None:
-    """Whatever is lost, late or repeated, and though the two clocks, of one rate, show different times."""
+    """Under any loss, delay and repetition, with two clocks of equal rate and different times."""
     true_s, numbers = 10.0, iter(range(1, 999))
-    behinds = Link[AheadState](1, true_s + skew_s)  # the robot behind has it, of the one ahead; so its clock
+    behinds = Link[AheadState](1, true_s + skew_s)  # the link at the robot behind, by its clock
     aheads = made(true_s)
     last_heard_s = {"ahead": -99.0, "behind": -99.0}  # when the other end heard it, in true time
     way: dict[str, list[tuple[int, AheadState | BehindState]]] = {"ahead": [], "behind": []}
@@ -197,7 +197,7 @@ def test_who_has_not_been_heard_for_the_time_of_a_lease_holds_none(
                 assert true_s <= last_heard_s[name] + SILENCE_S + 1e-9
 
 
-def test_what_part_of_the_time_a_link_is_silent_is_forgotten_as_it_was_learnt() -> None:
+def test_the_silent_share_decays_at_the_rate_at_which_it_grew() -> None:
     link, shares = made(), []
     for second in range(1, 60):
         if second > 30:

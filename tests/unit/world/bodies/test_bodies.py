@@ -47,7 +47,7 @@ def order(
 
 
 def drive_on(fleet: Bodies, *, until: int = 5000, first: int = 0) -> list[float]:
-    """Tick until body 0 stands, its robot speaking all the while; what it drove in each tick."""
+    """Tick until body 0 stands, with regular messages of its robot; returns the distance of each tick."""
     drove_m: list[float] = []
     for tick in range(first, first + until):
         last = fleet.orders[0]
@@ -74,7 +74,7 @@ def test_without_drive_error_a_body_stands_exactly_at_its_target(
 
 @quietly
 @given(headings, places, st.floats(0.001, 0.1))
-def test_drive_error_ends_within_its_share_of_the_length_and_is_finished(
+def test_a_drive_with_error_ends_within_its_bound_and_is_finished(
     heading_rad: float, target: Point, error_rad: float
 ) -> None:
     fleet = bodies(Pose(x_m=0.0, y_m=0.0, heading_rad=heading_rad), heading_error_rad=error_rad)
@@ -87,7 +87,7 @@ def test_drive_error_ends_within_its_share_of_the_length_and_is_finished(
 
 @quietly
 @given(headings, places, speeds)
-def test_a_driving_body_keeps_the_ordered_speed_but_for_its_last_tick(
+def test_a_driving_body_keeps_the_ordered_speed_except_in_its_last_tick(
     heading_rad: float, target: Point, speed_mps: float
 ) -> None:
     fleet = bodies(Pose(x_m=0.0, y_m=0.0, heading_rad=heading_rad))
@@ -116,7 +116,7 @@ def test_a_tick_turns_or_drives_and_never_faster_than_the_turn_rate(
 
 @quietly
 @given(st.lists(st.tuples(st.integers(1, 5), places), min_size=1, max_size=12))
-def test_only_a_newer_number_changes_the_order_in_hand(orders: list[tuple[int, Point]]) -> None:
+def test_only_a_newer_number_changes_the_present_order(orders: list[tuple[int, Point]]) -> None:
     fleet = bodies(HOME)
     newest: tuple[int, Point | None] = (0, None)
     for number, target in orders:
@@ -129,7 +129,7 @@ def test_only_a_newer_number_changes_the_order_in_hand(orders: list[tuple[int, P
 
 @quietly
 @given(headings)
-def test_a_body_facing_further_on_goes_on_without_stopping(bearing_rad: float) -> None:
+def test_a_body_that_faces_the_next_target_continues_without_stopping(bearing_rad: float) -> None:
     def ahead(distance_m: float) -> Point:
         return Point(x_m=distance_m * math.cos(bearing_rad), y_m=distance_m * math.sin(bearing_rad))
 
@@ -158,7 +158,7 @@ def test_the_same_target_again_draws_no_new_drive_error() -> None:
     assert fleet.pose(0) == alone.pose(0)
 
 
-def test_a_silent_robot_stops_its_body_once_and_goes_on_when_it_speaks() -> None:
+def test_a_body_stops_once_when_its_robot_is_silent_and_continues_when_it_sends() -> None:
     fleet = bodies(HOME)
     far = Point(x_m=4.0, y_m=0.0)
     fleet.hear(0, order(far), now_s=0.0)
@@ -173,7 +173,7 @@ def test_a_silent_robot_stops_its_body_once_and_goes_on_when_it_speaks() -> None
     assert fleet.place_m[0, 0] == pytest.approx(stood_m[0, 0] + 0.01)
 
 
-def test_no_target_means_stand_and_is_done_at_once() -> None:
+def test_an_order_without_a_target_stops_the_body_and_is_finished_at_once() -> None:
     fleet = bodies(HOME)
     fleet.hear(0, order(Point(x_m=4.0, y_m=0.0)), now_s=0.0)
     fleet.hear(0, order(None, number=2, speed_mps=0.0), now_s=0.0)
@@ -202,7 +202,7 @@ def test_void_orders_change_nothing_and_do_not_keep_the_body_awake(drive: Drive,
     assert fleet.basis_s(0) == 4.5
 
 
-def test_the_dead_man_counts_from_when_the_robot_knew_and_not_from_when_its_order_came() -> None:
+def test_the_dead_man_time_counts_from_the_basis_and_not_from_the_arrival_of_an_order() -> None:
     fleet = bodies(HOME)
     fleet.hear(0, order(Point(x_m=4.0, y_m=0.0), basis_s=0.0), now_s=0.9)
     stopped_s = [
@@ -211,7 +211,7 @@ def test_the_dead_man_counts_from_when_the_robot_knew_and_not_from_when_its_orde
     assert stopped_s == [pytest.approx(DEADMAN_S + TICK_S)]
 
 
-def test_an_older_order_that_comes_late_does_not_keep_the_body_going() -> None:
+def test_an_older_order_that_arrives_late_does_not_keep_the_body_moving() -> None:
     fleet = bodies(HOME)
     far = Point(x_m=4.0, y_m=0.0)
     fleet.hear(0, order(far, number=2, basis_s=0.0), now_s=0.0)
@@ -220,7 +220,7 @@ def test_an_older_order_that_comes_late_does_not_keep_the_body_going() -> None:
     assert fleet.basis_s(0) == 0.0
 
 
-def test_to_stand_is_never_void_and_takes_no_epoch_back() -> None:
+def test_an_order_to_stand_is_never_void_and_does_not_lower_the_epoch() -> None:
     fleet = bodies(HOME)
     far = Point(x_m=4.0, y_m=0.0)
     fleet.hear(0, order(far, number=1, epoch=5), now_s=0.0)
@@ -231,7 +231,7 @@ def test_to_stand_is_never_void_and_takes_no_epoch_back() -> None:
         fleet.hear(0, order(far, number=3, epoch=4), now_s=0.0)
 
 
-def test_each_body_obeys_its_own_robot_alone() -> None:
+def test_each_body_obeys_only_its_own_robot() -> None:
     fleet = bodies(HOME, Pose(x_m=0.0, y_m=1.0, heading_rad=0.0), Pose(x_m=0.0, y_m=2.0, heading_rad=0.0))
     fleet.hear(1, order(Point(x_m=1.0, y_m=1.0)), now_s=0.0)
     moves = fleet.tick(now_s=0.0, tick_s=TICK_S)
@@ -244,13 +244,13 @@ orders_at = st.tuples(
     st.integers(0, 120),  # tick
     st.integers(0, 2),  # body
     st.none() | st.builds(lambda x_m, y_m: Point(x_m=x_m, y_m=y_m), st.floats(-0.4, 0.4), st.floats(0, 0.4)),
-    st.none() | st.floats(0.0, 2.0),  # how long it is good for, and less each time that it is said
+    st.none() | st.floats(0.0, 2.0),  # its time limit, shorter with each repetition
 )
 
 
 @quietly
 @given(st.lists(orders_at, min_size=1, max_size=12), st.sets(st.integers(0, 170)))
-def test_to_coast_is_to_tick_to_the_last_bit(
+def test_coast_equals_tick_to_the_last_bit(
     orders: list[tuple[int, int, Point | None, float | None]], looks: set[int]
 ) -> None:
     fleets = [bodies(HOME, HOME, HOME, heading_error_rad=0.05) for _ in range(2)]
@@ -261,7 +261,7 @@ def test_to_coast_is_to_tick_to_the_last_bit(
         for number, (at, body, target, good_s) in enumerate(orders, start=1):
             until_s = None if good_s is None else now_s + good_s / (1 + max(tick - at, 0))
             given = replace(order(target, number=number, basis_s=now_s), until_s=until_s)
-            for fleet in fleets if tick - at in (0, 15, 30, 100) else ():  # silent for long in between
+            for fleet in fleets if tick - at in (0, 15, 30, 100) else ():  # silent for a long time in between
                 fleet.hear(body, given, now_s=now_s)
         moves = ticking.tick(now_s=now_s, tick_s=TICK_S)
         if coasting.coast(now_s=now_s, tick_s=TICK_S):

@@ -25,7 +25,7 @@ moves = st.lists(st.tuples(points, points), min_size=1, max_size=6)
 
 @patiently
 @given(grounds, moves)
-def test_clearance_of_a_move_is_shapelys_distance(
+def test_clearance_of_a_move_equals_shapelys_distance(
     shapes: list[Shape], driven: list[tuple[Place, Place]]
 ) -> None:
     starts, ends = (np.array(side) for side in zip(*driven, strict=True))
@@ -52,7 +52,7 @@ def test_moves_from_outside_keep_off_by_less_than_their_clearance(
 
 @patiently
 @given(grounds, points)
-def test_distances_of_a_point_come_in_the_scenarios_order(shapes: list[Shape], point: Place) -> None:
+def test_distances_of_a_point_are_in_the_scenarios_order(shapes: list[Shape], point: Place) -> None:
     expected = [shapely.Point(point).distance(as_shapely(shape)) for shape in shapes]
     assert distances(ground_of(shapes), np.array(point)) == pytest.approx(expected, abs=ORACLE_ERROR_M)
 
@@ -71,13 +71,13 @@ def test_a_move_through_a_polygon_has_no_clearance() -> None:
     assert clearance(ground_of([square]), starts, ends).tolist() == [0.0, 0.0]
 
 
-def test_a_long_wall_whose_middle_is_far_does_not_hide_behind_its_own_end() -> None:
+def test_a_long_wall_with_a_distant_middle_is_not_overlooked() -> None:
     wall = Polygon(vertices_m=((0.0, 0.0), (0.0, -0.1), (10.0, -0.1), (10.0, 0.0)))
     place = np.array([[9.0, 0.5]])
     assert clearance(ground_of([wall]), place, place).tolist() == [0.5]
 
 
-def test_a_long_ellipse_whose_side_is_far_does_not_hide_a_round_one() -> None:
+def test_a_long_ellipse_does_not_hide_a_nearer_round_one() -> None:
     long = Ellipse(centre_m=(0.0, 0.0), semi_axes_m=(2.5, 0.1))
     round_one = Ellipse(centre_m=(0.0, 5.0), semi_axes_m=(0.5, 0.6))
     place = np.array([[0.0, 3.0]])
@@ -89,7 +89,7 @@ def test_a_long_ellipse_whose_side_is_far_does_not_hide_a_round_one() -> None:
     st.floats(1e-3, 1.0).flatmap(lambda b: st.tuples(st.just(b), st.floats(-math.pi, math.pi))),
     st.floats(1e-9, 10.0),
 )
-@example((0.00135, 0.0157), 0.00133)  # where Newton's iteration has the longest way
+@example((0.00135, 0.0157), 0.00133)  # where Newton's iteration needs most steps
 def test_point_to_ellipse_is_exact_for_thin_ellipses(narrow: tuple[float, float], apart_m: float) -> None:
     a, (b, parameter_rad) = 1.0, narrow
     cosine, sine = math.cos(parameter_rad), math.sin(parameter_rad)
@@ -115,6 +115,6 @@ def test_separation_is_the_least_distance_at_any_common_instant(driven: list[tup
 
 @patiently
 @given(coordinates_m)
-def test_nobody_is_separated_from_himself(x_m: float) -> None:
+def test_the_separation_of_a_body_from_itself_is_infinite(x_m: float) -> None:
     place = np.array([[x_m, 0.0]])
     assert separations(place, place).tolist() == [[math.inf]]

@@ -15,14 +15,14 @@ from world.geometry.movers import Movers
 from world.geometry.moving import Moving, MovingCircle, MovingPolygon
 from world.geometry.shapes import Circle, Shape, ground_of
 
-MOMENTS = 801  # of the oracle, in the second that a move takes
+MOMENTS = 801  # samples of the reference, in the second that a move takes
 NOTHING = ground_of(())
 radii_m = st.floats(0.05, 1.0)
 
 
 @st.composite
 def tracks(draw: st.DrawFn) -> tuple[tuple[float, float, float], ...]:
-    """A few places, in hundredths of a second before, in and after the second that is looked at."""
+    """A few places, at hundredths of a second before, in and after the examined second."""
     at = draw(st.lists(st.integers(0, 300), min_size=1, max_size=5, unique=True))
     return tuple((hundredths / 100.0, *draw(points)) for hundredths in sorted(at))
 
@@ -35,7 +35,7 @@ moving = st.one_of(circles, rings)
 
 
 def place(obstacle: Moving, t_s: float) -> tuple[float, float]:
-    """Where on its track it is: the oracle's own reckoning."""
+    """Its place on its track, by an independent computation."""
     track = obstacle.track
     if t_s <= track[0][0]:
         return track[0][1:]
@@ -47,12 +47,12 @@ def place(obstacle: Moving, t_s: float) -> tuple[float, float]:
 
 
 def sampled_m(obstacle: Moving, start: tuple[float, float], end: tuple[float, float]) -> tuple[float, float]:
-    """The least distance at any of the moments, and how much less it may be in between."""
+    """The least sampled distance, and how much less it may be between samples."""
     shares = np.linspace(0.0, 1.0, MOMENTS)
     bodies = np.array(start) + shares[:, None] * (np.array(end) - np.array(start))
     places = np.array([place(obstacle, 1.0 + share) for share in shares])
     shape = as_shapely(obstacle.outline)
-    # Moving the body back by what the obstacle has moved leaves their distance as it is.
+    # Moving the body back by the obstacle's motion keeps their distance.
     apart_m = shapely.distance(shape, shapely.points(bodies - places))
     speed_mps = math.dist(start, end) + obstacle.speed_mps_max
     return float(apart_m.min()), speed_mps / (MOMENTS - 1) / 2.0 + ORACLE_ERROR_M
@@ -68,7 +68,7 @@ def approaches_m(
 
 @patiently
 @given(moving, points, points)
-def test_an_approach_is_the_least_distance_of_any_moment_of_two_moves(
+def test_an_approach_is_the_least_distance_at_any_moment_of_two_moves(
     obstacle: Moving, start: tuple[float, float], end: tuple[float, float]
 ) -> None:
     least_m, less_m = sampled_m(obstacle, start, end)
@@ -78,7 +78,7 @@ def test_an_approach_is_the_least_distance_of_any_moment_of_two_moves(
 
 @patiently
 @given(st.lists(moving, min_size=1, max_size=4), points, points, st.floats(0.0, 2.0))
-def test_only_what_is_far_may_come_out_nearer_than_it_is_and_never_near(
+def test_only_distant_obstacles_may_be_underestimated_and_never_below_near_m(
     obstacles: list[Moving], start: tuple[float, float], end: tuple[float, float], near_m: float
 ) -> None:
     exact_m, told_m = approaches_m(obstacles, start, end), approaches_m(obstacles, start, end, near_m)
@@ -101,13 +101,13 @@ def test_the_ground_at_a_time_has_every_obstacle_at_its_place(
     assert distances(ground, np.array(point)) == pytest.approx(expected_m, abs=2 * ORACLE_ERROR_M)
 
 
-def test_what_passes_between_the_ends_of_a_move_is_met() -> None:
+def test_an_obstacle_that_passes_during_a_move_is_found() -> None:
     walker = MovingCircle(id="a", radius_m=0.1, track=((1.0, 0.5, -1.0), (1.5, 0.5, 0.0), (2.0, 0.5, -1.0)))
     assert approaches_m([walker], (0.0, 0.0), (1.0, 0.0)) == pytest.approx(0.0)
     assert approaches_m([walker], (0.0, 0.5), (1.0, 0.5)) == pytest.approx(0.4)
 
 
-def test_two_that_go_the_same_way_stay_as_far_apart_as_they_were() -> None:
+def test_parallel_motions_keep_their_distance() -> None:
     cart = MovingPolygon(
         id="a",
         vertices_m=((-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), (-0.1, 0.1)),
@@ -116,5 +116,5 @@ def test_two_that_go_the_same_way_stay_as_far_apart_as_they_were() -> None:
     assert approaches_m([cart], (0.5, 0.0), (3.5, 0.0)) == pytest.approx(0.4)
 
 
-def test_without_moving_obstacles_the_ground_is_as_it_was() -> None:
+def test_without_moving_obstacles_the_ground_is_unchanged() -> None:
     assert Movers.of(()).among(NOTHING, 1.0) is NOTHING

@@ -50,7 +50,7 @@ def _load(tmp_path: Path, text: str) -> Scenario:
         ),
     ],
 )
-def test_moving_obstacles_that_cannot_be_are_refused_in_one_line(
+def test_invalid_moving_obstacles_are_refused_in_one_line(
     tmp_path: Path, old: str, new: str, line: str
 ) -> None:
     text = GROVE + CART + SLED
@@ -61,20 +61,20 @@ def test_moving_obstacles_that_cannot_be_are_refused_in_one_line(
     assert str(refusal.value).startswith(f"{tmp_path / 'fair.toml'}: {line}")
 
 
-def test_a_track_faster_than_the_scenario_says_is_refused_by_its_path(tmp_path: Path) -> None:
+def test_a_track_above_the_scenarios_top_speed_is_refused_with_its_path(tmp_path: Path) -> None:
     rule = r"\$\.moving\[0\]\.track: must be no faster than obstacle_speed_mps_max = 0.4 m/s, got 0.5 m/s"
     with pytest.raises(UsageError, match=rule):
         _load(tmp_path, "obstacle_speed_mps_max = 0.4\n" + GROVE + CART)
 
 
-def test_robots_are_told_the_top_speed_of_obstacles_as_said_or_as_tracked(tmp_path: Path) -> None:
+def test_robots_get_the_top_speed_of_obstacles_from_the_scenario_or_the_tracks(tmp_path: Path) -> None:
     assert _load(tmp_path, GROVE + SLED).mission().obstacle_speed_mps_max == 0.0
     assert _load(tmp_path, GROVE + CART).mission().obstacle_speed_mps_max == 0.5
     bounded = "obstacle_speed_mps_max = 0.7\n" + GROVE + CART
     assert _load(tmp_path, bounded).mission().obstacle_speed_mps_max == 0.7
 
 
-def test_the_sensor_has_to_be_sure_of_moving_obstacles_too(tmp_path: Path) -> None:
+def test_the_sensor_must_be_sure_to_see_moving_obstacles_too(tmp_path: Path) -> None:
     still, sled = _load(tmp_path, GROVE), _load(tmp_path, GROVE + SLED)
     assert sled.blind_per_range > still.blind_per_range  # its corner is sharper than any of the grove
     thin = _load(tmp_path, GROVE + SLED.replace("[0.2, 0.05]", "[0.2, 0.01]"))

@@ -42,13 +42,13 @@ def _ray(origin: Place, bearing_rad: float, range_m: float) -> shapely.LineStrin
 
 @patiently
 @given(grounds, points, bearings)
-def test_a_range_ends_at_the_first_thing_that_shapely_finds(
+def test_a_range_ends_at_the_first_intersection_that_shapely_finds(
     shapes: list[Shape], origin: Place, bearings_rad: list[float]
 ) -> None:
     solid = shapely.union_all([as_shapely(shape) for shape in shapes])
     assume(not shapely.dwithin(solid, shapely.Point(origin), ORACLE_ERROR_M))
     for bearing_rad, range_m in zip(bearings_rad, _scan(shapes, origin, bearings_rad), strict=True):
-        # A ray that grazes is decided by the last bit, so the claim is about touching within the error.
+        # Rounding decides about a grazing ray, so the claim is about touching within the error.
         before = _ray(origin, bearing_rad, max(range_m - 1e-4, 0.0))
         assert not before.intersects(solid.buffer(-ORACLE_ERROR_M))
         if range_m < RANGE_M_MAX:
@@ -57,11 +57,11 @@ def test_a_range_ends_at_the_first_thing_that_shapely_finds(
 
 @patiently
 @given(grounds, shapes, shares, shares, bearings)
-def test_an_origin_inside_a_shape_sees_nothing_but_zero(
+def test_all_ranges_are_zero_from_an_origin_inside_a_shape(
     others: list[Shape], around: Shape, up: float, across: float, bearings_rad: list[float]
 ) -> None:
     inside = as_shapely(around).buffer(-2.0 * ORACLE_ERROR_M)
-    assume(not inside.is_empty)  # the thinnest have no inside that the oracle is sure of
+    assume(not inside.is_empty)  # for the thinnest shapes the reference has no certain inside
     x_m_min, y_m_min, x_m_max, y_m_max = inside.bounds
     y_m = y_m_min + up * (y_m_max - y_m_min)
     chord = inside.intersection(shapely.LineString([(x_m_min - 1.0, y_m), (x_m_max + 1.0, y_m)]))
@@ -72,7 +72,7 @@ def test_an_origin_inside_a_shape_sees_nothing_but_zero(
 
 def test_another_bodys_hull_hides_what_is_behind_it() -> None:
     wall: list[Shape] = [Polygon(vertices_m=((3.0, -1.0), (4.0, -1.0), (4.0, 1.0), (3.0, 1.0)))]
-    discs = np.array([[2.0, 0.0, 0.5], [0.5, 0.0, 0.0]])  # the second is a point, which no ray hits
+    discs = np.array([[2.0, 0.0, 0.5], [0.5, 0.0, 0.0]])  # the second is a point: no ray hits it
     ranges_m = cast(ground_of(wall), np.zeros(2), np.array([0.0, 0.3]), range_m_max=RANGE_M_MAX, discs=discs)
     assert ranges_m.tolist() == pytest.approx([1.5, 3.0 / math.cos(0.3)])
 
@@ -92,7 +92,9 @@ def test_a_scan_starts_at_minus_pi_and_goes_anticlockwise() -> None:
 
 @patiently
 @given(st.lists(st.floats(0.0, RANGE_M_MAX), max_size=30), st.integers(0, 2**32), st.floats(0.0, 0.1))
-def test_noise_is_bounded_and_leaves_what_did_not_hit(ranges: list[float], seed: int, sigma_m: float) -> None:
+def test_noise_is_bounded_and_does_not_change_rays_without_a_hit(
+    ranges: list[float], seed: int, sigma_m: float
+) -> None:
     ranges_m = np.array([*ranges, RANGE_M_MAX])
     read_m = noisy(
         ranges_m,
@@ -106,7 +108,7 @@ def test_noise_is_bounded_and_leaves_what_did_not_hit(ranges: list[float], seed:
     assert (np.abs(read_m - ranges_m) <= 3 * sigma_m + 1e-12).all()
 
 
-def test_noise_has_the_spread_that_was_asked_for() -> None:
+def test_noise_has_the_requested_standard_deviation() -> None:
     ranges_m = np.full(10_000, 3.0)
     read_m = noisy(
         ranges_m, np.random.default_rng(1), sigma_m=0.01, error_m_max=0.03, range_m_max=RANGE_M_MAX

@@ -22,10 +22,10 @@ def _regular(count: int, radius_m: float) -> Polygon:
 
 @patiently
 @given(st.lists(st.tuples(st.integers(-9, 9), st.integers(-9, 9)), min_size=3, max_size=7, unique=True))
-def test_a_ring_is_simple_exactly_when_shapely_calls_the_polygon_valid(
+def test_a_ring_is_simple_exactly_if_shapely_calls_the_polygon_valid(
     vertices: list[tuple[int, int]],
 ) -> None:
-    # Small whole numbers bring touching and collinear edges about, and leave nothing to rounding.
+    # Small whole numbers give touching and collinear edges, without rounding.
     sound = shapely.Polygon(vertices).is_valid and shapely.LinearRing(vertices).is_simple
     assert rings.is_simple(np.array(vertices, dtype=np.float64)) == sound
 
@@ -45,7 +45,7 @@ def test_a_ring_that_touches_itself_is_refused(vertices_m: tuple[tuple[float, fl
 
 
 @pytest.mark.parametrize("turn", [1, -1])
-def test_corners_are_the_interior_angles_in_either_sense(turn: int) -> None:
+def test_corners_are_the_interior_angles_in_either_orientation(turn: int) -> None:
     notched = ((0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (1.0, 1.0), (0.0, 2.0))[::turn]
     angles = sorted(np.degrees(rings.corners_rad(np.array(notched))).tolist())
     assert angles == pytest.approx([45.0, 45.0, 90.0, 90.0, 270.0])
@@ -65,7 +65,7 @@ def test_interior_angles_add_up(polygon: Polygon) -> None:
         (Ellipse(centre_m=(0.0, 0.0), semi_axes_m=(2.0, 0.3), rotation_rad=1.0), 0.6),
         (Polygon(vertices_m=SQUARE), 1.0),
         (Polygon(vertices_m=((0.0, 0.0), (4.0, 0.0), (0.0, 3.0))), 2.4),  # the least height: 4 * 3 / 5
-        # An L whose upright is 0.2 m thin, and a U whose bottom is.
+        # An L with an upright 0.2 m wide, and a U with such a bottom.
         (Polygon(vertices_m=((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.2, 1.0), (0.2, 3.0), (0.0, 3.0))), 0.2),
         (
             Polygon(
@@ -76,21 +76,21 @@ def test_interior_angles_add_up(polygon: Polygon) -> None:
             ),
             0.1,
         ),
-        # A roof that comes down to 1 m, on one side and on the other.
+        # A roof that comes down to 1 m, on either side.
         (Polygon(vertices_m=((0.0, 0.0), (4.0, 0.0), (3.0, 1.0), (1.0, 2.0))), 1.0),
         (Polygon(vertices_m=((0.0, 0.0), (4.0, 0.0), (3.0, 2.0), (1.0, 1.0))), 1.0),
-        # A needle with a blunted tip 1 mm wide: no corner is sharp, but the tip hides between rays.
+        # A needle with a blunt tip 1 mm wide: no corner is sharp, but the tip can hide between rays.
         (Polygon(vertices_m=((0.0, -0.5), (5.0, -0.0005), (5.0, 0.0005), (0.0, 0.5))), 0.001),
     ],
 )
 def test_smallest_width_is_that_of_the_thinnest_part(shape: Shape, width_m: float) -> None:
     assert shape.smallest_width_m == pytest.approx(
         width_m, rel=0.02
-    )  # square to the needle's side, not to its axis
+    )  # perpendicular to the needle's side, not to its axis
 
 
 @pytest.mark.parametrize("count", [6, 12, 24, 48])
-def test_many_short_edges_do_not_make_a_round_thing_thin(count: int) -> None:
+def test_many_short_edges_do_not_make_a_round_shape_thin(count: int) -> None:
     across_flats_m = 2 * 0.3 * math.cos(math.pi / count)
     assert _regular(count, 0.3).smallest_width_m == pytest.approx(across_flats_m)
 
@@ -103,7 +103,7 @@ def test_an_ellipse_is_as_sharp_as_its_rhombus() -> None:
     assert math.tan(long.sharpest_corner_rad / 2) == pytest.approx(0.1)
 
 
-def test_ground_remembers_whose_each_row_is() -> None:
+def test_ground_maps_each_row_to_its_shape() -> None:
     circle = Circle(centre_m=(5.0, 5.0), radius_m=0.3)
     ground = ground_of([Polygon(vertices_m=SQUARE), circle, Polygon(vertices_m=SQUARE[::-1])])
     assert ground.shape_count == 3
@@ -132,6 +132,6 @@ def test_winding_is_one_inside_and_zero_outside(polygon: Polygon, point: tuple[f
         ({"shape": "circle", "centre_m": [0.0, 0.0], "radius_m": 1.0, "colour": "red"}, "colour"),
     ],
 )
-def test_a_shape_that_cannot_be_is_refused(raw: dict[str, object], complaint: str) -> None:
+def test_an_invalid_shape_is_refused(raw: dict[str, object], complaint: str) -> None:
     with pytest.raises(msgspec.ValidationError, match=complaint):
         msgspec.convert(raw, Shape)

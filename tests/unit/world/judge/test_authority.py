@@ -116,7 +116,7 @@ RED = {
 
 
 @pytest.mark.parametrize("lines", RED.values(), ids=RED.keys())
-def test_whatever_else_a_follower_does_is_one_violation(lines: list[Line]) -> None:
+def test_each_unlawful_action_of_a_follower_is_one_violation(lines: list[Line]) -> None:
     broken = judge(START + LED + lines)
     assert [(each.invariant, each.robot) for each in broken] == [("S3", 2)]
 
@@ -136,12 +136,12 @@ def test_a_leader_drives_only_the_steps_that_it_planned(lines: list[Line]) -> No
     assert [(each.invariant, each.robot) for each in judge(START + lines)] == [("S3", 1)]
 
 
-def test_a_robot_cannot_forge_what_only_the_world_says() -> None:
+def test_a_robot_cannot_forge_entries_of_the_world() -> None:
     forged: list[Line] = [("r2", t_s, record) for _, t_s, record in FOLLOWED[1:]]
-    assert judge([*START, *LED, *forged]) == []  # nothing of it has happened
+    assert judge([*START, *LED, *forged]) == []  # none of it has happened
 
 
-def test_drive_error_is_allowed_for_in_its_measure() -> None:
+def test_a_deviation_within_the_drive_error_is_allowed() -> None:
     beside: list[Line] = [*FOLLOWED[:3], ("world", 3.92, pose(2, 0.2, 0.008))]
     assert (
         judge(START + LED + beside, Tolerance(mu0_m=0.01, heading_error_rad=0.011, speed_mps_max=1.0)) == []
@@ -152,12 +152,12 @@ def test_drive_error_is_allowed_for_in_its_measure() -> None:
     )
 
 
-def test_grants_that_died_with_their_robot_are_not_held_against_the_one_behind() -> None:
+def test_unrecorded_grants_of_a_dead_robot_excuse_the_robot_behind() -> None:
     died: Line = ("world", 9.0, RobotDied(robot=1, silent_since_s=2.3))
     assert judge([*START, *LED, *FOLLOWED[1:], died]) == []
 
 
-def test_an_order_renewed_on_the_way_is_one_drive() -> None:
+def test_an_order_renewed_during_a_drive_is_one_drive() -> None:
     renewed: list[Line] = [
         ("world", 2.62, order(2, -0.45, 0.2)),
         ("world", 2.62, pose(2, -0.45)),
@@ -165,14 +165,14 @@ def test_an_order_renewed_on_the_way_is_one_drive() -> None:
     assert judge([*START, *LED, *FOLLOWED[:3], *renewed, FOLLOWED[3]]) == []
 
 
-def test_a_grant_is_never_taken_back_within_its_epoch() -> None:
+def test_a_reduced_grant_within_an_epoch_is_a_violation() -> None:
     shrunk: list[Line] = [("r1", 3.0, grant(0.3)), ("r1", 3.1, grant(0.2))]
     assert [(each.invariant, each.robot) for each in judge([*START, *shrunk])] == [("S3", 1)]
     anew: list[Line] = [("r1", 3.0, grant(0.3)), ("r1", 3.1, grant(0.2, epoch=2))]
     assert judge([*START, *anew]) == []
 
 
-# --- turned round -----------------------------------------------------------------------------------
+# --- reversed ---------------------------------------------------------------------------------------
 #
 # Robot 1 stands at x = 1 m, robot 2 at x = 0.2 m. From there robot 2 leads back to x = -0.6 m, where it
 # began: in epoch 2, arc length is 1 m - x.
@@ -182,7 +182,7 @@ REVERSED = StrandReversed(epoch=1, cut_m=0.0, end_m=1.6, back_by_m=0.5)
 
 
 def back(robot: int, x_m: float, to_x_m: float, *, epoch: int = 2, beside_m: float = 0.0) -> OrderAccepted:
-    """An order the other way."""
+    """An order in the opposite direction."""
     return OrderAccepted(
         robot=robot,
         number=2,
@@ -213,11 +213,11 @@ FOLLOWED_BACK: list[Line] = [
 ]
 
 
-def test_a_strand_that_turned_round_may_drive_back_along_what_there_is_of_its_path() -> None:
+def test_a_reversed_strand_may_drive_back_along_its_old_path() -> None:
     assert judge(START + LED + FOLLOWED + TURNED + LED_BACK + FOLLOWED_BACK) == []
 
 
-def test_the_new_leader_goes_on_with_steps_of_its_own_from_where_the_path_was_cut() -> None:
+def test_the_new_leader_continues_with_its_own_steps_from_the_cut_of_the_path() -> None:
     cut = StrandReversed(epoch=1, cut_m=0.8, end_m=1.6, back_by_m=0.0)
     step = planned(Point(x_m=0.2, y_m=0.5), step=1, epoch=2, reach_m=1.3)
     led = OrderAccepted(
@@ -231,7 +231,7 @@ def test_the_new_leader_goes_on_with_steps_of_its_own_from_where_the_path_was_cu
 
 
 def _round_the_corner() -> OrderAccepted:
-    """Robot 1, to a place 0.2 m up from the corner at which robot 2 stood when it took the lead."""
+    """Robot 1, to a place 0.2 m above the corner where robot 2 stood when it became leader."""
     corner = Point(x_m=0.2, y_m=0.2)
     return OrderAccepted(robot=1, number=2, epoch=2, step=0, x_m=1.0, y_m=0.0, target=corner, reach_m=1.0)
 
@@ -246,7 +246,7 @@ ASTRAY_BACK: dict[str, list[Line]] = {
 
 
 @pytest.mark.parametrize("lines", ASTRAY_BACK.values(), ids=ASTRAY_BACK.keys())
-def test_who_leads_back_drives_only_along_what_there_is_of_the_path(lines: list[Line]) -> None:
+def test_the_new_leader_may_drive_back_only_along_the_old_path(lines: list[Line]) -> None:
     broken = judge(START + LED + FOLLOWED + TURNED + lines)
     assert [(each.invariant, each.robot) for each in broken] == [("S3", 2)]
 
@@ -271,13 +271,13 @@ def test_a_grant_of_the_old_epoch_allows_nothing_in_the_new_one() -> None:
     assert [(each.invariant, each.robot) for each in broken] == [("S3", 1)]
 
 
-def test_a_strand_formed_by_who_never_heard_of_it_binds_nobody_else() -> None:
+def test_a_strand_recorded_by_a_foreign_robot_does_not_bind_others() -> None:
     others: list[Line] = [("r2", 4.1, BACK)]
     broken = judge([*START, *LED, *FOLLOWED, TURNED[0], *others, *LED_BACK, *FOLLOWED_BACK])
     assert [(each.invariant, each.robot) for each in broken] == [("S3", 1)]
 
 
-def test_an_order_of_a_strand_whose_bodies_were_never_seen_is_a_violation_and_no_crash() -> None:
+def test_an_order_in_a_strand_without_poses_is_a_violation_and_no_crash() -> None:
     evidence = Evidence()
     for n, (source, t_s, record) in enumerate([START[2], LED[1]], start=1):
         evidence.hear(source, Entry(n=n, t_s=t_s, hlc="", record=record))

@@ -21,7 +21,7 @@ def books(**accounts: Account) -> Messages:
     return balance(everybody, robots=ROBOTS)
 
 
-def test_what_was_sent_and_received_balances() -> None:
+def test_sent_and_received_messages_balance() -> None:
     link, drive = "link/r1/r2", "body/r2/drive"
     messages = books(
         r1=account(sent={link: 5}),
@@ -38,7 +38,7 @@ def test_a_lost_message_is_unaccounted_even_when_it_was_the_last() -> None:
     assert messages.unaccounted == 1
 
 
-def test_what_a_fault_plan_took_away_is_accounted_for_by_its_fault() -> None:
+def test_messages_removed_by_a_fault_plan_are_accounted_for_by_fault() -> None:
     link, muster = "link/r1/r2", "muster/r1"
     messages = books(
         r1=account(sent={link: 9, muster: 2}),
@@ -53,7 +53,7 @@ def test_what_a_fault_plan_took_away_is_accounted_for_by_its_fault() -> None:
     assert messages.injected == {"corrupt": 1, "drop": 4}
 
 
-def test_what_was_refused_is_one_of_the_wanting_or_a_strangers() -> None:
+def test_a_refused_message_counts_as_a_missing_one_or_as_foreign() -> None:
     link, drive = "link/r1/r2", "body/r1/drive"
     damaged = Account(sent={}, received={link: 3}, newest={link: 5}, refused={link: 1})
     forged = Account(sent={}, received={drive: 2}, newest={drive: 2}, refused={drive: 40})
@@ -61,7 +61,7 @@ def test_what_was_refused_is_one_of_the_wanting_or_a_strangers() -> None:
     assert (messages.sent, messages.received, messages.refused, messages.unaccounted) == (7, 5, 1, 1)
 
 
-def test_what_was_taken_away_altogether_is_in_the_books_too() -> None:
+def test_keys_whose_messages_were_all_removed_are_in_the_books() -> None:
     drive = "body/r1/drive"
     messages = books(
         r1=account(sent={drive: 3}),
@@ -78,7 +78,7 @@ def test_a_muster_is_received_by_every_other_robot() -> None:
     assert (messages.sent, messages.received, messages.unaccounted) == (4, 3, 1)
 
 
-def test_odometry_sent_after_a_robot_counted_is_in_nobodys_book() -> None:
+def test_odometry_sent_after_a_robot_counted_is_in_no_book() -> None:
     odometry = "body/r1/odometry"
     messages = books(
         world=account(sent={odometry: 90}), r1=account(received={odometry: 79}, newest={odometry: 80})
@@ -86,22 +86,22 @@ def test_odometry_sent_after_a_robot_counted_is_in_nobodys_book() -> None:
     assert (messages.sent, messages.received, messages.unaccounted) == (80, 79, 1)
 
 
-def test_books_with_a_dead_robot_are_left_out_and_named() -> None:
+def test_books_of_a_dead_robot_are_left_out_and_listed() -> None:
     link, drive = "link/r1/r2", "body/r2/drive"
     messages = balance({"world": account(received={drive: 3}), "r1": account(sent={link: 5})}, robots=[1, 2])
     assert (messages.sent, messages.received, messages.unaccounted) == (0, 0, 0)
     assert messages.left_out == ("body/r2/drive > world", "link/r1/r2 > r2")
 
 
-def test_what_was_taken_away_of_books_that_are_left_out_is_counted_apart() -> None:
+def test_removed_messages_of_omitted_books_are_counted_separately() -> None:
     link, drive = "link/r1/r2", "body/r1/drive"
-    taken = {(link, "r2"): {"drop": 4}, (drive, "world"): {"drop": 1, "corrupt": 2}}
-    dead = balance({"world": account(), "r2": account()}, robots=[1, 2], taken=taken)
+    removed = {(link, "r2"): {"drop": 4}, (drive, "world"): {"drop": 1, "corrupt": 2}}
+    dead = balance({"world": account(), "r2": account()}, robots=[1, 2], removed=removed)
     assert (dead.injected, dead.injected_left_out) == ({}, {"corrupt": 2, "drop": 5})
     assert dead.left_out == (f"{drive} > world", f"{link} > r2")
     counted = account(newest={link: 4}, injected={"drop": {link: 4}})
     alive = balance(
-        {"r1": account(sent={link: 4}), "r2": counted}, robots=[1, 2], taken={(link, "r2"): {"drop": 4}}
+        {"r1": account(sent={link: 4}), "r2": counted}, robots=[1, 2], removed={(link, "r2"): {"drop": 4}}
     )
     assert (alive.injected, alive.injected_left_out) == ({"drop": 4}, {})
 
@@ -112,11 +112,11 @@ def test_the_recorders_keys_and_queries_are_in_no_book() -> None:
     assert (messages.sent, messages.received, messages.left_out) == (0, 0, ())
 
 
-def test_a_message_is_taken_away_once_however_many_faults_have_struck_it() -> None:
+def test_a_message_removed_by_several_faults_counts_once() -> None:
     tally = Tally()
     for n, (fault, number) in enumerate(
         [("delay", 1), ("corrupt", 2), ("drop", 2), ("drop", 3), ("drop", 0)]
     ):
         injected = FaultInjected(fault=fault, rule=fault, key="link/r1/r2", number=number)
         tally.hear("r2", Entry(n=n, t_s=1.0, hlc="", record=injected))
-    assert tally.taken == {("link/r1/r2", "r2"): {"drop": 2}}
+    assert tally.removed == {("link/r1/r2", "r2"): {"drop": 2}}

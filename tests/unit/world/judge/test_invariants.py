@@ -1,4 +1,4 @@
-"""P1 to P6: each broken by hand is found, and what real fleets do breaks none."""
+"""P1 to P6: each constructed violation is found, and real fleets violate none."""
 
 import pytest
 
@@ -30,7 +30,7 @@ from world.scenario.scenario import load
 
 PLANS = ROOT / "launch" / "faults"
 MISSION = load("paper", robots=4).mission()
-MUSTER = 10_010_000  # the first that robot 1 calls: protocol/epochs.py
+MUSTER = 10_010_000  # the first epoch that robot 1 calls: protocol/epochs.py
 STRAND = MUSTER + 1
 
 Said = tuple[float, str, Record]
@@ -62,7 +62,7 @@ def counted(*, overflowed: int = 0, unrecorded: int = 0) -> TrafficCounted:
 
 
 def broken(*said: Said) -> list[str]:
-    """The invariants that a timeline breaks, each by name as often as it does."""
+    """The names of the invariants that a timeline violates, once per violation."""
     evidence, counts = Evidence(), dict[str, int]()
     for t_s, source, record in said:
         counts[source] = 1 if isinstance(record, RobotStarted) else counts.get(source, 0) + 1
@@ -79,7 +79,7 @@ HEALED: tuple[Said, ...] = (
     (3.0, "r2", MusterCalled(epoch=MUSTER, members=(2, 3), why="robot 1 is lost")),
     (3.0, "r2", MusterJoined(epoch=MUSTER)),
     (3.1, "r3", MusterJoined(epoch=MUSTER)),
-    (3.9, "world", order(2, 1)),  # that was late, and is good for so long
+    (3.9, "world", order(2, 1)),  # a late order, still valid
     (6.0, "r2", strand(STRAND, 2, 3)),
     (6.0, "r2", LeaderSucceeded(epoch=STRAND, before=1)),
     (6.1, "r3", strand(STRAND, 2, 3)),
@@ -88,10 +88,10 @@ HEALED: tuple[Said, ...] = (
     (6.4, "world", order(3, STRAND)),
     (9.0, "r2", counted()),
 )
-"""A leader that is lost, and a strand that goes on without it."""
+"""A leader is lost, and the strand continues without it."""
 
 
-def test_a_strand_that_heals_breaks_nothing() -> None:
+def test_a_strand_that_heals_violates_nothing() -> None:
     assert broken(*HEALED) == []
 
 
@@ -116,13 +116,11 @@ BREACHES: tuple[tuple[str, tuple[Said, ...]], ...] = (
 
 
 @pytest.mark.parametrize(("invariant", "said"), BREACHES)
-def test_what_nobody_may_say_is_found(invariant: str, said: tuple[Said, ...]) -> None:
+def test_unlawful_entries_are_found(invariant: str, said: tuple[Said, ...]) -> None:
     assert set(broken(*HEALED, *said)) == {invariant}
 
 
-def test_a_body_that_takes_an_order_of_before_its_robot_joined_is_found_once_that_is_no_good_any_more() -> (
-    None
-):
+def test_a_body_that_accepts_an_expired_order_from_before_its_robot_joined_is_found() -> None:
     late = (4.1, "world", order(2, 1))
     assert broken(*HEALED[:8], late) == ["P4"]
     assert broken(*HEALED[:8], (4.1, "world", order(2, 1, to_m=None))) == [], (
@@ -131,7 +129,7 @@ def test_a_body_that_takes_an_order_of_before_its_robot_joined_is_found_once_tha
 
 
 @pytest.mark.parametrize(("until_s", "found"), [(4.9, []), (5.1, ["P4"])])
-def test_a_body_that_moves_when_the_lease_of_its_epoch_has_run_out_is_found(
+def test_a_body_that_moves_after_the_lease_of_its_epoch_has_expired_is_found(
     until_s: float, found: list[str]
 ) -> None:
     moves: tuple[Said, ...] = (
@@ -142,7 +140,7 @@ def test_a_body_that_moves_when_the_lease_of_its_epoch_has_run_out_is_found(
     assert broken(*HEALED[:8], *moves) == found
 
 
-def test_an_entry_that_is_left_out_is_found_and_a_process_that_is_started_again_counts_anew() -> None:
+def test_a_missing_entry_is_found_and_a_restarted_process_counts_from_one() -> None:
     evidence = Evidence()
     for n in (1, 2, 1, 2, 4):
         evidence.hear("r2", Entry(n=n, t_s=1.0, hlc="", record=RobotStarted(pid=1)))
@@ -151,17 +149,17 @@ def test_an_entry_that_is_left_out_is_found_and_a_process_that_is_started_again_
     ]
 
 
-def test_a_robot_that_is_started_again_begins_with_the_first_epoch() -> None:
+def test_a_restarted_robot_may_begin_with_the_first_epoch() -> None:
     again = (6.5, "r2", RobotStarted(pid=7))
     assert broken(*HEALED, again, (6.6, "r2", strand(1, 1, 2, 3))) == []
 
 
-def test_what_breaks_again_in_the_same_way_is_one_breach() -> None:
+def test_identical_violations_count_once() -> None:
     wrong = grant(4, STRAND)
     assert broken(*HEALED, (6.5, "r2", wrong), (6.6, "r2", wrong)) == ["P3"]
 
 
-def test_a_core_that_fails_is_told_and_its_process_ends_and_the_others_live_on(
+def test_a_failed_core_is_recorded_its_process_ends_and_the_others_continue(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     whole = Robot.handle

@@ -18,7 +18,7 @@ orders = st.lists(st.tuples(st.integers(1, 3), places, st.integers(0, 60)), max_
 
 
 def driven(stage: Stage, plan: list[tuple[int, Point, int]]) -> tuple[Monitor, list[PromiseBroken]]:
-    """Drive robots here and there, watched tick by tick by a monitor of the test's own: what it found."""
+    """Drive robots around, watched at each tick by a monitor of the test; returns its violations."""
     watcher = Monitor.of(stage.world.scenario)
     stage.begin()
     placed_m = stage.world.bodies.place_m
@@ -29,13 +29,13 @@ def driven(stage: Stage, plan: list[tuple[int, Point, int]]) -> tuple[Monitor, l
             before_m = stage.world.bodies.place_m
             stage.tick()
             broken += watcher.watch(before_m, stage.world.bodies.place_m, t_s=stage.world.now_s)
-    stage.handle(StopAsked(ExitCode.INTERRUPTED))  # which samples all bodies where they are
+    stage.handle(StopAsked(ExitCode.INTERRUPTED))  # samples all bodies
     return watcher, broken
 
 
 @settings(deadline=None, max_examples=20)
 @given(orders)
-def test_all_that_is_broken_is_recorded_though_not_every_tick_is_watched(
+def test_every_violation_is_recorded_though_not_every_tick_is_watched(
     plan: list[tuple[int, Point, int]],
 ) -> None:
     stage = Stage(scenario(fleet={"robots": 3}, drive={"heading_error_rad": 0.0005}))
@@ -46,7 +46,7 @@ def test_all_that_is_broken_is_recorded_though_not_every_tick_is_watched(
 
 @settings(deadline=None, max_examples=10)
 @given(orders)
-def test_the_log_alone_gives_the_minima_that_were_measured_live(plan: list[tuple[int, Point, int]]) -> None:
+def test_the_log_alone_gives_the_same_minima_as_live(plan: list[tuple[int, Point, int]]) -> None:
     stage = Stage(scenario(fleet={"robots": 3}, drive={"heading_error_rad": 0.0005}))
     watcher, _ = driven(stage, plan)
     from_log = judge(stage.world.scenario, stage.lines)
@@ -74,7 +74,7 @@ MOVING = (
 
 @settings(deadline=None, max_examples=10)
 @given(orders)
-def test_the_log_alone_finds_the_contacts_with_moving_obstacles_that_were_seen_live(
+def test_the_log_alone_finds_the_same_contacts_with_moving_obstacles_as_live(
     plan: list[tuple[int, Point, int]],
 ) -> None:
     stage = Stage(scenario(*MOVING, fleet={"robots": 3}, drive={"heading_error_rad": 0.0005}))
@@ -110,7 +110,7 @@ def _moved(entry: Entry) -> Entry:
             return entry
 
 
-def test_the_path_is_what_all_robots_drove() -> None:
+def test_path_m_is_the_distance_driven_by_all_robots() -> None:
     stage = Stage(scenario())
     stage.begin()
     stage.lead(1, Point(x_m=0.8, y_m=0.0))
@@ -121,6 +121,6 @@ def test_the_path_is_what_all_robots_drove() -> None:
     assert judge(stage.world.scenario, stage.lines).path_m == pytest.approx(1.0)
 
 
-def test_a_log_of_a_run_that_never_began_judges_nothing() -> None:
+def test_the_log_of_a_run_that_never_began_has_no_violations() -> None:
     judgement = judge(scenario(), [])
     assert (judgement.breaches, judgement.path_m) == ((), 0.0)

@@ -43,7 +43,7 @@ def monitor(
 
 
 def play(watcher: Monitor, *instants: list[tuple[float, float]]) -> list[PromiseBroken]:
-    """Move all bodies from instant to instant, a second each."""
+    """Move all bodies from instant to instant, one second each."""
     broken = watcher.watch(np.array(instants[0]), np.array(instants[0]), t_s=0.0)
     for t_s, (before, after) in enumerate(pairwise(instants), start=1):
         broken += watcher.watch(np.array(before), np.array(after), t_s=float(t_s))
@@ -60,13 +60,13 @@ def test_clearance_is_the_least_along_the_whole_move(
     expected_m = [
         LineString([start, end]).distance(OBSTACLES) for start, end in zip(starts, ends, strict=True)
     ]
-    # The oracle's circle is a polygon of 1024 edges: 1.4e-6 of its radius too small.
+    # The reference's circle is a polygon of 1024 edges: 1.4e-6 of its radius too small.
     assert watcher.least_clearance.distance_m == pytest.approx(min(expected_m) - 0.1, abs=1e-5)
 
 
 @quietly
 @given(places, places)
-def test_separation_is_the_least_of_any_moment_of_the_move(
+def test_separation_is_the_least_at_any_moment_of_the_move(
     starts: list[tuple[float, float]], ends: list[tuple[float, float]]
 ) -> None:
     watcher = monitor()
@@ -75,13 +75,13 @@ def test_separation_is_the_least_of_any_moment_of_the_move(
     moments = (1 - shares) * np.array(starts) + shares * np.array(ends)
     apart_m = np.hypot(*np.moveaxis(moments[:, :, None] - moments[:, None, :], 3, 0))
     sampled_m = apart_m[:, *np.triu_indices(3, k=1)].min() - 0.2
-    # Between two samples a pair comes nearer by at most half of what it moves in that time: 16 m / 2000 / 2.
+    # Between two samples a pair comes nearer by at most half of its motion in that time: 16 m / 2000 / 2.
     assert sampled_m - 0.004 <= watcher.least_separation.distance_m <= sampled_m + 1e-9
 
 
 @settings(deadline=None, max_examples=10)
 @given(st.integers(0, 1000))
-def test_no_pair_that_comes_near_is_overlooked_though_not_all_are_compared_each_time(seed: int) -> None:
+def test_no_near_pair_is_overlooked_though_not_all_pairs_are_compared_each_time(seed: int) -> None:
     chance = np.random.default_rng(seed)
     places_m, watcher, least_m = chance.uniform(-6, 6, (12, 2)), monitor(radius_m=0.0), math.inf
     courses = chance.uniform(-0.05, 0.05, (12, 2))
@@ -95,7 +95,7 @@ def test_no_pair_that_comes_near_is_overlooked_though_not_all_are_compared_each_
 
 @quietly
 @given(places, places, st.lists(st.floats(0, 1), max_size=4), st.sampled_from([None, 1.0, 1.5]))
-def test_moves_that_are_safe_break_nothing_in_whatever_parts_they_are_made(
+def test_safe_moves_violate_nothing_in_any_parts(
     starts: list[tuple[float, float]],
     ends: list[tuple[float, float]],
     cuts: list[float],
@@ -113,14 +113,14 @@ def test_moves_that_are_safe_break_nothing_in_whatever_parts_they_are_made(
     assert not (safe and broken)
 
 
-def test_what_is_safe_in_the_open_is_not_through_an_obstacle_or_a_robot_nor_out_of_bounds() -> None:
+def test_moves_through_obstacles_robots_or_bounds_are_not_safe() -> None:
     watcher = monitor(bounds=Bounds(x_m_min=-2.5, y_m_min=-2.0, x_m_max=4.5, y_m_max=2.0))
     begin = np.array([(0.0, 0.0), (0.0, 1.0)])
     assert watcher.is_safe(begin, begin)
     for x_m, y_m, safe in ((0.9, -0.3, True), (2.0, 0.8, False), (-2.45, 0.0, False), (0.0, 0.75, False)):
         assert watcher.is_safe(begin, np.array([(x_m, y_m), (0.0, 1.0)])) is safe
     play(watcher, begin.tolist(), [(1.5, 0.6), (0.0, 1.0)])
-    assert not watcher.is_safe(begin, begin)  # a promise is broken: it must be seen when it is kept again
+    assert not watcher.is_safe(begin, begin)  # a promise is broken: its return must be noticed
 
 
 def test_a_move_may_be_safe_on_a_course_that_is_not() -> None:
@@ -137,7 +137,7 @@ def test_clearance_is_judged_between_the_ends_of_a_move() -> None:
     assert broken[0].measured_m == pytest.approx(-0.1)
 
 
-def test_two_robots_that_swap_places_met_on_the_way() -> None:
+def test_two_robots_that_swap_places_collide_on_the_way() -> None:
     broken = play(monitor(), [(-2.0, 0.0), (-1.0, 0.0)], [(-1.0, 0.0), (-2.0, 0.0)])
     assert [(each.invariant, each.robot, each.other) for each in broken] == [("S2", 1, 2)]
     assert broken[0].measured_m == pytest.approx(-0.2)
@@ -153,7 +153,7 @@ def test_robots_that_follow_at_a_distance_keep_their_promises() -> None:
 def test_a_promise_that_stays_broken_is_one_violation_until_it_is_kept_again() -> None:
     near, nearer, away = [(1.05, 0.6)], [(1.07, 0.6)], [(0.5, 0.6)]
     assert len(play(monitor(), away, near, nearer, near)) == 1
-    assert len(play(monitor(), away, near, away, away, near)) == 2  # the way back is near, too
+    assert len(play(monitor(), away, near, away, away, near)) == 2  # the way back is near too
 
 
 def test_leaving_the_bounds_is_a_violation_of_clearance() -> None:
@@ -169,7 +169,7 @@ def test_a_law_that_promises_nothing_is_judged_by_contact(gap_m: float, violatio
     assert len(play(points, [(1.0, -1.0)], [(2.0 - gap_m, -1.0)])) == violations
 
 
-def test_robots_of_radius_zero_are_kept_apart_by_their_centres() -> None:
+def test_robots_of_radius_zero_are_separated_by_their_centres() -> None:
     points = monitor(radius_m=0.0, clearance_m=0.0, separation_m=0.04)
     assert play(points, [(0.0, 0.0), (-0.05, 0.0)]) == []
     assert [
@@ -189,7 +189,7 @@ MET = ("S1", 1, "in contact with moving obstacle walker while it moved")
 CROSSES = Movers.of((walker((0.0, -2.0, -1.0), (2.0, -2.0, 1.0)),))  # it is at (-2, 0) after a second
 
 
-def test_a_robot_that_drives_into_what_moves_breaks_its_promise_and_says_of_what() -> None:
+def test_a_robot_that_drives_into_a_moving_obstacle_breaks_its_promise_and_names_it() -> None:
     watcher = monitor(movers=CROSSES)
     assert contacts(play(watcher, [(-3.0, 0.0)], [(-2.0, 0.0)])) == [MET]
     assert watcher.least_moving_clearance.distance_m == pytest.approx(-0.1)
@@ -208,7 +208,7 @@ def test_the_robots_that_stand_while_another_moves_may_be_touched() -> None:
     assert watcher.least_moving_clearance.robot == 2
 
 
-def test_a_robot_that_drives_off_under_an_obstacle_was_in_contact_while_it_moved() -> None:
+def test_a_robot_that_drives_off_from_under_an_obstacle_was_in_contact_while_it_moved() -> None:
     watcher = monitor(movers=CROSSES)
     assert contacts(play(watcher, [(-2.0, 0.0)], [(-2.0, 0.0)], [(-3.0, 0.0)])) == [MET]
 
@@ -218,21 +218,21 @@ def test_contact_between_the_ends_of_two_moves_is_found() -> None:
     assert contacts(play(monitor(movers=head_on), [(-3.0, -1.0)], [(0.0, -1.0)])) == [MET]
 
 
-def test_an_obstacle_that_turns_round_within_a_move_is_met_where_it_turned() -> None:
+def test_contact_with_an_obstacle_that_turns_during_a_move_is_found() -> None:
     there_and_back = Movers.of((walker((0.0, -2.0, -1.0), (0.5, -2.0, 0.0), (1.0, -2.0, -1.0)),))
     watcher = monitor(movers=there_and_back)
     assert contacts(play(watcher, [(-2.5, 0.0)], [(-1.5, 0.0)])) == [MET]
 
 
-def test_to_pass_close_by_a_moving_obstacle_is_no_violation() -> None:
+def test_passing_close_to_a_moving_obstacle_is_no_violation() -> None:
     beside = Movers.of((walker((0.0, -3.0, 0.301), (1.0, 0.0, 0.301)),))
     watcher = monitor(movers=beside)
     assert play(watcher, [(-3.0, 0.0)], [(0.0, 0.0)]) == []
     assert watcher.least_moving_clearance.distance_m == pytest.approx(0.001)
-    assert watcher.least_clearance.distance_m > 1.0  # which is of obstacles that never move
+    assert watcher.least_clearance.distance_m > 1.0  # only of static obstacles
 
 
-def test_contact_that_lasts_is_one_violation_and_each_obstacle_has_its_own() -> None:
+def test_lasting_contact_is_one_violation_per_obstacle() -> None:
     two = Movers.of(tuple(walker((0.0, x_m, 0.0), name=f"{x_m}") for x_m in (-2.0, -1.5)))
     through = [[(-3.0 + 0.25 * k, 0.0)] for k in range(13)]
     whys = [why for _, _, why in contacts(play(monitor(movers=two), *through))]

@@ -9,7 +9,7 @@ from protocol.timeline import (
     RobotReturned,
     StrandHealed,
 )
-from world.judge.recovery import Death, Heal, Recovery, Succession, tells
+from world.judge.recovery import Death, Heal, Recovery, Succession, is_relevant
 
 
 def struck(fault: str, robot: int = 1) -> FaultInjected:
@@ -45,44 +45,44 @@ def test_a_killed_leader_has_cause_detection_succession_and_heal() -> None:
         Succession(robot=2, before=1, epoch=8, cause_s=5.0, detected_s=5.4, recovered_s=8.0),
     )
     assert recovery.heals == (Heal(epoch=8, members=(2, 3), cause_s=5.0, detected_s=5.4, recovered_s=9.0),)
-    assert list(recovery.unordered) == []
+    assert list(recovery.unrequested) == []
 
 
-def test_a_crash_is_nobodys_order_and_dates_from_the_last_sign_of_life() -> None:
+def test_a_crash_is_not_requested_and_dates_from_the_last_sign_of_life() -> None:
     recovery = Recovery([entry for entry in LEADER_KILLED if not isinstance(entry[2], FaultInjected)])
-    (death,) = recovery.unordered
+    (death,) = recovery.unrequested
     assert (death.ordered, death.cause_s) == (False, 4.9)
 
 
-def test_who_was_only_cut_off_and_is_there_again_is_not_held_against_a_run() -> None:
+def test_a_robot_that_was_only_cut_off_and_returned_does_not_fail_a_run() -> None:
     lines: list[tuple[float, str, Record]] = [(6.1, "world", died()), (8.0, "world", RobotReturned(robot=1))]
     recovery = Recovery(lines)
     assert [death.returned_s for death in recovery.deaths] == [8.0]
-    assert list(recovery.unordered) == []
+    assert list(recovery.unrequested) == []
 
 
-def test_a_new_process_in_the_place_of_one_that_crashed_does_not_excuse_the_crash() -> None:
+def test_a_restart_after_a_crash_does_not_excuse_the_crash() -> None:
     lines: list[tuple[float, str, Record]] = [(6.1, "world", died()), (8.0, "world", RobotRestarted(robot=1))]
-    assert [death.returned_s for death in Recovery(lines).unordered] == [None]
+    assert [death.returned_s for death in Recovery(lines).unrequested] == [None]
 
 
-def test_who_noticed_by_a_call_alone_noticed_then() -> None:
+def test_without_a_broken_link_the_call_of_a_muster_is_the_detection() -> None:
     recovery = Recovery([entry for entry in LEADER_KILLED if not isinstance(entry[2], LinkBroken)])
     assert [death.detected_s for death in recovery.deaths] == [5.5]
     assert [heal.detected_s for heal in recovery.heals] == [5.5]
 
 
-def test_what_never_healed_has_no_time_of_recovery() -> None:
+def test_a_death_that_never_healed_has_no_time_of_recovery() -> None:
     (death,) = Recovery([(5.0, "world", struck("freeze")), (6.1, "world", died())]).deaths
     assert (death.ordered, death.detected_s, death.recovered_s) == (True, None, None)
 
 
-def test_one_order_excuses_one_death() -> None:
+def test_one_requested_fault_excuses_one_death() -> None:
     again = [*LEADER_KILLED, (20.0, "world", died(silent_since_s=18.9))]
     assert [death.ordered for death in Recovery(again).deaths] == [True, False]
 
 
-def test_a_freeze_that_was_taken_back_excuses_no_later_death() -> None:
+def test_a_freeze_that_was_thawed_excuses_no_later_death() -> None:
     lines: list[tuple[float, str, Record]] = [
         (5.0, "world", struck("freeze")),
         (5.5, "world", struck("thaw")),
@@ -91,7 +91,7 @@ def test_a_freeze_that_was_taken_back_excuses_no_later_death() -> None:
     assert [death.ordered for death in Recovery(lines).deaths] == [False]
 
 
-def test_an_order_for_another_robot_excuses_nobody() -> None:
+def test_a_fault_of_another_robot_excuses_no_death() -> None:
     assert [
         d.ordered for d in Recovery([(5.0, "world", struck("kill", 2)), (6.0, "world", died())]).deaths
     ] == [False]
@@ -103,7 +103,7 @@ def test_a_heal_without_a_death_dates_from_when_the_broken_link_was_last_heard()
     assert (heal.cause_s, heal.detected_s, heal.recovered_s) == (5.0, 8.0, 12.0)
 
 
-def test_a_heal_that_takes_a_robot_back_in_dates_from_its_return() -> None:
+def test_a_heal_that_includes_a_returned_robot_dates_from_its_return() -> None:
     back: list[tuple[float, str, Record]] = [
         (11.0, "world", RobotReturned(robot=1)),
         (11.2, "r2", CALLED),
@@ -127,6 +127,6 @@ def test_each_heal_has_the_causes_since_the_one_before() -> None:
     ]
 
 
-def test_faults_of_messages_are_not_kept() -> None:
-    assert not tells("r1", FaultInjected(fault="drop", rule="a", key="link/r1/r2", number=1))
-    assert tells("world", struck("kill"))
+def test_faults_of_messages_are_not_relevant_for_recovery() -> None:
+    assert not is_relevant("r1", FaultInjected(fault="drop", rule="a", key="link/r1/r2", number=1))
+    assert is_relevant("world", struck("kill"))

@@ -134,7 +134,7 @@ def test_the_first_broken_promise_is_the_reason() -> None:
     assert verdict([*ALL_WELL, DIED], judgement=BREACHED).reason.startswith("S1 broken")
 
 
-def test_an_interrupted_run_says_so_by_its_exit_code() -> None:
+def test_an_interrupted_run_has_the_exit_code_for_it() -> None:
     passed = verdict(ALL_WELL, ending=Ending.INTERRUPTED)
     assert (passed.ok, passed.exit_code, passed.reason) == (False, 130, "the run was interrupted")
     passed = verdict(ALL_WELL, ending=Ending.TERMINATED)
@@ -149,19 +149,19 @@ def test_a_run_that_had_failed_before_it_was_interrupted_has_failed() -> None:
 KILLED = FaultInjected(fault="kill", rule="kill-1", process="r2")
 
 
-def test_a_death_that_was_ordered_breaks_no_promise() -> None:
+def test_a_requested_death_breaks_no_promise() -> None:
     passed = verdict([*ALL_WELL[:2], ("world", 4.0, KILLED), ("world", 5.0, DIED[2])], living=frozenset({1}))
     assert (passed.ok, passed.reason, passed.robots_arrived) == (True, "every living robot has arrived", 1)
 
 
-def test_every_scan_is_a_planning_event_however_many_revolutions_it_takes() -> None:
+def test_every_scan_is_one_planning_event_with_any_number_of_revolutions() -> None:
     scan = ScanServed(revolutions=1, robot=1, x_m=0.0, y_m=0.0, heading_rad=0.0, hits=3)
     closer = ScanServed(revolutions=4, robot=1, x_m=0.0, y_m=0.0, heading_rad=0.0, hits=12)
     passed = verdict([("world", 0.1, scan), ("world", 0.2, closer), ("world", 0.3, scan)])
     assert (passed.planning_events, passed.scans) == (3, 6)
 
 
-def test_the_table_is_measured_where_the_leader_stood() -> None:
+def test_the_table_is_measured_at_the_leaders_switching_positions() -> None:
     began = OrderAccepted(robot=1, number=1, epoch=1, step=1, x_m=0.0, y_m=0.6, target=None, reach_m=0.0)
     finished = StepFinished(robot=1, step=1, x_m=1.0, y_m=-1.0, clearance_m=None)
     positions = tally_of([("world", 0.0, began), ("world", 1.0, finished)]).switching_positions

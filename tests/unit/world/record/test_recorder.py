@@ -60,7 +60,7 @@ def test_the_header_comes_first_and_an_entry_is_one_flat_object(tmp_path: Path) 
     assert list(event)[:5] == ["t_s", "hlc", "source", "n", "kind"]
 
 
-def test_a_record_without_fields_is_a_whole_line_too() -> None:
+def test_a_record_without_fields_is_a_complete_line() -> None:
     assert (
         json.loads(line("r1", Entry(n=1, t_s=0.0, hlc="", record=RobotReleased())))["kind"]
         == "robot.released"
@@ -78,7 +78,7 @@ def test_sigkill_loses_nothing_of_1500_entries(tmp_path: Path) -> None:
 
 @settings(deadline=None)  # it writes files
 @given(batches=st.lists(st.lists(st.integers(1, 12), max_size=5), max_size=30))
-def test_whatever_is_lost_repeated_or_reordered_a_source_is_written_once_and_in_order(
+def test_a_source_is_written_once_and_in_order_under_loss_repetition_and_reordering(
     batches: list[list[int]], tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     folder = tmp_path_factory.mktemp("run")
@@ -95,7 +95,7 @@ def test_whatever_is_lost_repeated_or_reordered_a_source_is_written_once_and_in_
     assert sum(recorder.missing.values()) == newest - written
 
 
-def test_sources_are_counted_each_for_itself(tmp_path: Path) -> None:
+def test_sources_are_counted_separately(tmp_path: Path) -> None:
     with open_events(tmp_path) as file:
         recorder = Recorder(file, HEADER)
         recorder.take("r1", entries(3))
@@ -106,14 +106,14 @@ def test_sources_are_counted_each_for_itself(tmp_path: Path) -> None:
         assert (recorder.recorded_count, recorder.missing) == (6, {})
 
 
-def test_a_source_that_is_started_again_counts_from_one_and_its_forerunner_is_heard_no_more(
+def test_a_restarted_source_counts_from_one_and_its_earlier_incarnation_is_ignored(
     tmp_path: Path,
 ) -> None:
     with open_events(tmp_path) as file:
         recorder = Recorder(file, HEADER)
         recorder.take("r1", [entry(1), entry(2), entry(4)], "first")
         assert recorder.missing == {"r1": 2}
-        assert recorder.take("r1", [entry(2)], "second") == []  # its first entry is still on its way
+        assert recorder.take("r1", [entry(2)], "second") == []  # its first entry has not arrived yet
         assert len(recorder.take("r1", [entry(3)], "first")) == 1
         assert len(recorder.take("r1", entries(2), "second")) == 2
         assert recorder.take("r1", [entry(4)], "first") == []
@@ -122,7 +122,7 @@ def test_a_source_that_is_started_again_counts_from_one_and_its_forerunner_is_he
     assert numbers(tmp_path) == [("r1", n) for n in (1, 2, 3, 1, 2)]
 
 
-def test_a_folder_that_cannot_be_written_is_one_clear_line(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_is_refused_in_one_clear_line(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(UsageError, match=r"cannot be written: File exists"):
         open_events(tmp_path / "file")

@@ -1,4 +1,4 @@
-"""A world that was killed goes on from its own timeline: what it takes up, and what robots find."""
+"""A killed world is resumed from its timeline: the restored state, and the view of the robots."""
 
 import json
 import os
@@ -42,7 +42,7 @@ FAR = Point(x_m=1.0, y_m=0.0)
 
 
 def led(*, ticks: int) -> Stage:
-    """A run in which robot 1 has driven towards `FAR` for so long."""
+    """A run in which robot 1 has driven towards `FAR` for this time."""
     stage = Stage(scenario())
     stage.begin()
     stage.lead(1, FAR)
@@ -51,23 +51,25 @@ def led(*, ticks: int) -> Stage:
 
 
 def told(stage: Stage) -> Odometry:
-    """What robot 1 was told last."""
+    """The last odometry of robot 1."""
     return stage.odometry[1][-1]
 
 
 def first_told(stage: Stage) -> Odometry:
-    """What robot 1 is told first by a world that goes on."""
+    """The first odometry of robot 1 from a resumed world."""
     while not stage.odometry[1]:
         stage.tick(awake=False)
     return stage.odometry[1][0]
 
 
-# --- what robots find -----------------------------------------------------------------------------
+# --- the robots' view -----------------------------------------------------------------------------
 
 
 @settings(max_examples=25, deadline=None)
 @given(ticks=st.integers(0, 3 * SECOND))
-def test_wherever_it_was_killed_time_goes_on_and_bodies_stand_where_their_robots_saw_them(ticks: int) -> None:
+def test_a_world_killed_at_any_point_resumes_with_later_times_and_the_bodies_where_robots_saw_them(
+    ticks: int,
+) -> None:
     before = led(ticks=ticks)
     last = told(before)
     after = before.resumed()
@@ -75,30 +77,30 @@ def test_wherever_it_was_killed_time_goes_on_and_bodies_stand_where_their_robots
     assert now.t_s > last.t_s
     assert now.t_s <= before.world.now_s + QUIET_S + 0.3
     assert (now.finished, now.ordered) == (before.world.bodies.finished_number[0], 1)
-    # Where it stood at the last odometry, or where it has been recorded since.
+    # Its place at the last odometry, or at a later record.
     assert last.pose.x_m - 1e-9 <= now.pose.x_m <= before.world.bodies.pose(0).x_m + 1e-9
 
 
 @settings(max_examples=25, deadline=None)
 @given(ticks=st.integers(0, 3 * SECOND), again=st.integers(0, SECOND))
-def test_the_log_of_both_worlds_is_judged_good_and_nobody_jumps(ticks: int, again: int) -> None:
+def test_the_log_of_both_worlds_has_no_violation_and_no_body_jumps(ticks: int, again: int) -> None:
     stage = led(ticks=ticks).resumed()
     stage.tick(again)
     stage = stage.resumed()
     stage.tick(3 * SECOND)
     judgement = judge(stage.world.scenario, stage.lines)
     assert judgement.breaches == ()
-    assert judgement.path_m == pytest.approx(1.0, abs=1e-6)  # to the target, and no way twice
+    assert judgement.path_m == pytest.approx(1.0, abs=1e-6)  # to the target, without driving any part twice
 
 
-def test_time_goes_on_even_where_nothing_happened_for_long() -> None:
+def test_time_continues_after_a_long_quiet_period() -> None:
     before = Stage(scenario())
     before.begin()
     before.tick(20 * SECOND, awake=False)
     assert first_told(before.resumed()).t_s > told(before).t_s
 
 
-def test_bodies_stand_until_their_robot_confirms_its_order_and_then_go_on() -> None:
+def test_bodies_stand_until_their_robot_confirms_its_order_and_then_continue() -> None:
     stage = led(ticks=SECOND).resumed()
     stage.tick(2 * SECOND, awake=False)
     stood_m = told(stage).pose.x_m
@@ -110,14 +112,14 @@ def test_bodies_stand_until_their_robot_confirms_its_order_and_then_go_on() -> N
     assert told(stage).finished == 1
 
 
-def test_an_order_that_was_driven_to_its_end_is_not_driven_again() -> None:
+def test_a_finished_order_is_not_driven_again() -> None:
     stage = led(ticks=4 * SECOND).resumed()
     assert (first_told(stage).finished, first_told(stage).moving) == (1, False)
     stage.tick(SECOND)
     assert not any(isinstance(record, OrderFinished) for record in stage.records)
 
 
-def test_a_place_that_only_a_scan_has_shown_is_sampled_as_of_then() -> None:
+def test_a_place_known_only_from_a_scan_is_sampled_with_the_time_of_the_scan() -> None:
     before = led(ticks=SECOND + 2)
     before.handle(ScanAsked(1, 1))
     shown_s, shown = before.world.now_s, before.scans[-1].pose
@@ -147,10 +149,10 @@ def test_a_step_is_measured_as_a_whole() -> None:
     assert finished[0] == pytest.approx(finished[1], abs=1e-6)
 
 
-# --- what it knows --------------------------------------------------------------------------------
+# --- restored state -------------------------------------------------------------------------------
 
 
-def test_who_had_come_and_arrived_need_not_do_so_again() -> None:
+def test_robots_that_had_come_and_arrived_need_not_do_so_again() -> None:
     before = led(ticks=SECOND)
     before.write(1, RobotStarted(pid=1, incarnation="a"))
     before.write(2, RobotArrived(progress_m=0.0))
@@ -160,7 +162,7 @@ def test_who_had_come_and_arrived_need_not_do_so_again() -> None:
     assert after.at()[0]
 
 
-def test_before_it_is_over_who_lives_may_show_its_token_again() -> None:
+def test_a_resumed_run_waits_for_the_tokens_of_living_robots_before_its_end() -> None:
     after = led(ticks=SECOND).resumed()
     after.look()
     after.handle(StopAsked(ExitCode.TERMINATED))
@@ -177,7 +179,7 @@ def test_before_it_is_over_who_lives_may_show_its_token_again() -> None:
     assert arrived.at()[2] is Ending.ARRIVED
 
 
-def test_who_had_gone_as_it_was_told_when_the_run_was_over_has_not_died() -> None:
+def test_a_robot_that_ended_as_told_when_the_run_was_over_has_not_died() -> None:
     before = led(ticks=SECOND)
     for robot in (1, 2):
         before.write(robot, RobotArrived(progress_m=0.0))
@@ -189,7 +191,7 @@ def test_who_had_gone_as_it_was_told_when_the_run_was_over_has_not_died() -> Non
     assert after.world.attendance.dead == set()
 
 
-def test_a_world_that_died_before_its_verdict_has_nothing_to_do_but_to_pass_it() -> None:
+def test_a_world_that_died_before_its_verdict_only_passes_the_verdict() -> None:
     before = led(ticks=SECOND)
     before.write(1, RobotArrived(progress_m=0.0))
     before.lines.append(
@@ -212,7 +214,9 @@ def test_each_life_has_its_own_number() -> None:
 
 @settings(max_examples=30, deadline=None)
 @given(cut=st.integers(1, 200))
-def test_a_torn_line_is_cut_off_and_numbers_go_on(tmp_path_factory: pytest.TempPathFactory, cut: int) -> None:
+def test_an_incomplete_line_is_removed_and_numbers_continue(
+    tmp_path_factory: pytest.TempPathFactory, cut: int
+) -> None:
     folder = recorded(tmp_path_factory.mktemp("run"), numbered(AT_REST))
     path = folder / EVENTS_FILE
     text = path.read_bytes()
@@ -222,7 +226,7 @@ def test_a_torn_line_is_cut_off_and_numbers_go_on(tmp_path_factory: pytest.TempP
     assert past.torn_bytes == len(path.read_bytes()) - past.whole_bytes
     with continue_events(folder, past.whole_bytes) as file:
         recorder = Recorder(file, None)
-        for source, incarnation, entry in past.said():
+        for source, incarnation, entry in past.entries():
             recorder.recall(source, entry, incarnation)
         n = len(past.lines) + 1
         again = Entry(n=n, t_s=9.0, hlc="", record=RunEnded(reason="again"))
@@ -233,33 +237,33 @@ def test_a_torn_line_is_cut_off_and_numbers_go_on(tmp_path_factory: pytest.TempP
     assert [line["n"] for line in lines] == list(range(n + 1))
 
 
-def test_entries_of_a_life_that_was_recorded_are_not_taken_twice_nor_lost(tmp_path: Path) -> None:
+def test_entries_of_a_recorded_incarnation_are_neither_repeated_nor_lost(tmp_path: Path) -> None:
     started = RobotStarted(pid=7, incarnation="ab")
     lines = [("r1", Entry(n=1, t_s=0.0, hlc="", record=started))]
     past = read_past(recorded(tmp_path, lines))
     assert past is not None
     with continue_events(tmp_path, past.whole_bytes) as file:
         recorder = Recorder(file, None)
-        for source, incarnation, entry in past.said():
+        for source, incarnation, entry in past.entries():
             recorder.recall(source, entry, incarnation)
         more = Entry(n=2, t_s=0.0, hlc="", record=RobotArrived(progress_m=0.0))
         assert recorder.take("r1", [lines[0][1], more], "ab") == [more]
 
 
-def test_where_no_run_has_begun_there_is_nothing_to_go_on_from(tmp_path: Path) -> None:
+def test_a_folder_without_a_run_has_nothing_to_resume(tmp_path: Path) -> None:
     assert read_past(tmp_path) is None
     (tmp_path / EVENTS_FILE).write_bytes(msgspec.json.encode(HEADER)[:40])
     assert read_past(tmp_path) is None
-    open_events(tmp_path).close()  # which the torn header does not hinder
+    open_events(tmp_path).close()  # possible despite the incomplete header
 
 
-def test_a_file_that_is_no_timeline_is_refused(tmp_path: Path) -> None:
+def test_an_invalid_timeline_is_refused(tmp_path: Path) -> None:
     (tmp_path / EVENTS_FILE).write_bytes(b"words\n")
     with pytest.raises(UsageError, match="no run can go on from it"):
         read_past(tmp_path)
 
 
-# --- the whole ------------------------------------------------------------------------------------
+# --- whole fleet ----------------------------------------------------------------------------------
 
 
 @pytest.mark.processes

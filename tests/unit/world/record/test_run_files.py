@@ -1,4 +1,4 @@
-"""The files that a run begins with: written once, read by all its processes, and not to be changed."""
+"""The files that a run begins with: written once, read by all its processes, never changed."""
 
 from itertools import product
 from pathlib import Path
@@ -52,7 +52,7 @@ def test_settings_are_read_back_equal(tmp_path: Path, settings: Settings) -> Non
     assert read_plan(tmp_path) == NO_FAULTS
 
 
-def test_a_run_goes_on_only_with_what_it_began_with(tmp_path: Path) -> None:
+def test_a_run_is_resumed_only_with_unchanged_files(tmp_path: Path) -> None:
     grove = load("grove")
     header = began(tmp_path, grove, LOSS)
     check_unchanged(tmp_path, header)

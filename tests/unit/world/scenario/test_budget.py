@@ -13,7 +13,7 @@ from world.geometry.shapes import Circle, Ellipse, Polygon, Shape, ground_of
 from world.scenario.budget import blind_per_range, budget, sure_range_m
 
 DIRECTIONS = 360
-FINER = 9  # rays of the oracle for each ray of the sensor; odd, so that one runs half-way
+FINER = 9  # reference rays per sensor ray; odd, so that one is half-way
 RANGE_M_MAX = 6.0
 NEEDLE = Polygon(vertices_m=((1.0, 0.002), (3.0, -0.3), (3.0, 0.3)))
 
@@ -30,7 +30,7 @@ def _scan(shape: Shape, directions: int, range_m_max: float, origin: Floats) -> 
 @example(NEEDLE)
 @example(Polygon(vertices_m=((1.0, 2.25), (0.0, 3.75), (1.0, 4.75), (1.5, 3.75))))  # leans along a ray
 @example(Ellipse(centre_m=(2.0, 0.0), semi_axes_m=(1.0, 0.05), rotation_rad=0.002))
-def test_no_obstacle_reaches_further_into_the_joined_hits_than_is_blind(shape: Shape) -> None:
+def test_no_obstacle_extends_further_into_the_joined_hits_than_the_blind_distance(shape: Shape) -> None:
     range_m_max = min(RANGE_M_MAX, sure_range_m([shape], DIRECTIONS))
     seen = _scan(shape, DIRECTIONS, range_m_max, np.zeros(2))
     assume(np.hypot(*seen.T).min() > 0.0)
@@ -50,23 +50,21 @@ def test_within_the_sure_range_every_obstacle_is_hit(shape: Shape, bearing_rad: 
     middle = as_shapely(shape).centroid
     outline = shapely.get_coordinates(as_shapely(shape))
     largest_m = np.hypot(outline[:, 0] - middle.x, outline[:, 1] - middle.y).max()
-    away_m = max(range_m_max - largest_m, 0.0)  # so that all of it is in range, as far off as may be
+    away_m = max(range_m_max - largest_m, 0.0)  # as far away as possible with the whole shape in range
     origin = np.array((middle.x + away_m * math.cos(bearing_rad), middle.y + away_m * math.sin(bearing_rad)))
     assert np.hypot(*_scan(shape, DIRECTIONS, range_m_max, origin).T).min() < range_m_max - 1e-9
 
 
-def test_rays_hide_their_spacing_beside_a_blunt_thing_and_more_before_a_sharp_one() -> None:
+def test_the_blind_distance_is_the_ray_spacing_for_blunt_shapes_and_more_for_sharp_ones() -> None:
     spacing = math.tau / 1440
     post = Circle(centre_m=(0.0, 0.0), radius_m=0.1)
-    wedge = Polygon(
-        vertices_m=((0.0, 0.0), (math.sqrt(3.0), 1.0), (2.0, 0.0))
-    )  # 30 degrees: its sine is a half
+    wedge = Polygon(vertices_m=((0.0, 0.0), (math.sqrt(3.0), 1.0), (2.0, 0.0)))  # 30 degrees: the sine is 1/2
     assert blind_per_range([], 1440) == pytest.approx(spacing)
     assert blind_per_range([post], 1440) == pytest.approx(spacing)
     assert blind_per_range([post, wedge], 1440) == pytest.approx(2.0 * spacing)
 
 
-def test_the_sure_range_is_where_the_thinnest_thing_fills_one_spacing() -> None:
+def test_at_the_sure_range_the_thinnest_shape_fills_one_ray_spacing() -> None:
     post = Circle(centre_m=(0.0, 0.0), radius_m=0.1)
     assert sure_range_m([post], 360) * math.tau / 360 == pytest.approx(0.2)
     assert sure_range_m([], 360) == math.inf

@@ -12,10 +12,10 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clew.manual.scenario import EXAMPLE
 from protocol.errors import UsageError
 from protocol.mission import Bounds
 from tests.support.campaigns import clew, scene
+from tests.support.docs import example
 from tests.support.processes.fleets import Fleet
 from tests.support.strategies.shape_strategies import as_shapely
 from world.geometry.clearance import distances
@@ -60,25 +60,25 @@ def test_a_seed_decides_the_places_and_fewer_robots_start_at_the_first_of_them(s
     assert drawn(5, seed + 1) != places
 
 
-def test_where_there_is_no_room_for_all_there_are_fewer_places() -> None:
+def test_without_room_for_all_robots_there_are_fewer_places() -> None:
     assert len(drawn(3, 1, apart_m=5.0)) == 1
 
 
 @pytest.mark.parametrize(
     ("at_m", "low_m", "high_m"), [((0.5, 1.0), 0.1, 0.8), ((3.0, 1.0), 1.4, 3.9), (None, 1.4, 3.9)]
 )
-def test_of_two_pieces_it_is_the_one_that_holds_the_place_or_the_larger(
+def test_the_chosen_piece_contains_the_given_place_or_is_the_largest(
     at_m: tuple[float, float] | None, low_m: float, high_m: float
 ) -> None:
     found = piece(FENCE, at_m=at_m)
     held = [float(x_m) for x_m in np.linspace(0.0, 4.0, 401) if found.holds(float(x_m), 1.5)]
-    slack_m = 2.0 * found.cell_m  # a cell that is not quite free is not of it
+    slack_m = 2.0 * found.cell_m  # a cell that is partly occupied does not belong to it
     assert low_m <= held[0] <= low_m + slack_m
     assert high_m - slack_m <= held[-1] <= high_m
 
 
 @pytest.mark.parametrize(("gap", "crossed"), [(1.9, False), (2.8, True)])
-def test_a_gap_that_the_distance_leaves_room_in_joins_two_pieces(gap: float, crossed: bool) -> None:
+def test_a_gap_wider_than_the_distance_to_keep_joins_two_pieces(gap: float, crossed: bool) -> None:
     half_m = gap * CLEAR_M / 2.0
     below = Polygon(vertices_m=((1.0, -1.0), (1.2, -1.0), (1.2, 1.5 - half_m), (1.0, 1.5 - half_m)))
     above = Polygon(vertices_m=((1.0, 1.5 + half_m), (1.2, 1.5 + half_m), (1.2, 4.0), (1.0, 4.0)))
@@ -94,7 +94,7 @@ circles = st.builds(
 
 @settings(max_examples=50)
 @given(st.lists(circles, max_size=8), st.integers(0, 2**32))
-def test_between_any_two_places_there_is_a_way_as_shapely_finds(shapes: list[Circle], seed: int) -> None:
+def test_shapely_finds_a_way_between_any_two_places(shapes: list[Circle], seed: int) -> None:
     room = shapely.box(0.0, 0.0, 4.0, 3.0).buffer(-HULL_M)
     free = room.difference(shapely.union_all([as_shapely(each).buffer(CLEAR_M - 1e-3) for each in shapes]))
     ground = ground_of(shapes)
@@ -112,7 +112,7 @@ def deployed(path: Path, *, robots: int | None = None, seed: int = 1) -> Scenari
     return load(str(path), robots=robots, deployment="random", seed=seed)
 
 
-def test_a_scene_has_the_places_that_its_seed_draws_written_into_it(tmp_path: Path) -> None:
+def test_places_drawn_by_the_seed_are_stored_in_the_scenario(tmp_path: Path) -> None:
     path = scene(tmp_path / "posts.json")
     scenario = deployed(path)
     assert (scenario.fleet.deployment, scenario.fleet.start, scenario.fleet.spacing_m) == (
@@ -127,12 +127,13 @@ def test_a_scene_has_the_places_that_its_seed_draws_written_into_it(tmp_path: Pa
     assert msgspec.convert(msgspec.to_builtins(scenario), Scenario) == scenario, "places are not drawn again"
 
 
-def test_a_scenario_file_may_ask_for_it_and_draws_nothing_where_the_places_are_said(tmp_path: Path) -> None:
+def test_a_scenario_file_with_deployment_and_places_draws_nothing(tmp_path: Path) -> None:
     queue = "start = [1.0, 1.0, 0.0]\nspacing_m = 0.3"
-    assert queue in EXAMPLE
+    text = example("scenario.md")
+    assert queue in text
 
     def places(said: str, seed: int) -> tuple[tuple[float, float, float], ...] | None:
-        (tmp_path / "gate.toml").write_text(EXAMPLE.replace(queue, f'deployment = "random"\n{said}'))
+        (tmp_path / "gate.toml").write_text(text.replace(queue, f'deployment = "random"\n{said}'))
         return load(str(tmp_path / "gate.toml"), seed=seed).fleet.places
 
     first = places("", 3)
@@ -142,7 +143,7 @@ def test_a_scenario_file_may_ask_for_it_and_draws_nothing_where_the_places_are_s
     assert places(queue, 4) is not None, "a queue's start says on which ground"
 
 
-def test_robots_start_where_the_scenes_own_start_can_be_reached_from(tmp_path: Path) -> None:
+def test_robots_start_on_the_piece_of_the_scenes_own_start(tmp_path: Path) -> None:
     across = [[2.7, -1.0], [3.2, -1.0], [3.2, 1.0], [2.7, 1.0]]
     path = scene(tmp_path / "closed.json", polygons=[across])
     assert all(pose.x_m < 2.7 for seed in range(5) for pose in deployed(path, seed=seed).fleet.poses())
@@ -161,7 +162,7 @@ def test_robots_start_where_the_scenes_own_start_can_be_reached_from(tmp_path: P
         ({"bounds": [0.0, -0.01, 6.0, 0.01]}, None, r"\$\.fleet\.robots: must be <= 0"),
     ],
 )
-def test_where_robots_cannot_be_placed_one_line_says_why(
+def test_an_impossible_deployment_is_refused_in_one_line(
     tmp_path: Path, changes: dict[str, object], robots: int | None, line: str
 ) -> None:
     path = scene(tmp_path / "posts.json", **changes)
@@ -171,14 +172,14 @@ def test_where_robots_cannot_be_placed_one_line_says_why(
     assert "\n" not in str(refused.value)
 
 
-def test_without_bounds_there_is_nowhere_to_draw_from() -> None:
+def test_a_deployment_without_bounds_is_refused() -> None:
     with pytest.raises(
         UsageError, match=r"paper: \$\.bounds: must be said for a random deployment, got none"
     ):
         load("paper", deployment="random")
 
 
-def test_what_the_command_line_deploys_stands_in_the_timeline_and_starts_there(tmp_path: Path) -> None:
+def test_places_from_the_command_line_are_in_the_timeline_and_robots_start_there(tmp_path: Path) -> None:
     path = scene(tmp_path / "posts.json")
     said = clew(
         "rehearse", path, "-n", "2", "--deployment", "random", "--seed", "4", "--out", tmp_path / "run"
@@ -195,7 +196,7 @@ def test_what_the_command_line_deploys_stands_in_the_timeline_and_starts_there(t
 
 
 @pytest.mark.processes
-def test_a_live_fleet_is_deployed_where_a_rehearsed_one_is(tmp_path: Path) -> None:
+def test_a_live_fleet_has_the_same_places_as_a_rehearsed_one(tmp_path: Path) -> None:
     path = scene(tmp_path / "posts.json")
     fleet = Fleet(tmp_path)
     try:
@@ -207,6 +208,6 @@ def test_a_live_fleet_is_deployed_where_a_rehearsed_one_is(tmp_path: Path) -> No
     assert msgspec.convert(header["scenario"], Scenario) == deployed(path, robots=2, seed=4)
 
 
-def test_what_is_no_deployment_exits_2(tmp_path: Path) -> None:
+def test_an_unknown_deployment_exits_with_2(tmp_path: Path) -> None:
     said = clew("rehearse", scene(tmp_path / "posts.json"), "--deployment", "neat")
     assert (said.exit_code, said.stdout) == (2, "")

@@ -34,7 +34,7 @@ def _load(
     return load(str(path), robots=robots, law=law)
 
 
-def test_a_scene_becomes_a_certified_scenario_of_five(tmp_path: Path) -> None:
+def test_a_scene_becomes_a_certified_scenario_with_five_robots(tmp_path: Path) -> None:
     posts = _load(tmp_path, {})
     assert posts.law.law is Law.CERTIFIED
     assert [type(obstacle) for obstacle in posts.obstacles] == [Circle, Circle, Polygon, Polygon]
@@ -47,16 +47,16 @@ def test_a_scene_becomes_a_certified_scenario_of_five(tmp_path: Path) -> None:
     assert posts.bounds.y_m_max == 2.0
 
 
-def test_a_scene_may_do_without_walls_and_be_run_with_fewer_robots(tmp_path: Path) -> None:
+def test_a_scene_may_omit_walls_and_run_with_fewer_robots(tmp_path: Path) -> None:
     assert len(_load(tmp_path, {"walls": None}).obstacles) == 3
     assert _load(tmp_path, {}, robots=2, law="printed").fleet.robots == 2
 
 
-def test_a_scene_may_say_that_its_units_are_metres_and_have_no_circle(tmp_path: Path) -> None:
+def test_a_scene_may_name_metres_as_units_and_have_no_circles(tmp_path: Path) -> None:
     assert len(_load(tmp_path, {"units": "m", "circles": []}).obstacles) == 2
 
 
-def test_a_scene_may_have_moving_discs_whose_names_are_numbers(tmp_path: Path) -> None:
+def test_a_scene_may_have_moving_discs_with_numbers_as_names(tmp_path: Path) -> None:
     track = [[0, 2.0, -1.0], [4, 2.0, 1.0], [6, 2.0, -1.0]]
     crossed = _load(tmp_path, {"moving": [{"id": 7, "radius": 0.2, "track": track}]})
     (mover,) = crossed.moving
@@ -71,7 +71,7 @@ def test_the_heading_of_the_start_may_be_any_angle(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("corner_m", [0.5, 0.1, 0.05])
-def test_noise_and_drive_errors_take_half_of_the_tolerance_however_sharp_the_corners(
+def test_noise_and_drive_errors_use_half_of_the_tolerance_for_any_corners(
     tmp_path: Path, corner_m: float
 ) -> None:
     sharp = {"polygons": [[[1.0, 0.5], [1.5, 0.5 - corner_m], [1.5, 0.5 + corner_m]]]}
@@ -79,7 +79,7 @@ def test_noise_and_drive_errors_take_half_of_the_tolerance_however_sharp_the_cor
     assert scenario.error_budget.total_m == pytest.approx(scenario.law.mu0_m / 2, rel=0.05)
 
 
-def test_a_large_robot_sees_as_far_in_its_own_measure(tmp_path: Path) -> None:
+def test_the_range_of_a_large_robot_scales_with_its_radius(tmp_path: Path) -> None:
     large = {
         "robot_radius": 1.0,
         "start": [-20.0, 0.0, 0.0],
@@ -126,9 +126,7 @@ def test_a_large_robot_sees_as_far_in_its_own_measure(tmp_path: Path) -> None:
         ({"polygons": None, "polygon": []}, "$: must have the field polygons, got schema, "),
     ],
 )
-def test_a_scene_that_cannot_be_is_refused_in_one_line(
-    tmp_path: Path, changes: dict[str, Any], line: str
-) -> None:
+def test_an_invalid_scene_is_refused_in_one_line(tmp_path: Path, changes: dict[str, Any], line: str) -> None:
     with pytest.raises(UsageError) as refusal:
         _load(tmp_path, changes)
     assert str(refusal.value).startswith(f"{tmp_path / 'posts.json'}: {line}")

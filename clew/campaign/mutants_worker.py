@@ -1,0 +1,30 @@
+"""Plays swarm episodes, seed by seed, with the source of its working directory. Prints one outcome a line.
+
+`clew.campaign.mutants` runs it as `python -m clew.campaign.mutants_worker FIRST LAST` in a mutated copy of
+the source.
+"""
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import msgspec
+
+from clew.campaign.campaign import drawn_episode
+from clew.campaign.episode import play
+
+WALL_S_MAX = 60.0  # an episode takes a third of a second: one that takes this long never ends
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Play the seeds; returns the exit code."""
+    first, last = map(int, arguments)
+    for seed in range(first, last + 1):
+        outcome = play(drawn_episode(seed, Path(), "", wall_s_max=WALL_S_MAX))
+        sys.stdout.buffer.write(msgspec.json.encode(outcome) + b"\n")
+        sys.stdout.flush()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

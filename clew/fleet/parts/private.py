@@ -1,0 +1,71 @@
+"""The private folder of a run, and the lifeline that all its parts hold.
+
+Rule 1: the folder goes when the run ends. If we are killed, the cleaner removes it.
+Rule 2: the lifeline is a pipe into which nobody ever writes. Every part, and the cleaner, has its reading end
+        as stdin; only we have the writing end. Its end of file means that we are gone, and they go as well.
+Rule 3: a frozen part cannot read, and need not: when we die, the kernel sends SIGHUP and SIGCONT to a process
+        group that is stopped and that nobody else in our session has started.
+"""
+
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from protocol.errors import UsageError
+
+PATH_BYTES_MAX = 80  # of the folder above: a socket's whole path may have 107 bytes
+FALLBACK = Path("/tmp")  # noqa: S108 - mkdtemp makes a folder in it that only the user may enter
+
+# A shell, because it takes the least memory.
+CLEANER = 'read -r _; rm -rf -- "$1"'
+
+
+@dataclass(frozen=True, slots=True)
+class Private:
+    """What a run has for itself while it goes on."""
+
+    folder: Path
+    lifeline: int
+    """The reading end."""
+
+
+@contextmanager
+def private_folder(temporary: str | None) -> Iterator[Private]:
+    """A folder that only the user may enter, and a lifeline, for as long as the context lasts.
+
+    Args:
+        temporary: the folder for temporary files; None: `/tmp`.
+
+    Raises:
+        UsageError: no folder can be made there.
+    """
+    above = Path(temporary or FALLBACK).absolute()
+    if len(os.fsencode(above)) > PATH_BYTES_MAX:
+        above = FALLBACK
+    try:
+        folder = Path(tempfile.mkdtemp(prefix="clew.", dir=above))
+    except OSError as error:
+        raise UsageError(
+            f"no folder for the run's sockets can be made in {above}: {error.strerror}"
+        ) from error
+    reading_end, writing_end = os.pipe()
+    cleaner = subprocess.Popen(  # noqa: S603 - a shell with our own script, and a path as its argument
+        ["/bin/sh", "-c", CLEANER, "cleaner", folder],
+        stdin=reading_end,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        process_group=0,  # a Ctrl-C is for us alone
+    )
+    try:
+        yield Private(folder, reading_end)
+    finally:
+        cleaner.kill()
+        cleaner.wait()
+        os.close(reading_end)
+        os.close(writing_end)
+        shutil.rmtree(folder, ignore_errors=True)

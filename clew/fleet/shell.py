@@ -1,0 +1,194 @@
+"""The shell of a supervisor: the clock, signals and files. It decides nothing.
+
+Rule 1: whatever ends us, even a mistake of our own, kills what is left of the fleet.
+Rule 2: one event after another: what a command brings about is heard when all commands before it are obeyed.
+"""
+
+import asyncio
+import contextlib
+import os
+import signal
+import sys
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, assert_never
+
+from clew.fleet.folder import drop_folder, make_latest
+from clew.fleet.output import Output, has_content, output, say_result
+from clew.fleet.parts.private import private_folder
+from clew.fleet.parts.processes import READ_BYTES_MAX, Processes, orphans_adopted
+from clew.fleet.prepare import Prepared, Shows, prepare
+from clew.fleet.request import Request
+from clew.fleet.supervision.events import (
+    Activate,
+    Asked,
+    Begun,
+    Command,
+    Ended,
+    Event,
+    Exit,
+    Gone,
+    Judged,
+    MendTerminal,
+    Publish,
+    Say,
+    Signal,
+    Start,
+    Tick,
+    fault_in,
+)
+from clew.fleet.supervision.facts import name_of
+from clew.fleet.supervision.limits import Limits, Plan
+from clew.fleet.supervisor import Supervisor
+from protocol.exit_codes import ExitCode
+from protocol.faults.process_commands import PIPE
+from world.judge.verdict import VERDICT_FILE
+
+Hear = Callable[[Callable[[ExitCode], None]], None]
+
+
+def run_fleet(request: Request, hear: Hear) -> int:
+    """Run a fleet as it is asked for; returns the exit code.
+
+    Args:
+        request: what is asked for.
+        hear: takes what is to be told of each request to end, those before included.
+
+    Raises:
+        UsageError: it cannot be.
+        SessionLostError: the user's router has gone while it was asked.
+    """
+    terminal = sys.stderr.isatty() and sys.stdout.isatty()  # no table in `fleet.sh | tee`
+    with private_folder(os.environ.get("TMPDIR")) as private:
+        run = prepare(request, private.folder, terminal=terminal)
+        with orphans_adopted(), output(run) as words:
+            code = asyncio.run(supervise(run, private.lifeline, words, hear))
+        if not say_result(run):
+            drop_folder(run.folder, run.made, run.latest)
+        return code
+
+
+async def supervise(
+    run: Prepared, lifeline: int, output: Output, hear: Hear, limits: Limits | None = None
+) -> int:
+    """Start what is prepared and see it to its end, as `run_fleet`."""
+    loop = asyncio.get_running_loop()
+    shell = _Shell(run, lifeline, output, limits)
+    loop.set_exception_handler(shell.fail)
+    loop.add_signal_handler(signal.SIGCHLD, shell.processes.look)
+    try:
+        with _faults_asked(run.private / PIPE, shell.tell):
+            hear(lambda code: shell.tell_soon(Asked(code)))
+            shell.tell_soon(Begun())
+            return await shell.code
+    finally:
+        shell.processes.kill()
+
+
+class _Shell:
+    """Tells a supervisor what happens, and does what it commands."""
+
+    def __init__(self, run: Prepared, lifeline: int, output: Output, limits: Limits | None) -> None:
+        self._loop = asyncio.get_running_loop()
+        self.code: asyncio.Future[int] = self._loop.create_future()
+        """The exit code, when there is nothing left to supervise."""
+        self.processes = Processes(run, lifeline, output.stderr, self.tell)
+        self._run, self._output = run, output
+        plan = Plan(routers=run.own_routers, view=run.view, table=run.shows is Shows.TABLE)
+        self._supervisor = Supervisor(plan, limits)
+        self._judged = False
+        self._events: deque[Event] = deque()
+        self._is_telling = False
+        self._timer: asyncio.TimerHandle | None = None
+
+    def tell_soon(self, event: Event) -> None:
+        """Tell it from wherever we are, as from within a signal's handler."""
+        self._loop.call_soon_threadsafe(self.tell, event)
+
+    def fail(self, _: asyncio.AbstractEventLoop, context: Mapping[str, Any]) -> None:
+        """A callback of the loop has failed, which is a mistake of ours."""
+        if not self.code.done():
+            self.code.set_exception(context.get("exception") or RuntimeError(context["message"]))
+
+    def tell(self, event: Event) -> None:
+        """This has happened."""
+        self._events.append(event)
+        if self._is_telling:
+            return
+        self._is_telling = True
+        while self._events:
+            self._look_for_verdict()
+            for command in self._supervisor.handle(self._events.popleft(), self._loop.time()):
+                self._obey(command)
+        self._is_telling = False
+        self._set_timer()
+
+    def _look_for_verdict(self) -> None:
+        if not self._judged and has_content(self._run.folder / VERDICT_FILE):
+            self._judged = True
+            self._events.appendleft(Judged())
+
+    def _set_timer(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        at_s = self._supervisor.wake_at()
+        self._timer = None if at_s is None else self._loop.call_at(at_s, self.tell, Tick())
+
+    def _obey(self, command: Command) -> None:
+        match command:
+            case Start(part, resume):
+                self._start(part, resume=resume)
+            case Signal(part, number, group):
+                self.processes.signal(part, number, group=group)
+            case Say(text):
+                self._output.say(text)
+            case Activate(part):
+                self.processes.activate(part)
+            case MendTerminal():
+                self._output.mend_terminal()
+            case Publish():
+                self._publish()
+            case Exit(code) if not self.code.done():
+                self.code.set_result(code)
+            case Exit():
+                pass
+            case _:
+                assert_never(command)
+
+    def _start(self, part: str, *, resume: bool) -> None:
+        try:
+            self.processes.start(part, resume=resume)
+        except OSError as error:
+            self._output.say(f"{name_of(part)} cannot be started: {error.strerror}")
+            self.tell(Ended(part, ExitCode.FAILED))
+            self.tell(Gone(part))
+
+    def _publish(self) -> None:
+        if self._run.latest is not None:
+            with contextlib.suppress(OSError):  # a run without such a link is a run
+                make_latest(self._run.folder)
+
+
+@contextlib.contextmanager
+def _faults_asked(path: Path, tell: Callable[[Event], None]) -> Iterator[None]:
+    """Hear of process faults by a pipe, a line each, for as long as the context lasts."""
+    os.mkfifo(path, 0o600)
+    descriptor = os.open(path, os.O_RDWR | os.O_NONBLOCK)  # with a writing end, so that it never ends
+    begun = bytearray()
+
+    def read() -> None:
+        begun.extend(os.read(descriptor, READ_BYTES_MAX))
+        *lines, rest = begun.split(b"\n")
+        begun[:] = rest[-READ_BYTES_MAX:]
+        for line in lines:
+            if (fault := fault_in(line.decode(errors="replace"))) is not None:
+                tell(fault)
+
+    loop = asyncio.get_running_loop()
+    loop.add_reader(descriptor, read)
+    try:
+        yield
+    finally:
+        loop.remove_reader(descriptor)
+        os.close(descriptor)

@@ -1,0 +1,1 @@
+"""How the processes of a fleet are supervised: events, commands, rules, facts."""

@@ -1,0 +1,97 @@
+"""How much of a story the page has been told, and what is new in it since. Pure."""
+
+from collections.abc import Iterator
+
+import msgspec
+
+from clew.page.batch import BookRow, Lane, LinkRow, Losses, StepRow, StrandRow
+from clew.page.columns import DECIMALS, MS, column
+from clew.story.states import State
+from clew.story.story import Story
+
+LANES = {
+    State.FAILED: "dead",
+    State.DEAD: "dead",
+    State.KILLED: "dead",
+    State.FROZEN: "dead",
+    State.WAITING: "waiting",
+    State.BLOCKED: "lining up",
+    State.JOINING: "lining up",
+    State.HOLDING: "holding",
+    State.ARRIVED: "arrived",
+}
+"""How a lane shows a state; all others: the robot is free to drive."""
+
+
+class Told:
+    """How much of a story has been told."""
+
+    def __init__(self) -> None:
+        self.start = False
+        self._states, self._links, self._strands, self._taken, self._closed, self._laid = 0, 0, 0, 0, 0, 0
+        self._lanes: dict[int, str] = {}
+        self._steps: dict[int, StepRow] = {}
+        self._paths: dict[str, list[tuple[float, float]]] = {}
+
+    def lanes(self, story: Story) -> Iterator[Lane]:
+        """What holds robots back, where that has changed."""
+        changes = story.robots.changes
+        for change in changes[self._states :]:
+            state = LANES.get(change.doing, "free")
+            if change.doing is not State.ABSENT and self._lanes.get(change.robot) != state:
+                self._lanes[change.robot] = state
+                yield Lane(robot=change.robot, t_s=change.t_s, state=state)
+        self._states = len(changes)
+
+    def links(self, story: Story) -> Iterator[LinkRow]:
+        """How links are, where that has changed."""
+        changes = story.links.changes
+        for change in changes[self._links :]:
+            yield LinkRow(one=change.one, other=change.other, t_s=change.t_s, state=change.state.name.lower())
+        self._links = len(changes)
+
+    def strands(self, story: Story) -> Iterator[StrandRow]:
+        """Strands that have formed."""
+        formed = list(story.strands.formed.items())
+        for epoch, strand in formed[self._strands :]:
+            yield StrandRow(t_s=strand.t_s, epoch=epoch, order=strand.formed.order)
+        self._strands = len(formed)
+
+    def paths(self, story: Story) -> dict[str, list[tuple[float, float]]]:
+        """The corners of each path, by epoch, that has changed."""
+        if story.strands.laid_count == self._laid:
+            return {}
+        self._laid = story.strands.laid_count
+        now = {
+            str(epoch): [(round(corner.x_m, DECIMALS), round(corner.y_m, DECIMALS)) for corner in path]
+            for epoch, path in story.strands.paths(story.poses).items()
+        }
+        changed = {epoch: corners for epoch, corners in now.items() if self._paths.get(epoch) != corners}
+        self._paths = now
+        return changed
+
+    def steps(self, rows: Iterator[StepRow]) -> tuple[StepRow, ...]:
+        """The rows that have changed."""
+        now = dict(enumerate(rows))
+        changed = tuple(row for place, row in now.items() if row != self._steps.get(place))
+        self._steps = now
+        return changed
+
+    def losses(self, story: Story) -> Losses | None:
+        """The messages that faults have taken since."""
+        taken = story.losses.taken[self._taken :]
+        self._taken += len(taken)
+        if not taken:
+            return None
+        return Losses(
+            t=column([t_s for t_s, _ in taken], MS),
+            sender=[sender for _, (sender, _) in taken],
+            receiver=[receiver for _, (_, receiver) in taken],
+        )
+
+    def books(self, story: Story) -> tuple[BookRow, ...]:
+        """All books, where one more has been closed."""
+        if story.losses.closed == self._closed:
+            return ()
+        self._closed = story.losses.closed
+        return tuple(msgspec.convert(book, BookRow, from_attributes=True) for book in story.losses.books())

@@ -1,0 +1,74 @@
+"""The protocol between `clew fault` and the world of a run: one request, one answer, each a JSON line.
+
+Rule 1: the world's socket is in the run's private folder, so only the user can reach it. A file in the run's
+        folder names the socket while the run is active.
+"""
+
+import os
+import socket
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta, Struct
+
+from protocol.errors import UsageError
+from protocol.faults.rules import Rule, SomeSeconds
+from protocol.files.opening import read_bytes
+
+SOCKET = "world.sock"
+WHERE_FILE = "faults.at"
+LINE_BYTES_MAX = 65_536  # a rule that names each of 2000 robots twice takes half of this
+ANSWER_S_MAX = 5.0  # a world answers between two ticks
+
+
+class FaultRequest(Struct, frozen=True, kw_only=True):
+    """A rule to apply from now on."""
+
+    rule: Rule
+    for_s: SomeSeconds | None = None
+    """How long a rule for messages is active; None: to the end of the run."""
+
+
+class Answer(Struct, frozen=True, kw_only=True):
+    """The name of the rule in the timeline, or the reason for a refusal."""
+
+    name: Annotated[str, Meta(max_length=64)] | None = None
+    error: str | None = None
+
+
+def is_running(run: Path) -> bool:
+    """Whether a live run with this folder is active: its world can be reached."""
+    try:
+        where = os.fsdecode(read_bytes(run / WHERE_FILE, LINE_BYTES_MAX))
+        with socket.socket(socket.AF_UNIX) as connection:
+            connection.settimeout(ANSWER_S_MAX)
+            connection.connect(where)
+    except (OSError, ValueError):  # none goes on there, or its file is none of ours
+        return False
+    return True
+
+
+def request_fault(run: Path, request: FaultRequest) -> str:
+    """Ask the world of a run to apply a rule; returns the name of the rule.
+
+    Raises:
+        UsageError: the run is over, or the world refuses the rule.
+    """
+    try:
+        where = os.fsdecode(read_bytes(run / WHERE_FILE, LINE_BYTES_MAX))
+        with socket.socket(socket.AF_UNIX) as connection:
+            connection.settimeout(ANSWER_S_MAX)
+            connection.connect(where)
+            connection.sendall(msgspec.json.encode(request) + b"\n")
+            with connection.makefile("rb") as file:
+                answer = msgspec.json.decode(file.readline(LINE_BYTES_MAX), type=Answer)
+    except FileNotFoundError as error:
+        raise UsageError(f"{run}: no run goes on there") from error
+    except TimeoutError as error:
+        raise UsageError(f"{run}: its world does not answer within {ANSWER_S_MAX:g} s") from error
+    except (OSError, ValueError) as error:  # msgspec's are ValueErrors
+        raise UsageError(f"{run}: its world has ended: the run is over") from error
+    if answer.name is None:
+        raise UsageError(answer.error or f"{run}: its world refuses without a reason")
+    return answer.name

@@ -1,0 +1,201 @@
+"""The effects of a fault plan on messages, decided at the receiver. Pure: time is an argument.
+
+Rule 1: every draw is a hash of seed, rule, key, receiver and number. So a live run and a rehearsal make the
+        same decisions, and other messages and their order have no influence.
+Rule 2: rules decide in the order of the plan; a message that one rule removes is not seen by later rules.
+Rule 3: a rule affects the recorder's messages only if it names their kind. Messages about faults are never
+        affected.
+"""
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from msgspec import Struct
+
+from protocol.faults.chance import Chance, Draws, seed_of
+from protocol.faults.damage import Damage
+from protocol.faults.plan import Plan
+from protocol.faults.rules import (
+    ROUTER,
+    Burst,
+    Corrupt,
+    Delay,
+    Drop,
+    Duplicate,
+    MessageRule,
+    Partition,
+    Reorder,
+)
+from protocol.keys import WORLD
+
+LEFT_ALONE = ("log", "logged", "faults")
+
+
+class Copy(Struct, frozen=True):
+    """One arrival of a message: its delay and its damage."""
+
+    delay_s: float = 0.0
+    damage: Damage | None = None
+
+
+class Injection(Struct, frozen=True):
+    """One injection: the rule that struck, and its fault."""
+
+    rule: str
+    fault: str
+
+
+class Effect(Struct, frozen=True):
+    """The effect on a message: its arrivals, and the injections that caused them."""
+
+    copies: tuple[Copy, ...] = (Copy(),)
+    injections: tuple[Injection, ...] = ()
+
+    @property
+    def removed_by(self) -> str | None:
+        """The fault that removes the message (it is lost) or makes it invalid (it will be refused)."""
+        if not self.copies:
+            return self.injections[-1].fault
+        return "corrupt" if self.copies[0].damage is not None else None
+
+
+NO_EFFECT = Effect()
+
+
+@dataclass(slots=True)
+class _Case:
+    """A rule that may affect messages of one kind, on one key, at one receiver."""
+
+    rule: MessageRule
+    chance: Chance
+
+    def strikes(self, number: int, draw: float) -> bool:
+        """Whether the draw selects this message."""
+        burst = self.rule.burst
+        if burst is None:
+            return draw < self.rule.probability
+        return draw < burst.loss and self._in_burst(burst, number)
+
+    def _in_burst(self, burst: Burst, number: int) -> bool:
+        """Whether this message is in a burst: the newest message that began or ended one decides."""
+        for earlier in range(number, 0, -1):
+            draw = self.chance.draws(earlier)[1]
+            if draw < burst.enter:
+                return True
+            if draw >= 1.0 - burst.leave:
+                return False
+        return False
+
+
+class MessageFaults:
+    """The effects of a plan on all messages of a run, or on those that one process receives."""
+
+    def __init__(self, plan: Plan, seed: int) -> None:
+        self._rules = tuple(rule for rule in plan.rules if isinstance(rule, MessageRule))
+        self._cuts = tuple(rule for rule in self._rules if isinstance(rule, Partition) and _is_whole(rule))
+        self._seed = seed
+        self._cases: dict[tuple[str, str, str], tuple[_Case, ...]] = {}
+        self._unnumbered: Counter[tuple[str, str, str]] = Counter()
+
+    @property
+    def may_cut(self) -> bool:
+        """Whether any rule can cut a process off from the router."""
+        return len(self._cuts) > 0
+
+    def of(self, key: str, kind: str, number: int, receiver: str, *, now_s: float, step: int) -> Effect:
+        """The effect on a message.
+
+        Args:
+            key: the key of the message, without the run's root.
+            kind: its tag: `ahead`, `drive`, ...
+            number: its number on that key; 0 for queries and replies, which are counted here.
+            receiver: the process that received it: `r3`, `world`.
+            now_s: simulated time.
+            step: the newest switching step that is known to be planned.
+        """
+        place = (key, kind, receiver)
+        if (cases := self._cases.get(place)) is None:
+            cases = self._cases[place] = tuple(self._find_cases(*place))
+        if not cases:
+            return NO_EFFECT
+        if number == 0:
+            self._unnumbered[place] += 1
+            number = self._unnumbered[place]
+        effect = NO_EFFECT
+        for case in cases:
+            if effect.copies and case.rule.holds(now_s, step):
+                draws = case.chance.draws(number)
+                if case.strikes(number, draws[0]):
+                    effect = _apply(effect, case.rule, draws)
+        return effect
+
+    def is_cut(self, process: str, *, now_s: float, step: int) -> bool:
+        """Whether a process is cut off from the router: it reaches nobody, and its token is gone."""
+        return any(
+            rule.holds(now_s, step) and (rule.cuts(process, ROUTER) or rule.cuts(ROUTER, process))
+            for rule in self._cuts
+        )
+
+    def _find_cases(self, key: str, kind: str, receiver: str) -> Iterator[_Case]:
+        sender = sender_of(key, receiver)
+        for rule in self._rules:
+            if _concerns(rule, kind, sender, receiver):
+                yield _Case(rule, Chance(self._seed, str(rule.name), key, kind, receiver))
+
+
+def sender_of(key: str, receiver: str) -> str:
+    """The sender of messages on a key (without the run's root); empty where the key does not name it."""
+    match key.split("/"):
+        case ["link" | "muster" | "log" | "alive", sender, *_]:
+            return sender
+        case ["body", robot, "drive" | "scan"] if receiver == WORLD:
+            return robot
+        case ["body" | "logged" | "mission", *_] if receiver != WORLD:
+            return WORLD
+        case _:
+            return ""
+
+
+def _concerns(rule: MessageRule, kind: str, sender: str, receiver: str) -> bool:
+    """Whether a rule can affect such messages at any time."""
+    if isinstance(rule, Partition):
+        ways = ((sender, receiver), (sender, ROUTER), (ROUTER, receiver))
+        if not any(rule.cuts(*way) for way in ways):
+            return False
+    return (
+        (kind in rule.kinds if rule.kinds else kind not in LEFT_ALONE)
+        and (not rule.sender or sender in rule.sender)
+        and (not rule.receiver or receiver in rule.receiver)
+    )
+
+
+def _is_whole(rule: Partition) -> bool:
+    """Whether the partition stops every message while it is active."""
+    limits = (rule.sender, rule.receiver, rule.kinds, rule.burst)
+    return rule.probability == 1.0 and not any(limits)
+
+
+def _apply(effect: Effect, rule: MessageRule, draws: Draws) -> Effect:
+    """The effect after this rule. Each draw has one purpose, so that draws stay independent."""
+    copies = effect.copies
+    match rule:
+        case Drop() | Partition():
+            copies = ()
+        case Delay():
+            later_s = rule.delay_s_min + draws[2] * (rule.delay_s_max - rule.delay_s_min)
+            copies = _later(copies, later_s)
+        case Reorder():
+            copies = _later(copies, rule.hold_s)
+        case Duplicate():
+            spread = Chance(seed_of(draws[2]), "copies")
+            more = (_later(copies[:1], rule.delay_s_max * spread.draws(n)[0]) for n in range(rule.copies))
+            copies = (*copies, *(copy for each in more for copy in each))
+        case Corrupt():
+            damage = Damage(rule.bits, rule.truncate, seed=seed_of(draws[3]))
+            copies = tuple(Copy(copy.delay_s, damage) for copy in copies)
+    return Effect(copies, (*effect.injections, Injection(str(rule.name), rule.fault)))
+
+
+def _later(copies: tuple[Copy, ...], delay_s: float) -> tuple[Copy, ...]:
+    return tuple(Copy(copy.delay_s + delay_s, copy.damage) for copy in copies)

@@ -1,0 +1,173 @@
+"""The process faults of a plan, and when each is due. Pure: time and timeline entries in, faults out.
+
+Rule 1: each rule strikes once: when its window is open, its target exists, and its point is reached.
+Rule 2: a robot's own process is the first to know the points of its step. So it asks for the faults at points
+        itself (`at_points`), and injects them. Later parts of the same fault, such as a thaw, are `due` at
+        the process that reads the timeline. A robot knows only its own entries, so it is told which rules
+        have struck, and the newest switching step (`catch_up`).
+Rule 3: a process that a rule has killed and not restarted is not a leader, middle or tail.
+Rule 4: no rule strikes a dead robot, whatever it died of: it waits until the robot lives again (`ended`).
+"""
+
+import heapq
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+from protocol.faults.chance import draws
+from protocol.faults.ended import Ended
+from protocol.faults.plan import Plan
+from protocol.faults.roles import Roles
+from protocol.faults.rules import Freeze, Kill, ProcessRule, Restart, Rule, Slow, StepPoint, Thaw
+from protocol.keys import WORLD
+from protocol.timeline import Entry, FaultInjected, RobotStarted, WorldResumed
+
+
+class ProcessAction(StrEnum):
+    """The actions on a process."""
+
+    KILL = "kill"
+    START = "start"
+    FREEZE = "freeze"
+    THAW = "thaw"
+    SLOW = "slow"
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessFault:
+    """One action on one process, due now. The process that injects it records `fault.injected`."""
+
+    rule: str
+    action: ProcessAction
+    process: str
+    delay_s: float = 0.0
+    """Of `slow`: the delay of each read of the inbox; 0: the fault has ended."""
+    for_s: float | None = None
+    """After so long another fault undoes it; None: that is not known yet, or never."""
+
+    def as_record(self) -> FaultInjected:
+        """Its entry in the timeline."""
+        return FaultInjected(fault=str(self.action), rule=self.rule, process=self.process)
+
+
+class ProcessFaults:
+    """The process rules of a plan, and which of them have struck."""
+
+    def __init__(self, plan: Plan, seed: int) -> None:
+        rules = [rule for rule in plan.rules if isinstance(rule, ProcessRule)]
+        self._pending = {str(rule.name): rule for rule in rules if _comes_true(rule, seed)}
+        self.has_points = any(rule.point is not None for rule in self._pending.values())
+        """Whether any rule strikes at a point of a robot's step."""
+        self._roles = Roles()
+        self._down: set[str] = set()
+        self._ended = Ended(plan.rules)
+        self._later: list[tuple[float, int, ProcessFault]] = []
+        self._count = 0  # breaks ties, so that faults due together keep their order
+        self._reached: Counter[tuple[str, str]] = Counter()  # by rule and robot
+        self._told_step = 0
+
+    @property
+    def step(self) -> int:
+        """The newest switching step that is known to be planned."""
+        return max(self._roles.step, self._told_step)
+
+    def catch_up(self, struck: Iterable[str], step: int) -> None:
+        """Learn which rules have struck elsewhere, and the newest switching step."""
+        self._told_step = max(self._told_step, step)
+        for rule in struck:
+            self._pending.pop(rule, None)
+
+    def hear(self, source: str, entry: Entry) -> None:
+        """Process a timeline entry."""
+        self._roles.hear(source, entry)
+        self._ended.hear(source, entry)
+        match entry.record:
+            case FaultInjected(rule=rule, process=str(process)) if rule in self._pending:
+                # A robot has injected a fault into itself, at a point of its step.
+                self._strike(self._pending[rule], (process,), entry.t_s)
+            case WorldResumed():
+                self.note_recovered(WORLD, entry.t_s)  # the clock stood still while the world was away
+            case RobotStarted():
+                self._reached = Counter({at: n for at, n in self._reached.items() if at[1] != source})
+            case _:
+                pass
+
+    def due(self, now_s: float) -> list[ProcessFault]:
+        """The faults that are due by now, each once, in order; without those at points of a step."""
+        faults: list[ProcessFault] = []
+        while self._later and self._later[0][0] <= now_s:
+            faults.append(fault := heapq.heappop(self._later)[2])
+            if fault.action is ProcessAction.START:
+                self._down.discard(fault.process)
+                self._ended.strike(fault.process, fault.action)
+        for rule in [rule for rule in self._pending.values() if rule.point is None]:
+            if rule.holds(now_s, self.step) and (found := self._find(rule)):
+                faults += self._strike(rule, found, now_s)
+        return faults
+
+    def at_points(self, robot: str, points: Sequence[StepPoint], now_s: float) -> list[ProcessFault]:
+        """The faults for this robot, which is at these points of its step now."""
+        faults: list[ProcessFault] = []
+        for rule in [rule for rule in self._pending.values() if rule.point in points]:
+            if rule.holds(now_s, self.step) and self._find(rule) == (robot,):
+                self._reached[str(rule.name), robot] += 1
+                if self._reached[str(rule.name), robot] == rule.occurrence:
+                    faults += self._strike(rule, (robot,), now_s)
+        return faults
+
+    def expect(self, rules: Iterable[Rule]) -> None:
+        """Take rules of others into account: a robot that a partition has cut off is missed, and not dead."""
+        self._ended.expect(rules)
+
+    def note_injected(self, fault: ProcessFault) -> None:
+        """This fault is injected now, by us or by others; its record follows."""
+        self._ended.strike(fault.process, fault.action)
+
+    def note_recovered(self, process: str, now_s: float) -> None:
+        """The fault of this process has been ended elsewhere: its remaining parts are due now."""
+        self._later = [
+            (min(due_s, now_s) if fault.process == process else due_s, count, fault)
+            for due_s, count, fault in self._later
+        ]
+        heapq.heapify(self._later)
+
+    def _find(self, rule: ProcessRule) -> tuple[str, ...]:
+        """The rule's targets; empty while it has to wait for one of them."""
+        found = self._roles.find(rule.target, rule.robots)
+        waits = any(each in self._down or each in self._ended for each in found) or len(found) < rule.robots
+        return () if waits else found
+
+    def _strike(self, rule: ProcessRule, processes: Sequence[str], now_s: float) -> list[ProcessFault]:
+        """The rule's first faults; what follows of them is kept until it is due."""
+        name = str(rule.name)
+        del self._pending[name]
+        faults: list[ProcessFault] = []
+        for process in processes:
+            match rule:
+                case Kill():
+                    self._down.add(process)
+                    faults.append(ProcessFault(name, ProcessAction.KILL, process))
+                case Restart(after_s=after_s):
+                    self._down.add(process)
+                    faults.append(ProcessFault(name, ProcessAction.KILL, process, for_s=after_s))
+                    self._keep(now_s + after_s, ProcessFault(name, ProcessAction.START, process))
+                case Freeze(for_s=for_s):
+                    faults.append(ProcessFault(name, ProcessAction.FREEZE, process, for_s=for_s))
+                    if for_s is not None:
+                        self._keep(now_s + for_s, ProcessFault(name, ProcessAction.THAW, process))
+                case Thaw():
+                    faults.append(ProcessFault(name, ProcessAction.THAW, process))
+                case Slow(delay_s=delay_s, for_s=for_s):
+                    faults.append(ProcessFault(name, ProcessAction.SLOW, process, delay_s))
+                    if for_s is not None:
+                        self._keep(now_s + for_s, ProcessFault(name, ProcessAction.SLOW, process))
+        return faults
+
+    def _keep(self, due_s: float, fault: ProcessFault) -> None:
+        self._count += 1
+        heapq.heappush(self._later, (due_s, self._count, fault))
+
+
+def _comes_true(rule: ProcessRule, seed: int) -> bool:
+    return draws(seed, str(rule.name), rule.target)[0] < rule.probability

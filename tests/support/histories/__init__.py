@@ -1,0 +1,1 @@
+"""Histories of supervised runs: what happened when, and what the supervisor commanded."""

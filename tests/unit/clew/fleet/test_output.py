@@ -1,0 +1,126 @@
+"""What the user sees of a fleet beside its verdict."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from clew.fleet.output import BEGIN_LINE, SHOW_CURSOR, output, say_result
+from clew.fleet.prepare import Prepared, Shows
+from protocol.root import ROOT
+from tests.support.deadline import DEADLINE_S
+from tests.support.logs.logs import AT_REST, GOOD, numbered, recorded
+from world.judge.verdict import VERDICT_FILE
+
+SAID = b"router: ready\nworld: t=   0.4 s  strand formed\nworld: ok: all have arrived\nrobot 3: lost\n"
+CURSOR, LINE = SHOW_CURSOR.decode(), BEGIN_LINE.decode()
+
+
+def prepared(folder: Path, shows: Shows = Shows.LINES, *, as_json: bool = False) -> Prepared:
+    return Prepared(
+        private=folder,
+        folder=folder,
+        made=(),
+        latest=None,
+        robots=5,
+        own_routers=1,
+        as_json=as_json,
+        view=False,
+        shows=shows,
+    )
+
+
+def test_lines_go_to_stderr_as_they_come(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    with output(prepared(tmp_path)) as words:
+        os.write(words.stderr, SAID)
+        words.say("the page is here")
+        assert capfd.readouterr().err == SAID.decode() + "clew: the page is here\n"
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(("shows", "first"), [(Shows.NOTHING, ""), (Shows.TABLE, CURSOR)])
+def test_words_wait_for_the_end_where_a_table_or_nothing_is_shown_and_progress_is_left_out(
+    shows: Shows, first: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with output(prepared(tmp_path, shows)) as words:
+        os.write(words.stderr, SAID)
+        words.say("router 1 ended")
+        assert capfd.readouterr() == ("", "")
+    assert capfd.readouterr() == ("", f"{first}router: ready\nrobot 3: lost\nclew: router 1 ended\n")
+
+
+def test_table_that_died_leaves_a_cursor_and_a_line_of_its_own(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with output(prepared(tmp_path, Shows.TABLE)) as words:
+        words.mend_terminal()
+        assert capfd.readouterr().err == CURSOR + LINE
+
+
+def test_terminal_that_has_gone_is_no_failure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def gone(*_: object) -> int:
+        raise OSError
+
+    with output(prepared(tmp_path, Shows.TABLE)) as words:
+        monkeypatch.setattr(os, "write", gone)
+        words.say("who hears?")
+        words.mend_terminal()
+    monkeypatch.undo()
+
+
+def judged(folder: Path) -> Path:
+    run = recorded(folder / "run", numbered(AT_REST))
+    (run / VERDICT_FILE).write_bytes(msgspec.json.encode(GOOD))
+    return run
+
+
+def test_result_is_the_verdict_in_a_sentence_or_as_it_is(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    run = judged(tmp_path)
+    assert say_result(prepared(run))
+    assert capfd.readouterr().out.splitlines()[-1].endswith(f"Run: {run}")
+    assert say_result(prepared(run, as_json=True))
+    assert capfd.readouterr().out == (run / VERDICT_FILE).read_text(encoding="utf-8")
+
+
+def test_run_without_a_verdict_says_where_its_log_is(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    run = judged(tmp_path)
+    (run / VERDICT_FILE).write_bytes(b"")
+    assert say_result(prepared(run))
+    said = f"clew: no verdict was written; what happened until then is in {run}\n"
+    assert capfd.readouterr() == ("", said)
+
+
+def test_run_that_never_began_has_no_result(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert not say_result(prepared(tmp_path))
+    assert capfd.readouterr() == ("", "")
+
+
+def test_pipe_that_is_closed_before_the_result_is_no_failure(tmp_path: Path) -> None:
+    script = f"""
+from pathlib import Path
+from clew.fleet.output import say_result
+from tests.unit.clew.fleet.test_output import prepared
+assert say_result(prepared(Path({str(judged(tmp_path))!r})))
+"""
+    reading_end, writing_end = os.pipe()
+    os.close(reading_end)
+    try:
+        ended = subprocess.run(
+            [sys.executable, "-c", script],
+            cwd=ROOT,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            stdout=writing_end,
+            stderr=subprocess.PIPE,
+            timeout=DEADLINE_S,
+            check=False,
+        )
+    finally:
+        os.close(writing_end)
+    assert (ended.returncode, ended.stderr) == (0, b"")

@@ -1,0 +1,203 @@
+"""The supervisor's shell over toy parts of a few lines each: what becomes of what was decided."""
+
+import asyncio
+import os
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import cast
+
+import pytest
+
+from clew.fleet.output import output
+from clew.fleet.parts import processes
+from clew.fleet.parts.command_lines import PARTS, Part, Stdout
+from clew.fleet.prepare import Prepared, Shows
+from clew.fleet.shell import supervise
+from clew.fleet.supervision.events import HOST, WORLD, Command, Event, Ready, router_name
+from clew.fleet.supervision.limits import Limits
+from clew.fleet.supervisor import Supervisor
+from protocol.exit_codes import ExitCode
+from protocol.faults.process_commands import PIPE
+from tests.support.deadline import DEADLINE_S
+from tests.support.processes.fleets import wait_until
+
+HELP = """
+import os, pathlib, signal, sys, time
+private = pathlib.Path(sys.argv[1])
+def note(name, text=""):
+    (private / "new").write_text(text)
+    (private / "new").rename(private / name)
+def wait_for(done):
+    while not done():
+        time.sleep(0.005)
+"""
+UNTIL_KILLED = "sys.stdin.read()"  # or until the test has ended, which holds the other end of the lifeline
+ROUTER = f"note('router', str(os.getpid())); print('ready', flush=True); {UNTIL_KILLED}"
+
+
+class Toys:
+    """A fleet of toys: what runs, and where it may write."""
+
+    def __init__(self, private: Path) -> None:
+        self.private, self.folder = private, private / "run"
+        self.folder.mkdir()
+        self.lifeline, self.writing_end = os.pipe()
+
+    def be(self, part: str, code: str, stdout: Stdout = Stdout.STDERR) -> None:
+        """Have a part do this."""
+        cast("dict[str, Part]", PARTS)[part] = Part(
+            lambda _: ["-ISc", HELP + code, str(self.private)], stdout
+        )
+
+    def run(self, *asked: ExitCode, limits: Limits | None = None) -> int:
+        """Supervise them; returns the exit code."""
+
+        def hear(tell: Callable[[ExitCode], None]) -> None:
+            for code in asked:
+                tell(code)
+
+        run = Prepared(
+            private=self.private,
+            folder=self.folder,
+            made=(),
+            latest=None,
+            robots=1,
+            own_routers=1,
+            as_json=False,
+            view=False,
+            shows=Shows.LINES,
+        )
+        with processes.orphans_adopted(), output(run) as words:
+            supervised = supervise(run, self.lifeline, words, hear, limits)
+            return asyncio.run(asyncio.wait_for(supervised, DEADLINE_S))
+
+    def noted(self, name: str) -> int:
+        """The process id that a toy has written into a file."""
+        return int((self.private / name).read_text())
+
+
+@pytest.fixture
+def toys(monkeypatch: pytest.MonkeyPatch) -> Iterator[Toys]:
+    for part, usual in PARTS.items():
+        monkeypatch.setitem(cast("dict[str, Part]", PARTS), part, usual)  # which puts it back afterwards
+    with TemporaryDirectory(prefix="ct.", dir="/tmp") as private:
+        toys = Toys(Path(private))
+        toys.be(router_name(1), ROUTER, Stdout.READY)
+        toys.be(HOST, UNTIL_KILLED)
+        yield toys
+        os.close(toys.lifeline)
+        os.close(toys.writing_end)
+
+
+def is_there(pid: int) -> bool:
+    """Whether a process lives; one that nobody has reaped does not."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(") ")[2][0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def test_run_ends_with_its_world_and_nothing_is_left(toys: Toys) -> None:
+    toys.be(WORLD, "sys.exit(7)")
+    assert toys.run() == 7
+    assert not is_there(toys.noted("router"))
+
+
+def test_each_part_has_a_group_of_its_own_and_the_lifeline_as_stdin(toys: Toys) -> None:
+    lifeline = os.fstat(toys.lifeline).st_ino
+    toys.be(WORLD, f"sys.exit(3 if (os.getpgrp(), os.fstat(0).st_ino) == (os.getpid(), {lifeline}) else 4)")
+    assert toys.run() == 3
+
+
+def test_process_fault_by_the_pipe_is_done_and_the_process_ids_are_those_of_who_runs(
+    toys: Toys, capfd: pytest.CaptureFixture[str]
+) -> None:
+    read = "lambda: (private / 'router.pid').read_text().strip()"
+    toys.be(
+        WORLD,
+        f"""
+read = {read}
+before = read()
+with (private / "{PIPE}").open("w") as pipe:
+    pipe.write("nonsense\\nfreeze nobody\\nkill router\\n")
+wait_for(lambda: (private / "router").read_text() != before)
+sys.exit(5 if read() == (private / "router").read_text() else 6)
+""",
+    )
+    assert toys.run() == 5
+    assert "clew: router 1 was killed by SIGKILL; it is started again\n" in capfd.readouterr().err
+
+
+def test_what_a_host_leaves_in_its_group_is_found_and_killed(
+    toys: Toys, capfd: pytest.CaptureFixture[str]
+) -> None:
+    toys.be(
+        HOST,
+        f"""
+if os.fork():
+    wait_for((private / "child").exists)
+    sys.exit(0)
+signal.signal(signal.SIGTERM, signal.SIG_IGN)
+note("child", str(os.getpid()))
+{UNTIL_KILLED}
+""",
+    )
+    toys.be(WORLD, "wait_for((private / 'child').exists)")
+    assert toys.run() == 0
+    named = r"^clew: the host had not ended 0\.\d s after it was asked to, and was killed$"
+    assert re.search(named, capfd.readouterr().err, re.MULTILINE)
+    assert not is_there(toys.noted("child"))
+
+
+def test_what_a_host_leaves_in_its_group_and_ends_as_it_is_asked_to_is_not_killed(
+    toys: Toys, capfd: pytest.CaptureFixture[str]
+) -> None:
+    toys.be(
+        HOST,
+        f"""
+if os.fork():
+    wait_for((private / "child").exists)
+    sys.exit(0)
+def end(*_):
+    time.sleep(0.05)  # so that the router has ended before
+    sys.exit(0)
+signal.signal(signal.SIGTERM, end)
+note("child", str(os.getpid()))
+{UNTIL_KILLED}
+""",
+    )
+    toys.be(WORLD, "wait_for((private / 'child').exists)")
+    patient = Limits(others_s=DEADLINE_S, all_s=2 * DEADLINE_S)
+    assert toys.run(limits=patient) == 0
+    assert "had not ended" not in capfd.readouterr().err
+    assert not is_there(toys.noted("child"))
+
+
+def test_run_that_was_asked_to_end_before_it_began_starts_nothing(toys: Toys) -> None:
+    assert toys.run(ExitCode.INTERRUPTED) == 130
+    assert not (toys.private / "router-1.pid").exists()
+
+
+def test_part_that_cannot_be_started_is_named_and_ends_the_run(
+    toys: Toys, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(processes, "command_of", lambda *_, **__: ["/nowhere/python"])
+    assert toys.run() == 1
+    said = capfd.readouterr().err
+    assert "clew: router 1 cannot be started: No such file or directory\n" in said
+    assert "clew: router 1 ended with exit code 1 before it was ready\n" in said
+
+
+def test_mistake_of_our_own_ends_us_and_leaves_nothing(toys: Toys, monkeypatch: pytest.MonkeyPatch) -> None:
+    handle = Supervisor.handle
+
+    def mistaken(supervisor: Supervisor, event: Event, now_s: float) -> list[Command]:
+        assert not isinstance(event, Ready), "a mistake"
+        return handle(supervisor, event, now_s)
+
+    monkeypatch.setattr(Supervisor, "handle", mistaken)
+    with pytest.raises(AssertionError, match="a mistake"):
+        toys.run()
+    wait_until(lambda: not is_there(toys.noted("router")) or None)

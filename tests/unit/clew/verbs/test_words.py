@@ -1,0 +1,94 @@
+"""The words of the command line: one spelling everywhere, and mistyped ones refused in a line."""
+
+import re
+from collections.abc import Iterator
+
+import click
+import pytest
+
+from clew.cli import main
+from clew.fleet.options import version
+from clew.fleet.request import parse
+from tests.support.campaigns import clew
+
+MISTYPED = {
+    "a verb": (["rehears"], "'rehearse'"),
+    "a verb of a verb": (["log", "chek", "run"], "'check'"),
+    "a fault": (["fault", "run", "kil", "3"], "'kill'"),
+    "an option": (["rehearse", "--sed", "1"], "'--seed'"),
+    "a law": (["rehearse", "--law", "certifid"], "'certified'"),
+    "a scenario": (["rehearse", "papper"], "'paper'"),
+    "a fault plan": (["rehearse", "--faults", "bursst"], "'burst'"),
+    "a target": (["fault", "run", "kill", "ledder"], "'leader'"),
+    "a message's kind": (["fault", "run", "drop", "--kind", "ahed"], "'ahead'"),
+    "a schema": (["schema", "fault"], "'faults'"),
+    "an export": (["log", "export", "run", "--to", "mcp"], "'mcap'"),
+}
+REFUSED = [
+    ["--nothing"],
+    ["rehearse", "--seed", "x"],
+    ["campaign", "--robots", "0"],
+    ["log", "check"],
+    ["log", "cat", "run", "--step", "x"],
+    ["view"],
+]
+
+
+def verbs(group: click.Group, above: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], click.Command]]:
+    """All of them, with the words by which they are called."""
+    for name, verb in sorted(group.commands.items()):
+        yield (*above, name), verb
+        if isinstance(verb, click.Group):
+            yield from verbs(verb, (*above, name))
+
+
+VERBS = dict(verbs(main))
+
+
+@pytest.mark.parametrize(("arguments", "near"), MISTYPED.values(), ids=MISTYPED)
+def test_a_mistyped_word_is_refused_in_one_line_that_says_which_is_near(
+    arguments: list[str], near: str
+) -> None:
+    said = clew(*arguments)
+    assert (said.exit_code, said.stdout, said.stderr.count("\n")) == (2, "", 1)
+    assert re.search(f"[Dd]id you mean {near}", said.stderr)
+
+
+@pytest.mark.parametrize("arguments", REFUSED, ids=" ".join)
+def test_what_cannot_be_done_is_one_line(arguments: list[str]) -> None:
+    said = clew(*arguments)
+    assert (said.exit_code, said.stdout, said.stderr.count("\n")) == (2, "", 1)
+    assert said.stderr.startswith("Error: ")
+
+
+@pytest.mark.parametrize("verb", VERBS, ids=" ".join)
+def test_every_verb_gives_help_for_either_spelling(verb: tuple[str, ...]) -> None:
+    arguments = ["fault", "run", *verb[1:]] if verb[0] == "fault" and len(verb) > 1 else list(verb)
+    short, long = clew(*arguments, "-h"), clew(*arguments, "--help")
+    assert (short.exit_code, short.stderr) == (0, "")
+    assert short.stdout == long.stdout
+    assert short.stdout.startswith("Usage: ")
+
+
+def test_a_group_without_a_verb_gives_its_help() -> None:
+    assert "Commands:" in clew("log").output
+
+
+def test_the_number_of_robots_is_spelt_in_one_way() -> None:
+    spellings = {
+        verb: each.opts
+        for verb, command in VERBS.items()
+        for each in command.params
+        if isinstance(each, click.Option) and each.name == "robots"
+    }
+    assert {("rehearse",), ("campaign",), ("fault", "kill")} <= set(spellings)
+    assert {tuple(opts) for opts in spellings.values()} == {("-n", "--robots")}
+    assert parse(["grove", "-n", "3"]) == parse(["grove", "--robots", "3"])
+
+
+def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    assert clew("--version").stdout == f"{version()}\n"
+    with pytest.raises(SystemExit) as stop:
+        parse(["--version"])
+    assert stop.value.code == 0
+    assert capsys.readouterr().out == f"{version()}\n"

@@ -1,0 +1,251 @@
+"""The faults that the world injects, by a plan and by hand; and requests for manual faults."""
+
+import asyncio
+from pathlib import Path
+
+import pytest
+
+from protocol.errors import UsageError
+from protocol.faults.manual_faults import WHERE_FILE, FaultRequest, request_fault
+from protocol.faults.plan import Plan
+from protocol.faults.process_faults import ProcessAction, ProcessFault
+from protocol.faults.rules import Drop, Freeze, Kill, Partition, Restart, Rule, Slow, StepPoint, Thaw
+from protocol.timeline import (
+    Entry,
+    FaultInjected,
+    Record,
+    RobotDied,
+    RobotFailed,
+    RobotStarted,
+    StrandFormed,
+    WorldResumed,
+)
+from world.control import heard
+from world.faults import GIVEN_MAX, TELL_S, RunFaults
+
+FORMED = StrandFormed(epoch=1, sensed=True, order=(2, 1, 3), path_length_m=1.0)
+
+
+def entry(record: Record, t_s: float = 0.0) -> Entry:
+    return Entry(n=1, t_s=t_s, hlc="", record=record)
+
+
+def without_plan() -> RunFaults:
+    faults = RunFaults(Plan(name="none"), 1, robots=3)
+    faults.hear("r2", entry(FORMED))
+    return faults
+
+
+def test_a_manual_rule_for_the_leader_strikes_the_present_leader_at_once() -> None:
+    faults = without_plan()
+    assert faults.add(Kill(target="leader"), now_s=5.0, for_s=None) == "given-1"
+    assert faults.due(5.0) == [ProcessFault("given-1.r2", ProcessAction.KILL, "r2")]
+    assert faults.due(6.0) == []
+
+
+def test_a_robot_frozen_manually_for_a_time_is_thawed_after_it() -> None:
+    faults = without_plan()
+    faults.add(Freeze(target="r3", for_s=2.0), now_s=5.0, for_s=None)
+    assert [fault.action for fault in faults.due(5.0)] == [ProcessAction.FREEZE]
+    assert faults.due(6.9) == []
+    assert [fault.action for fault in faults.due(7.0)] == [ProcessAction.THAW]
+
+
+def test_a_frozen_world_is_thawed_at_its_next_look() -> None:
+    faults = without_plan()
+    faults.add(Freeze(target="world", for_s=9.0), now_s=5.0, for_s=None)
+    assert [(fault.action, fault.for_s) for fault in faults.due(5.0)] == [(ProcessAction.FREEZE, 9.0)]
+    assert [fault.action for fault in faults.due(5.02)] == [ProcessAction.THAW]
+
+
+@pytest.mark.parametrize(
+    ("rule", "why"),
+    [
+        (Kill(target="leader", point=StepPoint.AFTER_PLAN), "only a plan"),
+        (Kill(target="tail", robots=2), "nobody is tail yet, or fewer than 2"),
+        (Kill(target="r4"), r"fault kill: \$\.target: must be a robot of the fleet, r1 to r3, got r4"),
+        (Drop(sender=("r4",)), r"fault drop: \$\.from\[0\]: must be .*, got r4"),
+    ],
+)
+def test_an_impossible_manual_rule_is_refused(rule: Rule, why: str) -> None:
+    faults = RunFaults(Plan(name="none"), 1, robots=3)
+    with pytest.raises(UsageError, match=why):
+        faults.add(rule, now_s=5.0, for_s=None)
+
+
+def struck(process: str, *actions: ProcessAction) -> RunFaults:
+    faults = without_plan()
+    for action in actions:
+        faults.hear("world", entry(ProcessFault("given-1", action, process).as_record()))
+    return faults
+
+
+@pytest.mark.parametrize(
+    ("actions", "rule", "why"),
+    [
+        ([ProcessAction.KILL], Kill(target="r3"), "r3 is dead; restart has it start again"),
+        ([ProcessAction.FREEZE, ProcessAction.KILL], Freeze(target="r3"), "r3 is dead"),
+        ([], Thaw(target="r3"), "r3 is not frozen"),
+        ([ProcessAction.FREEZE, ProcessAction.THAW], Thaw(target="r3"), "r3 is not frozen"),
+        ([], Kill(target="r1", robots=3), "fewer than 3 stand from there on"),
+    ],
+)
+def test_a_manual_rule_without_a_possible_target_is_refused(
+    actions: list[ProcessAction], rule: Rule, why: str
+) -> None:
+    with pytest.raises(UsageError, match=why):
+        struck("r3", *actions).add(rule, now_s=5.0, for_s=None)
+
+
+@pytest.mark.parametrize(
+    ("actions", "rule"),
+    [
+        ([ProcessAction.KILL], Restart(target="r3")),
+        ([ProcessAction.KILL, ProcessAction.START], Kill(target="r3")),
+        ([ProcessAction.FREEZE], Thaw(target="r3")),
+        ([ProcessAction.FREEZE], Kill(target="r3")),
+    ],
+)
+def test_a_manual_rule_with_a_possible_target_is_injected(actions: list[ProcessAction], rule: Rule) -> None:
+    faults = struck("r3", *actions)
+    faults.add(rule, now_s=5.0, for_s=None)
+    assert [fault.process for fault in faults.due(5.0)] == ["r3"]
+
+
+def test_a_robot_that_was_killed_and_restarted_can_be_struck_again() -> None:
+    faults = struck("r3", ProcessAction.KILL)
+    faults.hear("r3", entry(RobotStarted(pid=1, incarnation="b")))
+    faults.add(Kill(target="r3"), now_s=5.0, for_s=None)
+    assert [fault.process for fault in faults.due(5.0)] == ["r3"]
+
+
+def test_a_manual_message_rule_is_active_from_now_for_the_given_time() -> None:
+    faults = without_plan()
+    faults.add(Drop(probability=0.5), now_s=5.0, for_s=2.0)
+    (rule,) = faults.of("r1").rules
+    assert (rule.name, rule.from_s, rule.until_s) == ("given-1", 5.0, 7.0)
+
+
+def test_expired_rules_make_room_for_new_ones() -> None:
+    faults = without_plan()
+    for _ in range(GIVEN_MAX):
+        faults.add(Drop(), now_s=0.0, for_s=1.0)
+    with pytest.raises(UsageError, match="no more than 100"):
+        faults.add(Drop(), now_s=0.5, for_s=1.0)
+    faults.add(Drop(), now_s=1.0, for_s=1.0)
+    assert len(faults.of("r1").rules) == 1
+
+
+def test_robots_get_new_faults_at_once_and_the_whole_state_again_later() -> None:
+    faults = without_plan()
+    assert faults.news([1], 0.0) == {}  # there has been no fault
+    faults.add(Drop(), now_s=0.0, for_s=None)
+    first = faults.news([1, 2], 0.0)
+    assert first.keys() == {"r1", "r2"}
+    assert faults.news([1, 2], TELL_S / 2) == {}
+    assert faults.news([1, 2], TELL_S) == first
+
+
+def test_rules_that_have_struck_are_sent_to_robots_so_that_they_strike_only_once() -> None:
+    faults = RunFaults(
+        Plan(name="some", rules=(Kill(target="leader", point=StepPoint.MID_DRIVE),)), 1, robots=3
+    )
+    faults.hear("r2", entry(FORMED))
+    before = faults.of("r2")
+    faults.hear("r2", entry(FaultInjected(fault="kill", rule="kill-1", process="r2")))
+    after = faults.of("r2")
+    assert (before.struck, after.struck) == ((), ("kill-1",))
+    assert after.number > before.number
+
+
+def test_a_resumed_world_reuses_no_rule_name_and_overrides_the_killed_world() -> None:
+    killed, resumed = without_plan(), without_plan()
+    killed.add(Drop(), now_s=1.0, for_s=None)
+    killed.add(Kill(target="r3"), now_s=2.0, for_s=None)
+    (fault,) = killed.due(2.0)
+    resumed.hear("r1", entry(FaultInjected(fault="drop", rule="given-1", key="link/r2/r1", number=4)))
+    resumed.hear("world", entry(fault.as_record()))
+    resumed.hear("world", entry(WorldResumed(life=1, entries=9, torn_bytes=0)))
+    assert resumed.add(Drop(), now_s=5.0, for_s=None) == "given-3"
+    assert resumed.of("r1").number > killed.of("r1").number
+
+
+def test_a_robot_gets_its_delay_and_the_end_of_it() -> None:
+    faults = without_plan()
+    faults.add(Slow(target="r3", delay_s=0.2, for_s=1.0), now_s=0.0, for_s=None)
+    faults.due(0.0)
+    assert (faults.of("r3").slow_s, faults.of("r1").slow_s) == (0.2, 0.0)
+    faults.due(1.0)
+    assert faults.of("r3").slow_s == 0.0
+
+
+async def ask(run: Path, request: FaultRequest) -> str:
+    return await asyncio.to_thread(request_fault, run, request)
+
+
+async def test_a_fault_request_is_answered_with_the_rules_name_or_the_reason_of_refusal(
+    tmp_path: Path,
+) -> None:
+    asked: list[tuple[Rule, float | None]] = []
+
+    def add(rule: Rule, for_s: float | None) -> str:
+        asked.append((rule, for_s))
+        if isinstance(rule, Kill):
+            raise UsageError("not him")
+        return "given-7"
+
+    async with heard(tmp_path, tmp_path, add):
+        assert await ask(tmp_path, FaultRequest(rule=Drop(probability=0.5), for_s=5.0)) == "given-7"
+        with pytest.raises(UsageError, match="not him"):
+            await ask(tmp_path, FaultRequest(rule=Kill(target="r3")))
+    assert asked == [(Drop(probability=0.5), 5.0), (Kill(target="r3"), None)]
+    with pytest.raises(UsageError, match="no run goes on there"):
+        await ask(tmp_path, FaultRequest(rule=Drop()))
+
+
+async def test_a_fault_request_to_a_killed_world_reports_the_end_of_the_run(tmp_path: Path) -> None:
+    (tmp_path / WHERE_FILE).write_text(str(tmp_path / "gone.sock"))
+    with pytest.raises(UsageError, match="run"):
+        await ask(tmp_path, FaultRequest(rule=Drop()))
+
+
+async def test_an_invalid_request_is_refused_and_the_next_one_is_served(tmp_path: Path) -> None:
+    async with heard(tmp_path, tmp_path, lambda *_: "given-1"):
+        reader, writer = await asyncio.open_unix_connection((tmp_path / WHERE_FILE).read_text())
+        writer.write(b"garbage\n")
+        assert b'"error":"' in await reader.readline()
+        writer.close()
+        assert await ask(tmp_path, FaultRequest(rule=Drop())) == "given-1"
+
+
+@pytest.mark.parametrize(
+    ("source", "record"),
+    [("r3", RobotFailed(reason="AssertionError")), ("world", RobotDied(robot=3, silent_since_s=0.0))],
+)
+def test_a_robot_that_died_by_itself_is_not_struck_by_hand_but_started_again(
+    source: str, record: Record
+) -> None:
+    run_faults = without_plan()
+    run_faults.hear(source, entry(record))
+    for rule in (Kill(target="r3"), Freeze(target="tail"), Slow(target="r3", delay_s=0.1)):
+        with pytest.raises(UsageError, match="r3 is dead; restart has it start again"):
+            run_faults.add(rule, now_s=1.0, for_s=None)
+    run_faults.add(Restart(target="r3"), now_s=1.0, for_s=None)
+    assert [fault.action for t_s in (1.0, 1.1) for fault in run_faults.due(t_s)] == [
+        ProcessAction.KILL,
+        ProcessAction.START,
+    ]
+
+
+def test_a_robot_that_may_be_cut_off_by_hand_can_be_struck() -> None:
+    run_faults = without_plan()
+    run_faults.add(Partition(group=("r3",), others=("router",)), now_s=0.0, for_s=None)
+    run_faults.hear("world", entry(RobotDied(robot=3, silent_since_s=0.0)))
+    assert run_faults.add(Kill(target="r3"), now_s=1.0, for_s=None) == "given-2"
+
+
+def test_a_robot_is_killed_once_where_a_plan_and_a_hand_would_at_one_time() -> None:
+    run_faults = RunFaults(Plan(name="plan", rules=(Kill(target="r3", from_s=1.0),)), 1, robots=3)
+    run_faults.add(Kill(target="r3"), now_s=1.0, for_s=None)
+    assert [fault.process for fault in run_faults.due(1.0)] == ["r3"]
+    assert run_faults.due(2.0) == []

@@ -1,0 +1,82 @@
+"""What is written of a run: the user's alone, whatever the umask, and never through a link."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from protocol.files.writing import make_folder, open_private, write_whole
+
+
+def mode_of(path: Path) -> int:
+    return path.stat().st_mode & 0o777
+
+
+@pytest.fixture(params=[0o000, 0o022, 0o277], ids=oct)
+def umask(request: pytest.FixtureRequest) -> Iterator[None]:
+    before = os.umask(request.param)
+    yield
+    os.umask(before)
+
+
+@pytest.mark.usefixtures("umask")
+def test_files_and_folders_are_the_users_alone(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    make_folder(folder)
+    write_whole(folder / "whole", b"1")
+    with open_private(folder / "made", "x") as file:
+        file.write(b"1")
+    with open_private(folder / "grown", "a") as file:
+        file.write(b"1")
+    assert mode_of(folder) == 0o700
+    assert {mode_of(path) for path in folder.iterdir()} == {0o600}
+
+
+def test_a_folder_that_is_there_keeps_its_mode(tmp_path: Path) -> None:
+    tmp_path.chmod(0o755)
+    make_folder(tmp_path)
+    assert mode_of(tmp_path) == 0o755
+
+
+def test_a_link_is_replaced_and_its_target_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "target").write_bytes(b"theirs")
+    (tmp_path / "link").symlink_to("target")
+    write_whole(tmp_path / "link", b"ours")
+    assert (tmp_path / "target").read_bytes() == b"theirs"
+    assert (tmp_path / "link").read_bytes() == b"ours"
+    assert not (tmp_path / "link").is_symlink()
+
+
+@pytest.mark.parametrize("mode", ["x", "a", "r+"])
+def test_a_link_is_never_opened(tmp_path: Path, mode: str) -> None:
+    (tmp_path / "target").write_bytes(b"theirs")
+    (tmp_path / "link").symlink_to("target")
+    with pytest.raises(OSError, match="link"):
+        open_private(tmp_path / "link", mode)
+    (tmp_path / "folder").symlink_to(tmp_path)
+    with pytest.raises(FileExistsError):
+        make_folder(tmp_path / "folder")
+
+
+def test_what_is_no_file_is_refused_and_nothing_is_left(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "fifo")
+    with pytest.raises(OSError, match="no file"):
+        write_whole(tmp_path / "fifo", b"")
+    with pytest.raises(OSError, match="No such"):
+        write_whole(tmp_path / "nowhere" / "file", b"")
+    assert [path.name for path in tmp_path.iterdir()] == ["fifo"]
+
+
+def test_what_cannot_be_written_whole_leaves_what_was_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_whole(tmp_path / "file", b"before")
+
+    def full(_: Path, __: Path) -> Path:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "replace", full)
+    with pytest.raises(OSError, match="No space"):
+        write_whole(tmp_path / "file", b"after")
+    assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("file", b"before")]

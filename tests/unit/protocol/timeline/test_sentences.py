@@ -1,0 +1,76 @@
+"""Each kind of entry has a sentence that says what has happened."""
+
+from typing import get_args
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from msgspec.structs import replace
+
+from protocol.timeline import (
+    FaultInjected,
+    LeaderSucceeded,
+    LinkBroken,
+    LinkSilent,
+    Record,
+    RobotDied,
+    RobotFailed,
+    StepAbandoned,
+    StepFinished,
+    StrandFormed,
+)
+from protocol.timeline.base import Kind
+from protocol.timeline.sentences import SENTENCES, sentence
+from tests.support.planned import planned
+from tests.support.strategies.message_strategies import values_of
+
+
+def test_every_kind_has_a_sentence() -> None:
+    assert set(SENTENCES) == set(get_args(Record))
+
+
+@pytest.mark.parametrize("kind", get_args(Record))
+@given(data=st.data())
+@settings(max_examples=10)
+def test_every_entry_has_a_sentence(kind: type[Kind], data: st.DataObject) -> None:
+    assert sentence("r3", data.draw(values_of(kind)))
+
+
+@pytest.mark.parametrize(
+    ("source", "record", "said"),
+    [
+        ("r2", planned(3), "r2 plans step 3: 1.000 m"),
+        ("r2", replace(planned(3), promised_clearance_m=0.1), "r2 plans step 3: 1.000 m, promises 0.100 m"),
+        ("r2", replace(planned(1), joins=True), "r2 goes 1.000 m towards its place"),
+        ("r2", StepAbandoned(step=3, epoch=1, x_m=0.0, y_m=0.0), "r2 stops before the end of step 3"),
+        (
+            "world",
+            StepFinished(robot=2, step=3, x_m=0.0, y_m=0.0, clearance_m=0.107),
+            "r2 finishes step 3, 0.107 m clear",
+        ),
+        (
+            "r2",
+            LinkBroken(neighbour=1, cause="token", silent_s=0.84),
+            "r2 breaks its link to r1, silent for 0.8 s (token)",
+        ),
+        ("r2", LinkSilent(neighbour=1, silent_s=0.5), "r2 has not heard r1 for 0.50 s"),
+        ("r2", LeaderSucceeded(epoch=2, before=1), "r2 leads instead of r1"),
+        ("r2", LeaderSucceeded(epoch=2, before=None), "r2 leads"),
+        ("r2", RobotFailed(reason="ValueError"), "r2 has failed: ValueError"),
+        ("world", RobotDied(robot=1, silent_since_s=2.9), "r1 has died, silent since t=2.9 s"),
+        ("world", FaultInjected(fault="kill", rule="kill-1", process="r1"), "kill-1: kill r1"),
+        (
+            "r2",
+            FaultInjected(fault="drop", rule="loss", key="link/r1/r2", number=7),
+            "loss: drop message 7 on link/r1/r2",
+        ),
+        ("r1", StrandFormed(epoch=1, sensed=True, order=(1, 2), path_length_m=1.0), "strand formed: r1 < r2"),
+        (
+            "r2",
+            StrandFormed(epoch=1, sensed=True, order=(1, 2), path_length_m=1.0),
+            "r2 takes its place in the strand r1 < r2",
+        ),
+    ],
+)
+def test_a_sentence_says_what_has_happened(source: str, record: Record, said: str) -> None:
+    assert sentence(source, record) == said
