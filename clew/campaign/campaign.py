@@ -213,7 +213,7 @@ def _play(
     watch: Callable[[int, int, int], None],
 ) -> None:
     """Play the episodes that are not done; add each outcome to the file and to `done`."""
-    torn = path.exists() and not path.read_bytes().endswith(b"\n")
+    torn = path.exists() and not read_bytes(path, MADE_BYTES_MAX).endswith(b"\n")
     surprises = sum(outcome.surprise is not Surprise.NONE for outcome in done.values())
     watch(len(done), len(episodes), surprises)
     with open_private(path, "a") as file:

@@ -15,6 +15,7 @@ from clew.fleet.parts.command_lines import SAID_FILE
 from clew.fleet.prepare import Prepared, Shows
 from clew.fleet.table_said import PROGRESS
 from protocol.errors import UsageError
+from protocol.plain import plain
 from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE
 
@@ -32,7 +33,7 @@ class Output:
 
     def say(self, text: str) -> None:
         """Tell the user in a line, among what the parts say."""
-        _write(self.stderr, f"clew: {text}\n".encode())
+        _write(self.stderr, f"clew: {plain(text)}\n".encode())
 
     def mend_terminal(self) -> None:
         """A table has died in the middle of a picture: what is said next has a line of its own."""
@@ -59,7 +60,9 @@ def output(run: Prepared) -> Iterator[Output]:
 def _words(said: Path) -> Iterator[bytes]:
     progress = tuple(each.encode() for each in PROGRESS)
     with said.open("rb") as lines:
-        yield from (line for line in lines if not line.startswith(progress))
+        for line in lines:
+            if not line.startswith(progress):
+                yield f"{plain(line.decode(errors='replace').rstrip())}\n".encode()
 
 
 def say_result(run: Prepared) -> bool:

@@ -52,6 +52,15 @@ def test_words_wait_for_the_end_where_a_table_or_nothing_is_shown_and_progress_i
     assert capfd.readouterr() == ("", f"{first}router: ready\nrobot 3: lost\nclew: router 1 ended\n")
 
 
+def test_words_that_waited_give_a_terminal_no_order(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with output(prepared(tmp_path, Shows.NOTHING)) as words:
+        os.write(words.stderr, b"router: \x1b[2J\xff\n")
+        words.say("no run in \x1b]0;here")
+    assert capfd.readouterr().err == "router: \\x1b[2J\ufffd\nclew: no run in \\x1b]0;here\n"
+
+
 def test_table_that_died_leaves_a_cursor_and_a_line_of_its_own(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
