@@ -13,7 +13,9 @@ from tests.support.runs import Runs
 
 # No claim here is about time, and on a loaded machine any single example may take longer than 200 ms.
 # What lands must not hang on luck, so under CI the examples are always the same; elsewhere they are new.
-settings.register_profile("clew", deadline=None, derandomize="CI" in os.environ)
+# `pytest --hypothesis-profile=thorough` takes its time.
+settings.register_profile("clew", deadline=None, max_examples=50, derandomize="CI" in os.environ)
+settings.register_profile("thorough", deadline=None, max_examples=1000)
 settings.load_profile("clew")
 
 # A shell's job in the background ignores the interrupt, and so would every process that a test starts.

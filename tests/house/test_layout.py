@@ -3,6 +3,7 @@
 import ast
 from collections import Counter
 from collections.abc import Iterator
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -76,10 +77,16 @@ def room_of(name: str) -> str:
     return next((room for room in above if room in FLOORS[package]), above[-1])
 
 
+@cache
+def parsed(text: str) -> ast.Module:
+    """The same tree for the same text: five tests read all our files."""
+    return ast.parse(text)
+
+
 def sources(root: Path, *packages: str) -> dict[str, ast.Module]:
     """All files of ours, parsed, by their names below the root."""
     return {
-        path.relative_to(root).as_posix(): ast.parse(path.read_text(encoding="utf-8"))
+        path.relative_to(root).as_posix(): parsed(path.read_text(encoding="utf-8"))
         for package in packages
         for path in sorted((root / package).rglob("*.py"))
     }

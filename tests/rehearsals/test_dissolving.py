@@ -4,7 +4,9 @@ The door of `launch/scenarios/door.toml` closes later here, while the strand dri
 it does not come to rest on a robot: then there would be no way out without contact.
 """
 
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 from hypothesis import given, settings
@@ -13,7 +15,7 @@ from hypothesis import strategies as st
 from agents.body.driver import Driver
 from agents.membership.lining import Lining
 from clew.rehearsal.rehearsal import Rehearsal
-from protocol.faults.plan import NO_FAULTS, uniform
+from protocol.faults.plan import NO_FAULTS, Plan, uniform
 from protocol.frames import Pose
 from protocol.mission import Law
 from protocol.root import ROOT
@@ -25,7 +27,7 @@ from tests.support.stages.turning_stage import ORDER, TurningStage
 from world.judge.ending import Ending
 from world.judge.judgement import judge
 from world.judge.tally import Tally
-from world.scenario.scenario import Scenario, load
+from world.scenario.scenario import load
 
 DOOR = ROOT / "launch" / "scenarios" / "door.toml"
 PERFECT = NO_FAULTS
@@ -36,15 +38,17 @@ TRACK = "track = [[0.5, 3.25, 1.0], [3.5, 3.25, 2.0]]"
 WALLS_FROM, WALLS_TO = '[[obstacle]]\nshape = "polygon" # the wall below', "[[moving]]"
 
 
-def scenario(tmp_path: Path, *changes: tuple[str, str]) -> Scenario:
-    """The scenario `door` with some of its text changed."""
+@cache
+def rehearsed(*changes: tuple[str, str], seed: int = 1, plan: Plan = PERFECT) -> Rehearsal:
+    """The door's scenario with some of its text changed, rehearsed to its end: to read."""
     text = DOOR.read_text(encoding="utf-8")
     for old, new in changes:
         assert text.count(old) == 1, old
         text = text.replace(old, new)
-    changed = tmp_path / "door.toml"
-    changed.write_text(text, encoding="utf-8")
-    return load(str(changed))
+    with TemporaryDirectory() as folder:
+        changed = Path(folder, "door.toml")
+        changed.write_text(text, encoding="utf-8")
+        return Rehearsal(load(str(changed)), seed, plan).run()
 
 
 def queue(robots: int, spacing_m: float) -> list[tuple[str, str]]:
@@ -75,29 +79,27 @@ def dissolutions(rehearsal: Rehearsal) -> list[StrandDissolved]:
 
 @pytest.mark.parametrize(
     ("robots", "spacing_m", "from_s", "cut_off"),
-    [(3, 0.3, 4.0, 2), (3, 0.7, 3.07, 2), (3, 0.7, 4.25, 3), (3, 0.8, 4.0, 3)],
+    [(3, 0.7, 3.07, 2), (3, 0.8, 4.0, 3)],
 )
 def test_a_strand_that_a_door_cuts_in_two_lines_up_again_and_takes_the_other_opening(
-    tmp_path: Path, robots: int, spacing_m: float, from_s: float, cut_off: int
+    robots: int, spacing_m: float, from_s: float, cut_off: int
 ) -> None:
-    rehearsal = Rehearsal(scenario(tmp_path, *queue(robots, spacing_m), closing(from_s)), 1, PERFECT).run()
+    rehearsal = rehearsed(*queue(robots, spacing_m), closing(from_s))
     assert [each.blocked for each in dissolutions(rehearsal)] == [cut_off]
     assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
     assert rehearsal.world.ending is Ending.ARRIVED
 
 
-@pytest.mark.parametrize("seed", [4, 7])
-def test_loss_and_delay_only_cost_time(tmp_path: Path, seed: int) -> None:
-    rehearsal = Rehearsal(scenario(tmp_path, *queue(3, 0.8), closing(4.0)), seed, LOSSY).run()
+def test_loss_and_delay_only_cost_time() -> None:
+    rehearsal = rehearsed(*queue(3, 0.8), closing(4.0), seed=4, plan=LOSSY)
     assert injected(rehearsal)["drop"] > 100
     assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
     assert rehearsal.world.ending is Ending.ARRIVED
 
 
-@pytest.mark.parametrize("from_s", [3.07, 4.25])
-def test_without_another_way_the_run_ends_with_route_lost(tmp_path: Path, from_s: float) -> None:
-    changes = [*queue(3, 0.7), closing(from_s), (OTHER_OPENING, WALLED_UP), TIME_FOR_ALL_ORDERS]
-    rehearsal = Rehearsal(scenario(tmp_path, *changes), 1, PERFECT).run()
+def test_without_another_way_the_run_ends_with_route_lost() -> None:
+    changes = [*queue(3, 0.7), closing(3.07), (OTHER_OPENING, WALLED_UP), TIME_FOR_ALL_ORDERS]
+    rehearsal = rehearsed(*changes)
     assert len(dissolutions(rehearsal)) == 1
     assert rehearsal.world.ending is Ending.ROUTE_LOST
     assert rehearsal.world.tally.route_lost is not None
@@ -105,21 +107,21 @@ def test_without_another_way_the_run_ends_with_route_lost(tmp_path: Path, from_s
     assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
 
 
-@pytest.mark.parametrize("from_s", [0.5, 1.0, 2.25])
-def test_the_strand_drives_around_an_obstacle_that_stops_on_its_path(tmp_path: Path, from_s: float) -> None:
+@pytest.mark.parametrize("from_s", [0.5, 2.25])
+def test_the_strand_drives_around_an_obstacle_that_stops_on_its_path(from_s: float) -> None:
     text = DOOR.read_text(encoding="utf-8")
     walls = text[text.index(WALLS_FROM) : text.index(WALLS_TO)]
     door = text[text.index('shape = "polygon"\nvertices_m = [[0.0, -0.5]') : text.index("track = ")]
     ball = (door, 'shape = "circle"\nradius_m = 0.15\n')
     track = (TRACK, f"track = [[{from_s}, 3.2, 3.5], [{from_s + 3.0}, 3.2, 2.0]]")
-    rehearsal = Rehearsal(scenario(tmp_path, (walls, ""), ball, track, *queue(3, 0.9)), 1, PERFECT).run()
+    rehearsal = rehearsed((walls, ""), ball, track, *queue(3, 0.9))
     assert len(dissolutions(rehearsal)) == 1
     assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
     assert rehearsal.world.ending is Ending.ARRIVED
 
 
-def test_a_robot_that_had_arrived_arrives_again_in_the_new_strand(tmp_path: Path) -> None:
-    rehearsal = Rehearsal(scenario(tmp_path, *queue(3, 0.8), closing(4.0)), 1, PERFECT).run()
+def test_a_robot_that_had_arrived_arrives_again_in_the_new_strand() -> None:
+    rehearsal = rehearsed(*queue(3, 0.8), closing(4.0))
     (dissolved,) = dissolutions(rehearsal)
     of_leader = [entry.record for source, entry in rehearsal.entries if source == "r1"]
     arrived = [index for index, record in enumerate(of_leader) if isinstance(record, RobotArrived)]
@@ -146,15 +148,15 @@ def test_an_announcement_of_another_epoch_is_void(epoch: int, heard: int) -> Non
     assert len(lining.beside()) == heard
 
 
-def test_orders_in_an_epoch_without_its_dissolution_entry_break_s3(tmp_path: Path) -> None:
-    rehearsal = Rehearsal(scenario(tmp_path, *queue(3, 0.8), closing(4.0)), 1, PERFECT).run()
+def test_orders_in_an_epoch_without_its_dissolution_entry_break_s3() -> None:
+    rehearsal = rehearsed(*queue(3, 0.8), closing(4.0))
     unsaid = [line for line in rehearsal.entries if not isinstance(line[1].record, StrandDissolved)]
     why = {breach.broken.why for breach in judge(rehearsal.world.scenario, unsaid).breaches}
     assert "ordered in epoch 2 without a strand" in why
 
 
-def test_the_orders_of_one_epoch_end_before_those_of_the_next_begin(tmp_path: Path) -> None:
-    rehearsal = Rehearsal(scenario(tmp_path, *queue(3, 0.8), closing(4.0)), 4, LOSSY).run()
+def test_the_orders_of_one_epoch_end_before_those_of_the_next_begin() -> None:
+    rehearsal = rehearsed(*queue(3, 0.8), closing(4.0), seed=4, plan=LOSSY)
     orders = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, OrderAccepted)]
     drives = [order.epoch for order in orders if order.target is not None]
     assert drives == sorted(drives)
@@ -185,7 +187,7 @@ def dissolve(stage: TurningStage) -> None:
 
 
 @given(actions, actions)
-@settings(max_examples=100)
+@settings(max_examples=50)
 def test_no_robot_moves_any_more_when_the_tail_may_start_the_next_lining_up(
     before: list[tuple[str, float, float]], after: list[tuple[str, float, float]]
 ) -> None:

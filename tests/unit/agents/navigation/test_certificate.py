@@ -70,7 +70,7 @@ def least_clearance_m(shapes: list[Shape], lengths_m: np.ndarray) -> np.ndarray:
 
 
 @given(scenes())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=60)
 def test_every_certified_step_keeps_epsilon(shapes: list[Shape]) -> None:
     walls = scan_walls(look_around(shapes, ROBOT), ROBOT)
     lengths = np.minimum(certified_lengths_m(NOWHERE, HEADINGS_RAD, walls), ROBOT.range_m_max)
@@ -78,7 +78,7 @@ def test_every_certified_step_keeps_epsilon(shapes: list[Shape]) -> None:
 
 
 @given(scenes(), st.sampled_from(range(len(HEADINGS_RAD))))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=60)
 def test_every_step_keeps_its_promised_clearance(shapes: list[Shape], heading: int) -> None:
     view = look_around(shapes, ROBOT)
     lengths = certified_lengths_m(NOWHERE, HEADINGS_RAD, scan_walls(view, ROBOT))

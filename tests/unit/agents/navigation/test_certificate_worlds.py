@@ -23,7 +23,7 @@ ROUNDING_M = 1e-8
 SAMPLE_M = 0.01  # spacing of samples on the outline of the free polygon
 BEYOND_M = 1e-3  # further than certified
 
-patiently = settings(max_examples=120)
+patiently = settings(max_examples=60)
 
 
 def certified_m(there: Standpoint) -> Floats:

@@ -2,6 +2,7 @@
 
 import json
 import math
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -23,9 +24,10 @@ from clew.bench.loss import (
 from clew.bench.loss_chart import loss_chart
 from clew.figures.style import render
 from clew.manual.parts import with_part
+from clew.verbs import bench_loss
 from clew.verbs.bench_loss import DOCUMENT, FIGURE, PART
 from protocol.faults.plan import NO_FAULTS
-from tests.support.campaigns import clew
+from tests.support.campaigns import clew, scene
 from world.scenario.scenario import load
 
 TIMES = st.lists(st.none() | st.floats(1.0, 300.0), min_size=1, max_size=9)
@@ -100,10 +102,12 @@ def test_a_rehearsal_arrives_a_little_later_with_10_percent_loss_and_never_with_
     assert (nothing.time_s, nothing.violations) == (None, 0)
 
 
-def test_the_verb_rehearses_every_rate_of_both_kinds() -> None:
-    told = clew("bench", "loss", "follower", "--runs", "1", "--json")
+def test_the_verb_rehearses_every_rate_of_both_kinds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rates = (0.0, BOUND_RATE)  # those that it judges by
+    monkeypatch.setattr(bench_loss, "RATES", rates)
+    told = clew("bench", "loss", scene(tmp_path / "posts.json"), "--runs", "1", "--json")
     said = json.loads(told.stdout)
     assert [(point["reach"], point["rate"]) for point in said] == [
-        (reach, rate) for reach in Reach for rate in RATES
+        (reach, rate) for reach in Reach for rate in rates
     ]
     assert [len(point["rehearsed"]) for point in said] == [1] * len(said)

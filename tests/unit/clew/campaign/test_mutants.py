@@ -5,15 +5,15 @@ import pytest
 from clew.campaign.mutants import apply, run_mutant
 from clew.campaign.mutants_list import MUTANTS, Edit, Mutant
 from protocol.errors import UsageError
+from protocol.root import ROOT
 
 
 @pytest.mark.parametrize("mutant", MUTANTS, ids=lambda mutant: mutant.name)
-def test_each_mutant_applies_to_the_source_and_still_compiles(mutant: Mutant, tmp_path: Path) -> None:
-    apply(mutant, tmp_path)
+def test_each_mutant_applies_to_the_source_and_still_compiles(mutant: Mutant) -> None:
     for edit in mutant.edits:
-        text = (tmp_path / edit.file).read_text(encoding="utf-8")
-        compile(text, edit.file, "exec")
-        assert edit.after in text
+        text = (ROOT / edit.file).read_text(encoding="utf-8")
+        assert text.count(edit.before) == 1
+        compile(text.replace(edit.before, edit.after), edit.file, "exec")
 
 
 def test_there_are_at_least_fifteen_mutants_with_different_names() -> None:

@@ -31,7 +31,7 @@ SCATTERED = [kind for kind in Kind if kind is not Kind.CORRIDORS]
 ROUNDING_M = 1e-9
 
 kinds, seeds = st.sampled_from(Kind), st.integers(0, 3)
-few = settings(max_examples=30)
+few = settings(max_examples=15)
 
 
 @cache

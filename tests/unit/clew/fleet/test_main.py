@@ -162,7 +162,7 @@ with private_folder({str(folders.temporary)!r}) as private:
         command, env=environment, stdout=subprocess.PIPE, timeout=DEADLINE_S, check=False
     )  # which waits for the part, too: it has our pipe
     assert ended.returncode == -signal.SIGKILL
-    wait_until(lambda: folders.hold_nothing() or None, DEADLINE_S)
+    wait_until(lambda: folders.hold_nothing() or None)
 
 
 def test_requests_are_kept_until_somebody_hears_them() -> None:

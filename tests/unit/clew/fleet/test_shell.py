@@ -200,4 +200,4 @@ def test_mistake_of_our_own_ends_us_and_leaves_nothing(toys: Toys, monkeypatch: 
     monkeypatch.setattr(Supervisor, "handle", mistaken)
     with pytest.raises(AssertionError, match="a mistake"):
         toys.run()
-    wait_until(lambda: not is_there(toys.noted("router")) or None, DEADLINE_S)
+    wait_until(lambda: not is_there(toys.noted("router")) or None)

@@ -5,6 +5,7 @@ Every failure prints the line that replays it.
 
 import itertools
 from collections.abc import Callable
+from functools import cache
 
 import pytest
 from msgspec.structs import replace
@@ -51,9 +52,15 @@ def test_with_the_certified_law_the_fleet_arrives_and_breaks_no_invariant(name: 
     assert judgement.least_clearance.distance_m >= 0.09
 
 
-@pytest.mark.parametrize("seed", range(1, 6))
+@cache
+def lossy(seed: int) -> Rehearsal:
+    """To read."""
+    return Rehearsal(load("grove"), seed, LOSSY).run()
+
+
+@pytest.mark.parametrize("seed", range(1, 4))
 def test_loss_delay_and_duplication_only_cost_time(seed: int) -> None:
-    rehearsal = Rehearsal(load("grove"), seed, LOSSY).run()
+    rehearsal = lossy(seed)
     again = replay(test_loss_delay_and_duplication_only_cost_time, seed)
     assert injected(rehearsal)["drop"] > 500, again
     assert injected(rehearsal)["duplicate"] > 100, again
@@ -74,9 +81,8 @@ def test_a_loss_of_90_percent_breaks_no_invariant() -> None:
     assert judged(rehearsal).breaches == ()
 
 
-@pytest.mark.parametrize("robot", range(1, 6))
-@pytest.mark.parametrize("dies_at_s", [2.0, 6.5])
-def test_when_a_robot_dies_the_others_arrive(robot: int, dies_at_s: float) -> None:
+@pytest.mark.parametrize(("dies_at_s", "robot"), [(2.0, 1), (2.0, 3), (2.0, 5), (6.5, 1), (6.5, 2), (6.5, 4)])
+def test_when_a_robot_dies_the_others_arrive(dies_at_s: float, robot: int) -> None:
     rehearsal = Rehearsal(load("grove"), 1, PERFECT)
     for now_s in rehearsal.ticks():
         if now_s == pytest.approx(dies_at_s):
@@ -89,9 +95,8 @@ def test_when_a_robot_dies_the_others_arrive(robot: int, dies_at_s: float) -> No
 
 
 def test_a_seed_determines_the_whole_run() -> None:
-    runs = [Rehearsal(load("grove"), seed, LOSSY).run().entries for seed in (7, 7, 8)]
-    assert runs[0] == runs[1]
-    assert runs[0] != runs[2]
+    assert Rehearsal(load("grove"), 1, LOSSY).run().entries == lossy(1).entries
+    assert lossy(1).entries != lossy(2).entries
 
 
 @pytest.mark.parametrize("robots", [1, 2, 9])
@@ -102,7 +107,7 @@ def test_strands_of_one_two_and_nine_robots_arrive(robots: int) -> None:
 
 
 def test_all_robots_agree_on_one_order() -> None:
-    rehearsal = Rehearsal(load("grove"), 3, LOSSY).run()
+    rehearsal = lossy(3)
     orders = {entry.record.order for _, entry in rehearsal.entries if isinstance(entry.record, StrandFormed)}
     assert len(orders) == 1
     assert sorted(*orders) == [1, 2, 3, 4, 5]

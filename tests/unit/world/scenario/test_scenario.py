@@ -349,7 +349,7 @@ def test_the_grove_has_a_way_to_the_goal_with_room_to_spare() -> None:
     grove = load("grove")
     assert {type(obstacle).__name__ for obstacle in grove.obstacles} == {"Circle", "Ellipse", "Polygon"}
     assert grove.goal is not None
-    cell_m = 0.02
+    cell_m = 0.04
     x, y = np.meshgrid(np.arange(0.0, 6.0, cell_m), np.arange(0.0, 4.0, cell_m))
     solid = shapely.union_all([as_shapely(obstacle) for obstacle in grove.obstacles])
     rim_m = np.minimum.reduce([x, 6.0 - x, y, 4.0 - y])
