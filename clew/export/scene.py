@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from clew.export.drawing import Colour, Disc, Label, Stroke, Thing, capsule, outline
 from clew.log.check import scenario_of
 from clew.log.log import Log
+from clew.story.robots import Robots
 from clew.story.steps import chosen_gap
 from protocol.errors import UsageError
 from protocol.frames import Point
@@ -22,9 +23,6 @@ from protocol.timeline import (
     Entry,
     PoseSampled,
     PromiseBroken,
-    RobotDied,
-    RobotRestarted,
-    RobotReturned,
     StepPlanned,
     StrandFormed,
 )
@@ -56,6 +54,9 @@ class Scene:
     """The strand's path in each epoch."""
     _order: tuple[int, ...] = ()
     _epoch: int = -1
+    _robots: Robots = field(default_factory=Robots)
+    _ended: set[int] = field(default_factory=set)
+    """The robots that are drawn as dead."""
     _places: dict[int, tuple[float, float]] = field(default_factory=dict)
     _granted: set[str] = field(default_factory=set)
     """The authorities that are drawn."""
@@ -80,6 +81,7 @@ class Scene:
         """What an entry changes."""
         if entry.t_s >= self._drawn_s + PERIOD_S:
             yield from self._moving(entry.t_s)
+        yield from self._lives(source, entry)
         match entry.record:
             case PoseSampled() as pose:
                 self._places[pose.robot] = pose.x_m, pose.y_m
@@ -92,14 +94,19 @@ class Scene:
                 yield self._step(plan)
             case AuthorityGranted() as grant if grant.epoch >= self._epoch:
                 yield from self._authority(grant)
-            case RobotDied(robot=robot):
-                yield self._robot(robot, DEAD)
-            case RobotReturned(robot=robot) | RobotRestarted(robot=robot):
-                yield self._robot(robot, ROBOT)
             case PromiseBroken(robot=robot) if robot_number(source) is None:
                 yield self._robot(robot, BROKEN)
             case _:
                 pass
+
+    def _lives(self, source: str, entry: Entry) -> Iterator[Thing]:
+        """A robot whose process has ended, or runs again."""
+        told = len(self._robots.changes)
+        self._robots.hear(source, entry)
+        for change in self._robots.changes[told:]:
+            if change.state.is_end != (change.robot in self._ended):
+                (self._ended.add if change.state.is_end else self._ended.discard)(change.robot)
+                yield self._robot(change.robot, DEAD if change.state.is_end else ROBOT)
 
     def _moving(self, t_s: float) -> Iterator[Thing]:
         self._drawn_s = t_s

@@ -111,10 +111,9 @@ function activeStep(run, robot, t) {
   const row = run.lookup("step.planned", robot).at(t);
   if (row < 0) return -1;
   const steps = run.kind("step.planned");
-  for (const kind of ["step.finished", "step.abandoned"]) {
-    const end = run.lookup(kind, robot).at(t);
-    const ends = run.kind(kind); // a step may be planned at the instant at which the one before it ends
-    if (end >= 0 && ends.t[end] >= steps.t[row] && ends.step[end] === steps.step[row]) return -1;
+  if (!steps.joins[row]) {
+    const { end, to } = run.steps.findLast((each) => each.from <= t && each.row.robot === robot) ?? {};
+    if ((end === "finished" || end === "abandoned") && Number(to) <= t) return -1;
   }
   const body = run.body(robot);
   const [x, y] = pair(steps.target[row]);

@@ -7,8 +7,6 @@ const KEYS = {
   "order.accepted": (rows, i) => (rows.target[i] === null ? null : rows.robot[i]), // to stand still says nothing of the way
   "scan.served": (rows, i) => rows.robot[i],
   "step.planned": (rows, i) => robotOf(rows.source[i]),
-  "step.finished": (rows, i) => rows.robot[i],
-  "step.abandoned": (rows, i) => robotOf(rows.source[i]),
   "segment.checked": (rows, i) => robotOf(rows.source[i]),
   "authority.granted": (rows, i) => `${robotOf(rows.source[i])}>${rows.to[i]}`,
 };

@@ -14,11 +14,13 @@ from protocol.path import Path
 from protocol.timeline import (
     AuthorityGranted,
     Entry,
+    FaultInjected,
     PoseSampled,
     PromiseBroken,
     Record,
     RobotDied,
     RobotReturned,
+    ScanServed,
     SeenGap,
     SeenObstacle,
     StepPlanned,
@@ -47,6 +49,9 @@ PLAN = StepPlanned(
     promised_clearance_m=0.25,
     cost_to_go_m=None,
 )
+
+
+DIED = RobotDied(robot=2, silent_since_s=0.0)
 
 
 def drawn(scene: Scene, record: Record, t_s: float = 0.0, source: str = "world") -> list[Thing]:
@@ -100,23 +105,26 @@ def test_links_join_the_robots_of_the_newest_strand_ten_times_a_second() -> None
     drawn(scene, StrandFormed(epoch=1, sensed=False, order=(1, 2, 3), path_length_m=1.0), source="r2")
     nudge = RobotReturned(robot=3)
     assert "links" not in [thing.name for thing in drawn(scene, nudge, t_s=0.05)]
-    (links, _) = drawn(scene, nudge, t_s=0.1)
+    (links,) = drawn(scene, nudge, t_s=0.1)
     assert [mark.points for mark in strokes(links, links.marks[0].colour)] == [((3.0, 0.0), (1.0, 0.0))]
     assert "links" not in [thing.name for thing in drawn(scene, nudge, t_s=0.3)]  # nobody has moved
 
 
 @pytest.mark.parametrize(
-    ("record", "colour"),
+    ("records", "colour"),
     [
-        (RobotDied(robot=2, silent_since_s=0.0), DEAD),
-        (RobotReturned(robot=2), ROBOT),
-        (PromiseBroken(invariant="S1", robot=2, why="near"), BROKEN),
+        ((DIED,), DEAD),
+        ((FaultInjected(fault="freeze", rule="a", process="r2"),), DEAD),
+        ((DIED, RobotReturned(robot=2)), ROBOT),
+        ((PromiseBroken(invariant="S1", robot=2, why="near"),), BROKEN),
     ],
 )
-def test_a_robot_shows_how_it_fares(record: Record, colour: Colour) -> None:
-    (thing,) = drawn(Scene(PAPER, {}), record)
+def test_a_robot_shows_how_it_fares(records: tuple[Record, ...], colour: Colour) -> None:
+    scene = Scene(PAPER, {})
+    [*_, thing] = [thing for record in records for thing in drawn(scene, record)]
     assert (thing.name, thing.robot) == ("robot/2", 2)
     assert strokes(thing, colour) != []
+    assert drawn(scene, ScanServed(robot=2, x_m=0.0, y_m=0.0, heading_rad=0.0, revolutions=1, hits=0)) == []
 
 
 def test_outlines_lie_where_the_shapes_do() -> None:
