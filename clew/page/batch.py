@@ -14,6 +14,9 @@ from typing import Any
 
 from msgspec import Struct
 
+from clew.story.links import LinkChange
+from clew.story.losses import Book
+
 FORMAT = "clew-page/1"
 PLACE_TOLERANCE_M = 0.001  # in each coordinate: what rounding and leaving out places may be off by, together
 
@@ -76,16 +79,6 @@ class Lane(Struct, frozen=True, kw_only=True):
     """`free`, `lining up`, `holding` for the robot behind, `waiting` for a link, `arrived` or `dead`."""
 
 
-class LinkRow(Struct, frozen=True, kw_only=True):
-    """A link from a time on; the lower of its two robots first."""
-
-    one: int
-    other: int
-    t_s: float
-    state: str
-    """`up`, `silent` or `broken`, by what its two robots recorded."""
-
-
 class StrandRow(Struct, frozen=True, kw_only=True):
     """The order of the strand from a time on, leader first."""
 
@@ -131,18 +124,6 @@ class StepRow(Struct, frozen=True, kw_only=True):
     """From there, as those of the start."""
 
 
-class BookRow(Struct, frozen=True, kw_only=True):
-    """The messages of a link, by the books that its two robots closed with."""
-
-    sender: int
-    receiver: int
-    sent: int | None
-    """None: its process died, or did and was started again."""
-    received: int | None
-    injected: int
-    """What faults took."""
-
-
 class Losses(Struct, frozen=True, kw_only=True):
     """The messages of links that faults took or damaged."""
 
@@ -166,18 +147,18 @@ class Batch(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """By kind: `i`, which entry of the log it was, `t` in ms and `source`, all columns but `source`, which
     holds the source's name; then a list for each field of the kind. A place is a pair `[x, y]`.
 
-    Of kinds that a reader looks for also `says`, their sentences; null: nobody looks for this one. Of
+    Of all but the most frequent kinds also `says`, their sentences; null: nobody looks for this one. Of
     `step.planned` also `ends`: between which points each gap opens, right and left; null: that is not known.
     """
     lanes: tuple[Lane, ...] = ()
-    links: tuple[LinkRow, ...] = ()
+    links: tuple[LinkChange, ...] = ()
     strands: tuple[StrandRow, ...] = ()
     paths: dict[str, list[tuple[float, float]]] = {}
     """By epoch: all corners of the strand's path; arc length counts from the first."""
     start: Start | None = None
     steps: tuple[StepRow, ...] = ()
     losses: Losses | None = None
-    books: tuple[BookRow, ...] = ()
+    books: tuple[Book, ...] = ()
     end_s: float | None = None
     """The newest time of the run so far."""
     ended: bool = False

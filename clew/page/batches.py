@@ -107,7 +107,7 @@ class Batches:
             passings=_nearness(passings),
             entries=self._entries.pack(),
             lanes=tuple(self._told.lanes(self.story)),
-            links=tuple(self._told.links(self.story)),
+            links=self._told.links(self.story),
             strands=tuple(self._told.strands(self.story)),
             paths=self._told.paths(self.story),
             start=self._start(),

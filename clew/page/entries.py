@@ -8,68 +8,22 @@ from typing import Any
 from clew.page.columns import MS, column, pair, plain
 from clew.story.steps import gap_ends
 from protocol.timeline import (
-    BodyStopped,
+    AuthorityGranted,
     Entry,
     FaultInjected,
-    GoalReached,
-    LeaderSucceeded,
-    LinkBroken,
-    LinkHeard,
-    LinkSilent,
-    MusterCalled,
-    PromiseBroken,
+    OrderAccepted,
+    OrderFinished,
     Record,
-    RobotBlocked,
-    RobotDied,
-    RobotFailed,
-    RobotPlaced,
-    RobotRestarted,
-    RobotReturned,
-    RouteLost,
-    RouterFound,
-    RouterLost,
-    RunEnded,
-    StepAbandoned,
+    ScanServed,
+    SegmentChecked,
     StepPlanned,
-    StrandDissolved,
-    StrandHealed,
-    StrandReversed,
-    WorldResumed,
 )
 from protocol.timeline.sentences import sentence
 
 Packed = dict[str, dict[str, list[Any]]]
 
-MOMENTS: frozenset[type[Record]] = frozenset(
-    {
-        BodyStopped,
-        FaultInjected,
-        GoalReached,
-        LeaderSucceeded,
-        LinkBroken,
-        LinkHeard,
-        LinkSilent,
-        MusterCalled,
-        PromiseBroken,
-        RobotBlocked,
-        RobotDied,
-        RobotFailed,
-        RobotPlaced,
-        RobotRestarted,
-        RobotReturned,
-        RouteLost,
-        RouterFound,
-        RouterLost,
-        RunEnded,
-        StepAbandoned,
-        StepPlanned,
-        StrandDissolved,
-        StrandHealed,
-        StrandReversed,
-        WorldResumed,
-    }
-)
-"""What a reader of the run looks for; `run/moments.js` has a sign for each."""
+UNSAID = frozenset({AuthorityGranted, OrderAccepted, OrderFinished, ScanServed, SegmentChecked})
+"""Of which there are many, and which nobody looks for: what the page has of them it draws."""
 AWAY = ": something has come nearer, and it leads away from that"
 
 
@@ -105,7 +59,7 @@ class Entries:
             "source": list(source),
             **{name: plain(list(map(attrgetter(name), records))) for name in kind.__struct_fields__},
         }
-        if kind in MOMENTS:
+        if kind not in UNSAID:
             columns["says"] = list(map(self._says, source, records))
         if kind is StepPlanned:
             columns["ends"] = [_ends(record) for record in records]

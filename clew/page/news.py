@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 
-import msgspec
-
-from clew.page.batch import BookRow, Lane, LinkRow, Losses, StepRow, StrandRow
+from clew.page.batch import Lane, Losses, StepRow, StrandRow
 from clew.page.columns import DECIMALS, MS, column
+from clew.story.links import LinkChange
+from clew.story.losses import Book
 from clew.story.states import State
 from clew.story.story import Story
 
@@ -43,12 +43,11 @@ class Told:
                 yield Lane(robot=change.robot, t_s=change.t_s, state=state)
         self._states = len(changes)
 
-    def links(self, story: Story) -> Iterator[LinkRow]:
+    def links(self, story: Story) -> tuple[LinkChange, ...]:
         """How links are, where that has changed."""
-        changes = story.links.changes
-        for change in changes[self._links :]:
-            yield LinkRow(one=change.one, other=change.other, t_s=change.t_s, state=change.state.name.lower())
-        self._links = len(changes)
+        new = tuple(story.links.changes[self._links :])
+        self._links += len(new)
+        return new
 
     def strands(self, story: Story) -> Iterator[StrandRow]:
         """Strands that have formed."""
@@ -89,9 +88,9 @@ class Told:
             receiver=[receiver for _, (_, receiver) in taken],
         )
 
-    def books(self, story: Story) -> tuple[BookRow, ...]:
+    def books(self, story: Story) -> tuple[Book, ...]:
         """All books, where one more has been closed."""
         if story.losses.closed == self._closed:
             return ()
         self._closed = story.losses.closed
-        return tuple(msgspec.convert(book, BookRow, from_attributes=True) for book in story.losses.books())
+        return story.losses.books()

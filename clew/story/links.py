@@ -6,7 +6,7 @@ Rule 2: robots' entries may come after later ones of others; changes of one link
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from enum import IntEnum, auto
+from enum import StrEnum
 
 from protocol.keys import robot_number
 from protocol.timeline import Entry, LinkBroken, LinkHeard, LinkSilent, StrandFormed
@@ -14,12 +14,12 @@ from protocol.timeline import Entry, LinkBroken, LinkHeard, LinkSilent, StrandFo
 KINDS = frozenset({LinkBroken, LinkHeard, LinkSilent, StrandFormed})
 
 
-class LinkState(IntEnum):
+class LinkState(StrEnum):
     """The worse, the later."""
 
-    UP = auto()
-    SILENT = auto()
-    BROKEN = auto()
+    UP = "up"
+    SILENT = "silent"
+    BROKEN = "broken"
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,8 @@ class Links:
             assert robot is not None
             self._ends[robot, neighbour] = state
             one, other = sorted((robot, neighbour))
-            worse = max(state, self._ends.get((neighbour, robot), LinkState.UP))
+            ends = {state, self._ends.get((neighbour, robot), LinkState.UP)}
+            worse = [each for each in LinkState if each in ends][-1]
             before = self._newest.get((one, other))
             if before is None or before.state is not worse:
                 at_s = entry.t_s if before is None else max(entry.t_s, before.t_s)

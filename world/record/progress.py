@@ -1,64 +1,40 @@
 """Progress messages for users who watch a run: one line per relevant entry."""
 
 from protocol.keys import robot_name
-from protocol.timeline import (
-    Entry,
-    FaultInjected,
-    GoalReached,
-    LeaderSucceeded,
-    LinkBroken,
-    PromiseBroken,
-    Record,
-    RobotArrived,
-    RobotDied,
-    RobotFailed,
-    RobotRestarted,
-    RobotReturned,
-    RouteLost,
-    RouterFound,
-    RouterLost,
-    RunEnded,
-    StepAbandoned,
-    StepPlanned,
-    StrandDissolved,
-    StrandFormed,
-    StrandHealed,
-    StrandReversed,
-    WorldResumed,
-)
+from protocol.timeline import Entry, FaultInjected, StrandFormed
 from protocol.timeline.sentences import sentence
 
-AWAITED: frozenset[type[Record]] = frozenset(
-    {
-        FaultInjected,
-        GoalReached,
-        LeaderSucceeded,
-        LinkBroken,
-        PromiseBroken,
-        RobotArrived,
-        RobotDied,
-        RobotFailed,
-        RobotRestarted,
-        RobotReturned,
-        RouteLost,
-        RouterFound,
-        RouterLost,
-        RunEnded,
-        StepAbandoned,
-        StepPlanned,
-        StrandDissolved,
-        StrandFormed,
-        StrandHealed,
-        StrandReversed,
-        WorldResumed,
-    }
+AWAITED = frozenset(
+    [
+        "fault.injected",
+        "goal.reached",
+        "leader.succeeded",
+        "link.broken",
+        "promise.broken",
+        "robot.arrived",
+        "robot.died",
+        "robot.failed",
+        "robot.restarted",
+        "robot.returned",
+        "route.lost",
+        "router.found",
+        "router.lost",
+        "run.ended",
+        "step.abandoned",
+        "step.planned",
+        "strand.dissolved",
+        "strand.formed",
+        "strand.healed",
+        "strand.reversed",
+        "world.resumed",
+    ]
 )
 
 
 def progress(source: str, entry: Entry) -> str | None:
     """The line for an entry; None if it is not relevant."""
     record = entry.record
-    if type(record) not in AWAITED:
+    if record.__struct_config__.tag not in AWAITED:
         return None
     if isinstance(record, StrandFormed) and source != robot_name(record.order[0]):
         return None  # only the leader's entry is reported

@@ -1,8 +1,10 @@
 """The progress messages of a run, one line each."""
 
-from protocol.timeline import Entry, FaultInjected, LinkSilent, StrandFormed
+from typing import get_args
+
+from protocol.timeline import Entry, FaultInjected, LinkSilent, Record, StrandFormed
 from tests.support.planned import planned
-from world.record.progress import progress
+from world.record.progress import AWAITED, progress
 
 
 def test_only_relevant_entries_are_reported() -> None:
@@ -20,3 +22,7 @@ def test_only_relevant_entries_are_reported() -> None:
         "t=   1.0 s  r2 plans step 3: 1.000 m", None, None, "t=   1.0 s  strand formed: r2 < r1",
         None, "t=   1.0 s  kill-1: kill r1",
     ]  # fmt: skip
+
+
+def test_what_is_awaited_are_kinds_of_entries() -> None:
+    assert {kind.__struct_config__.tag for kind in get_args(Record)} >= AWAITED
