@@ -17,7 +17,6 @@ from clew.story.losses import Losses
 from clew.story.robots import Robots
 from clew.story.steps import Step, Steps
 from clew.story.strands import Strands
-from protocol.frames import Point
 from protocol.timeline import Entry, FaultInjected, PoseSampled
 
 
@@ -68,8 +67,3 @@ class Story:
     def all_steps(self) -> tuple[Step, ...]:
         """The switching steps so far, in the order of their times."""
         return self.steps.all(self.robots.changes)
-
-    def place(self, robot: int) -> Point | None:
-        """Where a body was seen last."""
-        seen = self.poses.get(robot)
-        return None if seen is None else Point(x_m=seen[1].x_m, y_m=seen[1].y_m)

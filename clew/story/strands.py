@@ -66,11 +66,6 @@ class Strands:
         if isinstance(record, StrandFormed) and record.epoch not in self.formed:
             self.formed[record.epoch] = Strand(entry.t_s, record)
 
-    @property
-    def leaders(self) -> dict[int, int]:
-        """The robot that leads, by epoch."""
-        return {epoch: strand.formed.order[0] for epoch, strand in self.formed.items()}
-
     def paths(self, poses: Mapping[int, tuple[float, PoseSampled]]) -> dict[int, Path]:
         """The path of every epoch in which all robots have been seen; `poses`: the newest of each."""
         for robot, seen in poses.items():
