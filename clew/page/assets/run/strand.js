@@ -7,11 +7,6 @@ function strandAt(run, t) {
   return place < 0 ? null : run.strands[place];
 }
 
-/** @param {Run} run @param {number} t @returns {number} 0: nobody leads yet */
-function leaderAt(run, t) {
-  return strandAt(run, t)?.order[0] ?? 0;
-}
-
 /** @param {Run} run @param {number} one @param {number} other @param {number} t */
 function linkAt(run, one, other, t) {
   return stateAt(run.links.get(`${Math.min(one, other)}-${Math.max(one, other)}`), t);
