@@ -1,7 +1,7 @@
 """MCAP: a log in Foxglove's types, for tools that show and replay runs, and every entry as JSON.
 
 Rule 1: the header and every entry are one message each on `/events/KIND`, as the recorder writes it. Fields
-that this program does not know, from a newer version or from manual edits, are left out.
+        that this program does not know, from a newer version or from manual edits, are left out.
 Rule 2: messages are ordered by time. The drawing of an entry comes before the entry itself.
 """
 

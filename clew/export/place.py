@@ -1,9 +1,9 @@
 """The output of an export: written under a temporary name first, so that nobody finds half an export.
 
 Rule 1: only an earlier export is replaced: a file with the export's own suffix, or a folder that holds only
-files with names that this export uses.
+        files with names that this export uses.
 Rule 2: the hidden folder is locked while the export runs. A folder without a lock was left by an export that
-was killed; the next export to the same place removes it.
+        was killed; the next export to the same place removes it.
 """
 
 import contextlib

@@ -2,7 +2,7 @@
 
 Rule 1: entries come in the order of their times.
 Rule 2: things that move with a robot are drawn once, in the robot's frame. Links between robots and moving
-obstacles are drawn again every `PERIOD_S`.
+        obstacles are drawn again every `PERIOD_S`.
 """
 
 import math

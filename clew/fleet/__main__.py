@@ -2,7 +2,7 @@
 
 Rule 1: a request that cannot work ends with one line on stderr and exit code 2, and leaves nothing behind.
 Rule 2: a request to end that arrives before the run begins is kept until then. One that arrives after the end
-of the run changes nothing.
+        of the run changes nothing.
 Rule 3: slow modules are imported only when they are certainly needed.
 """
 

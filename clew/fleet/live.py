@@ -1,10 +1,11 @@
 """Runs a live fleet of real processes and reports what it has left behind. A shell.
 
 Rule 1: each fleet has its own folder for temporary files. All its processes have the folder's name in their
-environment, even if their parent has died. A process with that name after the launcher's end is a leftover.
+        environment, even if their parent has died. A process that has it after the launcher's end is a
+        leftover.
 Rule 2: leftovers are killed here, so that they do not disturb the next fleet.
 Rule 3: each fleet has its own session, so signals from the terminal reach only us. We stop the fleet before
-we exit. If we are killed, the fleet runs to its normal end.
+        we exit. If we are killed, the fleet runs to its normal end.
 """
 
 import contextlib

@@ -1,7 +1,7 @@
 """The output of a fleet besides its verdict: the output of its parts, and the state of the terminal.
 
 Rule 1: with a live table or with --quiet, the output of the parts goes to a file. It is printed at the end,
-except for the progress lines, which the table has shown.
+        except for the progress lines, which the table has shown.
 Rule 2: the terminal is restored: a table that was killed has left the cursor hidden.
 Rule 3: a closed terminal or pipe does not make a run fail.
 """

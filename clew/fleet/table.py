@@ -2,7 +2,7 @@
 
 Rule 1: it reads only the timeline. The fleet neither waits for it nor knows about it.
 Rule 2: it ends when the verdict is there, when it is asked to, or when its launcher has gone. Before that, it
-draws everything recorded until then.
+        draws everything recorded until then.
 """
 
 import argparse

@@ -1,7 +1,7 @@
 """The scoreboard as a picture for a terminal of some size. Pure.
 
 Rule 1: it is never higher than the terminal. If not all rows fit, the leader has priority, then robots that
-are dead, stand or wait because of a fault, then the tail. One line sums up the others.
+        are dead, stand or wait because of a fault, then the tail. One line sums up the others.
 Rule 2: colour adds no information to the words.
 """
 

@@ -2,8 +2,8 @@
 
 Rule 1: everything is derived from the timeline. Clearances use true poses and agree with the verdict's.
 Rule 2: a robot's progress is the distance driven, as a share of that and the remaining way. The remaining way
-follows the strand's path as far as the leader has planned, then the plan's cost to go. While its strand has
-no plan, a robot keeps its last value.
+        follows the strand's path as far as the leader has planned, then the plan's cost to go. While its
+        strand has no plan, a robot keeps its last value.
 """
 
 from collections import defaultdict, deque

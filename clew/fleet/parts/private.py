@@ -2,9 +2,9 @@
 
 Rule 1: the folder is removed when the run ends. If we are killed, the cleaner removes it.
 Rule 2: the lifeline is a pipe that carries no data. Its reading end is the stdin of every part and of the
-cleaner; only we hold the writing end. End of file means that we are gone: then the parts end, too.
-Rule 3: a frozen part cannot read, and need not. When we die, the kernel sends SIGHUP and SIGCONT to its process
-group: the group is stopped, and no other process in our session has started it.
+        cleaner; only we hold the writing end. End of file means that we are gone: then the parts end.
+Rule 3: a frozen part cannot read, and need not. When we die, the kernel sends SIGHUP and SIGCONT to its
+        process group: the group is stopped, and no other process in our session has started it.
 """
 
 import os

@@ -1,9 +1,9 @@
 """The processes of a fleet: starts them, signals them, and reports when they are ready, ended or gone.
 
 Rule 1: each part has its own process group. So Ctrl-C reaches only the launcher, and robots can be found
-after their host has died.
+        after their host has died.
 Rule 2: the private folder holds the process ids, `world.pid` and so on, each written atomically. `router.pid`
-links to that of the active router.
+        links to that of the active router.
 Rule 3: a group is signalled only while it may have members: afterwards, another group may get its number.
 Rule 4: robots whose host has died become our children (`orphans_adopted`), so that we see them end.
 """
