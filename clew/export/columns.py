@@ -1,4 +1,4 @@
-"""The columns of a kind of entry, from its type: what a table of such entries is made of."""
+"""The columns of a table of entries of one kind, derived from the kind's type."""
 
 from dataclasses import dataclass
 from enum import Enum, auto
@@ -11,7 +11,7 @@ from protocol.timeline.base import Kind
 from world.record.lines import Stamp
 
 UNITS = ("radps", "mps", "rad", "m", "s")
-"""What a field's name may end in: the house writes units last."""
+"""The units that may end a field's name."""
 
 
 class Plain(Enum):
@@ -39,7 +39,7 @@ class Many:
 
 @dataclass(frozen=True, slots=True)
 class ByKey:
-    """Values of one type, each with a text for its key."""
+    """Values of one type, each with a text as its key."""
 
     each: "Type"
 
@@ -58,18 +58,18 @@ class Column:
 
     @property
     def unit(self) -> str | None:
-        """The unit in its name."""
+        """The unit that ends its name."""
         words = set(self.name.split("_")[1:])
         return next((unit for unit in UNITS if unit in words), None)
 
 
 def columns_of(kind: type[Kind]) -> tuple[Column, ...]:
-    """The columns of entries of this kind: what every line has, and then the kind's own fields."""
+    """The columns of entries of this kind: the fields of every line, then the kind's own fields."""
     return (*_fields(Stamp), Column("kind", Plain.TEXT, nullable=False, about=""), *_fields(kind))
 
 
 def row_of(source: str, entry: Entry, fields: dict[str, Any]) -> dict[str, Any]:
-    """An entry under the names of its columns; `fields` is its record as plain data."""
+    """An entry as a row, by column name; `fields` is its record as plain data."""
     return {"t_s": entry.t_s, "hlc": entry.hlc, "source": source, "n": entry.n, **fields}
 
 

@@ -1,7 +1,7 @@
-"""CSV: one file for each kind of entry, with a column for each number, word or flag in it.
+"""CSV: one file for each kind of entry, with a column for each number, text or flag in it.
 
-Rule 1: a part's fields are columns with a dot, as `target.x_m`; lists and counts by key are JSON in one.
-Rule 2: an empty cell is null, or an empty text.
+Rule 1: nested fields are columns with a dot, as `target.x_m`. A list or a map is JSON in one column.
+Rule 2: an empty cell is null or an empty text.
 """
 
 import csv
@@ -57,7 +57,7 @@ def _cells(columns: Iterable[Column], row: dict[str, Any] | None) -> Iterator[ob
     for column in columns:
         value = None if row is None else row[column.name]
         if column.type is Plain.FLAG:
-            yield None if value is None else str(value).lower()  # as JSON, SQL and pandas have it
+            yield None if value is None else str(value).lower()  # as JSON, SQL and pandas write it
         elif isinstance(column.type, Plain):
             yield value
         elif isinstance(column.type, Part):

@@ -1,6 +1,6 @@
-"""What there is to draw, for tools that show scenes: lines, discs and words on the ground. Pure.
+"""Things to draw, for tools that show scenes: lines, discs and labels on the ground. Pure.
 
-Each thing has a name; drawn again, it takes the place of what was drawn under that name before.
+Each thing has a name; drawing it again replaces the earlier thing with that name.
 """
 
 import math
@@ -11,12 +11,12 @@ import numpy as np
 from world.geometry.shapes import Circle, Ellipse, Polygon, Shape
 
 Points = tuple[tuple[float, float], ...]
-CORNERS = 48  # of a round outline: 7.5 degrees each look round
+CORNERS = 48  # of a round outline: sides of 7.5 degrees look round
 
 
 @dataclass(frozen=True, slots=True)
 class Colour:
-    """Red, green, blue and how opaque, from 0 to 1."""
+    """Red, green, blue and opacity, from 0 to 1."""
 
     r: float
     g: float
@@ -45,7 +45,7 @@ class Disc:
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """A word at a place [m; the thing's frame]."""
+    """A label at a place [m; the thing's frame]."""
 
     at: tuple[float, float]
     text: str
@@ -54,7 +54,7 @@ class Label:
 
 @dataclass(frozen=True, slots=True)
 class Thing:
-    """What is drawn under one name, in the world's frame or in a robot's."""
+    """Everything drawn under one name, in the world frame or in a robot's frame."""
 
     name: str
     marks: tuple[Stroke | Disc | Label, ...]
@@ -78,7 +78,7 @@ def outline(shape: Shape, colour: Colour, at: tuple[float, float] = (0.0, 0.0)) 
 
 
 def capsule(start: tuple[float, float], end: tuple[float, float], radius_m: float, colour: Colour) -> Stroke:
-    """The outline of all places that are so near to the way from `start` to `end`."""
+    """The outline of all places within `radius_m` of the segment from `start` to `end`."""
     heading_rad = math.atan2(end[1] - start[1], end[0] - start[0])
     half = np.linspace(-math.pi / 2, math.pi / 2, CORNERS // 2)
     points: list[tuple[float, float]] = []

@@ -1,13 +1,13 @@
-"""What an export says of itself."""
+"""The result of an export."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
 class Exported:
-    """A log as another tool may have it now."""
+    """A log that has been exported for another tool."""
 
     entries: int
-    """How many were written, without the header."""
+    """The number of entries written, without the header."""
     flaws: tuple[str, ...]
-    """What is wrong with the log, or with what became of it."""
+    """Defects of the log, and things that the export lacks."""

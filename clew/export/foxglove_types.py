@@ -24,23 +24,23 @@ LEVELS = dict.fromkeys(("promise.broken", "robot.failed", "route.lost"), LogLeve
     ),
     LogLevel.Warning,
 )
-"""Of kinds that are no mere news."""
+"""The levels of kinds that are more than information."""
 FLAT_M = 0.001  # a disc's height: Foxglove draws solids
 WORD_PX = 14.0
 
 
 def frame_of(robot: int) -> str:
-    """The frame that moves with a robot: x ahead, y to its left."""
+    """The name of the frame that moves with a robot: x ahead, y to its left."""
     return f"robot/{robot}"
 
 
 def stamp(time_ns: int) -> Timestamp:
-    """A time."""
+    """A time in Foxglove's type."""
     return Timestamp(*divmod(time_ns, 10**9))
 
 
 def pose(place: PoseSampled | ScanServed) -> fg.Pose:
-    """Where a body is and which way it faces."""
+    """The position and orientation of a body."""
     return fg.Pose(
         position=fg.Vector3(x=place.x_m, y=place.y_m, z=0.0),
         orientation=_turned(place.heading_rad),
@@ -48,19 +48,19 @@ def pose(place: PoseSampled | ScanServed) -> fg.Pose:
 
 
 def placed(place: PoseSampled, time_ns: int) -> fg.PoseInFrame:
-    """The same as a message of its own."""
+    """The same as a separate message."""
     return fg.PoseInFrame(timestamp=stamp(time_ns), frame_id=WORLD_FRAME, pose=pose(place))
 
 
 def said(source: str, kind: str, record: Record, time_ns: int) -> fg.Log:
-    """An entry in words."""
+    """An entry as a log message."""
     level = LEVELS.get(kind, LogLevel.Info)
     message = f"{kind}: {sentence(source, record)}"
     return fg.Log(timestamp=stamp(time_ns), level=level, name=source, message=message)
 
 
 def transform(place: PoseSampled, time_ns: int) -> fg.FrameTransforms:
-    """Where a robot's frame is in the world's."""
+    """The transform of a robot's frame in the world frame."""
     return fg.FrameTransforms(
         transforms=[
             fg.FrameTransform(
@@ -75,7 +75,7 @@ def transform(place: PoseSampled, time_ns: int) -> fg.FrameTransforms:
 
 
 def scan(served: ScanServed, range_m_max: float, time_ns: int) -> fg.LaserScan:
-    """What a body's sensor saw; a ray that hit nothing is infinite."""
+    """The scan of a body's sensor; a ray without a hit is infinite."""
     step_rad = math.tau / len(served.ranges_m)
     return fg.LaserScan(
         timestamp=stamp(time_ns),
@@ -88,7 +88,7 @@ def scan(served: ScanServed, range_m_max: float, time_ns: int) -> fg.LaserScan:
 
 
 def scene(things: Sequence[Thing], time_ns: int) -> fg.SceneUpdate:
-    """Things, each in the place of what had its name before."""
+    """A scene update: each thing replaces the earlier one with its name."""
     return fg.SceneUpdate(entities=[_entity(each, time_ns) for each in things])
 
 

@@ -1,4 +1,4 @@
-"""JSON Schemas of the lines of a log, each in one piece, as tools want them that know no references."""
+"""JSON Schemas of the lines of a log, each without references, because some tools do not resolve them."""
 
 from typing import Any
 
@@ -23,7 +23,7 @@ def schema_of(kind: type[Kind] | type[Header]) -> Schema:
     }
 
 
-def _whole(schema: Any, parts: dict[str, Schema]) -> Any:  # noqa: ANN401 - JSON, as deep as it is
+def _whole(schema: Any, parts: dict[str, Schema]) -> Any:  # noqa: ANN401 - JSON of any depth
     match schema:
         case {"$ref": str(name), **rest}:
             return _whole(parts[name.rsplit("/", 1)[-1]] | rest, parts)

@@ -1,8 +1,8 @@
-"""MCAP: a log in Foxglove's types, for what shows and plays runs; and every entry as JSON beside.
+"""MCAP: a log in Foxglove's types, for tools that show and replay runs, and every entry as JSON.
 
-Rule 1: every entry, and the header, is one message on `/events/KIND`, as the recorder writes it. A field that
-        this program does not know, in a log of a newer one or edited by hand, is left out.
-Rule 2: messages stand in the order of their times; what an entry tells of comes before the entry itself.
+Rule 1: the header and every entry are one message each on `/events/KIND`, as the recorder writes it. Fields
+        that this program does not know, from a newer version or from manual edits, are left out.
+Rule 2: messages are ordered by time. The drawing of an entry comes before the entry itself.
 """
 
 import math
@@ -45,7 +45,7 @@ def export(log: Log, out: Path) -> Exported:
 
 @contextmanager
 def _opened(path: Path, header: Header) -> Iterator[foxglove.Context]:
-    """A file, and what channels have to be of to be written into it."""
+    """The context whose channels are written to the file."""
     context = foxglove.Context()
     with foxglove.open_mcap(path, context=context) as writer:
         said = {
@@ -56,7 +56,7 @@ def _opened(path: Path, header: Header) -> Iterator[foxglove.Context]:
 
 
 class _Writing:
-    """The channels of a file that is being written, each made when it is first used."""
+    """The channels of a file that is being written, each made on first use."""
 
     def __init__(self, context: foxglove.Context, start_ns: int, scene: Scene | None) -> None:
         self._context, self._start_ns, self._scene = context, start_ns, scene
@@ -69,12 +69,12 @@ class _Writing:
         self._events: dict[str, foxglove.Channel] = {}
 
     def begin(self, header: Header) -> None:
-        """What is there before the first entry."""
+        """Write the messages before the first entry."""
         self._draw([] if self._scene is None else self._scene.begin(), self._start_ns)
         self._event("run.started", Header, msgspec.json.encode(header), self._start_ns)
 
     def entry(self, source: str, entry: Entry) -> None:
-        """An entry, and all that shows it."""
+        """Write an entry and everything that shows it."""
         time_ns = at_ns(self._start_ns, entry.t_s)
         self._draw([] if self._scene is None else [*self._scene.hear(source, entry)], time_ns)
         match entry.record:
@@ -85,7 +85,7 @@ class _Writing:
             case _:
                 pass
         text, kind = line(source, entry)[:-1], kind_of(entry.record)
-        if not isinstance(entry.record, PoseSampled):  # which would drown all others
+        if not isinstance(entry.record, PoseSampled):  # poses would drown all other messages
             self._words.log(types.said(source, kind, entry.record, time_ns), log_time=time_ns)
         self._event(kind, type(entry.record), text, time_ns)
 
@@ -109,7 +109,7 @@ class _Writing:
         channel.log(types.scan(scan, self._range_m_max, time_ns), log_time=time_ns)
 
     def _event(self, kind: str, record: type[Kind] | type[Header], text: bytes, time_ns: int) -> None:
-        """Rule 1."""
+        """Rule 1: write an entry as JSON."""
         channel = self._events.get(kind)
         if channel is None:
             data = msgspec.json.encode(schema_of(record))

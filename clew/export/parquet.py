@@ -1,7 +1,8 @@
-"""Parquet: one table for each kind of entry, with typed columns, their units and what they mean.
+"""Parquet: one table for each kind of entry, with typed columns, their units and their meanings.
 
-Rule 1: a part is a struct, a list a list, and counts by key a map: what DuckDB, polars and pandas unpack.
-Rule 2: every file bears the run's header, in its metadata under `clew.run`.
+Rule 1: nested fields are a struct, a list is a list, and counts by key are a map. DuckDB, polars and pandas
+        can unpack all of them.
+Rule 2: every file has the run's header in its metadata, under `clew.run`.
 """
 
 from contextlib import ExitStack

@@ -1,9 +1,9 @@
-"""Where an export is written: under a name of its own first, so that nobody finds half of one.
+"""The output of an export: written under a temporary name first, so that nobody finds half an export.
 
-Rule 1: what is replaced is a former export: a file with the export's own suffix, or a folder in which nothing
-        stands but files that the export itself would name so.
-Rule 2: the hidden folder is locked for as long as the export lives. What nobody locks was left by one that
-        was killed, and the next export to the same place takes it away.
+Rule 1: only an earlier export is replaced: a file with the export's own suffix, or a folder that holds only
+        files with names that this export uses.
+Rule 2: the hidden folder is locked while the export runs. A folder without a lock was left by an export that
+        was killed; the next export to the same place removes it.
 """
 
 import contextlib
@@ -25,10 +25,10 @@ NEW, OLD = "new", "old"
 
 @contextmanager
 def whole_file(out: Path) -> Iterator[Path]:
-    """A file to write, which becomes `out` when all went well; else nothing is left of it.
+    """A file to write. It becomes `out` on success; otherwise nothing is left of it.
 
     Raises:
-        UsageError: it cannot be written, or `out` is no file.
+        UsageError: it cannot be written, or `out` is a folder.
     """
     if out.is_dir():
         raise UsageError(f"--out {out}: it is a folder, and this export is one file")
@@ -40,15 +40,15 @@ def whole_file(out: Path) -> Iterator[Path]:
 
 @contextmanager
 def whole_folder(out: Path, names: Collection[str]) -> Iterator[Path]:
-    """A folder to fill, which becomes `out` when all went well; else nothing is left of it.
+    """A folder to fill. It becomes `out` on success; otherwise nothing is left of it.
 
     Raises:
-        UsageError: it cannot be written, or `out` holds something else than files of these names.
+        UsageError: it cannot be written, or `out` holds something other than files of these names.
     """
     foreign = _foreign(out, names)
     if foreign is not None:
         raise UsageError(
-            f"--out {out}: it is no former export and would be lost: {foreign} is none of its files"
+            f"--out {out}: it holds {foreign}, which is not part of an earlier export and would be lost"
         )
     with _beside(out) as draft:
         filled = draft / NEW
@@ -62,7 +62,7 @@ def whole_folder(out: Path, names: Collection[str]) -> Iterator[Path]:
 
 
 def _foreign(out: Path, names: Collection[str]) -> str | None:
-    """What stands at `out` that no export has written; None: nothing."""
+    """The name of something at `out` that no export has written; None if there is nothing like that."""
     if not out.is_dir():
         return out.name if out.exists() else None
     return next((each.name for each in out.iterdir() if each.name not in names or not each.is_file()), None)
@@ -70,7 +70,7 @@ def _foreign(out: Path, names: Collection[str]) -> str | None:
 
 @contextmanager
 def _beside(out: Path) -> Iterator[Path]:
-    """A hidden folder on the same file system, which goes away with all that is left in it."""
+    """A hidden folder on the same file system; it is removed with everything left in it."""
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         for left in out.parent.glob(f".{glob.escape(out.name)}.*{PART}"):
@@ -89,8 +89,8 @@ def _beside(out: Path) -> Iterator[Path]:
 
 
 def _clear(left: Path, ours: Collection[str]) -> None:
-    """Rule 2; a folder that holds anything else than these is somebody else's."""
-    with contextlib.suppress(OSError):  # another export may be at it, or have locked it
+    """Rule 2: remove a leftover. A folder that holds anything other than these names is not ours."""
+    with contextlib.suppress(OSError):  # another export may be removing it or have locked it
         if all(each.name in ours for each in left.iterdir()):
             with _locked(left):
                 shutil.rmtree(left)
@@ -98,10 +98,10 @@ def _clear(left: Path, ours: Collection[str]) -> None:
 
 @contextmanager
 def _locked(folder: Path) -> Iterator[None]:
-    """Locked by us, until the end of the context or of this process.
+    """Lock a folder until the end of the context or of this process.
 
     Raises:
-        OSError: somebody else has locked it.
+        OSError: another process has locked it.
     """
     held = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:

@@ -1,8 +1,8 @@
-"""The scene of a run, as its entries tell it: what changes is drawn again. Pure.
+"""The scene of a run, derived from its entries; things that change are drawn again. Pure.
 
 Rule 1: entries come in the order of their times.
-Rule 2: what moves with a robot is drawn once in the robot's frame; what lies between robots, or goes by
-        itself, is drawn again every `PERIOD_S`.
+Rule 2: things that move with a robot are drawn once, in the robot's frame. Links between robots and moving
+        obstacles are drawn again every `PERIOD_S`.
 """
 
 import math
@@ -28,8 +28,8 @@ from protocol.timeline import (
 )
 from world.scenario.scenario import Scenario
 
-PERIOD_S = 0.1  # as often as robots are told where their bodies are
-DOT_SHARE = 0.2  # of its halo, for the disc of a robot that is a point
+PERIOD_S = 0.1  # the period of odometry
+DOT_SHARE = 0.2  # of its halo: the disc of a robot with radius 0
 GROUND = Colour(0.45, 0.45, 0.5)
 MOVING = Colour(0.9, 0.55, 0.1)
 GOAL = Colour(0.1, 0.65, 0.3)
@@ -47,7 +47,7 @@ STEP, CERTIFICATE, CHORD, GAP = (
 
 @dataclass(slots=True)
 class Scene:
-    """What stands where, as far as the entries have told."""
+    """The state of the scene after the entries so far."""
 
     scenario: Scenario
     paths: dict[int, Path]
@@ -59,12 +59,12 @@ class Scene:
     """The robots that are drawn as dead."""
     _places: dict[int, tuple[float, float]] = field(default_factory=dict)
     _granted: set[str] = field(default_factory=set)
-    """The authorities that are drawn."""
+    """The names of the authorities that are drawn."""
     _drawn_s: float = -math.inf
     _moved: bool = False
 
     def begin(self) -> list[Thing]:
-        """What is there from the start."""
+        """The things that exist from the start."""
         ground = [outline(each, GROUND) for each in self.scenario.obstacles]
         things = [Thing("obstacles", tuple(ground))]
         if (bounds := self.scenario.bounds) is not None:
@@ -78,7 +78,7 @@ class Scene:
         return [*things, *(self._robot(each + 1, ROBOT) for each in range(self.scenario.fleet.robots))]
 
     def hear(self, source: str, entry: Entry) -> Iterator[Thing]:
-        """What an entry changes."""
+        """The things that an entry changes."""
         if entry.t_s >= self._drawn_s + PERIOD_S:
             yield from self._moving(entry.t_s)
         yield from self._lives(source, entry)
@@ -88,7 +88,7 @@ class Scene:
                 self._moved = True
             case StrandFormed() as formed if formed.epoch > self._epoch:
                 self._order, self._epoch, self._moved = formed.order, formed.epoch, True
-                yield from (Thing(name, ()) for name in sorted(self._granted))  # of the epoch before: void
+                yield from (Thing(name, ()) for name in sorted(self._granted))  # of the previous epoch: void
                 self._granted.clear()
             case StepPlanned() as plan:
                 yield self._step(plan)
@@ -155,11 +155,11 @@ class Scene:
 
 
 def readable_scenario(log: Log) -> tuple[Scenario | None, tuple[str, ...]]:
-    """The scenario in a log's header; where this version cannot read it, what is missing then."""
+    """The scenario in a log's header; if this version cannot read it, a remark on what is missing."""
     try:
         return scenario_of(log), ()
     except UsageError as error:
-        return None, (f"{error}: there is no scene in the export",)
+        return None, (f"{error}: the export has no scene",)
 
 
 def _place(point: Point) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""Tables of entries, one for each kind, written a stretch at a time."""
+"""Tables of entries, one for each kind, written in batches."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
@@ -13,27 +13,27 @@ from world.record.lines import Line
 from world.record.recorder import Header
 
 HEADER = str(Header.__struct_config__.tag)
-ROWS_AT_ONCE = 20_000  # pose.sampled's take 15 MB so
+ROWS_AT_ONCE = 20_000  # of pose.sampled: 15 MB
 
 
 class Table(Protocol):
-    """Takes the entries of one kind."""
+    """A table that takes the entries of one kind."""
 
     def add(self, rows: list[dict[str, Any]]) -> None:
-        """Write these rows behind those before."""
+        """Append these rows."""
 
 
 TYPES: dict[str, type[Kind]] = {str(each.__struct_config__.tag): each for each in get_args(Record)}
-"""The types of entries by their kinds."""
+"""The types of entries by kind."""
 
 
 def names_of(suffix: str) -> frozenset[str]:
-    """What the files of an export are called: the header's, and one for each kind."""
+    """The names of the files of an export: the header's, and one for each kind."""
     return frozenset(f"{kind}{suffix}" for kind in (HEADER, *TYPES))
 
 
 def fill(tables: Mapping[str, Table], lines: Iterable[Line]) -> int:
-    """Write all entries, each into the table of its kind; returns how many."""
+    """Write all entries, each into the table of its kind; returns their number."""
     waiting: defaultdict[str, list[dict[str, Any]]] = defaultdict(list)
     count = 0
     for source, entry in lines:

@@ -1,1 +1,1 @@
-"""A live fleet: what it is asked for, how it is prepared, its table while it runs, its summary."""
+"""A live fleet: its request, its preparation, its supervision, its live table and its summary."""

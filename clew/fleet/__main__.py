@@ -1,9 +1,9 @@
-"""`python -m clew.fleet`: runs a fleet as real processes; `launch/fleet.sh` is how users call it.
+"""`python -m clew.fleet`: runs a fleet as real processes. Users call it through `launch/fleet.sh`.
 
-Rule 1: what cannot work is one line on stderr and exit code 2, and leaves nothing behind.
-Rule 2: a request to end that comes before the run could begin is kept until then. One that comes when the run
-        has ended changes nothing.
-Rule 3: what takes long to load is loaded when it is certain that it is needed.
+Rule 1: a request that cannot work ends with one line on stderr and exit code 2, and leaves nothing behind.
+Rule 2: a request to end that arrives before the run begins is kept until then. One that arrives after the end
+        of the run changes nothing.
+Rule 3: slow modules are imported only when they are certainly needed.
 """
 
 import sys
@@ -17,19 +17,19 @@ from protocol.plain import plain
 
 
 class Requests:
-    """What asks for the end of the run, from the first moment on."""
+    """Collects the requests to end the run, from the first moment on."""
 
     def __init__(self) -> None:
         self.kept: list[ExitCode] = []
-        """What has come before anybody heard."""
+        """The requests that arrived before there was a listener."""
         self._tell: Callable[[ExitCode], None] = self.kept.append
 
     def note(self, code: ExitCode) -> None:
-        """A signal has come that wants this exit code."""
+        """A signal has arrived that asks for this exit code."""
         self._tell(code)
 
     def hear(self, tell: Callable[[ExitCode], None]) -> None:
-        """Tell this of all requests, of those that have come first."""
+        """Pass all requests to this listener, the earlier ones first."""
         self._tell = tell
         for code in self.kept:
             tell(code)
@@ -40,9 +40,9 @@ def main(arguments: Sequence[str]) -> int:
     requests = Requests()
     listen(requests.note)
     try:
-        # Help is given whatever else stands there.
+        # Help is printed regardless of the other arguments.
         request = parse(["--help"] if {"-h", "--help"} & set(arguments) else arguments)
-        # numpy and scipy come with it, which neither help nor a refusal needs.
+        # It imports numpy and scipy, which neither help nor a refusal needs.
         from clew.fleet.shell import run_fleet  # noqa: PLC0415 - half a second, as said above
 
         code = run_fleet(request, requests.hear)

@@ -1,4 +1,4 @@
-"""The folder of a run: what it is called, how it is made, and which one `runs/latest` is."""
+"""The folder of a run: its name, how it is made, and the link `runs/latest` to the newest one."""
 
 import contextlib
 import re
@@ -23,10 +23,10 @@ def folder_name(now: datetime, scenario: str, token: str) -> str:
 
 
 def make_folder(folder: Path) -> list[Path]:
-    """Make the run's folder, or take an empty one as it is; returns the folders that are new, deepest first.
+    """Make the run's folder or use an empty one; returns the new folders, deepest first.
 
     Raises:
-        UsageError: it cannot be made or written to, or holds something already.
+        UsageError: it cannot be made or written to, or it is not empty.
     """
     missing: list[Path] = []
     try:
@@ -45,15 +45,15 @@ def make_folder(folder: Path) -> list[Path]:
 
 
 def make_latest(folder: Path) -> None:
-    """Let `runs/latest` be this folder in `runs/`, in one step: it never leads nowhere."""
+    """Link `runs/latest` to this folder in `runs/`, in one atomic step."""
     link = LATEST.with_name(f"{folder.name}.link")
     link.symlink_to(folder.name)
     link.replace(LATEST)
 
 
 def drop_folder(folder: Path, made: Sequence[Path], latest: Path | None) -> None:
-    """Remove what was made for a run that never began: files, folders (deepest first), and the link to it."""
-    with contextlib.suppress(OSError):  # something else stands there, so it stays, and all above it
+    """Remove the files, folders (deepest first) and link that were made for a run that never began."""
+    with contextlib.suppress(OSError):  # it holds other files, so it stays, with the folders above it
         for name in (SCENARIO_FILE, SETTINGS_FILE, FAULTS_FILE):
             (folder / name).unlink(missing_ok=True)
         for path in made[:1]:

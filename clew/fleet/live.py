@@ -1,10 +1,11 @@
-"""Runs a live fleet, real processes and all, and says what it has left behind. A shell.
+"""Runs a live fleet of real processes and reports what it has left behind. A shell.
 
-Rule 1: each fleet has a folder of its own for temporary files. All its processes bear its name in their
-        environment, whoever their parent is by now, so whoever bears it when the launcher has ended was left.
-Rule 2: what was left is ended here: the next fleet is not to suffer from it.
-Rule 3: a fleet has a session of its own: who asks us to end asks us alone, and we end it first, undisturbed.
-        If we are killed nobody does, and it goes on to its own end.
+Rule 1: each fleet has its own folder for temporary files. All its processes have the folder's name in their
+        environment, even if their parent has died. A process that has it after the launcher's end is a
+        leftover.
+Rule 2: leftovers are killed here, so that they do not disturb the next fleet.
+Rule 3: each fleet has its own session, so signals from the terminal reach only us. We stop the fleet before
+        we exit. If we are killed, the fleet runs to its normal end.
 """
 
 import contextlib
@@ -22,14 +23,14 @@ from protocol.root import ROOT
 
 LAUNCHER = ROOT / "launch" / "fleet.sh"
 
-END_S_MAX = 10.0  # from SIGTERM to the launcher's end: twice what it promises
-GONE_S_MAX = 1.0  # for processes that have been killed to be gone, on a machine that is busy
+END_S_MAX = 10.0  # from SIGTERM to the launcher's end: twice the time that it promises
+GONE_S_MAX = 1.0  # until killed processes are gone, on a busy machine
 LOOK_S = 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ended:
-    """How a fleet came to its end."""
+    """How a fleet ended."""
 
     code: int | None
     """The launcher's exit code; None: it had to be killed."""
@@ -37,16 +38,16 @@ class Ended:
     """The lines of its stderr."""
     wall_s: float
     leftovers: tuple[str, ...]
-    """Command lines of processes, and names of files."""
+    """Command lines of processes and names of files."""
 
 
 def run_fleet(
     arguments: Sequence[str], *, wall_s_max: float, until: Callable[[], bool] = lambda: False
 ) -> Ended:
-    """Run a fleet until it ends; it is told to when the time is up, or `until` says so.
+    """Run a fleet until it ends. It is asked to end when the time is up or `until` returns True.
 
     Raises:
-        AskedToEnd: we were, and the fleet has gone.
+        AskedToEnd: we were asked to end; the fleet has ended.
     """
     since_s = time.monotonic()
     with (
@@ -77,10 +78,10 @@ def run_fleet(
 
 
 def processes_of(temporary: Path) -> dict[int, str]:
-    """The command lines of all living processes that bear this folder in their environment, by process id."""
+    """The command lines of all living processes with this folder in their environment, by process id."""
     mark, found = f"TMPDIR={temporary}".encode(), {}
     for entry in Path("/proc").iterdir():
-        # It may have just ended, or be another user's.
+        # It may have just ended or belong to another user.
         with contextlib.suppress(OSError):
             if entry.name.isdigit() and mark in (entry / "environ").read_bytes().split(b"\0"):
                 found[int(entry.name)] = (
@@ -98,7 +99,7 @@ def _has_ended(launcher: subprocess.Popen[bytes], within_s: float = LOOK_S) -> b
 
 
 def _end(launcher: subprocess.Popen[bytes]) -> int | None:
-    """Have the launcher end, unless it has; its exit code if it did so by itself or when asked."""
+    """End the launcher if it still runs; returns its exit code, or None if it had to be killed."""
     launcher.terminate()
     if _has_ended(launcher, END_S_MAX):
         return launcher.returncode
@@ -108,7 +109,7 @@ def _end(launcher: subprocess.Popen[bytes]) -> int | None:
 
 
 def left_behind(temporary: Path) -> tuple[str, ...]:
-    """What is there of a fleet that has ended; afterwards nothing is."""
+    """The leftovers of a fleet that has ended; kills its processes."""
     deadline_s = time.monotonic() + GONE_S_MAX
     while (left := processes_of(temporary)) and time.monotonic() < deadline_s:
         time.sleep(LOOK_S)

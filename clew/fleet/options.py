@@ -1,4 +1,4 @@
-"""What options of the command line may say, wherever they stand."""
+"""Values of command-line options that several commands share."""
 
 import argparse
 import math
@@ -6,14 +6,14 @@ from importlib import metadata
 
 from protocol.run_settings import SEED_MAX, SPEED_MAX
 
-DEPLOYMENTS = ("random",)  # what `--deployment` may say
+DEPLOYMENTS = ("random",)  # the values of `--deployment`
 
 
 def seed_of(text: str) -> int:
-    """The seed that a text says.
+    """The seed in a text.
 
     Raises:
-        argparse.ArgumentTypeError: it says none.
+        argparse.ArgumentTypeError: the text is invalid.
     """
     if not (text.isascii() and text.isdecimal() and int(text) <= SEED_MAX):
         raise argparse.ArgumentTypeError(f"must be a whole number from 0 to 2**53 - 1, got {text}")
@@ -21,10 +21,10 @@ def seed_of(text: str) -> int:
 
 
 def speed_of(text: str) -> float | None:
-    """The speed that a text says; None for `max`.
+    """The speed in a text; None for `max`.
 
     Raises:
-        argparse.ArgumentTypeError: it says none.
+        argparse.ArgumentTypeError: the text is invalid.
     """
     try:
         speed = None if text == "max" else float(text)
@@ -36,8 +36,8 @@ def speed_of(text: str) -> float | None:
 
 
 def version() -> str:
-    """The version of Clew, as people are told it."""
+    """The version of Clew, for people."""
     try:
         return f"clew {metadata.version('clew')}"
-    except metadata.PackageNotFoundError:  # a tree that was never set up
+    except metadata.PackageNotFoundError:  # a checkout that was never set up
         return "clew, not installed"

@@ -1,9 +1,9 @@
-"""What the user sees of a fleet beside its verdict: what its parts say, and the terminal.
+"""The output of a fleet besides its verdict: the output of its parts, and the state of the terminal.
 
-Rule 1: while there is a table, or nothing, what the parts say goes into a file. It comes out at the end, but
-        for the progress, which the table has shown.
-Rule 2: the terminal is left as it was: a table that was killed has not shown the cursor again.
-Rule 3: a run does not fail because nobody listens: a terminal may go, and a pipe may close.
+Rule 1: with a live table or with --quiet, the output of the parts goes to a file. It is printed at the end,
+        except for the progress lines, which the table has shown.
+Rule 2: the terminal is restored: a table that was killed has left the cursor hidden.
+Rule 3: a closed terminal or pipe does not make a run fail.
 """
 
 import contextlib
@@ -25,24 +25,24 @@ BEGIN_LINE = b"\x1b[0m\r\n\x1b[J"
 
 
 class Output:
-    """Where words go while a run goes on."""
+    """The destination of messages during a run."""
 
     def __init__(self, stderr: int) -> None:
         self.stderr = stderr
-        """For the parts."""
+        """The stderr of the parts."""
 
     def say(self, text: str) -> None:
-        """Tell the user in a line, among what the parts say."""
+        """Print a line for the user, between the output of the parts."""
         _write(self.stderr, f"clew: {plain(text)}\n".encode())
 
     def mend_terminal(self) -> None:
-        """A table has died in the middle of a picture: what is said next has a line of its own."""
+        """Restore the cursor and begin a new line, after a table has died while drawing."""
         _write(STDERR, SHOW_CURSOR + BEGIN_LINE)
 
 
 @contextlib.contextmanager
 def output(run: Prepared) -> Iterator[Output]:
-    """While the context lasts, words go where this run wants them; then all of them are on stderr."""
+    """Send messages where this run wants them; at the end of the context, all of them are on stderr."""
     if run.shows is Shows.LINES:
         yield Output(STDERR)
         return
@@ -66,8 +66,8 @@ def _words(said: Path) -> Iterator[bytes]:
 
 
 def say_result(run: Prepared) -> bool:
-    """Print the verdict, or say that there is none; returns whether the run has left anything."""
-    from clew.fleet.summary import summary_of  # noqa: PLC0415 - a run that begins does not wait for it
+    """Print the verdict or say that there is none; returns whether the run has left a log or a verdict."""
+    from clew.fleet.summary import summary_of  # noqa: PLC0415 - not needed at the start of a run
 
     verdict, stderr = run.folder / VERDICT_FILE, Output(STDERR)
     if has_content(verdict):
@@ -77,14 +77,14 @@ def say_result(run: Prepared) -> bool:
         except UsageError as error:
             stderr.say(str(error))
     elif has_content(run.folder / EVENTS_FILE):
-        stderr.say(f"no verdict was written; what happened until then is in {run.folder}")
+        stderr.say(f"no verdict was written; the log up to then is in {run.folder}")
     else:
         return False
     return True
 
 
 def has_content(path: Path) -> bool:
-    """Whether a file is there, and not empty."""
+    """Whether a file exists and is not empty."""
     return path.exists() and path.stat().st_size > 0
 
 

@@ -1,6 +1,6 @@
-"""Checks everything that a live run is asked for, before anything starts.
+"""Checks the whole request for a live run before anything starts.
 
-Rule 1: what cannot work is refused, and leaves nothing behind.
+Rule 1: a request that cannot work is refused and leaves nothing behind.
 Rule 2: the run's folder is made last.
 """
 
@@ -27,16 +27,16 @@ from protocol.run_settings import Settings
 from world.record.run_files import prepare_folder
 from world.scenario.scenario import load
 
-FLEET = "clew"  # the run, which stands in every key beside it, is what tells two fleets apart
+FLEET = "clew"  # every key also has the run's name, which tells two fleets apart
 
 
 def run_name(now: datetime, token: str) -> str:
-    """The run's name in keys and in the timeline: unique, and sorts by time."""
+    """The run's name in keys and in the timeline. It is unique and sorts by time."""
     return f"{now:%Y%m%dT%H%M%SZ}-{token}"
 
 
 class Shows(Enum):
-    """What the user sees of a run while it goes on."""
+    """What the user sees during a run."""
 
     TABLE = "table"
     LINES = "lines"
@@ -48,35 +48,35 @@ class Prepared:
     """A run that may start."""
 
     private: Path
-    """The folder with its sessions and its sockets."""
+    """The private folder with its sessions and sockets."""
     folder: Path
-    """The run's folder, as the user calls it."""
+    """The run's folder, by the path that the user gave."""
     made: tuple[Path, ...]
-    """The folders that were made for it, deepest first."""
+    """The folders that were created for it, deepest first."""
     latest: Path | None
-    """The link that is to lead to the newest run."""
+    """The link to the newest run."""
     robots: int
     own_routers: int
-    """0: the user runs one."""
+    """0: the user runs the router."""
     as_json: bool
     view: bool
     shows: Shows
 
 
 def shows(request: Request, environment: Mapping[str, str], *, terminal: bool) -> Shows:
-    """What the user sees of the run while it goes on."""
+    """What the user sees during this run."""
     if request.quiet:
         return Shows.NOTHING
-    # A terminal without a name cannot move its cursor, and a CI's log is read later.
+    # A terminal without a type cannot move its cursor, and a CI log is read later.
     plain = environment.get("TERM", "dumb") == "dumb" or environment.get("CI") or request.as_json
     return Shows.TABLE if terminal and not plain else Shows.LINES
 
 
 async def probe(session: Session) -> None:
-    """Find out whether a router that the user runs is there, before six processes say that it is not.
+    """Check that the user's router answers, before six processes report that it does not.
 
     Raises:
-        UsageError: it is not.
+        UsageError: it does not answer.
     """
     from protocol.network.zenoh_transport import open_transport  # noqa: PLC0415 - few runs need Zenoh here
 
@@ -85,13 +85,13 @@ async def probe(session: Session) -> None:
 
 
 def free_endpoint() -> str:
-    """A port on loopback that is free at this moment, for what two routers have to say to each other."""
+    """A loopback port that is free now, for the connection between two routers."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         return f"{PROTOCOL}/127.0.0.1:{server.getsockname()[1]}"
 
 
 def _endpoints(request: Request, private: Path) -> list[str]:
-    """Where the routers listen."""
+    """The endpoints of the routers."""
     asked = request.connect or request.listen
     if asked is not None:
         return [asked]
@@ -102,13 +102,13 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
     """Write the sessions and make the run's folder.
 
     Args:
-        request: what the user asks for.
-        private: the folder for sessions and sockets, which is there.
-        terminal: whether the user sits at a terminal.
+        request: the user's request.
+        private: the folder for sessions and sockets, which exists.
+        terminal: whether stdout and stderr are terminals.
 
     Raises:
-        UsageError: the run cannot go as it is asked for.
-        SessionLostError: the user's router has gone while it was asked.
+        UsageError: the run cannot start as requested.
+        SessionLostError: the user's router was lost during the check.
     """
     scenario = load(
         request.scenario,

@@ -1,4 +1,4 @@
-"""What the command line of `launch/fleet.sh` asks for, each value checked by itself."""
+"""The request on the command line of `launch/fleet.sh`, each value checked by itself."""
 
 import argparse
 import re
@@ -19,7 +19,7 @@ from protocol.network.session import ROUTERS_MAX
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
-    """What the command line asks for, each value checked by itself."""
+    """A request from the command line, each value checked by itself."""
 
     scenario: str
     robots: int | None
@@ -43,7 +43,7 @@ class _Parser(argparse.ArgumentParser):
         raise UsageError(message)
 
     def parse_all(self, arguments: Sequence[str]) -> argparse.Namespace:
-        """What they say; the refusal of an unknown option names the nearest one."""
+        """The arguments, parsed; the refusal of an unknown option suggests the nearest one."""
         said, unknown = self.parse_known_args(arguments)
         if unknown:
             near = did_you_mean(unknown[0].partition("=")[0], self._option_string_actions)
@@ -58,17 +58,17 @@ class _Version(argparse.Action):
 
 
 def parse(arguments: Sequence[str]) -> Request:
-    """The request in a command line.
+    """The request on a command line.
 
     Raises:
-        UsageError: it is none.
+        UsageError: it is no valid request.
     """
     parser = _Parser(
         prog="fleet.sh",
         description="Run a fleet as real processes: a router, a world and one process per robot. "
-        "Progress goes to stderr: a live table on a terminal, else a line an event. "
+        "Progress goes to stderr: a live table on a terminal, otherwise one line per event. "
         "The last line on stdout is the verdict and the run's folder.",
-        epilog="Exit code: 0 all promises kept, 1 the run failed or a promise broke, 2 cannot run as asked, "
+        epilog="Exit code: 0 all promises kept, 1 the run failed or broke a promise, 2 cannot run as asked, "
         "130 Ctrl-C, 143 SIGTERM, 128+n the world died of signal n.",
         allow_abbrev=False,
     )
@@ -101,7 +101,7 @@ def _add_what_is_run(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--faults",
         metavar="PLAN",
-        help="a name in launch/faults/, or a TOML file: what goes wrong on purpose",
+        help="a name in launch/faults/, or a TOML file: the faults to inject",
     )
 
 
@@ -122,29 +122,31 @@ def _add_where_and_how(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--json", action="store_true", dest="as_json", help="print verdict.json and nothing else"
     )
+    parser.add_argument("--quiet", action="store_true", help="print nothing before the run has ended")
     parser.add_argument(
-        "--quiet", action="store_true", help="say nothing of what happens until the run has ended"
-    )
-    parser.add_argument(
-        "--view", action="store_true", help="serve the run's page, live, on loopback, while the run goes on"
+        "--view", action="store_true", help="serve the run's live page on loopback during the run"
     )
     router = parser.add_mutually_exclusive_group()
     router.add_argument(
-        "-e", "--connect", type=_endpoint, metavar="ENDPOINT", help="use the Zenoh router there, start none"
+        "-e",
+        "--connect",
+        type=_endpoint,
+        metavar="ENDPOINT",
+        help="use the Zenoh router at this endpoint, start none",
     )
     router.add_argument(
         "-l",
         "--listen",
         type=_endpoint,
         metavar="ENDPOINT",
-        help="where our router listens; default: a private socket",
+        help="the endpoint of our router; default: a private socket",
     )
     parser.add_argument(
         "--routers",
         type=int,
         choices=range(1, ROUTERS_MAX + 1),
         default=1,
-        help="with 2, each can carry the fleet when the other dies; default: %(default)s",
+        help="with 2, one takes over when the other dies; default: %(default)s",
     )
 
 

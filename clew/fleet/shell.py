@@ -1,7 +1,7 @@
-"""The shell of a supervisor: the clock, signals and files. It decides nothing.
+"""The shell of a supervisor: clock, signals and files. It decides nothing.
 
-Rule 1: whatever ends us, even a mistake of our own, kills what is left of the fleet.
-Rule 2: one event after another: what a command brings about is heard when all commands before it are obeyed.
+Rule 1: on every exit, even after an error of our own, the rest of the fleet is killed.
+Rule 2: events are handled one at a time: an event caused by a command waits until all commands are done.
 """
 
 import asyncio
@@ -49,15 +49,15 @@ Hear = Callable[[Callable[[ExitCode], None]], None]
 
 
 def run_fleet(request: Request, hear: Hear) -> int:
-    """Run a fleet as it is asked for; returns the exit code.
+    """Run a fleet as requested; returns the exit code.
 
     Args:
-        request: what is asked for.
-        hear: takes what is to be told of each request to end, those before included.
+        request: the user's request.
+        hear: takes the function to call for each request to end, earlier ones included.
 
     Raises:
-        UsageError: it cannot be.
-        SessionLostError: the user's router has gone while it was asked.
+        UsageError: the request cannot work.
+        SessionLostError: the user's router was lost during the check.
     """
     terminal = sys.stderr.isatty() and sys.stdout.isatty()  # no table in `fleet.sh | tee`
     with private_folder(os.environ.get("TMPDIR")) as private:
@@ -72,7 +72,7 @@ def run_fleet(request: Request, hear: Hear) -> int:
 async def supervise(
     run: Prepared, lifeline: int, output: Output, hear: Hear, limits: Limits | None = None
 ) -> int:
-    """Start what is prepared and see it to its end, as `run_fleet`."""
+    """Start a prepared run and supervise it to its end, as in `run_fleet`."""
     loop = asyncio.get_running_loop()
     shell = _Shell(run, lifeline, output, limits)
     loop.set_exception_handler(shell.fail)
@@ -87,12 +87,12 @@ async def supervise(
 
 
 class _Shell:
-    """Tells a supervisor what happens, and does what it commands."""
+    """Feeds events to a supervisor and executes its commands."""
 
     def __init__(self, run: Prepared, lifeline: int, output: Output, limits: Limits | None) -> None:
         self._loop = asyncio.get_running_loop()
         self.code: asyncio.Future[int] = self._loop.create_future()
-        """The exit code, when there is nothing left to supervise."""
+        """The exit code, after there is nothing left to supervise."""
         self.processes = Processes(run, lifeline, output.stderr, self.tell)
         self._run, self._output = run, output
         plan = Plan(routers=run.own_routers, view=run.view, table=run.shows is Shows.TABLE)
@@ -103,16 +103,16 @@ class _Shell:
         self._timer: asyncio.TimerHandle | None = None
 
     def tell_soon(self, event: Event) -> None:
-        """Tell it from wherever we are, as from within a signal's handler."""
+        """Pass on an event from any context, for example from a signal handler."""
         self._loop.call_soon_threadsafe(self.tell, event)
 
     def fail(self, _: asyncio.AbstractEventLoop, context: Mapping[str, Any]) -> None:
-        """A callback of the loop has failed, which is a mistake of ours."""
+        """A callback of the loop has raised: an error of our own."""
         if not self.code.done():
             self.code.set_exception(context.get("exception") or RuntimeError(context["message"]))
 
     def tell(self, event: Event) -> None:
-        """This has happened."""
+        """Handle an event."""
         self._events.append(event)
         if self._is_telling:
             return
@@ -166,15 +166,17 @@ class _Shell:
 
     def _publish(self) -> None:
         if self._run.latest is not None:
-            with contextlib.suppress(OSError):  # a run without such a link is a run
+            with contextlib.suppress(OSError):  # the link is a convenience: a run works without it
                 make_latest(self._run.folder)
 
 
 @contextlib.contextmanager
 def _faults_asked(path: Path, tell: Callable[[Event], None]) -> Iterator[None]:
-    """Hear of process faults by a pipe, a line each, for as long as the context lasts."""
+    """Receive process faults through a pipe, one per line, while the context lasts."""
     os.mkfifo(path, 0o600)
-    descriptor = os.open(path, os.O_RDWR | os.O_NONBLOCK)  # with a writing end, so that it never ends
+    descriptor = os.open(
+        path, os.O_RDWR | os.O_NONBLOCK
+    )  # with our own writing end open, it never reaches its end of file
     begun = bytearray()
 
     def read() -> None:

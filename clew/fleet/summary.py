@@ -1,7 +1,7 @@
-"""What a run says when it has ended: `python -m clew.fleet.summary RUN`.
+"""The summary of a run that has ended: `python -m clew.fleet.summary RUN`.
 
-Table I beside what was measured, where the scenario has such a table; then the figures; then, as the last
-line, the verdict in a sentence and the run's folder.
+If the scenario has a Table I, the table comes first, beside the measured distances. The figures follow. The
+last line is the verdict in a sentence and the run's folder.
 """
 
 import argparse
@@ -27,7 +27,7 @@ from world.scenario.scenario import Scenario
 
 
 def report(run: str, read: Timeline, verdict: Verdict) -> Iterator[str]:
-    """The lines of a report, plain; `run` is the folder as the user calls it."""
+    """The lines of a report as plain text; `run` is the folder by the path that the user gave."""
     yield from map(plain, _lines(run, read, verdict))
 
 
@@ -46,7 +46,7 @@ def _lines(run: str, read: Timeline, verdict: Verdict) -> Iterator[str]:
 
 
 def table_lines(paper_m: Rows, measured_m: Rows) -> Iterator[str]:
-    """Two tables side by side, row by row; a switching position that was never reached stays empty."""
+    """Two tables side by side, row by row; a switching position that was never reached has no value."""
     columns = len(paper_m[0])
     yield "Distance from the leader to each obstacle [m], in Table I of the paper and as measured"
     yield "".join(["position", *(f"{f'obstacle {column + 1}':>20}" for column in range(columns))])
@@ -61,7 +61,7 @@ def table_lines(paper_m: Rows, measured_m: Rows) -> Iterator[str]:
 
 
 def rms_line(paper_m: Rows, verdict: Verdict) -> str:
-    """How far the two tables are apart."""
+    """The RMS difference of the two tables."""
     if verdict.table_rms_m is None:
         return "Not all switching positions were reached: no RMS error against Table I"
     count = sum(len(row) for row in paper_m)
@@ -69,7 +69,7 @@ def rms_line(paper_m: Rows, verdict: Verdict) -> str:
 
 
 def figures_line(verdict: Verdict) -> str:
-    """What the run took."""
+    """The effort of the run: steps, distance, time, events and messages."""
     steps = "switching step" if verdict.switching_steps == 1 else "switching steps"
     return (
         f"{verdict.switching_steps} {steps} finished, {verdict.planning_events} planning events, "
@@ -80,13 +80,13 @@ def figures_line(verdict: Verdict) -> str:
 
 
 def recovery_lines(verdict: Verdict) -> Iterator[str]:
-    """What went wrong on the way and how it was mended; nothing, where nothing did."""
+    """The faults of the run and the recovery from them; nothing if there were none."""
     if verdict.messages.injected:
         counts = ", ".join(f"{count} by {fault}" for fault, count in verdict.messages.injected.items())
-        yield f"messages that were taken away as asked: {counts}"
+        yield f"messages removed by fault rules: {counts}"
     if elsewhere := verdict.messages.injected_left_out:
         counts = ", ".join(f"{count} by {fault}" for fault, count in elsewhere.items())
-        yield f"and of books that one side never closed: {counts}"
+        yield f"messages removed on links without final counts: {counts}"
     for death in verdict.deaths:
         who = "as asked" if death.ordered else "by itself"
         yield f"robot {death.robot} died {who} at t={death.cause_s:.1f} s: {_mended(death)}"
@@ -97,12 +97,12 @@ def recovery_lines(verdict: Verdict) -> Iterator[str]:
     for heal in verdict.heals:
         yield f"the strand healed at t={heal.recovered_s:.1f} s, of {len(heal.members)} robots"
     if verdict.unstruck:
-        yield f"of the fault plan never struck: {', '.join(verdict.unstruck)}"
+        yield f"fault rules that never struck: {', '.join(verdict.unstruck)}"
 
 
 def _mended(death: Death) -> str:
     if death.detected_s is None:
-        return "nobody missed it"
+        return "not noticed by any robot"
     noticed = f"noticed after {death.detected_s - death.cause_s:.1f} s"
     if death.recovered_s is None:
         return f"{noticed}, never healed"
@@ -110,7 +110,7 @@ def _mended(death: Death) -> str:
 
 
 def verdict_sentence(verdict: Verdict, scenario: Scenario) -> str:
-    """The verdict, the least clearance, and what a law that promises none falls short of."""
+    """The verdict and the least clearance; for a law without a promise, a comparison with --law certified."""
     word = "OK" if verdict.ok else "FAILED"
     sentence = f"{word}: {verdict.reason}; {verdict.robots_arrived} of {verdict.robots} robots arrived"
     if verdict.clearance_m_min is None:
@@ -122,10 +122,10 @@ def verdict_sentence(verdict: Verdict, scenario: Scenario) -> str:
 
 
 def summary_of(run: str) -> str:
-    """The report of a run that has its verdict, as the user calls its folder.
+    """The report of a run that has its verdict; `run` is the path that the user gave.
 
     Raises:
-        UsageError: what stands there is no such run.
+        UsageError: there is no such run.
     """
     try:
         verdict = read_verdict(Path(run))

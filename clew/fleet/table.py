@@ -1,8 +1,8 @@
 """`python -m clew.fleet.table RUN`: the live table of a run, on stderr. `launch/fleet.sh` starts and ends it.
 
-Rule 1: it reads the timeline and nothing else; no fleet waits for it, or knows of it.
-Rule 2: it goes when the verdict is there, when it is asked to, or when its launcher has gone; and what stands
-        on record by then, it draws.
+Rule 1: it reads only the timeline. The fleet neither waits for it nor knows about it.
+Rule 2: it ends when the verdict is there, when it is asked to, or when its launcher has gone. Before that, it
+        draws everything recorded until then.
 """
 
 import argparse
@@ -25,12 +25,12 @@ from world.judge.verdict import Verdict
 from world.record.recorder import EVENTS_FILE
 from world.record.run_files import read_verdict
 
-DRAW_S = 0.2  # wall clock: five pictures a second look alive, and cost a few percent of a processor
+DRAW_S = 0.2  # wall clock: five pictures per second look live and cost a few percent of one core
 STDIN = 0
 
 
 class Watch:
-    """What is known of the run in a folder."""
+    """The state of the run in a folder, as read so far."""
 
     def __init__(self, run: Path, said: Path) -> None:
         self._run = run
@@ -41,11 +41,11 @@ class Watch:
 
     @property
     def judged(self) -> bool:
-        """Whether the verdict is there: nothing comes after it."""
+        """Whether the verdict is there: nothing follows it."""
         return self._verdict is not None
 
     def look(self) -> bool:
-        """Read what is new; returns whether anything was."""
+        """Read new entries; returns whether there were any."""
         news = look(self._run / EVENTS_FILE, self._follower)
         said = self._said.look()
         if news.header is not None:
@@ -54,13 +54,13 @@ class Watch:
             for heard in news.heard:
                 self._board.hear(heard.source, heard.entry)
         if self._verdict is None:
-            with contextlib.suppress(OSError, msgspec.MsgspecError):  # not there, or half written
+            with contextlib.suppress(OSError, msgspec.MsgspecError):  # missing or half written
                 self._verdict = read_verdict(self._run)
                 return True
         return bool(news.header or news.heard or said)
 
     def draw(self, live: Live) -> None:
-        """Show what is known."""
+        """Draw the current state."""
         if self._board is not None:
             width, height = live.console.size
             drawn = picture(self._board, self._verdict, self._said.newest, height=height, width=width)
@@ -68,7 +68,7 @@ class Watch:
 
 
 async def watch(run: Path, said: Path) -> None:
-    """Show the table until we are asked to go."""
+    """Show the table until we are asked to end."""
     console, seen = Console(stderr=True), Watch(run, said)
     with asked_to_end(STDIN) as ending, Live(console=console, auto_refresh=False) as live:
         while not (ending.done() or seen.judged):
@@ -83,9 +83,13 @@ async def watch(run: Path, said: Path) -> None:
 def main(arguments: Sequence[str]) -> None:
     """Watch a run."""
     parser = argparse.ArgumentParser(prog="python -m clew.fleet.table", description=__doc__)
-    parser.add_argument("run", type=Path, metavar="RUN", help="the run's folder, there or not yet")
+    parser.add_argument("run", type=Path, metavar="RUN", help="the run's folder; it may not exist yet")
     parser.add_argument(
-        "--said", type=Path, required=True, metavar="FILE", help="what the parts of the fleet say"
+        "--said",
+        type=Path,
+        required=True,
+        metavar="FILE",
+        help="the file with the output of the fleet's parts",
     )
     asked = parser.parse_args(arguments)
     asyncio.run(watch(asked.run, asked.said))

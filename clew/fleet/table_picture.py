@@ -1,8 +1,8 @@
 """The scoreboard as a picture for a terminal of some size. Pure.
 
-Rule 1: it never is higher than the terminal. Where not all rows fit, the leader has one, then whoever is
-        dead, stands or waits for what should not be, then the tail; and one line sums the others up.
-Rule 2: colour says nothing that words do not.
+Rule 1: it is never higher than the terminal. If not all rows fit, the leader has priority, then robots that
+        are dead, stand or wait because of a fault, then the tail. One line sums up the others.
+Rule 2: colour adds no information to the words.
 """
 
 from collections import Counter
@@ -22,13 +22,13 @@ from protocol.plain import plain
 from world.judge.verdict import Verdict
 
 EVENTS_SHOWN = 5
-FRAME_LINES = 4  # the head's two, the table's own, and a free one for the cursor
-ROWS_FIRST = 8  # with room for fewer, there are rows and no words
+FRAME_LINES = 4  # two for the head, one for the table's head, one free for the cursor
+ROWS_FIRST = 8  # with room for fewer rows, messages and events are left out
 
 
 @dataclass(frozen=True, slots=True)
 class _Word:
-    """What a state is called, and its colour."""
+    """The word for a state and its colour."""
 
     said: str
     style: str
@@ -52,9 +52,16 @@ WORDS = {
     State.ABSENT: _Word("not there yet", "dim"),
 }
 COLUMNS = ("robot", "place", "state", "step", "driven", "way", "clearance", "least", "lost")
-DROPPED = ("lost", "step", "driven", "place", "way", "clearance")  # in this order, where not all have room
+DROPPED = (
+    "lost",
+    "step",
+    "driven",
+    "place",
+    "way",
+    "clearance",
+)  # columns to leave out, in this order, on a narrow terminal
 GAP = 2  # between two columns
-STATE_WIDTH = 13  # of "waits for r12": the table does not jump when somebody waits
+STATE_WIDTH = 13  # of "waits for r12": keeps the table's width constant when a robot waits
 
 
 def picture(
@@ -63,9 +70,9 @@ def picture(
     """The picture.
 
     Args:
-        board: what is known.
+        board: the state of the run.
         verdict: on the run; None while it goes on.
-        said: the newest words of the fleet's parts. When it has ended, its launcher tells all of them.
+        said: the newest messages of the fleet's parts. At the end, the launcher prints all of them.
         height: lines that the terminal has.
         width: characters that a line has.
     """
@@ -83,10 +90,10 @@ def picture(
 
 
 def head(board: Scoreboard, verdict: Verdict | None) -> list[Text]:
-    """What is run and how far it is; how it goes, or went."""
+    """The scenario and its progress, then the state of the run or its verdict."""
     header = board.header
     what = f"{header.scenario['name']}  {header.scenario['law']['law']}  seed {header.seed}  "
-    # A called epoch is a number of twelve digits that says nothing to people.
+    # A called epoch is a number of twelve digits, which means nothing to people.
     epoch = "after a call" if is_called(board.epoch) else str(board.epoch)
     where = f"t = {board.t_s:.1f} s  step {board.step} planned  epoch {epoch}"
     return [_line(what + where, style="bold"), _how_it_goes(board, verdict)]
@@ -106,7 +113,7 @@ def _how_it_goes(board: Scoreboard, verdict: Verdict | None) -> Text:
 
 
 def choose(rows: Sequence[Row], room: int) -> list[Row]:
-    """Rule 1; in the order of the strand, with a line left for the sum of the others."""
+    """Rule 1: the rows to show, in the order of the strand, with a line left for the sum of the others."""
     if len(rows) <= room:
         return list(rows)
     tail = max((row.place for row in rows if row.place is not None), default=None)
@@ -118,7 +125,7 @@ def choose(rows: Sequence[Row], room: int) -> list[Row]:
 
 
 def summed_up(rest: Sequence[Row]) -> Text:
-    """One line for those that have no row."""
+    """One line for the robots without a row."""
     counts = Counter(row.state for row in rest)
     said = ", ".join(f"{count} {WORDS[state].said}" for state, count in sorted(counts.items()))
     near_m = min((row.clearance_m_min for row in rest if row.clearance_m_min is not None), default=None)
@@ -127,7 +134,7 @@ def summed_up(rest: Sequence[Row]) -> Text:
 
 
 def table(rows: Sequence[Row], width: int) -> Table:
-    """The rows, with as many columns as have room whole."""
+    """The rows, with as many complete columns as fit."""
     told = [cells(row) for row in rows]
     names = list(COLUMNS)
     for name in DROPPED:
@@ -144,7 +151,7 @@ def table(rows: Sequence[Row], width: int) -> Table:
 
 
 def _width(name: str, column: Sequence[Text]) -> int:
-    """What a column takes."""
+    """The width of a column."""
     least = STATE_WIDTH if name == "state" else len(name)
     return max(least, *(text.cell_len for text in column), 0)
 
@@ -173,5 +180,5 @@ def _metres(distance_m: float | None) -> str:
 
 
 def _line(said: str, style: str = "") -> Text:
-    """What never takes more than one."""
+    """A text that never wraps."""
     return Text(plain(said), style=style, no_wrap=True, overflow="ellipsis")

@@ -1,8 +1,9 @@
-"""What a run's timeline adds up to while it is written: entries in, a head and rows out. Pure.
+"""The scoreboard of a run whose timeline is still being written: entries in, a head and rows out. Pure.
 
-Rule 1: all is from the timeline alone. Clearances are of true poses, as the verdict's, and come to the same.
-Rule 2: how much of its way a robot has behind it is known along the path of its strand, as far as its leader
-        has planned, and from there by that plan. While its strand has no plan, a robot keeps what it had.
+Rule 1: everything is derived from the timeline. Clearances use true poses and agree with the verdict's.
+Rule 2: a robot's progress is the distance driven, as a share of that and the remaining way. The remaining way
+        follows the strand's path as far as the leader has planned, then the plan's cost to go. While its
+        strand has no plan, a robot keeps its last value.
 """
 
 from collections import defaultdict, deque
@@ -25,34 +26,34 @@ from world.record.recorder import Header
 from world.scenario.scenario import Scenario
 
 NO_PROCESS = (Process.DEAD, Process.KILLED, Process.FAILED)
-EVENTS_KEPT = 10  # more than there is room for below a table
+EVENTS_KEPT = 10  # more than fit below a table
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """One robot, now."""
+    """The current state of one robot."""
 
     robot: int
     place: int | None
-    """In the strand; the leader's is 0."""
+    """The place in the strand; the leader's is 0."""
     state: State
     about: tuple[int, ...]
     """The neighbours for which it waits."""
     step: int | None
-    """The switching step on whose ground it is."""
+    """The switching step of the ground that it is on."""
     driven_m: float
     share: float | None
-    """How much of its way to the goal it has behind it; None: not known yet, or there is no goal."""
+    """Its progress to the goal, from 0 to 1; None: not known yet, or there is no goal."""
     clearance_m: float | None
-    """Of its hull; None: not seen yet, or there is no obstacle."""
+    """The clearance of its hull; None: no pose yet, or there is no obstacle."""
     clearance_m_min: float | None
     lost: int
-    """Messages to it, and orders of its."""
+    """Lost messages to it and lost orders from it."""
 
 
 @dataclass(slots=True)
 class _Way:
-    """What a row keeps while nothing newer is known."""
+    """The values that a row keeps until there are newer ones."""
 
     step: int | None = None
     share: float | None = None
@@ -60,7 +61,7 @@ class _Way:
 
 @dataclass(slots=True)
 class Scoreboard:
-    """One run."""
+    """The state of one run."""
 
     header: Header
     motion: Motion
@@ -69,7 +70,7 @@ class Scoreboard:
     broken: int = 0
     ended: str | None = None
     events: deque[str] = field(default_factory=lambda: deque(maxlen=EVENTS_KEPT))
-    """What people wait for, the newest last."""
+    """The events of interest, the newest last."""
     _orders: dict[int, OrderAccepted] = field(default_factory=dict)
     _ways: defaultdict[int, _Way] = field(default_factory=lambda: defaultdict(_Way))
 
@@ -78,7 +79,7 @@ class Scoreboard:
         """The board of a run that has begun.
 
         Raises:
-            msgspec.ValidationError: the header's scenario is none of this version.
+            msgspec.ValidationError: the header's scenario is of another version.
         """
         scenario = msgspec.convert(header.scenario, Scenario)
         motion = Motion(scenario.ground, scenario.fleet.robot_radius_m)
@@ -86,21 +87,21 @@ class Scoreboard:
 
     @property
     def t_s(self) -> float:
-        """The greatest time of an entry."""
+        """The latest time of an entry."""
         return self.story.end_s
 
     @property
     def step(self) -> int:
-        """The newest that was planned."""
+        """The newest planned step."""
         return self.story.steps.newest
 
     @property
     def epoch(self) -> int:
-        """The newest in which a strand has formed."""
+        """The newest epoch in which a strand has formed."""
         return max(self.story.strands.formed, default=0)
 
     def hear(self, source: str, entry: Entry) -> None:
-        """Take an entry in."""
+        """Add an entry."""
         self.story.hear(source, entry)
         if (said := progress(source, entry)) is not None:
             self.events.append(plain(said))
@@ -116,10 +117,10 @@ class Scoreboard:
             case RunEnded(reason=reason):
                 self.ended = plain(reason)
             case _:
-                pass  # the story takes it in
+                pass  # the story handles it
 
     def _come_on(self, number: int) -> None:
-        """Rule 2: a robot has moved, or is to."""
+        """Rule 2: update a robot's progress after a motion or an order."""
         robot, way = self.story.robots.of(number), self._ways[number]
         strand, order = self.story.steps.ways.get(robot.epoch), self._orders.get(number)
         track = self.motion.tracks.get(number)
@@ -132,7 +133,7 @@ class Scoreboard:
 
     @property
     def rows(self) -> list[Row]:
-        """All robots: the strand from its leader to its tail, then those that have no place in it."""
+        """All robots: the strand from its leader to its tail, then the robots without a place in it."""
         self.motion.measure()
         rows = [self._row(self.story.robots.of(robot)) for robot in self.robots]
         return sorted(rows, key=lambda row: (row.place is None, row.place, row.robot))

@@ -1,1 +1,1 @@
-"""The house: its layout, its rules, and docs that are made from the source."""
+"""Checks of the repository: its layout, its rules, and docs that are generated from the source."""

@@ -1,4 +1,4 @@
-"""The house rules, kept by reading the source: imports point down, clocks stay in shells."""
+"""Checks the house rules by reading the source: imports point down, clocks stay in shells."""
 
 import ast
 import importlib
@@ -21,7 +21,8 @@ MAY_IMPORT = {
 
 ONLY_IN = {
     "zenoh": {"protocol/network/zenoh_transport.py", "protocol/network/router.py"},
-    # The shells, and the two edges of the port that an event loop waits for; all else is told the time.
+    # The shells, and the two network ends that an event loop waits for. All other code gets the time as an
+    # argument.
     "asyncio": {
         "agents/process/host.py",
         "clew/fleet/parts/processes.py",
@@ -59,7 +60,9 @@ ONLY_IN = {
         "clew/verbs/rehearse.py",
         "world/shell.py",
     },
-    "random": set[str](),  # draws come from `world.chance` and `protocol.faults.chance`, by seed and purpose
+    "random": set[
+        str
+    ](),  # random draws come from `world.chance` and `protocol.faults.chance`, by seed and purpose
 }
 
 LINES_MAX = 400
@@ -72,7 +75,7 @@ def modules(root: Path) -> list[Path]:
 
 
 def complaints(root: Path, path: Path) -> Iterator[str]:
-    """What a module does against the house."""
+    """The violations of the house rules in a module."""
     text = path.read_text(encoding="utf-8")
     tree = ast.parse(text)
     name = path.relative_to(root).as_posix()
@@ -99,7 +102,7 @@ def import_complaints(name: str, tree: ast.AST) -> Iterator[str]:
 
 
 def imported(tree: ast.AST) -> Iterator[str]:
-    """The top-level names of all imports, wherever they stand."""
+    """The top-level names of all imports, anywhere in the file."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name.partition(".")[0] for alias in node.names)
@@ -115,7 +118,7 @@ def ignore_complaints(name: str, text: str) -> Iterator[str]:
     for number, line in enumerate(text.splitlines(), start=1):
         match = IGNORE.search(line)
         if match and len(re.findall(r"[A-Za-z]{2,}", match["why"])) < 2:
-            yield f"{name}:{number}: ignores a check and does not say why"
+            yield f"{name}:{number}: ignores a check without saying why"
 
 
 def test_modules_keep_the_house_rules() -> None:
@@ -142,8 +145,8 @@ def test_test_files_are_small_and_explain_their_ignores() -> None:
         ("clew/a.py", "import random", "imports random"),
         ("clew/a.py", "x = 1\n" * 401, "has 402 lines"),
         ("clew/a.py", "def f():\n" + "    x = 1\n" * 70, "f has 71 lines"),
-        ("clew/a.py", "x = 1  # no" + "qa: E501", "does not say why"),
-        ("clew/a.py", "x = 1  # type" + ": ignore[misc]", "does not say why"),
+        ("clew/a.py", "x = 1  # no" + "qa: E501", "without saying why"),
+        ("clew/a.py", "x = 1  # type" + ": ignore[misc]", "without saying why"),
     ],
 )
 def test_planted_violation_is_found(tmp_path: Path, name: str, source: str, complaint: str) -> None:
@@ -174,11 +177,11 @@ def test_our_names_resolve_inside_this_tree(package: str) -> None:
 
 
 @pytest.mark.parametrize("module", ONLY_IN)
-def test_whoever_may_import_a_clock_or_zenoh_does(module: str) -> None:
+def test_every_file_that_may_import_a_clock_or_zenoh_does(module: str) -> None:
     idle = [name for name in sorted(ONLY_IN[module]) if module not in imported_by(ROOT / name)]
     assert idle == []
 
 
-def test_launch_holds_no_python_package_but_one_script_of_the_set_up() -> None:
-    # ROS 2 owns the name `launch`. The script runs before there is an environment, so it is in no package.
+def test_launch_holds_one_set_up_script_and_no_python_package() -> None:
+    # ROS 2 owns the package name `launch`. The script runs before an environment exists, outside any package.
     assert list((ROOT / "launch").rglob("*.py")) == [ROOT / "launch" / "locked.py"]

@@ -1,4 +1,4 @@
-"""Rooms: each has one subject and stands on a floor, imports point down, and no folder becomes a drawer."""
+"""Rooms: each has one subject and a floor, imports point down, and no folder holds too many files."""
 
 import ast
 from collections import Counter
@@ -12,8 +12,8 @@ import pytest
 from protocol.root import ROOT
 
 FLOORS: dict[str, dict[str, int]] = {
-    # Rooms end with a slash; what stands beside them is named file by file. On one floor, files beside the
-    # rooms may import each other, and rooms may not.
+    # Rooms end with a slash; files beside the rooms are named one by one. On the same floor, files beside the
+    # rooms may import each other; rooms may not.
     "protocol": {
         **dict.fromkeys(("arrays", "epochs", "errors", "exit_codes", "frames", "keys", "plain", "root"), 0),
         **dict.fromkeys(("asked", "ending", "mission", "path", "sweep", "files/"), 1),
@@ -69,7 +69,7 @@ SOURCES = {".py", ".js", ".css"}
 
 
 def room_of(name: str) -> str:
-    """The room that a file stands in, or, beside the rooms of its package, its own name."""
+    """The room of a file, or the file's own name if it is beside the rooms of its package."""
     package, *folders = name.split("/")
     if len(folders) == 1:
         return folders[0].removesuffix(".py")
@@ -84,7 +84,7 @@ def parsed(text: str) -> ast.Module:
 
 
 def sources(root: Path, *packages: str) -> dict[str, ast.Module]:
-    """All files of ours, parsed, by their names below the root."""
+    """All our files, parsed, by their names below the root."""
     return {
         path.relative_to(root).as_posix(): parsed(path.read_text(encoding="utf-8"))
         for package in packages
@@ -97,7 +97,7 @@ def module_of(name: str) -> str:
 
 
 def imports_of(name: str, tree: ast.Module, files: dict[str, str]) -> Iterator[str]:
-    """Which files of ours a file imports; `files` says which file a module is."""
+    """Our files that a file imports; `files` maps modules to files."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from (files[alias.name] for alias in node.names if alias.name in files)
@@ -108,13 +108,13 @@ def imports_of(name: str, tree: ast.Module, files: dict[str, str]) -> Iterator[s
 
 
 def arrows(trees: dict[str, ast.Module]) -> dict[str, list[str]]:
-    """What each file imports, within what is given."""
+    """The imports of each file, among the given files."""
     files = {module_of(name): name for name in trees}
     return {name: list(imports_of(name, tree, files)) for name, tree in trees.items()}
 
 
 def floor_complaints(root: Path) -> Iterator[str]:
-    """Imports that do not point down, between the rooms of each package."""
+    """Imports between the rooms of a package that do not point down."""
     for package, floors in FLOORS.items():
         for name, wanted in arrows(sources(root, package)).items():
             here = room_of(name)
@@ -130,8 +130,8 @@ def floor_complaints(root: Path) -> Iterator[str]:
                     yield f"{name}: imports {other}, which is not below it"
 
 
-def circle_complaints(root: Path) -> Iterator[str]:
-    """Files that import each other, straight or by way of others."""
+def cycle_complaints(root: Path) -> Iterator[str]:
+    """Files that import each other, directly or through others."""
     try:
         TopologicalSorter(arrows(sources(root, *FLOORS))).prepare()
     except CycleError as error:
@@ -139,13 +139,13 @@ def circle_complaints(root: Path) -> Iterator[str]:
 
 
 def idle_floors(root: Path) -> set[str]:
-    """What the table knows and nobody finds."""
+    """Rooms in the table that do not exist."""
     found = {f"{name.partition('/')[0]}/{room_of(name)}" for name in sources(root, *FLOORS)}
     return {f"{package}/{room}" for package, floors in FLOORS.items() for room in floors} - found
 
 
 def borrowing_complaints(root: Path) -> Iterator[str]:
-    """Test files that import test files: what they share belongs into `tests/support`."""
+    """Test files that import test files: shared code belongs in `tests/support`."""
     for name, wanted in arrows(sources(root, "tests")).items():
         yield from (f"{name}: imports {other}, a test file" for other in wanted if is_test_file(other))
 
@@ -154,8 +154,8 @@ def is_test_file(name: str) -> bool:
     return name.rpartition("/")[2].startswith("test_")
 
 
-def drawer_complaints(root: Path) -> Iterator[str]:
-    """Folders with more files of ours than one subject has; `__init__.py` is the name on the door."""
+def crowd_complaints(root: Path) -> Iterator[str]:
+    """Folders with too many of our files for one subject; `__init__.py` does not count."""
     for package in (*FLOORS, "tests"):
         paths = (path for path in (root / package).rglob("*") if path.suffix in SOURCES)
         held = Counter(path.parent for path in paths if path.name != "__init__.py")
@@ -166,7 +166,7 @@ def drawer_complaints(root: Path) -> Iterator[str]:
 
 
 def nameless_folders(root: Path) -> list[str]:
-    """Folders with Python in them that are no packages."""
+    """Folders with Python files that are no packages."""
     folders = {path.parent for package in (*FLOORS, "tests") for path in (root / package).rglob("*.py")}
     above = {parent for folder in folders for parent in folder.relative_to(root).parents if parent != Path()}
     wanted = folders | {root / parent for parent in above}
@@ -177,11 +177,11 @@ def test_imports_between_rooms_point_down() -> None:
     assert list(floor_complaints(ROOT)) == []
 
 
-def test_no_imports_go_round_in_a_circle() -> None:
-    assert list(circle_complaints(ROOT)) == []
+def test_there_is_no_import_cycle() -> None:
+    assert list(cycle_complaints(ROOT)) == []
 
 
-def test_every_floor_has_somebody_on_it() -> None:
+def test_every_floor_has_a_file() -> None:
     assert idle_floors(ROOT) == set()
 
 
@@ -189,8 +189,8 @@ def test_no_test_file_imports_another() -> None:
     assert list(borrowing_complaints(ROOT)) == []
 
 
-def test_no_folder_is_a_drawer() -> None:
-    assert list(drawer_complaints(ROOT)) == []
+def test_no_folder_holds_too_many_files() -> None:
+    assert list(crowd_complaints(ROOT)) == []
 
 
 def test_every_folder_with_python_is_a_package() -> None:
@@ -239,17 +239,17 @@ def test_planted_room_without_a_floor_is_found(tmp_path: Path) -> None:
     assert list(floor_complaints(tmp_path)) == ["world/attic/a.py: attic/ has no floor"]
 
 
-def test_planted_circle_is_found(tmp_path: Path) -> None:
+def test_planted_cycle_is_found(tmp_path: Path) -> None:
     plant(tmp_path, {"clew/log/a.py": "import clew.log.b", "clew/log/b.py": "from clew.log import c"})
     plant(tmp_path, {"clew/log/c.py": ""})
-    assert list(circle_complaints(tmp_path)) == []
+    assert list(cycle_complaints(tmp_path)) == []
     plant(tmp_path, {"clew/log/c.py": "from clew.log.a import f"})
-    [said] = circle_complaints(tmp_path)
+    [said] = cycle_complaints(tmp_path)
     assert "clew/log/a.py imports clew/log/b.py" in said
     assert "clew/log/c.py imports clew/log/a.py" in said
 
 
-def test_floor_that_nobody_stands_on_is_found(tmp_path: Path) -> None:
+def test_floor_without_files_is_found(tmp_path: Path) -> None:
     plant(tmp_path, {"world/judge/a.py": ""})
     assert "world/judge/" not in idle_floors(tmp_path)
     assert "world/record/" in idle_floors(tmp_path)
@@ -278,19 +278,19 @@ def test_planted_import_of_support_passes(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("folder", "kind"), [("world/judge", "py"), ("tests/processes", "py"), ("clew/page/assets", "js")]
 )
-def test_planted_drawer_is_found(tmp_path: Path, folder: str, kind: str) -> None:
+def test_planted_crowded_folder_is_found(tmp_path: Path, folder: str, kind: str) -> None:
     plant(tmp_path, {f"{folder}/a{number}.{kind}": "" for number in range(FILES_MAX)})
     plant(tmp_path, {f"{folder}/__init__.py": "", f"{folder}/a.toml": ""})
-    assert list(drawer_complaints(tmp_path)) == []
+    assert list(crowd_complaints(tmp_path)) == []
     plant(tmp_path, {f"{folder}/more.{kind}": ""})
-    assert list(drawer_complaints(tmp_path)) == [f"{folder}: holds 17 files, more than 16"]
+    assert list(crowd_complaints(tmp_path)) == [f"{folder}: holds 17 files, more than 16"]
 
 
 def test_verbs_and_mirrors_of_packages_may_hold_more(tmp_path: Path) -> None:
     plant(
         tmp_path, {f"{folder}/a{n}.py": "" for folder in ("clew/verbs", "tests/unit/clew") for n in range(30)}
     )
-    assert list(drawer_complaints(tmp_path)) == []
+    assert list(crowd_complaints(tmp_path)) == []
 
 
 def test_planted_folder_that_is_no_package_is_found(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The lock: it pins by hash all that pyproject.toml asks for, and names no place to get it from."""
+"""The lock file: it pins everything in pyproject.toml by hash and names no package index."""
 
 import json
 import re
@@ -26,7 +26,7 @@ HASH = re.compile(r"sha256:[0-9a-f]{64}")
 
 
 def asked_for(described: dict[str, Any]) -> Iterator[Requirement]:
-    """What pyproject.toml names, for whatever purpose, but for our own extras."""
+    """All requirements in pyproject.toml, except our own extras."""
     project = described["project"]
     groups = (*project["optional-dependencies"].values(), *described["dependency-groups"].values())
     lists = chain(project["dependencies"], described["build-system"]["requires"], *groups)
@@ -36,7 +36,7 @@ def asked_for(described: dict[str, Any]) -> Iterator[Requirement]:
 
 
 def complaints(described: dict[str, Any], lock: str) -> Iterator[str]:
-    """What keeps a lock from being trusted, or from being the lock of this project."""
+    """The reasons why a lock file is unsafe or does not match this project."""
     if "://" in lock:
         yield "it names a place"
     pins = defaultdict[str, list[Requirement]](list)
@@ -68,7 +68,7 @@ def step_complaints(asked: Requirement, pins: list[Requirement], python: str) ->
             yield f"{asked}: is pinned as {pin}"
 
 
-def test_the_lock_holds_what_the_project_asks_for() -> None:
+def test_the_lock_holds_everything_the_project_requires() -> None:
     assert not list(complaints(DESCRIBED, LOCK))
 
 
@@ -83,7 +83,7 @@ def test_the_lock_holds_what_the_project_asks_for() -> None:
         (r"\A", "# --find-links file://wheels\n", "it names a place"),
     ],
 )
-def test_a_lock_that_is_out_of_step_is_found(pattern: str, becomes: str, complaint: str) -> None:
+def test_a_lock_that_does_not_match_is_found(pattern: str, becomes: str, complaint: str) -> None:
     broken, count = re.subn(pattern, becomes, LOCK, count=1, flags=re.MULTILINE)
     assert count == 1
     assert complaint in complaints(DESCRIBED, broken)
@@ -96,7 +96,7 @@ def test_a_lock_that_is_out_of_step_is_found(pattern: str, becomes: str, complai
         ("flask", "flask: has 0 pins for Python 3.14"),
     ],
 )
-def test_a_project_that_asks_for_something_else_is_found(listed: str, complaint: str) -> None:
+def test_a_project_with_other_requirements_is_found(listed: str, complaint: str) -> None:
     extras = {**EXTRAS, "dev": [*EXTRAS["dev"], listed]}
     project = {**DESCRIBED["project"], "optional-dependencies": extras}
     assert complaint in complaints({**DESCRIBED, "project": project}, LOCK)
@@ -110,15 +110,15 @@ def needed(*extra: str) -> frozenset[str]:
     return frozenset(re.findall(r"^([a-z0-9-]+)==", printed, flags=re.MULTILINE))
 
 
-def test_a_run_downloads_no_library_of_figures_or_tests() -> None:
+def test_a_run_downloads_no_library_for_figures_or_tests() -> None:
     assert {"numpy", "eclipse-zenoh", "hatchling"} <= needed()
     assert not {"matplotlib", "pyarrow", "playwright", "mypy"} & needed()
     assert "rerun-sdk" not in needed("dev")
 
 
-def test_an_extra_takes_in_all_that_its_packages_ask_for() -> None:
+def test_an_extra_includes_everything_that_its_packages_require() -> None:
     missing = {
-        f"{name} asks for {dependency.name}, which is not taken in with {extra or 'a run'}"
+        f"{name} requires {dependency.name}, which {extra or 'a run'} does not include"
         for extra in ("", *EXTRAS)
         for name in needed(*filter(None, [extra]))
         for dependency in dependencies(name)
@@ -128,23 +128,25 @@ def test_an_extra_takes_in_all_that_its_packages_ask_for() -> None:
 
 
 def dependencies(name: str) -> Iterator[Requirement]:
-    """What a package that is installed asks for here."""
+    """The requirements of an installed package on this platform."""
     try:
         listed = requires(name) or []
-    except PackageNotFoundError:  # another platform's, or rerun, which nobody has to install
+    except PackageNotFoundError:  # of another platform, or rerun, which is optional
         return
     for dependency in map(Requirement, listed):
         if dependency.marker is None or dependency.marker.evaluate({"extra": ""}):
             yield dependency
 
 
-def test_nothing_is_locked_that_no_extra_needs() -> None:
+def test_every_locked_package_is_needed_by_an_extra() -> None:
     assert set(re.findall(r"^([a-z0-9-]+)==", LOCK, flags=re.MULTILINE)) == set().union(*map(needed, EXTRAS))
 
 
-def test_the_lock_of_the_page_s_types_has_hashes_and_names_no_place() -> None:
+def test_the_lock_of_the_page_types_has_hashes_and_names_no_registry() -> None:
     text = (ROOT / "tests" / "support" / "page_types" / "package-lock.json").read_text(encoding="utf-8")
-    assert "://" not in text, "write it by: npm install --package-lock-only --omit-lockfile-registry-resolved"
+    assert "://" not in text, (
+        "write it with: npm install --package-lock-only --omit-lockfile-registry-resolved"
+    )
     packages = json.loads(text)["packages"]
     assert packages.pop("")["devDependencies"] == {
         name.removeprefix("node_modules/"): package["version"] for name, package in packages.items()

@@ -1,4 +1,4 @@
-"""The docs say what the types say: in generated parts, and in tables that are written by hand."""
+"""The docs match the types, in generated parts and in tables written by hand."""
 
 from typing import get_args
 
@@ -40,12 +40,12 @@ BY_HAND = {
 
 
 @pytest.mark.parametrize("part", PARTS, ids=lambda part: str(part.file))
-def test_a_generated_part_is_what_its_source_says(part: Part) -> None:
+def test_every_generated_part_matches_its_source(part: Part) -> None:
     assert part.path.read_text(encoding="utf-8") == part.current(), "run: python -m clew.manual"
 
 
 @pytest.mark.parametrize(("name", "begins", "ends", "fields"), BY_HAND.values(), ids=BY_HAND)
-def test_a_table_written_by_hand_explains_every_field_and_no_other(
+def test_every_table_written_by_hand_explains_exactly_the_fields_of_its_type(
     name: str, begins: str, ends: str, fields: tuple[str, ...]
 ) -> None:
     assert sorted(set(explained(name, begins, ends))) == sorted(fields)
@@ -57,7 +57,7 @@ def test_the_verb_prints_the_schema_on_one_line(what: str) -> None:
     assert schema_line(what).count("\n") == 1
 
 
-def test_text_around_the_marks_stays_and_writing_twice_changes_nothing() -> None:
+def test_writing_keeps_the_text_around_the_marks_and_is_idempotent() -> None:
     marked = "before\n<!-- begin a: made -->\nold\n<!-- end a -->\nafter\n"
     once = with_part(marked, "a", "new\n")
     assert once == "before\n<!-- begin a: made -->\n\nnew\n\n<!-- end a -->\nafter\n"
@@ -76,7 +76,7 @@ def test_every_fault_and_every_field_of_it_has_a_meaning(kind: type[msgspec.Stru
         assert not any(row.endswith("|  |") for row in rows), field
 
 
-def test_every_step_point_and_every_shipped_plan_stands_in_the_page() -> None:
+def test_the_page_names_every_step_point_and_every_shipped_plan() -> None:
     text = page("faults.md")
     assert [point for point in StepPoint if f"\n| `{point}` | " not in text] == []
     assert [name for name in SHIPPED if f"\n| `{name}` | {load(name).description} |" not in text] == []
@@ -87,12 +87,12 @@ def test_every_field_of_a_scenario_has_a_meaning() -> None:
     for name, described in schema()["$defs"].items():
         for field in described.get("properties", {}):
             rows = [line for line in lines if line.startswith(f"| `{field}` |")]
-            # The section of the bounds says what they mean; `shape` stands in the titles.
+            # The section on bounds explains those; `shape` is in the titles.
             assert name == "Bounds" or field == "shape" or not any(row.endswith("|  |") for row in rows)
             assert rows or field == "shape", (name, field)
 
 
-def test_every_field_says_its_default_or_that_it_is_required() -> None:
+def test_every_field_has_its_default_or_is_marked_as_required() -> None:
     text = page("scenario.md")
     assert "| `epsilon_m` | number, m | > 0, at most 10000 | required | least clearance" in text
     assert "| `range_sigma_m` | number, m | 0 to 1e+06 | `0.0` | " in text
@@ -100,7 +100,7 @@ def test_every_field_says_its_default_or_that_it_is_required() -> None:
     assert "| `law` | `certified` or `printed` or `resultant` |  | `certified` | " in text
 
 
-def test_every_kind_of_entry_and_every_field_stands_in_the_page() -> None:
+def test_the_page_names_every_kind_of_entry_and_every_field() -> None:
     for kind in get_args(Record):
         section = page("timeline.md").split(f"### `{kind.__struct_config__.tag}`\n")[1].split("###")[0]
         assert [field for field in kind.__struct_fields__ if f"| `{field}` |" not in section] == []
@@ -114,7 +114,7 @@ def test_the_examples_load() -> None:
     assert msgspec.convert(said, type(load_scenario("grove"))).name == "gate"
 
 
-def test_a_queue_stands_as_the_page_says() -> None:
+def test_a_queue_is_placed_as_the_page_says() -> None:
     poses = load_scenario("grove").fleet.poses()
     assert "`start = [1.5, 2.0, 0.0]` and\n`spacing_m = 0.3`, robot 2 stands at (1.2, 2.0)" in page(
         "scenario.md"

@@ -1,4 +1,4 @@
-"""The set-up: what an environment serves for, where it stands, and that it touches none but its own."""
+"""The set-up: which needs an environment meets, where it is made, and that others are left alone."""
 
 import os
 import shlex
@@ -13,13 +13,13 @@ from protocol.root import ROOT
 
 LEVELS = ("run", "tools", "dev")
 
-# Nothing is downloaded here: a link to our own Python stands for an environment with everything.
+# Nothing is downloaded here: a link to our own Python replaces an environment with all packages.
 LINK = f'mkdir -p "$clew_venv/bin" && ln -sfn {shlex.quote(sys.executable)} "$python"'
 INSTALL = f"clew_install() {{ {LINK} && echo installed $1; }}"
 
 
 def bash(script: str, root: Path = ROOT, **variables: str) -> subprocess.CompletedProcess[str]:
-    """A script that sources the set-up of a checkout; never with the environment that the tests run in."""
+    """Run a script that sources the set-up of a checkout, without the variables of the tests' environment."""
     others = {name: value for name, value in os.environ.items() if name != "CLEW_VENV"}
     return subprocess.run(
         ["bash", "-c", f"source {shlex.quote(str(root))}/launch/setup.sh; {script}"],
@@ -33,7 +33,7 @@ def bash(script: str, root: Path = ROOT, **variables: str) -> subprocess.Complet
 
 @pytest.fixture
 def checkout(tmp_path: Path) -> Path:
-    """What the set-up reads, in a path with a space, in a folder of its own."""
+    """A folder with the files that the set-up reads; its path has a space."""
     root = tmp_path / "check out"
     root.mkdir()
     shutil.copytree(ROOT / "launch", root / "launch")
@@ -43,7 +43,7 @@ def checkout(tmp_path: Path) -> Path:
 
 
 def installed(said: subprocess.CompletedProcess[str]) -> list[str]:
-    """What was installed, in order."""
+    """The installed sets, in order."""
     return [line.split()[1] for line in said.stderr.splitlines() if line.startswith("installed ")]
 
 
@@ -52,13 +52,13 @@ def contents(folder: Path) -> set[Path]:
 
 
 @pytest.mark.parametrize("made_for", LEVELS)
-def test_an_environment_serves_for_what_needs_less(made_for: str) -> None:
+def test_an_environment_also_meets_smaller_needs(made_for: str) -> None:
     asks = "; ".join(f"clew_holds {made_for} {each} && echo {each}" for each in LEVELS)
     assert bash(asks).stdout.split() == list(LEVELS[: LEVELS.index(made_for) + 1])
 
 
 @pytest.mark.parametrize("changed", ["pyproject.toml", "requirements.lock"])
-def test_it_installs_once_and_then_again_only_for_more_or_another_lock(changed: str, checkout: Path) -> None:
+def test_it_installs_again_only_for_larger_needs_or_a_changed_lock(changed: str, checkout: Path) -> None:
     change = f'echo >>"$clew_root/{changed}"'
     said = bash(
         f"{INSTALL}; for each in run run tools run; do set_up $each; done; {change}; set_up run", checkout
@@ -67,7 +67,7 @@ def test_it_installs_once_and_then_again_only_for_more_or_another_lock(changed: 
     assert installed(said) == ["run", "tools", "tools"]
 
 
-def test_two_at_once_install_once(checkout: Path) -> None:
+def test_two_concurrent_set_ups_install_once(checkout: Path) -> None:
     free = 'flock --nonblock "$clew_venv" echo installed unlocked'
     install = f"clew_install() {{ {LINK} && echo installed $1; ! {free}; }}"
     said = bash(f"{install}; set_up run & set_up run & wait; clew_is_ready run && echo ready", checkout)
@@ -75,7 +75,7 @@ def test_two_at_once_install_once(checkout: Path) -> None:
     assert said.stdout == "ready\n"
 
 
-def test_an_environment_that_somebody_else_made_is_refused_and_left_alone(checkout: Path) -> None:
+def test_a_foreign_environment_is_refused_and_left_alone(checkout: Path) -> None:
     theirs = checkout / ".venv" / "bin" / "python"
     theirs.parent.mkdir(parents=True)
     theirs.write_text("theirs")
@@ -88,7 +88,7 @@ def test_an_environment_that_somebody_else_made_is_refused_and_left_alone(checko
     assert theirs.read_text() == "theirs"
 
 
-def test_another_place_serves_and_nothing_is_written_where_the_sources_are(checkout: Path) -> None:
+def test_with_clew_venv_nothing_is_written_into_the_checkout(checkout: Path) -> None:
     before = contents(checkout)
     said = bash(
         f"{INSTALL}; set_up run; cd /; set_up run; echo $python", checkout, CLEW_VENV="another place/env"
@@ -100,14 +100,14 @@ def test_another_place_serves_and_nothing_is_written_where_the_sources_are(check
     assert contents(checkout) == before
 
 
-def test_a_half_made_environment_is_made_anew(checkout: Path) -> None:
+def test_an_incomplete_environment_is_made_again(checkout: Path) -> None:
     said = bash('clew_install() { touch "$clew_venv/half"; false; }; set_up run', checkout)
     assert (said.returncode, (checkout / ".venv" / "half").exists()) == (2, True)
     assert installed(bash(f"{INSTALL}; set_up run", checkout)) == ["run"]
     assert not (checkout / ".venv" / "half").exists()
 
 
-def test_an_environment_that_works_is_kept_while_it_is_brought_up_to_date(checkout: Path) -> None:
+def test_a_working_environment_is_kept_during_its_update(checkout: Path) -> None:
     assert installed(bash(f"{INSTALL}; set_up tools", checkout)) == ["tools"]
     (checkout / ".venv" / "in use").touch()
     (checkout / "requirements.lock").write_text("# newer\n")
@@ -115,7 +115,7 @@ def test_an_environment_that_works_is_kept_while_it_is_brought_up_to_date(checko
     assert (checkout / ".venv" / "in use").exists()
 
 
-def test_a_place_that_cannot_be_made_is_refused_in_one_line(checkout: Path) -> None:
+def test_an_environment_that_cannot_be_made_is_refused_in_one_line(checkout: Path) -> None:
     place = checkout / "pyproject.toml" / "env"
     said = bash(f"{INSTALL}; set_up run", checkout, CLEW_VENV=str(place))
     assert (said.returncode, said.stdout) == (2, "")

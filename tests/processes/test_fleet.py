@@ -199,5 +199,5 @@ def test_world_that_is_frozen_while_it_ends_is_killed_in_time_and_reported(fleet
     assert outcome.code == 143
     named = r"^clew: the world had not ended \d\.\d s after it was asked to, and was killed$"
     assert re.search(named, outcome.err, re.MULTILINE)
-    assert "no verdict was written; what happened until then is in runs/" in outcome.err
+    assert "no verdict was written; the log up to then is in runs/" in outcome.err
     assert fleet.leftovers() == []

@@ -1,1 +1,1 @@
-"""The parts of a fleet as processes: their command lines, their lives, and what they share."""
+"""The parts of a fleet as processes: their command lines, their life cycle, and what they share."""

@@ -1,4 +1,4 @@
-"""Which command line starts each part of a fleet, and where what it says goes."""
+"""The command line of each part of a fleet, and the destination of its output."""
 
 import sys
 from collections.abc import Callable, Mapping
@@ -11,28 +11,28 @@ from protocol.keys import WORLD as WORLD_SESSION
 from protocol.network.session import ROUTERS_MAX
 
 SAID_FILE = "said"
-"""In the private folder: what the parts say while the user sees a table, or nothing."""
+"""In the private folder: the output of the parts while the user sees a table or nothing."""
 
 
 class Stdout(Enum):
-    """Where a part's stdout goes. Its stderr goes where ours does, or into the file `said`."""
+    """The destination of a part's stdout. Its stderr goes to ours or to the file `said`."""
 
     STDERR = auto()
     READY = auto()
-    """To us: its first line means that it is ready."""
+    """Read by us: the first line means that the part is ready."""
     TERMINAL = auto()
-    """To the user's terminal, with its stderr."""
+    """The user's terminal, like its stderr."""
 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """How a part is started."""
+    """How to start a part."""
 
     arguments: Callable[[Prepared], list[str]]
-    """Of Python."""
+    """The arguments of Python."""
     stdout: Stdout = Stdout.STDERR
     nice: bool = False
-    """It takes what time the fleet leaves."""
+    """It runs at low priority."""
 
 
 def _router(number: int) -> Part:
@@ -69,7 +69,7 @@ PARTS: Mapping[str, Part] = {
 
 
 def command_of(name: str, run: Prepared, *, resume: bool = False) -> list[str]:
-    """The command line that starts a part; all but the table are told that stdin is their lifeline."""
+    """The command line that starts a part; all parts except the table get the option for the lifeline."""
     part = PARTS[name]
     lifeline = [] if name == TABLE else ["--lifeline"]
     again = ["--resume"] if resume else []

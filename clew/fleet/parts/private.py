@@ -1,10 +1,10 @@
 """The private folder of a run, and the lifeline that all its parts hold.
 
-Rule 1: the folder goes when the run ends. If we are killed, the cleaner removes it.
-Rule 2: the lifeline is a pipe into which nobody ever writes. Every part, and the cleaner, has its reading end
-        as stdin; only we have the writing end. Its end of file means that we are gone, and they go as well.
-Rule 3: a frozen part cannot read, and need not: when we die, the kernel sends SIGHUP and SIGCONT to a process
-        group that is stopped and that nobody else in our session has started.
+Rule 1: the folder is removed when the run ends. If we are killed, the cleaner removes it.
+Rule 2: the lifeline is a pipe that carries no data. Its reading end is the stdin of every part and of the
+        cleaner; only we hold the writing end. End of file means that we are gone: then the parts end.
+Rule 3: a frozen part cannot read, and need not. When we die, the kernel sends SIGHUP and SIGCONT to its
+        process group: the group is stopped, and no other process in our session has started it.
 """
 
 import os
@@ -18,8 +18,8 @@ from pathlib import Path
 
 from protocol.errors import UsageError
 
-PATH_BYTES_MAX = 80  # of the folder above: a socket's whole path may have 107 bytes
-FALLBACK = Path("/tmp")  # noqa: S108 - mkdtemp makes a folder in it that only the user may enter
+PATH_BYTES_MAX = 80  # of the parent folder: the whole path of a socket may have 107 bytes
+FALLBACK = Path("/tmp")  # noqa: S108 - mkdtemp makes a folder in it that only the user can enter
 
 # A shell, because it takes the least memory.
 CLEANER = 'read -r _; rm -rf -- "$1"'
@@ -27,16 +27,16 @@ CLEANER = 'read -r _; rm -rf -- "$1"'
 
 @dataclass(frozen=True, slots=True)
 class Private:
-    """What a run has for itself while it goes on."""
+    """The private resources of a run."""
 
     folder: Path
     lifeline: int
-    """The reading end."""
+    """The reading end of the lifeline."""
 
 
 @contextmanager
 def private_folder(temporary: str | None) -> Iterator[Private]:
-    """A folder that only the user may enter, and a lifeline, for as long as the context lasts.
+    """A folder that only the user can enter, and a lifeline, while the context lasts.
 
     Args:
         temporary: the folder for temporary files; None: `/tmp`.
@@ -59,7 +59,7 @@ def private_folder(temporary: str | None) -> Iterator[Private]:
         stdin=reading_end,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
-        process_group=0,  # a Ctrl-C is for us alone
+        process_group=0,  # Ctrl-C reaches only us
     )
     try:
         yield Private(folder, reading_end)

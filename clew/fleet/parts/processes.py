@@ -1,10 +1,10 @@
-"""The processes of a fleet: starts and signals them, and notices when they are ready, have ended, are gone.
+"""The processes of a fleet: starts them, signals them, and reports when they are ready, ended or gone.
 
-Rule 1: each part has a process group of its own: a Ctrl-C reaches the launcher alone, and robots can be found
+Rule 1: each part has its own process group. So Ctrl-C reaches only the launcher, and robots can be found
         after their host has died.
-Rule 2: process ids stand in the private folder, `world.pid` and so on, each written in one step; `router.pid`
-        leads to the router that carries the fleet.
-Rule 3: a group is signalled only while it may have members: its number may be another's afterwards.
+Rule 2: the private folder holds the process ids, `world.pid` and so on, each written atomically. `router.pid`
+        links to that of the active router.
+Rule 3: a group is signalled only while it may have members: afterwards, another group may get its number.
 Rule 4: robots whose host has died become our children (`orphans_adopted`), so that we see them end.
 """
 
@@ -22,7 +22,7 @@ from clew.fleet.prepare import Prepared
 from clew.fleet.supervision.events import ROUTER, Ended, Event, Gone, Ready
 
 READ_BYTES_MAX = 4096
-KILLED_S_MAX = 0.4  # for the kernel to end what was killed
+KILLED_S_MAX = 0.4  # for the kernel to end killed processes
 STDERR = 2
 PR_SET_CHILD_SUBREAPER = 36  # of Linux: prctl(2)
 
@@ -30,19 +30,19 @@ Process = subprocess.Popen[bytes]
 
 
 class Processes:
-    """All processes that we have started, by their parts."""
+    """All processes that we have started, by part."""
 
     def __init__(self, run: Prepared, lifeline: int, stderr: int, tell: Callable[[Event], None]) -> None:
         self._run, self._lifeline, self._stderr, self._tell = run, lifeline, stderr, tell
         self._loop = asyncio.get_running_loop()
         self._groups: dict[str, list[Process]] = {}
-        """Of each part, the first process of each group that may have members, the newest last."""
+        """For each part, the first process of every group that may have members, the newest last."""
 
     def start(self, part: str, *, resume: bool) -> None:
         """Start a part.
 
         Raises:
-            OSError: the system cannot.
+            OSError: the system cannot start it.
         """
         stdout = PARTS[part].stdout
         stderr = STDERR if stdout is Stdout.TERMINAL else self._stderr
@@ -68,14 +68,14 @@ class Processes:
             for process in processes:
                 _signal_group(process, number)
         elif processes:
-            processes[-1].send_signal(number)  # which does nothing where it has ended
+            processes[-1].send_signal(number)  # does nothing if it has ended
 
     def activate(self, router: str) -> None:
-        """This router carries the fleet."""
+        """Record that this router carries the fleet."""
         _replace(self._path(ROUTER), lambda new: new.symlink_to(self._path(router).name))
 
     def look(self) -> None:
-        """Tell which processes have ended and which groups are empty: some child of ours has ended."""
+        """Report which processes have ended and which groups are empty, after a child of ours has ended."""
         for part, processes in list(self._groups.items()):
             for process in processes:
                 if process.returncode is None and (status := process.poll()) is not None:
@@ -87,7 +87,7 @@ class Processes:
                 self._tell(Gone(part))
 
     def kill(self) -> None:
-        """End whatever is left of all parts."""
+        """Kill everything that is left of all parts."""
         for part, processes in self._groups.items():
             self.signal(part, signal.SIGKILL, group=True)
             for process in processes:
@@ -95,7 +95,7 @@ class Processes:
                     process.wait(KILLED_S_MAX)
 
     def _read(self, part: str, descriptor: int, begun: bytearray) -> None:
-        """Take in what a part says on stdout; its first line means that it is ready, and the rest nothing."""
+        """Read a part's stdout. The first line means that it is ready; the rest is ignored."""
         text = os.read(descriptor, READ_BYTES_MAX)
         if not text:
             self._loop.remove_reader(descriptor)
@@ -112,7 +112,7 @@ class Processes:
 
 @contextlib.contextmanager
 def orphans_adopted() -> Iterator[None]:
-    """While the context lasts, a process below us whose parent has died is our child."""
+    """While the context lasts, descendants whose parent has died become our children."""
     prctl = ctypes.CDLL(None).prctl
     prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
     try:
@@ -124,7 +124,7 @@ def orphans_adopted() -> Iterator[None]:
 def _has_members(process: Process) -> bool:
     if process.returncode is None:
         return True
-    with contextlib.suppress(ChildProcessError):  # none of them is our child
+    with contextlib.suppress(ChildProcessError):  # none of its processes is our child
         while os.waitpid(-process.pid, os.WNOHANG) != (0, 0):
             pass
     try:
@@ -135,12 +135,12 @@ def _has_members(process: Process) -> bool:
 
 
 def _signal_group(process: Process, number: signal.Signals) -> None:
-    with contextlib.suppress(ProcessLookupError):  # since we looked
+    with contextlib.suppress(ProcessLookupError):  # it ended after the check
         os.killpg(process.pid, number)
 
 
 def _replace(path: Path, write: Callable[[Path], object]) -> None:
-    """Have this written to a new file, which takes the place of the one that is there, if any."""
+    """Write this to a file atomically, replacing an older one."""
     new = path.with_suffix(".new")
     write(new)
     new.replace(path)

@@ -1,7 +1,7 @@
 """Two network namespaces joined by a veth pair, for tests of a fleet whose packets are lost.
 
 Rule 1: a namespace lives as long as a process in it. Its keeper ends when the test's end of a pipe closes, so
-nothing is left behind, even if the test is killed. No namespace has a name on the machine.
+        nothing is left behind, even if the test is killed. No namespace has a name on the machine.
 Rule 2: nothing needs root: a user namespace gives the rights, if the machine lets users make one.
 Rule 3: if something is forbidden or missing, `UnavailableError` names the failed command and its error.
 """

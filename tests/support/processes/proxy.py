@@ -1,9 +1,9 @@
 """A TCP proxy for tests: it damages, delays and cuts the bytes that it forwards, as its seed decides.
 
 Rule 1: each direction of each connection has its own random stream. Each piece takes the same number of draws
-from it, with any faults: so equal pieces suffer equal faults.
+        from it, with any faults: so equal pieces suffer equal faults.
 Rule 2: pieces keep their order, as in TCP: a delayed piece delays all pieces behind it. A closed direction
-loses nothing: when it opens, everything arrives late.
+        loses nothing: when it opens, everything arrives late.
 Rule 3: a connection ends in both directions when either side closes it or the proxy resets it.
 """
 

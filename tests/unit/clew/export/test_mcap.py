@@ -1,4 +1,4 @@
-"""MCAP, read back by `mcap`'s own reader and Foxglove's schemas: what a doctor of such files looks at."""
+"""MCAP, read back with `mcap`'s own reader and Foxglove's schemas, as `mcap doctor` does."""
 
 import math
 from collections import Counter
@@ -38,7 +38,7 @@ def run(runs: Runs, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @cache
 def messages(path: Path) -> list[tuple[Schema | None, Channel, Message, Any]]:
-    """All messages in the order of the file, decoded, every checksum held against what it is of."""
+    """All messages in file order, decoded; checks every checksum."""
     reader = SeekingReader(
         BytesIO(path.read_bytes()), validate_crcs=True, decoder_factories=[DecoderFactory()]
     )
@@ -61,7 +61,7 @@ def entries(run: Path) -> list[Line]:
     return list(Log(run).lines)
 
 
-def test_the_file_is_whole_by_its_own_checksums_and_summary(run: Path) -> None:
+def test_the_file_is_complete_by_its_checksums_and_summary(run: Path) -> None:
     content = (run / "events.mcap").read_bytes()
     records = list(StreamReader(BytesIO(content), validate_crcs=True).records)
     summary = make_reader(BytesIO(content)).get_summary()
@@ -77,7 +77,7 @@ def test_the_file_is_whole_by_its_own_checksums_and_summary(run: Path) -> None:
     assert all(summary.schemas[channel.schema_id].data for channel in summary.channels.values())
 
 
-def test_messages_stand_in_the_order_of_their_times(run: Path) -> None:
+def test_messages_are_ordered_by_time(run: Path) -> None:
     times_ns = [message.log_time for _, _, message, _ in messages(run / "events.mcap")]
     assert times_ns == sorted(times_ns)
     assert [message.publish_time for _, _, message, _ in messages(run / "events.mcap")] == times_ns
@@ -98,7 +98,7 @@ def test_every_entry_is_a_message_byte_for_byte(run: Path) -> None:
     assert found == wanted + Counter([("/events/run.started", 0, first)])
 
 
-def test_schemas_of_events_name_their_fields_and_refer_to_nothing_outside(run: Path) -> None:
+def test_schemas_of_events_name_their_fields_and_have_no_references(run: Path) -> None:
     for schema, channel, _, said in messages(run / "events.mcap"):
         if channel.topic.startswith("/events/"):
             assert schema is not None
@@ -109,7 +109,7 @@ def test_schemas_of_events_name_their_fields_and_refer_to_nothing_outside(run: P
             assert set(read["required"]) <= set(said) <= set(read["properties"])
 
 
-def test_robots_are_where_their_poses_say(run: Path) -> None:
+def test_robots_are_drawn_at_their_poses(run: Path) -> None:
     poses = [entry.record for _, entry in entries(run) if isinstance(entry.record, PoseSampled)]
     frames = [update.transforms[0] for update in on(run / "events.mcap", "/tf")]
     assert len(frames) == len(poses)
@@ -126,7 +126,7 @@ def test_robots_are_where_their_poses_say(run: Path) -> None:
         ]
 
 
-def test_scans_look_where_the_body_stood_and_a_ray_without_a_hit_is_infinite(run: Path) -> None:
+def test_scans_have_the_bodys_pose_and_infinite_rays_without_a_hit(run: Path) -> None:
     scans = [entry.record for _, entry in entries(run) if isinstance(entry.record, ScanServed)]
     for robot in range(1, 6):
         own = [scan for scan in scans if scan.robot == robot]
@@ -139,7 +139,7 @@ def test_scans_look_where_the_body_stood_and_a_ray_without_a_hit_is_infinite(run
             assert {math.isinf(told) for told, _ in hits} == {True, False}
 
 
-def test_events_in_words_leave_out_poses_and_raise_their_voice_at_deaths(run: Path) -> None:
+def test_log_messages_omit_poses_and_have_a_higher_level_for_deaths(run: Path) -> None:
     said = on(run / "events.mcap", "/log")
     assert len(said) == sum(not isinstance(entry.record, PoseSampled) for _, entry in entries(run))
     death = next(each for each in said if each.message.startswith("robot.died"))
@@ -152,7 +152,7 @@ def things(path: Path) -> Iterator[Any]:
         yield from update.entities
 
 
-def test_the_scene_has_the_ground_the_robots_the_strand_and_the_steps(run: Path) -> None:
+def test_the_scene_has_ground_robots_strand_and_steps(run: Path) -> None:
     seen = Counter(entity.id for entity in things(run / "events.mcap"))
     kinds = Counter(kind_of(entry.record) for _, entry in entries(run))
     assert seen["obstacles"] == seen["bounds"] == seen["goal"] == 1
@@ -171,7 +171,7 @@ def test_moving_obstacles_move(runs: Runs, tmp_path: Path) -> None:
     assert len({(place.x, place.y) for place in places}) > 10
 
 
-def test_times_begin_when_the_run_was_started_and_late_entries_find_their_place(tmp_path: Path) -> None:
+def test_times_begin_at_the_start_of_the_run_and_late_entries_are_sorted_in(tmp_path: Path) -> None:
     late: tuple[tuple[str, Record], ...] = (
         ("world", PoseSampled(robot=1, x_m=0.0, y_m=0.0, heading_rad=0.0)),
         ("world", RunEnded(reason="done")),
@@ -198,6 +198,6 @@ def test_a_log_whose_scenario_is_of_another_version_is_exported_without_a_scene(
     said = clew("log", "export", folder, "--to", "mcap", "--json")
     assert said.exit_code == 0
     (flaw,) = msgspec.json.decode(said.stdout)["flaws"]
-    assert "there is no scene in the export" in flaw
+    assert "the export has no scene" in flaw
     assert on(folder / "events.mcap", "/scene") == []
     assert [each["reason"] for each in on(folder / "events.mcap", "/events/run.ended")] == ["done"]

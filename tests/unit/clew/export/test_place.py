@@ -1,4 +1,4 @@
-"""What an export writes is there whole, or not at all; and what is no export is never replaced."""
+"""An export is written completely or not at all, and never replaces anything but an export."""
 
 import signal
 import subprocess
@@ -27,14 +27,14 @@ def interrupted(draft: Path) -> None:
     raise KeyboardInterrupt
 
 
-def test_a_file_that_is_not_finished_never_was(tmp_path: Path) -> None:
+def test_an_unfinished_file_leaves_nothing(tmp_path: Path) -> None:
     out = tmp_path / "deep" / "events.mcap"
     with pytest.raises(KeyboardInterrupt), whole_file(out) as draft:
         interrupted(draft)
     assert list(out.parent.iterdir()) == []
 
 
-def test_a_former_file_stays_until_the_new_one_is_whole(tmp_path: Path) -> None:
+def test_an_earlier_file_stays_until_the_new_one_is_complete(tmp_path: Path) -> None:
     out = tmp_path / "events.mcap"
     out.write_bytes(b"old")
     with whole_file(out) as draft:
@@ -44,7 +44,7 @@ def test_a_former_file_stays_until_the_new_one_is_whole(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [out]
 
 
-def test_a_former_folder_stays_until_the_new_one_is_whole(tmp_path: Path) -> None:
+def test_an_earlier_folder_stays_until_the_new_one_is_complete(tmp_path: Path) -> None:
     out = tmp_path / "csv"
     for text in ("old", "new"):
         with whole_folder(out, {"old.csv", "new.csv"}) as draft:
@@ -57,15 +57,17 @@ def test_a_former_folder_stays_until_the_new_one_is_whole(tmp_path: Path) -> Non
     assert list(tmp_path.iterdir()) == [out]
 
 
-def test_a_folder_with_anything_else_in_it_is_not_replaced(run: Path) -> None:
+def test_a_folder_with_foreign_files_is_not_replaced(run: Path) -> None:
     for out in (run, run / "events.jsonl"):
         said = clew("log", "export", run, "--to", "csv", "--out", out)
         assert said.exit_code == 2
-        assert "it is no former export and would be lost: events.jsonl is none of its files" in said.stderr
+        assert (
+            "it holds events.jsonl, which is not part of an earlier export and would be lost" in said.stderr
+        )
     assert (run / "events.jsonl").stat().st_size > 0
 
 
-def test_a_folder_of_the_users_own_tables_is_not_replaced_and_a_former_export_is(
+def test_a_folder_of_the_users_own_tables_is_not_replaced_but_an_earlier_export_is(
     run: Path, tmp_path: Path
 ) -> None:
     own = tmp_path / "mydata"
@@ -73,15 +75,13 @@ def test_a_folder_of_the_users_own_tables_is_not_replaced_and_a_former_export_is
     (own / "precious.csv").write_text("a,b")
     said = clew("log", "export", run, "--to", "csv", "--out", own)
     assert said.exit_code == 2
-    assert "precious.csv is none of its files" in said.stderr
+    assert "it holds precious.csv, which is not part of an earlier export" in said.stderr
     assert [each.name for each in own.iterdir()] == ["precious.csv"]
     for _ in range(2):
         assert clew("log", "export", run, "--to", "csv", "--out", tmp_path / "out").exit_code == 0
 
 
-def test_what_a_killed_export_left_goes_with_the_next_and_nothing_else_does(
-    run: Path, tmp_path: Path
-) -> None:
+def test_the_next_export_removes_only_the_leftovers_of_a_killed_one(run: Path, tmp_path: Path) -> None:
     left, own = tmp_path / ".out.dead.part", tmp_path / ".out.own.part"
     for folder, name in ((left, "new"), (own, "diary.txt")):
         folder.mkdir()
@@ -94,7 +94,7 @@ def test_what_a_killed_export_left_goes_with_the_next_and_nothing_else_does(
 
 
 @pytest.mark.processes
-def test_an_export_that_is_told_to_end_leaves_nothing(tmp_path: Path) -> None:
+def test_an_export_that_is_asked_to_end_leaves_nothing(tmp_path: Path) -> None:
     run = recorded(tmp_path / "run", numbered((("r1", RobotReleased()),) * 50_000))
     command = [sys.executable, "-m", "clew.cli", "log", "export", str(run), "--to", "csv"]
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE) as process:
@@ -104,7 +104,7 @@ def test_an_export_that_is_told_to_end_leaves_nothing(tmp_path: Path) -> None:
     assert [each.name for each in run.iterdir()] == ["events.jsonl"]
 
 
-def test_a_log_is_never_overwritten_by_its_own_export(run: Path) -> None:
+def test_an_export_never_overwrites_its_own_log(run: Path) -> None:
     said = clew("log", "export", run, "--to", "mcap", "--out", run / "events.jsonl")
     assert said.exit_code == 2
     assert "its name must end in .mcap" in said.stderr
@@ -112,7 +112,7 @@ def test_a_log_is_never_overwritten_by_its_own_export(run: Path) -> None:
     assert clew("log", "export", run, "--to", "mcap", "--out", run / "folder.mcap").exit_code == 2
 
 
-def test_what_cannot_be_written_is_said_in_one_line(tmp_path: Path, run: Path) -> None:
+def test_an_unwritable_place_is_reported_in_one_line(tmp_path: Path, run: Path) -> None:
     (tmp_path / "file").write_text("")
     said = clew("log", "export", run, "--to", "csv", "--out", tmp_path / "file" / "csv")
     assert said.exit_code == 2

@@ -1,4 +1,4 @@
-"""What an export draws, and when it draws it again."""
+"""The things that an export draws, and when it draws them again."""
 
 import math
 
@@ -62,7 +62,7 @@ def strokes(thing: Thing, colour: Colour) -> list[Stroke]:
     return [mark for mark in thing.marks if isinstance(mark, Stroke) and mark.colour == colour]
 
 
-def test_a_step_shows_the_gap_that_was_chosen_and_the_ground_that_is_promised() -> None:
+def test_a_step_shows_the_chosen_gap_and_the_certified_ground() -> None:
     (thing,) = drawn(Scene(PAPER, {}), PLAN, source="r1")
     assert [stroke.points for stroke in strokes(thing, GAP)] == [((1.0, -1.0), (1.0, 1.0))]
     (promised,) = strokes(thing, CERTIFICATE)
@@ -83,10 +83,10 @@ def test_an_authority_is_at_its_arc_length_of_the_strands_path() -> None:
     (thing,) = drawn(Scene(PAPER, {1: path}), grant, source="r1")
     assert thing.name == "authority/2"
     assert [mark.centre for mark in thing.marks if isinstance(mark, Disc)] == [(2.0, 1.0)]
-    assert drawn(Scene(PAPER, {}), grant, source="r1") == []  # an epoch whose path nobody knows
+    assert drawn(Scene(PAPER, {}), grant, source="r1") == []  # an epoch without a known path
 
 
-def test_authorities_go_with_the_strand_that_they_were_of() -> None:
+def test_authorities_are_removed_with_their_strand() -> None:
     path = Path([Point(x_m=0.0, y_m=0.0), Point(x_m=2.0, y_m=0.0)])
     scene = Scene(PAPER, {1: path, 2: path})
     old = AuthorityGranted(to=2, epoch=1, authority_m=1.0)
@@ -107,7 +107,7 @@ def test_links_join_the_robots_of_the_newest_strand_ten_times_a_second() -> None
     assert "links" not in [thing.name for thing in drawn(scene, nudge, t_s=0.05)]
     (links,) = drawn(scene, nudge, t_s=0.1)
     assert [mark.points for mark in strokes(links, links.marks[0].colour)] == [((3.0, 0.0), (1.0, 0.0))]
-    assert "links" not in [thing.name for thing in drawn(scene, nudge, t_s=0.3)]  # nobody has moved
+    assert "links" not in [thing.name for thing in drawn(scene, nudge, t_s=0.3)]  # no robot has moved
 
 
 @pytest.mark.parametrize(
@@ -119,7 +119,7 @@ def test_links_join_the_robots_of_the_newest_strand_ten_times_a_second() -> None
         ((PromiseBroken(invariant="S1", robot=2, why="near"),), BROKEN),
     ],
 )
-def test_a_robot_shows_how_it_fares(records: tuple[Record, ...], colour: Colour) -> None:
+def test_a_robots_colour_shows_its_state(records: tuple[Record, ...], colour: Colour) -> None:
     scene = Scene(PAPER, {})
     [*_, thing] = [thing for record in records for thing in drawn(scene, record)]
     assert (thing.name, thing.robot) == ("robot/2", 2)
@@ -127,7 +127,7 @@ def test_a_robot_shows_how_it_fares(records: tuple[Record, ...], colour: Colour)
     assert drawn(scene, ScanServed(robot=2, x_m=0.0, y_m=0.0, heading_rad=0.0, revolutions=1, hits=0)) == []
 
 
-def test_outlines_lie_where_the_shapes_do() -> None:
+def test_outlines_match_their_shapes() -> None:
     disc = Polygon(outline(Circle(centre_m=(1.0, 2.0), radius_m=0.5), INK, at=(3.0, 0.0)).points)
     assert disc.centroid.coords[0] == pytest.approx((4.0, 2.0))
     assert disc.area == pytest.approx(math.pi * 0.25, rel=0.01)

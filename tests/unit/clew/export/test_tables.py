@@ -1,4 +1,4 @@
-"""CSV and Parquet, read back by what people read them with: the same values under the same types."""
+"""CSV and Parquet, read back with common tools: the same values with the same types."""
 
 import csv
 import json
@@ -71,7 +71,7 @@ def test_csv_holds_every_kind_with_every_value(
 
 
 def whole(fields: tuple[Column, ...], cells: dict[str, str], before: str = "") -> dict[str, Any] | None:
-    """A row as it was, from its cells; None where a part with these fields is null."""
+    """A row rebuilt from its cells; None if a nested value with these fields is null."""
     row: dict[str, Any] = {}
     for field in fields:
         name = f"{before}{field.name}"
@@ -87,13 +87,13 @@ def whole(fields: tuple[Column, ...], cells: dict[str, str], before: str = "") -
 
 
 def null_if_empty(fields: tuple[Column, ...], row: dict[str, Any]) -> dict[str, Any]:
-    """What CSV cannot tell apart: an empty text that might be null is null."""
+    """The value without differences that CSV cannot express: an empty text that may be null is null."""
     return row | {
         field.name: row[field.name] or None for field in fields if field.nullable and row[field.name] == ""
     }
 
 
-def test_duckdb_finds_the_types_of_parquet(run: Path) -> None:
+def test_duckdb_reads_the_types_of_parquet(run: Path) -> None:
     parquet_files.export(Log(run), run / "parquet")
     found = types_in(f"SELECT * FROM '{run}/parquet/step.planned.parquet'")
     assert found["t_s"] == "DOUBLE"
@@ -106,12 +106,12 @@ def test_duckdb_finds_the_types_of_parquet(run: Path) -> None:
     }
 
 
-def test_a_question_about_a_kind_that_never_occurred_has_an_answer(run: Path) -> None:
+def test_a_query_on_a_kind_that_never_occurred_has_an_answer(run: Path) -> None:
     parquet_files.export(Log(run), run / "parquet")
     assert sql(f"SELECT count(*), max(away_s) FROM '{run}/parquet/router.found.parquet'") == [(0, None)]
 
 
-def test_parquet_says_units_and_meanings_and_which_run(run: Path) -> None:
+def test_parquet_names_units_meanings_and_the_run(run: Path) -> None:
     parquet_files.export(Log(run), run / "parquet")
     schema = parquet.read_schema(run / "parquet" / "step.planned.parquet")
     assert schema.field("length_m").metadata[b"unit"] == b"m"
@@ -124,7 +124,7 @@ def test_parquet_says_units_and_meanings_and_which_run(run: Path) -> None:
     assert msgspec.json.decode(schema.metadata[b"clew.run"], type=type(header)) == header
 
 
-def test_duckdb_finds_the_types_of_csv(run: Path) -> None:
+def test_duckdb_infers_the_types_of_csv(run: Path) -> None:
     csv_files.export(Log(run), run / "csv")
     found = types_in(f"SELECT * FROM '{run}/csv/order.accepted.csv'")
     assert found["t_s"] == found["target.x_m"] == found["reach_m"] == "DOUBLE"
@@ -134,10 +134,10 @@ def test_duckdb_finds_the_types_of_csv(run: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["pose.sampled", "order.accepted", "authority.granted"])
-def test_csv_parquet_and_the_log_itself_say_the_same_to_duckdb(
+def test_csv_parquet_and_the_log_are_equal_in_duckdb(
     run: Path, kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(tables, "ROWS_AT_ONCE", 100)  # so that tables are written in several stretches
+    monkeypatch.setattr(tables, "ROWS_AT_ONCE", 100)  # so that tables are written in several batches
     csv_files.export(Log(run), run / "csv")
     parquet_files.export(Log(run), run / "parquet")
     named = "t_s, source, n, epoch" if kind != "pose.sampled" else "t_s, source, n, x_m, heading_rad"
@@ -148,7 +148,7 @@ def test_csv_parquet_and_the_log_itself_say_the_same_to_duckdb(
         assert sql(f"SELECT {named} FROM '{run}/{suffix}/{kind}.{suffix}' ORDER BY ALL") == from_log
 
 
-def test_the_header_is_a_table_too(run: Path) -> None:
+def test_the_header_is_a_table(run: Path) -> None:
     for suffix, export in (("csv", csv_files.export), ("parquet", parquet_files.export)):
         export(Log(run), run / suffix)
         header = f"'{run}/{suffix}/run.started.{suffix}'"
@@ -157,7 +157,7 @@ def test_the_header_is_a_table_too(run: Path) -> None:
         ]
 
 
-def test_a_unit_is_a_word_in_a_fields_name() -> None:
+def test_a_unit_is_the_last_word_of_a_fields_name() -> None:
     units = {column.name: column.unit for kind in TYPES.values() for column in columns_of(kind)}
     assert units["silent_since_s"] == units["t_s"] == "s"
     assert units["ranges_m"] == "m"
@@ -165,7 +165,7 @@ def test_a_unit_is_a_word_in_a_fields_name() -> None:
     assert units["revolutions"] is units["n"] is units["torn_bytes"] is None
 
 
-def test_what_cannot_be_read_is_said_and_all_else_is_exported(tmp_path: Path) -> None:
+def test_unreadable_lines_are_reported_and_everything_else_is_exported(tmp_path: Path) -> None:
     folder = recorded(tmp_path / "run", [])
     with (folder / "events.jsonl").open("ab") as file:
         file.write(b'{"t_s":0.5,"hlc":"0/0","source":"world","n":1,"kind":"robot.sneezed"}\n')

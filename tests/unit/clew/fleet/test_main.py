@@ -1,4 +1,4 @@
-"""`python -m clew.fleet` up to the start of a run, and what it does when it cannot start one."""
+"""`python -m clew.fleet` up to the start of a run, and its refusals."""
 
 import os
 import signal
@@ -22,7 +22,7 @@ from tests.support.processes.fleets import wait_until
 
 @dataclass(frozen=True, slots=True)
 class Folders:
-    """Where a launcher is called, and where it may have temporary files."""
+    """The working folder of a launcher and its folder for temporary files."""
 
     cwd: Path
     temporary: Path
@@ -33,7 +33,7 @@ class Folders:
 
 @pytest.fixture(autouse=True)
 def folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Folders]:
-    monkeypatch.setattr(launcher, "listen", lambda _: None)  # our own signals stay what they are
+    monkeypatch.setattr(launcher, "listen", lambda _: None)  # keeps our own signal handlers
     monkeypatch.setattr(launcher, "ignore", lambda: None)
     monkeypatch.chdir(tmp_path)
     with TemporaryDirectory(prefix="ct.", dir="/tmp") as temporary:
@@ -73,7 +73,7 @@ def test_help_goes_to_stdout_and_names_every_option(
         (["-n", "0"], "-n"),
         (["--out", "/proc/clew/run"], "cannot write a run into /proc/clew/run"),
         (["paper", "--speed", "fast"], "--speed"),
-        (["--out", "new/" + "x" * 300], "File name too long"),  # by then `new` has been made
+        (["--out", "new/" + "x" * 300], "File name too long"),  # after `new` was made
         (
             ["--faults", "one-way", "-n", "3"],
             "$.rule[0].group[1]: must be a robot of the fleet, r1 to r3, got r4",
@@ -107,7 +107,7 @@ def test_refusal_is_one_line_and_leaves_nothing(
         ("robots = 5", "robots = = 5", "line"),
     ],
 )
-def test_scenario_that_cannot_be_is_one_line_and_exit_2(
+def test_impossible_scenario_is_refused_in_one_line_with_exit_2(
     old: str, new: str, complaint: str, folders: Folders, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text = (ROOT / "launch" / "scenarios" / "grove.toml").read_text(encoding="utf-8")
@@ -123,7 +123,7 @@ def test_scenario_that_cannot_be_is_one_line_and_exit_2(
     assert folders.hold_nothing()
 
 
-def test_folder_for_temporary_files_that_is_not_there_is_one_line_and_exit_2(
+def test_missing_folder_for_temporary_files_is_refused_in_one_line_with_exit_2(
     folders: Folders, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("TMPDIR", str(folders.temporary / "nowhere"))
@@ -131,22 +131,22 @@ def test_folder_for_temporary_files_that_is_not_there_is_one_line_and_exit_2(
     assert "no folder for the run's sockets can be made in" in capsys.readouterr().err
 
 
-def test_private_folder_is_the_users_alone_and_goes_with_its_context(folders: Folders) -> None:
+def test_only_the_user_can_enter_the_private_folder_and_it_ends_with_its_context(folders: Folders) -> None:
     with private_folder(str(folders.temporary)) as private:
         assert private.folder.stat().st_mode & 0o777 == 0o700
         (private.folder / "world.json").touch()
     assert folders.hold_nothing()
 
 
-def test_folder_for_temporary_files_whose_path_is_too_long_for_sockets_is_not_used(tmp_path: Path) -> None:
+def test_temporary_folder_with_a_path_too_long_for_sockets_is_not_used(tmp_path: Path) -> None:
     deep = tmp_path / ("x" * PATH_BYTES_MAX)
     deep.mkdir()
     with private_folder(str(deep)) as private:
         assert private.folder.parent == FALLBACK
 
 
-def test_private_folder_and_a_frozen_part_go_when_we_are_killed(folders: Folders) -> None:
-    """Here another process stands for us: it tells of a frozen part of its own, and is killed."""
+def test_private_folder_and_a_frozen_part_end_when_we_are_killed(folders: Folders) -> None:
+    """Another process takes our part here: it freezes a part of its own and kills itself."""
     script = f"""
 import os, signal, subprocess, sys
 from clew.fleet.parts.private import private_folder
@@ -160,12 +160,12 @@ with private_folder({str(folders.temporary)!r}) as private:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     ended = subprocess.run(
         command, env=environment, stdout=subprocess.PIPE, timeout=DEADLINE_S, check=False
-    )  # which waits for the part, too: it has our pipe
+    )  # also waits for the part, which holds our pipe
     assert ended.returncode == -signal.SIGKILL
     wait_until(lambda: folders.hold_nothing() or None)
 
 
-def test_requests_are_kept_until_somebody_hears_them() -> None:
+def test_requests_are_kept_until_there_is_a_listener() -> None:
     requests, told = Requests(), list[ExitCode]()
     requests.note(ExitCode.INTERRUPTED)
     requests.hear(told.append)

@@ -1,4 +1,4 @@
-"""What the user sees of a fleet beside its verdict."""
+"""The output of a fleet besides its verdict."""
 
 import os
 import subprocess
@@ -33,7 +33,7 @@ def prepared(folder: Path, shows: Shows = Shows.LINES, *, as_json: bool = False)
     )
 
 
-def test_lines_go_to_stderr_as_they_come(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_lines_go_to_stderr_immediately(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     with output(prepared(tmp_path)) as words:
         os.write(words.stderr, SAID)
         words.say("the page is here")
@@ -42,7 +42,7 @@ def test_lines_go_to_stderr_as_they_come(tmp_path: Path, capfd: pytest.CaptureFi
 
 
 @pytest.mark.parametrize(("shows", "first"), [(Shows.NOTHING, ""), (Shows.TABLE, CURSOR)])
-def test_words_wait_for_the_end_where_a_table_or_nothing_is_shown_and_progress_is_left_out(
+def test_with_a_table_or_quiet_messages_are_printed_at_the_end_without_progress(
     shows: Shows, first: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     with output(prepared(tmp_path, shows)) as words:
@@ -52,7 +52,7 @@ def test_words_wait_for_the_end_where_a_table_or_nothing_is_shown_and_progress_i
     assert capfd.readouterr() == ("", f"{first}router: ready\nrobot 3: lost\nclew: router 1 ended\n")
 
 
-def test_words_that_waited_give_a_terminal_no_order(
+def test_escape_sequences_in_kept_messages_do_not_reach_the_terminal(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     with output(prepared(tmp_path, Shows.NOTHING)) as words:
@@ -61,7 +61,7 @@ def test_words_that_waited_give_a_terminal_no_order(
     assert capfd.readouterr().err == "router: \\x1b[2J\ufffd\nclew: no run in \\x1b]0;here\n"
 
 
-def test_table_that_died_leaves_a_cursor_and_a_line_of_its_own(
+def test_after_a_table_died_cursor_and_line_are_restored(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     with output(prepared(tmp_path, Shows.TABLE)) as words:
@@ -69,7 +69,7 @@ def test_table_that_died_leaves_a_cursor_and_a_line_of_its_own(
         assert capfd.readouterr().err == CURSOR + LINE
 
 
-def test_terminal_that_has_gone_is_no_failure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_closed_terminal_is_no_failure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def gone(*_: object) -> int:
         raise OSError
 
@@ -86,7 +86,7 @@ def judged(folder: Path) -> Path:
     return run
 
 
-def test_result_is_the_verdict_in_a_sentence_or_as_it_is(
+def test_result_is_the_verdict_as_a_sentence_or_as_json(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     run = judged(tmp_path)
@@ -96,13 +96,11 @@ def test_result_is_the_verdict_in_a_sentence_or_as_it_is(
     assert capfd.readouterr().out == (run / VERDICT_FILE).read_text(encoding="utf-8")
 
 
-def test_run_without_a_verdict_says_where_its_log_is(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_run_without_a_verdict_names_its_log(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     run = judged(tmp_path)
     (run / VERDICT_FILE).write_bytes(b"")
     assert say_result(prepared(run))
-    said = f"clew: no verdict was written; what happened until then is in {run}\n"
+    said = f"clew: no verdict was written; the log up to then is in {run}\n"
     assert capfd.readouterr() == ("", said)
 
 
@@ -111,7 +109,7 @@ def test_run_that_never_began_has_no_result(tmp_path: Path, capfd: pytest.Captur
     assert capfd.readouterr() == ("", "")
 
 
-def test_pipe_that_is_closed_before_the_result_is_no_failure(tmp_path: Path) -> None:
+def test_pipe_closed_before_the_result_is_no_failure(tmp_path: Path) -> None:
     script = f"""
 from pathlib import Path
 from clew.fleet.output import say_result

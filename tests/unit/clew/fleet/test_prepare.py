@@ -27,7 +27,7 @@ def private(tmp_path: Path) -> Path:
 
 @pytest.fixture(autouse=True)
 def somewhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A working folder of its own, so that nothing of a test lands in the project's `runs/`."""
+    """A separate working folder, so that tests write nothing into the project's `runs/`."""
     folder = tmp_path / "cwd"
     folder.mkdir()
     monkeypatch.chdir(folder)
@@ -38,12 +38,12 @@ def made(private: Path, *arguments: str) -> Prepared:
     return prepare(parse(arguments), private, terminal=False)
 
 
-def test_nothing_asked_means_grove_at_real_time_with_seed_1() -> None:
+def test_default_is_grove_in_real_time_with_seed_1() -> None:
     request = parse([])
     assert (request.scenario, request.robots, request.seed, request.speed) == ("grove", None, 1, 1.0)
 
 
-def test_what_is_asked_is_written_into_the_runs_folder_resolved(private: Path, tmp_path: Path) -> None:
+def test_the_resolved_request_is_written_into_the_runs_folder(private: Path, tmp_path: Path) -> None:
     own = tmp_path / "own.toml"
     own.write_bytes((SCENARIOS / "grove.toml").read_bytes())
     asked = [
@@ -84,7 +84,7 @@ def test_what_is_asked_is_written_into_the_runs_folder_resolved(private: Path, t
         (["paper", "grove"], "unrecognized arguments: grove"),
     ],
 )
-def test_option_that_cannot_be_is_refused_by_name(arguments: list[str], complaint: str) -> None:
+def test_invalid_option_is_refused_by_name(arguments: list[str], complaint: str) -> None:
     with pytest.raises(UsageError, match=complaint):
         parse(arguments)
 
@@ -94,7 +94,7 @@ def test_folder_that_is_not_empty_is_refused(private: Path, tmp_path: Path) -> N
         made(private, "--out", str(tmp_path))
 
 
-def test_good_request_makes_the_folder_and_says_what_runs(private: Path, somewhere_else: Path) -> None:
+def test_good_request_makes_the_folder_and_returns_the_run(private: Path, somewhere_else: Path) -> None:
     run = made(private, "paper", "--out", "it's/here", "--json")
     assert (run.robots, run.own_routers, run.as_json, run.view) == (5, 1, True, False)
     assert (run.shows, run.latest, run.folder) == (Shows.LINES, None, Path("it's/here"))
@@ -104,12 +104,12 @@ def test_good_request_makes_the_folder_and_says_what_runs(private: Path, somewhe
     assert (private / "world.json").exists()
 
 
-def test_our_own_router_asks_for_passwords(private: Path) -> None:
+def test_our_own_router_requires_passwords(private: Path) -> None:
     assert made(private).own_routers == 1
     assert read_session(private / "r1.json").password
 
 
-def test_run_without_out_gets_a_folder_of_its_own_in_runs(private: Path, somewhere_else: Path) -> None:
+def test_run_without_out_gets_a_new_folder_in_runs(private: Path, somewhere_else: Path) -> None:
     run = made(private)
     (folder,) = (somewhere_else / "runs").iterdir()
     assert re.fullmatch(r"\d{8}T\d{6}Z-grove-[0-9a-f]{4}", folder.name)
@@ -123,7 +123,7 @@ def test_run_that_never_began_leaves_no_folder_and_no_link(private: Path, somewh
     assert list(somewhere_else.iterdir()) == []
 
 
-def test_run_that_never_began_leaves_the_runs_before_it_alone(private: Path, somewhere_else: Path) -> None:
+def test_run_that_never_began_leaves_earlier_runs_alone(private: Path, somewhere_else: Path) -> None:
     before, run = made(private), made(private)
     make_latest(before.folder)
     drop_folder(run.folder, run.made, run.latest)
@@ -132,7 +132,7 @@ def test_run_that_never_began_leaves_the_runs_before_it_alone(private: Path, som
     )
 
 
-def test_run_that_cannot_be_written_into_its_folder_leaves_nothing(
+def test_run_whose_folder_cannot_be_written_leaves_nothing(
     private: Path, somewhere_else: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(folder: Path, *_: object) -> None:
@@ -145,7 +145,7 @@ def test_run_that_cannot_be_written_into_its_folder_leaves_nothing(
     assert list(somewhere_else.iterdir()) == []
 
 
-def test_folder_in_which_something_was_written_stays(private: Path, somewhere_else: Path) -> None:
+def test_folder_with_written_files_stays(private: Path, somewhere_else: Path) -> None:
     run = made(private, "--out", "here/too")
     (run.folder / "events.jsonl").touch()
     drop_folder(run.folder, run.made, run.latest)
@@ -171,7 +171,7 @@ def test_names_sort_by_time_and_fit_into_a_key() -> None:
         (["--quiet"], {}, False, Shows.NOTHING),
     ],
 )
-def test_table_is_for_people_at_a_terminal_and_lines_for_all_else(
+def test_table_is_shown_on_a_terminal_only_and_lines_elsewhere(
     arguments: list[str], environment: dict[str, str], terminal: bool, shown: Shows
 ) -> None:
     assert shows(parse(arguments), environment, terminal=terminal) == shown

@@ -1,4 +1,4 @@
-"""The supervisor's shell over toy parts of a few lines each: what becomes of what was decided."""
+"""The supervisor's shell with toy parts of a few lines each: it executes what the core has decided."""
 
 import asyncio
 import os
@@ -33,12 +33,12 @@ def wait_for(done):
     while not done():
         time.sleep(0.005)
 """
-UNTIL_KILLED = "sys.stdin.read()"  # or until the test has ended, which holds the other end of the lifeline
+UNTIL_KILLED = "sys.stdin.read()"  # or until the test has ended: it holds the other end of the lifeline
 ROUTER = f"note('router', str(os.getpid())); print('ready', flush=True); {UNTIL_KILLED}"
 
 
 class Toys:
-    """A fleet of toys: what runs, and where it may write."""
+    """A fleet of toy parts, and the folder that they may write to."""
 
     def __init__(self, private: Path) -> None:
         self.private, self.folder = private, private / "run"
@@ -46,7 +46,7 @@ class Toys:
         self.lifeline, self.writing_end = os.pipe()
 
     def be(self, part: str, code: str, stdout: Stdout = Stdout.STDERR) -> None:
-        """Have a part do this."""
+        """Let a part run this code."""
         cast("dict[str, Part]", PARTS)[part] = Part(
             lambda _: ["-ISc", HELP + code, str(self.private)], stdout
         )
@@ -74,14 +74,14 @@ class Toys:
             return asyncio.run(asyncio.wait_for(supervised, DEADLINE_S))
 
     def noted(self, name: str) -> int:
-        """The process id that a toy has written into a file."""
+        """The process id that a toy part has written to a file."""
         return int((self.private / name).read_text())
 
 
 @pytest.fixture
 def toys(monkeypatch: pytest.MonkeyPatch) -> Iterator[Toys]:
     for part, usual in PARTS.items():
-        monkeypatch.setitem(cast("dict[str, Part]", PARTS), part, usual)  # which puts it back afterwards
+        monkeypatch.setitem(cast("dict[str, Part]", PARTS), part, usual)  # monkeypatch restores it
     with TemporaryDirectory(prefix="ct.", dir="/tmp") as private:
         toys = Toys(Path(private))
         toys.be(router_name(1), ROUTER, Stdout.READY)
@@ -92,26 +92,26 @@ def toys(monkeypatch: pytest.MonkeyPatch) -> Iterator[Toys]:
 
 
 def is_there(pid: int) -> bool:
-    """Whether a process lives; one that nobody has reaped does not."""
+    """Whether a process lives; a zombie does not."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(") ")[2][0] != "Z"
     except FileNotFoundError:
         return False
 
 
-def test_run_ends_with_its_world_and_nothing_is_left(toys: Toys) -> None:
+def test_run_ends_with_its_world_and_leaves_nothing(toys: Toys) -> None:
     toys.be(WORLD, "sys.exit(7)")
     assert toys.run() == 7
     assert not is_there(toys.noted("router"))
 
 
-def test_each_part_has_a_group_of_its_own_and_the_lifeline_as_stdin(toys: Toys) -> None:
+def test_each_part_has_its_own_process_group_and_the_lifeline_as_stdin(toys: Toys) -> None:
     lifeline = os.fstat(toys.lifeline).st_ino
     toys.be(WORLD, f"sys.exit(3 if (os.getpgrp(), os.fstat(0).st_ino) == (os.getpid(), {lifeline}) else 4)")
     assert toys.run() == 3
 
 
-def test_process_fault_by_the_pipe_is_done_and_the_process_ids_are_those_of_who_runs(
+def test_process_fault_from_the_pipe_is_executed_and_process_ids_stay_current(
     toys: Toys, capfd: pytest.CaptureFixture[str]
 ) -> None:
     read = "lambda: (private / 'router.pid').read_text().strip()"
@@ -130,7 +130,7 @@ sys.exit(5 if read() == (private / "router").read_text() else 6)
     assert "clew: router 1 was killed by SIGKILL; it is started again\n" in capfd.readouterr().err
 
 
-def test_what_a_host_leaves_in_its_group_is_found_and_killed(
+def test_leftovers_in_a_hosts_group_are_found_and_killed(
     toys: Toys, capfd: pytest.CaptureFixture[str]
 ) -> None:
     toys.be(
@@ -151,7 +151,7 @@ note("child", str(os.getpid()))
     assert not is_there(toys.noted("child"))
 
 
-def test_what_a_host_leaves_in_its_group_and_ends_as_it_is_asked_to_is_not_killed(
+def test_leftovers_in_a_hosts_group_that_end_on_request_are_not_killed(
     toys: Toys, capfd: pytest.CaptureFixture[str]
 ) -> None:
     toys.be(
@@ -161,7 +161,7 @@ if os.fork():
     wait_for((private / "child").exists)
     sys.exit(0)
 def end(*_):
-    time.sleep(0.05)  # so that the router has ended before
+    time.sleep(0.05)  # so that the router ends first
     sys.exit(0)
 signal.signal(signal.SIGTERM, end)
 note("child", str(os.getpid()))
@@ -175,7 +175,7 @@ note("child", str(os.getpid()))
     assert not is_there(toys.noted("child"))
 
 
-def test_run_that_was_asked_to_end_before_it_began_starts_nothing(toys: Toys) -> None:
+def test_run_that_is_asked_to_end_before_it_begins_starts_nothing(toys: Toys) -> None:
     assert toys.run(ExitCode.INTERRUPTED) == 130
     assert not (toys.private / "router-1.pid").exists()
 
@@ -190,7 +190,7 @@ def test_part_that_cannot_be_started_is_named_and_ends_the_run(
     assert "clew: router 1 ended with exit code 1 before it was ready\n" in said
 
 
-def test_mistake_of_our_own_ends_us_and_leaves_nothing(toys: Toys, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_internal_error_ends_us_and_leaves_nothing(toys: Toys, monkeypatch: pytest.MonkeyPatch) -> None:
     handle = Supervisor.handle
 
     def mistaken(supervisor: Supervisor, event: Event, now_s: float) -> list[Command]:

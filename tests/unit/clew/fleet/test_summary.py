@@ -9,33 +9,33 @@ from world.judge.recovery import Death, Heal, Succession
 from world.scenario.scenario import load
 
 
-def test_table_stands_beside_what_was_measured() -> None:
+def test_table_is_printed_beside_the_measured_distances() -> None:
     lines = list(table_lines(((1.168, 0.433), (1.125, 0.384)), ((1.17, 0.4),)))
     assert lines[3].split() == ["1", "1.168", "1.170", "0.433", "0.400"]
     assert lines[4].split() == ["2", "1.125", "-", "0.384", "-"]
     assert len({len(line) for line in lines[1:]}) == 1
 
 
-def test_rms_is_said_or_why_there_is_none() -> None:
+def test_rms_is_printed_or_the_reason_why_there_is_none() -> None:
     assert PAPER.table_m is not None
     assert rms_line(PAPER.table_m, GOOD) == "RMS error against Table I: 0.0254 m over 33 distances"
     lost = msgspec.structs.replace(GOOD, table_rms_m=None)
     assert "no RMS" in rms_line(PAPER.table_m, lost)
 
 
-def test_law_that_promises_nothing_is_held_beside_the_one_that_does() -> None:
+def test_law_without_a_promise_is_compared_with_the_certified_law() -> None:
     sentence = verdict_sentence(GOOD, PAPER)
     assert sentence.startswith("OK: every living robot has arrived; 5 of 5 robots arrived")
     assert "0.0260 m short of the epsilon - mu0 = 0.0900 m that --law certified has to keep" in sentence
 
 
-def test_law_that_promises_is_held_to_its_promise() -> None:
+def test_law_with_a_promise_is_compared_with_its_promise() -> None:
     kept = msgspec.structs.replace(GOOD, law="certified", clearance_m_min=0.0953, clearance_m_required=0.09)
     sentence = verdict_sentence(kept, load("grove"))
     assert sentence.endswith("clearance 0.0953 m of 0.0900 m required.")
 
 
-def test_failed_run_says_why_first() -> None:
+def test_failed_run_begins_with_the_reason() -> None:
     failed = msgspec.structs.replace(GOOD, ok=False, reason="robot 3 died at t=4.2 s", robots_arrived=0)
     assert verdict_sentence(failed, PAPER).startswith("FAILED: robot 3 died at t=4.2 s; 0 of 5 robots")
 
@@ -59,7 +59,7 @@ def test_folder_without_verdict_is_refused(tmp_path: Path, capsys: pytest.Captur
     assert "verdict.json" in capsys.readouterr().err
 
 
-def test_what_went_wrong_and_was_mended_is_told() -> None:
+def test_faults_and_recoveries_are_printed() -> None:
     death = Death(
         robot=1, ordered=True, cause_s=3.0, detected_s=3.4, known_s=4.1, recovered_s=6.0, returned_s=None
     )
@@ -78,12 +78,12 @@ def test_what_went_wrong_and_was_mended_is_told() -> None:
         unstruck=("drop-2", "late"),
     )
     assert list(recovery_lines(verdict)) == [
-        "messages that were taken away as asked: 5 by drop",
+        "messages removed by fault rules: 5 by drop",
         "robot 1 died as asked at t=3.0 s: noticed after 0.4 s, healed after 3.0 s",
-        "robot 4 died by itself at t=8.0 s: nobody missed it",
+        "robot 4 died by itself at t=8.0 s: not noticed by any robot",
         "robot 2 leads in the place of robot 1 from t=5.0 s on",
         "the strand healed at t=6.0 s, of 2 robots",
-        "of the fault plan never struck: drop-2, late",
+        "fault rules that never struck: drop-2, late",
     ]
     assert list(recovery_lines(GOOD)) == []
 
@@ -91,5 +91,5 @@ def test_what_went_wrong_and_was_mended_is_told() -> None:
 @pytest.mark.parametrize(
     ("steps", "said"), [(1, "1 switching step finished, "), (2, "2 switching steps finished, ")]
 )
-def test_one_step_is_a_step_and_they_are_those_finished(steps: int, said: str) -> None:
+def test_finished_steps_are_counted_with_singular_and_plural(steps: int, said: str) -> None:
     assert figures_line(msgspec.structs.replace(GOOD, switching_steps=steps)).startswith(said)

@@ -77,7 +77,7 @@ def test_states_follow_in_one_direction(state: State) -> None:
             assert order.index(rule.to) > order.index(state)
 
 
-def test_who_waits_in_a_state_is_woken_by_its_deadline() -> None:
+def test_a_waiting_state_is_woken_at_its_deadline() -> None:
     supervised = replay(HISTORIES["a part that is frozen for a time is thawed after it"])
     assert supervised.wake_at() is None
     supervised.handle(FaultAsked(ProcessAction.FREEZE, "world", 1.5), 10.0)
@@ -104,7 +104,7 @@ EVENTS = st.one_of(
     plan=st.builds(Plan, routers=st.integers(0, 2), view=st.booleans(), table=st.booleans()),
     events=st.lists(EVENTS, max_size=40),
 )
-def test_whatever_has_happened_who_is_asked_ends_in_time_though_nobody_else_does(
+def test_after_any_history_a_request_to_end_is_met_in_time_even_if_no_part_reacts(
     plan: Plan, events: list[Event]
 ) -> None:
     supervised, now_s = Supervisor(plan), 0.0
@@ -112,7 +112,7 @@ def test_whatever_has_happened_who_is_asked_ends_in_time_though_nobody_else_does
     for event in events:
         now_s += 0.1
         if isinstance(event, Ended | Ready) and event.part not in running:
-            continue  # what does not run says nothing
+            continue  # a part that does not run sends no events
         commands = supervised.handle(event, now_s)
         if isinstance(event, Ended):
             running.discard(event.part)
@@ -141,6 +141,6 @@ def started(commands: list[Command]) -> set[str]:
         ({"grace_s": 4.0}, r"all_s must exceed .* \(4.8\), got 4.8"),
     ],
 )
-def test_limits_that_do_not_fit_together_are_refused(limits: dict[str, float], complaint: str) -> None:
+def test_inconsistent_limits_are_refused(limits: dict[str, float], complaint: str) -> None:
     with pytest.raises(ValueError, match=complaint):
         Limits(**limits)  # type: ignore[arg-type]  # all of these are floats

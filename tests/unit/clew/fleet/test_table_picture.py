@@ -1,4 +1,4 @@
-"""The picture of a scoreboard: it fits its terminal, and shows the most telling rows."""
+"""The picture of a scoreboard: it fits its terminal and shows the most important rows."""
 
 import io
 import re
@@ -21,7 +21,7 @@ MANY = load("paper", robots=ROBOTS)
 
 @pytest.fixture
 def many() -> Scoreboard:
-    """A strand of 200, of which one is dead."""
+    """A strand of 200 robots, one of them dead."""
     header = msgspec.structs.replace(HEADER, scenario=msgspec.json.decode(msgspec.json.encode(MANY)))
     formed = StrandFormed(
         epoch=1, sensed=False, order=tuple(range(1, ROBOTS + 1)), path_length_m=9.0, laid=()
@@ -72,7 +72,7 @@ def test_picture_is_lower_than_its_terminal_and_counts_all_robots(
     assert len(rows) + int(more.split()[1]) == ROBOTS
 
 
-def test_leader_the_dead_and_the_tail_have_rows_when_few_have(many: Scoreboard) -> None:
+def test_leader_dead_robots_and_tail_have_priority_when_rows_are_few(many: Scoreboard) -> None:
     lines = drawn(many, height=10)
     assert [line.split()[0] for line in lines if line.split()[0] in ("r1", "r117", "r200")] == [
         "r1",
@@ -81,32 +81,32 @@ def test_leader_the_dead_and_the_tail_have_rows_when_few_have(many: Scoreboard) 
     ]
 
 
-def test_words_and_events_are_shown_where_there_is_room(many: Scoreboard) -> None:
+def test_messages_and_events_are_shown_if_there_is_room(many: Scoreboard) -> None:
     high, low = drawn(many, height=40), drawn(many, height=12)
     assert high[0] == "the viewer is at http://x"
     assert high[-1].endswith("r1 has reached the goal")
     assert not any("viewer" in line or "goal" in line for line in low)
 
 
-def test_verdict_takes_the_place_of_how_it_goes(many: Scoreboard) -> None:
+def test_verdict_replaces_the_state_of_the_run(many: Scoreboard) -> None:
     assert "no promise broken so far" in drawn(many, height=40)[2]
     ended = drawn(many, height=40, ended=True)
     assert ended[1] == "OK: every living robot has arrived"
 
 
-def test_rows_that_are_chosen_keep_the_order_of_the_strand() -> None:
+def test_chosen_rows_keep_the_order_of_the_strand() -> None:
     rows = [row(number, number - 1, State.FOLLOWING) for number in range(1, 9)]
     rows[5] = row(6, 5, State.WAITING)
     assert [each.robot for each in choose(rows, 4)] == [1, 6, 8]
     assert choose(rows, 8) == rows
 
 
-def test_every_state_has_a_word_and_no_two_the_same() -> None:
+def test_every_state_has_its_own_word() -> None:
     assert set(WORDS) == set(State)
     assert len({word.said for word in WORDS.values()}) == len(State)
 
 
-def test_leader_comes_before_the_silent_and_those_before_the_tail() -> None:
+def test_leader_has_priority_over_silent_robots_and_those_over_the_tail() -> None:
     rows = [row(number, number - 1, State.FOLLOWING) for number in range(1, 9)]
     rows[3], rows[5] = row(4, 3, State.WAITING), row(6, 5, State.WAITING)
     assert [each.robot for each in choose(rows, 2)] == [1]
@@ -115,7 +115,7 @@ def test_leader_comes_before_the_silent_and_those_before_the_tail() -> None:
 
 
 @pytest.mark.parametrize("width", [30, 40, 50, 60, 70, 80])
-def test_a_narrow_terminal_has_fewer_columns_and_none_is_cut(width: int) -> None:
+def test_a_narrow_terminal_has_fewer_columns_but_no_truncated_one(width: int) -> None:
     full = replace(
         row(12, 0, State.ARRIVED),
         step=12,
@@ -134,7 +134,7 @@ def test_a_narrow_terminal_has_fewer_columns_and_none_is_cut(width: int) -> None
     assert ("lost" in head) == (width >= 80)
 
 
-def test_clearance_now_and_the_least_so_far_have_their_own_columns() -> None:
+def test_current_and_least_clearance_have_separate_columns() -> None:
     console = Console(width=80, record=True, file=io.StringIO())
     console.print(table([replace(row(3, 1, State.FOLLOWING), clearance_m=0.321, clearance_m_min=0.123)], 80))
     head, said = console.export_text().splitlines()
@@ -142,6 +142,6 @@ def test_clearance_now_and_the_least_so_far_have_their_own_columns() -> None:
         assert said.index(value) + len(value) == head.index(name) + len(name)
 
 
-def test_the_least_of_those_that_are_summed_up_is_the_least_of_them_all() -> None:
+def test_the_summary_line_has_the_least_clearance_of_its_robots() -> None:
     rest = [replace(row(robot, robot, State.ARRIVED), clearance_m_min=0.1 * robot) for robot in (3, 2, 4)]
     assert "least clearance 0.200 m" in summed_up([*rest, row(5, 5, State.ABSENT)]).plain

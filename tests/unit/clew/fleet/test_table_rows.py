@@ -1,4 +1,4 @@
-"""The scoreboard of a run: entries in, rows out. Its numbers are the verdict's."""
+"""The scoreboard of a run: entries in, rows out. Its final numbers equal the verdict's."""
 
 from pathlib import Path
 
@@ -75,12 +75,12 @@ def seen(robot: int, x_m: float) -> tuple[str, Record]:
 
 @pytest.fixture(scope="module", params=["leader-killed", "loss-50"])
 def run(request: pytest.FixtureRequest, runs: Runs) -> Path:
-    """A rehearsal in which something goes wrong."""
+    """A rehearsal with faults."""
     return runs.of("grove", faults=str(request.param))
 
 
 def heard(run: Path, *, looks: int) -> Scoreboard:
-    """The board of a whole run, looked at so often meanwhile."""
+    """The board after a whole run; its rows were read this often on the way."""
     log = Log(run)
     board, lines = Scoreboard.of(log.header), list(log.lines)
     for number, (source, entry) in enumerate(lines):
@@ -90,7 +90,7 @@ def heard(run: Path, *, looks: int) -> Scoreboard:
     return board
 
 
-def test_numbers_at_the_end_are_the_verdicts(run: Path) -> None:
+def test_final_numbers_equal_the_verdicts(run: Path) -> None:
     board, verdict = heard(run, looks=20), read_verdict(run)
     rows = board.rows
     assert min(row.clearance_m_min or 0.0 for row in rows) == pytest.approx(verdict.clearance_m_min, abs=1e-9)
@@ -102,31 +102,31 @@ def test_numbers_at_the_end_are_the_verdicts(run: Path) -> None:
     assert board.ended == verdict.reason
 
 
-def test_rows_do_not_depend_on_how_often_somebody_looks(run: Path) -> None:
+def test_rows_do_not_depend_on_how_often_they_are_read(run: Path) -> None:
     assert heard(run, looks=0).rows == heard(run, looks=50).rows
 
 
-def test_strand_stands_in_its_order_and_who_has_no_place_behind_it() -> None:
+def test_rows_follow_the_strand_then_robots_without_a_place() -> None:
     rows = board(*AT_WORK).rows
     assert [(row.robot, row.place) for row in rows[:2]] == [(2, 0), (1, 1)]
     assert rows[0].state is State.LEADING
     assert {row.state for row in rows[2:]} == {State.ABSENT}
 
 
-def test_who_waits_says_for_whom() -> None:
+def test_a_waiting_robot_names_the_robot_it_waits_for() -> None:
     waiting = row_of(1, *AT_WORK, ("r1", LinkSilent(neighbour=2, silent_s=0.5)))
     assert waiting.about == (2,)
     assert row_of(2, *AT_WORK).about == ()
 
 
-def test_dead_leader_has_no_place_beside_the_one_that_leads_now() -> None:
+def test_dead_leader_loses_its_place_to_the_new_leader() -> None:
     again = msgspec.structs.replace(FORMED, epoch=2, order=(1,))
     killed = ("world", FaultInjected(fault="kill", rule="a", process="r2"))
     rows = board(*AT_WORK, killed, ("r1", again)).rows
     assert [row.robot for row in rows if row.place == 0] == [1]
 
 
-def test_way_is_what_is_driven_of_what_the_leaders_plan_leaves() -> None:
+def test_progress_is_the_driven_share_of_path_and_cost_to_go() -> None:
     plan = planned(1, x_m=2.0, reach_m=3.0, cost_to_go_m=5.0)
     order = OrderAccepted(
         robot=2, number=1, epoch=1, step=1, x_m=0.0, y_m=-3.0, target=Point(x_m=2.0, y_m=-3.0), reach_m=3.0
@@ -139,22 +139,22 @@ def test_way_is_what_is_driven_of_what_the_leaders_plan_leaves() -> None:
     assert row_of(2, *begun, seen(2, 1.0), ("r2", RobotArrived(progress_m=8.0))).share == 1.0
 
 
-def test_way_to_nowhere_is_not_told() -> None:
+def test_there_is_no_progress_without_a_goal() -> None:
     plan = planned(1, x_m=2.0, reach_m=3.0, cost_to_go_m=None)
     assert row_of(2, *AT_WORK, seen(2, 0.0), ("r2", plan), seen(2, 1.0)).share is None
 
 
-def test_a_fault_of_a_robot_that_is_none_of_the_fleets_has_no_row() -> None:
+def test_a_fault_on_an_unknown_robot_makes_no_row() -> None:
     rows = board(*AT_WORK, ("world", FaultInjected(fault="kill", rule="a", process="r99"))).rows
     assert [row.robot for row in rows] == [2, 1, 3, 4, 5]
 
 
-def test_what_a_log_says_gives_a_terminal_no_orders() -> None:
+def test_escape_sequences_from_a_log_do_not_reach_the_terminal() -> None:
     shown = board(*AT_WORK, ("r1", RobotFailed(reason="\x1b[2J"))).events[-1]
     assert shown.endswith("r1 has failed: \\x1b[2J")
 
 
-def test_broken_promises_are_counted_and_events_kept_are_few() -> None:
+def test_broken_promises_are_counted_and_the_event_list_is_bounded() -> None:
     broken = PromiseBroken(invariant="S1", robot=1, measured_m=0.0, required_m=0.1, why="near")
     told = board(*AT_WORK, *(("world", broken),) * 3, *(("r2", GoalReached(**HERE)),) * 50)
     assert told.broken == 3
@@ -172,9 +172,7 @@ def test_broken_promises_are_counted_and_events_kept_are_few() -> None:
         ("r99", RobotArrived(progress_m=1.0)),
     ],
 )
-def test_what_is_said_of_a_robot_that_the_fleet_does_not_have_makes_no_row(
-    source: str, record: Record
-) -> None:
+def test_entries_about_unknown_robots_make_no_row(source: str, record: Record) -> None:
     rows = board(*AT_WORK, (source, record)).rows
     assert [row.robot for row in rows] == [row.robot for row in board(*AT_WORK).rows]
     assert all(row.lost == 0 for row in rows)
