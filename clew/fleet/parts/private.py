@@ -3,8 +3,8 @@
 Rule 1: the folder is removed when the run ends. If we are killed, the cleaner removes it.
 Rule 2: the lifeline is a pipe that carries no data. Its reading end is the stdin of every part and of the
         cleaner; only we hold the writing end. End of file means that we are gone: then the parts end.
-Rule 3: a frozen part cannot read, and need not. When we die, the kernel sends SIGHUP and SIGCONT to its
-        process group: the group is stopped, and no other process in our session has started it.
+Rule 3: a frozen part cannot read, so the cleaner thaws all parts. The kernel does so only where they are in
+        another session than the process that adopts them, which does not hold in every container.
 """
 
 import os
@@ -21,8 +21,12 @@ from protocol.errors import UsageError
 PATH_BYTES_MAX = 80  # of the parent folder: the whole path of a socket may have 107 bytes
 FALLBACK = Path("/tmp")  # noqa: S108 - mkdtemp makes a folder in it that only the user can enter
 
-# A shell, because it takes the least memory.
-CLEANER = 'read -r _; rm -rf -- "$1"'
+# A shell takes the least memory. It reads the process ids from files that `processes.py` writes.
+CLEANER = """
+read -r _
+for file in "$1"/*.pid; do read -r pid <"$file" && kill -s CONT -- "-$pid"; done 2>/dev/null
+rm -rf -- "$1"
+"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -134,7 +134,7 @@ def test_missing_folder_for_temporary_files_is_refused_in_one_line_with_exit_2(
 def test_only_the_user_can_enter_the_private_folder_and_it_ends_with_its_context(folders: Folders) -> None:
     with private_folder(str(folders.temporary)) as private:
         assert private.folder.stat().st_mode & 0o777 == 0o700
-        (private.folder / "world.json").touch()
+        (private.folder / "world.pid").write_text("{part.pid}\\n")
     assert folders.hold_nothing()
 
 
@@ -152,7 +152,7 @@ import os, signal, subprocess, sys
 from clew.fleet.parts.private import private_folder
 with private_folder({str(folders.temporary)!r}) as private:
     part = subprocess.Popen(["cat"], stdin=private.lifeline, stdout=sys.stdout, process_group=0)
-    (private.folder / "world.json").touch()
+    (private.folder / "world.pid").write_text(f"{{part.pid}}\\n")
     part.send_signal(signal.SIGSTOP)
     os.kill(os.getpid(), signal.SIGKILL)
 """
