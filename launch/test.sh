@@ -56,5 +56,6 @@ check_page
 command -v chromium >/dev/null ||
     clew_say "no chromium here: its tests are skipped. To install it: apt-get install -y --no-install-recommends chromium"
 check_tests -m "not processes" -n auto --dist worksteal "$@"
-check_tests -m processes "$@"
+# A fleet waits more than it computes. The tests of a file share what they have set up, and stay together.
+check_tests -m processes -n auto --dist loadfile "$@"
 exit "$failed"

@@ -1,10 +1,7 @@
 """Whole fleets of real processes over real Zenoh, started as a user starts them."""
 
-import contextlib
 import json
 import os
-import re
-import signal
 import socket
 import subprocess
 import sys
@@ -16,7 +13,7 @@ import pytest
 
 from protocol.root import ROOT
 from tests.support.deadline import DEADLINE_S
-from tests.support.processes.fleets import LAUNCHER, NEVER, Fleet, Outcome, clew
+from tests.support.processes.fleets import LAUNCHER, Fleet, Outcome, clew
 
 
 @pytest.fixture(scope="module")
@@ -184,20 +181,3 @@ def test_fleet_runs_over_the_users_own_router(fleet: Fleet) -> None:
         outcome = fleet.run("paper", "--speed", "max", "--json", "--connect", endpoint)
     assert outcome.code == 0, outcome.err
     assert json.loads(outcome.out)["messages"]["unaccounted"] == 0
-
-
-def test_world_that_is_frozen_while_it_ends_is_killed_in_time_and_reported(fleet: Fleet) -> None:
-    launcher = fleet.start("paper")
-    fleet.wait_for("order.accepted")
-    world = fleet.process("world")
-    launcher.send_signal(signal.SIGTERM)
-    while launcher.poll() is None:  # the launcher thaws it with every request to end
-        with contextlib.suppress(ProcessLookupError):
-            os.kill(world, signal.SIGSTOP)
-        NEVER.wait(0.001)
-    outcome = fleet.end()
-    assert outcome.code == 143
-    named = r"^clew: the world had not ended \d\.\d s after it was asked to, and was killed$"
-    assert re.search(named, outcome.err, re.MULTILINE)
-    assert "no verdict was written; the log up to then is in runs/" in outcome.err
-    assert fleet.leftovers() == []

@@ -135,7 +135,7 @@ def test_an_unplanned_kill_of_a_robot_makes_the_run_fail(fleet: Fleet) -> None:
 
 
 def test_clew_fault_strikes_a_running_fleet_and_refuses_a_finished_one(fleet: Fleet) -> None:
-    fleet.start("grove", "--speed", "2", "--json")
+    launcher = fleet.start("grove", "--speed", "0.1", "--json")  # it ends when it is told to, not before
     fleet.wait_for("step.planned")
     killed = clew_fault(fleet, "kill", "3")
     assert (killed.returncode, killed.stdout) == (0, "given-1\n"), killed.stderr
@@ -150,9 +150,11 @@ def test_clew_fault_strikes_a_running_fleet_and_refuses_a_finished_one(fleet: Fl
     refused = clew_fault(fleet, "kill", "nobody")
     assert (refused.returncode, refused.stdout) == (2, "")
     assert "must" in refused.stderr
+    fleet.wait_for("robot.died")
+    launcher.terminate()
     outcome = fleet.end()
     verdict = json.loads(outcome.out)
-    assert (outcome.code, [death["ordered"] for death in verdict["deaths"]]) == (0, [True]), verdict["reason"]
+    assert (outcome.code, [death["ordered"] for death in verdict["deaths"]]) == (143, [True])
     injected = kinds(fleet, "fault.injected")
     assert {(entry["rule"], entry["process"]) for entry in injected if entry["process"]} == {
         ("given-1.r3", "r3")
