@@ -5,7 +5,8 @@
 BEFORE and AFTER are checkouts, for example two git worktrees. A change that means to change no behaviour
 leaves all timelines the same. For each case that differs it prints the first line of the timeline that does,
 and it exits with 1 if there is one. The cases: each scenario with two seeds, `grove` under each shipped fault
-plan, and the first of tests/rehearsals/drawn.
+plan, and the first of tests/rehearsals/drawn. Both play the files of this checkout, since descriptions stand in
+the timeline, too.
 """
 
 import os
@@ -26,11 +27,12 @@ Case = Sequence[str]
 
 def cases() -> list[Case]:
     """The arguments of `clew rehearse` for each case."""
-    scenarios = sorted(path.stem for path in (ROOT / "launch" / "scenarios").glob("*.toml"))
-    plans = sorted(path.stem for path in (ROOT / "launch" / "faults").glob("*.toml"))
+    scenarios = sorted(map(str, (ROOT / "launch" / "scenarios").glob("*.toml")))
+    plans = sorted(map(str, (ROOT / "launch" / "faults").glob("*.toml")))
+    grove = str(ROOT / "launch" / "scenarios" / "grove.toml")
     drawn = sorted(DRAWN.glob("*.faults.toml"))
     all_cases: list[Case] = [(name, "--seed", seed) for name in scenarios for seed in ("1", "2")]
-    all_cases += [("grove", "--seed", "3", "--faults", name) for name in plans]
+    all_cases += [(grove, "--seed", "3", "--faults", name) for name in plans]
     all_cases += [(str(path).replace(".faults", ""), "--seed", "1", "--faults", str(path)) for path in drawn]
     return all_cases[:CASES]
 
