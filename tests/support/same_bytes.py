@@ -5,7 +5,7 @@
 BEFORE and AFTER are checkouts, for example two git worktrees. A change that means to change no behaviour
 leaves all timelines the same. For each case that differs it prints the first line of the timeline that does,
 and it exits with 1 if there is one. The cases: each scenario with two seeds, `grove` under each shipped fault
-plan, and the first of tests/rehearsals/drawn. Both play the files of this checkout, since descriptions stand in
+plan, and the first of tests/rehearsals/drawn. Both play the files of this checkout: descriptions stand in
 the timeline, too.
 """
 
