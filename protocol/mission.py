@@ -10,6 +10,9 @@ from protocol.frames import ROBOTS_MAX, Length, Metres, Point, Seconds, Speed
 DEADMAN_S = 1.0  # ten odometry periods: docs/run.md
 WATCH_S = 0.3  # odometry, scan, order: a robot whose motion is safe for this long never has to stop
 
+BLIND_PER_RANGE_MAX = 10.0
+"""More than any range: beside a corner that two rays may hide whole, nothing is certified."""
+
 
 class Law(StrEnum):
     """The rule that makes a switching step out of a scan."""
@@ -50,7 +53,7 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
     range_m_max: Length
     range_error_m_max: Length
     """The largest error of a range."""
-    blind_per_range: Annotated[float, Meta(ge=0.0, le=10.0)]
+    blind_per_range: Annotated[float, Meta(ge=0.0, le=BLIND_PER_RANGE_MAX)]
     """How far an obstacle can extend unseen past a ray that hit it, per metre of range, in such a scan."""
     link_length_m_max: Length
     """A robot waits while its follower is further than this behind its movement authority."""

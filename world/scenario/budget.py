@@ -11,6 +11,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from protocol.mission import BLIND_PER_RANGE_MAX
 from world.geometry.shapes import Shape
 
 NOISE_SIGMAS = 3.0
@@ -40,11 +41,17 @@ def blind_per_range(shapes: Sequence[Shape], directions: int) -> float:
     """How far an obstacle can extend unseen past a ray that hit it, per metre of range.
 
     Sideways past its last ray it extends by up to the ray spacing. At a corner of angle gamma, one ray can
-    hit the near side while the next ray just misses along the far side. Then the corner extends beyond the
-    joined hits by `spacing / sin(gamma)`; a blunt corner by at most the spacing.
+    hit the near side while the next ray just misses along the far side. In the triangle of sensor, hit and
+    corner the angle at the hit is then gamma - spacing, so by the law of sines the corner extends beyond the
+    hit by `sin(spacing) / sin(gamma - spacing)` of its range; a blunt corner by at most the spacing.
     """
+    spacing_rad = math.tau / directions
     sharpest_rad = min((shape.sharpest_corner_rad for shape in shapes), default=math.pi / 2)
-    return math.tau / directions / math.sin(min(sharpest_rad, math.pi / 2))
+    if sharpest_rad >= math.pi / 2:
+        return spacing_rad
+    if sharpest_rad <= spacing_rad:
+        return BLIND_PER_RANGE_MAX
+    return min(math.sin(spacing_rad) / math.sin(sharpest_rad - spacing_rad), BLIND_PER_RANGE_MAX)
 
 
 def sure_range_m(shapes: Sequence[Shape], directions: int) -> float:
