@@ -4,7 +4,7 @@
 # Rule 1: this script finds Python and sets up. `clew/fleet` takes its place, so that a signal for the one reaches
 #         the other: it starts the parts, supervises them, and exits with the run's code (docs/run.md).
 set -uo pipefail
-# Whatever is opened first would take the place of one of these, where a caller has closed it.
+# If a caller has closed one of these, the first file that is opened would take its number.
 for descriptor in 0 1 2; do
     [[ -e /dev/fd/$descriptor ]] || eval "exec $descriptor<>/dev/null"
 done
