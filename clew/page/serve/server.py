@@ -84,7 +84,7 @@ class Server:
         self._pages.add(task)
         self._asking[task] = None
         if len(self._asking) > ASKING_MAX:
-            # Who connects and says nothing takes nobody's room but that of others who say nothing.
+            # A connection that sends nothing takes the place of another silent one only.
             next(iter(self._asking)).cancel()
         try:
             await self._converse(task, reader, writer)
