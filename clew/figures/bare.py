@@ -1,6 +1,6 @@
-"""A stand-in for a scenario that a log does not hold: points on empty ground, which promise nothing.
+"""A substitute for a scenario that a log does not hold: point robots on empty ground, without promises.
 
-Rule 1: of its numbers none is drawn, but how many robots there are and where they began, which the log says.
+Rule 1: only the number of robots and their first places are drawn; both come from the log.
 """
 
 import msgspec
@@ -23,11 +23,11 @@ LAWFUL = {
     "time": {"time_s_max": 300.0},
     "switching_positions_max": 2,
 }
-"""What a scenario has to say to be one, rule 1."""
+"""The required fields of a scenario; see rule 1."""
 
 
 def stand_in(read: Timeline) -> Scenario | None:
-    """For the robots that were seen; None: nobody was."""
+    """The substitute for the robots that were seen; None if there were none."""
     starts: dict[int, tuple[float, float, float]] = {}
     for _, entry in read.lines:
         if isinstance(entry.record, PoseSampled):

@@ -1,9 +1,9 @@
 """Figures of a campaign: success, clearance, steps, planning events, and time against loss.
 
-Rule 1: a row is a family of scenes, or in a swarm a class of faults; an episode counts in all of its classes.
+Rule 1: a row is a family of scenes or, in a swarm, a class of faults. An episode counts in all its classes.
 Rule 2: a share bears its lower confidence limit (Clopper and Pearson, one-sided 95 %): of n episodes without
         a failure about 1 - 3 / n, the bound of the campaign's own table.
-Rule 3: what an episode does not say, or crashed before it could, is in no figure but success.
+Rule 3: an episode without a value, for example after a crash, appears only in the figure of success.
 """
 
 import math
@@ -27,7 +27,7 @@ Rows = Mapping[str, Sequence[Outcome]]
 Measure = Callable[[Outcome], float | None]
 
 CONFIDENCE = 0.95
-LINEAR_MM = 10.0  # a margin is asked of in millimetres near what is required, in powers of ten beyond
+LINEAR_MM = 10.0  # the axis of margins is linear up to this, then logarithmic
 ROW_IN, WORDS_IN = 0.24, 0.75
 LOSS_IN = 2.6
 DROP = "drop"
@@ -45,7 +45,7 @@ class Spread:
 
 SPREADS = (
     Spread(
-        "clearance", "clearance above what is required [mm]", lambda each: _mm(each.clearance_margin_m), 0.0
+        "clearance", "clearance above the required one [mm]", lambda each: _mm(each.clearance_margin_m), 0.0
     ),
     Spread("steps", "switching steps", lambda each: float(each.switching_steps)),
     Spread("events", "planning events per metre driven [1/m]", lambda each: each.events_per_m),
@@ -54,7 +54,7 @@ SPREADS = (
 
 
 def charts_of(outcomes: Sequence[Outcome]) -> list[Chart | LeftOut]:
-    """The figures of a campaign, or why there is none."""
+    """The figures of a campaign, or the reason why there is none."""
     rows = rows_of(outcomes)
     if not rows:
         return [LeftOut("success", "no episode has been played")]
@@ -62,7 +62,7 @@ def charts_of(outcomes: Sequence[Outcome]) -> list[Chart | LeftOut]:
 
 
 def rows_of(outcomes: Sequence[Outcome]) -> Rows:
-    """The outcomes row by row, and last those of all."""
+    """The outcomes row by row; the last row has all of them."""
     rows: Rows = by_family(outcomes)
     if any(outcome.classes for outcome in outcomes):
         classes = {each.value: [one for one in outcomes if each in one.classes] for each in FaultClass}
@@ -71,31 +71,31 @@ def rows_of(outcomes: Sequence[Outcome]) -> Rows:
 
 
 def lower_limit(successes: int, episodes: int) -> float:
-    """The share that the true one exceeds with 95 % confidence."""
+    """The lower limit of the true share, with 95 % confidence."""
     if successes == 0:
         return 0.0
     return float(betaincinv(successes, episodes - successes + 1, 1.0 - CONFIDENCE))
 
 
 def is_safe(outcome: Outcome) -> bool:
-    """Whether no promise broke and nothing crashed."""
+    """Whether no promise was broken and nothing crashed."""
     return outcome.surprise not in (Surprise.VIOLATION, Surprise.CRASHED)
 
 
 def has_arrived(outcome: Outcome) -> bool:
-    """Whether all robots that lived were at their places."""
+    """Whether all living robots arrived."""
     return outcome.ending == Ending.ARRIVED
 
 
 def loss_per_s(outcome: Outcome) -> float | None:
-    """Messages that a fault plan dropped, per robot and simulated second; None: it came to no end."""
+    """Messages that a fault plan dropped, per robot and simulated second; None: the episode did not end."""
     if not outcome.ended or outcome.robots is None or outcome.sim_s <= 0.0:
         return None
     return outcome.injected.get(DROP, 0) / outcome.robots / outcome.sim_s
 
 
 def _success(rows: Rows) -> Chart:
-    """The shares that kept their promises, that ended as they should, and that arrived."""
+    """The shares of episodes that kept their promises, ended as expected, and arrived."""
 
     def paint(figure: Figure) -> None:
         axes = _rows_axes(figure, rows)
@@ -121,7 +121,7 @@ def _success(rows: Rows) -> Chart:
 def _spread(spread: Spread, rows: Rows) -> Chart | LeftOut:
     measured = {name: _measured(spread.of, some) for name, some in rows.items()}
     if not any(len(values) for values in measured.values()):
-        return LeftOut(spread.name, "no episode says it")
+        return LeftOut(spread.name, "no episode has this value")
 
     def paint(figure: Figure) -> None:
         axes = _rows_axes(figure, rows)
@@ -139,7 +139,7 @@ def _spread(spread: Spread, rows: Rows) -> Chart | LeftOut:
 
 
 def _draw_spread(axes: Axes, height: float, values: Sequence[float]) -> None:
-    """From the least to the most, the half in the middle, and the median."""
+    """The range, the middle half and the median."""
     least, low, middle, high, most = (percentile(values, each) for each in (0, 25, 50, 75, 100))
     axes.plot((least, most), (height, height), "|-", color=BLUE, linewidth=HAIR_PT, label="least to most")
     axes.plot(
@@ -149,7 +149,7 @@ def _draw_spread(axes: Axes, height: float, values: Sequence[float]) -> None:
 
 
 def _loss(outcomes: Sequence[Outcome]) -> Chart | LeftOut:
-    """The time of each episode against what was lost on the way."""
+    """The time of each episode against its message losses."""
     if not any(each.injected.get(DROP) for each in outcomes):
         return LeftOut("loss", "no message was dropped")
 
@@ -171,7 +171,7 @@ def _loss(outcomes: Sequence[Outcome]) -> Chart | LeftOut:
 
 
 def _rows_axes(figure: Figure, rows: Rows) -> Axes:
-    """A row for each, from the top, with the number of its episodes."""
+    """One row each, from the top, with its number of episodes."""
     axes = figure.subplots()
     axes.set_yticks(range(len(rows)), [f"{name} ({len(some)})" for name, some in rows.items()])
     axes.set_ylim(len(rows) - 0.5, -0.5)

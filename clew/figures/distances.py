@@ -14,8 +14,8 @@ from world.judge.table import measure
 
 NAME = "distances"
 SIZE_IN = (COLUMN_IN, 2.6)
-POSITIONS_TOLD = 12  # as many numbers as find room below the axis
-TOLD_APART = len(LOOKS)  # obstacles with a line of their own: those that the leader came nearest to
+POSITIONS_TOLD = 12  # as many numbers as fit below the axis
+TOLD_APART = len(LOOKS)  # obstacles with separate lines: those nearest to the leader
 
 
 def distances(course: Course) -> Chart | LeftOut:
@@ -30,7 +30,7 @@ def distances(course: Course) -> Chart | LeftOut:
 def from_hull_m(course: Course) -> Floats:
     """From the leader's hull: a row for each switching position, a column for each obstacle, as in Table I.
 
-    Moving obstacles come last, where they were when the leader came there.
+    Moving obstacles come last, at their places when the leader arrived.
     """
     scenario = course.scenario
     ground, movers = scenario.ground, scenario.movers
@@ -44,7 +44,7 @@ def from_hull_m(course: Course) -> Floats:
 
 
 def named_obstacles(course: Course) -> list[int]:
-    """The columns of the obstacles that the leader came nearest to at its switching positions."""
+    """The columns of the obstacles nearest to the leader at its switching positions."""
     if not course.stands:
         return []
     nearest = np.argsort(from_hull_m(course).min(axis=0), kind="stable")
@@ -83,7 +83,7 @@ def _paint(figure: Figure, course: Course) -> None:
 
 
 def draw_limits(axes: Axes, course: Course) -> None:
-    """The least clearance, and what is left of it by the tolerance."""
+    """Draw the required clearance, and what remains of it after the tolerance."""
     law = course.scenario.law
     limit(axes, law.epsilon_m, r"$\varepsilon$")
     limit(axes, law.epsilon_m - law.mu0_m, r"$\varepsilon - \mu_0$", dashes=":")

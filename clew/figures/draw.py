@@ -1,4 +1,4 @@
-"""Draws what is in a folder, a run or a campaign, and writes the files."""
+"""Draws the figures of a folder with a run or a campaign, and writes the files."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,10 +19,10 @@ Charts = Sequence[Chart | LeftOut]
 
 
 def charts_in(source: Path) -> tuple[Charts, tuple[str, ...]]:
-    """The figures of a run or a campaign, given its folder or its file, and what is wrong with what was read.
+    """The figures of a run or a campaign, given its folder or file, and the flaws of its data.
 
     Raises:
-        UsageError: it is neither, or cannot be read.
+        UsageError: it is neither or cannot be read.
     """
     if not source.exists():
         raise UsageError(f"{source}: there is no such run or campaign")
@@ -44,7 +44,7 @@ def charts_in(source: Path) -> tuple[Charts, tuple[str, ...]]:
 
 
 def write(charts: Charts, out: Path, formats: tuple[str, ...]) -> list[Path]:
-    """Write every figure that can be drawn, in each of these formats.
+    """Write every figure that can be drawn in each of these formats.
 
     Raises:
         UsageError: a file cannot be written.

@@ -1,4 +1,4 @@
-"""The ground in a figure: obstacles, bounds and goal, in a frame that shows the run [m; world frame]."""
+"""The ground in a figure: obstacles, bounds and goal, in a frame around the run [m; world frame]."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,10 +18,10 @@ from world.geometry.shapes import Circle, Ellipse, Polygon, Shape
 from world.scenario.scenario import Scenario
 
 MOVES = "////"  # the hatching of obstacles that move
-ROOM = 0.03  # of the longer side: what a number needs
+ROOM = 0.03  # of the longer side: room for a number
 MARGIN = 0.06  # of the longer side
-WHOLE_SHARE = 0.4  # a run that crosses less of the ground is shown from nearer
-OVER, UNDER = 2.0, 1.0  # layers: bodies and words, ground
+WHOLE_SHARE = 0.4  # a run that covers less of the ground is enlarged
+OVER, UNDER = 2.0, 1.0  # layers: bodies and labels; ground
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,23 +39,23 @@ class Frame:
 
     @property
     def side_m(self) -> float:
-        """The longer one."""
+        """The longer side."""
         return float((self.high_m - self.low_m).max())
 
     def holds(self, place_m: Floats) -> bool:
-        """Whether a place is in it."""
+        """Whether a place is inside."""
         return bool((place_m >= self.low_m).all() and (place_m <= self.high_m).all())
 
 
 def frame_of(course: Course, margin: float = MARGIN) -> Frame:
-    """All of the ground, or where the run crossed but a little of it, that part."""
+    """The whole ground, or only the part that the run covered if that is small."""
     scenario = course.scenario
     run_m = _run_m(course)
     whole_m = np.vstack((run_m, *map(_corners_m, scenario.obstacles), *_bounds_m(scenario)))
     run_span_m, whole_span_m = np.ptp(run_m, axis=0).max(), np.ptp(whole_m, axis=0).max()
     shown_m = whole_m if run_span_m > WHOLE_SHARE * whole_span_m else run_m
     span_m = np.ptp(shown_m, axis=0)
-    # A run along a line gets some ground to both sides of it.
+    # A run along a line gets some ground on both sides.
     margin_m = np.maximum(margin * span_m.max(), (0.35 * span_m.max() - span_m) / 2.0)
     return Frame(shown_m.min(axis=0) - margin_m, shown_m.max(axis=0) + margin_m)
 
@@ -63,9 +63,9 @@ def frame_of(course: Course, margin: float = MARGIN) -> Frame:
 def draw_ground(
     axes: Axes, course: Course, frame: Frame, *, t_s: float = 0.0, numbered: Sequence[int] = ()
 ) -> None:
-    """Obstacles, those that move where they are at `t_s` and with their tracks, bounds and goal.
+    """Draw obstacles, bounds and goal; moving obstacles at their places at `t_s`, with their tracks.
 
-    `numbered` are the rows of the obstacles that bear their numbers, which count from 1.
+    `numbered` are the rows of the obstacles to label; labels count from 1.
     """
     scenario = course.scenario
     for row, shape in enumerate(scenario.obstacles):
@@ -92,7 +92,7 @@ def draw_ground(
 
 
 def _number(axes: Axes, frame: Frame, shape: Shape, number: int) -> None:
-    """Where it finds room, as text with a halo: a hollow shape's middle is beside it."""
+    """Draw an obstacle's number where there is room, with a halo: a concave shape may exclude its middle."""
     corners_m = _corners_m(shape)
     middle_m = corners_m.mean(axis=0)
     if np.ptp(corners_m, axis=0).min() > ROOM * frame.side_m and frame.holds(middle_m):
@@ -101,7 +101,7 @@ def _number(axes: Axes, frame: Frame, shape: Shape, number: int) -> None:
 
 
 def patch_of(shape: Shape, offset_m: Floats | tuple[float, float] = (0.0, 0.0)) -> Patch:
-    """An obstacle as matplotlib draws it."""
+    """An obstacle as a matplotlib patch."""
     look = {"facecolor": PALE, "edgecolor": GREY, "linewidth": HAIR_PT, "zorder": UNDER - 0.5}
     match shape:
         case Circle():
@@ -115,7 +115,7 @@ def patch_of(shape: Shape, offset_m: Floats | tuple[float, float] = (0.0, 0.0)) 
 
 
 def _run_m(course: Course) -> Floats:
-    """Where robots have been or were to go."""
+    """All places that robots visited or planned to visit."""
     scenario = course.scenario
     starts_m = [(pose.x_m, pose.y_m) for pose in scenario.fleet.poses()]
     goals_m = [] if scenario.goal is None else [scenario.goal.at_m]
@@ -131,7 +131,7 @@ def _bounds_m(scenario: Scenario) -> list[Floats]:
 
 
 def _corners_m(shape: Shape) -> Floats:
-    """Points that span the box round a shape, and whose mean is about its middle."""
+    """Points that span a shape's bounding box; their mean is near its middle."""
     match shape:
         case Circle():
             centre_m, reach_m = np.array(shape.centre_m), np.full(2, shape.radius_m)

@@ -1,4 +1,4 @@
-"""Which robot looks how: few each in their own way; of many only those who led."""
+"""The look of each robot: each has its own if there are few; with many, only leaders do."""
 
 from clew.figures.style import GREY, HAIR_PT, LOOKS, Look
 from clew.story.course import Course
@@ -7,7 +7,7 @@ OTHER = Look(GREY, ".", (0, ()), HAIR_PT)
 
 
 def looks_of(course: Course) -> dict[int, tuple[Look, str | None]]:
-    """How each robot is drawn, by its number, and what a legend calls it; None: as one before."""
+    """The look of each robot by number, and its legend entry; None: it shares the entry of an earlier one."""
     robots = list(course.robots)
     leaders = dict.fromkeys(order[0] for _, order in course.orders)
     apart = robots if len(robots) <= len(LOOKS) else list(leaders)[: len(LOOKS)]

@@ -1,7 +1,7 @@
-"""The outcomes of a campaign as its figures need them: read as far as they can be.
+"""The outcomes of a campaign for its figures: everything that can be read.
 
-Rule 1: an episode that cannot be read is a flaw, and the others are drawn.
-Rule 2: where `campaign.json` cannot be read, or was never written, `episodes.jsonl` beside it says the same.
+Rule 1: an unreadable episode is a flaw; the others are drawn.
+Rule 2: if `campaign.json` is unreadable or missing, `episodes.jsonl` beside it has the same data.
 """
 
 from pathlib import Path
@@ -16,11 +16,11 @@ from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from world.record.recorder import EVENTS_FILE
 
 Read = tuple[tuple[Outcome, ...], tuple[str, ...]]
-"""Outcomes, and what is wrong with the file."""
+"""Outcomes, and the flaws of their file."""
 
 
 class _Campaign(Struct, frozen=True):
-    """What is needed of `campaign.json`."""
+    """The required fields of `campaign.json`."""
 
     episodes: tuple[msgspec.Raw, ...]
 
@@ -29,7 +29,7 @@ def read_campaign(path: Path) -> Read:
     """The outcomes in a campaign's `campaign.json`.
 
     Raises:
-        UsageError: there is none, and no `episodes.jsonl` either.
+        UsageError: there is neither that nor an `episodes.jsonl`.
     """
     try:
         said = msgspec.json.decode(read_bytes(path, MADE_BYTES_MAX), type=_Campaign)
@@ -56,10 +56,10 @@ def _outcomes(said: _Campaign) -> Read:
 
 
 def _from_episodes(path: Path, flaw: str, refusal: UsageError, cause: Exception) -> Read:
-    """Rule 2.
+    """Rule 2: the outcomes in `episodes.jsonl`.
 
     Raises:
-        UsageError: the refusal, where there are no episodes.
+        UsageError: the refusal, if there are no episodes.
     """
     try:
         outcomes = tuple(read_outcomes(path.with_name(EPISODES_FILE)).values())

@@ -21,8 +21,8 @@ from clew.story.steps import Step, chosen_gap
 from protocol.arrays import Floats
 
 HEIGHT_IN_MAX = 4.5
-MARGIN_IN, LABELS_IN, ROW_IN, LEGEND_COLUMNS = 0.5, 0.5, 0.13, 3  # what words take, as 7 points are set
-WIDE = 0.35  # a frame less high than this share of its width takes both columns
+MARGIN_IN, LABELS_IN, ROW_IN, LEGEND_COLUMNS = 0.5, 0.5, 0.13, 3  # room for text of 7 points
+WIDE = 0.35  # a frame with less height than this share of its width takes both columns
 OPEN: dict[str, Any] = {"markerfacecolor": "none", "markersize": 7.0, "markeredgewidth": 0.8}
 HALO = withStroke(linewidth=1.5, foreground="white")
 LABEL_PT = 5.0  # from a switching position to its number
@@ -39,13 +39,13 @@ def region(course: Course) -> Chart:
 
 
 def chosen_gap_m(step: Step) -> Floats | None:
-    """The tangent points between which the gap opens that was chosen, `(2, 2)`; None: none was aimed at."""
+    """The tangent points of the chosen gap, `(2, 2)`; None: there was no chosen gap."""
     ends = chosen_gap(step.plan)
     return None if ends is None else np.array([(end.x_m, end.y_m) for end in ends])
 
 
 def draw_robots(axes: Axes, course: Course, places_m: Floats, leader: int, *, size_pt: float) -> None:
-    """Every robot where it is: its hull to scale, and its marker; the leader's is filled."""
+    """Draw every robot at its place: its hull to scale and its marker; the leader's is filled."""
     radius_m = course.scenario.fleet.robot_radius_m
     for robot, (look, _) in looks_of(course).items():
         place_m = places_m[robot - 1]
@@ -72,10 +72,10 @@ def _paint(figure: Figure, course: Course, frame: Frame) -> None:
         ends_m = chosen_gap_m(step)
         if ends_m is not None:
             axes.plot(*ends_m.T, "--.", color=BLACK, linewidth=HAIR_PT, markersize=2.5, zorder=1.2)
-    for robot, (look, _) in reversed(looks_of(course).items()):  # on one path the first is on top
+    for robot, (look, _) in reversed(looks_of(course).items()):  # on a shared path the first robot is on top
         path_m = course.places_m[:, robot - 1]
         line = axes.plot(*path_m.T, color=look.colour, linewidth=look.width_pt, zorder=1.6)
-        line[0].set_gid(f"path-{robot}")  # for whoever edits the SVG
+        line[0].set_gid(f"path-{robot}")  # a name for editing the SVG
     moments = [*((stand.t_s, stand.robot) for stand in course.stands), *course.last]
     for t_s, leader in moments:
         draw_robots(axes, course, course.places_at_m(t_s), leader, size_pt=2.2)
@@ -86,7 +86,7 @@ def _paint(figure: Figure, course: Course, frame: Frame) -> None:
 
 
 def _number_stands(axes: Axes, course: Course) -> None:
-    """Its number beside each switching position, on alternate sides of the way."""
+    """Draw the number of each switching position, on alternate sides of the path."""
     places_m = np.array([(stand.place.x_m, stand.place.y_m) for stand in course.stands]).reshape(-1, 2)
     for index, place_m in enumerate(places_m):
         way_m = places_m[min(index + 1, len(places_m) - 1)] - places_m[max(index - 1, 0)]
@@ -98,7 +98,7 @@ def _number_stands(axes: Axes, course: Course) -> None:
             (place_m[0], place_m[1]),
             (offset_pt[0], offset_pt[1]),
             textcoords="offset points",
-            ha=("right", "center", "left")[round(offset_pt[0] / LABEL_PT) + 1],  # away from the way
+            ha=("right", "center", "left")[round(offset_pt[0] / LABEL_PT) + 1],  # away from the path
             va="center",
             fontsize=5.5,
             path_effects=[HALO],
@@ -107,7 +107,7 @@ def _number_stands(axes: Axes, course: Course) -> None:
 
 
 def _mark_recoveries(axes: Axes, course: Course) -> None:
-    """Where bodies of the dead stay, and where another robot began to lead."""
+    """Mark the bodies of dead robots, and the places where other robots began to lead."""
     if len(course.times_s) == 0:
         return
     for t_s, robot in course.route_lost:

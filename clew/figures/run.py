@@ -12,11 +12,11 @@ WHY_LEFT_OUT = "the log does not say where obstacles were"
 
 
 def charts_of(course: Course) -> list[Chart | LeftOut]:
-    """The figures of a run, or why there is none."""
+    """The figures of a run, or the reason why there is none."""
     return [region(course), steps(course), distances(course), clearance(course), separation(course)]
 
 
 def charts_without_scenario(course: Course) -> list[Chart | LeftOut]:
-    """What the entries alone say: paths and steps on no ground, and how far centres are apart."""
+    """The figures from entries alone: paths and steps without ground, and distances between centres."""
     drawn = [region(course), steps(course), separation(course, hulls_known=False)]
     return [*drawn, *(LeftOut(name, WHY_LEFT_OUT) for name in (DISTANCES, CLEARANCE))]

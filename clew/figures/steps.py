@@ -1,4 +1,4 @@
-"""Each switching step in a panel: what the leader saw, the gap chosen, and where to [m; world frame]."""
+"""Each switching step in a panel: the leader's scan, the chosen gap and the target [m; world frame]."""
 
 import math
 from collections.abc import Sequence
@@ -18,16 +18,16 @@ from clew.story.steps import Step
 
 PANELS_MAX = 12
 TITLE_IN, LEGEND_IN, PAD_IN = 0.16, 0.25, 0.03
-MARGIN = 0.02  # of the longer side: panels stand close together
-TALL, WIDE = 1.5, 0.4  # frames so much higher than wide, or less: more panels in a row, or fewer
-HEAD_PT = 5.0  # of the arrow: the shortest steps are as long
+MARGIN = 0.02  # of the longer side: panels are close together
+TALL, WIDE = 1.5, 0.4  # ratios of height to width: above, more panels in a row; below, fewer
+HEAD_PT = 5.0  # of the arrow: as long as the shortest steps
 SEEN: dict[str, Any] = {"color": BLACK, "marker": ".", "markersize": 2.0, "linewidth": HAIR_PT}
 CHOSEN: dict[str, Any] = {"color": BLACK, "linestyle": "--", "linewidth": 1.2}
 STEP: dict[str, Any] = {"color": BLUE, "linewidth": 0.8}
 
 
 def steps(course: Course) -> Chart | LeftOut:
-    """The switching steps of a run; of many, some that are evenly spread over the run."""
+    """The switching steps of a run; if there are many, an even selection."""
     if not course.steps:
         return LeftOut("steps", "the leader has not planned a switching step")
     frame = frame_of(course, MARGIN)
@@ -52,7 +52,7 @@ def steps(course: Course) -> Chart | LeftOut:
 
 
 def evenly(all_steps: Sequence[Step], most: int) -> list[Step]:
-    """The first, the last, and what is evenly spread between them."""
+    """The first, the last, and an even selection between them."""
     rows = np.unique(np.linspace(0, len(all_steps) - 1, min(most, len(all_steps))).round().astype(int))
     return [all_steps[row] for row in rows.tolist()]
 

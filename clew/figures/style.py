@@ -1,8 +1,8 @@
-"""How every figure of the project looks, and how it becomes bytes.
+"""The style of all figures, and their conversion to bytes.
 
-Rule 1: the same figure has the same bytes: no dates, salted ids, and nothing of the user's matplotlibrc.
-Rule 2: what a colour tells, a marker or a line style tells as well.
-Rule 3: text stays text: it can be searched, and edited by whoever sets the page.
+Rule 1: the same figure has the same bytes: without dates, with salted ids, without the user's matplotlibrc.
+Rule 2: every meaning of a colour is also shown by a marker or a line style.
+Rule 3: text stays text, so that it can be searched and edited.
 """
 
 from collections.abc import Callable, Iterable
@@ -16,11 +16,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 COLUMN_IN, PAGE_IN = 3.5, 7.16  # widths of one and of both columns in IEEE's journals
-PNG_DPI = 300.0  # the least that journals print
+PNG_DPI = 300.0  # the minimum of most journals
 HAIR_PT, LINE_PT = 0.5, 1.0
 BLACK, GREY, PALE = "#000000", "#7f7f7f", "#d9d9d9"
 
-# Okabe and Ito's palette, which the colour-blind can tell apart; without its yellow, too pale on paper.
+# Okabe and Ito's palette, which colour-blind people can distinguish; without its yellow, too pale on paper.
 BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY = (
     "#0072B2",
     "#D55E00",
@@ -30,12 +30,12 @@ BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY = (
     "#56B4E9",
 )
 
-RC: Any = {  # whose type names every parameter that there is
+RC: Any = {  # its type in matplotlib lists every existing parameter
     "axes.axisbelow": True,
     "axes.linewidth": HAIR_PT,
     "axes.spines.right": False,
     "axes.spines.top": False,
-    "font.size": 7.0,  # as in the captions of most journals, at a column's width
+    "font.size": 7.0,  # the size of captions in most journals, at column width
     "grid.alpha": 0.3,
     "grid.linewidth": HAIR_PT,
     "legend.fontsize": 6.0,
@@ -54,7 +54,7 @@ METADATA: dict[str, dict[str, Any]] = {"svg": {"Date": None}, "pdf": {"CreationD
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """How one of several is told from the others."""
+    """The look that distinguishes one of several lines."""
 
     colour: str
     marker: str
@@ -74,7 +74,7 @@ LOOKS = (
 
 @dataclass(frozen=True, slots=True)
 class Chart:
-    """A figure that can be drawn: the name of its files, its size, and what paints it."""
+    """A figure that can be drawn: the name of its files, its size, and its drawing function."""
 
     name: str
     size_in: tuple[float, float]
@@ -83,7 +83,7 @@ class Chart:
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """A figure that cannot be drawn, and why."""
+    """A figure that cannot be drawn, and the reason."""
 
     name: str
     why: str
@@ -100,12 +100,12 @@ def render(chart: Chart, formats: Iterable[str]) -> dict[str, bytes]:
 
 
 def limit(axes: Axes, height: float, said: str, *, dashes: str = "--") -> None:
-    """A line across, and what it is, in the legend."""
+    """A horizontal line with its legend entry."""
     axes.axhline(height, color=BLACK, linestyle=dashes, linewidth=0.8, label=said, zorder=1.5)
 
 
 def legend_below(figure: Figure, *, columns: int, handles: Iterable[Artist] = ()) -> None:
-    """A legend under all panels: these, or an entry of each label in them."""
+    """A legend below all panels, with these handles or with one entry per label."""
     entries: dict[object, Artist] = {handle.get_label(): handle for handle in handles}
     for axes in () if entries else figure.axes:
         drawn, labels = axes.get_legend_handles_labels()

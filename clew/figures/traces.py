@@ -1,4 +1,4 @@
-"""Clearance and separation of every robot against time, all along the motion [m, s]."""
+"""Clearance and separation of every robot against time, along the whole motion [m, s]."""
 
 from itertools import pairwise
 
@@ -18,16 +18,16 @@ from world.judge.monitor import Promises
 
 CLEARANCE = "clearance"
 PANEL_IN, LEGEND_IN = 1.9, 0.6
-POINTS_MAX = 500  # along a trace: two to each point (1/72 in) of a column's width
+POINTS_MAX = 500  # per trace: two per point (1/72 in) of a column's width
 ALONE_PT = 2.0
 TICKS = (1.0, 2.0, 5.0)  # of each power of ten
-TOUCH_M = 1e-3  # what is nearer is drawn there: a logarithm knows no contact
-ROOM = 1.4  # on a logarithm, above and below
-NEAR = 8.0  # times the limit: what is further away is cut off, for nobody is near
+TOUCH_M = 1e-3  # smaller distances are drawn here: a logarithm has no 0
+ROOM = 1.4  # factor of free room above and below, on a logarithmic axis
+NEAR = 8.0  # times the limit: larger distances are cut off, as they are uncritical
 
 
 def clearance(course: Course) -> Chart | LeftOut:
-    """Each robot's clearance: from obstacles that never move, and while it drives, from those that do."""
+    """Each robot's clearance from fixed obstacles and, while it drives, from moving obstacles."""
     if len(course.times_s) == 0:
         return LeftOut(CLEARANCE, "no body was placed")
     panels = []
@@ -51,9 +51,9 @@ def clearance(course: Course) -> Chart | LeftOut:
 
 
 def separation(course: Course, *, hulls_known: bool = True) -> Chart | LeftOut:
-    """How far each robot is behind the one ahead of it, hull to hull, and the least of any two.
+    """The distance of each robot to the one ahead, hull to hull, and the least distance of any two.
 
-    Where hulls are not known they are points, and nothing is known to be required.
+    Unknown hulls count as points, without a required distance.
     """
     if len(course.times_s) == 0:
         return LeftOut("separation", "no body was placed")
@@ -69,7 +69,7 @@ def separation(course: Course, *, hulls_known: bool = True) -> Chart | LeftOut:
         axes.plot(*thinned(course.times_s, least_m), color=BLACK, linewidth=1.0, label="least of any two")
         if required_m > 0.0:
             limit(axes, required_m, f"required, {required_m:.3f} m")
-        elif hulls_known:  # a logarithm knows no 0
+        elif hulls_known:  # a logarithmic axis has no 0
             axes.plot([], [], linestyle="", label="required, above 0 m")
         _finish(axes, course, f"to the robot ahead{'' if hulls_known else ', centres'} [m]")
         legend_below(figure, columns=3)
@@ -78,12 +78,12 @@ def separation(course: Course, *, hulls_known: bool = True) -> Chart | LeftOut:
 
 
 def moving_clearance_m(course: Course) -> Floats:
-    """`(k, n)`: of each hull since the instant before, to the nearest moving obstacle.
+    """`(k, n)`: the least distance of each hull to a moving obstacle since the previous instant.
 
-    Not a number where the robot stood: the promise is passive, and a robot that stands may be touched.
+    NaN while the robot stood: the promise is passive, so a standing robot may be touched.
     """
     movers, radius_m = course.scenario.movers, course.scenario.fleet.robot_radius_m
-    first_m = [np.full(len(course.robots), np.nan)]  # since before the first instant nobody moved
+    first_m = [np.full(len(course.robots), np.nan)]  # before the first instant no robot moved
     steps = pairwise(zip(course.times_s.tolist(), course.places_m, strict=True))
     since_m = [
         movers.approaches_m(starts_m, ends_m, from_s=from_s, to_s=to_s, near_m=np.inf).min(axis=1)
@@ -94,9 +94,9 @@ def moving_clearance_m(course: Course) -> Floats:
 
 
 def separations_m(course: Course) -> tuple[Floats, Floats]:
-    """Hull to hull since the instant before: of each robot to the one ahead `(k, n)`, of any two `(k,)`.
+    """The least distance of hulls since the previous instant: to the robot ahead `(k, n)`, of any two `(k,)`.
 
-    Whoever is in no strand, or leads it, has nobody ahead: not a number.
+    NaN for a robot that is in no strand or leads it.
     """
     ahead_m = np.full(course.clearance_m.shape, np.nan)
     least_m = np.empty(len(course.times_s))
@@ -112,7 +112,7 @@ def separations_m(course: Course) -> tuple[Floats, Floats]:
 
 
 def thinned(times_s: Floats, apart_m: Floats) -> tuple[Floats, Floats]:
-    """A trace of no more points than can be seen; of those that fall together the nearest stays."""
+    """A trace with no more points than are visible; of points that coincide, the nearest one stays."""
     if len(times_s) <= POINTS_MAX:
         return times_s, apart_m
     rows = np.array_split(np.arange(len(times_s)), POINTS_MAX)
@@ -127,16 +127,16 @@ def _panels(figure: Figure, count: int) -> list[Axes]:
 
 
 def _draw(axes: Axes, course: Course, apart_m: Floats) -> None:
-    """A line for each robot until its body stands for good: its marker at the least, a cross at its death.
+    """Draw a line for each robot until its body stops for good: a marker at its least, a cross at its death.
 
-    What is known at one instant and at none beside it is a point: a line needs two.
+    A single value between unknown ones is drawn as a point, because a line needs two.
     """
     for robot, (look, label) in looks_of(course).items():
         until_s, died_s = course.body_end_s(robot), course.dead.get(robot)
         lived = course.times_s <= until_s
         own_s, own_m = thinned(course.times_s[lived], apart_m[lived, robot - 1])
         if np.isnan(own_m).all():
-            continue  # it was never near anything of that kind
+            continue  # there was never anything of this kind near it
         axes.plot(
             own_s,
             own_m,
@@ -155,13 +155,13 @@ def _draw(axes: Axes, course: Course, apart_m: Floats) -> None:
 
 
 def _alone(apart_m: Floats) -> NDArray[np.bool_]:
-    """Which of a trace are numbers between two that are not."""
+    """Marks the numbers of a trace between two NaNs."""
     known: NDArray[np.bool_] = np.pad(np.isfinite(apart_m), 1)
     return known[1:-1] & ~known[:-2] & ~known[2:]
 
 
 def _scale(axes: Axes, apart_m: Floats, required_m: float) -> None:
-    """A logarithm, for strands stretch to metres, and what is required is centimetres."""
+    """Use a logarithmic axis: strands stretch to metres, while required distances are centimetres."""
     lowest_m = max(min(required_m or np.inf, float(np.nanmin(apart_m))), TOUCH_M)
     axes.set_yscale("log")
     axes.set_ylim(lowest_m / ROOM, max(lowest_m, float(np.nanmax(apart_m))) * ROOM)
@@ -171,7 +171,7 @@ def _scale(axes: Axes, apart_m: Floats, required_m: float) -> None:
 
 
 def _finish(axes: Axes, course: Course, label: str) -> None:
-    """Labels; successions as thin lines down."""
+    """Draw labels, and successions as thin vertical lines."""
     for index, succession in enumerate(course.recovery.successions):
         said = "succession" if index == 0 else None
         axes.axvline(
@@ -184,9 +184,9 @@ def _finish(axes: Axes, course: Course, label: str) -> None:
 
 
 def _show_near(axes: Axes, apart_m: Floats, limit_m: float) -> None:
-    """What is far away is cut off."""
+    """Cut off large distances."""
     if np.isnan(apart_m).all():
-        return  # nobody ever drove
+        return  # no robot ever drove
     least_m, most_m = float(np.nanmin(apart_m)), float(np.nanmax(apart_m))
     top_m = 1.05 * min(most_m, max(NEAR * limit_m, 2.0 * least_m))
     axes.set_ylim(min(0.0, least_m), max(top_m, 1.5 * limit_m))

@@ -1,13 +1,13 @@
-"""The batch format: what the page is told of a run, whole in a report or piece by piece from a live one.
+"""The batch format: the data of a run for the page, complete in a report or piece by piece from a live run.
 
-Rule 1: a run is a sequence of batches, and `clew.take(run_index, batch)` takes each in its order. The first
-        has `subject`; a field that has nothing to say is left out.
-Rule 2: no entry of the timeline is left out but pose.sampled, which is `tracks`. There a body goes straight
-        and evenly from one place to the next, and is never further than `PLACE_TOLERANCE_M` from the log's.
-Rule 3: a column is a list of whole numbers, each less the one before it; the first of a batch stands whole.
-        Times are in ms, places in mm, angles in mrad, distances that are judged in 0.1 mm.
-Rule 4: these replace what there is: `paths` by epoch, `steps` by place, `books`, `verdict`, `shortfall` and
-        `flaws`. All else is added to it.
+Rule 1: a run is a sequence of batches; `clew.take(run_index, batch)` takes them in order. The first one has
+        `subject`; empty fields are left out.
+Rule 2: all entries of the timeline are included; pose.sampled becomes `tracks`. In a track, a body moves
+        straight and evenly between places, never more than `PLACE_TOLERANCE_M` from the log's poses.
+Rule 3: a column is a list of integers, each as the difference to the one before; the first one of a batch is
+        absolute. Times are in ms, places in mm, angles in mrad, judged distances in 0.1 mm.
+Rule 4: these replace earlier data: `paths` by epoch, `steps` by place, `books`, `verdict`, `shortfall` and
+        `flaws`. Everything else is appended.
 """
 
 from typing import Any
@@ -18,42 +18,42 @@ from clew.story.links import LinkChange
 from clew.story.losses import Book
 
 FORMAT = "clew-page/1"
-PLACE_TOLERANCE_M = 0.001  # in each coordinate: what rounding and leaving out places may be off by, together
+PLACE_TOLERANCE_M = 0.001  # per coordinate: the largest error by rounding and by omitted places together
 
 Column = list[int]
 
 
 class Subject(Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """What was run, of which nothing changes."""
+    """The fixed facts of a run."""
 
     run: str
     folder: str = ""
-    """The name of the folder in which it stands, or of a log by itself."""
+    """The name of its folder, or of a single log file."""
     seed: int | None = None
-    """None: the header is damaged, and does not say."""
+    """None: the header is damaged."""
     speed: float | None
     started_at: str
     scenario: dict[str, Any]
-    """As the header has it, unchecked; what is judged by it is in the two fields below."""
+    """As in the header, unchecked; the next two fields hold the limits derived from it."""
     versions: dict[str, str]
     clearance_m_required: float | None = None
-    """None: the scenario is of another version, and nothing of the run is judged by it."""
+    """None: the scenario is of another version, so no distance is judged."""
     separation_m_required: float | None = None
 
 
 class Track(Struct, frozen=True, kw_only=True):
-    """Where a robot's body was."""
+    """The places of a robot's body."""
 
     robot: int
     t: Column
     x: Column
     y: Column
     heading: Column
-    """Unwound: it does not jump by a turn."""
+    """Unwrapped: it has no jumps by a full turn."""
 
 
 class Clearance(Struct, frozen=True, kw_only=True):
-    """How clear a hull was of what never moves: the least since the time before, as the monitor judges it."""
+    """A hull's clearance from fixed obstacles: the least since the time before, judged as by the monitor."""
 
     robot: int
     t: Column
@@ -61,7 +61,7 @@ class Clearance(Struct, frozen=True, kw_only=True):
 
 
 class Nearness(Struct, frozen=True, kw_only=True):
-    """The least distance in the fleet since the time before, and whose."""
+    """The least distance in the fleet since the previous time, and its two sides."""
 
     t: Column
     least: Column
@@ -71,7 +71,7 @@ class Nearness(Struct, frozen=True, kw_only=True):
 
 
 class Lane(Struct, frozen=True, kw_only=True):
-    """What holds a robot back from a time on; whether it drives, its track says."""
+    """A robot's reason to wait, from a time on; its track shows whether it drives."""
 
     robot: int
     t_s: float
@@ -88,44 +88,44 @@ class StrandRow(Struct, frozen=True, kw_only=True):
 
 
 class Start(Struct, frozen=True, kw_only=True):
-    """Where the leader stood before the first step: the first row of the step table."""
+    """The leader's place before the first step: the first row of the step table."""
 
     t_s: float
     robot: int
     distances_m: tuple[float, ...]
-    """To each obstacle of the scenario, from the centre, as in the paper's Table I; not rounded."""
+    """From its centre to each obstacle of the scenario, as in the paper's Table I; not rounded."""
 
 
 class StepRow(Struct, frozen=True, kw_only=True):
     """A switching step: a row of the step table."""
 
     place: int
-    """Among all steps of the run, from 0."""
+    """Its index among all steps of the run, from 0."""
     step: int
     robot: int
-    """That led."""
+    """The leader."""
     from_s: float
     to_s: float | None
     """None: it is under way."""
     end: str
-    """`finished`, `abandoned` or `broken off`; empty: it is under way."""
+    """`finished`, `abandoned` or `broken off`; empty: under way."""
     length_m: float
     promised_m: float | None
     leads_away: bool
-    """It promises less than is required: something has come nearer, and the step leads away from that."""
+    """It promises less than required: an obstacle has come nearer, and the step leads away from it."""
     clearance_m: float | None = None
-    """The least in the step; None: it was not finished, or there is no obstacle."""
+    """The least clearance in the step; None: it was not finished, or there is no obstacle."""
     x_m: float | None = None
     y_m: float | None = None
-    """Where the leader stood when it was finished; None: it was not."""
+    """The leader's place at the end of a finished step; None: it was not finished."""
     position: int = 0
-    """Which step it was that was finished, from 1: its row in Table I, where row 0 is the start."""
+    """Its number among the finished steps, from 1: its row in Table I, where row 0 is the start."""
     distances_m: tuple[float, ...] = ()
-    """From there, as those of the start."""
+    """The distances from there, as at the start."""
 
 
 class Losses(Struct, frozen=True, kw_only=True):
-    """The messages of links that faults took or damaged."""
+    """The link messages that faults removed or damaged."""
 
     t: Column
     sender: list[int]
@@ -142,19 +142,19 @@ class Batch(Struct, frozen=True, kw_only=True, omit_defaults=True):
     separations: Nearness | None = None
     """Hull to hull."""
     passings: Nearness | None = None
-    """Hulls that moved, to moving obstacles."""
+    """From moving hulls to moving obstacles."""
     entries: dict[str, dict[str, list[Any]]] = {}
-    """By kind: `i`, which entry of the log it was, `t` in ms and `source`, all columns but `source`, which
-    holds the source's name; then a list for each field of the kind. A place is a pair `[x, y]`.
+    """By kind: `i`, the entry's index in the log, and `t` in ms, both columns; `source`, a list of names;
+    then a list for each field of the kind. A place is a pair `[x, y]`.
 
-    Of all but the most frequent kinds also `says`, their sentences; null: nobody looks for this one. Of
-    `step.planned` also `ends`: between which points each gap opens, right and left; null: that is not known.
+    All kinds except the most frequent ones also have `says`, their sentences; null: not of interest. Of
+    `step.planned` there is also `ends`: the two end points of each gap, right and left; null: not known.
     """
     lanes: tuple[Lane, ...] = ()
     links: tuple[LinkChange, ...] = ()
     strands: tuple[StrandRow, ...] = ()
     paths: dict[str, list[tuple[float, float]]] = {}
-    """By epoch: all corners of the strand's path; arc length counts from the first."""
+    """By epoch: all corners of the strand's path; arc length starts at the first."""
     start: Start | None = None
     steps: tuple[StepRow, ...] = ()
     losses: Losses | None = None
@@ -162,10 +162,10 @@ class Batch(Struct, frozen=True, kw_only=True, omit_defaults=True):
     end_s: float | None = None
     """The newest time of the run so far."""
     ended: bool = False
-    """Nothing more will come."""
+    """Nothing more will follow."""
     verdict: dict[str, Any] | None = None
-    """`verdict.json` as it stands there."""
+    """`verdict.json` as in the run's folder."""
     shortfall: str = ""
-    """Of a law that promises no clearance: what the least clearance is short of, in a sentence."""
+    """For a law that promises no clearance: the shortfall of the least clearance, in a sentence."""
     flaws: tuple[str, ...] = ()
-    """All that is known to be wrong with the log, in sentences."""
+    """All known flaws of the log, in sentences."""

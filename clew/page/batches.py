@@ -1,4 +1,4 @@
-"""A run's story for the page: entries in, batches out. Pure; the whole run at once, or as it happens.
+"""A run's story for the page: entries in, batches out, for a complete or a live run. Pure.
 
     batches = Batches(header)              # None where the log has none that can be read
     for source, entry in lines:            # in the recorder's order
@@ -6,7 +6,7 @@
     batches.add(verdict=verdict, flaws=flaws)
     batch = batches.batch(ended=True)      # JSON, for `clew.take(run_index, batch)` in the page
 
-A live run calls `batch()` whenever it likes, and gets what is new; None where nothing is.
+For a live run, each call of `batch()` gives the news; None if there are none.
 """
 
 import math
@@ -47,12 +47,12 @@ from world.scenario.scenario import Scenario
 
 
 class Batches:
-    """What has been heard of a run and not been told yet."""
+    """Collects a run's entries until the next batch."""
 
     def __init__(self, header: Header | None, folder: str = "") -> None:
-        """Of the run that this header begins, in the folder of this name."""
+        """Begin with a run's header and the name of its folder."""
         self._scenario, self.flaws = _scenario_of(header)
-        """What is wrong with the run, as far as it is known, in sentences."""
+        """The known flaws of the run, in sentences."""
         self._flaws_told: tuple[str, ...] = ()
         self._subject = None if header is None else _subject(header, folder, self._scenario)
         self._required_m = None if self._subject is None else self._subject.clearance_m_required
@@ -70,7 +70,7 @@ class Batches:
         self._news = True
 
     def hear(self, source: str, entry: Entry) -> None:
-        """Take an entry in."""
+        """Add an entry."""
         self._news = True
         self.story.hear(source, entry)
         if isinstance(entry.record, PoseSampled):
@@ -79,9 +79,9 @@ class Batches:
             self._entries.hear(self.story.count, source, entry)
 
     def add(self, *, verdict: dict[str, Any] | None = None, flaws: Sequence[str] = ()) -> None:
-        """Take in the verdict as it stands in its file, and what more is known to be wrong with the log.
+        """Add the verdict as it is in its file, and further flaws of the log.
 
-        What is no verdict is only named as a flaw.
+        An invalid verdict is only reported as a flaw.
         """
         self._news = True
         why = None if verdict is None else unread(verdict)
@@ -89,7 +89,7 @@ class Batches:
         self.flaws = (*self.flaws, *flaws, *([] if why is None else [why]))
 
     def batch(self, *, ended: bool = False) -> bytes | None:
-        """What is new, as JSON; None where nothing is. `ended`: nothing more will come."""
+        """The news as JSON; None if there are none. `ended`: nothing more will follow."""
         if not self._news and not ended:
             return None
         tracks, clearances = self._motion()
@@ -125,7 +125,7 @@ class Batches:
         return msgspec.json.encode(batch)
 
     def _shortfall(self) -> str:
-        """Of the verdict's least clearance; while there is none, of the least so far."""
+        """The shortfall of the verdict's least clearance or, without a verdict, of the least so far."""
         measured_m = math.inf if self._clearances is None else self._clearances.least_m
         said_m = None if self._verdict is None else self._verdict["clearance_m_min"]
         least_m = measured_m if said_m is None else said_m
@@ -135,9 +135,9 @@ class Batches:
         return f"Clearance {least_m:.4f} m: {short}" if short else ""
 
     def _compare(self, verdict: dict[str, Any]) -> None:
-        """Name what the log, of which all has been heard, says otherwise than the verdict."""
+        """Report differences between the verdict and the log, after all entries."""
         if self._clearances is None or self._separations is None:
-            return  # nothing is judged, and that is a flaw by itself
+            return  # no distance is judged, which is a separate flaw
         measured = Measured(
             clearance_m=self._clearances.least_m,
             moving_clearance_m=self._separations.passed_m,
@@ -163,7 +163,7 @@ class Batches:
         return promised_m is not None and promised_m < (self._required_m or 0.0)
 
     def _start(self) -> Start | None:
-        """Where the leader stood first; once."""
+        """The leader's first place; sent once."""
         start = self.story.steps.start
         if start is None or self._told.start:
             return None
@@ -200,7 +200,7 @@ class Batches:
         )
 
     def _distances_m(self, at: Point) -> tuple[float, ...]:
-        """Each place is measured once."""
+        """The distances from a place; each place is measured once."""
         if self._scenario is not None and at not in self._measured:
             here_m = np.array([at.x_m, at.y_m])
             self._measured[at] = tuple(distances(self._scenario.ground, here_m).tolist())
@@ -244,12 +244,12 @@ def _subject(header: Header, folder: str, scenario: Scenario | None) -> Subject:
 
 
 def _is_unknown(header: Header) -> bool:
-    """Whether what was run is not said."""
+    """Whether the header is a substitute, because the subject of the run is unknown."""
     return header.scenario_hash == UNKNOWN.scenario_hash and header.seed == UNKNOWN.seed
 
 
 def _scenario_of(header: Header | None) -> tuple[Scenario | None, tuple[str, ...]]:
-    """What distances are judged by, and what is wrong where nothing is."""
+    """The scenario for judging distances, and the flaw if there is none."""
     if header is None:
         return None, ()
     try:

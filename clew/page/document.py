@@ -1,12 +1,12 @@
-"""The one file that the page is: markup, styles, scripts and, in a report, the runs; it requests nothing.
+"""The page as a single file: markup, styles, scripts and, in a report, the runs. It requests nothing.
 
     document([batches_of_a_run, ...])                # a report: opens from file://
     document(scripts=(FEED,), connects=True)         # served: a script calls `clew.take(run_index, batch)`
 
-Rule 1: the scripts stand in one function, in the order of `SCRIPTS`; what one names, all that follow know.
-Rule 2: the browser itself refuses requests: the content security policy allows none, and those of a served
-        page only to where it came from.
-Rule 3: batches are lines `[run_index, batch]`, in one blob of gzip and base64, which the page itself opens.
+Rule 1: the scripts form one function, in the order of `SCRIPTS`; each script sees the names of earlier ones.
+Rule 2: the browser itself refuses requests. The content security policy allows none; a served page may only
+        send requests to its own origin.
+Rule 3: batches are lines `[run_index, batch]` in one blob of gzip and base64, which the page unpacks itself.
 """
 
 import base64
@@ -53,11 +53,11 @@ SCRIPTS = (
 STYLES = ("styles/theme.css", "styles/page.css", "styles/words.css")
 
 HEAD_BYTES = 1024
-"""In which every page of ours has `MARK`."""
+"""The first part of a file, in which every page of ours has `MARK`."""
 MARK = b"<title>Clew</title>"
 
-GZIP = 16 + zlib.MAX_WBITS  # how zlib is asked for a gzip header
-EFFORT = 3  # of 9: 6 makes a file a sixth smaller, and takes three times as long
+GZIP = 16 + zlib.MAX_WBITS  # zlib's request for a gzip header
+EFFORT = 3  # of 9: level 6 saves a sixth of the size and takes three times as long
 
 
 def document(
@@ -67,8 +67,8 @@ def document(
 
     Args:
         runs: the batches of each run, as `Story.batch` gives them.
-        scripts: JavaScript to run when the page is there; the page's own hooks are in `window.clew`.
-        connects: whether scripts may send requests to where the page came from.
+        scripts: JavaScript to run after the page is built; the page's hooks are in `window.clew`.
+        connects: whether scripts may send requests to the page's origin.
     """
     assets = files("clew.page") / "assets"
     own = [(assets / name).read_text(encoding="utf-8") for name in SCRIPTS]
@@ -95,7 +95,7 @@ def is_document(path: Path) -> bool:
 
 
 def blob(runs: Sequence[Iterable[bytes]]) -> str:
-    """Rule 3; nothing, where there is no run."""
+    """Rule 3: the batches as text; empty without a run."""
     packer = zlib.compressobj(EFFORT, zlib.DEFLATED, GZIP)
     packed = b"".join(packer.compress(line) for line in _lines(runs)) + packer.flush()
     return base64.b64encode(packed).decode() if runs else ""

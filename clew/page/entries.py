@@ -1,4 +1,4 @@
-"""All entries of the timeline but poses, in columns by kind; none is left out, and no field of theirs."""
+"""All entries of the timeline except poses, in columns by kind, with all their fields."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -23,20 +23,20 @@ from protocol.timeline.sentences import sentence
 Packed = dict[str, dict[str, list[Any]]]
 
 UNSAID = frozenset({AuthorityGranted, OrderAccepted, OrderFinished, ScanServed, SegmentChecked})
-"""Of which there are many, and which nobody looks for: what the page has of them it draws."""
-AWAY = ": something has come nearer, and it leads away from that"
+"""Frequent kinds that need no sentence: the page draws them."""
+AWAY = ": an obstacle has come nearer, and the step leads away from it"
 
 
 @dataclass(slots=True)
 class Entries:
-    """The newest entries, until they are packed."""
+    """Collects the newest entries until they are packed."""
 
     leads_away: Callable[[StepPlanned], bool]
-    """Whether a step promises less than is required."""
+    """Whether a step promises less than required."""
     _heard: dict[type[Record], list[tuple[int, str, Entry]]] = field(default_factory=dict)
 
     def hear(self, index: int, source: str, entry: Entry) -> None:
-        """Take an entry in; `index` counts all entries of the log."""
+        """Add an entry; `index` counts all entries of the log."""
         kind = type(entry.record)
         heard = self._heard.get(kind)
         if heard is None:
@@ -45,7 +45,7 @@ class Entries:
             heard.append((index, source, entry))
 
     def pack(self) -> Packed:
-        """All that came since the last time."""
+        """All entries since the last call."""
         packed = {_tag(kind): self._columns(kind, heard) for kind, heard in self._heard.items()}
         self._heard.clear()
         return packed
@@ -67,7 +67,7 @@ class Entries:
 
     def _says(self, source: str, record: Record) -> str | None:
         if isinstance(record, FaultInjected) and record.process is None:
-            return None  # messages are counted
+            return None  # messages are counted, not listed
         is_away = isinstance(record, StepPlanned) and self.leads_away(record)
         return sentence(source, record) + (AWAY if is_away else "")
 

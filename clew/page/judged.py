@@ -1,8 +1,8 @@
-"""The verdict beside the log: whether it can be read, and whether it is of this log.
+"""Checks the verdict beside a log: whether it is valid, and whether it belongs to this log.
 
-Rule 1: what is no verdict of ours never reaches the page, which shows numbers as they come.
-Rule 2: a log's poses, judged as the monitor judges, come to the verdict's distances within `SAME_M`, and its
-        steps to the same number. Of a log that is not whole they may come to more, and to fewer steps.
+Rule 1: an invalid verdict never reaches the page, because the page shows numbers unchecked.
+Rule 2: the log's poses, judged as by the monitor, give the verdict's distances within `SAME_M` and the same
+        number of steps. An incomplete log may give larger distances and fewer steps.
 """
 
 import math
@@ -14,11 +14,11 @@ from msgspec import Struct
 
 from world.judge.verdict import VERDICT_FILE, Verdict
 
-SAME_M = 5e-5  # half of the last digit that the page prints; twelve runs differed by less than 1e-15
+SAME_M = 5e-5  # half of the last printed digit; twelve runs differed by less than 1e-15
 
 
 class Measured(Struct, frozen=True, kw_only=True):
-    """What the log's own entries say, where there is anything to judge by; infinity: nothing came near."""
+    """The values from the log's own entries, if they can be judged; infinity: nothing came near."""
 
     clearance_m: float = math.inf
     moving_clearance_m: float = math.inf
@@ -27,7 +27,7 @@ class Measured(Struct, frozen=True, kw_only=True):
 
 
 def unread(verdict: dict[str, Any]) -> str | None:
-    """Why this is no verdict, in a sentence; None: it is one."""
+    """The reason why this is no valid verdict, in a sentence; None: it is valid."""
     try:
         msgspec.convert(verdict, Verdict)
     except msgspec.ValidationError as error:
@@ -36,7 +36,7 @@ def unread(verdict: dict[str, Any]) -> str | None:
 
 
 def contradictions(measured: Measured, verdict: dict[str, Any], *, whole: bool) -> Iterator[str]:
-    """Where a verdict and its log differ, in sentences; `whole`: nothing of the log is missing."""
+    """The differences between a verdict and its log, in sentences; `whole`: the log is complete."""
     said = msgspec.convert(verdict, Verdict)
     for name, here_m, there_m in (
         ("clearance", measured.clearance_m, said.clearance_m_min),

@@ -1,4 +1,4 @@
-"""How much of a story the page has been told, and what is new in it since. Pure."""
+"""Tracks which part of a story has been sent to the page, and gives the rest. Pure."""
 
 from collections.abc import Iterator
 
@@ -20,11 +20,11 @@ LANES = {
     State.HOLDING: "holding",
     State.ARRIVED: "arrived",
 }
-"""How a lane shows a state; all others: the robot is free to drive."""
+"""The lane text of a state; in all other states, the robot is free to drive."""
 
 
 class Told:
-    """How much of a story has been told."""
+    """The sent part of a story."""
 
     def __init__(self) -> None:
         self.start = False
@@ -34,7 +34,7 @@ class Told:
         self._paths: dict[str, list[tuple[float, float]]] = {}
 
     def lanes(self, story: Story) -> Iterator[Lane]:
-        """What holds robots back, where that has changed."""
+        """Changes in the robots' reasons to wait."""
         changes = story.robots.changes
         for change in changes[self._states :]:
             state = LANES.get(change.doing, "free")
@@ -44,20 +44,20 @@ class Told:
         self._states = len(changes)
 
     def links(self, story: Story) -> tuple[LinkChange, ...]:
-        """How links are, where that has changed."""
+        """Changes in the states of links."""
         new = tuple(story.links.changes[self._links :])
         self._links += len(new)
         return new
 
     def strands(self, story: Story) -> Iterator[StrandRow]:
-        """Strands that have formed."""
+        """New strands."""
         formed = list(story.strands.formed.items())
         for epoch, strand in formed[self._strands :]:
             yield StrandRow(t_s=strand.t_s, epoch=epoch, order=strand.formed.order)
         self._strands = len(formed)
 
     def paths(self, story: Story) -> dict[str, list[tuple[float, float]]]:
-        """The corners of each path, by epoch, that has changed."""
+        """The corners of each changed path, by epoch."""
         if story.strands.laid_count == self._laid:
             return {}
         self._laid = story.strands.laid_count
@@ -70,14 +70,14 @@ class Told:
         return changed
 
     def steps(self, rows: Iterator[StepRow]) -> tuple[StepRow, ...]:
-        """The rows that have changed."""
+        """The changed rows."""
         now = dict(enumerate(rows))
         changed = tuple(row for place, row in now.items() if row != self._steps.get(place))
         self._steps = now
         return changed
 
     def losses(self, story: Story) -> Losses | None:
-        """The messages that faults have taken since."""
+        """The messages that faults have removed since the last call."""
         taken = story.losses.taken[self._taken :]
         self._taken += len(taken)
         if not taken:
@@ -89,7 +89,7 @@ class Told:
         )
 
     def books(self, story: Story) -> tuple[Book, ...]:
-        """All books, where one more has been closed."""
+        """The message counts of all links, if there are new ones."""
         if story.losses.closed == self._closed:
             return ()
         self._closed = story.losses.closed

@@ -1,7 +1,7 @@
-"""Tells a run that is over, from its folder: whatever can be read is told, what is wrong with it is said.
+"""The batches of a finished run, from its folder: everything that is readable, and the flaws.
 
-Rule 1: a folder without a timeline, or with one without a header of ours, still makes a page, which says so.
-Rule 2: entries are packed every `AT_ONCE`: a log of a million entries never stands in memory.
+Rule 1: a folder without a timeline, or without a valid header, still makes a page, which says so.
+Rule 2: entries are packed every `AT_ONCE`, so that a log of a million entries is never in memory as a whole.
 """
 
 from collections.abc import Iterator
@@ -17,18 +17,18 @@ from protocol.files.opening import MADE_BYTES_MAX, read_bytes
 from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE
 
-AT_ONCE = 20_000  # entries: some 10 MB of them
+AT_ONCE = 20_000  # entries: about 10 MB
 
 
 class Telling:
-    """A run that is told once, batch by batch."""
+    """A run for a single pass, batch by batch."""
 
     def __init__(self, run: Path) -> None:
         """A run's folder, or its `events.jsonl`."""
         self._folder = folder_of(run)
         self._verdict, flaw = verdict_of(run)
         self.flaws: tuple[str, ...] = () if flaw is None else (flaw,)
-        """What is wrong with the run, in sentences; complete when all has been told."""
+        """The flaws of the run, in sentences; complete after the last batch."""
         self._log: Log | None = None
         try:
             self._log = Log(run)
@@ -37,11 +37,11 @@ class Telling:
 
     @property
     def is_there(self) -> bool:
-        """Whether there is a timeline at all."""
+        """Whether there is a timeline."""
         return self._log is not None
 
     def batches(self) -> Iterator[bytes]:
-        """The whole run, for `clew.take`."""
+        """All batches of the run, for `clew.take`."""
         batches = Batches(None if self._log is None else self._log.header, self._folder)
         for count, (source, entry) in enumerate(() if self._log is None else self._log.lines, start=1):
             batches.hear(source, entry)
@@ -54,7 +54,7 @@ class Telling:
 
 
 def folder_of(run: Path) -> str:
-    """What the page calls the place of a run: its folder's name, or that of a log by itself."""
+    """The page's name for the place of a run: its folder's name, or the name of a single log file."""
     place = run.resolve()
     return place.parent.name if place.name == EVENTS_FILE else place.name
 
@@ -65,7 +65,7 @@ def _some(batch: bytes | None) -> Iterator[bytes]:
 
 
 def verdict_of(run: Path) -> tuple[dict[str, Any] | None, str | None]:
-    """The verdict as it stands beside the timeline, and what is wrong with it. `run`: as `Telling` has it."""
+    """The verdict beside the timeline, and its flaw. `run`: as in `Telling`."""
     if run.is_file() and run.name != EVENTS_FILE:
         return None, None  # a copy under another name may be of another run
     path = (run if run.is_dir() else run.parent) / VERDICT_FILE

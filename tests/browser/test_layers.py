@@ -1,4 +1,4 @@
-"""What the page draws, against the log: the layers of the map, marks of charts, signs of the time line."""
+"""The page's drawings compared with the log: map layers, chart marks, signs on the time line."""
 
 import itertools
 import math
@@ -33,10 +33,10 @@ from world.record.run_files import read_verdict
 from world.scenario.scenario import Scenario
 
 BUSY = str(Path(__file__).with_name("busy.faults.toml"))
-DRIVEN_S, HEALED_S = 1.83, 14.01  # five on their way; three, without the leader and the tail that died
+DRIVEN_S, HEALED_S = 1.83, 14.01  # five robots on their way; later three, after leader and tail died
 Kind = TypeVar("Kind", bound=Record)
 
-OFF_M = 0.002  # the page has places to the millimetre, and sums them up
+OFF_M = 0.002  # the page has positions in whole millimetres, as sums of differences
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +63,7 @@ def batch(run: Path) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def shown(run: Path) -> Iterator[Sight]:
-    """One page for all of these tests, each of which goes to its own moment."""
+    """One page for all of these tests; each test seeks its own moment."""
     page = run / "page.html"
     page.write_text(page_of(run), encoding="utf-8")
     with chromium() as browser, sight(browser) as shown:
@@ -74,7 +74,7 @@ def shown(run: Path) -> Iterator[Sight]:
 
 
 def newest(read: Timeline, kind: type[Kind], t_s: float, source: str = "", **fields: object) -> Kind:
-    """The last record of this kind by then."""
+    """The last record of this kind up to this time."""
     found = [
         entry.record
         for heard, entry in read.lines
@@ -88,7 +88,7 @@ def newest(read: Timeline, kind: type[Kind], t_s: float, source: str = "", **fie
 
 
 def order_at(batch: dict[str, Any], t_s: float) -> tuple[int, list[int]]:
-    """The epoch and the order of the strand then, leader first."""
+    """The epoch and the order of the strand at this time, leader first."""
     strand = [each for each in batch["strands"] if each["t_s"] <= t_s][-1]
     return strand["epoch"], strand["order"]
 
@@ -130,7 +130,7 @@ def circles(marks: list[Mark]) -> list[tuple[float, ...]]:
 
 
 @pytest.mark.parametrize("t_s", [DRIVEN_S, HEALED_S])
-def test_robots_and_their_halos_are_where_the_log_has_them(
+def test_robots_and_their_halos_are_at_the_poses_of_the_log(
     shown: Sight, read: Timeline, scenario: Scenario, t_s: float
 ) -> None:
     places = [place_at(read, robot, t_s) for robot in range(1, 6)]
@@ -147,7 +147,7 @@ def test_robots_and_their_halos_are_where_the_log_has_them(
 
 
 @pytest.mark.parametrize("t_s", [DRIVEN_S, HEALED_S])
-def test_the_scan_of_the_leader_ends_where_its_rays_did(
+def test_the_leaders_scan_is_drawn_to_the_ends_of_its_rays(
     shown: Sight, read: Timeline, batch: dict[str, Any], t_s: float
 ) -> None:
     _, [leader, *_] = order_at(batch, t_s)
@@ -162,7 +162,7 @@ def test_the_scan_of_the_leader_ends_where_its_rays_did(
 
 
 @pytest.mark.parametrize("t_s", [DRIVEN_S, HEALED_S])
-def test_the_promise_is_as_wide_as_hull_and_epsilon_and_as_long_as_the_step(
+def test_the_certified_ground_has_the_width_of_hull_and_epsilon_and_the_steps_length(
     shown: Sight, read: Timeline, scenario: Scenario, batch: dict[str, Any], t_s: float
 ) -> None:
     _, [leader, *_] = order_at(batch, t_s)
@@ -175,7 +175,7 @@ def test_the_promise_is_as_wide_as_hull_and_epsilon_and_as_long_as_the_step(
 
 
 @pytest.mark.parametrize("t_s", [DRIVEN_S, HEALED_S])
-def test_the_path_leads_from_its_first_corner_to_where_its_leader_drives(
+def test_the_path_goes_from_its_first_corner_to_its_leaders_target(
     shown: Sight, read: Timeline, batch: dict[str, Any], t_s: float
 ) -> None:
     epoch, [leader, *_] = order_at(batch, t_s)
@@ -186,7 +186,7 @@ def test_the_path_leads_from_its_first_corner_to_where_its_leader_drives(
 
 
 @pytest.mark.parametrize("t_s", [DRIVEN_S, HEALED_S])
-def test_a_trail_goes_through_all_places_where_its_robot_was_and_no_further(
+def test_a_trail_goes_through_all_past_places_of_its_robot_and_no_further(
     shown: Sight, read: Timeline, t_s: float
 ) -> None:
     lines = layer(shown, "trails", t_s)
@@ -222,9 +222,7 @@ def test_authority_ends_at_the_arc_length_that_the_robot_ahead_has_granted(
     assert drives > 1
 
 
-def test_a_link_looks_as_its_state_is_when_it_changes(
-    shown: Sight, read: Timeline, batch: dict[str, Any]
-) -> None:
+def test_a_links_look_changes_with_its_state(shown: Sight, read: Timeline, batch: dict[str, Any]) -> None:
     seen = set()
     for t_s in sorted({change["t_s"] + 0.011 for change in batch["links"]}):
         _, order = order_at(batch, t_s)
@@ -261,7 +259,7 @@ def numbers(marks: list[Mark]) -> list[tuple[float, float, float]]:
 
 
 def axis(told: list[tuple[float, float]]) -> tuple[float, float]:
-    """How many pixels one more is on an axis with these numbers, and where 0 is."""
+    """The pixels per unit of an axis with these numbers, and the pixel of 0."""
     values, places = np.array(told).T
     slope, zero = np.polyfit(values, places, 1)
     return float(slope), float(zero)
@@ -269,7 +267,7 @@ def axis(told: list[tuple[float, float]]) -> tuple[float, float]:
 
 @pytest.fixture(scope="module")
 def stills(shown: Sight) -> list[list[Mark]]:
-    """What each picture that does not change with time is made of."""
+    """The drawing of each picture that does not change with time."""
     said = shown.page.evaluate(
         "drawn.length = 0; document.getElementById('theme').click(); clew.draw(); drawn"
     )
@@ -277,7 +275,7 @@ def stills(shown: Sight) -> list[list[Mark]]:
     return [[mark for mark in marks if mark.on == on] for on in sorted({mark.on for mark in marks})]
 
 
-def test_the_line_of_what_has_to_be_kept_and_the_lowest_point_stand_at_their_heights(
+def test_the_limit_line_and_the_minimum_are_drawn_at_their_heights(
     stills: list[list[Mark]], run: Path, scenario: Scenario
 ) -> None:
     [chart] = [marks for marks in stills if any(mark.text == "ε \N{MINUS SIGN} μ0" for mark in marks)]
@@ -297,7 +295,7 @@ def test_the_line_of_what_has_to_be_kept_and_the_lowest_point_stand_at_their_hei
 
 
 def time_line(stills: list[list[Mark]]) -> tuple[list[Mark], float, float]:
-    """What the time line is made of, how many pixels a second is, and where it begins."""
+    """The drawing of the time line, its pixels per second, and its first pixel."""
     [lanes] = [marks for marks in stills if any(mark.text == "faults" for mark in marks)]
     bottom = max(y for _, _, y in numbers(lanes))
     return lanes, *axis([(value, x) for value, x, y in numbers(lanes) if y == bottom])
@@ -318,9 +316,7 @@ def test_each_step_has_a_band_from_its_plan_to_its_end(stills: list[list[Mark]],
     assert [value for value, _, y in numbers(lanes) if abs(y - row) < 2.0] == [step for _, step in planned]
 
 
-def test_a_death_has_its_sign_at_its_time_among_what_went_wrong(
-    shown: Sight, stills: list[list[Mark]], read: Timeline
-) -> None:
+def test_a_death_has_its_sign_at_its_time(shown: Sight, stills: list[list[Mark]], read: Timeline) -> None:
     lanes, slope, zero = time_line(stills)
     [row] = [mark.points[0][1] for mark in lanes if mark.text == "faults"]
     died_s = {entry.t_s for _, entry in read.lines if isinstance(entry.record, RobotDied)}

@@ -1,4 +1,4 @@
-"""The page in a browser, from `file://`, as whoever is sent a report opens it."""
+"""The page in a browser, opened from `file://` like a report that was sent to somebody."""
 
 import json
 import subprocess
@@ -29,7 +29,7 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture(scope="module")
 def report(runs: Runs, tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The address of the report of a run whose leader is killed at 3 s."""
+    """The address of the report of a run with a leader killed at 3 s."""
     run = runs.copy(tmp_path_factory.mktemp("page") / "run", "grove", faults="leader-killed")
     made = clew("report", run)
     assert made.exit_code == 0, made.output
@@ -44,29 +44,29 @@ def shown(browser: Browser, report: str) -> Iterator[Sight]:
 
 
 def places(shown: Sight) -> dict[int, tuple[float, float]]:
-    """Where the robots are now [m; world frame]."""
+    """The current places of the robots [m; world frame]."""
     bodies = shown.page.evaluate("clew.frame().map((body) => [body.robot, body.x, body.y])")
     return {robot: (x_m, y_m) for robot, x_m, y_m in bodies}
 
 
 def drawn(shown: Sight) -> bytes:
-    """The map as it is drawn now."""
+    """The current picture of the map."""
     shown.page.evaluate("clew.draw()")
     return shown.page.locator("#panes canvas").first.screenshot()
 
 
-def test_it_opens_without_a_complaint_and_requests_nothing_but_itself(shown: Sight, report: str) -> None:
+def test_it_opens_without_errors_and_requests_only_itself(shown: Sight, report: str) -> None:
     assert shown.troubles == []
     assert shown.requests == [report]
 
 
-def test_a_request_of_the_page_would_be_refused_by_the_browser(shown: Sight) -> None:
+def test_the_browser_would_refuse_a_request_of_the_page(shown: Sight) -> None:
     refused = shown.page.evaluate("fetch('http://127.0.0.1:9/').then(() => false, () => true)")
     assert refused
     assert "Content Security Policy" in " ".join(shown.troubles)
 
 
-def test_scrubbing_moves_robots_and_back_brings_them_where_they_were(shown: Sight) -> None:
+def test_scrubbing_moves_robots_and_scrubbing_back_restores_them(shown: Sight) -> None:
     shown.page.evaluate("clew.seek(5)")
     before, picture = places(shown), drawn(shown)
     assert sorted(before) == list(range(1, ROBOTS + 1))
@@ -74,14 +74,14 @@ def test_scrubbing_moves_robots_and_back_brings_them_where_they_were(shown: Sigh
     after = places(shown)
     moved_m = [abs(complex(*after[robot]) - complex(*before[robot])) for robot in (2, 3, 4, 5)]
     assert min(moved_m) > MOVED_M
-    assert after[1] == before[1]  # which is dead by then
+    assert after[1] == before[1]  # it is dead at this time
     assert drawn(shown) != picture
     shown.page.evaluate("clew.seek(5)")
     assert places(shown) == before
     assert drawn(shown) == picture
 
 
-def test_the_time_line_is_scrubbed_by_the_mouse(shown: Sight) -> None:
+def test_the_mouse_scrubs_the_time_line(shown: Sight) -> None:
     box = shown.page.locator("#lanes").bounding_box()
     assert box is not None
     middle = box["y"] + box["height"] / 2
@@ -100,7 +100,7 @@ def test_a_deep_link_lands_at_its_moment(browser: Browser, report: str) -> None:
         shown.wait("document.querySelector('#clock').innerText.startsWith('12.3')")
 
 
-def test_the_address_follows_what_is_shown_so_that_it_can_be_sent_on(shown: Sight) -> None:
+def test_the_address_follows_the_shown_moment(shown: Sight) -> None:
     shown.page.evaluate("clew.seek(7.5); clew.choose(4)")
     shown.wait("location.hash === '#t=7.50&robot=4'")
 
@@ -133,14 +133,14 @@ def test_keys_play_step_choose_and_move(shown: Sight) -> None:
 
 @pytest.fixture(scope="module")
 def planned(report: str) -> list[tuple[float, int]]:
-    """When each step of the strand was planned [s], with the number that the log gives it."""
+    """The planning time of each step of the strand [s], with its number in the log."""
     lines = (Path(report.removeprefix("file://")).parent / EVENTS_FILE).read_bytes().splitlines()
     entries = (json.loads(line) for line in lines)
     plans = [each for each in entries if each["kind"] == "step.planned" and not each["joins"]]
     return [(plan["t_s"], plan["step"]) for plan in plans]
 
 
-def test_band_headline_list_and_table_name_each_step_as_the_log_does(
+def test_band_headline_list_and_table_number_each_step_like_the_log(
     shown: Sight, planned: list[tuple[float, int]]
 ) -> None:
     bands = shown.page.evaluate("clew.runs[0].steps.map((each) => [each.from, each.step])")
@@ -154,9 +154,7 @@ def test_band_headline_list_and_table_name_each_step_as_the_log_does(
         assert f"plans step {step}:" in shown.page.locator("#moments [aria-current]").inner_text()
 
 
-def test_the_bracket_keys_go_to_every_step_that_was_planned(
-    shown: Sight, planned: list[tuple[float, int]]
-) -> None:
+def test_the_bracket_keys_go_to_every_planned_step(shown: Sight, planned: list[tuple[float, int]]) -> None:
     shown.page.keyboard.press("Home")
     times_s = set()
     while (time_s := shown.page.evaluate("clew.time")) < planned[-1][0]:
@@ -165,12 +163,12 @@ def test_the_bracket_keys_go_to_every_step_that_was_planned(
     assert times_s >= {t_s for t_s, _ in planned[:-1]}
 
 
-def test_the_verdict_stands_on_top_in_words(shown: Sight) -> None:
+def test_the_verdict_is_at_the_top_in_words(shown: Sight) -> None:
     assert "promises" in shown.page.locator("#verdict").inner_text().lower()
     assert "4 of 5" in shown.page.locator("#verdict").inner_text()
 
 
-def test_a_phone_scrolls_down_and_never_sideways(browser: Browser, report: str) -> None:
+def test_on_a_phone_the_page_scrolls_only_vertically(browser: Browser, report: str) -> None:
     with sight(browser, size=PHONE) as shown:
         shown.show(report)
         wide = shown.page.evaluate("[document.documentElement.scrollWidth, window.innerWidth]")
@@ -178,9 +176,7 @@ def test_a_phone_scrolls_down_and_never_sideways(browser: Browser, report: str) 
 
 
 @pytest.mark.parametrize("size", [(1080, 1920), (1400, 2600), (1400, 900)])
-def test_the_map_fills_its_card_and_leaves_nothing_empty_below(
-    browser: Browser, report: str, size: tuple[int, int]
-) -> None:
+def test_the_map_fills_its_card(browser: Browser, report: str, size: tuple[int, int]) -> None:
     with sight(browser, size=size) as shown:
         shown.show(report)
         bottom = "document.querySelector('%s').getBoundingClientRect().bottom"
@@ -188,7 +184,7 @@ def test_the_map_fills_its_card_and_leaves_nothing_empty_below(
         assert shown.page.evaluate(below) < 40  # px
 
 
-def test_on_a_phone_that_lies_on_its_side_the_time_line_covers_nothing(browser: Browser, report: str) -> None:
+def test_on_a_phone_in_landscape_the_time_line_covers_nothing(browser: Browser, report: str) -> None:
     with sight(browser, size=(844, 390)) as shown:
         shown.show(report)
         top = "document.querySelector('#timeline').getBoundingClientRect().top"
@@ -196,7 +192,7 @@ def test_on_a_phone_that_lies_on_its_side_the_time_line_covers_nothing(browser: 
         assert shown.page.evaluate(f"{top} >= {stage_end}")
 
 
-def test_it_is_dark_where_the_browser_is_and_light_again_by_its_key(browser: Browser, report: str) -> None:
+def test_it_follows_the_browsers_dark_theme_and_a_key_changes_it(browser: Browser, report: str) -> None:
     brightness = (
         "getComputedStyle(document.body).backgroundColor.match(/\\d+/g).slice(0, 3)"
         ".reduce((sum, each) => sum + Number(each), 0) / 765"
@@ -219,7 +215,7 @@ def test_the_bench_scrubs_a_page_and_every_frame_is_drawn(report: str) -> None:
     assert " 0.0 ms of a frame" not in said
 
 
-def test_what_a_page_complains_of_is_heard_by_these_tests(browser: Browser, report: str) -> None:
+def test_these_tests_notice_errors_of_a_page(browser: Browser, report: str) -> None:
     with sight(browser) as shown:
         shown.show(report)
         shown.page.evaluate("console.error('said')")

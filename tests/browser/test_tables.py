@@ -1,4 +1,4 @@
-"""What the page writes, against the log and its verdict: tiles, steps, books of links, flaws, moments."""
+"""The page's texts compared with log and verdict: tiles, steps, link counts, flaws, moments."""
 
 import itertools
 import json
@@ -46,13 +46,13 @@ def busy(runs: Runs, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def paper(runs: Runs, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run of which row 7 of Table I was once printed wrongly, rounded twice."""
+    """A run whose row 7 of Table I was once wrong because it was rounded twice."""
     return runs.copy(tmp_path_factory.mktemp("tables") / "paper", "paper", seed=2)
 
 
 @pytest.fixture(scope="module")
 def pages(busy: Path, paper: Path) -> Iterator[dict[Path, Sight]]:
-    """One page of each run for all of these tests."""
+    """One page per run for all of these tests."""
     with chromium() as browser, sight(browser) as one, sight(browser) as other:
         for run, shown in ((busy, one), (paper, other)):
             (run / "page.html").write_text(page_of(run), encoding="utf-8")
@@ -63,7 +63,7 @@ def pages(busy: Path, paper: Path) -> Iterator[dict[Path, Sight]]:
 
 
 def tile(shown: Sight, name: str) -> str:
-    """What a tile of the headline says, with what stands beside it."""
+    """The text of a tile in the headline, with its remark."""
     return " ".join(
         shown.page.locator("#figures > div", has_text=name).first.locator("dd").inner_text().split()
     )
@@ -85,7 +85,7 @@ def tally_of(read: Timeline) -> Tally:
 
 
 @pytest.mark.parametrize("name", ["busy", "paper"])
-def test_tiles_say_what_the_verdict_says(
+def test_tiles_agree_with_the_verdict(
     pages: dict[Path, Sight], name: str, request: pytest.FixtureRequest
 ) -> None:
     run = request.getfixturevalue(name)
@@ -96,7 +96,7 @@ def test_tiles_say_what_the_verdict_says(
         "Arrived": f"{verdict.robots_arrived} of {verdict.robots} goal reached",
         "Steps": f"{verdict.switching_steps} {verdict.planning_events} planning events of all robots",
         "Time": f"{verdict.sim_s:.1f} s {verdict.path_m:.2f} m driven by all",
-        "Messages": f"{verdict.messages.sent} {sum(verdict.messages.injected.values())} taken by faults, "
+        "Messages": f"{verdict.messages.sent} {sum(verdict.messages.injected.values())} removed by faults, "
         f"{verdict.messages.unaccounted} unaccounted",
     }
     assert {
@@ -105,16 +105,14 @@ def test_tiles_say_what_the_verdict_says(
     assert pages[run].page.locator("#flaws").is_hidden()
 
 
-def test_deaths_successions_and_heals_are_not_taken_for_each_other(
-    pages: dict[Path, Sight], busy: Path
-) -> None:
+def test_deaths_successions_and_heals_are_not_confused(pages: dict[Path, Sight], busy: Path) -> None:
     verdict = read_verdict(busy)
     assert (len(verdict.deaths), len(verdict.successions), len(verdict.heals)) == (2, 1, 1)
     assert tile(pages[busy], "Deaths") == "2 1 succession, 1 heal"
 
 
 @pytest.mark.parametrize("name", ["busy", "paper"])
-def test_each_step_has_its_times_its_length_and_the_clearance_it_kept(
+def test_each_step_has_its_times_length_and_clearance(
     pages: dict[Path, Sight], name: str, request: pytest.FixtureRequest
 ) -> None:
     run = request.getfixturevalue(name)
@@ -138,7 +136,7 @@ def test_each_step_has_its_times_its_length_and_the_clearance_it_kept(
     assert [row[:7] for row in table(pages[run], "steps")[1:]] == expected
 
 
-def test_table_1_has_the_papers_number_beside_each_obstacles_own_and_the_nearest_marked(
+def test_table_1_has_the_papers_numbers_beside_the_measured_ones_and_marks_the_nearest(
     pages: dict[Path, Sight], paper: Path
 ) -> None:
     read = timeline.read(paper)
@@ -158,7 +156,7 @@ def test_table_1_has_the_papers_number_beside_each_obstacles_own_and_the_nearest
 
 
 @pytest.mark.parametrize("name", ["busy", "paper"])
-def test_distances_are_those_from_where_the_leader_stood(
+def test_distances_are_measured_from_the_leaders_position(
     pages: dict[Path, Sight], name: str, request: pytest.FixtureRequest
 ) -> None:
     run = request.getfixturevalue(name)
@@ -174,7 +172,7 @@ def test_distances_are_those_from_where_the_leader_stood(
 
 
 def books_of(read: Timeline) -> dict[str, list[str]]:
-    """Each link's row, by what its two robots told, or did not."""
+    """Each link's row, from the counts of its two robots, if they are known."""
     sent, received, taken = dict[str, int](), dict[str, int](), Counter[str]()
     told, heard = set(), set()
     for source, entry in read.lines:
@@ -202,9 +200,7 @@ def books_of(read: Timeline) -> dict[str, list[str]]:
     return rows
 
 
-def test_books_of_links_say_what_was_lost_and_which_are_not_known(
-    pages: dict[Path, Sight], busy: Path
-) -> None:
+def test_link_counts_show_losses_and_mark_unknown_ones(pages: dict[Path, Sight], busy: Path) -> None:
     expected = books_of(timeline.read(busy))
     assert {row[0]: row[1:] for row in table(pages[busy], "messages")} == expected
     left_out = [
@@ -215,7 +211,7 @@ def test_books_of_links_say_what_was_lost_and_which_are_not_known(
     assert len(unknown) < len(expected)
 
 
-def test_what_is_late_or_comes_twice_is_not_lost(pages: dict[Path, Sight], busy: Path) -> None:
+def test_late_and_duplicated_messages_are_not_lost(pages: dict[Path, Sight], busy: Path) -> None:
     faults = [
         entry.record for _, entry in timeline.read(busy).lines if isinstance(entry.record, FaultInjected)
     ]
@@ -227,7 +223,7 @@ def test_what_is_late_or_comes_twice_is_not_lost(pages: dict[Path, Sight], busy:
     assert dict(pages[busy].page.evaluate(curves)) == expected
 
 
-def test_the_gap_that_is_marked_is_the_one_that_was_chosen(pages: dict[Path, Sight], paper: Path) -> None:
+def test_the_marked_gap_is_the_chosen_one(pages: dict[Path, Sight], paper: Path) -> None:
     steps = [
         (entry.t_s, entry.record)
         for _, entry in timeline.read(paper).lines
@@ -243,7 +239,7 @@ def test_the_gap_that_is_marked_is_the_one_that_was_chosen(pages: dict[Path, Sig
     assert [mark.text for mark in marks if mark.does == "text"] == [f"gap {gap.width_m:.2f} m"]
 
 
-def test_arc_length_along_the_path_is_that_of_the_step_less_what_is_left_of_it(
+def test_arc_length_is_the_steps_end_minus_the_remaining_distance(
     pages: dict[Path, Sight], busy: Path
 ) -> None:
     shown = pages[busy]
@@ -270,7 +266,7 @@ def test_arc_length_along_the_path_is_that_of_the_step_less_what_is_left_of_it(
     shown.page.evaluate("clew.choose(0)")
 
 
-def test_playing_stops_at_the_end_and_begins_again_at_the_start(
+def test_playing_stops_at_the_end_and_restarts_from_the_beginning(
     pages: dict[Path, Sight], paper: Path
 ) -> None:
     shown = pages[paper]
@@ -285,10 +281,8 @@ def test_playing_stops_at_the_end_and_begins_again_at_the_start(
     shown.page.evaluate(f"{button}.click()")
 
 
-def test_what_is_wrong_and_how_much_is_left_out_of_the_list_is_said(
-    pages: dict[Path, Sight], busy: Path
-) -> None:
-    """The last of these tests: it changes what the page shows."""
+def test_flaws_and_the_number_of_omitted_moments_are_shown(pages: dict[Path, Sight], busy: Path) -> None:
+    """This test comes last because it changes the page."""
     shown = pages[busy]
     known = shown.page.locator("#moments li").count()
     assert shown.page.locator("#moments-about").inner_text() == ""

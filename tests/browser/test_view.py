@@ -1,4 +1,4 @@
-"""The page in a browser, from the viewer: live, late, and two runs side by side."""
+"""The page in a browser, served by the viewer: live, late, and with two runs side by side."""
 
 import json
 import signal
@@ -28,7 +28,7 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture(scope="module")
 def twins(runs: Runs) -> list[Path]:
-    """The same run under two seeds."""
+    """The same scenario with two seeds."""
     return [runs.of("grove", seed=seed) for seed in (1, 2)]
 
 
@@ -41,16 +41,14 @@ def served(*arguments: str | Path, cwd: Path) -> Iterator[str]:
         assert viewer.wait(DEADLINE_S) == 130
 
 
-def test_a_page_that_watches_a_fleet_sees_robots_move_and_then_the_verdict(
-    browser: Browser, fleet: Fleet
-) -> None:
+def test_a_live_page_shows_moving_robots_and_then_the_verdict(browser: Browser, fleet: Fleet) -> None:
     launcher = fleet.start("grove", "--speed", "3", "--view", "--json")
     address = address_of(launcher.stderr)
     with sight(browser) as shown:
         shown.show(address)
         early_s = shown.page.evaluate("clew.time")
         ended_early = shown.page.evaluate(ENDED)
-        shown.wait(f"clew.time > {early_s + 5.0}")  # it follows by itself
+        shown.wait(f"clew.time > {early_s + 5.0}")  # it follows the run
         with sight(browser) as late:
             late.show(address)
             late.wait(ENDED)
@@ -69,7 +67,7 @@ def test_a_page_that_watches_a_fleet_sees_robots_move_and_then_the_verdict(
     assert fleet.leftovers() == []
 
 
-def test_served_it_asks_for_itself_and_its_feed_and_nothing_else(
+def test_a_served_page_requests_only_itself_and_its_feed(
     browser: Browser, twins: list[Path], tmp_path: Path
 ) -> None:
     with served(twins[0], cwd=tmp_path) as address, sight(browser) as shown:
@@ -87,7 +85,7 @@ def test_a_deep_link_into_a_served_run_lands_at_its_moment(
         shown.wait("clew.time === 12.3 && clew.robot === 3")
 
 
-def test_a_deep_link_lands_though_the_newest_moment_is_just_the_one_it_leads_to(
+def test_a_deep_link_to_the_newest_moment_lands_there(
     browser: Browser, twins: list[Path], tmp_path: Path
 ) -> None:
     events = tmp_path / "events.jsonl"
@@ -112,14 +110,14 @@ def test_a_deep_link_lands_though_the_newest_moment_is_just_the_one_it_leads_to(
 
 
 def off_m(shown: Sight, run: int, row: int) -> float:
-    """How far a run's leader is now from where it stood at this switching position."""
+    """The distance of a run's leader from its place at this switching position."""
     there = f"clew.runs[{run}].steps.find(({{ row }}) => row.position === {row}).row"
     leader = f"clew.frame({run}).find((body) => body.robot === {there}.robot)"
     distance_m: float = shown.page.evaluate(f"Math.hypot({leader}.x - {there}.x_m, {leader}.y - {there}.y_m)")
     return distance_m
 
 
-def test_two_runs_stand_side_by_side_aligned_by_switching_step(
+def test_two_runs_are_shown_side_by_side_aligned_by_switching_step(
     browser: Browser, twins: list[Path], tmp_path: Path
 ) -> None:
     with served(*twins, cwd=tmp_path) as address, sight(browser) as shown:
@@ -136,7 +134,7 @@ def test_two_runs_stand_side_by_side_aligned_by_switching_step(
         assert shown.troubles == []
 
 
-def test_a_page_shows_the_next_run_when_latest_leads_to_it(
+def test_a_page_shows_the_next_run_when_latest_points_to_it(
     browser: Browser, twins: list[Path], tmp_path: Path
 ) -> None:
     latest = tmp_path / "runs" / "latest"
@@ -156,7 +154,7 @@ def test_a_page_shows_the_next_run_when_latest_leads_to_it(
 
 @contextmanager
 def kept_new(log: Path) -> Iterator[None]:
-    """A log that nobody seems to have left, however slow the machine is."""
+    """Keep a log looking live, even on a slow machine."""
     over = threading.Event()
 
     def touch() -> None:
@@ -170,7 +168,7 @@ def kept_new(log: Path) -> Iterator[None]:
     thread.join()
 
 
-def test_a_page_whose_viewer_has_gone_says_so_while_the_run_goes_on(
+def test_a_page_reports_that_its_viewer_is_gone_while_the_run_continues(
     browser: Browser, twins: list[Path], tmp_path: Path
 ) -> None:
     events = (twins[0] / "events.jsonl").read_bytes()

@@ -1,4 +1,4 @@
-"""What the page says in words and figures: of moving obstacles, of the dead, and of what is not known."""
+"""The page's words and figures about moving obstacles, dead robots and unknown values."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -29,7 +29,7 @@ def killed(runs: Runs, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def show(shown: Sight, run: Path) -> None:
-    """Its report, which is made anew."""
+    """The address of a new report of the run."""
     page = run / "shown.html"
     page.write_text(page_of(run), encoding="utf-8")
     shown.page.goto(page.as_uri())
@@ -41,7 +41,7 @@ def text(shown: Sight, selector: str) -> str:
     return shown.page.locator(selector).inner_text()
 
 
-def test_the_nearest_obstacle_may_be_one_that_moves(browser: Browser, runs: Runs, tmp_path: Path) -> None:
+def test_the_nearest_obstacle_may_be_a_moving_one(browser: Browser, runs: Runs, tmp_path: Path) -> None:
     run = runs.copy(tmp_path / "run", "pedestrian")
     with sight(browser) as shown:
         show(shown, run)
@@ -55,7 +55,7 @@ def test_the_nearest_obstacle_may_be_one_that_moves(browser: Browser, runs: Runs
         assert shown.troubles == []
 
 
-def test_passings_of_what_moves_have_a_chart_of_their_own_where_something_does(
+def test_runs_with_moving_obstacles_have_a_separate_chart_of_passings(
     browser: Browser, runs: Runs, killed: Path, tmp_path: Path
 ) -> None:
     with sight(browser) as shown:
@@ -67,15 +67,13 @@ def test_passings_of_what_moves_have_a_chart_of_their_own_where_something_does(
         assert not chart.is_visible()
 
 
-def test_a_curve_that_is_cut_off_at_the_top_is_marked(browser: Browser, killed: Path) -> None:
+def test_a_curve_that_leaves_the_chart_at_the_top_is_marked(browser: Browser, killed: Path) -> None:
     with sight(browser) as shown:
         show(shown, killed)
         assert "▴ > 0." in shown.page.locator(".chart", has_text="Separation").inner_text()
 
 
-def test_a_chart_that_has_been_empty_is_shown_when_it_has_something_to_show(
-    browser: Browser, killed: Path
-) -> None:
+def test_an_empty_chart_appears_with_its_first_values(browser: Browser, killed: Path) -> None:
     with sight(browser) as shown:
         show(shown, killed)
         canvas = shown.page.locator(".chart", has_text="Messages lost").locator("canvas")
@@ -84,7 +82,7 @@ def test_a_chart_that_has_been_empty_is_shown_when_it_has_something_to_show(
         canvas.wait_for()
 
 
-def test_a_dead_robot_is_near_to_nothing(browser: Browser, killed: Path) -> None:
+def test_a_dead_robot_has_no_distance_to_obstacles(browser: Browser, killed: Path) -> None:
     with sight(browser) as shown:
         show(shown, killed)
         shown.page.evaluate("clew.runs[0].body(1).clearance.push(4, 0.001); clew.seek(6); clew.draw()")
@@ -92,7 +90,7 @@ def test_a_dead_robot_is_near_to_nothing(browser: Browser, killed: Path) -> None
         assert "nearest" in text(shown, "#robot-now")
 
 
-def test_what_a_damaged_header_does_not_say_is_said_to_be_not_known(
+def test_values_missing_from_a_damaged_header_are_shown_as_not_known(
     browser: Browser, killed: Path, tmp_path: Path
 ) -> None:
     header, rest = (killed / EVENTS_FILE).read_bytes().split(b"\n", 1)
@@ -103,12 +101,12 @@ def test_what_a_damaged_header_does_not_say_is_said_to_be_not_known(
             show(shown, run)
             said = text(shown, "body")
             assert "not known" in said
-            for guess in ("seed 0", "above 0", "one robot alone", "no obstacle stands still"):
+            for guess in ("seed 0", "above 0", "only one robot", "no fixed obstacle"):
                 assert guess not in said
         assert shown.troubles == []
 
 
-def test_a_law_that_promises_no_clearance_is_said_to_and_what_it_falls_short_of(
+def test_a_law_without_a_promise_is_named_with_its_shortfall(
     browser: Browser, runs: Runs, tmp_path: Path
 ) -> None:
     run = runs.copy(tmp_path / "run", "paper")
@@ -122,7 +120,7 @@ def test_a_law_that_promises_no_clearance_is_said_to_and_what_it_falls_short_of(
         assert f"this is {short} short of" in said
 
 
-def test_a_step_that_promises_less_than_is_required_says_why(browser: Browser, killed: Path) -> None:
+def test_a_step_that_promises_too_little_names_the_reason(browser: Browser, killed: Path) -> None:
     with sight(browser) as shown:
         show(shown, killed)
         assert "leads away from" not in text(shown, "#steps-about")
@@ -138,16 +136,14 @@ def test_the_folder_of_a_run_is_named(browser: Browser, killed: Path) -> None:
         assert f"in {killed.name}" in text(shown, "#facts")
 
 
-def test_the_end_is_neither_a_fault_nor_mended(browser: Browser, killed: Path) -> None:
+def test_the_end_of_a_run_is_neither_a_fault_nor_a_recovery(browser: Browser, killed: Path) -> None:
     with sight(browser) as shown:
         show(shown, killed)
         last = shown.page.locator("#moments li").last.locator("i")
         assert last.get_attribute("class") == "row3"
 
 
-def test_a_live_page_shows_robots_where_they_are_known_to_be_and_as_they_were(
-    browser: Browser, killed: Path
-) -> None:
+def test_a_live_page_shows_robots_at_their_last_known_places(browser: Browser, killed: Path) -> None:
     with sight(browser) as shown:
         show(shown, killed)
         shown.page.evaluate("""

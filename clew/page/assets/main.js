@@ -5,7 +5,7 @@ const player = new Player(app);
 
 /** Whether the runs inlined in the page have been opened; a page without any is fed. */
 const opened = begin().catch((error) => {
-  byId("badge").textContent = "✗ This page cannot show the run";
+  byId("badge").textContent = "✗ The run cannot be shown";
   byId("reason").textContent = String(error);
   throw error;
 });

@@ -58,13 +58,13 @@ class Player {
 /** @type {{keys: string[], names: string, does: string, act: (app: App, player: Player, key: string) => void}[]} */
 const KEYS_HELP = [
   { keys: [" ", "k"], names: "Space, k", does: "play, pause", act: (_, player) => player.toggle() },
-  { keys: ["ArrowLeft", "ArrowRight"], names: "← →", does: "0.1 s back, on; with Shift 1 s", act: () => {} },
-  { keys: ["["], names: "[", does: "back to where a step ended or began", act: (_, player) => player.step(-1) },
-  { keys: ["]"], names: "]", does: "on to where a step ends or begins", act: (_, player) => player.step(1) },
+  { keys: ["ArrowLeft", "ArrowRight"], names: "← →", does: "0.1 s back or forward; with Shift 1 s", act: () => {} },
+  { keys: ["["], names: "[", does: "back to the previous start or end of a step", act: (_, player) => player.step(-1) },
+  { keys: ["]"], names: "]", does: "forward to the next start or end of a step", act: (_, player) => player.step(1) },
   {
     keys: ["p"],
     names: "p",
-    does: "the moment before: a fault, a death, a heal",
+    does: "the previous moment: a fault, a death, a heal",
     act: (_, player) => player.moment(-1),
   },
   { keys: ["n"], names: "n", does: "the next moment", act: (_, player) => player.moment(1) },
@@ -72,7 +72,7 @@ const KEYS_HELP = [
   {
     keys: ["End"],
     names: "End",
-    does: "the end; follows a run that goes on",
+    does: "the end; follows a live run",
     act: (app) => app.follow(),
   },
   { keys: ["-"], names: "−", does: "slower", act: (_, player) => player.faster(-1) },
@@ -80,7 +80,7 @@ const KEYS_HELP = [
   {
     keys: ["1", "2", "3", "4", "5", "6", "7", "8", "9"],
     names: "1 to 9",
-    does: "choose a robot; again: none",
+    does: "choose a robot; press again to choose none",
     act: chooseByKey,
   },
   { keys: ["0", "Escape"], names: "0, Esc", does: "choose none", act: (app) => app.choose(0, app.focus) },
@@ -93,7 +93,7 @@ const KEYS_HELP = [
   {
     keys: ["c"],
     names: "c",
-    does: "the other run, where there are two",
+    does: "the other run, if there are two",
     act: (app) => app.choose(app.robot, (app.focus + 1) % app.runs.length),
   },
   { keys: ["d"], names: "d", does: "dark, light", act: () => toggleTheme() },

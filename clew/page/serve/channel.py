@@ -1,4 +1,4 @@
-"""One watched run: looks, packs what it has seen, and wakes the pages that are told of it."""
+"""One watched run: reads its news, packs them and wakes the pages that wait for them."""
 
 import asyncio
 import contextlib
@@ -16,7 +16,7 @@ from clew.page.telling import folder_of
 
 @dataclass(slots=True)
 class Channel:
-    """What is seen of one run, and told."""
+    """The news of one run, for its pages."""
 
     watch: Watch
     feed: Feed = field(default_factory=Feed)
@@ -26,10 +26,10 @@ class Channel:
     _over: bool = False
 
     async def follow(self, closing: asyncio.Event) -> None:
-        """Look and tell, until all is told that there is when we are to close."""
+        """Read and publish news; on closing, everything written so far is still published."""
         while True:
             last = closing.is_set()
-            # In a thread: packing a long log takes seconds, in which pages have to be answered.
+            # In a thread: packing a long log takes seconds, and pages need answers meanwhile.
             seen = await asyncio.to_thread(lambda: list(self._look()))
             for said in seen:
                 self._tell(said)
@@ -42,7 +42,7 @@ class Channel:
         self._wake()
 
     def _look(self) -> Iterator[Began | bytes]:
-        """What one look brings, packed."""
+        """The packed news of one look."""
         for seen in self.watch.look():
             match seen:
                 case Began():
@@ -78,9 +78,9 @@ class Channel:
         self._news = asyncio.Event()
 
     async def messages(self, place: Place) -> AsyncIterator[bytes]:
-        """What a page is told from a place on, as it comes, until we are closed."""
+        """The messages of a page from a place on, as they come, until we are closed."""
         while True:
-            news = self._news  # before we ask: whatever comes after wakes us
+            news = self._news  # read before we ask: later news wake us
             while (told := self.feed.next(place)) is not None:
                 message, place = told
                 yield message

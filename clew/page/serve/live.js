@@ -1,9 +1,9 @@
-// Feeds the page from the viewer: the messages of every run, from the first one on, as they come.
+// Feeds the page from the viewer: all messages of every run, as they come.
 //
-// Rule 1: EventSource asks again by itself when the viewer is away, behind the message it has seen last.
-// Rule 2: a run that has ended has nothing more to say; should the viewer go then, that is no trouble.
-// Rule 3: an address that leads to a moment waits until the run has come that far.
-// Rule 4: `anew` says that another run is told now than the page shows: it loads again, without its moment.
+// Rule 1: if the viewer is away, EventSource reconnects by itself and continues after the last message.
+// Rule 2: a run that has ended sends nothing more; the viewer may then end without a notice.
+// Rule 3: an address with a moment waits until the run has reached it.
+// Rule 4: `anew` means that the viewer now has another run than the page: it reloads, without the moment.
 "use strict";
 {
   const notice = document.createElement("p");
@@ -41,7 +41,7 @@
     };
     events.onerror = () => {
       if (ended) events.close();
-      else say("The viewer is away; asking again.");
+      else say("The viewer is away; reconnecting.");
     };
     events.addEventListener("anew", () => location.replace(location.pathname));
   };

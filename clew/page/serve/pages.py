@@ -1,4 +1,4 @@
-"""What the viewer's site holds: the page, and what it is fed from."""
+"""The contents of the viewer's site: the page and its feeds."""
 
 import base64
 import hashlib
@@ -24,9 +24,9 @@ def site(runs: int) -> Site:
 
 
 def policy(page: str) -> str:
-    """A Content-Security-Policy by which nothing runs in the page but the scripts that it was sent with.
+    """A Content-Security-Policy that allows only the page's own scripts.
 
-    So nothing that stands in a log can ever run there; and nobody else's page can hold ours in a frame.
+    So no content of a log can ever run there, and no other page can hold ours in a frame.
     """
     scripts = " ".join(f"'sha256-{_digest(script)}'" for script in SCRIPT.findall(page))
     return (

@@ -1,9 +1,9 @@
 """The viewer's shell: a socket on loopback, where each connection is one request.
 
-Rule 1: a page that takes nothing for `PATIENCE_S` is let go; it comes back by itself and goes on where it
-        was. Until then one message waits for it, and no more.
-Rule 2: who is asked to end looks once more, and tells what that brings: whoever watches a fleet sees how the
-        run ended, although the launcher ends the viewer a moment later.
+Rule 1: a page that reads nothing for `PATIENCE_S` is disconnected; it reconnects by itself and continues
+        where it was. Until then, at most one message waits for it.
+Rule 2: on a request to end, the viewer reads once more and sends the news. So users see how the run ended,
+        although the launcher ends the viewer a moment later.
 """
 
 import asyncio
@@ -21,11 +21,11 @@ from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 
 HOST = "127.0.0.1"
-ASK_S = 10.0  # for a request to be whole
+ASK_S = 10.0  # until a request is complete
 PATIENCE_S = 30.0
-LAST_WORD_S = 0.2  # for the last messages; the launcher waits 0.4 s for whom it has asked to end
+LAST_WORD_S = 0.2  # for the last messages; the launcher waits 0.4 s after its request to end
 PAGES_MAX = 64  # at once; a browser opens six at most
-ASKING_MAX = 64  # at once, whose request is not whole yet: it takes a browser no time
+ASKING_MAX = 64  # at once with incomplete requests: a browser completes a request immediately
 PIECE_BYTES = 65_536
 
 
@@ -38,14 +38,14 @@ class Server:
     _hosts: frozenset[bytes] = frozenset()
     _pages: set[asyncio.Task[None]] = field(default_factory=set)
     _asking: dict[asyncio.Task[None], None] = field(default_factory=dict)
-    """Those of them whose request is not whole yet, the oldest first."""
+    """Those with an incomplete request, the oldest first."""
 
     async def serve(self, port: int, ready: Callable[[str], None], lifeline: int | None) -> ExitCode:
-        """Serve; returns the exit code of whoever asks us to end.
+        """Serve; returns the exit code that the request to end asks for.
 
         Args:
             port: 0 takes a free one.
-            ready: is told the address of the page.
+            ready: called with the address of the page.
             lifeline: as in `protocol.ending`.
 
         Raises:
@@ -70,7 +70,7 @@ class Server:
             return asked.result()
 
     async def _let_go(self) -> None:
-        """Rule 2: pages that take it get the last word; nobody waits for the others."""
+        """Rule 2: send the last messages to pages that read them, without waiting for the others."""
         if self._pages:
             await asyncio.wait(self._pages, timeout=LAST_WORD_S)
         for page in self._pages:
@@ -90,7 +90,7 @@ class Server:
             await self._converse(task, reader, writer)
             writer.close()
         except (OSError, TimeoutError):
-            pass  # it has gone, or takes nothing
+            pass  # it has gone or reads nothing
         finally:
             self._pages.discard(task)
             self._asking.pop(task, None)
@@ -128,7 +128,7 @@ class Server:
             await asyncio.gather(telling, gone, return_exceptions=True)
 
     async def _answer(self, connection: h11.Connection, reader: asyncio.StreamReader) -> Document | Telling:
-        """What is said to the one request of a connection."""
+        """The answer to the only request of a connection."""
         try:
             async with asyncio.timeout(ASK_S):
                 while (event := connection.next_event()) is h11.NEED_DATA:
@@ -146,6 +146,6 @@ class Server:
 
 
 async def _end_of(reader: asyncio.StreamReader) -> None:
-    """Waits until the other side has gone; what it still says is nothing to us."""
+    """Wait until the other side has gone; ignore what it still sends."""
     while await reader.read(PIECE_BYTES):
         pass

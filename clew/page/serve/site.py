@@ -1,12 +1,11 @@
-"""What may be asked of the viewer, and how it is answered. Pure: no socket.
+"""The permitted requests to the viewer, and its answers. Pure: no socket.
 
-Rule 1: it answers GET, and only what is in its site by exactly that path: no path of a file is ever made of
-        what somebody asks for.
-Rule 2: it answers only who calls it by its own address. A page of another origin whose name has been
-        re-pointed to us (DNS rebinding) calls us by that name, and is refused.
-Rule 3: it answers nothing that a page of another origin has its browser ask for: not even that it is there.
-        A link may lead to us from anywhere.
-Rule 4: nothing is said that would let another origin read an answer, and a page of ours loads from us alone.
+Rule 1: it answers only GET, and only the exact paths of its site. A request never becomes a file's path.
+Rule 2: it answers only requests to its own address. A page of another origin whose name points to us (DNS
+        rebinding) uses that name, and is refused.
+Rule 3: it refuses all requests that a page of another origin makes, so such a page cannot detect it. Links to
+        us may be anywhere.
+Rule 4: no header allows another origin to read an answer, and our pages load only from us.
 """
 
 from collections.abc import Mapping
@@ -28,7 +27,7 @@ HEADERS = (
 
 @dataclass(frozen=True, slots=True)
 class Document:
-    """An answer that is whole from the beginning."""
+    """An answer that is complete from the beginning."""
 
     body: bytes
     content_type: str = "text/html; charset=utf-8"
@@ -39,30 +38,30 @@ class Document:
 
 @dataclass(frozen=True, slots=True)
 class Telling:
-    """An answer that goes on: what is told of a run, behind the message that the page has seen last."""
+    """A continuing answer: the messages of a run after the last one that the page has seen."""
 
     run: int
     newest_id: str | None
 
 
 Site = Mapping[str, Document | int]
-"""By path, without a query; a number: what is told of that run, counted from 0."""
+"""By path, without a query; a number is the feed of that run, counted from 0."""
 
 
 def hosts_of(port: int) -> frozenset[bytes]:
-    """By what names we may be called."""
+    """The host names that requests may use."""
     return frozenset(f"{name}:{port}".encode() for name in ("127.0.0.1", "localhost"))
 
 
 def answer(request: h11.Request, site: Site, hosts: frozenset[bytes]) -> Document | Telling:
-    """What is said to a request."""
+    """The answer to a request."""
     headers = dict(request.headers)
     if headers.get(b"host") not in hosts:
         return refusal(HTTPStatus.MISDIRECTED_REQUEST)
     if not _is_of_ours(headers):
         return refusal(HTTPStatus.FORBIDDEN)
     if request.method != b"GET":
-        return Document(b"", status=HTTPStatus.METHOD_NOT_ALLOWED)  # HEAD is one of them, and has no body
+        return Document(b"", status=HTTPStatus.METHOD_NOT_ALLOWED)  # including HEAD, whose answer has no body
     found = site.get(request.target.partition(b"?")[0].decode("latin-1"))
     if found is None:
         return refusal(HTTPStatus.NOT_FOUND)
@@ -73,14 +72,14 @@ def answer(request: h11.Request, site: Site, hosts: frozenset[bytes]) -> Documen
 
 
 def _is_of_ours(headers: Mapping[bytes, bytes]) -> bool:
-    """Whether our page asks, or the user: a browser says so, and a page cannot have it say otherwise."""
+    """Whether the request comes from our page or the user: the browser tells, and no page can fake it."""
     if headers.get(b"sec-fetch-site", b"none") in {b"same-origin", b"none"}:
         return True
     return headers.get(b"sec-fetch-mode") == b"navigate" and headers.get(b"sec-fetch-dest") == b"document"
 
 
 def refusal(status: HTTPStatus) -> Document:
-    """Why a request is not answered."""
+    """The refusal of a request."""
     return Document(f"{status} {status.phrase}\n".encode(), "text/plain; charset=utf-8", status=status)
 
 

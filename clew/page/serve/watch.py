@@ -1,11 +1,11 @@
-"""Watches one place for a run: its entries as they come, its verdict, and a run that takes its place.
+"""Watches one place for a run: its entries as they come, its verdict, and the next run in its place.
 
-Rule 1: it only ever reads files. It opens no session, so it can put nothing, and nobody waits for it.
-Rule 2: a place that leads elsewhere now (`runs/latest`), or a file that is another one, is another run: what
-        was told of the one before is void, and the new one is told from its start.
-Rule 3: a run is told to its end once, behind every entry: when its verdict is there, or when nobody writes
-        any more. What is wrong with it is what a report says then, in the same words.
-Rule 4: a run that was told to its end and goes on all the same is void, too, and told from its start.
+Rule 1: it only reads files. It opens no session, so it can publish nothing, and no process waits for it.
+Rule 2: if the place points elsewhere (`runs/latest`) or the file is a different one, there is another run.
+        Everything sent about the earlier run is void; the new run is sent from its start.
+Rule 3: the end of a run is sent once, after every entry: when its verdict is there or when nobody writes any
+        more. Its flaws are then the same as in a report, in the same words.
+Rule 4: if a run continues after its end was sent, everything sent is void, and it is sent from its start.
 """
 
 from dataclasses import dataclass, field
@@ -20,18 +20,18 @@ from world.record.recorder import EVENTS_FILE
 
 @dataclass(frozen=True, slots=True)
 class Began:
-    """A run is there; whatever was told of another one is void."""
+    """A run has begun; everything sent about an earlier one is void."""
 
     events: Path
 
 
 @dataclass(frozen=True, slots=True)
 class Over:
-    """Nothing more will come, and all entries have been told."""
+    """Nothing more will follow, and all entries have been sent."""
 
     verdict: dict[str, Any] | None
     flaws: tuple[str, ...]
-    """What is left to say of the log and its verdict."""
+    """The remaining flaws of the log, and its verdict."""
 
 
 Marks = tuple[tuple[int, int], ...]
@@ -40,19 +40,19 @@ Seen = Began | News | Over
 
 @dataclass(slots=True)
 class Watch:
-    """Looks at a place, again and again."""
+    """Reads a place repeatedly."""
 
     place: Path
-    """A run's folder, or its `events.jsonl`; the way there may lead over a link that is changed later."""
+    """A run's folder or its `events.jsonl`; the path may contain a link that changes later."""
     _which: tuple[Path, int] | None = None
-    """The file in truth, and its inode: no two runs share both."""
+    """The resolved path and the inode: no two runs share both."""
     _follower: Follower = field(default_factory=Follower)
     _vigil: Vigil = field(default_factory=lambda: Vigil(Path(EVENTS_FILE)))
     _end: Marks | None = None
-    """How its files were when it was told to its end."""
+    """The state of its files when its end was sent."""
 
     def look(self) -> list[Seen]:
-        """What is new, in order: nothing, where there is nothing or no run yet.
+        """The news in order; empty if there are none or there is no run yet.
 
         Raises:
             UsageError: the run cannot be read.
@@ -69,7 +69,7 @@ class Watch:
             seen.append(Began(events))
         if self._end is not None:
             return seen
-        # Before the entries: what was recorded before the verdict is told before it.
+        # Read before the entries: entries recorded before the verdict are sent before it.
         verdict, flaw = verdict_of(events)
         is_over = verdict is not None or self._vigil.is_over(ended=self._follower.ended)
         news = look(events, self._follower)
@@ -83,5 +83,5 @@ class Watch:
 
 
 def _marks(events: Path) -> Marks:
-    """By what it shows that a run's files have changed: the sizes and times of those that are there."""
+    """The sizes and times of a run's files, which show whether they have changed."""
     return tuple((stat.st_size, stat.st_mtime_ns) for stat in stats_of(events))

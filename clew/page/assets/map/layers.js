@@ -9,15 +9,15 @@
 
 /** @type {Layer[]} in the order in which they are drawn */
 const LAYERS = [
-  { id: "scan", name: "Scan", about: "what the chosen robot, or the leader, saw last", draw: drawScan },
+  { id: "scan", name: "Scan", about: "the newest scan of the chosen robot or of the leader", draw: drawScan },
   {
     id: "promise",
     name: "Promise",
-    about: "the ground that a step's certificate promised: the disc of radius r + ε swept along it",
+    about: "the certified ground of a step: the disc of radius r + ε swept along it",
     draw: drawPromises,
   },
-  { id: "path", name: "Path", about: "the strand's path, as far as it was planned", draw: drawPath },
-  { id: "trails", name: "Trails", about: "what each robot has driven", draw: drawTrails },
+  { id: "path", name: "Path", about: "the strand's path, as far as planned", draw: drawPath },
+  { id: "trails", name: "Trails", about: "the way that each robot has driven", draw: drawTrails },
   {
     id: "authority",
     name: "Authority",
@@ -33,7 +33,7 @@ const LAYERS = [
   {
     id: "blocked",
     name: "Blocked",
-    about: "a robot that follows has found its next segment not clear",
+    about: "the next segment of a following robot, if it is not clear",
     draw: drawBlocked,
   },
   {
@@ -42,7 +42,7 @@ const LAYERS = [
     about: "links of the strand: up, silent (dashed), broken (crossed)",
     draw: drawLinks,
   },
-  { id: "halos", name: "Halos", about: "the least allowed clearance ε round each robot", draw: drawHalos },
+  { id: "halos", name: "Halos", about: "the required clearance ε around each robot", draw: drawHalos },
 ];
 
 /** @param {Scene} scene */

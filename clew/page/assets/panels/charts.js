@@ -25,7 +25,7 @@ class Chart {
     this.canvas = /** @type {HTMLCanvasElement} */ (figure.querySelector("canvas"));
     this.least = /** @type {HTMLElement} */ (figure.querySelector(".least"));
     /** @type {HTMLElement} */ (figure.querySelector("b")).textContent = plot.title;
-    figure.title = `${plot.about}; ▴: a curve goes on above the top`;
+    figure.title = `${plot.about}; ▴: a curve continues above the top`;
     this.figure = figure;
     home.append(figure);
     scrubbing(this.canvas, app, (x, width) => (x - MARGIN.left) / (width - MARGIN.left - MARGIN.right));

@@ -83,7 +83,7 @@ function figuresOf(run) {
   const apart =
     verdict?.separation_m_min ?? (Number.isFinite(run.separation.least) ? run.separation.least : null);
   const required = (/** @type {number | undefined | null} */ value) =>
-    value ? `${value.toFixed(3)} m required` : value === 0 ? "has to be above 0" : `required: ${NOT_KNOWN}`;
+    value ? `${value.toFixed(3)} m required` : value === 0 ? "must be above 0" : `required: ${NOT_KNOWN}`;
   /** @type {[string, string, string][]} */
   const figures = [
     ["Clearance", metres(clearanceOf(run)), required(run.subject?.clearance_m_required)],
@@ -101,7 +101,7 @@ function figuresOf(run) {
   ];
   if (run.scenario.moving.length) {
     const passed = verdict?.moving_clearance_m_min ?? (run.passing.value.length ? run.passing.least : null);
-    figures.splice(1, 0, ["Clear of movers", metres(passed), "while it drives: above 0"]);
+    figures.splice(1, 0, ["To moving obstacles", metres(passed), "must be above 0 for driving robots"]);
   }
   if (!verdict) return figures;
   figures.splice(figures.length - 2, 0, [
@@ -113,7 +113,7 @@ function figuresOf(run) {
   figures.push([
     "Messages",
     String(verdict.messages?.sent ?? "–"),
-    `${lost} taken by faults, ${verdict.messages?.unaccounted ?? "–"} unaccounted`,
+    `${lost} removed by faults, ${verdict.messages?.unaccounted ?? "–"} unaccounted`,
   ]);
   if (verdict.violations)
     figures.push(["Broken promises", String(verdict.violations), broken(verdict.violations_by_invariant)]);
@@ -124,7 +124,7 @@ function figuresOf(run) {
       `${counted(verdict.successions?.length ?? 0, "succession")}, ${counted(verdict.heals?.length ?? 0, "heal")}`,
     ]);
   if (verdict.table_rms_m !== null && verdict.table_rms_m !== undefined)
-    figures.push(["Table I", metres(verdict.table_rms_m), "RMS from the paper's"]);
+    figures.push(["Table I", metres(verdict.table_rms_m), "RMS error against the paper"]);
   return figures;
 }
 
@@ -168,7 +168,7 @@ function robotNow(run, body, strand, time) {
     `${metres(body.clearance.at(time), 3)} clear`,
   ];
   const moving = fromMovers(run, body.x, body.y, time);
-  if (moving < Infinity) said.push(`${metres(moving, 3)} from what moves`);
+  if (moving < Infinity) said.push(`${metres(moving, 3)} from moving obstacles`);
   const progress = strand ? progressAt(run, body, strand.epoch, time, body.x, body.y) : NaN;
   if (!Number.isNaN(progress)) said.push(`${progress.toFixed(2)} m along the path`);
   const authority = place > 0 ? authorityAt(run, strand, place, time) : NaN;

@@ -14,7 +14,7 @@ const PLOTS = [
   {
     id: "clearance",
     title: "Clearance [m]",
-    about: "of each robot: hull to the nearest obstacle that never moves, the least since the sample before",
+    about: "of each robot: from its hull to the nearest fixed obstacle, the least since the previous sample",
     series: (run) =>
       run.robots.map((robot) => ({ name: `r${robot}`, key: robot, curve: run.body(robot).clearance })),
     marks: (run) => [
@@ -23,12 +23,12 @@ const PLOTS = [
     ],
     top: (run, most, least) => Math.min(most, Math.max(5 * run.epsilon, 1.5 * least)),
     decimals: 3,
-    none: (run) => (run.subject?.clearance_m_required == null ? NOT_KNOWN : "no obstacle stands still"),
+    none: (run) => (run.subject?.clearance_m_required == null ? NOT_KNOWN : "no fixed obstacle"),
   },
   {
     id: "separation",
     title: "Separation [m]",
-    about: "the two hulls nearest to each other",
+    about: "the least distance between two hulls",
     series: (run) => [
       {
         name: "hulls",
@@ -44,23 +44,23 @@ const PLOTS = [
     top: (run, most, least) =>
       Math.min(most, Math.max(8 * (run.subject?.separation_m_required ?? 0), 4 * least)),
     decimals: 3,
-    none: (run) => (run.subject?.separation_m_required == null ? NOT_KNOWN : "one robot alone"),
+    none: (run) => (run.subject?.separation_m_required == null ? NOT_KNOWN : "only one robot"),
   },
   {
     id: "passing",
     title: "To moving obstacles [m]",
-    about: "the nearest that a hull which drove came to a moving obstacle; it has to be above 0, one that stands may be touched",
+    about: "the least distance of a driving robot's hull to a moving obstacle; it must be above 0; a standing robot may be touched",
     series: (run) => [{ name: "nearest", key: 0, curve: run.passing, who: () => "driving" }],
     marks: () => [],
     top: (run, most, least) => Math.min(most, Math.max(8 * run.epsilon, 4 * least)),
     decimals: 3,
-    none: () => "nobody drove",
+    none: () => "no robot drove",
     isOf: (run) => run.scenario.moving.length > 0,
   },
   {
     id: "stretch",
     title: "Stretch of links [m]",
-    about: "how far each robot is short of what it has been granted; beyond the limit the robot ahead holds",
+    about: "how far each robot is behind the end of its grant; beyond the limit, the robot ahead holds",
     series: stretches,
     marks: (run) =>
       run.scenario.fleet?.link_length_m_max
@@ -68,12 +68,12 @@ const PLOTS = [
         : [],
     top: (run, most) => Math.max(most, 1.1 * (run.scenario.fleet?.link_length_m_max ?? 0)),
     decimals: 2,
-    none: () => "nothing was granted",
+    none: () => "no ground was granted",
   },
   {
     id: "losses",
     title: "Messages lost, by link",
-    about: "state messages that faults took away or damaged, so far",
+    about: "state messages that faults have removed or damaged so far",
     series: (run) =>
       [...run.losses.taken].map(([link, curve]) => ({
         name: link,
@@ -84,7 +84,7 @@ const PLOTS = [
     marks: () => [],
     top: (_, most) => Math.max(most, 4),
     decimals: 0,
-    none: () => "no fault took a message of a link",
+    none: () => "no fault removed a link message",
   },
 ];
 

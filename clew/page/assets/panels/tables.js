@@ -34,11 +34,11 @@ function showSteps(app) {
   byId("steps").replaceChildren(element("thead", {}, head), element("tbody", {}, ...rows));
   const left = run.scenario.obstacle.length - obstacles;
   byId("steps-about").textContent =
-    "Distance from the leader's centre to each obstacle where each step ended [m], the nearest underlined" +
-    (paper ? "; small: what the paper's Table I prints, whose position 1 is the start." : ".") +
-    (left > 0 ? ` ${left} more obstacles are left out.` : "") +
+    "Distance from the leader's centre to each obstacle at the end of each step [m], the nearest underlined" +
+    (paper ? "; small: the values of the paper's Table I, whose position 1 is the start." : ".") +
+    (left > 0 ? ` ${left} more obstacles are not shown.` : "") +
     (run.steps.some(({ row }) => row.leads_away)
-      ? " *: something has come nearer than that, and the step leads away from it."
+      ? " *: an obstacle has come nearer than this, and the step leads away from it."
       : "");
 }
 
@@ -114,7 +114,7 @@ function showMoments(app) {
     }),
   );
   byId("moments-about").textContent =
-    told.length < all.length ? `${told.length} of ${all.length}, those of the rarest kinds.` : "";
+    told.length < all.length ? `${told.length} of ${all.length} moments, of the rarest kinds.` : "";
 }
 
 /** Mark the newest moment and have it in sight of the list. @param {App} app */
@@ -132,7 +132,7 @@ function showMessages(app) {
   const head = element(
     "tr",
     {},
-    ...["link", "sent", "received", "taken by faults", "lost"].map((name) =>
+    ...["link", "sent", "received", "removed by faults", "lost"].map((name) =>
       element("th", { scope: "col" }, name),
     ),
   );
@@ -146,8 +146,8 @@ function showMessages(app) {
   );
   byId("messages").replaceChildren(element("thead", {}, head), element("tbody", {}, ...rows));
   byId("messages-about").textContent = books.length
-    ? "State messages of each link, by the books that its two robots closed with. A process that died closed none."
-    : "Robots close their books at the end of a run.";
+    ? "State messages of each link, from the final counts of its two robots. A process that died left no counts."
+    : "Robots report their message counts at the end of a run.";
 }
 
 /** @param {Book} book */

@@ -1,4 +1,4 @@
-"""Figures of what is damaged, or is no run: it is said, and the rest is drawn."""
+"""Figures of damaged logs and of folders that are no run: the flaw is reported, the rest is drawn."""
 
 import re
 import sys
@@ -13,7 +13,9 @@ from tests.support.runs import Runs
 from world.record.recorder import EVENTS_FILE
 
 
-def test_a_torn_line_and_a_newer_schema_are_said_and_the_rest_is_drawn(runs: Runs, tmp_path: Path) -> None:
+def test_a_torn_line_and_a_newer_schema_are_reported_and_the_rest_is_drawn(
+    runs: Runs, tmp_path: Path
+) -> None:
     text = (runs.of("paper") / EVENTS_FILE).read_bytes()
     newer = tmp_path / EVENTS_FILE
     newer.write_bytes(text[: len(text) // 2].replace(b"clew-timeline/1", b"clew-timeline/2", 1))
@@ -24,7 +26,7 @@ def test_a_torn_line_and_a_newer_schema_are_said_and_the_rest_is_drawn(runs: Run
     assert len(told.stdout.splitlines()) == 5
 
 
-def test_where_line_1_is_damaged_it_is_said_and_what_entries_alone_tell_is_drawn(
+def test_with_a_damaged_header_everything_that_entries_alone_tell_is_drawn(
     runs: Runs, tmp_path: Path
 ) -> None:
     _, entries = (runs.of("grove", faults="leader-killed") / EVENTS_FILE).read_bytes().split(b"\n", 1)
@@ -41,7 +43,7 @@ def test_where_line_1_is_damaged_it_is_said_and_what_entries_alone_tell_is_drawn
     assert "line 1, the header, is damaged" in checked.stderr
 
 
-def test_a_run_in_which_nobody_moved_has_no_distances_and_the_rest_is_drawn(tmp_path: Path) -> None:
+def test_a_run_without_motion_has_no_distances_and_the_rest_is_drawn(tmp_path: Path) -> None:
     told = clew("figures", recorded(tmp_path / "run", numbered(AT_REST)), "--format", "svg")
     assert told.exit_code == 0
     assert "not drawn: distances: the leader has not begun a switching step\n" in told.stderr
@@ -59,7 +61,7 @@ def test_a_run_in_which_nobody_moved_has_no_distances_and_the_rest_is_drawn(tmp_
         ("campaign.json", '{"episodes": 3}', "no campaign that this program can read"),
     ],
 )
-def test_what_is_neither_run_nor_campaign_is_refused_in_a_line(
+def test_a_source_that_is_neither_run_nor_campaign_is_refused_in_one_line(
     tmp_path: Path, name: str, content: str | None, why: str
 ) -> None:
     path = tmp_path / name
@@ -73,7 +75,7 @@ def test_what_is_neither_run_nor_campaign_is_refused_in_a_line(
     assert (len(told.stderr.splitlines()), told.stdout) == (1, "")
 
 
-def test_a_format_that_nobody_knows_and_a_folder_that_is_a_file_are_refused(runs: Runs) -> None:
+def test_an_unknown_format_and_a_folder_that_is_a_file_are_refused(runs: Runs) -> None:
     for option, value in (("--format", "svg,gif"), ("--out", str(runs.of("paper") / EVENTS_FILE))):
         told = clew("figures", runs.of("paper"), option, value)
         assert told.exit_code == 2

@@ -1,4 +1,4 @@
-"""Figures of a campaign: what is counted is drawn, and what cannot be read is named."""
+"""Figures of a campaign: they draw the counted shares and name unreadable episodes."""
 
 import json
 from pathlib import Path
@@ -36,13 +36,13 @@ def outcome(
     return msgspec.convert({**fields, **said}, Outcome)
 
 
-def test_a_share_without_a_failure_is_bounded_as_in_the_campaigns_own_table() -> None:
+def test_a_share_without_failures_has_the_same_bound_as_in_the_campaigns_table() -> None:
     assert of_campaign.lower_limit(1000, 1000) == pytest.approx(1.0 - 3.0 / 1000, abs=1e-5)
     assert of_campaign.lower_limit(0, 10) == 0.0
     assert of_campaign.lower_limit(9, 10) < 0.9
 
 
-def test_a_row_is_a_family_or_in_a_swarm_a_class_and_the_last_is_all() -> None:
+def test_rows_are_families_or_in_a_swarm_classes_and_the_last_row_is_all() -> None:
     scenes = [outcome(1), outcome(2, family="city")]
     assert list(of_campaign.rows_of(scenes)) == ["barn", "city", ALL]
     loss, kill = FaultClass.LOSS.value, FaultClass.KILL.value
@@ -51,7 +51,7 @@ def test_a_row_is_a_family_or_in_a_swarm_a_class_and_the_last_is_all() -> None:
     assert rows == {loss: 2, kill: 1, ALL: 3}
 
 
-def test_the_shares_drawn_are_those_counted() -> None:
+def test_the_drawn_shares_are_the_counted_ones() -> None:
     outcomes = [outcome(seed) for seed in range(1, 9)]
     outcomes += [
         outcome(9, surprise=Surprise.VIOLATION),
@@ -63,7 +63,7 @@ def test_the_shares_drawn_are_those_counted() -> None:
     assert shares == {"no promise broken": [90.0], "no surprise": [80.0], "all that live arrived": [90.0]}
 
 
-def test_time_against_loss_is_drawn_where_messages_were_dropped_and_left_out_elsewhere() -> None:
+def test_time_against_loss_is_drawn_only_if_messages_were_dropped() -> None:
     kept = of_campaign.charts_of([outcome(1)])
     assert [each.name for each in kept if isinstance(each, LeftOut)] == ["events", "loss"]
     lossy = [outcome(1, injected={"drop": 60}), outcome(2, injected={"drop": 6}, ending="time is up")]
@@ -73,7 +73,7 @@ def test_time_against_loss_is_drawn_where_messages_were_dropped_and_left_out_els
     assert marks == {"all that live arrived": [[2.0, 10.0]], "they did not": [[0.1, 20.0]]}
 
 
-def test_a_campaign_that_was_cut_off_is_drawn_from_its_episodes(tmp_path: Path) -> None:
+def test_an_interrupted_campaign_is_drawn_from_its_episodes(tmp_path: Path) -> None:
     lines = b"\n".join(msgspec.json.encode(outcome(seed)) for seed in (1, 2))
     (tmp_path / "episodes.jsonl").write_bytes(lines + b'\n{"key": "to')
     told = clew("figures", tmp_path, "--format", "svg")
@@ -82,7 +82,7 @@ def test_a_campaign_that_was_cut_off_is_drawn_from_its_episodes(tmp_path: Path) 
     assert "barn (2)" in (tmp_path / "figures" / "success.svg").read_text(encoding="utf-8")
 
 
-def test_an_episode_that_was_edited_by_hand_is_named_and_the_others_are_drawn(tmp_path: Path) -> None:
+def test_an_unreadable_episode_is_named_and_the_others_are_drawn(tmp_path: Path) -> None:
     episodes = [msgspec.to_builtins(outcome(1)), {"key": 3}, msgspec.to_builtins(outcome(2))]
     path = tmp_path / "campaign.json"
     path.write_text(json.dumps({"episodes": episodes}), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Figures for print: they draw what was judged, and the same run gives the same bytes."""
+"""Figures for print: they agree with the verdict, and the same run gives the same bytes."""
 
 import json
 import os
@@ -35,7 +35,7 @@ FORMATS = ("svg", "pdf", "png")
 
 @pytest.fixture(scope="module")
 def folder(runs: Runs, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Four runs: the paper's, one whose leader is killed, one with a moving obstacle, one without a way."""
+    """Four runs: the paper's, one with a killed leader, one with a moving obstacle, one without a way."""
     folder = tmp_path_factory.mktemp("runs")
     (folder / "paper").symlink_to(runs.of("paper"))
     (folder / "killed").symlink_to(runs.of("grove", faults="leader-killed"))
@@ -68,7 +68,7 @@ def test_figure_4_draws_the_distances_of_table_1(folder: Path, name: str) -> Non
         assert all(at_table) == (name == "paper")
 
 
-def test_switching_positions_bear_the_numbers_of_steps_also_where_one_broke_off(folder: Path) -> None:
+def test_switching_positions_have_the_steps_numbers_even_after_an_interrupted_step(folder: Path) -> None:
     drawn = course(folder / "killed")
     begun = [str(planned.number) for planned in drawn.steps]
     assert [stand.name for stand in drawn.stands] == ["1", "1 end", *begun[1:], f"{begun[-1]} end"]
@@ -82,7 +82,7 @@ def test_switching_positions_bear_the_numbers_of_steps_also_where_one_broke_off(
     assert ticks == [stand.name for stand in drawn.stands]
 
 
-def test_figure_4_tells_apart_the_obstacles_that_were_nearest(folder: Path) -> None:
+def test_figure_4_distinguishes_the_nearest_obstacles(folder: Path) -> None:
     drawn = course(folder / "killed")
     least_m = from_hull_m(drawn).min(axis=0)
     labels = [str(line.get_label()) for line in painted(chart(drawn, "distances"))[0].lines]
@@ -92,7 +92,7 @@ def test_figure_4_tells_apart_the_obstacles_that_were_nearest(folder: Path) -> N
 
 
 @pytest.mark.parametrize("name", ["paper", "killed", "pedestrian"])
-def test_every_path_ends_where_its_robot_was_seen_last(folder: Path, name: str) -> None:
+def test_every_path_ends_at_its_robots_last_pose(folder: Path, name: str) -> None:
     whole = timeline.read(folder / name)
     read = replace(whole, lines=whole.lines[: len(whole.lines) // 2])  # while they drive
     last_m = {
@@ -108,7 +108,7 @@ def test_every_path_ends_where_its_robot_was_seen_last(folder: Path, name: str) 
 
 
 @pytest.mark.parametrize("name", ["paper", "killed", "pedestrian"])
-def test_the_least_of_each_trace_is_the_verdicts(folder: Path, name: str) -> None:
+def test_the_minimum_of_each_trace_is_the_verdicts(folder: Path, name: str) -> None:
     verdict, drawn = read_verdict(folder / name), course(folder / name)
     assert drawn.clearance_m.min() == pytest.approx(verdict.clearance_m_min, abs=1e-9)
     assert separations_m(drawn)[1].min() == pytest.approx(verdict.separation_m_min, abs=1e-9)
@@ -118,7 +118,7 @@ def test_the_least_of_each_trace_is_the_verdicts(folder: Path, name: str) -> Non
 
 
 @pytest.mark.parametrize("name", ["paper", "killed", "pedestrian"])
-def test_the_verdicts_least_is_drawn(folder: Path, name: str) -> None:
+def test_the_verdicts_minimum_is_drawn(folder: Path, name: str) -> None:
     verdict, drawn = read_verdict(folder / name), course(folder / name)
     panels = painted(chart(drawn, "clearance"))
     told = [verdict.clearance_m_min, verdict.moving_clearance_m_min]
@@ -130,7 +130,7 @@ def test_the_verdicts_least_is_drawn(folder: Path, name: str) -> None:
 
 
 def seen_m(line: Line2D) -> float:
-    """The least of a trace that leaves ink: a point beside another, or one with a marker."""
+    """The least value of a trace that is visible: a point beside another, or one with a marker."""
     if len(np.asarray(line.get_xdata())) < 3:  # a limit, a cross, a succession
         return np.inf
     apart_m = np.asarray(line.get_ydata())
@@ -143,7 +143,7 @@ def seen_m(line: Line2D) -> float:
     return float(np.nanmin(np.where(inked, apart_m, np.inf)))
 
 
-def test_a_robot_that_drove_for_one_instant_leaves_ink(folder: Path) -> None:
+def test_a_robot_that_drove_for_one_instant_is_visible(folder: Path) -> None:
     drawn = course(folder / "pedestrian")
     places_m = drawn.places_m.copy()
     places_m[:50, 1], places_m[50:, 1] = places_m[0, 1], places_m[50, 1]
@@ -154,7 +154,7 @@ def test_a_robot_that_drove_for_one_instant_leaves_ink(folder: Path) -> None:
     assert [at_m] in [np.asarray(line.get_ydata()).tolist() for line in points]
 
 
-def test_the_trace_of_the_dead_goes_on_as_long_as_its_body(folder: Path) -> None:
+def test_the_trace_of_a_dead_robot_lasts_as_long_as_its_body_moves(folder: Path) -> None:
     drawn = course(folder / "killed")
     moved = np.diff(drawn.places_m[:, 0], axis=0).any(axis=1)
     stands_s = drawn.times_s[1:][moved].max()
@@ -170,7 +170,7 @@ def test_the_trace_of_the_dead_goes_on_as_long_as_its_body(folder: Path) -> None
     ("name", "said", "heights"),
     [("pedestrian", "required, 0.040 m", 2), ("paper", "required, above 0 m", 0)],
 )
-def test_the_separation_required_is_the_verdicts_and_its_axis_has_plain_numbers(
+def test_the_required_separation_is_the_verdicts_and_its_axis_has_plain_numbers(
     folder: Path, name: str, said: str, heights: int
 ) -> None:
     drawn = chart(course(folder / name), "separation")
@@ -185,7 +185,7 @@ def test_the_separation_required_is_the_verdicts_and_its_axis_has_plain_numbers(
     assert all(float(text.get_text()) > 0.0 for text in axes.get_yticklabels())
 
 
-def test_a_trace_that_is_thinned_keeps_its_nearest_point() -> None:
+def test_a_thinned_trace_keeps_its_nearest_point() -> None:
     times_s = np.arange(10_000.0)
     apart_m = np.full(10_000, 1.0)
     apart_m[7_777], apart_m[:100] = 0.01, np.nan
@@ -194,7 +194,7 @@ def test_a_trace_that_is_thinned_keeps_its_nearest_point() -> None:
     assert (kept_s[np.nanargmin(kept_m)], np.nanmin(kept_m)) == (7_777.0, 0.01)
 
 
-def test_the_dead_and_who_leads_instead_are_marked_where_they_stand(folder: Path) -> None:
+def test_dead_robots_and_their_successors_are_marked_at_their_places(folder: Path) -> None:
     drawn = course(folder / "killed")
     assert list(drawn.dead) == [1]
     region = chart(drawn, "region")
@@ -213,7 +213,7 @@ def test_a_run_without_a_way_shows_where_the_leader_stood(folder: Path) -> None:
     assert left_out == ["steps", "distances"]
 
 
-def test_every_switching_step_has_its_panel_with_the_gap_chosen(folder: Path) -> None:
+def test_every_switching_step_has_a_panel_with_the_chosen_gap(folder: Path) -> None:
     drawn = course(folder / "paper")
     panels = [axes for axes in painted(chart(drawn, "steps")) if axes.get_title()]
     assert len(panels) == len(drawn.steps) == 10
@@ -225,7 +225,7 @@ def test_every_switching_step_has_its_panel_with_the_gap_chosen(folder: Path) ->
 
 
 @pytest.mark.parametrize("name", ["paper", "killed", "pedestrian"])
-def test_panels_of_steps_leave_little_of_the_page_empty(folder: Path, name: str) -> None:
+def test_panels_of_steps_fill_most_of_the_page(folder: Path, name: str) -> None:
     drawn = chart(course(folder / name), "steps")
     figure = Figure(figsize=drawn.size_in, layout="constrained")
     drawn.paint(figure)
@@ -260,7 +260,7 @@ def test_files_are_valid_and_hold_text_not_outlines(folder: Path) -> None:
         assert int.from_bytes(files["png"][16:20]) == int(300.0 * width_in)
 
 
-def test_the_same_run_gives_the_same_bytes_in_another_process_and_whatever_the_user_likes(
+def test_the_same_run_gives_the_same_bytes_in_another_process_and_with_any_user_settings(
     folder: Path, tmp_path: Path
 ) -> None:
     asked: list[str | Path] = ["figures", folder / "pedestrian", "--format", "svg, pdf", "--out"]
@@ -279,7 +279,7 @@ def test_the_same_run_gives_the_same_bytes_in_another_process_and_whatever_the_u
         assert here.read_bytes() == there.read_bytes(), name
 
 
-def test_figures_stand_in_the_runs_folder_and_every_file_is_named(folder: Path) -> None:
+def test_figures_are_written_into_the_runs_folder_and_every_file_is_named(folder: Path) -> None:
     told = clew("figures", folder / "closed", "--json")
     said = json.loads(told.stdout)
     assert said["left_out"].keys() == {"steps", "distances"}
@@ -288,7 +288,7 @@ def test_figures_stand_in_the_runs_folder_and_every_file_is_named(folder: Path) 
     assert all(Path(path).exists() for path in said["written"])
 
 
-def test_a_figure_leaves_matplotlibs_settings_as_they_were(folder: Path) -> None:
+def test_a_figure_does_not_change_matplotlibs_settings(folder: Path) -> None:
     before = dict(mpl.rcParams)
     render(chart(course(folder / "closed"), "region"), ("svg",))
     assert dict(mpl.rcParams) == before

@@ -1,4 +1,4 @@
-"""Figures for print: what is drawn stands where it has to."""
+"""Figures for print: lines and obstacles are drawn at the right places."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from tests.support.figures import chart, course, painted
 from tests.support.runs import Runs
 
 
-def test_lines_stand_where_clearance_has_to_be_kept(runs: Runs) -> None:
+def test_limit_lines_are_at_the_required_clearance(runs: Runs) -> None:
     drawn = course(runs.of("grove"))
     law = drawn.scenario.law
     [axes] = painted(chart(drawn, "distances"))
@@ -17,7 +17,7 @@ def test_lines_stand_where_clearance_has_to_be_kept(runs: Runs) -> None:
     assert heights_m[r"$\varepsilon - \mu_0$"] == {law.epsilon_m - law.mu0_m}
 
 
-def test_each_panel_has_what_moves_where_it_was_when_the_step_was_planned(runs: Runs) -> None:
+def test_each_panel_shows_moving_obstacles_at_the_time_of_its_plan(runs: Runs) -> None:
     drawn = course(runs.of("door"))
     panels = [axes for axes in painted(chart(drawn, "steps")) if axes.get_title()]
     places_m, drawn_m = list[Floats](), list[Floats]()

@@ -1,4 +1,4 @@
-"""What the page is told of a run: all of it, as it was, and judged as the monitor judges."""
+"""The batches of a run: complete, faithful to the log, with the same distances as the monitor."""
 
 import json
 import re
@@ -28,7 +28,7 @@ from world.record.run_files import read_verdict
 
 @pytest.fixture(scope="module")
 def killed(runs: Runs) -> Path:
-    """A run whose leader is killed: a death, broken links, a succession, a heal."""
+    """A run with a killed leader: a death, broken links, a succession, a heal."""
     return runs.of("grove", faults="leader-killed")
 
 
@@ -42,9 +42,7 @@ def batches(killed: Path) -> list[dict[str, Any]]:
     return told(killed)
 
 
-def test_the_lowest_points_of_the_curves_are_the_verdicts(
-    killed: Path, batches: list[dict[str, Any]]
-) -> None:
+def test_the_minima_of_the_curves_are_the_verdicts(killed: Path, batches: list[dict[str, Any]]) -> None:
     verdict = read_verdict(killed)
     clear_m = [each for batch in batches for one in batch["clearances"] for each in column(one["least"], 1e4)]
     apart_m = [each for batch in batches for each in column(batch["separations"]["least"], 1e4)]
@@ -54,7 +52,7 @@ def test_the_lowest_points_of_the_curves_are_the_verdicts(
     assert min(apart_m) == pytest.approx(verdict.separation_m_min, abs=0.5e-4)
 
 
-def test_thinned_curves_keep_their_lows(
+def test_thinned_curves_keep_their_minima(
     killed: Path, batches: list[dict[str, Any]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(distances, "CURVE_POINTS", 100)
@@ -68,7 +66,7 @@ def test_thinned_curves_keep_their_lows(
     assert len(apart[0]["t"]) == len(apart[0]["robot"]) == len(apart[0]["other"]) <= 100
 
 
-def test_passings_of_a_moving_obstacle_reach_down_to_the_verdicts(runs: Runs) -> None:
+def test_passings_of_a_moving_obstacle_have_the_verdicts_minimum(runs: Runs) -> None:
     run = runs.of("pedestrian")
     passed_m = [each for batch in told(run) for each in column(batch["passings"]["least"], 1e4)]
     verdict = read_verdict(run)
@@ -76,7 +74,7 @@ def test_passings_of_a_moving_obstacle_reach_down_to_the_verdicts(runs: Runs) ->
     assert min(passed_m) == pytest.approx(verdict.moving_clearance_m_min, abs=0.5e-4)
 
 
-def test_every_entry_but_poses_is_told_once_with_all_its_fields(
+def test_every_entry_except_poses_is_in_the_batches_once_with_all_its_fields(
     read: Timeline, batches: list[dict[str, Any]]
 ) -> None:
     in_log = Counter(kind_of(entry.record) for _, entry in read.lines)
@@ -98,7 +96,7 @@ def test_every_entry_but_poses_is_told_once_with_all_its_fields(
     assert set(columns) == {"i", "t", "source", *fields}
 
 
-def test_bodies_are_where_the_log_has_them(read: Timeline, batches: list[dict[str, Any]]) -> None:
+def test_bodies_are_at_the_poses_of_the_log(read: Timeline, batches: list[dict[str, Any]]) -> None:
     samples: defaultdict[int, list[tuple[float, float, float]]] = defaultdict(list)
     for _, entry in read.lines:
         if isinstance(entry.record, PoseSampled):
@@ -116,7 +114,7 @@ def test_bodies_are_where_the_log_has_them(read: Timeline, batches: list[dict[st
 
 
 @pytest.mark.parametrize("in_pieces", [False, True])
-def test_a_body_that_turns_has_stood_until_then(*, in_pieces: bool) -> None:
+def test_a_body_stands_until_it_turns(*, in_pieces: bool) -> None:
     making, t_s, heading_rad = Batches(None), list[float](), list[float]()
     for number, (at_s, turned_rad) in enumerate([(0.0, 0.0), (2.0, 0.15), (2.1, 0.3)], start=1):
         pose = PoseSampled(robot=1, x_m=0.0, y_m=0.0, heading_rad=turned_rad)
@@ -129,7 +127,7 @@ def test_a_body_that_turns_has_stood_until_then(*, in_pieces: bool) -> None:
 
 
 def joined(curves: list[dict[str, Any]]) -> list[tuple[float, float]]:
-    """Pieces of a curve as one: times and distances."""
+    """The pieces of a curve joined: times and distances."""
     return [
         point
         for curve in curves
@@ -137,7 +135,7 @@ def joined(curves: list[dict[str, Any]]) -> list[tuple[float, float]]:
     ]
 
 
-def test_a_run_that_is_told_in_pieces_is_told_the_same(read: Timeline, batches: list[dict[str, Any]]) -> None:
+def test_a_run_in_pieces_equals_the_run_as_a_whole(read: Timeline, batches: list[dict[str, Any]]) -> None:
     making, pieces = Batches(read.header), []
     for place, (source, entry) in enumerate(read.lines):
         making.hear(source, entry)
@@ -167,7 +165,7 @@ def test_nothing_new_makes_no_batch(read: Timeline) -> None:
     assert told_of.batch() is None
 
 
-def test_lanes_and_links_tell_of_the_death(batches: list[dict[str, Any]]) -> None:
+def test_lanes_and_links_show_the_death(batches: list[dict[str, Any]]) -> None:
     [batch] = batches
     first = [lane["state"] for lane in batch["lanes"] if lane["robot"] == 1]
     second = [lane["state"] for lane in batch["lanes"] if lane["robot"] == 2]
@@ -194,7 +192,7 @@ def test_steps_end_at_the_switching_positions(read: Timeline, batches: list[dict
     ]
 
 
-def test_a_step_that_promises_too_little_is_said_to_lead_away(read: Timeline) -> None:
+def test_a_step_that_promises_too_little_is_marked_as_leading_away(read: Timeline) -> None:
     making = Batches(read.header)
     near = replace(planned(1), promised_clearance_m=0.05)
     for number, plan in enumerate((near, replace(near, step=2, promised_clearance_m=0.1)), start=1):
@@ -204,7 +202,7 @@ def test_a_step_that_promises_too_little_is_said_to_lead_away(read: Timeline) ->
     assert ["leads away" in said for said in batch["entries"]["step.planned"]["says"]] == [True, False]
 
 
-def test_each_moment_has_a_sign_and_its_sentence(batches: list[dict[str, Any]]) -> None:
+def test_each_moment_has_a_sign_and_a_sentence(batches: list[dict[str, Any]]) -> None:
     script = (files("clew.page") / "assets" / "run" / "moments.js").read_text(encoding="utf-8")
     signs = set(re.findall(r'^  "([a-z.]+)": \{ sign', script, re.MULTILINE))
     assert signs <= {kind.__struct_config__.tag for kind in get_args(Record)}

@@ -1,4 +1,4 @@
-"""What `clew view` sees of a run, tells its pages, and answers: `clew/page/serve/`, without a socket."""
+"""How `clew view` watches a run, feeds its pages and answers requests, without a socket."""
 
 from http import HTTPStatus
 from pathlib import Path
@@ -27,7 +27,7 @@ def numbers(seen: list[Seen]) -> list[int]:
     return [heard.entry.n for each in seen if isinstance(each, News) for heard in each.heard]
 
 
-def test_a_run_that_is_not_there_yet_is_seen_from_its_start_when_it_is(tmp_path: Path) -> None:
+def test_a_run_that_begins_later_is_watched_from_its_start(tmp_path: Path) -> None:
     watch = Watch(tmp_path / "run")
     assert watch.look() == []
     recorded(tmp_path / "run", LINES)
@@ -37,7 +37,7 @@ def test_a_run_that_is_not_there_yet_is_seen_from_its_start_when_it_is(tmp_path:
     assert watch.look() == []
 
 
-def test_what_a_resumed_world_cuts_off_was_never_told_and_what_it_writes_is(run: Path) -> None:
+def test_lines_cut_off_by_a_resumed_world_are_never_sent_and_its_new_lines_are(run: Path) -> None:
     events = run / EVENTS_FILE
     whole = events.read_bytes()
     *_, last = whole.splitlines(keepends=True)
@@ -52,7 +52,7 @@ def test_what_a_resumed_world_cuts_off_was_never_told_and_what_it_writes_is(run:
     assert numbers(watch.look()) == [LINES[-1][1].n]
 
 
-def test_latest_that_leads_elsewhere_is_another_run_told_from_its_start(tmp_path: Path, run: Path) -> None:
+def test_a_changed_link_to_latest_is_a_new_run_sent_from_its_start(tmp_path: Path, run: Path) -> None:
     latest = tmp_path / "latest"
     latest.symlink_to(run)
     watch = Watch(latest)
@@ -66,7 +66,7 @@ def test_latest_that_leads_elsewhere_is_another_run_told_from_its_start(tmp_path
     assert numbers(seen) == [1, 2]
 
 
-def test_the_verdict_is_told_once_it_is_whole_and_behind_all_entries(run: Path) -> None:
+def test_the_verdict_is_sent_when_it_is_complete_and_after_all_entries(run: Path) -> None:
     watch = Watch(run)
     (run / VERDICT_FILE).write_text('{"ok": tr', encoding="utf-8")
     assert numbers(watch.look())
@@ -76,7 +76,7 @@ def test_the_verdict_is_told_once_it_is_whole_and_behind_all_entries(run: Path) 
     assert watch.look() == []
 
 
-def test_of_a_log_that_ended_torn_that_is_told_with_the_verdict(run: Path) -> None:
+def test_a_torn_end_of_the_log_is_reported_with_the_verdict(run: Path) -> None:
     with (run / EVENTS_FILE).open("ab") as file:
         file.write(b'{"t_s":')
     (run / VERDICT_FILE).write_text("{}", encoding="utf-8")
@@ -88,7 +88,7 @@ def test_of_a_log_that_ended_torn_that_is_told_with_the_verdict(run: Path) -> No
 
 
 def heard(feed: Feed, newest_id: str | None) -> list[bytes]:
-    """What a page hears that comes with this id."""
+    """The messages that a page receives after this id."""
     place, messages = feed.place(newest_id), list[bytes]()
     while (told := feed.next(place)) is not None:
         message, place = told
@@ -96,7 +96,7 @@ def heard(feed: Feed, newest_id: str | None) -> list[bytes]:
     return messages
 
 
-def test_a_page_that_comes_late_hears_all_and_one_that_comes_back_goes_on() -> None:
+def test_a_late_page_receives_everything_and_a_returning_page_continues() -> None:
     feed = Feed()
     feed.begin("a1")
     for text in (b"one", b"two", b"three"):
@@ -108,14 +108,14 @@ def test_a_page_that_comes_late_hears_all_and_one_that_comes_back_goes_on() -> N
 
 
 @pytest.mark.parametrize("nonsense", ["", "7", "a1-", "-3", "a1--1", "zz-1", "a1-1\n", "a1-99999999999"])
-def test_a_page_with_an_id_that_is_none_of_ours_begins_at_the_start(nonsense: str) -> None:
+def test_a_page_with_a_foreign_id_begins_at_the_start(nonsense: str) -> None:
     feed = Feed()
     feed.begin("a1")
     feed.tell(b"one")
     assert heard(feed, nonsense) == [b"id: a1-1\ndata: one\n\n"]
 
 
-def test_a_page_that_shows_another_run_is_told_to_begin_anew() -> None:
+def test_a_page_that_shows_another_run_is_told_to_restart() -> None:
     feed = Feed()
     waiting = feed.place(None)
     feed.begin("a1")
@@ -138,7 +138,7 @@ def asked(path: str, method: str = "GET", **headers: str) -> Document | Telling:
     return answer(h11.Request(method=method, target=path, headers=list(named.items())), SITE, HOSTS)
 
 
-def test_a_page_is_told_from_the_message_that_it_has_seen_last() -> None:
+def test_a_page_continues_after_the_last_message_that_it_has_seen() -> None:
     assert asked("/") == SITE["/"]
     assert asked("/?theme=dark") == SITE["/"]
     assert asked("/events/0") == Telling(0, None)
@@ -161,15 +161,17 @@ def test_a_page_is_told_from_the_message_that_it_has_seen_last() -> None:
         ("http://127.0.0.1:8123/", "GET", "localhost:8123", HTTPStatus.NOT_FOUND),
     ],
 )
-def test_whatever_else_is_asked_is_refused(path: str, method: str, host: str, status: HTTPStatus) -> None:
+def test_all_other_requests_are_refused(path: str, method: str, host: str, status: HTTPStatus) -> None:
     said = asked(path, method, host=host)
     assert isinstance(said, Document)
     assert said.status == status
 
 
 @pytest.mark.parametrize("path", ["/", "/events/0"])
-@pytest.mark.parametrize("site", ["cross-site", "same-site"])  # a server on another port is of our site
-def test_what_a_page_of_another_origin_has_its_browser_ask_for_is_refused(path: str, site: str) -> None:
+@pytest.mark.parametrize(
+    "site", ["cross-site", "same-site"]
+)  # a server on another port counts as the same site
+def test_requests_from_pages_of_another_origin_are_refused(path: str, site: str) -> None:
     said = asked(path, sec_fetch_site=site, sec_fetch_mode="no-cors", sec_fetch_dest="script")
     assert isinstance(said, Document)
     assert said.status == HTTPStatus.FORBIDDEN
@@ -178,7 +180,7 @@ def test_what_a_page_of_another_origin_has_its_browser_ask_for_is_refused(path: 
     assert framed.status == HTTPStatus.FORBIDDEN
 
 
-def test_our_page_the_user_and_a_link_from_anywhere_are_answered() -> None:
+def test_requests_from_our_page_the_user_and_any_link_are_answered() -> None:
     assert asked("/events/0", sec_fetch_site="same-origin", sec_fetch_mode="cors") == Telling(0, None)
     assert asked("/", sec_fetch_site="none", sec_fetch_mode="navigate") == SITE["/"]
     linked = asked("/", sec_fetch_site="cross-site", sec_fetch_mode="navigate", sec_fetch_dest="document")
@@ -186,14 +188,14 @@ def test_our_page_the_user_and_a_link_from_anywhere_are_answered() -> None:
 
 
 @pytest.mark.parametrize("path", ["/", "/events/0", "/nothing"])
-def test_no_answer_may_be_read_by_another_origin(path: str) -> None:
+def test_another_origin_cannot_read_any_answer(path: str) -> None:
     said = dict(head(asked(path)).headers)
     assert said[b"cross-origin-resource-policy"] == b"same-origin"
     assert said[b"x-content-type-options"] == b"nosniff"
     assert not [name for name in said if name.startswith(b"access-control-")]
 
 
-def test_nothing_runs_in_the_page_but_what_it_was_sent_with() -> None:
+def test_only_the_pages_own_scripts_may_run_in_it() -> None:
     page = site(2)["/"]
     assert isinstance(page, Document)
     assert "script-src 'sha256-" in page.policy

@@ -1,4 +1,4 @@
-"""A verdict that stands beside a log: none that is none reaches the page, and one of another log is named."""
+"""The verdict beside a log: an invalid one never reaches the page, and one of another log is reported."""
 
 import json
 from pathlib import Path
@@ -20,14 +20,14 @@ def whole(runs: Runs) -> Path:
 
 @pytest.fixture
 def run(whole: Path, tmp_path: Path) -> Path:
-    """A run whose verdict may be edited."""
+    """A run whose verdict the test may edit."""
     for name in (EVENTS_FILE, VERDICT_FILE):
         (tmp_path / name).write_bytes((whole / name).read_bytes())
     return tmp_path
 
 
 def edit(run: Path, **fields: object) -> dict[str, Any]:
-    """The verdict as it was."""
+    """The original verdict."""
     path = run / VERDICT_FILE
     before: dict[str, Any] = json.loads(path.read_bytes())
     path.write_text(json.dumps(before | fields), encoding="utf-8")
@@ -52,7 +52,7 @@ def flaws_of(run: Path) -> list[str]:
         ("violations_by_invariant", {"S1": "many"}),
     ],
 )
-def test_a_verdict_that_is_none_is_named_and_not_shown(run: Path, field: str, value: object) -> None:
+def test_an_invalid_verdict_is_reported_and_not_shown(run: Path, field: str, value: object) -> None:
     edit(run, **{field: value})
     batches = told(run)
     assert all("verdict" not in batch for batch in batches)
@@ -61,7 +61,7 @@ def test_a_verdict_that_is_none_is_named_and_not_shown(run: Path, field: str, va
     assert f"$.{field}" in flaw
 
 
-def test_the_verdict_of_a_whole_log_is_the_logs_own(run: Path) -> None:
+def test_the_verdict_of_a_complete_log_agrees_with_it(run: Path) -> None:
     assert flaws_of(run) == []
 
 
@@ -74,7 +74,7 @@ def test_the_verdict_of_a_whole_log_is_the_logs_own(run: Path) -> None:
         ("separation_m_min", "separation"),
     ],
 )
-def test_distances_of_another_log_are_named(run: Path, field: str, name: str, sign: float) -> None:
+def test_distances_of_another_log_are_reported(run: Path, field: str, name: str, sign: float) -> None:
     here_m = json.loads((run / VERDICT_FILE).read_bytes())[field]
     edit(run, **{field: here_m + sign * 3 * SAME_M})
     [flaw] = flaws_of(run)
@@ -87,7 +87,7 @@ def test_distances_of_another_log_are_named(run: Path, field: str, name: str, si
 
 
 @pytest.mark.parametrize("more", [-1, 1])
-def test_steps_of_another_log_are_named(run: Path, more: int) -> None:
+def test_steps_of_another_log_are_reported(run: Path, more: int) -> None:
     steps = json.loads((run / VERDICT_FILE).read_bytes())["switching_steps"]
     edit(run, switching_steps=steps + more)
     [flaw] = flaws_of(run)
@@ -96,7 +96,7 @@ def test_steps_of_another_log_are_named(run: Path, more: int) -> None:
     )
 
 
-def test_of_a_log_that_lacks_its_end_only_what_is_worse_is_a_contradiction(run: Path) -> None:
+def test_for_a_log_without_its_end_only_worse_values_are_a_contradiction(run: Path) -> None:
     events = run / EVENTS_FILE
     lines = events.read_bytes().splitlines(keepends=True)
     events.write_bytes(b"".join(lines[: len(lines) // 3]) + b'{"torn')

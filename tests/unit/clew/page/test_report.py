@@ -1,4 +1,4 @@
-"""`clew report`: one file, which requests nothing, is small, and says what is wrong with a log."""
+"""`clew report`: a single small file that requests nothing and names the flaws of a log."""
 
 import json
 import re
@@ -38,7 +38,7 @@ def run(runs: Runs) -> Path:
 
 @pytest.fixture
 def copy(run: Path, tmp_path: Path) -> Path:
-    """A run of one's own, to damage."""
+    """A copy of a run, to damage."""
     return Path(shutil.copytree(run, tmp_path / "copy"))
 
 
@@ -49,7 +49,7 @@ def edit(run: Path, *, old: bytes, new: bytes) -> None:
     events.write_bytes(text.replace(old, new, 1))
 
 
-def test_the_report_stands_beside_the_log_and_its_path_is_printed(copy: Path) -> None:
+def test_the_report_is_written_beside_the_log_and_its_path_is_printed(copy: Path) -> None:
     said = report(copy)
     assert (said.exit_code, said.stdout, said.stderr) == (0, f"{copy / 'report.html'}\n", "")
     [batch] = inlined((copy / "report.html").read_text(encoding="utf-8"))
@@ -57,13 +57,13 @@ def test_the_report_stands_beside_the_log_and_its_path_is_printed(copy: Path) ->
     assert "flaws" not in batch
 
 
-def test_the_report_goes_where_it_is_asked_to(copy: Path, tmp_path: Path) -> None:
+def test_the_report_is_written_to_the_given_path(copy: Path, tmp_path: Path) -> None:
     said = report(copy / EVENTS_FILE, "--out", tmp_path / "here.html")
     assert said.stdout == f"{tmp_path / 'here.html'}\n"
     assert not (copy / "report.html").exists()
 
 
-def test_the_page_requests_nothing_and_may_not(copy: Path) -> None:
+def test_the_page_requests_nothing_and_cannot(copy: Path) -> None:
     report(copy)
     page = (copy / "report.html").read_text(encoding="utf-8")
     without_story = re.sub(r'(id="story">)[^<]*', r"\1", page)
@@ -72,7 +72,7 @@ def test_the_page_requests_nothing_and_may_not(copy: Path) -> None:
     assert "connect-src 'none'" in page
 
 
-def test_ten_robots_take_less_than_a_megabyte_a_minute(runs: Runs, tmp_path: Path) -> None:
+def test_ten_robots_take_less_than_a_megabyte_per_minute(runs: Runs, tmp_path: Path) -> None:
     scenario = (ROOT / "launch" / "scenarios" / "grove.toml").read_text(encoding="utf-8")
     for old, new in TEN.items():
         assert old in scenario
@@ -87,7 +87,7 @@ def test_ten_robots_take_less_than_a_megabyte_a_minute(runs: Runs, tmp_path: Pat
 
 
 def flaws_of(run: Path) -> tuple[Result, list[str]]:
-    """What the verb says of a damaged run, and what its page does."""
+    """The verb's messages on a damaged run, and the flaws in its page."""
     said = report(run)
     batches = inlined((run / "report.html").read_text(encoding="utf-8"))
     return said, batches[-1]["flaws"]
@@ -103,7 +103,7 @@ def flaws_of(run: Path) -> tuple[Result, list[str]]:
         (b'"epsilon_m":', b'"epsilon_furlongs":', "no distances: the scenario in the header cannot be read"),
     ],
 )
-def test_what_is_wrong_with_a_log_is_said_and_the_rest_is_shown(
+def test_flaws_of_a_log_are_named_and_the_rest_is_shown(
     copy: Path, old: bytes, new: bytes, flaw: str
 ) -> None:
     edit(copy, old=old, new=new)
@@ -116,7 +116,7 @@ def test_what_is_wrong_with_a_log_is_said_and_the_rest_is_shown(
     assert batch["verdict"]["ok"]
 
 
-def test_a_torn_last_line_is_said_and_the_rest_is_shown(copy: Path) -> None:
+def test_a_torn_last_line_is_named_and_the_rest_is_shown(copy: Path) -> None:
     events = copy / EVENTS_FILE
     events.write_bytes(events.read_bytes()[:-20])
     said, flaws = flaws_of(copy)
@@ -124,13 +124,13 @@ def test_a_torn_last_line_is_said_and_the_rest_is_shown(copy: Path) -> None:
     assert any("is torn: dropped" in each for each in flaws)
 
 
-def test_a_run_without_a_verdict_is_shown_and_says_so(copy: Path) -> None:
+def test_a_run_without_a_verdict_is_shown_with_a_remark(copy: Path) -> None:
     (copy / VERDICT_FILE).unlink()
     said, flaws = flaws_of(copy)
     assert (said.exit_code, flaws) == (0, [f"there is no {VERDICT_FILE}"])
 
 
-def test_a_verdict_that_cannot_be_read_is_said_and_the_run_is_shown(copy: Path) -> None:
+def test_an_unreadable_verdict_is_named_and_the_run_is_shown(copy: Path) -> None:
     (copy / VERDICT_FILE).write_text("{", encoding="utf-8")
     said, flaws = flaws_of(copy)
     assert said.exit_code == 0
@@ -138,7 +138,7 @@ def test_a_verdict_that_cannot_be_read_is_said_and_the_run_is_shown(copy: Path) 
 
 
 @pytest.mark.parametrize("text", [None, b"", b"no header\n"])
-def test_a_folder_that_is_no_run_is_refused_in_one_line_and_left_as_it_was(
+def test_a_folder_that_is_no_run_is_refused_in_one_line_and_left_unchanged(
     tmp_path: Path, text: bytes | None
 ) -> None:
     if text is not None:
@@ -150,7 +150,7 @@ def test_a_folder_that_is_no_run_is_refused_in_one_line_and_left_as_it_was(
     assert list(tmp_path.iterdir()) == before
 
 
-def test_a_run_that_is_not_there_makes_no_page(tmp_path: Path) -> None:
+def test_a_missing_run_makes_no_page(tmp_path: Path) -> None:
     said = report(tmp_path / "nowhere")
     assert said.exit_code == 2
     assert "no run in" in said.stderr
@@ -164,7 +164,7 @@ def test_a_page_that_cannot_be_written_is_refused(copy: Path, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("name", [EVENTS_FILE, VERDICT_FILE])
-def test_nothing_but_a_report_is_ever_replaced(copy: Path, name: str) -> None:
+def test_only_a_report_is_ever_replaced(copy: Path, name: str) -> None:
     before = (copy / name).read_bytes()
     said = report(copy, "--out", copy / name)
     assert (said.exit_code, said.stdout) == (2, "")
@@ -172,7 +172,7 @@ def test_nothing_but_a_report_is_ever_replaced(copy: Path, name: str) -> None:
     assert (copy / name).read_bytes() == before
 
 
-def test_a_report_is_replaced_by_a_newer_one_and_never_by_a_page_of_an_error(copy: Path) -> None:
+def test_a_report_is_replaced_by_a_newer_one_but_never_by_an_error_page(copy: Path) -> None:
     assert [report(copy).exit_code, report(copy).exit_code] == [0, 0]
     before = (copy / "report.html").read_bytes()
     (copy / "broken").mkdir()

@@ -1,4 +1,4 @@
-"""A run that is over: the viewer says of it what the report says, and tells it from a quiet one."""
+"""A run that is over: the viewer names the same flaws as the report, and recognises a quiet run."""
 
 import json
 import os
@@ -31,13 +31,13 @@ def run(tmp_path: Path) -> Path:
 
 
 def let_rest(run: Path) -> None:
-    """As if nothing had been written for some time."""
+    """Make the run's files look as if nothing had been written for some time."""
     for path in run.iterdir():
         os.utime(path, (time.time() - 2 * QUIET_S,) * 2)
 
 
 def told(run: Path) -> list[dict[str, Any]]:
-    """What the pages of a run are told that rests."""
+    """The messages to pages of a run that is no longer written."""
     let_rest(run)
     channel, batches = Channel(Watch(run)), list[bytes]()
     while said := list(channel._look()):
@@ -67,7 +67,7 @@ DAMAGE: dict[str, Callable[[list[bytes]], list[bytes]]] = {
 
 @pytest.mark.parametrize("verdict", [None, msgspec.json.encode(GOOD), b"{", b"[1]", b"", b"{}"])
 @pytest.mark.parametrize("damage", DAMAGE)
-def test_the_viewer_says_of_a_run_that_is_over_what_the_report_says(
+def test_the_viewer_names_the_same_flaws_of_a_finished_run_as_the_report(
     run: Path, damage: str, verdict: bytes | None
 ) -> None:
     lines_changed(run, DAMAGE[damage])
@@ -81,13 +81,13 @@ def test_the_viewer_says_of_a_run_that_is_over_what_the_report_says(
     assert batches[-1].get("verdict") == reported.get("verdict")
 
 
-def test_an_empty_log_is_over_and_called_so(run: Path) -> None:
+def test_an_empty_log_is_over_and_reported_as_empty(run: Path) -> None:
     (run / EVENTS_FILE).write_bytes(b"")
     (batch,) = told(run)
     assert batch["flaws"] == list(Telling(run).flaws)
 
 
-def test_of_a_million_bad_lines_the_first_are_told_and_none_twice(
+def test_of_many_bad_lines_only_the_first_are_reported_and_none_twice(
     run: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(following, "READ_BYTES", 1000)
@@ -98,7 +98,7 @@ def test_of_a_million_bad_lines_the_first_are_told_and_none_twice(
     assert len(flaws[-1]) < 2 * TOLD_MAX
 
 
-def test_a_run_that_was_written_to_just_now_may_go_on(run: Path) -> None:
+def test_a_run_that_was_written_recently_may_continue(run: Path) -> None:
     watch = Watch(run)
     watch.look()
     assert watch.look() == []
@@ -108,9 +108,7 @@ def test_a_run_that_was_written_to_just_now_may_go_on(run: Path) -> None:
     assert watch.look() == []
 
 
-async def test_a_run_whose_world_can_be_reached_is_not_over_however_quiet_it_is(
-    run: Path, tmp_path: Path
-) -> None:
+async def test_a_quiet_run_whose_world_is_reachable_is_not_over(run: Path, tmp_path: Path) -> None:
     let_rest(run)
     vigil = Vigil(run / EVENTS_FILE)
     async with heard(tmp_path, run, lambda _rule, _for_s: "never asked"):
@@ -119,7 +117,7 @@ async def test_a_run_whose_world_can_be_reached_is_not_over_however_quiet_it_is(
     assert Vigil(run / EVENTS_FILE).is_over(ended=False)
 
 
-def test_a_run_that_goes_on_after_all_is_told_from_its_start(run: Path) -> None:
+def test_a_run_that_continues_after_its_end_is_sent_from_its_start(run: Path) -> None:
     lines_changed(run, lambda lines: lines[:-1])
     let_rest(run)
     watch = Watch(run)
@@ -133,7 +131,9 @@ def test_a_run_that_goes_on_after_all_is_told_from_its_start(run: Path) -> None:
     assert over.verdict is not None
 
 
-def test_a_line_that_is_too_long_is_skipped_and_said_once(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_line_that_is_too_long_is_skipped_and_reported_once(
+    run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = run / EVENTS_FILE
     header = path.read_bytes().partition(b"\n")[0]
     monkeypatch.setattr(following, "LINE_BYTES_MAX", 2 * len(header))

@@ -1,4 +1,4 @@
-"""Messages that faults took, and books of links, of which some are not known."""
+"""Messages that faults removed, and message counts of links, some of which are unknown."""
 
 import pytest
 
@@ -26,14 +26,14 @@ BOOKS: tuple[tuple[str, Record], ...] = (
 )
 
 
-def test_books_of_both_robots_say_what_was_lost() -> None:
+def test_the_counts_of_both_robots_give_the_losses_of_a_link() -> None:
     assert heard(*BOOKS).books() == (
         Book(sender=1, receiver=2, sent=112, received=93, injected=0),
         Book(sender=2, receiver=1, sent=91, received=90, injected=0),
     )
 
 
-def test_of_a_robot_that_was_restarted_no_link_says_what_was_lost() -> None:
+def test_the_losses_on_links_of_a_restarted_robot_are_unknown() -> None:
     assert heard(*BOOKS, ("world", RobotRestarted(robot=2))).books() == (
         Book(sender=1, receiver=2, sent=112, received=None, injected=0),
         Book(sender=2, receiver=1, sent=None, received=90, injected=0),
@@ -51,7 +51,7 @@ def test_of_a_robot_that_was_restarted_no_link_says_what_was_lost() -> None:
         ("r1", "body/r1/scan", "drop", None, None),
     ],
 )
-def test_a_message_is_lost_at_the_robot_that_was_to_hear_it(
+def test_a_message_is_lost_at_its_receiver(
     source: str, key: str, fault: str, robot: int | None, link: tuple[int, int] | None
 ) -> None:
     losses = heard((source, FaultInjected(fault=fault, rule="a", key=key, number=1)))

@@ -1,4 +1,4 @@
-"""A robot's state is what the timeline has said of it, by tables in which each pair is tested."""
+"""A robot's state follows from the timeline by transition tables; each pair is tested."""
 
 import itertools
 
@@ -83,7 +83,7 @@ CONDUCT_AFTER: dict[Event, Conduct] = {
 
 
 @pytest.mark.parametrize(("before", "event"), list(itertools.product(Process, EVENTS)))
-def test_a_process_goes_on_by_its_table_or_not_at_all(before: Process, event: Event) -> None:
+def test_the_process_changes_only_by_its_table(before: Process, event: Event) -> None:
     robot = Robot(1, process=before)
     robot.take(event)
     is_thawed = (before, event) == (Process.FROZEN, ProcessAction.THAW)
@@ -92,7 +92,7 @@ def test_a_process_goes_on_by_its_table_or_not_at_all(before: Process, event: Ev
 
 
 @pytest.mark.parametrize(("before", "event"), list(itertools.product(Conduct, EVENTS)))
-def test_its_conduct_goes_on_by_its_table_or_not_at_all(before: Conduct, event: Event) -> None:
+def test_the_conduct_changes_only_by_its_table(before: Conduct, event: Event) -> None:
     robot = Robot(1, conduct=before)
     robot.take(event)
     after = before if before is Conduct.NO_WAY else CONDUCT_AFTER.get(event, before)
@@ -101,7 +101,7 @@ def test_its_conduct_goes_on_by_its_table_or_not_at_all(before: Conduct, event: 
 
 
 @pytest.mark.parametrize(("before", "event"), list(itertools.product(Kept, EVENTS)))
-def test_what_keeps_it_begins_and_ends_by_its_tables(before: Kept, event: Event) -> None:
+def test_its_reasons_to_wait_begin_and_end_by_their_tables(before: Kept, event: Event) -> None:
     robot = Robot(1, kept={(before, 0)})
     robot.take(event)
     stays = ENDS.get(event) is not before and (event not in ANEW or before is Kept.STOPPED)
@@ -166,16 +166,16 @@ def seen(x_m: float) -> tuple[str, Record]:
         ([("world", FaultInjected(fault="kill", rule="a", process="world"))], State.FOLLOWING),
     ],
 )
-def test_state_is_what_the_timeline_said_last(records: list[tuple[str, Record]], state: State) -> None:
+def test_state_follows_the_newest_entry(records: list[tuple[str, Record]], state: State) -> None:
     assert heard(*AT_WORK, *records).of(1).state is state
 
 
-def test_the_robot_in_front_leads_and_who_was_never_seen_is_absent() -> None:
+def test_the_first_robot_leads_and_an_unseen_robot_is_absent() -> None:
     robots = heard(*AT_WORK)
     assert [robots.of(robot).state for robot in (2, 1, 3)] == [State.LEADING, State.FOLLOWING, State.ABSENT]
 
 
-def test_what_a_stopped_body_hides_is_still_known() -> None:
+def test_a_state_hidden_by_a_stopped_body_is_kept() -> None:
     last = heard(*AT_WORK, HELD, STOPPED).changes[-1]
     assert (last.state, last.doing) == (State.STOPPED, State.HOLDING)
 
@@ -190,7 +190,7 @@ def test_changes_of_a_robot_never_go_back_in_time() -> None:
     ]
 
 
-def test_a_fault_of_an_unknown_robot_or_kind_is_no_trouble() -> None:
+def test_a_fault_on_an_unknown_robot_or_of_an_unknown_kind_is_ignored() -> None:
     strange = ("world", FaultInjected(fault="vaporise", rule="a", process="r1"))
     robots = heard(*AT_WORK, strange, ("world", FaultInjected(fault="kill", rule="a", process="r99")))
     assert robots.of(1).state is State.FOLLOWING

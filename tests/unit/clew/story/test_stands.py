@@ -1,4 +1,4 @@
-"""Switching positions bear the log's numbers of steps, wherever a step ended."""
+"""Switching positions have the log's step numbers, however a step ended."""
 
 from msgspec.structs import replace
 
@@ -10,7 +10,7 @@ from tests.support.logs.logs import numbered
 from tests.support.planned import planned
 
 
-def test_a_step_that_was_abandoned_or_whose_leader_died_ends_where_its_body_was() -> None:
+def test_an_interrupted_step_ends_at_the_position_of_its_leaders_body() -> None:
     story = Story()
     for source, entry in numbered(
         (

@@ -1,4 +1,4 @@
-"""Each step bears the log's number, and ends where it was finished, abandoned or broken off."""
+"""Each step has the log's number and ends when it is finished, abandoned or broken off."""
 
 from msgspec.structs import replace
 
@@ -13,7 +13,7 @@ KILLED = FaultInjected(fault="kill", rule="a", process="r1")
 
 
 def told(*records: tuple[str, Record]) -> list[tuple[int, int, float, float | None, str]]:
-    """Number, robot, when it was planned and ended, and how."""
+    """Number, robot, times of plan and end, and the kind of end."""
     story = Story()
     for source, entry in numbered(records):
         story.hear(source, entry)
@@ -49,7 +49,7 @@ def test_a_step_is_broken_off_by_its_leaders_death_or_the_next_step() -> None:
     assert told(("r1", planned(1)), again)[0] == (1, 1, 0.0, 1.0, "broken off")
 
 
-def test_a_step_of_a_robot_that_joins_is_its_own() -> None:
+def test_a_step_of_a_joining_robot_is_separate() -> None:
     assert told(("r1", replace(planned(1), joins=True))) == []
 
 
