@@ -4,8 +4,8 @@ Rule 1: the world's end is the end of the run, and its exit code is ours.
 Rule 2: a router that ends is started again, and so is a world that a signal has killed: it goes on from its
         timeline. Both have a limit. A host that fails before the world ends the run with exit code 1.
 Rule 3: SIGINT, SIGTERM and SIGHUP end the run with 130, 143 and 129.
-Rule 4: viewer and table only read what the world writes. The run goes on without them; they end with it.
-Rule 5: what a process fault has killed comes back; what it has frozen thaws, at the end at the latest.
+Rule 4: viewer and table only read the world's files. The run continues without them; they end with it.
+Rule 5: a part that a process fault has killed is restarted; a frozen one is thawed, at the latest at the end.
 
 `rules.py` says what is done in which state, `facts.py` what an event means, `ending.py` how a run ends.
 """
@@ -40,7 +40,7 @@ from protocol.faults.process_faults import ProcessAction
 
 
 class Supervisor:
-    """Decides what becomes of the processes of one run."""
+    """Decides about the processes of one run."""
 
     def __init__(self, plan: Plan, limits: Limits | None = None) -> None:
         self.state = State.ROUTERS
@@ -48,16 +48,16 @@ class Supervisor:
         self._facts = Facts(self._limits)
         self._deadline_s: float | None = None
         self._away_s: dict[str, float] = {}
-        """For how long a part stays away that a process fault is killing."""
+        """How long a part that a process fault is killing stays down."""
         self._ending = Ending(self._facts)
 
     def wake_at(self) -> float | None:
-        """When a `Tick` is due."""
+        """The time of the next `Tick`."""
         times_s = (self._deadline_s, self._facts.next_timer_s())
         return min((at_s for at_s in times_s if at_s is not None), default=None)
 
     def handle(self, event: Event, now_s: float) -> list[Command]:
-        """What to do about an event, in this order."""
+        """The commands for an event, in order."""
         commands: list[Command] = []
         for happening in self._facts.take(event, now_s):
             commands += self._obey(happening, now_s)
@@ -90,7 +90,7 @@ class Supervisor:
                 return None
 
     def _follows(self) -> What | None:
-        """What has happened by what is known now, without another event."""
+        """The happenings that follow from the known facts without another event."""
         facts = self._facts
         match self.state:
             case State.ROUTERS if len(facts.listening) >= self._plan.routers:
@@ -104,7 +104,7 @@ class Supervisor:
             case _:
                 return None
 
-    # How a run begins.
+    # The start of a run.
 
     def _begin(self, _: Happening, now_s: float) -> Iterator[Command]:
         if self._plan.view:
@@ -133,7 +133,7 @@ class Supervisor:
         self._facts.started(part)
         return Start(part, resume)
 
-    # What is lost, and comes back.
+    # Parts that are lost and restarted.
 
     def _restart_router(self, happening: Happening, now_s: float) -> Iterator[Command]:
         yield Say(f"{end_of(happening)}; it is started again")
@@ -179,13 +179,13 @@ class Supervisor:
             case ProcessAction.THAW:
                 yield from self._thaw(happening, now_s)
             case ProcessAction.START | ProcessAction.SLOW:
-                pass  # what was killed is started again anyway; a slow world knows that it is
+                pass  # a killed part is restarted anyway; a slow world notices it by itself
 
     def _thaw(self, happening: Happening, _: float) -> Iterator[Command]:
         self._facts.thawed(happening.part)
         yield Signal(happening.part, signal.SIGCONT)
 
-    # Why a run ends.
+    # The reasons why a run ends.
 
     def _give_up(self, happening: Happening, now_s: float) -> Iterator[Command]:
         late = "before the world" if happening.part == HOST else "once too often"
@@ -206,19 +206,19 @@ class Supervisor:
         if not self._facts.judged:
             yield Say(end_of(happening))
         code = happening.status if happening.status >= 0 else 128 - happening.status
-        # What the user asked for was found good before: with our own router, now it is the run that failed.
+        # The request was checked before. So with our own router, it is the run that failed.
         failed = code == ExitCode.USAGE and self._plan.routers > 0
         yield from self._ending.ask_world(ExitCode.FAILED if failed else code, now_s)
 
     def _end_as_asked(self, happening: Happening, now_s: float) -> Iterator[Command]:
-        interrupted = happening.status == ExitCode.INTERRUPTED  # which the verdict tells apart
+        interrupted = happening.status == ExitCode.INTERRUPTED  # the verdict distinguishes it
         number = signal.SIGINT if interrupted else signal.SIGTERM
         yield from self._ending.ask_world(happening.status, now_s, number)
 
     def _end_failed(self, _: Happening, now_s: float) -> Iterator[Command]:
         yield from self._ending.ask_world(ExitCode.FAILED, now_s)
 
-    # How it ends.
+    # The end of a run.
 
     def _ask_all(self, _: Happening, now_s: float) -> Iterator[Command]:
         yield from self._ending.ask_all(now_s)

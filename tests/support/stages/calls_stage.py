@@ -1,4 +1,4 @@
-"""What one robot of five knows that decides on calls. Not a test file."""
+"""The knowledge of one robot of five, from which it decides on calls. Not a test file."""
 
 from agents.membership.calls import Calls
 from protocol.keys import WORLD_NUMBER
