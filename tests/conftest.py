@@ -20,7 +20,7 @@ settings.load_profile("clew")
 
 # A shell's job in the background ignores the interrupt, and so would every process that a test starts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
-# `nohup` ignores the hangup likewise. With a handler in its place we ignore it still, and what we start does not.
+# `nohup` ignores the hangup likewise. With a handler in its place, we still do, and the processes we start do not.
 if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     signal.signal(signal.SIGHUP, lambda _number, _frame: None)
 
