@@ -20,7 +20,7 @@ settings.load_profile("clew")
 
 # A shell's job in the background ignores the interrupt, and so would every process that a test starts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
-# `nohup` ignores the hangup likewise. A handler in its place is not passed on to the processes that tests start.
+# `nohup` ignores the hangup likewise. A handler in its place is not passed on to processes that tests start.
 if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     signal.signal(signal.SIGHUP, lambda _number, _frame: None)
 
