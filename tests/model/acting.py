@@ -1,4 +1,4 @@
-"""What a robot does of its own accord: it raises, orders its body to stand, ends its turn, scans and orders motion."""
+"""What a robot does of its own accord: it raises, stands anew, ends its turn, scans, orders motion."""
 
 from tests.model.messages import Order, Raise, Stand
 from tests.model.register import may_win
@@ -6,7 +6,7 @@ from tests.model.robots import report, to_behind
 from tests.model.rules import Rule
 from tests.model.setting import Setting
 from tests.model.state import State, Steps
-from tests.model.values import Epoch, Fence, Kind, May, Mode, OrderNumber, Quality, Robot, Scan
+from tests.model.values import Epoch, Fence, Kind, Mode, OrderNumber, Quality, Robot, Scan
 
 
 def acts(setting: Setting, state: State, i: int) -> Steps:
@@ -31,7 +31,7 @@ def acts(setting: Setting, state: State, i: int) -> Steps:
 
 
 def raises(setting: Setting, state: State, i: int, robot: Robot, know: Fence) -> Steps:
-    """Anybody may raise at any time: why is liveness. A raise that the register has passed already is not sent."""
+    """Anybody may raise at any time: why is liveness. A raise that can no longer win is not sent."""
     if not state.raises or i not in setting.bounds.raisers:
         return
     life = robot.life if setting.on(Rule.EPOCH_NAMES_LIFE) else 0
@@ -81,8 +81,11 @@ def may_order(setting: Setting, state: State, i: int, robot: Robot) -> bool:
         return False  # its body would refuse the order for ever
     if robot.mode is Mode.JOINING:
         return robot.ordered < setting.bounds.orders and scan_serves(setting, robot)
-    if robot.mode is not Mode.MEMBER or robot.sent:
-        return False
+    return robot.mode is Mode.MEMBER and not robot.sent and may_step(setting, i, robot)
+
+
+def may_step(setting: Setting, i: int, robot: Robot) -> bool:
+    """May a member drive its step of the strand? The leader by its scan, a follower by authority."""
     if is_leader(i, robot):
         return scan_serves(setting, robot)
     return robot.path is not None and (robot.authority or not setting.on(Rule.MOVES_BY_AUTHORITY))

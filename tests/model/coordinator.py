@@ -1,4 +1,4 @@
-"""What a coordinator does beside its state: it puts turns, makes the formation, and puts all. Rule F4 and its parts."""
+"""What a coordinator does beside its state: it puts turns, makes the formation and puts all (F4)."""
 
 from tests.model.messages import FormationTold, Turn
 from tests.model.robots import leads, own_report, place_counts
@@ -32,7 +32,8 @@ def coordinates(setting: Setting, state: State, i: int) -> Steps:
 def puts_turns(setting: Setting, state: State, i: int, reports: Reports) -> Steps:
     """It gives a turn to a robot that has reported, or to nobody."""
     robot, on, bounds = state.robots[i], setting.on, setting.bounds
-    assert robot.know and robot.gave
+    assert robot.know
+    assert robot.gave
     know, turn, after_all = robot.know, robot.know.turn + 1, not on(Rule.NOTHING_AFTER_ALL)
     if turn > bounds.turns + after_all or (know.who is May.ALL and not after_all):
         return
@@ -63,7 +64,8 @@ def place_serves(setting: Setting, said: Reported, gave: int) -> bool:
 
 def made(setting: Setting, i: int, robot: Robot, reports: Reports) -> Formation | None:
     """The formation of what has been reported; None where fewer than two places serve."""
-    assert robot.know and robot.gave
+    assert robot.know
+    assert robot.gave
     gave = robot.gave
     places = [
         Place(j, said.place, said.life)
@@ -80,7 +82,7 @@ def made(setting: Setting, i: int, robot: Robot, reports: Reports) -> Formation 
 
 
 def puts_all(setting: Setting, state: State, i: int, reports: Reports) -> Steps:
-    """It makes the formation, tells it to its members and puts all; or all again, with the formation that it has."""
+    """It makes the formation, tells its members and puts all; or all again, with the formation it has."""
     robot, on = state.robots[i], setting.on
     assert robot.know
     know, form = robot.know, robot.form

@@ -1,16 +1,16 @@
 """The reductions: what a change of the fence lets a search forget. They change no verdict where they apply.
 
-They apply where `Setting.forgets` says so (`setting.py` lists the rules). Then nothing that follows from what is
-forgotten can move a body:
-- a report, formation, path or grant of an epoch below the fence: PLACE_OF_THIS_EPOCH refuses it, or the orders that it
-  leads to meet EXACT_EPOCH;
-- an order of another fence: EXACT_EPOCH and EXACT_TURN refuse it for ever, for NEXT_TURN_ONLY and WRITTEN_FIRST let no
-  fence return;
+They apply where `Setting.forgets` says so; `setting.py` lists the rules. Then nothing that follows
+from what is forgotten can move a body:
+- a report, formation, path or grant of an older epoch: PLACE_OF_THIS_EPOCH refuses it, or the orders
+  to which it leads meet EXACT_EPOCH;
+- an order of another fence: EXACT_EPOCH and EXACT_TURN refuse it for ever, because NEXT_TURN_ONLY and
+  WRITTEN_FIRST let no fence return;
 - a raise that the fence has passed, a turn of an earlier number or epoch;
-- what a robot has of an older epoch, but that it is behind: it hears of the new one before it can matter;
-- places and order numbers are counted from 0 in each epoch and turn, since STOP_AT_CHANGE has ended all motion.
+- what a robot has of an older epoch: it has to hear of the new one before anything that it does can matter;
+- order numbers of an earlier fence and places of an earlier epoch: STOP_AT_CHANGE has ended all motion.
 
-A raise that is refused only because the fleet is stopped is kept: after the release it may win.
+A raise that is refused only because the fleet is stopped is kept: it may win after the release.
 """
 
 from collections.abc import Iterable, Iterator
@@ -80,22 +80,24 @@ def renumbered(body: Body, *, new_epoch: bool) -> Body:
 def kept(setting: Setting, net: Iterable[Message], fence: Fence, *, new_epoch: bool) -> Iterator[Message]:
     """The messages that may still matter."""
     for message in net:
-        match message:
-            case Odometry(to, told, _):
-                yield Odometry(to, Fence(told.epoch), AT_REST) if new_epoch else message
-            case Stand():
-                yield message
-            case Release(generation):
-                if generation >= fence.epoch.generation or not setting.on(Rule.RELEASE_NAMES_ITS_STOP):
-                    yield message
-            case Raise(epoch):
-                if may_win(setting, epoch, fence):
-                    yield message
-            case Turn(turn):
-                if turn[:2] > fence[:2]:
-                    yield message
-            case Report() | FormationTold() | PathTold() | Grant():
-                if not new_epoch:
-                    yield message
-            case Order():
-                pass
+        if isinstance(message, Odometry) and new_epoch:
+            yield Odometry(message.to, Fence(message.fence.epoch), AT_REST)
+        elif matters(setting, message, fence, new_epoch=new_epoch):
+            yield message
+
+
+def matters(setting: Setting, message: Message, fence: Fence, *, new_epoch: bool) -> bool:
+    """May a message still matter under the fence?"""
+    match message:
+        case Raise(epoch):
+            return may_win(setting, epoch, fence)
+        case Turn(turn):
+            return turn[:2] > fence[:2]
+        case Release(generation):
+            return generation >= fence.epoch.generation or not setting.on(Rule.RELEASE_NAMES_ITS_STOP)
+        case Odometry() | Stand():
+            return True
+        case Order():
+            return False
+        case Report() | FormationTold() | PathTold() | Grant():
+            return not new_epoch

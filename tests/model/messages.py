@@ -1,6 +1,6 @@
 """What is sent. A message stays in the net and may arrive late, often, out of order or never.
 
-Tuples of different kinds and equal content would be equal: no two kinds have both the same length and the same types.
+Tuples of equal content are equal whatever their kind: no two kinds have both the same length and types.
 """
 
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""Robots: what they learn from odometry and from each other. What they do of their own accord: `acting.py`."""
+"""What robots learn from odometry and from each other; what they do of their own accord is `acting.py`."""
 
 from tests.model.messages import FormationTold, Grant, Message, Odometry, PathTold, Report, ToRobot
 from tests.model.rules import Rule
@@ -29,7 +29,8 @@ def place_counts(setting: Setting, robot: Robot) -> bool:
 
 def own_report(robot: Robot) -> Reported:
     """What the robot says of itself."""
-    assert robot.reading and robot.know
+    assert robot.reading
+    assert robot.know
     return Reported(robot.reading.place, robot.life, robot.know.turn)
 
 
@@ -71,16 +72,12 @@ def hear_odometry(setting: Setting, state: State, message: Odometry) -> State | 
             robot = robot._replace(pending=None)
             if robot.mode is Mode.MEMBER:
                 granted = to_behind(i, robot, granting=True)
-    assert robot.know
+    known = robot.know
+    assert known
     if robot.mode is Mode.BOUND and takes_turn(setting, i, robot, reading):
         robot = robot._replace(mode=Mode.JOINING)
     own = robot.form if robot.reports else None
-    if (
-        own
-        and robot.mode is Mode.BOUND
-        and robot.know.who is May.ALL
-        and in_its_turn(setting, robot.know, own)
-    ):
+    if own and robot.mode is Mode.BOUND and known.who is May.ALL and in_its_turn(setting, known, own):
         robot = enters(setting, i, robot, own)
     return state.with_robot(i, robot, *granted, *report(setting, state, i, robot))
 
@@ -111,7 +108,8 @@ def takes_turn(setting: Setting, i: int, robot: Robot, reading: Reading) -> bool
 
 def to_behind(i: int, robot: Robot, *, granting: bool) -> frozenset[Message]:
     """What a member tells the one behind: whose plan it follows, or that it has left its ground."""
-    assert robot.form and robot.know
+    assert robot.form
+    assert robot.know
     behind = robot.form.beside(i, 1)
     if behind is None:
         return frozenset()

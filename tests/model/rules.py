@@ -4,9 +4,9 @@ from enum import StrEnum
 
 
 class Rule(StrEnum):
-    """One rule; a search may leave any of them out. `family` is the letter that the design files it under.
+    """One rule; a search may leave any of them out. `family` is what the design files it under.
 
-    F1-F6 are the rules of the fence. REGISTER is what the register takes and refuses, and how it starts again.
+    F1-F6 are the rules of the fence. REGISTER is what the register takes and how it starts again.
     """
 
     family: str

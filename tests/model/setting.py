@@ -1,13 +1,12 @@
 """What a search tries: which rules hold, what may happen, and which reductions are sound there."""
 
 from collections.abc import Callable, Collection
-
 from typing import NamedTuple
 
 from tests.model.rules import Rule
 from tests.model.values import REGISTER_NUMBER
 
-# A message or memory of an epoch below the fence, and an order of another turn, can move no body while all these hold.
+# While these hold, a message or memory of an older epoch, and an order of another turn, can move no body.
 FORGETTING_RESTS_ON = frozenset(
     {
         Rule.EXACT_EPOCH,

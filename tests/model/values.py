@@ -1,11 +1,10 @@
-"""What a moment of the fleet consists of: fence, bodies, robots. NamedTuples, because a search hashes millions."""
+"""The fence, bodies and robots of the model. NamedTuples, because a search hashes millions of them."""
 
 from enum import StrEnum
 from typing import NamedTuple
 
-REGISTER_NUMBER = (
-    -1
-)  # below all robots' numbers, which count from 0 here; the design counts robots from 1 and says 0
+# In the epochs that the register takes of its own. Robots count from 0 here; in the design from 1.
+REGISTER_NUMBER = -1
 
 
 class Epoch(NamedTuple):
@@ -64,7 +63,7 @@ class Quality(StrEnum):
 
 
 class Motion(NamedTuple):
-    """What a body is driving by. `ground`: whose plan a strand step follows (the life that planned it)."""
+    """What a body drives by. `ground`: whose plan a strand step follows (the life that planned it)."""
 
     fence: Fence
     kind: Kind
@@ -74,7 +73,7 @@ class Motion(NamedTuple):
 
 
 class Body(NamedTuple):
-    """A hull. `place` is a version: it changes whenever the body has moved. `ground`: what its strand step drove."""
+    """A hull. `place` is a version that grows with each motion. `ground`: what its strand step drove."""
 
     place: int = 0
     motion: Motion | None = None
@@ -84,7 +83,7 @@ class Body(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """What an odometry tells beside the fence. Under one fence the greater is the newer: the model's odometry number."""
+    """What an odometry tells beside the fence. Under one fence the greater reading is the newer."""
 
     place: int
     moving: bool
@@ -113,7 +112,7 @@ class Place(NamedTuple):
 
 
 class Formation(NamedTuple):
-    """What a view agrees on; `turn` is that of its all. The order of `places` is the strand's, leader first."""
+    """What a view agrees on; `turn` is that of its all. `places` are in the strand's order, leader first."""
 
     epoch: Epoch
     turn: int
@@ -126,7 +125,7 @@ class Formation(NamedTuple):
 
 
 class Reported(NamedTuple):
-    """What a coordinator knows of one robot: place and life, and the turn of the odometry that told them."""
+    """What a coordinator knows of one robot; `turn` is that of the odometry that told it."""
 
     place: int
     life: int
