@@ -13,7 +13,7 @@ class Property(StrEnum):
     """What the rules promise; the letters are those of the traces."""
 
     ONE_FENCE = "A: bodies that move together obey one fence"
-    ALONE_IN_ITS_TURN = "B: while a fence names one robot nobody else moves"
+    NAMED_MOVES = "B: only the robot that the fence names moves, or members under all"
     ONE_FORMATION = "C: one formation moves bodies in an epoch"
     PLACES_TRUE = "D: bodies stand where the formation says"
     SCAN_TRUE = "E: others stood when the scan was taken, and have not moved since"
@@ -102,9 +102,10 @@ def judge(state: State, order: Order) -> None:
     others = [body.motion for j, body in enumerate(state.bodies) if j != order.robot and body.motion]
     if any(motion.fence[:2] != order.fence[:2] for motion in others):
         raise Breach(Property.ONE_FENCE, order)
-    named_another = isinstance(state.fence.who, Named) and state.fence.who.robot != order.robot
-    if named_another or (others and (order.kind is Kind.LEASE or any(o.kind is Kind.LEASE for o in others))):
-        raise Breach(Property.ALONE_IN_ITS_TURN, order)
+    who = state.fence.who
+    unnamed = who.robot != order.robot if isinstance(who, Named) else who in {May.NOBODY, May.STOPPED}
+    if unnamed or (others and Kind.LEASE in {order.kind, *(motion.kind for motion in others)}):
+        raise Breach(Property.NAMED_MOVES, order)
     if order.form is not None:
         judge_formation(state, order, order.form)
     if order.quality in {Quality.DIRTY, Quality.STALE}:

@@ -29,6 +29,11 @@ def coordinates(setting: Setting, state: State, i: int) -> Steps:
     yield from puts_all(setting, state, i, reports)
 
 
+def said_of(who: May | Named) -> str:
+    """The robot that a turn names, in a trace."""
+    return who.value if isinstance(who, May) else f"r{who.robot}"
+
+
 def puts_turns(setting: Setting, state: State, i: int, reports: Reports) -> Steps:
     """It gives a turn to a robot that has reported, or to nobody."""
     robot, on, bounds = state.robots[i], setting.on, setting.bounds
@@ -45,11 +50,9 @@ def puts_turns(setting: Setting, state: State, i: int, reports: Reports) -> Step
         who = Named(j, said.life) if on(Rule.ONE_NAMED) else May.ANY
         message = Turn(Fence(know.epoch, turn, who))
         if message not in state.net:
-            gave = robot._replace(put=turn, gave=put(robot.gave, j, turn))
-            yield (
-                f"r{i} puts turn {turn} for {'any' if who is May.ANY else f'r{j}'}",
-                state.with_robot(i, gave, message),
-            )
+            gave = put(robot.gave, j, turn) if on(Rule.PUT_COUNTS_AT_ONCE) else robot.gave
+            after = robot._replace(put=turn, gave=gave)
+            yield f"r{i} puts turn {turn} for {said_of(who)}", state.with_robot(i, after, message)
     message = Turn(Fence(know.epoch, turn, May.NOBODY))
     if bounds.nobody_turns and message not in state.net:
         yield f"r{i} puts turn {turn} for nobody", state.with_robot(i, robot._replace(put=turn), message)

@@ -87,7 +87,10 @@ def hear_fence(setting: Setting, i: int, robot: Robot, fence: Fence, reading: Re
     count = 0 if setting.forgets else robot.ordered
     if robot.know and fence.epoch == robot.know.epoch:
         mode = Mode.MEMBER if robot.mode is Mode.MEMBER else Mode.BOUND
-        return robot._replace(know=fence, reading=reading, mode=mode, ordered=count, pending=None)
+        told = robot._replace(know=fence, reading=reading, mode=mode, ordered=count, pending=None)
+        if robot.gave and isinstance(fence.who, Named) and not setting.on(Rule.PUT_COUNTS_AT_ONCE):
+            return told._replace(gave=put(robot.gave, fence.who.robot, fence.turn))
+        return told
     fresh = Robot(robot.life, fence, reading, ordered=count, scan=robot.scan)
     if leads(setting, i, fresh, fence):
         nobody = setting.bounds.robots

@@ -61,6 +61,10 @@ class Rule(StrEnum):
         "F4",
         "The coordinator puts the next turn when odometry told the last: no forgotten put is open.",
     )
+    PUT_COUNTS_AT_ONCE = (
+        "F4",
+        "A turn counts as the robot's last from its put on: one that is held up changes no place.",
+    )
     NOTHING_AFTER_ALL = (
         "F4",
         "After all the coordinator puts nothing more: no turn moves a robot out of the formation.",
