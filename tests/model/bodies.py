@@ -1,32 +1,11 @@
-"""Bodies: which orders they obey, and the properties that the judge asks of every order obeyed."""
-
-from enum import StrEnum
+"""Bodies: which orders they obey."""
 
 from tests.model.messages import Message, Order, Stand
+from tests.model.properties import judge
 from tests.model.rules import Rule
 from tests.model.setting import Setting
 from tests.model.state import State, Steps, put
-from tests.model.values import Formation, Kind, May, Motion, Named, OrderNumber, Quality, Robot
-
-
-class Property(StrEnum):
-    """What the rules promise; the letters are those of the traces."""
-
-    ONE_FENCE = "A: bodies that move together obey one fence"
-    NAMED_MOVES = "B: only the robot that the fence names moves, or members under all"
-    ONE_FORMATION = "C: one formation moves bodies in an epoch"
-    PLACES_TRUE = "D: bodies stand where the formation says"
-    SCAN_TRUE = "E: others stood when the scan was taken, and have not moved since"
-    GROUND_LEFT = "F: a follower enters only ground that the robot ahead has driven and left"
-    STOP_HOLDS = "G: no body moves between the operator's stop and release"
-
-
-class Breach(Exception):  # noqa: N818 - what a search looks for, not an error of ours
-    """A property is broken."""
-
-    def __init__(self, broken: Property, order: Order) -> None:
-        super().__init__(broken.value)
-        self.broken, self.order = broken, order
+from tests.model.values import Kind, May, Motion, Named, OrderNumber, Quality, Robot
 
 
 def obeyed(order: Order) -> str:
@@ -60,7 +39,7 @@ def obey(setting: Setting, state: State, order: Order) -> State | None:
     """A body receives an order. Raises `Breach` where it obeys and a property is broken."""
     if not obeys(setting, state, order):
         return None
-    judge(state, order)
+    judge(setting.asked, state, order)
     i = order.robot
     motion = Motion(order.fence, order.kind, order.number, braking=False, ground=order.ground)
     robots = tuple(robot if j == i else seen_moving(robot) for j, robot in enumerate(state.robots))
@@ -95,38 +74,6 @@ def stale(message: Message, moving: int) -> Message:
     if isinstance(message, Order) and message.robot != moving and message.quality is Quality.CLEAN:
         return message._replace(quality=Quality.STALE)
     return message
-
-
-def judge(state: State, order: Order) -> None:
-    """All properties, when a body is about to move by an order."""
-    others = [body.motion for j, body in enumerate(state.bodies) if j != order.robot and body.motion]
-    if any(motion.fence[:2] != order.fence[:2] for motion in others):
-        raise Breach(Property.ONE_FENCE, order)
-    who = state.fence.who
-    unnamed = who.robot != order.robot if isinstance(who, Named) else who in {May.NOBODY, May.STOPPED}
-    if unnamed or (others and Kind.LEASE in {order.kind, *(motion.kind for motion in others)}):
-        raise Breach(Property.NAMED_MOVES, order)
-    if order.form is not None:
-        judge_formation(state, order, order.form)
-    if order.quality in {Quality.DIRTY, Quality.STALE}:
-        raise Breach(Property.SCAN_TRUE, order)
-    if state.halted:
-        raise Breach(Property.STOP_HOLDS, order)
-
-
-def judge_formation(state: State, order: Order, form: Formation) -> None:
-    """The properties of a strand's step."""
-    if state.acted not in {None, form}:
-        raise Breach(Property.ONE_FORMATION, order)
-    for member in form.places:
-        body = state.bodies[member.robot]
-        drives_again = member.robot == order.robot and body.ground is not None
-        elsewhere = body.ground is None and not body.motion and body.place != member.place
-        if drives_again or elsewhere:  # the robot that sends its first step believes to stand there, too
-            raise Breach(Property.PLACES_TRUE, order)
-    ahead = form.beside(order.robot, -1)
-    if ahead and state.bodies[ahead.robot].ground != order.ground:
-        raise Breach(Property.GROUND_LEFT, order)
 
 
 def stand(state: State, message: Stand) -> Steps:

@@ -5,9 +5,10 @@ from time import process_time
 from typing import NamedTuple
 
 from tests.model.acting import acts
-from tests.model.bodies import Breach, Property, come_to_rest, obey, obeyed, stand
+from tests.model.bodies import come_to_rest, obey, obeyed, stand
 from tests.model.coordinator import coordinates
 from tests.model.messages import Message, Odometry, Order, Raise, Release, Stand, Turn
+from tests.model.properties import Breach, Property
 from tests.model.robots import hear, hear_odometry
 from tests.model.setting import Setting
 from tests.model.state import State, Steps

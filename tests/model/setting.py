@@ -3,6 +3,7 @@
 from collections.abc import Callable, Collection
 from typing import NamedTuple
 
+from tests.model.properties import Property
 from tests.model.rules import Rule
 from tests.model.values import REGISTER_NUMBER
 
@@ -42,9 +43,12 @@ class Bounds(NamedTuple):
 
 
 class Setting:
-    """The rules that hold, and the bounds."""
+    """The rules that hold, the bounds, and the properties that are asked for."""
 
-    def __init__(self, rules: Collection[Rule], bounds: Bounds) -> None:
+    def __init__(
+        self, rules: Collection[Rule], bounds: Bounds, asked: Collection[Property] = frozenset(Property)
+    ) -> None:
+        self.asked = asked
         self.rules = frozenset(rules)
         self.on: Callable[[Rule], bool] = self.rules.__contains__
         self.bounds = bounds

@@ -1,0 +1,88 @@
+"""The searches: those that are clean with all rules, and the smallest sets of rules without which they break.
+
+A set of several rules is one in which each covers the others: with any one of them back the search is clean.
+"""
+
+from typing import NamedTuple
+
+from tests.model.properties import Property
+from tests.model.rules import Rule
+from tests.model.setting import Bounds
+
+TURN = Bounds(turns=1)  # one turn, so that a robot that has driven in it is not yet in a formation
+LEASE = Bounds()  # two turns: a robot drives in one, and the next names nobody
+ROBOT_RESTARTS = TURN._replace(faults=1, restarts="r")
+WORLD_RESTARTS = TURN._replace(faults=1, restarts="w")
+TWO_RAISES = TURN._replace(raises=2)
+LATE = TURN._replace(late=1)
+BRAKES = LEASE._replace(brake=True)
+EARLY = LEASE._replace(early=True)
+TAIL = LEASE._replace(tail=True)
+NO_TURN = Bounds(turns=0)
+STOPS = NO_TURN._replace(stops=2)
+STOP_AND_RESTART = NO_TURN._replace(stops=1, faults=1, restarts="w")
+
+
+class Clean(NamedTuple):
+    """A search that breaks nothing with all rules, and how many states it has when it closes."""
+
+    name: str
+    bounds: Bounds
+    states: int | None = None  # None: it was never closed
+
+
+class Without(NamedTuple):
+    """Rules left out together, and what breaks: the first property by one of the shortest traces."""
+
+    rules: frozenset[Rule]
+    bounds: Bounds
+    broken: Property
+    depth: int
+
+
+def without(bounds: Bounds, broken: Property, depth: int, *rules: Rule) -> Without:
+    """An entry of the table below."""
+    return Without(frozenset(rules), bounds, broken, depth)
+
+
+R, P = Rule, Property
+BROKEN = (
+    without(NO_TURN._replace(raises=2), P.ONE_FORMATION, 23, R.EXACT_EPOCH),
+    without(LEASE, P.PLACES_TRUE, 21, R.EXACT_TURN),
+    without(TAIL, P.NAMED_MOVES, 10, R.NAMED_ROBOT, R.ACTS_UNDER_ALL, R.FORMATION_NAMES_TURN),
+    without(NO_TURN._replace(raises=2), P.PLACES_TRUE, 23, R.STOP_AT_CHANGE),
+    without(ROBOT_RESTARTS._replace(tail=True), P.PLACES_TRUE, 24, R.LIFE_IN_TURN, R.PLACE_OF_A_LATER_TURN),
+    without(BRAKES, P.ONE_FENCE, 17, R.ORDERS_IN_FORCE, R.SCAN_IN_FORCE),
+    without(TURN, P.NAMED_MOVES, 13, R.ONE_NAMED),
+    without(WORLD_RESTARTS._replace(turns=0), P.ONE_FORMATION, 20, R.ONE_FORMATION),
+    without(TURN, P.PLACES_TRUE, 19, R.ALL_AFTER_FORMATION, R.FORMATION_NAMES_TURN),
+    without(TURN, P.PLACES_TRUE, 19, R.NEXT_PUT_WHEN_TOLD, R.PUT_COUNTS_AT_ONCE, R.FORMATION_NAMES_TURN),
+    without(TURN, P.PLACES_TRUE, 21, R.NOTHING_AFTER_ALL, R.ALL_IS_LAST),
+    without(TWO_RAISES, P.PLACES_TRUE, 33, R.PLACE_OF_THIS_EPOCH),
+    without(TURN, P.PLACES_TRUE, 18, R.PLACE_AFTER_OWN_TURN, R.PLACE_OF_A_LATER_TURN),
+    without(
+        TURN._replace(tail=True),
+        P.PLACES_TRUE,
+        19,
+        R.PLACE_AFTER_OWN_TURN,
+        R.PLACE_OF_A_LATER_TURN,
+        R.MISFIT_STANDS,
+    ),
+    without(BRAKES, P.PLACES_TRUE, 22, R.PLACE_STANDING),
+    without(TURN, P.PLACES_TRUE, 20, R.PLACE_ORDERS_ENDED, R.PLACE_OF_A_LATER_TURN),
+    without(ROBOT_RESTARTS, P.PLACES_TRUE, 21, R.NEW_LIFE_STANDS, R.PLACE_OF_A_LATER_TURN),
+    without(ROBOT_RESTARTS._replace(turns=0, tail=True), P.PLACES_TRUE, 19, R.FORMATION_NAMES_LIVES),
+    without(TURN, P.GROUND_LEFT, 15, R.MOVES_BY_AUTHORITY),
+    without(NO_TURN._replace(raises=2), P.SCAN_TRUE, 29, R.SCAN_OF_THIS_EPOCH),
+    without(EARLY, P.SCAN_TRUE, 17, R.SCAN_OF_THIS_TURN),
+    without(EARLY, P.SCAN_TRUE, 17, R.TURN_0_SCAN_ONLY_FOR_TURN_1),
+    without(BRAKES, P.SCAN_TRUE, 19, R.SCAN_IN_FORCE),
+    without(ROBOT_RESTARTS._replace(turns=0, tail=True), P.ONE_FORMATION, 26, R.EPOCH_NAMES_LIFE),
+    without(LEASE, P.SCAN_TRUE, 18, R.NEXT_TURN_ONLY),
+    without(WORLD_RESTARTS._replace(turns=0), P.PLACES_TRUE, 13, R.RESUMED_WORLD_RAISES),
+    without(STOP_AND_RESTART, P.STOP_HOLDS, 13, R.WRITTEN_FIRST),
+    without(LATE._replace(tail=True), P.PLACES_TRUE, 23, R.ODOMETRY_NUMBERED, R.PLACE_OF_A_LATER_TURN),
+    without(STOPS, P.STOP_HOLDS, 12, R.STOPPED_REFUSES_RAISES),
+    without(STOP_AND_RESTART, P.STOP_HOLDS, 14, R.STOPPED_SURVIVES_RESTART),
+    without(STOPS, P.STOP_HOLDS, 16, R.RELEASE_NAMES_ITS_STOP),
+)
