@@ -1,6 +1,7 @@
 """What is sent. A message stays in the net and may arrive late, often, out of order or never.
 
-Tuples of equal content are equal whatever their kind: no two kinds have both the same length and types.
+Tuples of equal content are equal whatever their kind: no two kinds have both the same length and types,
+where bool counts as int (`test_model.py` checks it).
 """
 
 from typing import NamedTuple
@@ -86,7 +87,6 @@ class Grant(NamedTuple):
     to: int
     epoch: Epoch
     life: int
-    authority: bool = True
 
 
 ToRobot = Report | FormationTold | PathTold | Grant

@@ -6,7 +6,7 @@ from enum import StrEnum
 class Rule(StrEnum):
     """One rule; a search may leave any of them out. `family` is what the design files it under.
 
-    F1-F6 are the rules of the fence. REGISTER is what the register takes and how it starts again.
+    F1-F6 are the rules of the fence. REGISTER is the rest of 4.3: what the register takes and tells.
     """
 
     family: str
@@ -157,3 +157,36 @@ class Rule(StrEnum):
 
 
 DESIGN = frozenset(Rule)
+
+# Which schedules of the design's companion page (views.md) a rule answers; V3, V9, V10, V13, V21-V23 are geometry or
+# liveness, and no matter of this model.
+SCHEDULES: dict[Rule, tuple[str, ...]] = {
+    Rule.EXACT_EPOCH: ("V6", "V14"),
+    Rule.EXACT_TURN: ("V5", "V6"),
+    Rule.NAMED_ROBOT: ("V6",),
+    Rule.STOP_AT_CHANGE: ("V7",),
+    Rule.LIFE_IN_TURN: ("V17", "V20"),
+    Rule.ONE_FORMATION: ("V1",),
+    Rule.FORMATION_NAMES_TURN: ("V19",),
+    Rule.ALL_AFTER_FORMATION: ("V19",),
+    Rule.NEXT_PUT_WHEN_TOLD: ("V19",),
+    Rule.PUT_COUNTS_AT_ONCE: ("V19",),
+    Rule.PLACE_OF_THIS_EPOCH: ("V14",),
+    Rule.PLACE_AFTER_OWN_TURN: ("V5", "V16"),
+    Rule.PLACE_OF_A_LATER_TURN: ("V20",),
+    Rule.PLACE_STANDING: ("V5",),
+    Rule.PLACE_ORDERS_ENDED: ("V5", "V16"),
+    Rule.FORMATION_NAMES_LIVES: ("V2",),
+    Rule.MISFIT_STANDS: ("V12",),
+    Rule.LINK_OF_THE_LIFE: ("V2",),
+    Rule.SCAN_OF_THIS_TURN: ("V4",),
+    Rule.TURN_0_SCAN_ONLY_FOR_TURN_1: ("V4",),
+    Rule.SCAN_IN_FORCE: ("V4",),
+    Rule.EPOCH_NAMES_LIFE: ("V1",),
+    Rule.TIE_AT_TURN_0: ("V8",),
+    Rule.NEXT_TURN_ONLY: ("V16", "V19"),
+    Rule.RESUMED_WORLD_RAISES: ("V7", "V15"),
+    Rule.WRITTEN_FIRST: ("V7",),
+    Rule.ODOMETRY_NUMBERED: ("V18",),
+    Rule.STOPPED_REFUSES_RAISES: ("V11",),
+}

@@ -28,7 +28,7 @@ class Clean(NamedTuple):
 
     name: str
     bounds: Bounds
-    states: int | None = None  # None: it was never closed
+    states: int = 0  # 0: never closed
 
 
 class Without(NamedTuple):
@@ -44,6 +44,45 @@ def without(bounds: Bounds, broken: Property, depth: int, *rules: Rule) -> Witho
     """An entry of the table below."""
     return Without(frozenset(rules), bounds, broken, depth)
 
+
+RESTART_OF_EITHER = TURN._replace(faults=1)
+THREE = Bounds(robots=3)
+
+SHORT = (
+    Clean("one lease", LEASE, 8_058),
+    Clean("the coordinator follows", TAIL, 7_379),
+    Clean("bodies brake", BRAKES, 9_932),
+    Clean("robots scan at any time", EARLY, 21_247),
+    Clean("two raises by two robots", TWO_RAISES._replace(raisers=(0, 1)), 3_941),
+    Clean("a robot restarts", ROBOT_RESTARTS, 8_900),
+    Clean("the world restarts", LEASE._replace(faults=1, restarts="w"), 23_888),
+    Clean("an odometry is late", LATE, 3_834),
+    Clean("the operator stops twice", STOPS, 826),
+    Clean("a stop, and the world restarts", STOP_AND_RESTART, 738),
+    Clean("a stop around a lease", LEASE._replace(stops=1), 24_619),
+    Clean("three robots, a restart", NO_TURN._replace(robots=3, faults=1), 24_674),
+)
+LONG = (
+    Clean("three raises, bodies brake", TWO_RAISES._replace(raises=3, raisers=(0, 1), brake=True)),
+    Clean("a robot restarts, bodies brake", ROBOT_RESTARTS._replace(brake=True, early=True)),
+    Clean("three robots, one turn", THREE._replace(turns=1)),
+    Clean("two raises around leases", LEASE._replace(raises=2, raisers=(0, 1))),
+    Clean("an odometry is late in a lease", LEASE._replace(late=1)),
+    Clean("two restarts", TURN._replace(faults=2)),
+    Clean("two raises and a restart", RESTART_OF_EITHER._replace(raises=2, raisers=(0, 1))),
+    Clean("a late odometry and a restart", RESTART_OF_EITHER._replace(late=1)),
+    Clean("a lease and a restart", LEASE._replace(faults=1)),
+    Clean("two raises, a restart, a stop", RESTART_OF_EITHER._replace(raises=2, raisers=(0, 1), stops=1)),
+    Clean("three robots, one turn, a restart", THREE._replace(turns=1, faults=1)),
+    Clean("three robots, one lease", THREE),
+    Clean("two leases", LEASE._replace(turns=3)),
+)
+
+# Rules without which nothing breaks here, alone or with others left out, and why they are rules.
+NOT_SHOWN = {
+    Rule.TIE_AT_TURN_0: "liveness: without it a raise of the same generation may end a view that moves already",
+    Rule.LINK_OF_THE_LIFE: "FORMATION_NAMES_LIVES covers it: a life that the formation does not name has no link",
+}
 
 R, P = Rule, Property
 BROKEN = (
