@@ -158,8 +158,8 @@ class Rule(StrEnum):
 
 DESIGN = frozenset(Rule)
 
-# Which schedules of the design's companion page (views.md) a rule answers; V3, V9, V10, V13, V21-V23 are geometry or
-# liveness, and no matter of this model.
+# Which schedules of views.md, the companion page of the design, a rule answers. V3, V9, V10, V13 and V21-V23 are
+# about geometry or liveness, which this model has not.
 SCHEDULES: dict[Rule, tuple[str, ...]] = {
     Rule.EXACT_EPOCH: ("V6", "V14"),
     Rule.EXACT_TURN: ("V5", "V6"),

@@ -80,8 +80,8 @@ LONG = (
 
 # Rules without which nothing breaks here, alone or with others left out, and why they are rules.
 NOT_SHOWN = {
-    Rule.TIE_AT_TURN_0: "liveness: without it a raise of the same generation may end a view that moves already",
-    Rule.LINK_OF_THE_LIFE: "FORMATION_NAMES_LIVES covers it: a life that the formation does not name has no link",
+    Rule.TIE_AT_TURN_0: "liveness: without it a late raise of the same generation may end a view that moves",
+    Rule.LINK_OF_THE_LIFE: "FORMATION_NAMES_LIVES covers it: a life that is not named tells no link state",
 }
 
 R, P = Rule, Property

@@ -22,6 +22,13 @@ def name_of(entry: Clean | Without) -> str:
     return "+".join(sorted(rule.name for rule in entry.rules))
 
 
+def differences(bounds: Bounds) -> str:
+    usual = Bounds()._asdict()
+    return (
+        ",".join(f"{name}={value}" for name, value in bounds._asdict().items() if value != usual[name]) or "-"
+    )
+
+
 @pytest.mark.parametrize("entry", SHORT, ids=name_of)
 def test_all_rules_together_are_clean_and_the_search_closes(entry: Clean) -> None:
     found = search(Setting(DESIGN, entry.bounds))
@@ -41,7 +48,7 @@ def test_rules_that_cover_each_other_break_only_together(entry: Without) -> None
         assert (back, found.broken, found.ended) == (back, None, Ended.CLOSED)
 
 
-@pytest.mark.parametrize("bounds", sorted({entry.bounds for entry in BROKEN}), ids=str)
+@pytest.mark.parametrize("bounds", sorted({entry.bounds for entry in BROKEN}), ids=differences)
 def test_bounds_that_break_without_a_rule_are_clean_with_all(bounds: Bounds) -> None:
     found = search(Setting(DESIGN, bounds))
     assert (found.broken, found.ended) == (None, Ended.CLOSED)
