@@ -1,11 +1,10 @@
 """What a robot does of its own accord: it raises, stands anew, ends its turn, scans, orders motion."""
 
-from tests.model.messages import Order, Raise, Stand
 from tests.model.register import may_win
 from tests.model.robots import report, to_behind
 from tests.model.rules import Rule
 from tests.model.setting import Setting
-from tests.model.state import State, Steps
+from tests.model.state import Order, Raise, Stand, State, Steps
 from tests.model.values import Epoch, Fence, Kind, Mode, OrderNumber, Quality, Robot, Scan
 
 

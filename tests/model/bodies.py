@@ -1,10 +1,9 @@
 """Bodies: which orders they obey."""
 
-from tests.model.messages import Message, Order, Stand
 from tests.model.properties import judge
 from tests.model.rules import Rule
 from tests.model.setting import Setting
-from tests.model.state import State, Steps, put
+from tests.model.state import Message, Order, Stand, State, Steps, put
 from tests.model.values import Kind, May, Motion, Named, OrderNumber, Quality, Robot
 
 

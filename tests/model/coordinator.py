@@ -1,10 +1,9 @@
 """What a coordinator does beside its state: it puts turns, makes the formation and puts all (F4)."""
 
-from tests.model.messages import FormationTold, Turn
 from tests.model.robots import leads, own_report, place_counts
 from tests.model.rules import Rule
 from tests.model.setting import Setting
-from tests.model.state import State, Steps, put
+from tests.model.state import FormationTold, State, Steps, Turn, put
 from tests.model.values import Fence, Formation, May, Named, Place, Reported, Robot
 
 Reports = tuple[Reported | None, ...]

@@ -15,7 +15,10 @@ A raise that is refused only because the fleet is stopped is kept: it may win af
 
 from collections.abc import Iterable, Iterator
 
-from tests.model.messages import (
+from tests.model.register import may_win
+from tests.model.rules import Rule
+from tests.model.setting import Setting
+from tests.model.state import (
     FormationTold,
     Grant,
     Message,
@@ -26,12 +29,9 @@ from tests.model.messages import (
     Release,
     Report,
     Stand,
+    State,
     Turn,
 )
-from tests.model.register import may_win
-from tests.model.rules import Rule
-from tests.model.setting import Setting
-from tests.model.state import State
 from tests.model.values import AT_REST, Body, Fence, OrderNumber, Robot, Scan
 
 

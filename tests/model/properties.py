@@ -3,8 +3,7 @@
 from collections.abc import Collection, Iterator
 from enum import StrEnum
 
-from tests.model.messages import Order
-from tests.model.state import State
+from tests.model.state import Order, State
 from tests.model.values import Formation, Kind, May, Named, Quality
 
 

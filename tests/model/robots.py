@@ -1,9 +1,8 @@
 """What robots learn from odometry and from each other; what they do of their own accord is `acting.py`."""
 
-from tests.model.messages import FormationTold, Grant, Message, Odometry, PathTold, Report, ToRobot
 from tests.model.rules import Rule
 from tests.model.setting import Setting
-from tests.model.state import State, put
+from tests.model.state import FormationTold, Grant, Message, Odometry, PathTold, Report, State, ToRobot, put
 from tests.model.values import Fence, Formation, May, Mode, Named, Reading, Reported, Robot
 
 

@@ -158,8 +158,8 @@ class Rule(StrEnum):
 
 DESIGN = frozenset(Rule)
 
-# Which schedules of views.md, the companion page of the design, a rule answers. V3, V9, V10, V13 and V21-V23 are
-# about geometry or liveness, which this model has not.
+# Which schedules of views.md, the companion page of the design, a rule answers. V3, V9, V10, V13 and V21
+# to V23 are about geometry or liveness, which this model leaves out.
 SCHEDULES: dict[Rule, tuple[str, ...]] = {
     Rule.EXACT_EPOCH: ("V6", "V14"),
     Rule.EXACT_TURN: ("V5", "V6"),

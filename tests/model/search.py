@@ -7,11 +7,10 @@ from typing import NamedTuple
 from tests.model.acting import acts
 from tests.model.bodies import come_to_rest, obey, obeyed, stand
 from tests.model.coordinator import coordinates
-from tests.model.messages import Message, Odometry, Order, Raise, Release, Stand, Turn
 from tests.model.properties import Breach, Property
 from tests.model.robots import hear, hear_odometry
 from tests.model.setting import Setting
-from tests.model.state import State, Steps
+from tests.model.state import Message, Odometry, Order, Raise, Release, Stand, State, Steps, Turn
 from tests.model.values import AT_REST, REGISTER_NUMBER, Body, Epoch, Fence, Reading, Robot
 from tests.model.world import hear_raise, hear_release, hear_turn, operator_steps, restart_world
 

@@ -4,13 +4,13 @@ from typing import get_args, get_type_hints
 
 import pytest
 
-from tests.model.messages import Message
 from tests.model.properties import Property
 from tests.model.register import may_win, takes_raise
 from tests.model.rules import DESIGN, SCHEDULES, Rule
 from tests.model.search import Ended, search
 from tests.model.searches import BROKEN, LONG, NOT_SHOWN, SHORT, Clean, Without
 from tests.model.setting import Bounds, Setting
+from tests.model.state import Message
 from tests.model.values import Epoch, Fence, May
 
 PAIRS = [entry for entry in BROKEN if len(entry.rules) > 1]

@@ -1,11 +1,10 @@
 """The world's process: the fence and what a change of it does to bodies; the operator; starting again."""
 
 from tests.model.forgetting import forgotten
-from tests.model.messages import Raise, Release, Turn
 from tests.model.register import takes_raise, takes_turn
 from tests.model.rules import Rule
 from tests.model.setting import Setting
-from tests.model.state import State, Steps
+from tests.model.state import Raise, Release, State, Steps, Turn
 from tests.model.values import REGISTER_NUMBER, Body, Epoch, Fence, May
 
 
