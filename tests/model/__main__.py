@@ -27,7 +27,7 @@ def names(rules: frozenset[Rule]) -> str:
 
 def say_broken(entry: Without, seconds: float, *, traced: bool) -> bool:
     """Search without some rules; is what breaks what the table says?"""
-    found = search(Setting(DESIGN - entry.rules, entry.bounds), seconds)
+    found = search(Setting(DESIGN - entry.rules, entry.bounds, {entry.broken}), seconds)
     say(row(names(entry.rules), found.broken or "nothing", found))
     if traced:
         say(*(f"    {happened}" for happened in found.trace))

@@ -32,7 +32,7 @@ class Clean(NamedTuple):
 
 
 class Without(NamedTuple):
-    """Rules left out together, and what breaks: the first property by one of the shortest traces."""
+    """Rules left out together, a property that breaks, and the length of its shortest traces."""
 
     rules: frozenset[Rule]
     bounds: Bounds

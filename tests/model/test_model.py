@@ -38,7 +38,7 @@ def test_all_rules_together_are_clean_and_the_search_closes(entry: Clean) -> Non
 
 @pytest.mark.parametrize("entry", BROKEN, ids=name_of)
 def test_without_its_rules_a_property_breaks(entry: Without) -> None:
-    found = search(Setting(DESIGN - entry.rules, entry.bounds))
+    found = search(Setting(DESIGN - entry.rules, entry.bounds, {entry.broken}))
     assert (found.broken, found.depth, len(found.trace)) == (entry.broken, entry.depth, entry.depth)
 
 
