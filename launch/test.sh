@@ -8,17 +8,17 @@ source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/setup.sh"
 set_up dev
 cd "$clew_root"
 
-failed=0
+failed=()
 check() {
     clew_say "$*"
-    "$python" -m "$@" || failed=1
+    "$python" -m "$@" || failed+=("$1")
 }
 
 check_shell() {
     local scripts
     mapfile -t scripts < <(find .ci launch tests -type f \( -name '*.sh' -o ! -name '*.*' \))
     clew_say "shellcheck ${scripts[*]}"
-    "$clew_venv/bin/shellcheck" --external-sources --source-path=SCRIPTDIR "${scripts[@]}" || failed=1
+    "$clew_venv/bin/shellcheck" --external-sources --source-path=SCRIPTDIR "${scripts[@]}" || failed+=(shellcheck)
 }
 
 # TypeScript comes from npm, by a lock with its hash, into a folder of our environment.
@@ -35,7 +35,7 @@ check_page() {
     { command -v node && command -v npm; } >/dev/null || { clew_say "no Node.js with npm here: the types of the page are not checked" && return; }
     get_typescript || { clew_say "npm cannot install TypeScript: the types of the page are not checked" && return; }
     clew_say "tsc --project tests/support/page_types"
-    node "$clew_venv/typescript/node_modules/typescript/bin/tsc" --project tests/support/page_types || failed=1
+    node "$clew_venv/typescript/node_modules/typescript/bin/tsc" --project tests/support/page_types || failed+=(tsc)
 }
 
 # A choice (-k, a file) may leave one of the two runs of pytest without a test, which is no failure.
@@ -43,7 +43,7 @@ check_tests() {
     local code=0
     clew_say "pytest $*"
     "$python" -m pytest "$@" || code=$?
-    ((code == 0 || (code == 5 && chosen))) || failed=1
+    ((code == 0 || (code == 5 && chosen))) || failed+=("pytest $1 $2")
 }
 
 chosen=$(($# > 0))
@@ -58,4 +58,6 @@ command -v chromium >/dev/null ||
 check_tests -m "not processes" -n auto --dist worksteal "$@"
 # A fleet waits more than it computes. The tests of a file share what they have set up, and stay together.
 check_tests -m processes -n auto --dist loadfile "$@"
-exit "$failed"
+((${#failed[@]} == 0)) && exit
+clew_say "failed: $(printf '%s; ' "${failed[@]}")"
+exit 1

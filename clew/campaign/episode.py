@@ -4,6 +4,7 @@ Rule 1: every episode has an outcome, even if it raises or does not end. The cam
 Rule 2: a surprise is an outcome that is not possible if the fleet keeps its promises.
 """
 
+import shlex
 import signal
 import time
 import traceback
@@ -168,7 +169,9 @@ def drawn_plan_path(path: str) -> str:
 
 def drawn_replay(path: str, seed: int) -> str:
     """The command line that replays the seed's episode from its written files."""
-    return f"./launch/clew rehearse {path} --faults {drawn_plan_path(path)} --seed {seed}"
+    return shlex.join(
+        ["./launch/clew", "rehearse", path, "--faults", drawn_plan_path(path), "--seed", str(seed)]
+    )
 
 
 def surprise_of(verdict: Verdict, *, expected: int, no_route: bool, solvable: bool | None) -> Surprise:

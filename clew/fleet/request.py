@@ -69,7 +69,7 @@ def parse(arguments: Sequence[str]) -> Request:
         "Progress goes to stderr: a live table on a terminal, otherwise one line per event. "
         "The last line on stdout is the verdict and the run's folder.",
         epilog="Exit code: 0 all promises kept, 1 the run failed or broke a promise, 2 cannot run as asked, "
-        "130 Ctrl-C, 143 SIGTERM, 128+n the world died of signal n.",
+        "130 Ctrl-C, 143 SIGTERM, 129 SIGHUP, 128+n the world died of signal n.",
         allow_abbrev=False,
     )
     parser.add_argument(

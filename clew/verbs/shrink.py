@@ -1,5 +1,6 @@
 """`clew shrink`: cuts a fault plan to a smallest part with which a run still fails in the same way."""
 
+import shlex
 from itertools import chain, count
 from pathlib import Path
 
@@ -154,5 +155,7 @@ def _write(case: Case, out: Path) -> str:
         write_whole(out / FAULTS_FILE, plan_text(case.plan).encode())
     except OSError as error:
         raise UsageError(f"cannot write into {out}: {error.strerror}") from error
-    faults = out / FAULTS_FILE
-    return f"./launch/clew rehearse {out / WORLD_FILE} --faults {faults} --seed {case.seed}"
+    world_path, plan_path = str(out / WORLD_FILE), str(out / FAULTS_FILE)
+    return shlex.join(
+        ["./launch/clew", "rehearse", world_path, "--faults", plan_path, "--seed", str(case.seed)]
+    )

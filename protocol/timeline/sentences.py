@@ -99,7 +99,7 @@ SENTENCES: dict[str, str | Callable[[str, Any], str]] = {
     "robot.returned": "r{it.robot} has returned",
     "robot.settled": lambda by, it: f"{by} sends no more: {sum(it.sent.values())} messages in all",
     "robot.started": "{by} starts, as process {it.pid}",
-    "route.lost": "{by} knows no way to the goal: {it.reason}",
+    "route.lost": "{by} has lost its route: {it.reason}",
     "router.found": "a router is connected again, after {it.away_s:.3f} s of wall clock",
     "router.lost": "the router is lost: no message arrives",
     "run.ended": "the run is over: {it.reason}",
