@@ -3,13 +3,22 @@
 from msgspec import Struct
 
 from protocol.timeline import Record
-from protocol.wire.messages import AheadState, Announcement, BehindState, Drive
+from protocol.wire.fence import Change
+from protocol.wire.messages import AheadState, BehindState, Drive
+from protocol.wire.view import ViewMessage
 
 
-class Announce(Struct, frozen=True):
-    """Send a message to all robots."""
+class Say(Struct, frozen=True):
+    """Send a message of a view to one robot."""
 
-    muster: Announcement
+    robot: int
+    said: ViewMessage
+
+
+class Put(Struct, frozen=True):
+    """Ask the register to change the fence."""
+
+    change: Change
 
 
 class Tell(Struct, frozen=True):
@@ -37,4 +46,4 @@ class Note(Struct, frozen=True):
     record: Record
 
 
-Command = Announce | Tell | Order | AskScan | Note
+Command = Say | Put | Tell | Order | AskScan | Note

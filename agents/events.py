@@ -2,7 +2,8 @@
 
 from msgspec import Struct
 
-from protocol.wire.messages import AheadState, Announcement, BehindState, Odometry, Scan
+from protocol.wire.messages import AheadState, BehindState, Odometry, Scan
+from protocol.wire.view import ViewMessage
 
 
 class OdometryHeard(Struct, frozen=True):
@@ -17,11 +18,12 @@ class ScanHeard(Struct, frozen=True):
     scan: Scan
 
 
-class MusterHeard(Struct, frozen=True):
-    """A message from another robot to all."""
+class ViewHeard(Struct, frozen=True):
+    """A message of a view from another robot, with the number of the message."""
 
     robot: int
-    muster: Announcement
+    number: int
+    said: ViewMessage
 
 
 class LinkHeard(Struct, frozen=True):
@@ -46,4 +48,4 @@ class TokenWent(Struct, frozen=True):
     incarnation: str
 
 
-Event = OdometryHeard | ScanHeard | MusterHeard | LinkHeard | TokenCame | TokenWent
+Event = OdometryHeard | ScanHeard | ViewHeard | LinkHeard | TokenCame | TokenWent

@@ -53,9 +53,13 @@ class Keys:
         """The odometry of a body, for its robot."""
         return f"{self.root}/body/{robot}/odometry"
 
-    def muster(self, robot: str) -> str:
-        """A robot's place while the robots line up, to all robots."""
-        return f"{self.root}/muster/{robot}"
+    def fence(self, robot: str) -> str:
+        """What a robot puts to change the fence; robot 0 is the operator."""
+        return f"{self.root}/body/fence/{robot}"
+
+    def view(self, sender: str, receiver: str) -> str:
+        """Reports, answers, formations and pleas of a view."""
+        return f"{self.root}/view/{sender}/{receiver}"
 
     def mission(self) -> str:
         """Queryable of the world: the mission that every robot gets before it starts."""

@@ -4,6 +4,7 @@ from msgspec import Struct
 
 from protocol.exit_codes import ExitCode
 from protocol.timeline import Entry
+from protocol.wire.fence import Change
 from protocol.wire.messages import Drive
 
 
@@ -12,6 +13,13 @@ class OrderHeard(Struct, frozen=True):
 
     robot: int
     drive: Drive
+
+
+class FencePut(Struct, frozen=True):
+    """A robot asks for a change of the fence; robot 0 is the operator."""
+
+    robot: int
+    change: Change
 
 
 class ScanAsked(Struct, frozen=True):
@@ -55,4 +63,4 @@ class StopAsked(Struct, frozen=True):
     exit_code: ExitCode
 
 
-Event = OrderHeard | ScanAsked | TokenCame | TokenWent | EntryWritten | MessageDropped | StopAsked
+Event = OrderHeard | FencePut | ScanAsked | TokenCame | TokenWent | EntryWritten | MessageDropped | StopAsked

@@ -34,20 +34,24 @@ from protocol.timeline.processes import (
 from protocol.timeline.steps import SeenGap, SeenObstacle, SegmentChecked, StepAbandoned, StepPlanned
 from protocol.timeline.strand import (
     AuthorityGranted,
+    FenceChanged,
     LeaderSucceeded,
     LinkBroken,
     LinkHeard,
     LinkSilent,
-    MusterCalled,
-    MusterJoined,
     RobotBlocked,
     RobotHeld,
     RobotPlaced,
     RobotReleased,
+    RobotStranded,
     StrandDissolved,
     StrandFormed,
     StrandHealed,
+    StrandJoined,
     StrandReversed,
+    ViewJoined,
+    ViewLeft,
+    ViewProposed,
 )
 
 __all__ = [
@@ -55,14 +59,13 @@ __all__ = [
     "BodyStopped",
     "Entry",
     "FaultInjected",
+    "FenceChanged",
     "GoalReached",
     "LeaderSucceeded",
     "LinkBroken",
     "LinkHeard",
     "LinkSilent",
     "MessageRefused",
-    "MusterCalled",
-    "MusterJoined",
     "OrderAccepted",
     "OrderFinished",
     "OrderRefused",
@@ -81,6 +84,7 @@ __all__ = [
     "RobotReturned",
     "RobotSettled",
     "RobotStarted",
+    "RobotStranded",
     "RouteLost",
     "RouterFound",
     "RouterLost",
@@ -95,8 +99,12 @@ __all__ = [
     "StrandDissolved",
     "StrandFormed",
     "StrandHealed",
+    "StrandJoined",
     "StrandReversed",
     "TrafficCounted",
+    "ViewJoined",
+    "ViewLeft",
+    "ViewProposed",
     "WorldResumed",
 ]
 
@@ -105,6 +113,7 @@ Record = (
     | RobotDied
     | RobotRestarted
     | RobotReturned
+    | FenceChanged
     | OrderAccepted
     | OrderRefused
     | OrderFinished
@@ -123,18 +132,21 @@ Record = (
     | RobotStarted
     | RobotFailed
     | StrandFormed
+    | StrandJoined
     | StrandReversed
     | StrandDissolved
     | RobotPlaced
     | RobotBlocked
+    | RobotStranded
     | StepPlanned
     | SegmentChecked
     | AuthorityGranted
     | LinkSilent
     | LinkHeard
     | LinkBroken
-    | MusterCalled
-    | MusterJoined
+    | ViewProposed
+    | ViewJoined
+    | ViewLeft
     | LeaderSucceeded
     | StrandHealed
     | RobotHeld

@@ -5,7 +5,7 @@ from typing import Annotated
 from msgspec import Meta
 
 from protocol.frames import Count, Length, Metres, Point, Radians, RobotId
-from protocol.timeline.base import Kind, Text
+from protocol.timeline.base import Kind, LifeText, Text
 
 RANGES_TOLD_MAX = 360  # rays of a recorded scan: enough for a drawing, in 2 kB
 
@@ -15,10 +15,10 @@ class OrderAccepted(Kind, frozen=True, kw_only=True, tag="order.accepted"):
 
     robot: RobotId
     number: Count
-    epoch: Count
-    step: Annotated[
-        Count, Meta(description="the leader's switching step; 0: a robot that follows, or joins in epoch 0")
-    ]
+    epoch: Annotated[Count, Meta(description="of the fence that the order bears")]
+    turn: Annotated[Count, Meta(description="of that fence")]
+    life: Annotated[LifeText, Meta(description="of the robot; hexadecimal")]
+    step: Annotated[Count, Meta(description="the leader's switching step; 0: a robot that follows or joins")]
     x_m: Metres
     y_m: Metres
     target: Annotated[Point | None, Meta(description="null: stand still")]
@@ -30,6 +30,10 @@ class OrderRefused(Kind, frozen=True, kw_only=True, tag="order.refused"):
 
     robot: RobotId
     number: Count
+    epoch: Annotated[Count, Meta(description="of the fence that the order bears")]
+    turn: Count
+    fence: Annotated[Count, Meta(description="the epoch of the fence that the body obeys")]
+    fence_turn: Count
     reason: Text
 
 

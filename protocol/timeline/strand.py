@@ -1,31 +1,78 @@
-"""Entries of robots about the strand: forming, reversing, dissolving, healing, authority, links."""
+"""Entries about views and strands: the fence, forming, turning round, dissolving, authority, links."""
 
 from typing import Annotated
 
 from msgspec import Meta
 
 from protocol.frames import ROBOTS_MAX, Count, Length, Metres, Point, RobotId, Seconds
-from protocol.timeline.base import Kind, Text
+from protocol.timeline.base import Kind, LifeText, Robot, Text
+from protocol.wire.fence import Cause, May
+
+
+class FenceChanged(Kind, frozen=True, kw_only=True, tag="fence.changed"):
+    """The world has changed the fence of all bodies: they stand, and obey no older order any more."""
+
+    epoch: Count
+    turn: Count
+    may: Annotated[May, Meta(description="who may move: `nobody`, `one`, `all`, or `stopped`")]
+    coordinator: Annotated[Robot, Meta(description="0: the operator, or a world that was started again")]
+    life: Annotated[LifeText, Meta(description="of the coordinator; hexadecimal")]
+    named: Annotated[Robot, Meta(description="`one`: who may move; `all`: who leads; else 0")] = 0
+    named_life: LifeText = ""
+    members: Annotated[Count, Meta(description="`all`: how many robots are in the strand")] = 0
+    cause: Annotated[Cause | None, Meta(description="why the epoch was proposed; null: it is a turn")] = None
+
+
+class ViewProposed(Kind, frozen=True, kw_only=True, tag="view.proposed"):
+    """A robot proposes a view: all robots are to form a strand anew."""
+
+    epoch: Count
+    cause: Cause
+    about: Annotated[RobotId | None, Meta(description="the robot that is the reason, if one is")] = None
+    why: Text
+
+
+class ViewJoined(Kind, frozen=True, kw_only=True, tag="view.joined"):
+    """A robot has left whatever it was in, stands, and reports to the coordinator of a view."""
+
+    epoch: Count
+
+
+class ViewLeft(Kind, frozen=True, kw_only=True, tag="view.left"):
+    """A robot is left out of the strand of a view: it stands aside."""
+
+    epoch: Count
 
 
 class StrandFormed(Kind, frozen=True, kw_only=True, tag="strand.formed"):
-    """The robot has its place in a strand that forms."""
+    """The coordinator of a view has made its formation."""
 
     epoch: Count
-    sensed: Annotated[bool, Meta(description="whether the robot took a scan to find the order of the strand")]
-    order: Annotated[tuple[RobotId, ...], Meta(min_length=1, description="leader first")]
-    path_length_m: Annotated[Length, Meta(description="arc length of the leader's start; the tail's is 0")]
-    laid: Annotated[
-        tuple[Point, ...],
-        Meta(
-            max_length=2000,
-            description="from the leader, where the path bends between robots: its corners, tail first",
-        ),
-    ] = ()
+    turn: Annotated[Count, Meta(description="from this turn of the fence on the strand may drive")]
+    order: Annotated[
+        tuple[RobotId, ...], Meta(min_length=1, max_length=ROBOTS_MAX, description="leader first")
+    ]
+    lives: Annotated[tuple[LifeText, ...], Meta(max_length=ROBOTS_MAX, description="of the robots, in order")]
+    places_m: Annotated[
+        tuple[Length, ...], Meta(max_length=ROBOTS_MAX, description="where each stands along the path")
+    ]
+    laid: Annotated[tuple[Point, ...], Meta(max_length=4000, description="the path's corners, tail first")]
+    driven: Annotated[
+        tuple[bool, ...], Meta(max_length=ROBOTS_MAX, description="whether each one's leg has been driven")
+    ]
+    back_by_m: Annotated[Length, Meta(description="how far the tail wants to return before it follows again")]
+    sensed: Annotated[bool, Meta(description="whether robots took scans to find the order")]
+
+
+class StrandJoined(Kind, frozen=True, kw_only=True, tag="strand.joined"):
+    """A robot has its place in the strand."""
+
+    epoch: Count
+    rank: Annotated[Count, Meta(description="the leader's is 0")]
 
 
 class StrandReversed(Kind, frozen=True, kw_only=True, tag="strand.reversed"):
-    """The leader reverses the strand: from the next epoch on the other end leads.
+    """The leader has the strand turn round: in the next view's strand the other end is first.
 
     Arc lengths refer to the epoch that ends.
     """
@@ -40,13 +87,19 @@ class StrandReversed(Kind, frozen=True, kw_only=True, tag="strand.reversed"):
 
 
 class StrandDissolved(Kind, frozen=True, kw_only=True, tag="strand.dissolved"):
-    """The leader dissolves the strand, because a robot's way stays blocked.
-
-    In the next epoch all robots line up again from their positions; the new strand has the epoch after that.
-    """
+    """A robot whose way stays blocked has the strand dissolve: in the next view no places are kept."""
 
     epoch: Annotated[Count, Meta(description="the epoch that ends")]
     blocked: Annotated[RobotId, Meta(description="the robot whose way is blocked")]
+
+
+class RobotStranded(Kind, frozen=True, kw_only=True, tag="robot.stranded"):
+    """The coordinator finds no way to a place in the strand for a robot: the others go on without it."""
+
+    epoch: Count
+    robot: RobotId
+    reason: Text
+    by: Annotated[RobotId | None, Meta(description="whose body is in the way, as far as is known")] = None
 
 
 class RobotPlaced(Kind, frozen=True, kw_only=True, tag="robot.placed"):
@@ -97,20 +150,6 @@ class LinkBroken(Kind, frozen=True, kw_only=True, tag="link.broken"):
         Meta(description="`token`: its token is gone; `silence`: it is silent with a token"),
     ]
     silent_s: Seconds
-
-
-class MusterCalled(Kind, frozen=True, kw_only=True, tag="muster.called"):
-    """A robot has called all members to line up again."""
-
-    epoch: Count
-    members: Annotated[tuple[RobotId, ...], Meta(max_length=ROBOTS_MAX)]
-    why: Text
-
-
-class MusterJoined(Kind, frozen=True, kw_only=True, tag="muster.joined"):
-    """A robot has left whatever it was in for a muster that was called."""
-
-    epoch: Count
 
 
 class LeaderSucceeded(Kind, frozen=True, kw_only=True, tag="leader.succeeded"):

@@ -10,17 +10,15 @@ from typing import Annotated
 from msgspec import Meta, Struct
 
 from protocol.faults.rules import Name, Rule
-from protocol.frames import ROBOTS_MAX, Count, Length, Point, Pose, RobotId, Seconds, Speed, Vertex
+from protocol.frames import Count, Length, Point, Pose, Seconds, Speed, Vertex
 from protocol.mission import Mission
 from protocol.timeline import Entry
+from protocol.wire.fence import Bearing, Epoch, Fence, Life, Raise, Release, Stop, Turn
+from protocol.wire.view import SEEN_BYTES_MAX, Answer, Formation, Plea, Report
 
 RAYS_MAX = 7200  # per scan: 58 kB on the wire
 REVOLUTIONS_MAX = 900  # the maximum for the smallest number of directions
-FORMERS_MAX = 3  # how often a strand may heal before it has moved
-LEG_CORNERS_MAX = 64  # a leg with more corners is planned anew
-SEEN_BYTES_MAX = 32_768  # half of the size limit of a message
 Incarnation = Annotated[str, Meta(max_length=64)]  # a chunk of the key of its token
-Lineage = Annotated[tuple[RobotId, ...], Meta(max_length=ROBOTS_MAX)]
 
 
 class Phase(StrEnum):
@@ -35,99 +33,6 @@ class Phase(StrEnum):
         return self if other is self else max(self, other, key=list(Phase).index)
 
 
-class Turn(Struct, frozen=True, kw_only=True):
-    """The right to join the strand, alone; docs/strand.md, Lining up."""
-
-    number: Count
-    robot: RobotId
-
-
-class Former(Struct, frozen=True, kw_only=True):
-    """The place that a robot had in a strand, and has not left since."""
-
-    epoch: Count
-    rank: Count
-    """The leader's is 0."""
-    progress_m: Length
-
-
-class Attempt(Struct, frozen=True, kw_only=True):
-    """An order in which the members of a muster are to line up, by those that were tried in vain."""
-
-    trial: bool = True
-    """Whether one may be tried at first for which nobody has to move."""
-    led: Lineage = ()
-    """Who has led in vain, the first first."""
-
-
-FIRST_ATTEMPT = Attempt()
-
-
-class Muster(Struct, frozen=True, kw_only=True, tag="muster"):
-    """A robot's announcement, to all: where it stands, what it sees, and how far the lining up is."""
-
-    number: Count
-    """Counts what this robot announces; the newest is valid."""
-    epoch: Count = 0
-    """Of this lining up: 0 at first, and one more than that of a strand that has dissolved."""
-    pose: Pose
-    """Where it stands; while it has the turn, where it stood when it was given."""
-    obstacle_m: Length | None = None
-    """Distance to the nearest hit of its own scan that is no robot; the range limit where there is none.
-
-    None until the places of all robots are known, and where there is a goal, since then it is not needed.
-    """
-    leg_clear: bool | None = None
-    """Whether the straight way to the robot ahead of it in the order of the start is; None until it knows."""
-    turn: Count = 0
-    """The newest turn that it knows of, in which it stands, or moves if it is its own."""
-    gives: Turn | None = None
-    """The newest turn that it gave."""
-    ended: Count = 0
-    """The newest turn of its own that is over."""
-    rank: Count | None = None
-    """Its place in the strand, if it came there by a turn; the leader's is 0."""
-    order: Lineage = ()
-    """The strand, leader first; empty until all are in place as far as it knows."""
-    members: Lineage = ()
-    """Who lines up; empty: all robots of the mission."""
-    attempt: Attempt = FIRST_ATTEMPT
-    """Which orders of these members have been tried in vain."""
-    made_m: Length = 0.0
-    """How far it has driven in this lining up: whether it makes something of its turn."""
-    formers: Annotated[tuple[Former, ...], Meta(max_length=FORMERS_MAX)] = ()
-    """Its places in the strands that it was in last, newest first, as far as it has not left them."""
-    leg: Annotated[tuple[Point, ...], Meta(max_length=LEG_CORNERS_MAX)] = ()
-    """Corners of its way to the robot ahead, from its own place on, where that is not straight."""
-    hears: Lineage = ()
-    """Which members it has heard, where some have been left out; docs/strand.md, Healing."""
-    free_s: Seconds | None = None
-    """When all robots that are left out stand, as far as it knows; None until all members are bound."""
-    t_s: Seconds = 0.0
-    """When it was said, by the sender's clock."""
-    echo_s: Seconds = 0.0
-    """The newest such time that was heard from the robot that has the turn."""
-
-
-class Beacon(Struct, frozen=True, kw_only=True, tag="beacon"):
-    """The leader of a strand says, to all, which epoch it leads."""
-
-    epoch: Count
-    t_s: Seconds
-
-
-class Plea(Struct, frozen=True, kw_only=True, tag="plea"):
-    """A robot that is in no strand has heard a beacon, and asks to be called."""
-
-    epoch: Count
-    """The beacon's."""
-    t_s: Seconds
-
-
-Announcement = Muster | Beacon | Plea
-"""The messages that go to all robots."""
-
-
 class Handover(Struct, frozen=True, kw_only=True):
     """The knowledge of a leader that its successor needs."""
 
@@ -135,66 +40,30 @@ class Handover(Struct, frozen=True, kw_only=True):
     """Counts the handovers of leaders; the newest is valid."""
     steps: Count
     """Switching steps planned so far."""
-    dissolved: Count
-    """How often a strand has dissolved so far."""
     seen: Annotated[bytes, Meta(max_length=SEEN_BYTES_MAX)]
     """The memory of guidance."""
-
-
-class Reversal(Struct, frozen=True, kw_only=True):
-    """The strand reverses: in the next epoch its other end leads, back along the known path.
-
-    Arc lengths refer to the old epoch: the new one counts from `end_m` down to `cut_m`.
-    """
-
-    cut_m: Length
-    """Where the new path ends: 0, or the position of the new leader."""
-    end_m: Length
-    """The position of the present leader."""
-    back_by_m: Length
-    """How far the new tail wants to return along the new path; 0: the new leader plans on its own."""
-    turns: Count
-    """The number of reversals since the last step towards the goal."""
-    seen: Annotated[bytes, Meta(max_length=SEEN_BYTES_MAX)]
-    """The memory of the old leader's guidance."""
-
-
-class Dissolution(Struct, frozen=True, kw_only=True):
-    """The strand dissolves: when all robots stand, they line up again from their positions."""
-
-    times: Count
-    """How often that has happened so far, including this time."""
-    seen: Annotated[bytes, Meta(max_length=SEEN_BYTES_MAX)]
-    """The memory of the old leader's guidance."""
 
 
 class AheadState(Struct, frozen=True, kw_only=True, tag="ahead"):
     """The link state that a robot sends to the robot behind it."""
 
-    epoch: Count
-    t_s: Seconds = 0.0
+    epoch: Epoch
+    life: Life
+    """Of the sender."""
+    t_s: Seconds
     """When it was sent, by the sender's clock."""
-    echo_s: Seconds = 0.0
-    """The newest such time stamp heard from the robot behind."""
     path_from: Count
     """Index of the first vertex in `path`; earlier vertices have been acknowledged."""
     path: Annotated[tuple[Vertex, ...], Meta(max_length=512)]
     progress_m: Length
     authority_m: Length
     """How far along this path the robot behind may drive."""
-    pose: Pose
     arrived: bool
     """Whether the path ends here for good."""
-    lineage: Lineage
-    """The robots ahead, nearest first, up to the leader."""
     vertices: Count
     """The number of vertices of the whole path."""
     backs_up: bool
     """Whether the first robot only makes way for the tail, which wants to return along the path."""
-    reversal: Reversal | None
-    """All robots ahead stand and wait for the strand to reverse."""
-    dissolution: Dissolution | None = None
-    """All robots ahead stand and wait for the strand to dissolve."""
     handed: Handover | None = None
     """The leader's handover, until the robot behind has acknowledged it."""
 
@@ -202,11 +71,11 @@ class AheadState(Struct, frozen=True, kw_only=True, tag="ahead"):
 class BehindState(Struct, frozen=True, kw_only=True, tag="behind"):
     """The link state that a robot sends to the robot ahead of it."""
 
-    epoch: Count
-    t_s: Seconds = 0.0
+    epoch: Epoch
+    life: Life
+    """Of the sender."""
+    t_s: Seconds
     """When it was sent, by the sender's clock."""
-    echo_s: Seconds = 0.0
-    """The newest such time stamp heard from the robot ahead."""
     handed: Count = 0
     """Acknowledgement: the number of the newest handover received."""
     vertices: Count
@@ -215,9 +84,6 @@ class BehindState(Struct, frozen=True, kw_only=True, tag="behind"):
     tail_progress_m: Length
     stand: bool
     """Whether this robot and, as far as it knows, all robots behind it stand."""
-    pose: Pose
-    blocked: RobotId | None = None
-    """The robot, this one or one behind it, whose way has been blocked for too long."""
 
 
 class Drive(Struct, frozen=True, kw_only=True, tag="drive"):
@@ -231,7 +97,8 @@ class Drive(Struct, frozen=True, kw_only=True, tag="drive"):
     """Time of the newest odometry at the sender: it shows that the robot is awake."""
     target: Point | None
     speed_mps: Speed
-    epoch: Count
+    bearing: Bearing
+    """The fence under which the order was given; an order to stand needs none."""
     step: Count
     """The leader's switching step; 0 for a robot that follows or joins."""
     reach_m: Length
@@ -246,6 +113,8 @@ class Drive(Struct, frozen=True, kw_only=True, tag="drive"):
 class Odometry(Struct, frozen=True, kw_only=True, tag="odometry"):
     """The state of a body, sent to its robot many times a second; it is also the robot's clock."""
 
+    n: Count
+    """Counts the odometry of this body; the newest by fence, then by number, is valid."""
     t_s: Seconds
     pose: Pose
     moving: bool
@@ -253,6 +122,9 @@ class Odometry(Struct, frozen=True, kw_only=True, tag="odometry"):
     """Number of the newest drive order that is finished."""
     ordered: Count = 0
     """Number of the newest drive order that the body accepted; a restarted robot continues from it."""
+    fence: Fence
+    stood_s: Seconds = 0.0
+    """For how long every body of the fleet has stood."""
     phase: Phase
 
 
@@ -265,6 +137,8 @@ class Scan(Struct, frozen=True, kw_only=True, tag="scan"):
 
     t_s: Seconds
     pose: Pose
+    fence: Fence
+    """The fence when it was taken."""
     ranges_m: Annotated[tuple[Length, ...], Meta(min_length=8, max_length=RAYS_MAX)]
 
 
@@ -312,9 +186,14 @@ class Ask(Struct, frozen=True, kw_only=True, tag="ask"):
 
 
 Message = (
-    Muster
-    | Beacon
+    Report
+    | Answer
+    | Formation
     | Plea
+    | Raise
+    | Turn
+    | Stop
+    | Release
     | AheadState
     | BehindState
     | Drive

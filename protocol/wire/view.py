@@ -1,0 +1,191 @@
+"""The messages of a view, between its coordinator and its members: `view/{from}/{to}`; docs/strand.md.
+
+Rule 1: a report, an answer and a piece of a formation are each the sender's whole state, so any one that
+        arrives is enough.
+Rule 2: an epoch has exactly one formation. It is sent in pieces, and sent again byte for byte.
+"""
+
+from typing import Annotated
+
+from msgspec import Meta, Struct
+
+from protocol.frames import ROBOTS_MAX, Count, Length, Point, Pose, RobotId, Vertex
+from protocol.wire.fence import Epoch, Life
+
+FORMERS_MAX = 4  # the last three formations, and the draft
+LEG_CORNERS_MAX = 64  # a leg with more corners is planned anew
+PIECE_VERTICES_MAX = 256
+SEEN_BYTES_MAX = 32_768  # half of the size limit of a message
+
+Seen = Annotated[bytes, Meta(max_length=SEEN_BYTES_MAX)]
+Robots = Annotated[tuple[RobotId, ...], Meta(max_length=ROBOTS_MAX)]
+
+
+class Former(Struct, frozen=True, kw_only=True):
+    """A place that a robot had and has not left since."""
+
+    epoch: Epoch
+    rank: Count
+    """The leader's is 0."""
+    s_m: Length = 0.0
+    """Arc length along that formation's path; of no meaning in a draft."""
+    draft: bool = False
+    """Whether it is a place in a draft, of which no formation has been made."""
+
+
+class Counters(Struct, frozen=True, kw_only=True):
+    """What a fleet counts from one formation to the next."""
+
+    steps: Count = 0
+    """Switching steps planned so far."""
+    turns: Count = 0
+    """How often the strand has turned round since the last step towards the goal."""
+    dissolved: Count = 0
+    """How often a strand has dissolved so far."""
+    led_in_vain: Robots = ()
+    """Who has led since the last step, and knew no way on."""
+
+
+class Question(Struct, frozen=True, kw_only=True):
+    """The coordinator asks a robot to look at its leg: the way to the robot ahead of it in the draft."""
+
+    number: Count
+    """Counts the questions of a view."""
+    ahead: RobotId
+    place: Pose
+    """Where the robot ahead stands."""
+    formers: Annotated[tuple[Former, ...], Meta(max_length=FORMERS_MAX)] = ()
+    """That robot's."""
+    others: Annotated[tuple[Point, ...], Meta(max_length=64)] = ()
+    """Where robots stand that the scan may show."""
+
+
+class Look(Struct, frozen=True, kw_only=True):
+    """The answer to a question."""
+
+    number: Count
+    clear: bool
+    driven: bool = False
+    """Whether both stand on one path of one epoch, so that the robot ahead has driven the leg."""
+    corners: Annotated[tuple[Point, ...], Meta(max_length=LEG_CORNERS_MAX)] = ()
+    """Of that path between the two, from the robot's own place on; none: the leg is straight."""
+
+
+class Report(Struct, frozen=True, kw_only=True, tag="report"):
+    """A bound robot says where it stands and what it knows, to the coordinator."""
+
+    epoch: Epoch
+    life: Life
+    number: Count
+    """Counts what this robot reports in this view; the newest is valid."""
+    turn: Count
+    """Of the odometry from which the place was read; all orders of the robot had ended by then."""
+    place: Pose
+    obstacle_m: Length | None = None
+    """Where there is no goal: the distance to the nearest hit of its own scan that is no robot."""
+    formers: Annotated[tuple[Former, ...], Meta(max_length=FORMERS_MAX)] = ()
+    """Its places in earlier formations and drafts, newest first, as far as it has not left them."""
+    look: Look | None = None
+    """Its answer to the newest question."""
+    ended: Count = 0
+    """The newest turn of its own that it has ended."""
+    placed: bool = False
+    """Whether it ended that turn at a place in the strand."""
+    map_number: Count = 0
+    """Of the newest map that it has."""
+    seen: Seen | None = None
+    """That map, where the coordinator has asked for it."""
+    arrived: bool = False
+    """Whether its former place was its place at the goal."""
+    counters: Counters = Counters()
+    counted: Epoch = Epoch()
+    """The formation that the counters are from."""
+
+
+class Join(Struct, frozen=True, kw_only=True):
+    """Where the strand of the draft ends, for the robot that has the turn."""
+
+    turn: Count
+    strand: Annotated[tuple[Point, ...], Meta(max_length=ROBOTS_MAX)]
+    """Where those in place stand, leader first."""
+    waiting: Annotated[tuple[Point, ...], Meta(max_length=ROBOTS_MAX)]
+    """Where all others stand that have reported, this robot apart."""
+    line: Annotated[tuple[Point, ...], Meta(max_length=2 * ROBOTS_MAX)]
+    """The way from the leader to the last in place."""
+    last_leg: Count
+    """How many segments of that are the last robot's own leg."""
+    makes_way: bool = False
+    """Whether it leads, and is to take one step to where others can come."""
+
+
+class Answer(Struct, frozen=True, kw_only=True, tag="answer"):
+    """The coordinator's answer to a report, or a leader's to a plea."""
+
+    epoch: Epoch
+    life: Life
+    """Of the robot that it is for."""
+    heard: Count
+    """The number of the newest report."""
+    out: bool = False
+    """Whether the robot is left out of the formation."""
+    question: Question | None = None
+    join: Join | None = None
+    rank: Count | None = None
+    """The robot's place in the draft, if it is in place."""
+    wants_map: bool = False
+
+
+class Neighbour(Struct, frozen=True, kw_only=True):
+    """A robot beside another in a formation."""
+
+    robot: RobotId
+    life: Life
+    s_m: Length
+    """Where it stands, in arc length along the formation's path."""
+
+
+class Formation(Struct, frozen=True, kw_only=True, tag="formation"):
+    """A piece of what a view has agreed on, for one member: the whole path, and its own place."""
+
+    epoch: Epoch
+    life: Life
+    """Of the member."""
+    turn: Count
+    """Of the formation's ALL."""
+    members: Count
+    rank: Count
+    """The leader's is 0."""
+    s_m: Length
+    """The member's place, in arc length along the path."""
+    place: Pose
+    """The same in the plane."""
+    ahead: Neighbour | None
+    behind: Neighbour | None
+    leg_is_driven: bool
+    """Whether the robot ahead has driven the leg between the two."""
+    back_by_m: Length = 0.0
+    """How far the tail wants to come back along the path before the other end leads again; or 0."""
+    counters: Counters = Counters()
+    heals: bool = False
+    """Whether it follows a formation with other members."""
+    led_by: Annotated[int, Meta(ge=0, le=ROBOTS_MAX)] = 0
+    """Who led the last formation; 0: there was none."""
+    map_number: Count = 0
+    seen: Seen | None = None
+    """The newest map, for the leader."""
+    first: Count
+    """Index of the first vertex in this piece."""
+    vertices: Count
+    """How many vertices the whole path has."""
+    path: Annotated[tuple[Vertex, ...], Meta(max_length=PIECE_VERTICES_MAX)]
+
+
+class Plea(Struct, frozen=True, kw_only=True, tag="plea"):
+    """A robot that is left out asks the leader to be let in."""
+
+    epoch: Epoch
+    life: Life
+
+
+ViewMessage = Report | Answer | Formation | Plea
+"""All that is put on `view/{from}/{to}`."""
