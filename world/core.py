@@ -34,7 +34,7 @@ from protocol.timeline import (
     RunEnded,
     WorldResumed,
 )
-from protocol.wire.fence import NOBODY_NUMBER, Change
+from protocol.fence import NOBODY_NUMBER, Change
 from protocol.wire.messages import Drive, Phase
 from world.attendance import Attendance, Coming
 from world.bodies.arena import Arena

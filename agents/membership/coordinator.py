@@ -12,29 +12,23 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from types import MappingProxyType
 
-import numpy as np
-
 from agents.commands import Command, Note, Put, Say
 from agents.due import is_due
 from agents.membership.draft import Begin, Done, Draft, Give, places_of
 from agents.membership.formation import Plan, lay_path
-from agents.membership.joining import leg_m_max
 from agents.membership.legs import line_of
 from agents.membership.order import positions
+from agents.membership.questions import Questions, points
 from agents.membership.suspicion import Suspicion
 from agents.membership.timing import Timing
 from agents.membership.turnabout import turned_round
 from agents.strand.wish import Turnabout
 from protocol.fence import Cause, Epoch, Fence, May, Turn
-from protocol.frames import Point
 from protocol.mission import Mission
 from protocol.path import Path
 from protocol.timeline import RobotStranded
 from protocol.wire.messages import Odometry
-from protocol.wire.view import Answer, Counters, Join, Look, Question, Report
-
-OTHERS_MAX = 64  # robots that a scan may show beside a leg
-SAME_M = 1e-9  # a robot that stands tells the same place
+from protocol.wire.view import Answer, Counters, Join, Report
 
 
 class Phase(StrEnum):
@@ -71,14 +65,6 @@ class Intent:
 
 
 @dataclass(slots=True)
-class _Asked:
-    question: Question
-    about: tuple[float, ...]
-    """Where the two stood that it is about."""
-    at_s: float
-
-
-@dataclass(slots=True)
 class Coordinator:
     """One robot's role in the view that it has proposed."""
 
@@ -89,6 +75,7 @@ class Coordinator:
     suspicion: Suspicion
     intent: Intent
     began_s: float
+    questions: Questions
     phase: Phase = Phase.GATHERING
     plan: Plan | None = None
     """The formation, once it is made."""
@@ -96,9 +83,6 @@ class Coordinator:
     _heard_s: dict[int, float] = field(default_factory=dict)
     _due: set[int] = field(default_factory=set)
     """Who is to be answered."""
-    _asked: dict[int, _Asked] = field(default_factory=dict)
-    _looks: dict[int, Look] = field(default_factory=dict)
-    _questions: int = 0
     _draft: Draft | None = None
     _put: Fence | None = None
     _put_at_s: float = -1.0
@@ -120,9 +104,7 @@ class Coordinator:
         if known is not None and known.life != report.life:
             self._drop(robot)
         self._reports[robot] = report
-        asked = self._asked.get(robot)
-        if report.look is not None and asked is not None and report.look.number == asked.question.number:
-            self._looks[robot] = report.look
+        self.questions.hear(robot, report.look)
 
     def act(self, odometry: Odometry, now_s: float) -> list[Command]:
         """What is to be done now."""
@@ -154,16 +136,13 @@ class Coordinator:
                 self._enter(Phase.CLOSING)
                 return self._make(plan)
             self._begin(now_s)
-        if self.phase is Phase.LOOKING and self._has_looked(now_s):
+        if self.phase is Phase.LOOKING and self.questions.are_answered(now_s):
             assert self._draft is not None
-            if not self._draft.order:
-                self._draft.begin(self._reports, self._obstacle_m())
-                self._ask(now_s)
-            elif self._draft.settle(self._reports, self._looks):
+            if self._draft.order and self._draft.settle(self._reports, self.questions.sees):
                 self._enter(Phase.TURNING)
             else:
-                self._draft.begin(self._reports, self._obstacle_m())
-                self._ask(now_s)
+                self._draft.begin(self._reports, self.questions.obstacle_m(self._reports))
+                self._look_at_legs(now_s)
         if self.phase is Phase.TURNING:
             commands += self._take_turns(fence, now_s)
         if self.phase is Phase.CLOSING:
@@ -188,62 +167,15 @@ class Coordinator:
         self._enter(Phase.LOOKING)
         if self.mission.goal is None:
             self._draft.order = ()
-            for robot in self._reports:
-                self._ask_about(robot, None, now_s)
+            self._due.update(self.questions.ask_about_obstacles(self._reports, now_s))
         else:
             self._draft.begin(self._reports, {})
-            self._ask(now_s)
+            self._look_at_legs(now_s)
 
-    def _ask(self, now_s: float) -> None:
-        """Ask the robots of the order to look at their legs."""
-        assert self._draft is not None
-        order = self._draft.order
-        for ahead, robot in zip(order, order[1:], strict=False):
-            self._ask_about(robot, ahead, now_s)
-        self._forget(set(self._asked) - set(order[1:]))
-
-    def _ask_about(self, robot: int, ahead: int | None, now_s: float) -> None:
-        place = self._reports[robot].place
-        theirs = None if ahead is None else self._reports[ahead]
-        about = (float(ahead or 0), place.x_m, place.y_m)
-        if theirs is not None:
-            about += (theirs.place.x_m, theirs.place.y_m)
-        asked = self._asked.get(robot)
-        if asked is not None and asked.about == about:
-            asked.at_s = now_s
-            return
-        self._questions += 1
-        keeps = self._draft is not None and self._draft.keeps
-        question = Question(
-            number=self._questions,
-            ahead=ahead or 0,
-            place=None if theirs is None else theirs.place,
-            formers=theirs.formers if theirs is not None and keeps else (),
-            others=self._beside(robot),
-        )
-        self._forget({robot})
-        self._asked[robot] = _Asked(question, about, now_s)
-        self._due.add(robot)
-
-    def _forget(self, robots: set[int]) -> None:
-        for robot in robots:
-            self._asked.pop(robot, None)
-            self._looks.pop(robot, None)
-
-    def _has_looked(self, now_s: float) -> bool:
-        """Whether all questions are answered; who does not answer in time does not see its way."""
-        for robot, asked in self._asked.items():
-            if robot not in self._looks and now_s - asked.at_s > self.timing.looks_s:
-                self._looks[robot] = Look(number=asked.question.number, obstacle_m=self.mission.range_m_max)
-        return self._asked.keys() <= self._looks.keys()
-
-    def _obstacle_m(self) -> dict[int, float]:
-        range_m = self.mission.range_m_max
-        looks = {robot: self._looks.get(robot) for robot in self._reports}
-        return {
-            robot: range_m if look is None or look.obstacle_m is None else look.obstacle_m
-            for robot, look in looks.items()
-        }
+    def _look_at_legs(self, now_s: float) -> None:
+        draft = self._draft
+        assert draft is not None
+        self._due.update(self.questions.ask_about_legs(draft.order, self._reports, now_s, keeps=draft.keeps))
 
     # --- turns --------------------------------------------------------------------------------------
 
@@ -280,9 +212,9 @@ class Coordinator:
         waiting = [other for other in places if other != robot and (makes_way or other not in strand)]
         return Join(
             turn=turn,
-            strand=_points(positions(places, strand)) if not makes_way else (),
-            waiting=_points(positions(places, waiting)),
-            line=_points(line),
+            strand=points(positions(places, strand)) if not makes_way else (),
+            waiting=points(positions(places, waiting)),
+            line=points(line),
             last_leg=int((leg == leg[-1]).sum()) if len(leg) else 0,
             makes_way=makes_way,
         )
@@ -430,7 +362,7 @@ class Coordinator:
         self._due.clear()
 
     def _answer(self, robot: int, report: Report) -> Answer:
-        asked, draft = self._asked.get(robot), self._draft
+        draft = self._draft
         strand = draft.strand if draft is not None else []
         turn = self._turn_of.get(robot, 0)
         has_turn = self._put is not None and self._put.robot == robot and self._put.may is May.ONE
@@ -440,7 +372,7 @@ class Coordinator:
             heard=report.number,
             after_turn=turn,
             out=self.plan is not None,
-            question=None if asked is None or robot in self._looks else asked.question,
+            question=self.questions.pending(robot),
             join=self._join if has_turn else None,
             rank=strand.index(robot) if robot in strand else None,
             wants_map=self._asks_map_since_s is not None and self._newest_map() == report,
@@ -457,23 +389,7 @@ class Coordinator:
 
     def _drop(self, robot: int) -> None:
         del self._reports[robot]
-        self._forget({robot} | {each for each, asked in self._asked.items() if asked.question.ahead == robot})
+        self.questions.forget({robot})
         if self._draft is not None and self.phase is not Phase.FORMED:
             self._draft.strand = [each for each in self._draft.strand if each != robot]
             self._enter(Phase.GATHERING)
-
-    def _beside(self, robot: int) -> tuple[Point, ...]:
-        """Where the nearest other robots stand that a scan from its place may show."""
-        others = [each for each in self._reports if each != robot]
-        if not others:
-            return ()
-        places = places_of(self._reports)
-        where = positions(places, others)
-        off_m = np.hypot(*(where - positions(places, [robot])).T)
-        reach_m = leg_m_max(self.mission) + self.mission.robot_keep_m
-        near = [index for index in np.argsort(off_m, kind="stable")[:OTHERS_MAX] if off_m[index] <= reach_m]
-        return _points(where[near])
-
-
-def _points(places: np.ndarray) -> tuple[Point, ...]:
-    return tuple(Point(x_m=float(x_m), y_m=float(y_m)) for x_m, y_m in places)

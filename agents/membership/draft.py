@@ -13,7 +13,7 @@ Rule 5: robots that are left out and were there lately may stand in the way, and
         for before anybody makes way, and for longer before the strand goes on.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -104,14 +104,14 @@ class Draft:
         self.strand = []
         self._blocked, self._made_way, self._stuck_at_s = set(), None, None
 
-    def settle(self, reports: Mapping[int, Report], looks: Mapping[int, Look]) -> bool:
+    def settle(self, reports: Mapping[int, Report], sees: Callable[[int], Look]) -> bool:
         """Rule 1, from what robots see of their legs; False: the order needs somebody to move in front."""
         clear = 1
-        while clear < len(self.order) and looks[self.order[clear]].clear:
+        while clear < len(self.order) and sees(self.order[clear]).clear:
             clear += 1
         order = self.order[:clear]
-        self.driven = {robot for robot in order[1:] if looks[robot].driven}
-        self.legs = {robot: looks[robot].corners for robot in self.driven if looks[robot].corners}
+        self.driven = {robot for robot in order[1:] if sees(robot).driven}
+        self.legs = {robot: sees(robot).corners for robot in self.driven if sees(robot).corners}
         least_m = self.mission.robot_keep_m
         count = robots_apart(places_of(reports), order, self.legs, least_m=least_m)
         if self._front and count < len(self._front) + len(self._stayed):

@@ -96,9 +96,7 @@ class Plan:
         return Neighbour(robot=robot, life=self.lives[robot], s_m=self.places_m[robot])
 
 
-def lay_path(
-    order: Sequence[int], places: Mapping[int, Pose], legs: Legs
-) -> tuple[Path, dict[int, float]]:
+def lay_path(order: Sequence[int], places: Mapping[int, Pose], legs: Legs) -> tuple[Path, dict[int, float]]:
     """Rule 3: the path, and each robot's arc length along it."""
     points: list[Point] = []
     at: dict[int, int] = {}

@@ -11,6 +11,8 @@ Rule 4: a process that follows a dead one first has its body stand, by an order 
 from collections import Counter
 from collections.abc import Iterable
 
+import numpy as np
+
 from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.commands import Command, Note, Say
@@ -19,6 +21,7 @@ from agents.membership.coordinator import Coordinator, Intent
 from agents.membership.formation import Assembly
 from agents.membership.joining import Joining
 from agents.membership.places import Berth, Places
+from agents.membership.questions import Questions
 from agents.membership.raising import Raising, Reason
 from agents.membership.reporting import Reporter
 from agents.membership.states import Happening, State, after
@@ -31,8 +34,6 @@ from protocol.fence import Bearing, Cause, Epoch, Fence, May, in_force
 from protocol.mission import Mission
 from protocol.timeline import LinkBroken, StrandDissolved, StrandReversed, ViewJoined, ViewLeft
 from protocol.wire.view import Answer, Counters, Formation, Plea, Report, ViewMessage
-
-import numpy as np
 
 LATE_S = 5.0  # with half of all odometry lost, a robot that was there from the start has had some
 STOP_S = 5.0  # a leader lets a robot in at its next stop, or after this time
@@ -155,6 +156,7 @@ class Membership:
                 suspicion=self.suspicion,
                 intent=self._intent(),
                 began_s=now_s,
+                questions=Questions(self._mission, self._timing),
             )
         return [Note(ViewJoined(epoch=epoch.number))]
 
@@ -339,7 +341,11 @@ class Membership:
                 turn = wish.turnabout
                 self._ended_strand = turn, member.path
                 return [
-                    Note(StrandReversed(epoch=epoch, cut_m=turn.cut_m, end_m=turn.end_m, back_by_m=turn.back_by_m))
+                    Note(
+                        StrandReversed(
+                            epoch=epoch, cut_m=turn.cut_m, end_m=turn.end_m, back_by_m=turn.back_by_m
+                        )
+                    )
                 ]
             case Cause.BLOCKED:
                 return [Note(StrandDissolved(epoch=epoch, blocked=reason.about or self._robot))]
@@ -350,7 +356,9 @@ class Membership:
                 ):
                     self.suspicion.blame(link.neighbour, now_s)
                 return [
-                    Note(LinkBroken(neighbour=link.neighbour, cause=reason.why, silent_s=link.silent_s(now_s)))
+                    Note(
+                        LinkBroken(neighbour=link.neighbour, cause=reason.why, silent_s=link.silent_s(now_s))
+                    )
                 ]
             case Cause.PLEA if reason.about is not None:
                 robot, timing = reason.about, self._timing

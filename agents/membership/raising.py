@@ -65,9 +65,7 @@ class Raising:
         if epoch == self.proposed:
             return [put]
         self.proposed, self.reason = epoch, reason
-        proposed = ViewProposed(
-            epoch=epoch.number, cause=reason.cause, about=reason.about, why=reason.why
-        )
+        proposed = ViewProposed(epoch=epoch.number, cause=reason.cause, about=reason.about, why=reason.why)
         return [Note(proposed), put]
 
     def _draw_s(self, generation: int) -> float:

@@ -8,6 +8,7 @@ Rule 2: it looks when it is asked to, from where it stands. A leg that has been 
 
 from dataclasses import dataclass
 
+import numpy as np
 from msgspec.structs import replace
 
 from agents.body.driver import Driver
@@ -24,8 +25,6 @@ from protocol.fence import Epoch
 from protocol.frames import Pose
 from protocol.mission import Mission
 from protocol.wire.view import Answer, Counters, Look, Question, Report, Seen
-
-import numpy as np
 
 
 @dataclass(slots=True)
@@ -98,7 +97,7 @@ class Reporter:
         after = 0 if self.answer is None else self.answer.after_turn
         said = self._said
         # Every turn is new to all, but news only to those whose place is older than their own last turn.
-        fresh = said is None or (0 < after and said.turn <= after) or said.place != odometry.pose
+        fresh = said is None or (after > 0 and said.turn <= after) or said.place != odometry.pose
         return Report(
             epoch=self.epoch,
             life=self.life,

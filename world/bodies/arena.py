@@ -26,7 +26,7 @@ from protocol.timeline import (
     StepFinished,
 )
 from protocol.timeline.bodies import RANGES_TOLD_MAX
-from protocol.wire.fence import Change, Fence
+from protocol.fence import Change, Fence
 from protocol.wire.messages import Drive, Odometry, Phase, Scan
 from world.bodies.bodies import Bodies, Moves
 from world.bodies.fence import Register, Taken

@@ -11,7 +11,7 @@ Rule 5: an order is valid for `deadman_s` after its basis, however late it arriv
         continues when its robot confirms the order by a newer basis with the same number.
 Rule 6: an order with a time limit is driven until then, and longer if a later limit arrives.
 Rule 7 (F1): an order to drive is accepted, confirmed or resumed only if it bears exactly the fence, and the
-        fence names its robot (`protocol.wire.fence.obeys`). An order to stand bears none and is always obeyed.
+        fence names its robot (`protocol.fence.obeys`). An order to stand bears none and is always obeyed.
         When the fence changes, every body stands and has no order in hand.
 Rule 8: a tick in which every body continues as in the tick before has the same result whether it is computed
         in full (`tick`) or only added (`coast`).
@@ -27,7 +27,7 @@ from protocol.arrays import Flags, Floats
 from protocol.errors import MessageRefusedError
 from protocol.frames import Point, Pose, wrap
 from protocol.mission import DEADMAN_S
-from protocol.wire.fence import Bearing, Fence, May, obeys
+from protocol.fence import Bearing, Fence, May, obeys
 from protocol.wire.messages import Drive
 from world.scenario.sections import DriveSection
 

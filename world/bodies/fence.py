@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from typing import assert_never
 
 from protocol.timeline import FenceChanged
-from protocol.wire.fence import (
+from protocol.fence import (
     NOBODY_NUMBER,
     Cause,
     Change,

@@ -6,7 +6,7 @@ import numpy as np
 
 from protocol.arrays import Floats, scan_bearings_rad
 from protocol.frames import Pose
-from protocol.wire.fence import Fence
+from protocol.fence import Fence
 from protocol.wire.messages import RAYS_MAX, Scan
 from world.geometry.rays import cast, noisy
 from world.scenario.scenario import Scenario

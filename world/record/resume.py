@@ -35,7 +35,7 @@ from protocol.timeline import (
     ScanServed,
     WorldResumed,
 )
-from protocol.wire.fence import NUMBERS, Epoch, Fence
+from protocol.fence import NUMBERS, Epoch, Fence
 from world.record.lines import Line, read_line
 from world.record.recorder import EVENTS_FILE, Header
 
