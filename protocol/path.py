@@ -49,7 +49,7 @@ class Path:
     def told(cls, vertices: Iterable[Vertex]) -> Self:
         """A path with the arc lengths as they were told."""
         path = cls(())
-        path._add(*vertices)  # noqa: SLF001 - its own class
+        path._add(*vertices)
         return path
 
     def __len__(self) -> int:
