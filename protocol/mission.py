@@ -84,6 +84,11 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
         moved_m = WATCH_S * self.obstacle_speed_mps_max if self.obstacles_move else 0.0
         return self.robot_radius_m + max(self.clear_m, moved_m + self.mu0_m + self.range_error_m_max)
 
+    @property
+    def leg_m_max(self) -> float:
+        """The longest way between two robots of a strand that forms: what a robot sees, and may lag behind."""
+        return min(self.link_length_m_max, self.range_m_max)
+
     def blind_per_range_in(self, rays: int) -> float:
         """How far an obstacle can extend unseen, per metre of range, in a scan with this many rays."""
         return self.blind_per_range * self.directions * self.revolutions / rays

@@ -9,8 +9,8 @@ Rule 3: a neighbour that shows a token and is lost by silence again and again ge
 
 from dataclasses import dataclass, field
 
-from agents.membership.presence import Presence
-from agents.membership.timing import Timing
+from agents.liveness.presence import Presence
+from agents.liveness.timing import Timing
 from protocol.wire.link import Link
 from protocol.wire.messages import AheadState, BehindState
 

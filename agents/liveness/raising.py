@@ -1,4 +1,4 @@
-"""When a robot proposes a view: it waits for a drawn time, and puts its raise until odometry tells it. Liveness.
+"""How a robot proposes a view: it waits for a drawn time, and puts its raise until odometry tells it.
 
 Rule 1: the time is drawn from the robot's life and the generation, doubled with each epoch in a row that has
         not come to ALL (common knowledge from the fence), so that two robots do not raise in turn for ever.
@@ -11,7 +11,7 @@ from hashlib import blake2b
 
 from agents.commands import Command, Note, Put
 from agents.due import is_due
-from agents.membership.timing import Timing
+from agents.liveness.timing import Timing
 from protocol.fence import Cause, Epoch, Fence, May, Raise
 from protocol.timeline import ViewProposed
 
