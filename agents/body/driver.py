@@ -14,8 +14,8 @@ import math
 
 from msgspec.structs import replace
 
-from protocol.frames import Point
 from protocol.fence import Bearing, in_force
+from protocol.frames import Point
 from protocol.wire.messages import Drive, Odometry
 
 LATE_ORDERS = 1000  # more than a robot gives within the longest delay of an order

@@ -12,8 +12,8 @@ from agents.body.driver import Driver
 from agents.commands import AskScan, Command
 from agents.due import is_due
 from agents.navigation.scan import View, view
-from protocol.mission import Mission
 from protocol.fence import in_force
+from protocol.mission import Mission
 from protocol.wire.messages import Scan
 
 RETRY_S = 0.2  # the sensor answers within a tick, and the messages take milliseconds

@@ -334,21 +334,12 @@ class Coordinator:
         return [Note(plan.as_record()), *told, Put(Turn(fence=self._put))]
 
     def _counters(self) -> Counters:
-        """What the fleet has counted, this view included."""
-        reports = self._reports.values()
-        newest = max(reports, key=lambda report: report.counted.number, default=None)
-        if newest is None:
-            return Counters()
-        counters, cause = newest.counters, self._intent.cause
-        led = counters.led_in_vain
-        if cause is Cause.NO_WAY and self._intent.led_by not in (0, *led):
-            led = (*led, self._intent.led_by)
-        return Counters(
-            steps=max(report.counters.steps for report in reports),
-            turns=counters.turns + (cause is Cause.DEAD_END),
-            dissolved=counters.dissolved + (cause is Cause.BLOCKED),
-            led_in_vain=led,
-        )
+        """What the fleet has counted; its own count includes what it has proposed the view for."""
+        own = self._reports[self._robot]
+        newest = max(self._reports.values(), key=lambda report: report.counted.number)
+        counters = own.counters if own.counted == newest.counted else newest.counters
+        steps = max(report.counters.steps for report in self._reports.values())
+        return changed(counters, steps=steps)
 
     def _newest_map(self) -> Report:
         return max(self._reports.values(), key=lambda report: (report.map_number, report.seen is not None))

@@ -194,12 +194,17 @@ class Membership:
             return
         self._happen(Happening.FORMED)
         formation, path = whole
-        self._memory.adopt(formation)
-        self._driver.begin(formation.s_m, self._bearing)
         self.member = Member(
-            self._robot, self._life, self._mission, self._driver, self._senses, self._memory,
-            formation, path, now_s,
-        )  # fmt: skip
+            self._robot,
+            life=self._life,
+            mission=self._mission,
+            driver=self._driver,
+            senses=self._senses,
+            memory=self._memory,
+            formation=formation,
+            path=path,
+            now_s=now_s,
+        )
 
     @property
     def _bearing(self) -> Bearing:

@@ -119,7 +119,7 @@ class Reporter:
             look=self._look,
             ended=0 if self.ended is None else self.ended.turn,
             placed=self.ended is not None and self.ended.placed,
-            map_number=self.memory.handover.number,
+            map_number=self.memory.number,
             seen=self._seen(),
             arrived=self.past.arrived,
             counters=self.past.counters,

@@ -20,9 +20,9 @@ from agents.strand.memory import Memory
 from agents.strand.strand import Strand
 from agents.strand.wish import Turnabout, Wish
 from protocol.arrays import Floats
+from protocol.fence import Cause
 from protocol.mission import Mission
 from protocol.timeline import GoalReached, RobotArrived, RouteLost, StepAbandoned, StepPlanned
-from protocol.fence import Cause
 
 PATIENCE_S = 30.0  # with what stands in all ways on: who walks to and fro has come and gone by then
 COMES_BACK_S = 15.0  # with robots that are left out: who has gone for so long does not come back

@@ -26,6 +26,7 @@ from agents.strand.memory import Memory
 from agents.strand.reversing import Reversing
 from agents.strand.strand import Own, Strand
 from agents.strand.wish import Wish
+from protocol.fence import Bearing, Cause
 from protocol.mission import Mission
 from protocol.path import Path
 from protocol.timeline import (
@@ -36,7 +37,6 @@ from protocol.timeline import (
     StrandHealed,
     StrandJoined,
 )
-from protocol.fence import Bearing, Cause
 from protocol.wire.link import Link
 from protocol.wire.messages import AheadState, BehindState
 from protocol.wire.view import Counters, Formation

@@ -13,8 +13,8 @@ from agents.strand.advance import Advance
 from agents.strand.leading import SETTLED_S, Leading
 from agents.strand.strand import Strand
 from agents.strand.wish import Turnabout, Wish
-from protocol.path import THERE_M
 from protocol.fence import Cause
+from protocol.path import THERE_M
 
 
 class Reversing:

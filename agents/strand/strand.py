@@ -22,11 +22,11 @@ from agents.strand.grants import Grants, may_be_seen
 from agents.strand.growth import Growth
 from agents.strand.plausible import WRONG_SIDE, refused, wrong_ahead, wrong_behind
 from protocol.arrays import Floats
+from protocol.fence import Epoch
 from protocol.mission import Mission
 from protocol.path import THERE_M, Path
 from protocol.timeline import LinkHeard as LinkHeardAgain
 from protocol.timeline import LinkSilent
-from protocol.fence import Epoch
 from protocol.wire.link import Link
 from protocol.wire.messages import AheadState, BehindState, Handover
 from protocol.wire.view import Counters, Formation
