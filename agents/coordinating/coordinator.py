@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from types import MappingProxyType
 
+from msgspec.structs import replace as changed
+
 from agents.commands import Command, Note, Put, Say
 from agents.coordinating.draft import Begin, Done, Draft, Give, places_of
 from agents.coordinating.formation import Plan, lay_path
