@@ -5,9 +5,9 @@ An order to stand is always lawful. Of the others:
 Rule 1 (F1): a body accepts an order only if it bears exactly the fence in force, and the fence names its
         robot: as the one that may move, in that life, or with all.
 Rule 2 (F2): no order bears a fence that is not in force yet.
-Rule 3 (F6): the body has been scanned under that very fence. A scan of turn 0 also serves under ALL, if ALL is
-        turn 1. Followers do not sense under a law that promises no clearance.
-Rule 4 (S3): a robot that joins orders its body only to the target of a step that it had planned in this epoch.
+Rule 3 (F6): the body has been scanned under that very fence. A scan of turn 0 also serves under ALL, if ALL
+        is turn 1. Followers do not sense under a law that promises no clearance.
+Rule 4 (S3): a robot that joins orders its body only to the target of a step that it had planned in the epoch.
 Rule 5 (F4): under ALL, an order is of the life that the formation names, and its robot stood at its place in
         the formation, within mu0, when ALL came into force.
 Rule 6 (F5): under ALL, only members order motion. The leader goes to targets of steps that it had planned, or
@@ -65,9 +65,8 @@ class Authority:
         order, fence = taken.order, self._evidence.fences[taken.fence]
         bears, now = (order.epoch, order.turn), (fence.epoch, fence.turn)
         if bears != now:
-            why = (
-                f"its body takes an order of turn {order.turn} of epoch {order.epoch} in {now[1]} of {now[0]}"
-            )
+            told = f"turn {order.turn} of epoch {order.epoch}"
+            why = f"its body takes an order of {told} in turn {now[1]} of epoch {now[0]}"
             return _breach("F2" if bears > now else "F1", order, why)
         if fence.may is May.ALL or (fence.named, fence.named_life) == (order.robot, order.life):
             return None
@@ -79,9 +78,8 @@ class Authority:
         order, fences = taken.order, self._evidence.fences
         joins = fences[taken.fence].may is May.ONE
         if not self._is_seen(taken):
-            yield _breach(
-                "F6", order, f"ordered in turn {order.turn} of epoch {order.epoch} without a scan of it"
-            )
+            why = f"ordered in turn {order.turn} of epoch {order.epoch}, in which its body was not scanned"
+            yield _breach("F6", order, why)
         if joins:
             yield from self._elsewhere("S3", taken, target, JOINS)
             return

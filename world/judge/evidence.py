@@ -1,7 +1,7 @@
 """The evidence in a timeline: fences, orders, motion, formations, and what robots recorded.
 
-Entries of one source come in order, sources in any order. So the fence under which a body accepted an order is
-known at once, as the world records both; everything else is judged when all entries are there.
+Entries of one source come in order, sources in any order. The world records fences, orders and scans, so the
+fence under which a body accepted an order is known at once. All else is judged when all entries are there.
 """
 
 import math
@@ -73,6 +73,11 @@ class Formed:
     strand: StrandFormed
     ranks: Mapping[int, int]
     """The rank of each member; the leader's is 0."""
+
+    def is_behind(self, robot: int, other: int) -> bool:
+        """Whether a robot is a member directly behind another."""
+        members = robot in self.ranks and other in self.ranks
+        return members and self.ranks[robot] == self.ranks[other] + 1
 
 
 @dataclass(slots=True)

@@ -30,6 +30,8 @@ class Fences:
     times_s: list[float] = field(default_factory=lambda: [0.0])
     of_epoch: dict[int, list[int]] = field(default_factory=lambda: defaultdict(list, {0: [0]}))
     """The fences of each epoch."""
+    _driven: dict[int, int] = field(default_factory=dict)
+    """The first fence of each epoch that lets all move."""
 
     def __getitem__(self, index: int) -> FenceChanged:
         return self.changes[index]
@@ -44,6 +46,8 @@ class Fences:
         self.changes.append(change)
         self.times_s.append(t_s)
         self.of_epoch[change.epoch].append(self.newest)
+        if change.may is May.ALL:
+            self._driven.setdefault(change.epoch, self.newest)
 
     def during(self, from_s: float, to_s: float) -> range:
         """The fences in force between two times, the second not included."""
@@ -57,8 +61,7 @@ class Fences:
 
     def all_of(self, epoch: int) -> int | None:
         """The fence under which the strand of an epoch drives, if there is one."""
-        found = (index for index in self.of_epoch.get(epoch, ()) if self.changes[index].may is May.ALL)
-        return next(found, None)
+        return self._driven.get(epoch)
 
 
 def judge_fences(fences: Fences) -> Iterator[tuple[float, PromiseBroken]]:

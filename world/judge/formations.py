@@ -2,8 +2,8 @@
 
 Rule 1: the strand of an epoch drives only after the coordinator of that epoch, in that life, has recorded its
         formation, once. The fence ALL has the formation's turn, its leader and its number of members.
-Rule 2: no robot has a turn after the formation is made. Just before ALL a turn names nobody, unless no turn of
-        the epoch named a robot: so every place is read while nobody moves.
+Rule 2: no robot has a turn after the formation is made. Just before ALL a turn names nobody, unless no turn
+        of the epoch named a robot. So every place is read while nobody moves.
 Rule 3: a robot records only its own rank in a formation of which it is a member.
 Rule 4: a coordinator that was killed may not have recorded its formation. That excuses rules 1 and 3.
 Rule 5 (P3): a formation names each robot once, with its life, and the places go back along the path from the
@@ -89,7 +89,8 @@ def _unlawful(evidence: Evidence, formed: Formed) -> Iterator[str]:
         if fences[index].may is May.ONE and fences.times_s[index] > formed.t_s + ROUNDING_S
     )
     if (index := next(late, None)) is not None:
-        yield f"robot {fences[index].named} got turn {fences[index].turn} of epoch {epoch} after its formation"
+        fence = fences[index]
+        yield f"robot {fence.named} got turn {fence.turn} of epoch {epoch} after the formation was made"
 
 
 def _of_all(evidence: Evidence, epoch: int, driven: int) -> Iterator[str]:

@@ -2,8 +2,8 @@
 
 They are judged from the timeline alone, in one place for live runs, rehearsals and logs.
 S3: `world.judge.motion` and, while robots join, `world.judge.authority`.
-F1 to F6: the rules of fences (docs/strand.md), as far as a timeline shows them. `world.judge.fences` judges the
-    fences, `formations` what the coordinator made, `authority` the orders, and `motion` the bodies. Here:
+F1 to F6: the rules of fences (docs/strand.md), as far as a timeline shows them. `world.judge.fences` judges
+    the fences, `formations` what the coordinator made, `authority` the orders, and `motion` the bodies. Here:
     F2: no robot plans or grants in an epoch that is not in force yet.
     F5: ground is granted only under ALL, by a member to the robot directly behind it, and never taken back.
 P1: only the first robot of a formation leads it: only that robot plans steps and records that it leads.
@@ -54,11 +54,9 @@ def judge_invariants(evidence: Evidence, tolerance: Tolerance, *, followers_sens
         *judge_formations(evidence),
         *Authority(evidence, tolerance, followers_sense=followers_sense).judge(),
         *judge_motion(evidence, tolerance),
-        *(
-            (t_s, broken("P5", robot, f"its entries go on with number {n}"))
-            for t_s, robot, n in evidence.holes
-        ),
     ]
+    for t_s, robot, n in evidence.holes:
+        breaches.append((t_s, broken("P5", robot, f"its entries go on with number {n}")))
     for robot, told in sorted(evidence.told.items()):
         breaches += _judge_leading(evidence, robot, told)
         breaches += _judge_grants(evidence, robot, told)
@@ -97,11 +95,9 @@ def _judge_grants(evidence: Evidence, robot: int, told: Sequence[tuple[float, To
         driven, formed = evidence.fences.all_of(grant.epoch), evidence.formed.get(grant.epoch)
         if driven is None or evidence.fences.times_s[driven] > t_s + ROUNDING_S:
             yield t_s, broken("F5", robot, f"grants ground {in_epoch} before its strand may drive", grant.to)
-        elif formed is not None and formed.ranks.get(grant.to) != formed.ranks.get(robot, grant.to) + 1:
-            yield (
-                t_s,
-                broken("F5", robot, f"grants ground {in_epoch} to a robot not right behind it", grant.to),
-            )
+        elif formed is not None and not formed.is_behind(grant.to, robot):
+            why = f"grants ground {in_epoch} to a robot that is not directly behind it"
+            yield t_s, broken("F5", robot, why, grant.to)
         link = grant.to, grant.epoch
         if grant.authority_m < granted_m[link] - ROUNDING_M:
             why = f"takes back what it has granted robot {grant.to}"

@@ -119,7 +119,7 @@ def _told(fence: FenceChanged) -> str:
 
 
 def _origins(taken: Sequence[Taken]) -> list[Point]:
-    """Where the body began each drive; successive orders with the same target under one fence are one drive."""
+    """Where the body began each drive; successive orders to one target under one fence are one drive."""
     origins: list[Point] = []
     for index, each in enumerate(taken):
         order, before = each.order, taken[index - 1]
