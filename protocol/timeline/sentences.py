@@ -10,15 +10,18 @@ from typing import Any
 from protocol.keys import robot_name
 from protocol.timeline import (
     FaultInjected,
+    FenceChanged,
     LeaderSucceeded,
     OrderAccepted,
     Record,
+    RobotStranded,
     SegmentChecked,
     StepFinished,
     StepPlanned,
     StrandFormed,
     TrafficCounted,
 )
+from protocol.fence import May
 
 
 def sentence(source: str, record: Record) -> str:
@@ -52,9 +55,26 @@ def _segment(by: str, checked: SegmentChecked) -> str:
 
 
 def _strand(by: str, formed: StrandFormed) -> str:
-    strand = " < ".join(map(robot_name, formed.order))
-    is_leader = by == robot_name(formed.order[0])
-    return f"strand formed: {strand}" if is_leader else f"{by} takes its place in the strand {strand}"
+    return f"{by} forms the strand {' < '.join(map(robot_name, formed.order))}"
+
+
+def _fence(_: str, fence: FenceChanged) -> str:
+    told = f"epoch {fence.epoch}, turn {fence.turn}"
+    why = "" if fence.cause is None else f" ({fence.cause.replace('_', ' ')})"
+    match fence.may:
+        case May.NOBODY:
+            return f"{told}: no robot may move{why}"
+        case May.ONE:
+            return f"{told}: only {robot_name(fence.named)} may move"
+        case May.ALL:
+            return f"{told}: the strand of {fence.members} robots may move, led by {robot_name(fence.named)}"
+        case May.STOPPED:
+            return f"{told}: the operator stops all robots"
+
+
+def _stranded(_: str, stranded: RobotStranded) -> str:
+    by = "" if stranded.by is None else f", r{stranded.by} is in the way"
+    return f"{robot_name(stranded.robot)} finds no way to the strand{by}: {stranded.reason}"
 
 
 def _fault(_: str, fault: FaultInjected) -> str:
@@ -74,14 +94,13 @@ SENTENCES: dict[str, str | Callable[[str, Any], str]] = {
     "authority.granted": "{by} grants r{it.to} the path up to {it.authority_m:.3f} m",
     "body.stopped": "the body of r{it.robot} stops: its robot is silent",
     "fault.injected": _fault,
+    "fence.changed": _fence,
     "goal.reached": "{by} has reached the goal",
     "leader.succeeded": _leader,
     "link.broken": "{by} breaks its link to r{it.neighbour}, silent for {it.silent_s:.1f} s ({it.cause})",
     "link.heard": "{by} hears r{it.neighbour} again",
     "link.silent": "{by} has not heard r{it.neighbour} for {it.silent_s:.2f} s",
     "message.refused": "{by} refuses a message on {it.key}: {it.reason}",
-    "muster.called": lambda by, call: f"{by} calls {len(call.members)} robots to line up: {call.why}",
-    "muster.joined": "{by} leaves its strand to line up",
     "order.accepted": _order,
     "order.finished": "the body of r{it.robot} finishes order {it.number}",
     "order.refused": "the body of r{it.robot} refuses order {it.number}: {it.reason}",
@@ -99,6 +118,7 @@ SENTENCES: dict[str, str | Callable[[str, Any], str]] = {
     "robot.returned": "r{it.robot} has returned",
     "robot.settled": lambda by, it: f"{by} sends no more: {sum(it.sent.values())} messages in all",
     "robot.started": "{by} starts, as process {it.pid}",
+    "robot.stranded": _stranded,
     "route.lost": "{by} has lost its route: {it.reason}",
     "router.found": "a router is connected again, after {it.away_s:.3f} s of wall clock",
     "router.lost": "the router is lost: no message arrives",
@@ -111,7 +131,11 @@ SENTENCES: dict[str, str | Callable[[str, Any], str]] = {
     "strand.dissolved": "{by} dissolves the strand: the way of r{it.blocked} is blocked",
     "strand.formed": _strand,
     "strand.healed": lambda _, healed: f"the strand has healed, with {len(healed.members)} robots",
+    "strand.joined": lambda by, joined: f"{by} takes place {joined.rank + 1} in the strand",
     "strand.reversed": "{by} reverses the strand",
     "traffic.counted": _traffic,
+    "view.joined": "{by} leaves its strand and reports to the view of epoch {it.epoch}",
+    "view.left": "{by} is left out of the strand of epoch {it.epoch}: it stands aside",
+    "view.proposed": "{by} proposes a new view, epoch {it.epoch}: {it.why}",
     "world.resumed": "the world has been restarted, life {it.life}: it resumes from {it.entries} entries",
 }
