@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from protocol.epochs import is_called
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
