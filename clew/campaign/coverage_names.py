@@ -2,7 +2,7 @@
 
 from enum import StrEnum
 
-from protocol.wire.fence import Cause
+from protocol.fence import Cause
 
 
 class Situation(StrEnum):

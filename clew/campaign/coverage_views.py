@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from clew.campaign.coverage_names import OF_CAUSE, Situation
+from protocol.fence import NUMBERS, Cause, May
 from protocol.keys import WORLD, robot_number
 from protocol.timeline import (
     FaultInjected,
@@ -27,7 +28,6 @@ from protocol.timeline import (
     ViewLeft,
     ViewProposed,
 )
-from protocol.wire.fence import NUMBERS, Cause, May
 
 ACTS_S = 0.5  # a member acts on its formation at the first odometry after ALL, which comes within 0.1 s
 FIRST = FenceChanged(epoch=0, turn=0, may=May.NOBODY, coordinator=0, life="")

@@ -10,16 +10,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from protocol.epochs import is_called
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
 from clew.fleet.table_rows import Row, Scoreboard
 from clew.story.states import State
+from protocol.fence import NUMBERS
 from protocol.keys import robot_name
 from protocol.plain import plain
-from protocol.wire.fence import NUMBERS
 from world.judge.verdict import Verdict
 
 EVENTS_SHOWN = 5

@@ -17,10 +17,10 @@ from clew.story.robots import Robot
 from clew.story.states import Conduct, Process, State
 from clew.story.steps import along_m
 from clew.story.story import Story
+from protocol.fence import May
 from protocol.frames import Point
 from protocol.plain import plain
 from protocol.timeline import Entry, FenceChanged, OrderAccepted, PoseSampled, PromiseBroken, RunEnded
-from protocol.wire.fence import May
 from world.judge.verdict import finite
 from world.record.progress import progress
 from world.record.recorder import Header

@@ -6,8 +6,8 @@ Rule 1: entries of the coordinator and of the world come in any order; a strand 
 
 from dataclasses import dataclass, field
 
+from protocol.fence import May
 from protocol.timeline import Entry, FenceChanged, StrandFormed
-from protocol.wire.fence import May
 
 KINDS = frozenset({FenceChanged, StrandFormed})
 

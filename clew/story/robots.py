@@ -24,8 +24,8 @@ from clew.story.states import (
     State,
     event_of,
 )
+from protocol.fence import May
 from protocol.timeline import Entry, FenceChanged, Record, RobotPlaced, StrandFormed, StrandJoined
-from protocol.wire.fence import May
 
 
 @dataclass(slots=True)

@@ -7,6 +7,7 @@ Rule 2: robots are written as `r3`; `by` is the source of the entry.
 from collections.abc import Callable
 from typing import Any
 
+from protocol.fence import Cause, May
 from protocol.keys import robot_name
 from protocol.timeline import (
     FaultInjected,
@@ -21,7 +22,6 @@ from protocol.timeline import (
     StrandFormed,
     TrafficCounted,
 )
-from protocol.wire.fence import Cause, May
 
 
 def sentence(source: str, record: Record) -> str:

@@ -1,8 +1,8 @@
 """What a timeline tells of a strand that forms, for tests that begin with one."""
 
+from protocol.fence import NUMBERS, Cause, May
 from protocol.frames import Point
 from protocol.timeline import FenceChanged, OrderAccepted, Record, StrandFormed, StrandJoined
-from protocol.wire.fence import NUMBERS, Cause, May
 
 ALL_TURN = 1  # nobody had to move
 Told = tuple[str, Record]

@@ -8,6 +8,7 @@ import pytest
 from clew.fleet.table_rows import Row, Scoreboard
 from clew.log.log import Log
 from clew.story.states import State
+from protocol.fence import Cause, May
 from protocol.frames import Point
 from protocol.mission import Law
 from protocol.timeline import (
@@ -24,7 +25,6 @@ from protocol.timeline import (
     RobotReturned,
     StepPlanned,
 )
-from protocol.wire.fence import Cause, May
 from tests.support.logs.logs import HEADER, numbered
 from tests.support.runs import Runs
 from tests.support.strands import formed, ordered, strand

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from protocol.fence import Cause, May
 from protocol.timeline import (
     FaultInjected,
     FenceChanged,
@@ -24,7 +25,6 @@ from protocol.timeline import (
 )
 from protocol.timeline.base import Kind
 from protocol.timeline.sentences import CAUSES, SENTENCES, sentence
-from protocol.wire.fence import Cause, May
 from tests.support.planned import planned
 from tests.support.strands import driving, formed, raised, turn
 from tests.support.strategies.message_strategies import values_of
