@@ -13,6 +13,7 @@ from collections.abc import Iterator, Sequence
 
 from msgspec import Struct
 
+from protocol.fence import Cause
 from protocol.keys import WORLD, robot_name, robot_number
 from protocol.timeline import (
     FaultInjected,
@@ -25,7 +26,6 @@ from protocol.timeline import (
     StrandHealed,
     ViewProposed,
 )
-from protocol.fence import Cause
 
 ORDERED = ("kill", "freeze")  # faults that make a death a requested one
 THAWED = "thaw"
