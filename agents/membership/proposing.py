@@ -78,7 +78,7 @@ class Proposing:
         """Propose a view if there is a reason to."""
         if fence.epoch.robot == 0:
             cause = Cause.START if fence.epoch.generation == 0 else Cause.COORDINATOR_LOST
-            reason: Reason | None = Reason(cause, "nobody coordinates")
+            reason: Reason | None = Reason(cause, "nobody coordinates", is_shared=True)
         elif member is not None:
             reason = self._for_member(member, odometry, now_s)
         elif fence.may is May.ALL:
@@ -117,7 +117,7 @@ class Proposing:
             why = "the view takes too long"
         else:
             return None
-        return Reason(Cause.COORDINATOR_LOST, why, coordinator)
+        return Reason(Cause.COORDINATOR_LOST, why, coordinator, is_shared=True)
 
     def _for_outsider(self, odometry: Odometry, reporter: Reporter | None, now_s: float) -> Reason | None:
         """Rule 4."""
