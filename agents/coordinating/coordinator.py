@@ -94,6 +94,8 @@ class Coordinator:
         """The formation, once it is made."""
         self._reports: dict[int, Report] = {}
         self._heard_s: dict[int, float] = {}
+        self._said: dict[int, Report] = {}
+        """What anybody has said last, also who is not counted or comes too late."""
         self._due: set[int] = set()
         """Who is to be answered."""
         self._draft: Draft | None = None
@@ -107,7 +109,7 @@ class Coordinator:
     def hear(self, robot: int, report: Report, now_s: float) -> None:
         """Take in a report; it is answered at the next `act`, whatever it says."""
         self._due.add(robot)
-        self._heard_s[robot] = now_s
+        self._heard_s[robot], self._said[robot] = now_s, report
         known = self._reports.get(robot)
         if self.phase is Phase.FORMED or robot in self._suspicion.suppressed(now_s):
             return
@@ -361,10 +363,10 @@ class Coordinator:
 
     def _answers(self) -> Iterator[Command]:
         for robot in sorted(self._due):
-            report = self._reports.get(robot)
-            if self.plan is not None and robot in self.plan.order:
+            report = self._said[robot]
+            if self.plan is not None and self.plan.lives.get(robot) == report.life:
                 yield from (Say(robot, piece) for piece in self.plan.pieces(robot))
-            elif report is not None:
+            else:
                 yield Say(robot, self._answer(robot, report))
         self._due.clear()
 
@@ -378,7 +380,7 @@ class Coordinator:
             life=report.life,
             heard=report.number,
             after_turn=turn,
-            out=self.plan is not None,
+            out=self.plan is not None or robot not in self._reports,
             question=self._questions.pending(robot),
             join=self._join if has_turn else None,
             rank=strand.index(robot) if robot in strand else None,
