@@ -250,11 +250,13 @@ def test_the_run_ends_at_the_scenarios_time_limit() -> None:
 
 def test_a_void_order_is_an_answer_in_lock_step_and_is_refused_once() -> None:
     stage = running()
-    stage.order(1, AHEAD, epoch=2)
+    old = stage.bearing(1)
+    stage.form(2)
+    stage.order(1, AHEAD)
     stage.tick(ODOMETRY_TICKS, awake=False)
-    assert kinds(stage.order(1, AHEAD, number=2, epoch=1)) == ["OrderRefused"]
-    assert stage.order(1, AHEAD, number=2, epoch=1) == []
-    assert kinds(stage.order(1, AHEAD, number=3, epoch=1)) == ["OrderRefused"]
+    assert kinds(stage.order(1, AHEAD, number=2, bearing=old)) == ["OrderRefused"]
+    assert stage.order(1, AHEAD, number=2, bearing=old) == []
+    assert kinds(stage.order(1, AHEAD, number=3, bearing=old)) == ["OrderRefused"]
     assert stage.world.awaited == {2}
 
 
