@@ -12,7 +12,7 @@ from protocol.wire.messages import Drive, Odometry, Phase, Scan
 from tests.support.logs.logs import HEADER
 from world.commands import Command, Note, ServeScan, TellOdometry
 from world.core import World
-from world.events import EntryWritten, Event, FencePut, OrderHeard, TokenCame
+from world.events import EntryWritten, Event, FencePut, OrderHeard, ScanAsked, TokenCame
 from world.judge.ending import Ending
 from world.record.resume import Past
 from world.scenario.scenario import Scenario
@@ -168,7 +168,8 @@ class Stage:
         return self.handle(OrderHeard(robot, drive))
 
     def lead(self, robot: int, target: Point, *, number: int = 1, step: int = 1) -> None:
-        """The leader drives a switching step, with the plan that makes it valid."""
+        """The leader drives a switching step, with the scan and the plan that make it valid."""
+        self.handle(ScanAsked(robot, 1))
         self.write(robot, planned(target, step=step))
         self.order(robot, target, number=number, step=step)
 

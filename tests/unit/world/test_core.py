@@ -305,7 +305,10 @@ def test_unlawful_motion_is_recorded_at_the_end() -> None:
     stage.look(after_wall_s=LAST_WORDS_WALL_S)
     *broken, ended = stage.look(after_wall_s=LAST_WORDS_WALL_S)
     assert ended == RunEnded(reason="interrupted")
-    assert [(each.invariant, each.robot) for each in broken if isinstance(each, PromiseBroken)] == [("S3", 2)]
+    assert [(each.invariant, each.robot) for each in broken if isinstance(each, PromiseBroken)] == [
+        ("F6", 2),
+        ("F5", 2),
+    ]
 
 
 def test_refused_messages_are_recorded() -> None:

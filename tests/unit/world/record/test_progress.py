@@ -16,7 +16,8 @@ def test_only_relevant_entries_are_reported() -> None:
     told = [
         progress(source, Entry(n=1, t_s=1.0, hlc="", record=record))
         for source, record in (
-            ("r2", planned(3)), ("r1", LinkSilent(neighbour=2, silent_s=0.5)), ("r1", made), ("r1", lost), ("world", struck),
+            ("r2", planned(3)), ("r1", LinkSilent(neighbour=2, silent_s=0.5)), ("r1", made),
+            ("r1", lost), ("world", struck),
         )
     ]  # fmt: skip
     assert told == [
