@@ -71,7 +71,9 @@ def drive_on(fleet: Bodies, *, until: int = 5000, first: int = 0) -> list[float]
     for tick in range(first, first + until):
         last = fleet.orders[0]
         assert last is not None
-        fleet.hear(0, order(last.target, number=last.number, basis_s=tick * TICK_S), STRAND, now_s=tick * TICK_S)
+        fleet.hear(
+            0, order(last.target, number=last.number, basis_s=tick * TICK_S), STRAND, now_s=tick * TICK_S
+        )
         if not fleet.moving[0]:
             return drove_m
         moves = fleet.tick(now_s=tick * TICK_S, tick_s=TICK_S)
