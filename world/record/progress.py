@@ -1,11 +1,12 @@
 """Progress messages for users who watch a run: one line per relevant entry."""
 
-from protocol.timeline import Entry, FaultInjected
+from protocol.timeline import Entry, FaultInjected, FenceChanged
 from protocol.timeline.sentences import sentence
 
 AWAITED = frozenset(
     [
         "fault.injected",
+        "fence.changed",
         "goal.reached",
         "leader.succeeded",
         "link.broken",
@@ -26,7 +27,6 @@ AWAITED = frozenset(
         "strand.formed",
         "strand.healed",
         "strand.reversed",
-        "view.proposed",
         "world.resumed",
     ]
 )
@@ -37,6 +37,8 @@ def progress(source: str, entry: Entry) -> str | None:
     record = entry.record
     if record.__struct_config__.tag not in AWAITED:
         return None
+    if isinstance(record, FenceChanged) and record.cause is None:
+        return None  # turns are given many times while a strand lines up
     if isinstance(record, FaultInjected) and record.process is None:
         return None  # faults of messages are only counted
     return f"t={entry.t_s:6.1f} s  {sentence(source, record)}"
