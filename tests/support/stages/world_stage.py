@@ -3,10 +3,10 @@
 import math
 from itertools import pairwise
 
+from protocol.fence import Bearing, Cause, Change, Fence, May, Raise, Turn
 from protocol.frames import Point
 from protocol.keys import WORLD, robot_name
 from protocol.mission import Law
-from protocol.fence import Bearing, Cause, Change, Fence, May, Raise, Turn
 from protocol.timeline import Entry, Record, StepPlanned, StrandFormed
 from protocol.wire.messages import Drive, Odometry, Phase, Scan
 from tests.support.logs.logs import HEADER
@@ -16,7 +16,6 @@ from world.events import EntryWritten, Event, FencePut, OrderHeard, ScanAsked, T
 from world.judge.ending import Ending
 from world.record.resume import Past
 from world.scenario.scenario import Scenario
-
 
 EPOCH = 10_001
 """The number of the first epoch that robot 1 proposes."""
@@ -50,7 +49,7 @@ def planned(target: Point, *, step: int = 1, epoch: int = EPOCH, reach_m: float 
 def formed(
     order: tuple[int, ...], places: tuple[Point, ...], *, epoch: int = EPOCH, turn: int = 1
 ) -> StrandFormed:
-    """A formation of robots that stand at these places, leader first, with a straight leg from each to the next."""
+    """A formation of robots that stand at these places, leader first; the legs between them are straight."""
     legs_m = [math.dist((a.x_m, a.y_m), (b.x_m, b.y_m)) for a, b in pairwise(places)]
     return StrandFormed(
         epoch=epoch,
