@@ -73,7 +73,7 @@ def _fence(_: str, fence: FenceChanged) -> str:
 
 
 def _stranded(_: str, stranded: RobotStranded) -> str:
-    by = "" if stranded.by is None else f", r{stranded.by} is in the way"
+    by = "" if stranded.by is None else f", the body of {robot_name(stranded.by)} is in the way"
     return f"{robot_name(stranded.robot)} finds no way to the strand{by}: {stranded.reason}"
 
 

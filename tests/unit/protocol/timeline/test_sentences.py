@@ -15,14 +15,23 @@ from protocol.timeline import (
     Record,
     RobotDied,
     RobotFailed,
+    RobotStranded,
     StepAbandoned,
     StepFinished,
-    StrandFormed,
+    StrandJoined,
+    ViewJoined,
+    ViewLeft,
+    ViewProposed,
 )
 from protocol.timeline.base import Kind
 from protocol.timeline.sentences import SENTENCES, sentence
+from protocol.wire.fence import Cause, May
+from tests.support.histories.fenced import fence, formation
 from tests.support.planned import planned
 from tests.support.strategies.message_strategies import values_of
+
+RAISED = fence(10_002, 0, cause=Cause.NEIGHBOUR_LOST)
+FORMED = formation(10_002, 1, 0.6, 0.0, order=(1, 2))
 
 
 def test_every_kind_has_a_sentence() -> None:
@@ -64,11 +73,41 @@ def test_every_entry_has_a_sentence(kind: type[Kind], data: st.DataObject) -> No
             FaultInjected(fault="drop", rule="loss", key="link/r1/r2", number=7),
             "loss: drop message 7 on link/r1/r2",
         ),
-        ("r1", StrandFormed(epoch=1, sensed=True, order=(1, 2), path_length_m=1.0), "strand formed: r1 < r2"),
+        ("r2", FORMED, "r2 forms the strand r1 < r2"),
+        ("r2", StrandJoined(epoch=10_002, rank=1), "r2 takes place 2 in the strand"),
+        ("world", RAISED, "epoch 10002, turn 0: no robot may move (neighbour lost)"),
+        (
+            "world",
+            replace(RAISED, turn=1, may=May.ONE, named=3, named_life="3c", cause=None),
+            "epoch 10002, turn 1: only r3 may move",
+        ),
+        ("world", replace(RAISED, turn=2, cause=None), "epoch 10002, turn 2: no robot may move"),
+        (
+            "world",
+            replace(RAISED, turn=3, may=May.ALL, named=1, members=2, cause=None),
+            "epoch 10002, turn 3: the strand of 2 robots may move, led by r1",
+        ),
+        (
+            "world",
+            replace(RAISED, epoch=20_000, may=May.STOPPED, coordinator=0, life="", cause=Cause.OPERATOR),
+            "epoch 20000, turn 0: the operator stops all robots",
+        ),
         (
             "r2",
-            StrandFormed(epoch=1, sensed=True, order=(1, 2), path_length_m=1.0),
-            "r2 takes its place in the strand r1 < r2",
+            ViewProposed(epoch=10_002, cause=Cause.PLEA, about=4, why="r4 asks to be let in"),
+            "r2 proposes a new view, epoch 10002: r4 asks to be let in",
+        ),
+        ("r2", ViewJoined(epoch=10_002), "r2 leaves its strand and reports to the view of epoch 10002"),
+        ("r2", ViewLeft(epoch=10_002), "r2 is left out of the strand of epoch 10002: it stands aside"),
+        (
+            "r2",
+            RobotStranded(epoch=10_002, robot=4, reason="no way past it"),
+            "r4 finds no way to the strand: no way past it",
+        ),
+        (
+            "r2",
+            RobotStranded(epoch=10_002, robot=4, reason="no way past it", by=3),
+            "r4 finds no way to the strand, the body of r3 is in the way: no way past it",
         ),
     ],
 )
