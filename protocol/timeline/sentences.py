@@ -7,6 +7,7 @@ Rule 2: robots are written as `r3`; `by` is the source of the entry.
 from collections.abc import Callable
 from typing import Any
 
+from protocol.fence import Cause, May
 from protocol.keys import robot_name
 from protocol.timeline import (
     FaultInjected,
@@ -21,7 +22,6 @@ from protocol.timeline import (
     StrandFormed,
     TrafficCounted,
 )
-from protocol.wire.fence import May
 
 
 def sentence(source: str, record: Record) -> str:
@@ -54,27 +54,44 @@ def _segment(by: str, checked: SegmentChecked) -> str:
     return f"{by} finds its next segment {found}, by {checked.clearance_m:.3f} m"
 
 
-def _strand(by: str, formed: StrandFormed) -> str:
-    return f"{by} forms the strand {' < '.join(map(robot_name, formed.order))}"
+def _strand(_: str, formed: StrandFormed) -> str:
+    return f"strand formed: {' < '.join(map(robot_name, formed.order))}"
+
+
+CAUSES = {
+    Cause.START: "the run begins",
+    Cause.NEIGHBOUR_LOST: "a neighbour is lost",
+    Cause.BLOCKED: "a way stays blocked",
+    Cause.DEAD_END: "the way is a dead end",
+    Cause.NO_WAY: "the leader knows no way on",
+    Cause.PLEA: "a robot asks to be let in",
+    Cause.COORDINATOR_LOST: "the coordinator is lost",
+    Cause.MISFIT: "a robot does not stand at its place",
+    Cause.OUTSIDERS: "more robots are left out than are in the strand",
+    Cause.OPERATOR: "the operator ends the stop",
+    Cause.WORLD_RESTARTED: "the world has been started again",
+}
+"""Why a view was proposed."""
 
 
 def _fence(_: str, fence: FenceChanged) -> str:
-    told = f"epoch {fence.epoch}, turn {fence.turn}"
-    why = "" if fence.cause is None else f" ({fence.cause.replace('_', ' ')})"
     match fence.may:
-        case May.NOBODY:
-            return f"{told}: no robot may move{why}"
-        case May.ONE:
-            return f"{told}: only {robot_name(fence.named)} may move"
-        case May.ALL:
-            return f"{told}: the strand of {fence.members} robots may move, led by {robot_name(fence.named)}"
         case May.STOPPED:
-            return f"{told}: the operator stops all robots"
+            return "the operator has stopped all bodies"
+        case May.ALL:
+            return f"the strand may drive: {robot_name(fence.named)} leads {fence.members} robots"
+        case May.ONE:
+            return f"{robot_name(fence.named)} has the turn: it alone may drive"
+        case May.NOBODY:
+            if fence.cause is None:
+                return "nobody has the turn: all stand"
+            who = f": {robot_name(fence.coordinator)} coordinates a view" if fence.coordinator else ""
+            return f"all bodies stand, for {CAUSES[fence.cause]}{who}"
 
 
 def _stranded(_: str, stranded: RobotStranded) -> str:
     by = "" if stranded.by is None else f", the body of {robot_name(stranded.by)} is in the way"
-    return f"{robot_name(stranded.robot)} finds no way to the strand{by}: {stranded.reason}"
+    return f"{robot_name(stranded.robot)} is stranded: {stranded.reason}{by}"
 
 
 def _fault(_: str, fault: FaultInjected) -> str:
@@ -112,7 +129,7 @@ SENTENCES: dict[str, str | Callable[[str, Any], str]] = {
     "robot.died": "r{it.robot} has died, silent since t={it.silent_since_s:.1f} s",
     "robot.failed": "{by} has failed: {it.reason}",
     "robot.held": "{by} waits for the robot behind, which is {it.behind_m:.2f} m short of its authority",
-    "robot.placed": lambda by, placed: f"{by} has joined the strand, at place {placed.rank + 1}",
+    "robot.placed": lambda by, placed: f"{by} stands in place {placed.rank + 1}",
     "robot.released": "{by} no longer waits for the robot behind",
     "robot.restarted": "r{it.robot} has been restarted",
     "robot.returned": "r{it.robot} has returned",
@@ -132,10 +149,10 @@ SENTENCES: dict[str, str | Callable[[str, Any], str]] = {
     "strand.formed": _strand,
     "strand.healed": lambda _, healed: f"the strand has healed, with {len(healed.members)} robots",
     "strand.joined": lambda by, joined: f"{by} takes place {joined.rank + 1} in the strand",
-    "strand.reversed": "{by} reverses the strand",
+    "strand.reversed": "{by} has the strand turn round",
     "traffic.counted": _traffic,
-    "view.joined": "{by} leaves its strand and reports to the view of epoch {it.epoch}",
-    "view.left": "{by} is left out of the strand of epoch {it.epoch}: it stands aside",
-    "view.proposed": "{by} proposes a new view, epoch {it.epoch}: {it.why}",
+    "view.joined": "{by} stands and reports to the coordinator",
+    "view.left": "{by} is left out of the strand: it stands aside",
+    "view.proposed": "{by} proposes a view: {it.why}",
     "world.resumed": "the world has been restarted, life {it.life}: it resumes from {it.entries} entries",
 }

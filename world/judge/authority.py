@@ -23,9 +23,9 @@ from bisect import bisect_right
 from collections.abc import Iterator
 from operator import itemgetter
 
+from protocol.fence import May
 from protocol.frames import Point
 from protocol.timeline import OrderAccepted, PromiseBroken
-from protocol.wire.fence import May
 from world.judge.evidence import JOINS, ROUNDING_M, Evidence, Formed, Taken, apart_m
 from world.judge.fences import ROUNDING_S
 from world.judge.motion import Tolerance, breach_of

@@ -13,8 +13,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
 
+from protocol.fence import NOBODY_NUMBER, NUMBERS, May
 from protocol.timeline import FenceChanged, PromiseBroken
-from protocol.wire.fence import NOBODY_NUMBER, NUMBERS, May
 
 ROUNDING_S = 1e-9
 

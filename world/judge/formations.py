@@ -15,9 +15,9 @@ Rule 5 (P3): a formation names each robot once, with its life, and the places go
 from collections.abc import Iterator
 from itertools import pairwise
 
+from protocol.fence import NUMBERS, May
 from protocol.path import Path
 from protocol.timeline import PromiseBroken, StrandFormed, StrandJoined
-from protocol.wire.fence import NUMBERS, May
 from world.judge.evidence import ROUNDING_M, Evidence, Formed
 from world.judge.fences import ROUNDING_S
 

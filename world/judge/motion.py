@@ -14,9 +14,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from protocol.fence import May
 from protocol.frames import Point
 from protocol.timeline import FenceChanged, OrderAccepted, PoseSampled, PromiseBroken
-from protocol.wire.fence import May
 from world.judge.evidence import ROUNDING_M, Evidence, Taken, apart_m
 from world.judge.fences import ROUNDING_S
 

@@ -4,15 +4,16 @@ Rule 1: the timeline is the only input. Its sources have no common order, so ent
 Rule 2: the cause of a death is an injected process fault or, if there is none, the last sign of life.
 Rule 3: the detection is the first broken link to the dead robot or, if there is none, the first view that was
         proposed because a robot was lost.
-Rule 4: the cause of a heal without a death is the return of a process or, if there is none, a silent link.
-        Its detection is the first broken link since the last heal or, if there is none, the first view that
-        was proposed for a reason that changes who is in the strand.
+Rule 4: the cause of a heal without a death is the return of a process or, if there is none, a silent link. Its
+        detection is the first broken link since the last heal or, if there is none, the first view that was
+        proposed for a reason that changes who is in the strand.
 """
 
 from collections.abc import Iterator, Sequence
 
 from msgspec import Struct
 
+from protocol.fence import Cause
 from protocol.keys import WORLD, robot_name, robot_number
 from protocol.timeline import (
     FaultInjected,
@@ -25,7 +26,6 @@ from protocol.timeline import (
     StrandHealed,
     ViewProposed,
 )
-from protocol.wire.fence import Cause
 
 ORDERED = ("kill", "freeze")  # faults that make a death a requested one
 THAWED = "thaw"

@@ -7,8 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from protocol.fence import Cause, May
 from protocol.timeline import (
     FaultInjected,
+    FenceChanged,
     LeaderSucceeded,
     LinkBroken,
     LinkSilent,
@@ -19,19 +21,17 @@ from protocol.timeline import (
     StepAbandoned,
     StepFinished,
     StrandJoined,
-    ViewJoined,
-    ViewLeft,
     ViewProposed,
 )
 from protocol.timeline.base import Kind
-from protocol.timeline.sentences import SENTENCES, sentence
-from protocol.wire.fence import Cause, May
-from tests.support.histories.fenced import fence, formation
+from protocol.timeline.sentences import CAUSES, SENTENCES, sentence
 from tests.support.planned import planned
+from tests.support.strands import driving, formed, raised, turn
 from tests.support.strategies.message_strategies import values_of
 
-RAISED = fence(10_002, 0, cause=Cause.NEIGHBOUR_LOST)
-FORMED = formation(10_002, 1, 0.6, 0.0, order=(1, 2))
+
+def test_every_cause_has_words() -> None:
+    assert set(CAUSES) == set(Cause)
 
 
 def test_every_kind_has_a_sentence() -> None:
@@ -73,41 +73,30 @@ def test_every_entry_has_a_sentence(kind: type[Kind], data: st.DataObject) -> No
             FaultInjected(fault="drop", rule="loss", key="link/r1/r2", number=7),
             "loss: drop message 7 on link/r1/r2",
         ),
-        ("r2", FORMED, "r2 forms the strand r1 < r2"),
+        ("r2", formed(10_002, 1, 2), "strand formed: r1 < r2"),
         ("r2", StrandJoined(epoch=10_002, rank=1), "r2 takes place 2 in the strand"),
-        ("world", RAISED, "epoch 10002, turn 0: no robot may move (neighbour lost)"),
         (
-            "world",
-            replace(RAISED, turn=1, may=May.ONE, named=3, named_life="3c", cause=None),
-            "epoch 10002, turn 1: only r3 may move",
-        ),
-        ("world", replace(RAISED, turn=2, cause=None), "epoch 10002, turn 2: no robot may move"),
-        (
-            "world",
-            replace(RAISED, turn=3, may=May.ALL, named=1, members=2, cause=None),
-            "epoch 10002, turn 3: the strand of 2 robots may move, led by r1",
+            "r2",
+            ViewProposed(epoch=20_002, cause=Cause.NEIGHBOUR_LOST, about=1, why="r1 is lost"),
+            "r2 proposes a view: r1 is lost",
         ),
         (
+            *raised(20_002, Cause.NEIGHBOUR_LOST),
+            "all bodies stand, for a neighbour is lost: r2 coordinates a view",
+        ),
+        (*raised(30_000, Cause.WORLD_RESTARTED), "all bodies stand, for the world has been started again"),
+        (*turn(20_002, 1, 4), "r4 has the turn: it alone may drive"),
+        (*turn(20_002, 2), "nobody has the turn: all stand"),
+        (*driving(20_002, 3, 2, 4), "the strand may drive: r3 leads 3 robots"),
+        (
             "world",
-            replace(RAISED, epoch=20_000, may=May.STOPPED, coordinator=0, life="", cause=Cause.OPERATOR),
-            "epoch 20000, turn 0: the operator stops all robots",
+            FenceChanged(epoch=30_000, turn=0, may=May.STOPPED, coordinator=0, life="", cause=Cause.OPERATOR),
+            "the operator has stopped all bodies",
         ),
         (
             "r2",
-            ViewProposed(epoch=10_002, cause=Cause.PLEA, about=4, why="r4 asks to be let in"),
-            "r2 proposes a new view, epoch 10002: r4 asks to be let in",
-        ),
-        ("r2", ViewJoined(epoch=10_002), "r2 leaves its strand and reports to the view of epoch 10002"),
-        ("r2", ViewLeft(epoch=10_002), "r2 is left out of the strand of epoch 10002: it stands aside"),
-        (
-            "r2",
-            RobotStranded(epoch=10_002, robot=4, reason="no way past it"),
-            "r4 finds no way to the strand: no way past it",
-        ),
-        (
-            "r2",
-            RobotStranded(epoch=10_002, robot=4, reason="no way past it", by=3),
-            "r4 finds no way to the strand, the body of r3 is in the way: no way past it",
+            RobotStranded(epoch=20_002, robot=5, reason="no way to its place", by=1),
+            "r5 is stranded: no way to its place, the body of r1 is in the way",
         ),
     ],
 )
