@@ -5,6 +5,7 @@ Robot 2 coordinates epoch 10002. Robot 3 joins in turn 1, at x = -1.2 m. From tu
 way, as robot 3 proposes epoch 20003. Nobody has to join there, so ALL is turn 1, and scans of turn 0 serve.
 """
 
+from protocol.fence import Cause, May
 from protocol.frames import Point
 from protocol.mission import Law
 from protocol.timeline import (
@@ -23,7 +24,6 @@ from protocol.timeline import (
     ViewJoined,
     ViewProposed,
 )
-from protocol.wire.fence import Cause, May
 from world.judge.evidence import Evidence
 from world.judge.invariants import judge_invariants
 from world.judge.motion import Tolerance

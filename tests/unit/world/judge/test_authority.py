@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import pytest
 from msgspec.structs import replace
 
+from protocol.fence import May
 from protocol.frames import Point
 from protocol.timeline import OrderAccepted, RobotDied, StepAbandoned, StrandFormed
-from protocol.wire.fence import May
 from tests.support.histories.fenced import (
     FIRST,
     SECOND,

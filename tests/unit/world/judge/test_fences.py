@@ -3,8 +3,8 @@
 import pytest
 from msgspec.structs import replace
 
+from protocol.fence import Cause, May
 from protocol.timeline import FenceChanged
-from protocol.wire.fence import Cause, May
 from tests.support.histories.fenced import FIRST, SECOND, fence
 from world.judge.fences import Fences, judge_fences
 

@@ -3,8 +3,8 @@
 import pytest
 from msgspec.structs import replace
 
+from protocol.fence import May
 from protocol.timeline import RobotDied, StrandFormed, StrandJoined
-from protocol.wire.fence import May
 from tests.support.histories.fenced import FIRST, LIVES, SECOND, Said, broken, fence, formation, order, run
 
 FORMED = formation(FIRST, 3, 1.2, 0.6, 0.0)

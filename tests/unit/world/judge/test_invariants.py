@@ -35,7 +35,7 @@ BREACHES: dict[str, tuple[list[str], Said]] = {
     "a follower says that it leads": (["P1"], (5.1, "r2", LeaderSucceeded(epoch=SECOND, before=1))),
     "a follower says that its strand has healed": (
         ["P1"],
-        (5.1, "r2", StrandHealed(epoch=SECOND, members=(2,))),
+        (5.1, "r2", StrandHealed(epoch=SECOND, robots=1)),
     ),
     "back to an older view": (["P2"], (5.1, "r1", ViewJoined(epoch=FIRST))),
     "back aside": (["P2"], (5.1, "r1", ViewLeft(epoch=FIRST))),

@@ -3,7 +3,7 @@
 import pytest
 from msgspec.structs import replace
 
-from protocol.wire.fence import Cause, May
+from protocol.fence import Cause, May
 from tests.support.histories.fenced import (
     FIRST,
     SECOND,

@@ -1,5 +1,6 @@
 from msgspec.structs import replace
 
+from protocol.fence import Cause
 from protocol.timeline import (
     FaultInjected,
     LeaderSucceeded,
@@ -11,7 +12,6 @@ from protocol.timeline import (
     StrandHealed,
     ViewProposed,
 )
-from protocol.wire.fence import Cause
 from world.judge.recovery import Death, Heal, Recovery, Succession, is_relevant
 
 
@@ -26,7 +26,7 @@ def died(robot: int = 1, silent_since_s: float = 4.9) -> RobotDied:
 BROKEN = LinkBroken(neighbour=1, cause="token", silent_s=0.3)
 PROPOSED = ViewProposed(epoch=7, cause=Cause.NEIGHBOUR_LOST, about=1, why="r1 is gone")
 SUCCEEDED = LeaderSucceeded(epoch=8, before=1)
-HEALED = StrandHealed(epoch=8, members=(2, 3))
+HEALED = StrandHealed(epoch=8, robots=2)
 LEADER_KILLED: list[tuple[float, str, Record]] = [
     (9.0, "r2", HEALED),  # sources come in any order
     (8.0, "r2", SUCCEEDED),
@@ -47,7 +47,7 @@ def test_a_killed_leader_has_cause_detection_succession_and_heal() -> None:
     assert recovery.successions == (
         Succession(robot=2, before=1, epoch=8, cause_s=5.0, detected_s=5.4, recovered_s=8.0),
     )
-    assert recovery.heals == (Heal(epoch=8, members=(2, 3), cause_s=5.0, detected_s=5.4, recovered_s=9.0),)
+    assert recovery.heals == (Heal(epoch=8, robots=2, cause_s=5.0, detected_s=5.4, recovered_s=9.0),)
     assert list(recovery.unrequested) == []
 
 
@@ -134,7 +134,7 @@ def test_a_heal_that_includes_a_returned_robot_dates_from_its_return() -> None:
     back: list[tuple[float, str, Record]] = [
         (11.0, "world", RobotReturned(robot=1)),
         (11.2, "r2", replace(PROPOSED, cause=Cause.PLEA)),
-        (13.0, "r2", StrandHealed(epoch=9, members=(1, 2, 3))),
+        (13.0, "r2", StrandHealed(epoch=9, robots=3)),
     ]
     heal = Recovery([*LEADER_KILLED, *back]).heals[-1]
     assert (heal.cause_s, heal.detected_s, heal.recovered_s) == (11.0, 11.2, 13.0)
@@ -145,7 +145,7 @@ def test_each_heal_has_the_causes_since_the_one_before() -> None:
         (15.0, "world", struck("kill", 3)),
         (15.4, "r2", LinkBroken(neighbour=3, cause="token", silent_s=0.3)),
         (16.1, "world", died(3, 14.9)),
-        (19.0, "r2", StrandHealed(epoch=10, members=(2,))),
+        (19.0, "r2", StrandHealed(epoch=10, robots=1)),
     ]
     heals = Recovery([*LEADER_KILLED, *second]).heals
     assert [(heal.cause_s, heal.detected_s, heal.recovered_s) for heal in heals] == [
