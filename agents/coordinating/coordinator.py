@@ -195,11 +195,12 @@ class Coordinator:
         draft = self._draft
         assert draft is not None
         if fence.may is May.ONE:
-            report = self._reports[fence.robot]
-            over = report.ended >= fence.turn
-            if not over and now_s - self._moved_s <= self._timing.turn_s:
+            report = self._reports.get(fence.robot)
+            over = report is not None and report.ended >= fence.turn
+            if report is not None and not over and now_s - self._moved_s <= self._timing.turn_s:
                 return []
-            draft.end_turn(fence.robot, placed=over and report.placed)
+            if report is not None:
+                draft.end_turn(fence.robot, placed=over and report.placed)
         next_ = draft.next(self._reports, now_s, others_may_come_back=self._others_may_come_back(now_s))
         commands: list[Command] = []
         if not isinstance(next_, Give) and fence.may is May.ONE:
@@ -398,4 +399,5 @@ class Coordinator:
         self._questions.forget({robot})
         if self._draft is not None and self.phase is not Phase.FORMED:
             self._draft.strand = [each for each in self._draft.strand if each != robot]
-            self._enter(Phase.GATHERING)
+            if self.phase is not Phase.GATHERING:
+                self._enter(Phase.GATHERING)
