@@ -95,7 +95,7 @@ def recovery_lines(verdict: Verdict) -> Iterator[str]:
         from_s = f"from t={succession.recovered_s:.1f} s on"
         yield f"robot {succession.robot} leads in the place of {before} {from_s}"
     for heal in verdict.heals:
-        yield f"the strand healed at t={heal.recovered_s:.1f} s, of {heal.robots} robots"
+        yield f"the strand healed at t={heal.recovered_s:.1f} s, of {len(heal.members)} robots"
     if verdict.unstruck:
         yield f"fault rules that never struck: {', '.join(verdict.unstruck)}"
 

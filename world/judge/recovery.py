@@ -23,6 +23,7 @@ from protocol.timeline import (
     RobotDied,
     RobotRestarted,
     RobotReturned,
+    StrandFormed,
     StrandHealed,
     ViewProposed,
 )
@@ -71,8 +72,8 @@ class Heal(Struct, frozen=True, kw_only=True):
     """A strand that formed again from the surviving robots."""
 
     epoch: int
-    robots: int
-    """How many are in the strand."""
+    members: tuple[int, ...]
+    """Leader first; none, if the formation was not recorded."""
     cause_s: float | None
     detected_s: float | None
     recovered_s: float
@@ -177,6 +178,7 @@ class Recovery:
 
     def _heals(self) -> Iterator[Heal]:
         healed_s = -1.0
+        orders = {each.epoch: each.order for _, _, each in self._dated if isinstance(each, StrandFormed)}
         for t_s, _, record in self._dated:
             if not isinstance(record, StrandHealed):
                 continue
@@ -195,7 +197,7 @@ class Recovery:
             ]
             yield Heal(
                 epoch=record.epoch,
-                robots=record.robots,
+                members=orders.get(record.epoch, ()),
                 cause_s=min(causes, default=None),
                 detected_s=min(detected, default=None),
                 recovered_s=t_s,
@@ -210,7 +212,7 @@ def is_relevant(source: str, record: Record) -> bool:
             return process is not None  # not faults of messages: these are many
         case RobotDied() | RobotRestarted() | RobotReturned():
             return source == WORLD
-        case LinkBroken() | ViewProposed() | LeaderSucceeded() | StrandHealed():
+        case LinkBroken() | ViewProposed() | StrandFormed() | LeaderSucceeded() | StrandHealed():
             return True
         case _:
             return False

@@ -67,7 +67,7 @@ def test_faults_and_recoveries_are_printed() -> None:
         robot=4, ordered=False, cause_s=8.0, detected_s=None, known_s=9.0, recovered_s=None, returned_s=None
     )
     succession = Succession(robot=2, before=1, epoch=7, cause_s=3.0, detected_s=3.4, recovered_s=5.0)
-    heal = Heal(epoch=7, robots=2, cause_s=3.0, detected_s=3.4, recovered_s=6.0)
+    heal = Heal(epoch=7, members=(2, 3), cause_s=3.0, detected_s=3.4, recovered_s=6.0)
     messages = msgspec.structs.replace(GOOD.messages, injected={"drop": 5})
     verdict = msgspec.structs.replace(
         GOOD,

@@ -12,6 +12,7 @@ from protocol.timeline import (
     StrandHealed,
     ViewProposed,
 )
+from tests.support.strands import formed
 from world.judge.recovery import Death, Heal, Recovery, Succession, is_relevant
 
 
@@ -28,6 +29,7 @@ PROPOSED = ViewProposed(epoch=7, cause=Cause.NEIGHBOUR_LOST, about=1, why="r1 is
 SUCCEEDED = LeaderSucceeded(epoch=8, before=1)
 HEALED = StrandHealed(epoch=8, robots=2)
 LEADER_KILLED: list[tuple[float, str, Record]] = [
+    (7.9, "r2", formed(8, 2, 3)),
     (9.0, "r2", HEALED),  # sources come in any order
     (8.0, "r2", SUCCEEDED),
     (5.4, "r2", BROKEN),
@@ -47,7 +49,7 @@ def test_a_killed_leader_has_cause_detection_succession_and_heal() -> None:
     assert recovery.successions == (
         Succession(robot=2, before=1, epoch=8, cause_s=5.0, detected_s=5.4, recovered_s=8.0),
     )
-    assert recovery.heals == (Heal(epoch=8, robots=2, cause_s=5.0, detected_s=5.4, recovered_s=9.0),)
+    assert recovery.heals == (Heal(epoch=8, members=(2, 3), cause_s=5.0, detected_s=5.4, recovered_s=9.0),)
     assert list(recovery.unrequested) == []
 
 
