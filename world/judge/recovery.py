@@ -4,9 +4,9 @@ Rule 1: the timeline is the only input. Its sources have no common order, so ent
 Rule 2: the cause of a death is an injected process fault or, if there is none, the last sign of life.
 Rule 3: the detection is the first broken link to the dead robot or, if there is none, the first view that was
         proposed because a robot was lost.
-Rule 4: the cause of a heal without a death is the return of a process or, if there is none, a silent link. Its
-        detection is the first broken link since the last heal or, if there is none, the first view that was
-        proposed for a reason that changes who is in the strand.
+Rule 4: the cause of a heal without a death is the return of a process or, if there is none, a silent link.
+        Its detection is the first broken link since the last heal or, if there is none, the first view that
+        was proposed for a reason that changes who is in the strand.
 """
 
 from collections.abc import Iterator, Sequence
@@ -73,6 +73,7 @@ class Heal(Struct, frozen=True, kw_only=True):
 
     epoch: int
     members: tuple[int, ...]
+    """Leader first; none, if the formation was not recorded."""
     cause_s: float | None
     detected_s: float | None
     recovered_s: float
