@@ -160,7 +160,5 @@ def test_turning_round_dissolving_and_letting_in_count_when_the_next_strand_may_
 
 
 def test_robots_that_are_left_out_or_stranded_are_counted() -> None:
-    counts = counted(
-        raised(E), by(1, RobotStranded(epoch=E, robot=3, reason="x")), by(3, ViewLeft(epoch=E))
-    )
+    counts = counted(raised(E), by(1, RobotStranded(epoch=E, robot=3, reason="x")), by(3, ViewLeft(epoch=E)))
     assert (counts[Situation.STRANDED], counts[Situation.LEFT_OUT]) == (1, 1)
