@@ -1,7 +1,7 @@
 """What a bound robot reports to the coordinator, and how it answers the coordinator's questions.
 
-Rule 1: it reports standing: its newest order has ended. It repeats a report until it is answered, and then now
-        and then, since the answer shows that the coordinator is there.
+Rule 1: it reports standing: its newest order has ended. It repeats a report until it is answered, and after
+        that less often, since the answer shows that the coordinator is there.
 Rule 2: it looks when it is asked to, from where it stands. A leg that has been driven is not looked at: who
         drives on it looks anew (`agents.strand.follower`).
 """
@@ -15,16 +15,17 @@ from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.commands import Command, Say
 from agents.due import is_due
+from agents.liveness.timing import Timing
 from agents.membership.joining import leg_is_clear, without_hulls
+from agents.membership.past import Past
 from agents.membership.places import Places
-from agents.membership.timing import Timing
 from agents.membership.turn import Ended, xy
 from agents.navigation.scan import View
 from agents.strand.memory import Memory
 from protocol.fence import Epoch
 from protocol.frames import Pose
 from protocol.mission import Mission
-from protocol.wire.view import Answer, Counters, Look, Question, Report, Seen
+from protocol.wire.view import Answer, Join, Look, Question, Report, Seen
 
 
 @dataclass(slots=True)
@@ -36,10 +37,9 @@ class Reporter:
     mission: Mission
     timing: Timing
     memory: Memory
+    past: Past
     places: Places
-    counters: Counters
-    counted: Epoch
-    arrived: bool
+    """The robot's, as of now."""
     heard_at_s: float
     """When the coordinator was heard last, or the view began."""
     answer: Answer | None = None
@@ -63,11 +63,23 @@ class Reporter:
         if answer.rank is not None or self.ended is not None:
             self.places = self.places.with_draft(self.epoch, answer.rank)
 
-    def end_turn(self, ended: Ended, *, moved: bool) -> None:
+    def join(self, turn: int) -> Join | None:
+        """Where the strand ends, for this turn of the robot; None if it does not know, or has ended it."""
+        join = None if self.answer is None else self.answer.join
+        is_over = self.ended is not None and self.ended.turn == turn
+        return None if is_over or join is None or join.turn != turn else join
+
+    def heard_coordinator(self, now_s: float) -> None:
+        """A piece of the formation has come."""
+        self.heard_at_s = now_s
+
+    def end_turn(self, ended: Ended) -> None:
         """The robot has ended a turn of its own, and stands."""
         self.ended = ended
-        if moved:
-            self.places = Places()
+
+    def leave_places(self) -> None:
+        """The robot has driven by its own steps: it stands at none of its former places."""
+        self.places = Places()
 
     def act(self, driver: Driver, senses: Senses, now_s: float) -> list[Command]:
         """Look if asked to, and report; to be called while the robot stands."""
@@ -84,8 +96,7 @@ class Reporter:
     @property
     def _every_s(self) -> float:
         assert self._said is not None
-        join = None if self.answer is None else self.answer.join
-        waits = self._answered < self._said.number or (self._is_named and join is None)
+        waits = self._answered < self._said.number or self._is_named
         return self.timing.report_s if waits else self.timing.ping_s
 
     def be_named(self, *, named: bool) -> None:
@@ -108,11 +119,11 @@ class Reporter:
             look=self._look,
             ended=0 if self.ended is None else self.ended.turn,
             placed=self.ended is not None and self.ended.placed,
-            map_number=self.memory.handover.number,
+            map_number=self.memory.number,
             seen=self._seen(),
-            arrived=self.arrived,
-            counters=self.counters,
-            counted=self.counted,
+            arrived=self.past.arrived,
+            counters=self.past.counters,
+            counted=self.past.counted,
         )
 
     def _seen(self) -> Seen | None:

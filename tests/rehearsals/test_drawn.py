@@ -7,13 +7,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from msgspec.structs import replace
+
 
 from clew.campaign.liveness import liveness_failure
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import load as load_plan
-from protocol.timeline import MusterCalled, RobotArrived
 from world.core import World
 from world.judge.judgement import judge
 from world.scenario.scenario import load
@@ -117,17 +116,3 @@ def test_a_fleet_heals_in_a_case_in_which_it_once_did_not(
 def test_a_fleet_breaks_no_invariant_in_a_case_in_which_it_once_did(name: str, seed: int) -> None:
     rehearsal, again = rehearsed(name, seed, decided=lambda _: False)
     assert rehearsal.world.ending, again
-
-
-def test_a_locked_out_robot_is_left_behind_and_other_orders_are_tried_after_the_rest_arrived() -> None:
-    world, plan = (str(DRAWN / f"locked-out-by-two-bodies{kind}.toml") for kind in ("", ".faults"))
-    kills = replace(load_plan(plan), rules=load_plan(plan).rules[:1])  # it hears well
-    records = [(entry.t_s, entry.record) for _, entry in Rehearsal(load(world), 1619, kills).run().entries]
-    arrived_s = next(at_s for at_s, record in records if isinstance(record, RobotArrived))
-    in_vain = [
-        (at_s > arrived_s, record.members)
-        for at_s, record in records
-        if isinstance(record, MusterCalled) and record.why.startswith("no way to a place")
-    ]
-    assert {members for after, members in in_vain if not after} == {(1, 2)}
-    assert next(members for after, members in in_vain if after) == (1, 2, 5)

@@ -1,7 +1,8 @@
 """A strand of three robots in a row, and their messages to each other."""
 
-from agents.commands import Command, Note, Tell
 from agents.strand.forming import lined_up
+
+from agents.commands import Command, Note, Tell
 from agents.strand.strand import Own, Strand
 from protocol.frames import Point, Pose, Vertex
 from protocol.mission import Law

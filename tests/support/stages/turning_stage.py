@@ -11,13 +11,13 @@ from itertools import combinations, pairwise
 from random import Random
 
 import numpy as np
+from agents.strand.forming import lined_up
 
 from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.commands import Command, Note, Tell
 from agents.events import LinkHeard
 from agents.navigation.certificate import certified_lengths_m
-from agents.strand.forming import lined_up
 from agents.strand.member import Member
 from agents.strand.memory import Memory
 from protocol.frames import Point, Pose

@@ -1,6 +1,5 @@
 from hypothesis import assume, given
 from hypothesis import strategies as st
-
 from protocol.epochs import (
     AHEAD_S,
     CALLERS,
@@ -12,6 +11,7 @@ from protocol.epochs import (
     is_possible,
     of_one_call,
 )
+
 from protocol.frames import ROBOTS_MAX
 
 callers = st.integers(1, ROBOTS_MAX)

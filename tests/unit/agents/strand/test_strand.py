@@ -2,11 +2,11 @@
 
 import pytest
 import shapely
+from agents.strand.forming import lined_up
 from msgspec.structs import replace
 
 from agents.commands import Note, Tell
 from agents.events import LinkHeard
-from agents.strand.forming import lined_up
 from agents.strand.grants import GRANT_M_MIN
 from agents.strand.leader import Leader
 from agents.strand.strand import SILENT_SHARE_MAX, URGENT_S, Strand

@@ -5,13 +5,13 @@ from collections import Counter
 from itertools import combinations, pairwise
 
 import numpy as np
+from agents.strand.forming import lined_up
 from hypothesis import given
 from hypothesis import strategies as st
 
 from agents.commands import Tell
 from agents.events import LinkHeard
 from agents.navigation.certificate import certified_lengths_m
-from agents.strand.forming import lined_up
 from agents.strand.strand import Own
 from protocol.frames import Point, Pose
 from protocol.mission import Law

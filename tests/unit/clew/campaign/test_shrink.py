@@ -3,8 +3,8 @@ import shlex
 from pathlib import Path
 
 import pytest
-
 from agents.membership.calls import Calls
+
 from clew.campaign.failures import Case, failure_of
 from clew.campaign.shrink import shrink
 from protocol.faults.plan import Plan, load

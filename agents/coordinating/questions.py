@@ -9,9 +9,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from agents.membership.joining import leg_m_max
-from agents.membership.order import positions
-from agents.membership.timing import Timing
+from agents.coordinating.order import positions
+from agents.liveness.timing import Timing
 from protocol.frames import Point, Pose
 from protocol.mission import Mission
 from protocol.wire.view import Look, Question, Report
@@ -126,7 +125,7 @@ class Questions:
     def _beside(self, at: Pose, where: np.ndarray) -> tuple[Point, ...]:
         """Where the nearest other robots stand that a scan from there may show."""
         off_m = np.hypot(where[:, 0] - at.x_m, where[:, 1] - at.y_m)
-        near = np.flatnonzero((off_m > 0.0) & (off_m <= leg_m_max(self.mission) + self.mission.robot_keep_m))
+        near = np.flatnonzero((off_m > 0.0) & (off_m <= self.mission.leg_m_max + self.mission.robot_keep_m))
         nearest = near[np.argsort(off_m[near], kind="stable")[:OTHERS_MAX]]
         return points(where[nearest])
 

@@ -1,14 +1,14 @@
-"""The strand that a coordinator drafts: in which order robots stand, who is in place, whose turn is next. Pure.
+"""The strand that a coordinator drafts: its order, who is in place, whose turn is next. Pure.
 
 Rule 1: in place are, from the front on, as many robots of the order as have a clear leg to the robot ahead
         and make a strand that does not fold back; then those that came to a place by a turn.
-Rule 2: the turn goes to the nearest robot that is not in place and has not had one in vain. Whoever comes to a
-        place ends the waiting of all others: they may find a way behind it.
-Rule 3: where nobody finds a way, the last in place makes way, once: it gives its place up, and has a turn after
-        the others. A leader that stands alone takes one step to where others can come.
+Rule 2: the turn goes to the nearest robot that is not in place and has not had one in vain. When a robot comes
+        to a place, all others may have a turn again: they may find a way behind it.
+Rule 3: where nobody finds a way, the last in place makes way, once: it gives its place up, and has a turn
+        after the others. A leader that stands alone takes one step to where others can come.
 Rule 4: where that is in vain, others lead, the nearest to the goal first, so many at most; at once, if all
-        robots are there and the one that would lead stands in front and finds no way. Then those in place go on
-        without the others. They go on at once if they are more than half and nobody is nearer to the goal.
+        robots are there and the one that would lead stands in front and finds no way. Then those in place go
+        on without the others. They do at once if they are more than half and nobody is nearer to the goal.
 Rule 5: robots that are left out and were there lately may stand in the way, and come back: they are waited
         for before anybody makes way, and for longer before the strand goes on.
 """
@@ -18,8 +18,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from agents.membership.legs import robots_apart
-from agents.membership.order import (
+from agents.coordinating.legs import robots_apart
+from agents.coordinating.order import (
     Places,
     in_front,
     kept_order,
@@ -28,7 +28,7 @@ from agents.membership.order import (
     other_order,
     positions,
 )
-from agents.membership.timing import Timing
+from agents.liveness.timing import Timing
 from protocol.frames import Point
 from protocol.mission import Mission
 from protocol.wire.view import Look, Report

@@ -22,6 +22,8 @@ class Timing:
     """A put is repeated until odometry tells it."""
     draws_s: float = 0.05
     """A raise waits for a drawn time in [1, 2] of these, so that most robots see the first one."""
+    shared_draws_s: float = 0.5
+    """What all robots may want at once waits for a drawn time in [0, 1] of these: an odometry for each."""
     doublings_max: int = 2
     """The drawn time doubles with each epoch in a row without ALL, so often at most."""
     gap_s: float = 0.8
@@ -59,9 +61,15 @@ class Timing:
     @classmethod
     def of(cls, mission: Mission) -> "Timing":
         """The times of a fleet: in a large one each robot speaks less often to the coordinator."""
-        ping_s = max(cls.ping_s, 0.01 * mission.robots)  # 100 reports a second for the coordinator
-        report_s = max(cls.report_s, 0.005 * mission.robots)
-        return cls(ping_s=ping_s, report_s=report_s, coordinator_s=3.0 * ping_s, reports_s=6.0 * ping_s)
+        ping_s = max(0.5, 0.01 * mission.robots)  # 100 reports a second for the coordinator
+        report_s = max(0.1, 0.005 * mission.robots)
+        return cls(
+            ping_s=ping_s,
+            report_s=report_s,
+            coordinator_s=3.0 * ping_s,
+            reports_s=6.0 * ping_s,
+            shared_draws_s=ODOMETRY_S * mission.robots,
+        )
 
     def relations(self) -> dict[str, bool]:
         """What must hold, by name."""

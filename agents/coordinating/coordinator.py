@@ -8,20 +8,22 @@ Rule 4: it goes by phases; `PHASES` says which may follow which.
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from types import MappingProxyType
 
+from msgspec.structs import replace as changed
+
 from agents.commands import Command, Note, Put, Say
+from agents.coordinating.draft import Begin, Done, Draft, Give, places_of
+from agents.coordinating.formation import Plan, lay_path
+from agents.coordinating.legs import line_of
+from agents.coordinating.order import positions
+from agents.coordinating.questions import Questions, points
+from agents.coordinating.turnabout import turned_round
 from agents.due import is_due
-from agents.membership.draft import Begin, Done, Draft, Give, places_of
-from agents.membership.formation import Plan, lay_path
-from agents.membership.legs import line_of
-from agents.membership.order import positions
-from agents.membership.questions import Questions, points
-from agents.membership.suspicion import Suspicion
-from agents.membership.timing import Timing
-from agents.membership.turnabout import turned_round
+from agents.liveness.suspicion import Suspicion
+from agents.liveness.timing import Timing
 from agents.strand.wish import Turnabout
 from protocol.fence import Cause, Epoch, Fence, May, Turn
 from protocol.mission import Mission
@@ -52,7 +54,7 @@ PHASES = MappingProxyType(
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Intent:
     """Why the view was proposed, and what its proposer knows of the last strand."""
 
@@ -60,56 +62,66 @@ class Intent:
     led_by: int = 0
     """Who led the last strand; 0: there was none."""
     turnabout: Turnabout | None = None
+    """DEAD_END: how the strand is to turn round, in this epoch, of so many robots, on this path."""
+    ended: Epoch | None = None
+    robots: int = 0
     path: Path | None = None
-    """DEAD_END: the whole path of the strand that turns round."""
 
 
-@dataclass(slots=True)
 class Coordinator:
     """One robot's role in the view that it has proposed."""
 
-    robot: int
-    epoch: Epoch
-    mission: Mission
-    timing: Timing
-    suspicion: Suspicion
-    intent: Intent
-    began_s: float
-    questions: Questions
-    phase: Phase = Phase.GATHERING
-    plan: Plan | None = None
-    """The formation, once it is made."""
-    _reports: dict[int, Report] = field(default_factory=dict)
-    _heard_s: dict[int, float] = field(default_factory=dict)
-    _due: set[int] = field(default_factory=set)
-    """Who is to be answered."""
-    _draft: Draft | None = None
-    _put: Fence | None = None
-    _put_at_s: float = -1.0
-    _turn_of: dict[int, int] = field(default_factory=dict)
-    """The last turn that was put for each robot."""
-    _moved_s: float = 0.0
-    _asks_map_since_s: float | None = None
-    _join: Join | None = None
+    def __init__(
+        self,
+        robot: int,
+        epoch: Epoch,
+        mission: Mission,
+        timing: Timing,
+        suspicion: Suspicion,
+        intent: Intent,
+        now_s: float,
+    ) -> None:
+        self._robot = robot
+        self._epoch = epoch
+        self._mission = mission
+        self._timing = timing
+        self._suspicion = suspicion
+        self._intent = intent
+        self._began_s = self._moved_s = now_s
+        self._questions = Questions(mission, timing)
+        self.phase = Phase.GATHERING
+        self.plan: Plan | None = None
+        """The formation, once it is made."""
+        self._reports: dict[int, Report] = {}
+        self._heard_s: dict[int, float] = {}
+        self._due: set[int] = set()
+        """Who is to be answered."""
+        self._draft: Draft | None = None
+        self._put: Fence | None = None
+        self._put_at_s = now_s
+        self._turn_of: dict[int, int] = {}
+        """The last turn that was put for each robot."""
+        self._asks_map_since_s: float | None = None
+        self._join: Join | None = None
 
     def hear(self, robot: int, report: Report, now_s: float) -> None:
         """Take in a report; it is answered at the next `act`, whatever it says."""
         self._due.add(robot)
         self._heard_s[robot] = now_s
         known = self._reports.get(robot)
-        if self.phase is Phase.FORMED or robot in self.suspicion.suppressed(now_s):
+        if self.phase is Phase.FORMED or robot in self._suspicion.suppressed(now_s):
             return
         if known is not None and known.life == report.life and known.number >= report.number:
             return
         if known is not None and known.life != report.life:
             self._drop(robot)
         self._reports[robot] = report
-        self.questions.hear(robot, report.look)
+        self._questions.hear(robot, report.look)
 
     def act(self, odometry: Odometry, now_s: float) -> list[Command]:
         """What is to be done now."""
         fence = odometry.fence
-        if odometry.moving or odometry.stood_s < self.timing.put_s:
+        if odometry.moving or odometry.stood_s < self._timing.put_s:
             self._moved_s = now_s
         commands: list[Command] = []
         told = self._put is None or fence.turn >= self._put.turn
@@ -128,7 +140,7 @@ class Coordinator:
     def _go_on(self, fence: Fence, now_s: float) -> list[Command]:
         commands: list[Command] = []
         self._drop_lost(now_s)
-        if self.robot not in self._reports:
+        if self._robot not in self._reports:
             return commands
         if self.phase is Phase.GATHERING and not self._expects(now_s):
             plan = self._turned_round(fence)
@@ -136,12 +148,12 @@ class Coordinator:
                 self._enter(Phase.CLOSING)
                 return self._make(plan)
             self._begin(now_s)
-        if self.phase is Phase.LOOKING and self.questions.are_answered(now_s):
+        if self.phase is Phase.LOOKING and self._questions.are_answered(now_s):
             assert self._draft is not None
-            if self._draft.order and self._draft.settle(self._reports, self.questions.sees):
+            if self._draft.order and self._draft.settle(self._reports, self._questions.sees):
                 self._enter(Phase.TURNING)
             else:
-                self._draft.begin(self._reports, self.questions.obstacle_m(self._reports))
+                self._draft.begin(self._reports, self._questions.obstacle_m(self._reports))
                 self._look_at_legs(now_s)
         if self.phase is Phase.TURNING:
             commands += self._take_turns(fence, now_s)
@@ -151,23 +163,23 @@ class Coordinator:
 
     def _expects(self, now_s: float) -> bool:
         """Whether robots that show a token have not reported yet, and are still waited for."""
-        if now_s - self.began_s > self.timing.reports_s:
+        if now_s - self._began_s > self._timing.reports_s:
             return False
-        showing = self.suspicion.presence.robots | {self.robot}
-        expected = showing - self.suspicion.suppressed(now_s)
+        showing = self._suspicion.presence.robots | {self._robot}
+        expected = showing - self._suspicion.suppressed(now_s)
         return not expected <= self._reports.keys()
 
     def _begin(self, now_s: float) -> None:
         """Begin a draft, or begin it again with those that are in place."""
-        first = self.intent.cause is Cause.START
+        first = self._intent.cause is Cause.START
         if self._draft is None:
-            keeps = self.intent.cause is not Cause.BLOCKED
+            keeps = self._intent.cause is not Cause.BLOCKED
             led = self._counters().led_in_vain
-            self._draft = Draft(self.mission, self.timing, keeps=keeps, first=first, led=led)
+            self._draft = Draft(self._mission, self._timing, keeps=keeps, first=first, led=led)
         self._enter(Phase.LOOKING)
-        if self.mission.goal is None:
+        if self._mission.goal is None:
             self._draft.order = ()
-            self._due.update(self.questions.ask_about_obstacles(self._reports, now_s))
+            self._due.update(self._questions.ask_about_obstacles(self._reports, now_s))
         else:
             self._draft.begin(self._reports, {})
             self._look_at_legs(now_s)
@@ -175,7 +187,7 @@ class Coordinator:
     def _look_at_legs(self, now_s: float) -> None:
         draft = self._draft
         assert draft is not None
-        self._due.update(self.questions.ask_about_legs(draft.order, self._reports, now_s, keeps=draft.keeps))
+        self._due.update(self._questions.ask_about_legs(draft.order, self._reports, now_s, keeps=draft.keeps))
 
     # --- turns --------------------------------------------------------------------------------------
 
@@ -183,11 +195,12 @@ class Coordinator:
         draft = self._draft
         assert draft is not None
         if fence.may is May.ONE:
-            report = self._reports[fence.robot]
-            over = report.ended >= fence.turn
-            if not over and now_s - self._moved_s <= self.timing.turn_s:
+            report = self._reports.get(fence.robot)
+            over = report is not None and report.ended >= fence.turn
+            if report is not None and not over and now_s - self._moved_s <= self._timing.turn_s:
                 return []
-            draft.end_turn(fence.robot, placed=over and report.placed)
+            if report is not None:
+                draft.end_turn(fence.robot, placed=over and report.placed)
         next_ = draft.next(self._reports, now_s, others_may_come_back=self._others_may_come_back(now_s))
         commands: list[Command] = []
         if not isinstance(next_, Give) and fence.may is May.ONE:
@@ -224,7 +237,7 @@ class Coordinator:
     ) -> list[Command]:
         """Rule 1."""
         self._put = Fence(
-            epoch=self.epoch, turn=fence.turn + 1, may=may, robot=robot, life=life, members=members
+            epoch=self._epoch, turn=fence.turn + 1, may=may, robot=robot, life=life, members=members
         )
         self._put_at_s, self._moved_s = now_s, now_s
         if may is May.ONE:
@@ -234,15 +247,15 @@ class Coordinator:
 
     def _repeat(self, now_s: float) -> list[Command]:
         assert self._put is not None
-        if not is_due(last_s=self._put_at_s, every_s=self.timing.put_s, now_s=now_s):
+        if not is_due(last_s=self._put_at_s, every_s=self._timing.put_s, now_s=now_s):
             return []
         self._put_at_s = now_s
         return [Put(Turn(fence=self._put))]
 
     def _others_may_come_back(self, now_s: float) -> bool:
-        outside = set(range(1, self.mission.robots + 1)) - self._reports.keys()
-        went_by_s = now_s - self.timing.comes_back_s
-        return not all(self.suspicion.presence.has_gone_by(robot, went_by_s) for robot in outside)
+        outside = set(range(1, self._mission.robots + 1)) - self._reports.keys()
+        went_by_s = now_s - self._timing.comes_back_s
+        return not all(self._suspicion.presence.has_gone_by(robot, went_by_s) for robot in outside)
 
     # --- the formation ------------------------------------------------------------------------------
 
@@ -264,7 +277,7 @@ class Coordinator:
         plan = self._plan(fence, order, path, places_m, frozenset(draft.driven))
         stranded = [robot for robot in self._reports if robot not in order]
         commands: list[Command] = [
-            Note(RobotStranded(epoch=self.epoch.number, robot=robot, reason="it finds no way to a place"))
+            Note(RobotStranded(epoch=self._epoch.number, robot=robot, reason="it finds no way to a place"))
             for robot in stranded
         ]
         return commands + self._make(plan)
@@ -280,9 +293,9 @@ class Coordinator:
         back_by_m: float = 0.0,
     ) -> Plan:
         newest = self._newest_map()
-        cause = self.intent.cause
+        cause = self._intent.cause
         return Plan(
-            epoch=self.epoch,
+            epoch=self._epoch,
             turn=fence.turn + 1,
             order=order,
             lives={robot: self._reports[robot].life for robot in order},
@@ -293,49 +306,43 @@ class Coordinator:
             back_by_m=back_by_m,
             counters=self._counters(),
             heals=cause not in {Cause.START, Cause.BLOCKED, Cause.DEAD_END},
-            led_by=self.intent.led_by,
+            led_by=self._intent.led_by,
             map_number=newest.map_number,
             seen=newest.seen if newest.map_number > self._reports[order[0]].map_number else None,
-            sensed=self.mission.goal is None,
+            sensed=self._mission.goal is None,
         )
 
     def _turned_round(self, fence: Fence) -> Plan | None:
         """The formation of a strand that turns round; None if this view does not, or not all are there."""
-        if self.intent.turnabout is None or self.intent.path is None:
+        intent = self._intent
+        if intent.turnabout is None or intent.path is None or intent.ended is None:
             return None
-        turned = turned_round(self.intent.turnabout, self.intent.path, self._reports)
+        turned = turned_round(
+            intent.turnabout, intent.path, self._reports, ended=intent.ended, robots=intent.robots
+        )
         if turned is None:
             return None
         order, path, places_m = turned
-        back_by_m = self.intent.turnabout.back_by_m
+        back_by_m = intent.turnabout.back_by_m
         return self._plan(fence, order, path, places_m, frozenset(order[1:]), back_by_m=back_by_m)
 
     def _make(self, plan: Plan) -> list[Command]:
         self._enter(Phase.FORMED)
         self.plan = plan
         self._put = Fence(
-            epoch=self.epoch, turn=plan.turn, may=May.ALL, robot=plan.order[0], members=len(plan.order)
+            epoch=self._epoch, turn=plan.turn, may=May.ALL, robot=plan.order[0], members=len(plan.order)
         )
         told = [Say(robot, piece) for robot in plan.order for piece in plan.pieces(robot)]
         self._due -= set(plan.order)
         return [Note(plan.as_record()), *told, Put(Turn(fence=self._put))]
 
     def _counters(self) -> Counters:
-        """What the fleet has counted, this view included."""
-        reports = self._reports.values()
-        newest = max(reports, key=lambda report: report.counted.number, default=None)
-        if newest is None:
-            return Counters()
-        counters, cause = newest.counters, self.intent.cause
-        led = counters.led_in_vain
-        if cause is Cause.NO_WAY and self.intent.led_by not in (0, *led):
-            led = (*led, self.intent.led_by)
-        return Counters(
-            steps=max(report.counters.steps for report in reports),
-            turns=counters.turns + (cause is Cause.DEAD_END),
-            dissolved=counters.dissolved + (cause is Cause.BLOCKED),
-            led_in_vain=led,
-        )
+        """What the fleet has counted; its own count includes what it has proposed the view for."""
+        own = self._reports[self._robot]
+        newest = max(self._reports.values(), key=lambda report: report.counted.number)
+        counters = own.counters if own.counted == newest.counted else newest.counters
+        steps = max(report.counters.steps for report in self._reports.values())
+        return changed(counters, steps=steps)
 
     def _newest_map(self) -> Report:
         return max(self._reports.values(), key=lambda report: (report.map_number, report.seen is not None))
@@ -348,7 +355,7 @@ class Coordinator:
         if self._asks_map_since_s is None:
             self._asks_map_since_s = now_s
             self._due |= self._reports.keys()
-        return now_s - self._asks_map_since_s > self.timing.looks_s
+        return now_s - self._asks_map_since_s > self._timing.looks_s
 
     # --- answers ------------------------------------------------------------------------------------
 
@@ -367,12 +374,12 @@ class Coordinator:
         turn = self._turn_of.get(robot, 0)
         has_turn = self._put is not None and self._put.robot == robot and self._put.may is May.ONE
         return Answer(
-            epoch=self.epoch,
+            epoch=self._epoch,
             life=report.life,
             heard=report.number,
             after_turn=turn,
             out=self.plan is not None,
-            question=self.questions.pending(robot),
+            question=self._questions.pending(robot),
             join=self._join if has_turn else None,
             rank=strand.index(robot) if robot in strand else None,
             wants_map=self._asks_map_since_s is not None and self._newest_map() == report,
@@ -383,13 +390,14 @@ class Coordinator:
     def _drop_lost(self, now_s: float) -> None:
         """Rule 3."""
         for robot in sorted(self._reports):
-            gone = self.suspicion.has_gone(robot, self._heard_s[robot], now_s)
-            if robot != self.robot and gone:
+            gone = self._suspicion.has_gone(robot, self._heard_s[robot], now_s)
+            if robot != self._robot and gone:
                 self._drop(robot)
 
     def _drop(self, robot: int) -> None:
         del self._reports[robot]
-        self.questions.forget({robot})
+        self._questions.forget({robot})
         if self._draft is not None and self.phase is not Phase.FORMED:
             self._draft.strand = [each for each in self._draft.strand if each != robot]
-            self._enter(Phase.GATHERING)
+            if self.phase is not Phase.GATHERING:
+                self._enter(Phase.GATHERING)
