@@ -102,10 +102,10 @@ def test_the_other_situations_in_a_timeline_are_counted() -> None:
         (1.0, WORLD, struck("kill", "r1", "at")),
         (1.1, WORLD, struck("kill", "r2")),
         (1.2, "r3", ViewJoined(epoch=F)),
-        (1.3, "r4", StrandHealed(epoch=F, members=(4,))),
         (3.0, WORLD, RobotRestarted(robot=1)),
         (3.6, "r2", FaultInjected(fault="drop", rule="bursts", key="link/1/2", number=3)),
         *drives(4.0, F, 4, 1),
+        (4.1, "r4", StrandHealed(epoch=F, robots=2)),
     )
     assert set(counts) >= {
         Situation.KILLED_AFTER_PLAN,

@@ -141,7 +141,7 @@ def test_a_formation_is_late_or_lost_where_a_living_member_does_not_take_its_pla
 def test_a_leader_killed_before_the_strand_has_healed_is_killed_in_a_succession() -> None:
     lost = (*strand(E, 1, 2, 3), raised(F, Cause.NEIGHBOUR_LOST))
     again = (by(2, formed(F, 2, 3)), driving(F, 2, 3))
-    killed, healed = struck("kill", "r2"), by(2, StrandHealed(epoch=F, members=(2, 3)))
+    killed, healed = struck("kill", "r2"), by(2, StrandHealed(epoch=F, robots=2))
     assert counted(*lost, *again, killed)[Situation.LEADER_KILLED_IN_SUCCESSION] == 1
     assert counted(*lost, *again, healed, killed)[Situation.LEADER_KILLED_IN_SUCCESSION] == 0
     assert counted(*lost, killed)[Situation.LEADER_KILLED_IN_SUCCESSION] == 0
