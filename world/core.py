@@ -4,6 +4,7 @@ Rule 1: simulated time advances only by ticks. Wall-clock time is an argument an
         processes: which are missing, which have died, and how long the last messages may take.
 Rule 2: `running` ends on the first of these:
         - every living robot has arrived;
+        - every living robot has arrived or is stranded, for `STRANDED_S`;
         - the leader has lost its route;
         - a death or a broken link has not healed within `HEAL_S_MAX`;
         - the time limit of the scenario;
@@ -11,7 +12,9 @@ Rule 2: `running` ends on the first of these:
         - a request to end.
         Then follow `over`, `closing`, and the judgement.
 Rule 3: without a router no robot can be heard, and no robot is declared dead for that silence.
-Rule 4: in lock-step the world waits for the answer of every living robot to its last odometry.
+Rule 4: a change of the fence is told to all robots at once. A resumed world raises the fence before it obeys
+        or tells anything.
+Rule 5: in lock-step the world waits for the answer of every living robot to its last odometry.
 """
 
 import math
@@ -24,7 +27,6 @@ from protocol.keys import robot_name, robot_number
 from protocol.timeline import (
     Entry,
     MessageRefused,
-    OrderRefused,
     RobotAppeared,
     RobotDied,
     RobotRestarted,
@@ -32,6 +34,7 @@ from protocol.timeline import (
     RunEnded,
     WorldResumed,
 )
+from protocol.wire.fence import NOBODY_NUMBER, Change
 from protocol.wire.messages import Drive, Phase
 from world.attendance import Attendance, Coming
 from world.bodies.arena import Arena
@@ -40,6 +43,7 @@ from world.commands import Command, Note, ServeScan, TellOdometry
 from world.events import (
     EntryWritten,
     Event,
+    FencePut,
     MessageDropped,
     OrderHeard,
     ScanAsked,
@@ -59,6 +63,7 @@ from world.scenario.scenario import Scenario
 MUSTER_WALL_S = 10.0
 LAST_WORDS_WALL_S = 2.0
 HEAL_S_MAX = 60.0
+STRANDED_S = 30.0  # by then a coordinator has taken in again whom something let through
 SEEN_LIVE = {"S1", "S2"}  # recorded at the moment of the violation
 ROUTER_PATIENCE_WALL_S = 10.0
 ROBOTS_PATIENCE_WALL_S = 10.0  # a cut between world and robots looks like the death of all robots
@@ -121,6 +126,11 @@ class World:
         owing = {robot for robot, told_s in self._told_s.items() if self._answered_s[robot] < told_s}
         return owing & self.attendance.living
 
+    @property
+    def stranded(self) -> list[int]:
+        """The living robots that are stranded and have not arrived."""
+        return sorted((self.tally.stranded.keys() - self.tally.arrived) & self.attendance.living)
+
     def resume(self, *, wall_s: float) -> list[Command]:
         """Resume from the timeline of a world that was killed."""
         past = self._past
@@ -137,12 +147,23 @@ class World:
         self._returned_wall_s = wall_s
         self._started = bool(past.bodies)
         notes = self.arena.resume(past) if self._started else []
-        resumed = WorldResumed(life=past.life, entries=len(past.lines), torn_bytes=past.torn_bytes)
-        return [*notes, self.arena.note(resumed), *(self.arena.place() if self._started else [])]
+        notes.append(
+            self.arena.note(
+                WorldResumed(life=past.life, entries=len(past.lines), torn_bytes=past.torn_bytes)
+            )
+        )
+        return [*notes, *self.arena.place(), *self.arena.restart_fence()] if self._started else notes
 
     def _learn(self, source: str, entry: Entry) -> None:
         self.tally.hear(source, entry)
         self._evidence.hear(source, entry)
+
+    def restart(self, *, wall_s: float) -> list[Command]:
+        """Go on as a world that was started again and has restored the state of the one that was killed."""
+        self.come_back(wall_s=wall_s)
+        if not self._started or self.phase is not Phase.RUNNING:
+            return []
+        return [*self.arena.restart_fence(), *self._tell_all()]
 
     def come_back(self, *, wall_s: float) -> None:
         """Continue after an absence; forget the tokens, since robots may have died meanwhile."""
@@ -155,6 +176,10 @@ class World:
             case OrderHeard():
                 self.attendance.hear(event.robot, wall_s=wall_s)
                 return self._hear_order(event.robot, event.drive)
+            case FencePut():
+                if event.robot != NOBODY_NUMBER:
+                    self.attendance.hear(event.robot, wall_s=wall_s)
+                return self._change_fence(event.robot, event.change)
             case ScanAsked():
                 self.attendance.hear(event.robot, wall_s=wall_s)
                 served, scan = self.arena.scan(event.robot, event.revolutions)
@@ -258,13 +283,21 @@ class World:
 
     def _tell(self, robots: Iterable[int]) -> list[Command]:
         told: list[Command] = []
+        stood_s = self.arena.stood_s
         for robot in robots:
             self._told_s[robot] = self.now_s
-            told.append(TellOdometry(robot, self.arena.odometry(robot, self.phase)))
+            told.append(TellOdometry(robot, self.arena.odometry(robot, self.phase, stood_s=stood_s)))
         return told
 
     def _tell_all(self) -> list[Command]:
         return self._tell(sorted(self.attendance.robots))
+
+    def _change_fence(self, robot: int, change: Change) -> list[Command]:
+        """Rule 4."""
+        if not self._started or self.phase is not Phase.RUNNING:
+            return []
+        notes = self.arena.put(robot, change)
+        return [*notes, *self._tell_all()] if notes else []
 
     def _hear_order(self, robot: int, drive: Drive) -> list[Command]:
         if not self._started or self.phase is not Phase.RUNNING:
@@ -277,7 +310,7 @@ class World:
             if drive.number == self._refused[robot]:
                 return []  # it is repeated with every odometry, and recorded once
             self._refused[robot] = drive.number
-            return [self.arena.note(OrderRefused(robot=robot, number=drive.number, reason=str(error)))]
+            return [self.arena.refusal(robot, drive, str(error))]
 
     def _note_death(self, robot: int) -> Note:
         return self.arena.note(RobotDied(robot=robot, silent_since_s=self.bodies.basis_s(robot - 1)))
@@ -288,6 +321,10 @@ class World:
             return Ending.EXTINCT
         if living and tally.arrived >= living:
             return Ending.ARRIVED
+        if living and tally.arrived | tally.stranded.keys() >= living:
+            since_s = max(tally.arrived_s, tally.stranded_s, tally.disturbed_s or 0.0)
+            if self.now_s - since_s >= STRANDED_S:
+                return Ending.STRANDED
         if tally.route_lost is not None:
             return Ending.ROUTE_LOST
         if tally.disturbed_s is not None:
@@ -320,4 +357,6 @@ class World:
         reason = str(self.ending)
         if self.ending is Ending.MISSING:
             reason += f": {', '.join(map(robot_name, self.attendance.missing))}"
+        if self.ending is Ending.STRANDED:
+            reason += f": {', '.join(map(robot_name, self.stranded))}"
         return [*map(self.arena.note, unlawful), self.arena.note(RunEnded(reason=reason))]

@@ -4,6 +4,8 @@ Rule 1: simulated time advances only by ticks.
 Rule 2: a body is sampled where its motion changes, and before every odometry while it moves. So between
         samples it moved straight at constant speed, and the samples alone give the least distances.
 Rule 3: the monitor checks every tick, unless it has found all moves safe for some ticks ahead.
+Rule 4: a change of the fence is recorded before anything is told or obeyed under it. With it all bodies stand.
+Rule 5: odometry of a body is numbered. A resumed world continues above every number that was told before.
 """
 
 import math
@@ -17,14 +19,17 @@ from protocol.timeline import (
     BodyStopped,
     OrderAccepted,
     OrderFinished,
+    OrderRefused,
     PoseSampled,
     Record,
     ScanServed,
     StepFinished,
 )
 from protocol.timeline.bodies import RANGES_TOLD_MAX
+from protocol.wire.fence import Change, Fence
 from protocol.wire.messages import Drive, Odometry, Phase, Scan
 from world.bodies.bodies import Bodies, Moves
+from world.bodies.fence import Register, Taken
 from world.bodies.sensor import Sensor
 from world.chance import stream
 from world.commands import Note
@@ -35,6 +40,7 @@ from world.scenario.scenario import Scenario
 
 TICK_S = 0.02  # docs/run.md
 ODOMETRY_TICKS = 5  # 0.1 s: docs/run.md
+TOLD_PER_TICK_MAX = 1000  # odometry of one body: one for a tick, and one for each change of the fence in it
 ROUNDING_S = 1e-9  # error of sums over ticks
 OUTLOOK_TICKS_MAX = 50  # 1 s: twice the look-ahead saves almost nothing
 
@@ -54,6 +60,9 @@ class Arena:
         )
         self.moved_s = 0.0
         """The time of the last motion of any body."""
+        self._register = Register(len(robots))
+        self._told = [0] * len(robots)
+        """The number of the newest odometry of each body."""
         self._sensor = Sensor(scenario, [stream(seed, f"scan/{robot}{of_life}") for robot in robots])
         self._monitor = Monitor.of(scenario)
         self._ground = scenario.ground
@@ -63,7 +72,7 @@ class Arena:
         self._outlook_until, self._is_safe = 0, False
         self._steps = [0] * len(robots)
         self._finished: list[tuple[int, int] | None] = [None] * len(robots)
-        """The last finished step of each body, by epoch and number: a finished step may be ordered again."""
+        """The last finished step of each body, by epoch and step: a finished step may be ordered again."""
         self._ticks = 0
         self.now_s = 0.0
         """Simulated time."""
@@ -78,6 +87,16 @@ class Arena:
     def is_odometry_instant(self) -> bool:
         """Whether odometry is sent to all robots now."""
         return self._ticks % ODOMETRY_TICKS == 0
+
+    @property
+    def fence(self) -> Fence:
+        """What all bodies obey."""
+        return self._register.fence
+
+    @property
+    def stood_s(self) -> float:
+        """For how long every body has stood."""
+        return 0.0 if self.bodies.moving.any() else self.now_s - self.moved_s
 
     def note(self, record: Record) -> Note:
         """A record with the present time."""
@@ -99,15 +118,36 @@ class Arena:
                 notes.append(self.note(_sample(robot - 1, self.bodies.place_m, self.bodies.heading_rad)))
         instants = math.ceil((past.newest_s + QUIET_S - ROUNDING_S) / (TICK_S * ODOMETRY_TICKS))
         self._go_to(instants * ODOMETRY_TICKS)
-        self._noted_s = self.now_s
+        self._noted_s = self.moved_s = self.now_s
+        self._told = [self._ticks * TOLD_PER_TICK_MAX] * len(self._told)
+        self._register = Register(len(self._told), past.fence)
         return notes
 
+    def restart_fence(self) -> list[Note]:
+        """The world has been started again: nothing that was ordered or put before counts."""
+        return self._change(self._register.restart(now_s=self.now_s))
+
+    def put(self, robot: int, change: Change) -> list[Note]:
+        """Process a put of a robot, or of the operator; no notes: it changes nothing."""
+        taken = self._register.put(robot, change, now_s=self.now_s)
+        return [] if taken is None else self._change(taken)
+
+    def _change(self, taken: Taken) -> list[Note]:
+        """Rule 4; the poses are those at which bodies stop in the middle of a motion."""
+        moving = np.flatnonzero(self.bodies.moving).tolist()
+        places_m, headings_rad = self.bodies.place_m, self.bodies.heading_rad
+        samples = [self.note(_sample(body, places_m, headings_rad)) for body in moving]
+        if moving:
+            self.moved_s = self.now_s
+        self._sampled = self._sampled | self.bodies.moving
+        self.bodies.stand()
+        return [*samples, self.note(taken.as_record())]
+
     def _stand_as(self, body: int, known: BodyPast) -> None:
-        order = None if known.order is None else _as_given(known.order, self._speed_mps)
         pose = Pose(x_m=known.x_m, y_m=known.y_m, heading_rad=known.heading_rad)
-        self.bodies.resume(body, pose, order, finished=known.finished, epoch=known.epoch, now_s=self.now_s)
-        self._steps[body] = 0 if order is None else order.step
-        self._corners_m[body] = [np.array(place_m) for place_m in known.way_m]
+        self.bodies.resume(
+            body, pose, ordered=known.ordered, finished=known.finished, now_s=self.now_s
+        )
 
     def sample(self) -> list[Note]:
         """Record the poses of all bodies."""
@@ -117,7 +157,7 @@ class Arena:
     def order(self, robot: int, drive: Drive) -> list[Note]:
         """Give a body an order; raises `MessageRefusedError` if it is void."""
         body = robot - 1
-        if not self.bodies.hear(body, drive, now_s=self.now_s):
+        if not self.bodies.hear(body, drive, self.fence, now_s=self.now_s):
             return []
         if drive.target is not None:  # an order to stand interrupts a step, which is measured as a whole
             if drive.step == 0 or drive.step != self._steps[body]:
@@ -127,7 +167,9 @@ class Arena:
         accepted = OrderAccepted(
             robot=robot,
             number=drive.number,
-            epoch=drive.epoch,
+            epoch=drive.bearing.epoch.number,
+            turn=drive.bearing.turn,
+            life=f"{drive.bearing.life:x}",
             step=drive.step,
             x_m=pose.x_m,
             y_m=pose.y_m,
@@ -136,11 +178,29 @@ class Arena:
         )
         return [self.note(accepted)]
 
+    def refusal(self, robot: int, drive: Drive, reason: str) -> Note:
+        """The entry of an order that a body has refused."""
+        refused = OrderRefused(
+            robot=robot,
+            number=drive.number,
+            epoch=drive.bearing.epoch.number,
+            turn=drive.bearing.turn,
+            fence=self.fence.epoch.number,
+            fence_turn=self.fence.turn,
+            reason=reason,
+        )
+        return self.note(refused)
+
     def scan(self, robot: int, revolutions: int) -> tuple[Note, Scan]:
         """Take a scan of so many revolutions, or as many as fit into a scan."""
         pose = self.bodies.pose(robot - 1)
         scan = self._sensor.read(
-            robot - 1, pose, self.bodies.place_m, now_s=self.now_s, revolutions=revolutions
+            robot - 1,
+            pose,
+            self.bodies.place_m,
+            fence=self.fence,
+            now_s=self.now_s,
+            revolutions=revolutions,
         )
         served = ScanServed(
             robot=robot,
@@ -153,15 +213,19 @@ class Arena:
         )
         return self.note(served), scan
 
-    def odometry(self, robot: int, phase: Phase) -> Odometry:
-        """The odometry of a body for its robot."""
+    def odometry(self, robot: int, phase: Phase, *, stood_s: float) -> Odometry:
+        """The next odometry of a body for its robot."""
         body = robot - 1
+        self._told[body] += 1
         return Odometry(
+            n=self._told[body],
             t_s=self.now_s,
             pose=self.bodies.pose(body),
             moving=self.bodies.is_moving(body),
             finished=self.bodies.finished_number[body],
-            ordered=self.bodies.ordered(body),
+            ordered=self.bodies.ordered[body],
+            fence=self.fence,
+            stood_s=stood_s,
             phase=phase,
         )
 
@@ -188,6 +252,8 @@ class Arena:
         notes += [self.note(record) for body in moves.finished for record in self._finish(body)]
         self._moving = self.bodies.moving
         self._any_moving = bool(self._moving.any())
+        if moving.any():
+            self.moved_s = self.now_s
         return self._note(notes), [body + 1 for body in moves.finished]
 
     def _note(self, notes: list[Note]) -> list[Note]:
@@ -246,9 +312,10 @@ class Arena:
             y_m=y_m,
             clearance_m=clearance_m,
         )
-        if order.step == 0 or self._finished[body] == (order.epoch, order.step):
+        ordered = order.bearing.epoch.number, order.step
+        if order.step == 0 or self._finished[body] == ordered:
             return [done]
-        self._finished[body] = (order.epoch, order.step)
+        self._finished[body] = ordered
         step = StepFinished(robot=body + 1, step=order.step, x_m=x_m, y_m=y_m, clearance_m=clearance_m)
         return [done, step]
 
@@ -266,16 +333,3 @@ def _told(scan: Scan) -> tuple[float, ...]:
 @cache
 def _stride(rays: int) -> int:
     return next(n for n in range(1, rays + 1) if rays % n == 0 and rays // n <= RANGES_TOLD_MAX)
-
-
-def _as_given(order: OrderAccepted, speed_mps: float) -> Drive:
-    """A recorded order as its robot sent it."""
-    return Drive(
-        number=order.number,
-        basis_s=0.0,  # newer messages confirm it
-        target=order.target,
-        speed_mps=speed_mps,
-        epoch=order.epoch,
-        step=order.step,
-        reach_m=order.reach_m,
-    )

@@ -4,14 +4,16 @@ Rule 1: within one tick a body turns on the spot, drives straight, or stands. So
         segment, and its angle or length is exact.
 Rule 2: a body drives at the ordered speed, v_min < v < v_max, equation (1). Only the last tick of a drive is
         shorter.
-Rule 3: an order is accepted once, by its number; older or equal numbers change nothing. An order to drive
-        with an older epoch than the newest is void; an order to stand is never void.
+Rule 3: an order is accepted once, by its number; older or equal numbers change nothing.
 Rule 4: a body drives its course straight to the end and stands. With drive error the course misses the target
         by at most `heading_error_rad` times the length; the order is finished nevertheless.
 Rule 5: an order is valid for `deadman_s` after its basis, however late it arrived; then the body stands. It
         continues when its robot confirms the order by a newer basis with the same number.
 Rule 6: an order with a time limit is driven until then, and longer if a later limit arrives.
-Rule 7: a tick in which every body continues as in the tick before has the same result whether it is computed
+Rule 7 (F1): an order to drive is accepted, confirmed or resumed only if it bears exactly the fence, and the
+        fence names its robot (`protocol.wire.fence.obeys`). An order to stand bears none and is always obeyed.
+        When the fence changes, every body stands and has no order in hand.
+Rule 8: a tick in which every body continues as in the tick before has the same result whether it is computed
         in full (`tick`) or only added (`coast`).
 """
 
@@ -25,6 +27,7 @@ from protocol.arrays import Flags, Floats
 from protocol.errors import MessageRefusedError
 from protocol.frames import Point, Pose, wrap
 from protocol.mission import DEADMAN_S
+from protocol.wire.fence import Bearing, Fence, May, obeys
 from protocol.wire.messages import Drive
 from world.scenario.sections import DriveSection
 
@@ -59,13 +62,15 @@ class Bodies:
         self._place_is_due = False  # computed on demand
         self.heading_rad: Floats = np.array([pose.heading_rad for pose in starts])
         self.orders: list[Drive | None] = [None] * count
+        """The order that each body has in hand, or the last one that it has finished under the fence."""
         self.finished_number = [0] * count
+        self.ordered = [0] * count
+        """The number of the newest order that each body has accepted."""
         self._limits = limits
         self._errors = errors  # one random stream per body: the order of arrival must not matter
         self._under_way: Flags = np.zeros(count, dtype=bool)
         self._held: Flags = np.zeros(count, dtype=bool)
         self._basis_s: Floats = np.zeros(count)
-        self._epoch = [0] * count
         self._until_s: Floats = np.full(count, math.inf)
         self._course_rad = self.heading_rad.copy()
         self._origin_m = self.place_m.copy()
@@ -123,59 +128,51 @@ class Bodies:
         """When the body's robot was last known to be awake: the basis of its newest order."""
         return float(self._basis_s[body])
 
-    def ordered(self, body: int) -> int:
-        """The number of the newest order that the body has accepted."""
-        order = self.orders[body]
-        return 0 if order is None else order.number
-
-    def resume(
-        self, body: int, pose: Pose, order: Drive | None, *, finished: int, epoch: int, now_s: float
-    ) -> None:
-        """Stand at this pose with a recorded order, which continues when it is confirmed."""
+    def resume(self, body: int, pose: Pose, *, ordered: int, finished: int, now_s: float) -> None:
+        """Stand at this pose without an order in hand."""
         self._place_m[body], self.heading_rad[body] = (pose.x_m, pose.y_m), pose.heading_rad
-        self.orders[body], self.finished_number[body], self._epoch[body] = order, finished, epoch
-        self._basis_s[body], self._held[body] = now_s, True
-        if order is not None and order.target is not None and order.number > finished:
-            self._speed_mps[body] = order.speed_mps
-            self._lay_course(body, order.target)
+        self.ordered[body], self.finished_number[body] = ordered, finished
+        self._basis_s[body] = now_s
 
     def stand(self) -> None:
-        """Stop all bodies and drop their orders: the run is over."""
+        """Stop all bodies and drop their orders: the fence changes, or the run is over."""
         self._under_way[:] = False
+        self.orders = [None] * len(self.orders)
         self._same_ticks = 0
 
-    def hear(self, body: int, drive: Drive, *, now_s: float) -> bool:
-        """Process an order; returns whether it is new.
+    def hear(self, body: int, drive: Drive, fence: Fence, *, now_s: float) -> bool:
+        """Process an order under this fence; returns whether it is new.
 
         Raises:
             MessageRefusedError: the order is void, or the drive cannot execute it.
         """
-        last, epoch = self.orders[body], self._epoch[body]
+        last = self.orders[body]
         if not now_s - DEADMAN_S - ROUNDING_S <= drive.basis_s <= now_s + ROUNDING_S:
             raise MessageRefusedError(
                 f"order {drive.number} is void: its basis is {now_s - drive.basis_s:.3f} s old"
             )
-        if drive.target is not None and drive.epoch < epoch:
+        if drive.number < self.ordered[body] or drive.basis_s < self._basis_s[body]:
+            return False
+        is_same = drive.number == self.ordered[body]
+        confirms = is_same and last is not None and last.target is not None
+        if (drive.target is not None or confirms) and not obeys(fence, body + 1, drive.bearing):
             raise MessageRefusedError(
-                f"order {drive.number} is void: epoch {drive.epoch} is over, now {epoch}"
+                f"order {drive.number} is void: it bears {_told(drive.bearing)}, the fence is {_told(fence)}, "
+                f"where {_who(fence)} may move"
             )
         low_mps, high_mps = self._limits.speed_mps_min, self._limits.speed_mps_max
         if drive.target is not None and not low_mps < drive.speed_mps < high_mps:
             raise MessageRefusedError(
                 f"order {drive.number}: speed must be in ({low_mps}, {high_mps}) m/s, got {drive.speed_mps}"
             )
-        if drive.number < self.ordered(body) or drive.basis_s < self._basis_s[body]:
-            return False
         until_s = math.inf if drive.until_s is None else drive.until_s
-        is_same = drive.number == self.ordered(body)
         if not is_same or self._held[body] or until_s < self._until_s[body]:
             self._same_ticks = 0
         self._basis_s[body], self._until_s[body] = drive.basis_s, until_s
         self._held[body] = False
         if is_same:
             return False
-        self.orders[body] = drive
-        self._epoch[body] = max(epoch, drive.epoch)
+        self.orders[body], self.ordered[body] = drive, drive.number
         self._begin(body, drive, last)
         return True
 
@@ -229,7 +226,7 @@ class Bodies:
         return moves
 
     def _look_ahead(self, now_s: float, tick_s: float) -> None:
-        """Rule 7: find how long all bodies continue as in the tick that ends now."""
+        """Rule 8: find how long all bodies continue as in the tick that ends now."""
         alive = self.moving
         moving = alive & (now_s + tick_s <= self._until_s)
         turning = moving & (self._course_rad != self.heading_rad)
@@ -243,7 +240,7 @@ class Bodies:
         self._same_until_s = float(until_s.min(initial=math.inf))
 
     def coast(self, *, now_s: float, tick_s: float) -> bool:
-        """Rule 7: repeat the last tick from `now_s` on, if that is certainly correct; else do nothing.
+        """Rule 8: repeat the last tick from `now_s` on, if that is certainly correct; else do nothing.
 
         Two of three ticks are such. With five bodies they take 1/20 of the time of `tick`.
         """
@@ -309,3 +306,11 @@ class Bodies:
 def _wrapped(angle_rad: float) -> float:
     """`wrap` with the same last bit as in `_turn`."""
     return math.pi - (math.pi - angle_rad) % (2 * math.pi)
+
+
+def _told(bearing: Bearing | Fence) -> str:
+    return f"epoch {bearing.epoch.number}, turn {bearing.turn}"
+
+
+def _who(fence: Fence) -> str:
+    return f"robot {fence.robot}" if fence.may is May.ONE else str(fence.may)

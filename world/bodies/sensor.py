@@ -6,6 +6,7 @@ import numpy as np
 
 from protocol.arrays import Floats, scan_bearings_rad
 from protocol.frames import Pose
+from protocol.wire.fence import Fence
 from protocol.wire.messages import RAYS_MAX, Scan
 from world.geometry.rays import cast, noisy
 from world.scenario.scenario import Scenario
@@ -25,8 +26,8 @@ class Sensor:
         self._error_m_max = scenario.range_error_m_max
         self._range_m_max = scenario.range_m_used
 
-    def read(self, body: int, pose: Pose, places_m: Floats, *, now_s: float, revolutions: int) -> Scan:
-        """The scan of one body at this time, with all bodies at these places [world frame]."""
+    def read(self, body: int, pose: Pose, places_m: Floats, *, fence: Fence, now_s: float, revolutions: int) -> Scan:
+        """The scan of one body at this time and fence, with all bodies at these places [world frame]."""
         rays = self.directions * max(1, min(revolutions, RAYS_MAX // self.directions))
         others_m = np.delete(places_m, body, axis=0)
         ranges_m = cast(
@@ -43,7 +44,7 @@ class Sensor:
             error_m_max=self._error_m_max,
             range_m_max=self._range_m_max,
         )
-        return Scan(t_s=now_s, pose=pose, ranges_m=tuple(ranges_m.tolist()))
+        return Scan(t_s=now_s, pose=pose, fence=fence, ranges_m=tuple(ranges_m.tolist()))
 
     def hits(self, scan: Scan) -> int:
         """The number of rays with a hit."""

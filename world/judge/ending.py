@@ -8,6 +8,7 @@ class Ending(StrEnum):
 
     ARRIVED = "every living robot has arrived"
     ROUTE_LOST = "no_route: the leader knows no way on"
+    STRANDED = "no robot can go on: those that have not arrived are stranded"
     STUCK = "nothing moves any more"
     EXTINCT = "every robot has died"
     TIMED_OUT = "the time is up"

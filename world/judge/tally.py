@@ -10,18 +10,20 @@ from protocol.timeline import (
     FaultInjected,
     GoalReached,
     LinkBroken,
-    MusterJoined,
     OrderAccepted,
     RobotArrived,
     RobotDied,
     RobotRestarted,
     RobotReturned,
     RobotSettled,
+    RobotStranded,
     RouteLost,
     ScanServed,
     StepFinished,
     StrandFormed,
+    StrandJoined,
     TrafficCounted,
+    ViewJoined,
 )
 from world.judge.books import Book
 from world.judge.recovery import Dated, is_relevant
@@ -44,6 +46,10 @@ class Tally:
     """When a robot last died, returned, or broke a link."""
     arrived_s: float = 0.0
     """When a robot last arrived."""
+    stranded: dict[int, RobotStranded] = field(default_factory=dict)
+    """The robots that the newest formation has no way for, with the newest entry about each."""
+    stranded_s: float = 0.0
+    """When a robot was last said to be stranded, or a formation was made."""
     route_lost: tuple[float, RouteLost] | None = None
     goal_reached: bool = False
     switching_steps: int = 0
@@ -54,6 +60,8 @@ class Tally:
     scans: int = 0
     struck: set[str] = field(default_factory=set)
     """The rules of fault plans that struck at least once."""
+    _formed: int = 0
+    """The epoch of the newest formation."""
     _removed: dict[tuple[Book, int], str] = field(default_factory=dict)
     """The fault that removed a message, by book and number."""
 
@@ -116,8 +124,13 @@ class Tally:
             case RobotArrived():
                 self.arrived.add(robot)
                 self.arrived_s = max(self.arrived_s, entry.t_s)
-            case StrandFormed() | MusterJoined():
+            case StrandJoined() | ViewJoined():
                 self.arrived.discard(robot)  # it has no place in the new strand yet
+            case StrandFormed(epoch=epoch):
+                self._form(epoch, entry.t_s)
+            case RobotStranded() as stranded if stranded.epoch >= self._formed:
+                self.stranded[stranded.robot] = stranded
+                self.stranded_s = max(self.stranded_s, entry.t_s)
             case LinkBroken():
                 self._disturb(entry.t_s)
             case RouteLost() as lost:
@@ -128,6 +141,14 @@ class Tally:
                 self.counted[robot] = counted
             case _:
                 pass  # not counted
+
+    def _form(self, epoch: int, t_s: float) -> None:
+        """A formation has been made: it takes in those that were stranded before, or says so again."""
+        if epoch > self._formed:
+            self._formed, self.stranded_s = epoch, max(self.stranded_s, t_s)
+            self.stranded = {
+                robot: each for robot, each in self.stranded.items() if each.epoch >= epoch
+            }
 
     def _disturb(self, t_s: float) -> None:
         self.disturbed_s = max(self.disturbed_s or 0.0, t_s)

@@ -180,6 +180,8 @@ def _flaws_of_ending(facts: Facts) -> Iterator[Flaw]:
         case Ending.TIMED_OUT:
             arrived, living = len(facts.tally.arrived & facts.living), len(facts.living)
             yield Flaw(f"the time was up with {arrived} of {living} living robots arrived")
+        case Ending.STRANDED:
+            yield Flaw(f"no way for {_stranded_sentence(facts)}")
         case Ending.STUCK:
             yield Flaw(f"the strand did not heal: by t={facts.sim_s:.1f} s nothing had moved for long")
         case Ending.EXTINCT:
@@ -194,6 +196,16 @@ def _breach_sentence(t_s: float, broken: PromiseBroken) -> str:
     if broken.measured_m is None:
         return f"{what}: {broken.why}"
     return f"{what}: {broken.why} ({broken.measured_m:.4f} m, required {broken.required_m:.4f} m)"
+
+
+def _stranded_sentence(facts: Facts) -> str:
+    """Which living robots are stranded, and why."""
+    tally = facts.tally
+    return "; ".join(
+        f"robot {robot}: {each.reason}" + ("" if each.by is None else f" (behind the body of robot {each.by})")
+        for robot, each in sorted(tally.stranded.items())
+        if robot in facts.living - tally.arrived
+    )
 
 
 def _death_sentence(death: Death) -> str:

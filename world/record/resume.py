@@ -2,8 +2,8 @@
 
 Rule 1: a pose is recorded before the robot gets it. So the newest recorded pose is the one that the robot
         last saw, or a later one; the body stands there now.
-Rule 2: an unfinished order is kept but held, as after the dead-man stop: the body continues only when its
-        robot confirms the order.
+Rule 2: the fence is the last one that was recorded. The world raises it before it obeys or tells anything, so
+        no order from before is in hand.
 Rule 3: a world records an entry at least every `QUIET_S`. So a clock that continues `QUIET_S` after the
         newest entry shows times that no robot has seen before.
 """
@@ -22,6 +22,7 @@ from protocol.files.writing import open_private
 from protocol.keys import WORLD, robot_number
 from protocol.timeline import (
     Entry,
+    FenceChanged,
     OrderAccepted,
     OrderFinished,
     PoseSampled,
@@ -34,6 +35,7 @@ from protocol.timeline import (
     ScanServed,
     WorldResumed,
 )
+from protocol.wire.fence import NUMBERS, Epoch, Fence
 from world.record.lines import Line, read_line
 from world.record.recorder import EVENTS_FILE, Header
 
@@ -50,14 +52,10 @@ class BodyPast:
     heading_rad: float = 0.0
     sampled: bool = False
     """Whether this position is the newest sample."""
-    order: OrderAccepted | None = None
-    """The newest order that it accepted."""
-    epoch: int = 0
-    """The newest epoch of its orders."""
+    ordered: int = 0
+    """The number of the newest order that it accepted."""
     finished: int = 0
     """The number of the newest finished order."""
-    way_m: list[tuple[float, float]] = field(default_factory=list)
-    """Its positions since it accepted the present order, or the first order of the same switching step."""
 
     def hear(self, record: object) -> None:
         """Process a record about the body."""
@@ -65,13 +63,14 @@ class BodyPast:
             case PoseSampled():
                 self._be(record)
                 self.heading_rad, self.sampled = record.heading_rad, True
-                self.way_m.append((record.x_m, record.y_m))
             case ScanServed():
                 self._be(record)
                 self.heading_rad = record.heading_rad
             case OrderAccepted():
                 self._be(record)
-                self._take(record)
+                self.ordered = record.number
+                if record.target is None:
+                    self.finished = record.number  # an order to stand is finished at once
             case OrderFinished():
                 self._be(record)
                 self.finished = record.number
@@ -81,14 +80,6 @@ class BodyPast:
     def _be(self, place: PoseSampled | ScanServed | OrderAccepted | OrderFinished) -> None:
         moved = (place.x_m, place.y_m) != (self.x_m, self.y_m)
         self.x_m, self.y_m, self.sampled = place.x_m, place.y_m, self.sampled and not moved
-
-    def _take(self, order: OrderAccepted) -> None:
-        self.epoch = max(self.epoch, order.epoch)
-        if order.target is None:
-            self.finished = order.number  # an order to stand is finished at once
-        elif self.order is None or order.step == 0 or order.step != self.order.step:
-            self.way_m = [(order.x_m, order.y_m)]
-        self.order = order
 
 
 @dataclass(slots=True)
@@ -106,6 +97,8 @@ class Past:
     """The time of the world's newest entry."""
     bodies: dict[int, BodyPast] = field(default_factory=dict)
     """The bodies that were placed."""
+    fence: Fence = field(default_factory=Fence)
+    """The newest that was recorded."""
     come: set[int] = field(default_factory=set)
     dead: set[int] = field(default_factory=set)
     incarnations: dict[int, str] = field(default_factory=dict)
@@ -129,6 +122,8 @@ class Past:
                 self.dead.add(robot)
             case RobotRestarted(robot=robot) | RobotReturned(robot=robot):
                 self.dead.discard(robot)
+            case FenceChanged() as changed:
+                self.fence = _fence_of(changed)
             case WorldResumed(life=life):
                 self.life = life + 1
             case RunEnded(reason=reason):
@@ -150,6 +145,18 @@ class Past:
             if isinstance(entry.record, RobotStarted) and entry.n == 1:
                 lives[source] = entry.record.incarnation
             yield source, lives.get(source, ""), entry
+
+
+def _fence_of(changed: FenceChanged) -> Fence:
+    generation, robot = divmod(changed.epoch, NUMBERS)
+    return Fence(
+        epoch=Epoch(generation=generation, robot=robot, life=int(changed.life or "0", 16)),
+        turn=changed.turn,
+        may=changed.may,
+        robot=changed.named,
+        life=int(changed.named_life or "0", 16),
+        members=changed.members,
+    )
 
 
 def read_past(folder: Path) -> Past | None:
