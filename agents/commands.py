@@ -2,8 +2,8 @@
 
 from msgspec import Struct
 
+from protocol.fence import Change
 from protocol.timeline import Record
-from protocol.wire.fence import Change
 from protocol.wire.messages import AheadState, BehindState, Drive
 from protocol.wire.view import ViewMessage
 

@@ -17,6 +17,8 @@ Rule 7: members that are no more than half of the robots that show tokens stand,
 import math
 from typing import assert_never
 
+from protocol.epochs import is_called_since, of_one_call
+
 from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.body.watch import Watch
@@ -31,7 +33,6 @@ from agents.refusing import refusal
 from agents.strand.forming import as_record, lined_up
 from agents.strand.member import Member
 from agents.strand.memory import Memory
-from protocol.epochs import is_called_since, of_one_call
 from protocol.mission import Mission
 from protocol.timeline import LeaderSucceeded, LinkBroken, MusterCalled, MusterJoined
 from protocol.wire.link import Link

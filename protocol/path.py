@@ -3,6 +3,7 @@
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Iterator, Sequence
+from typing import Self
 
 import numpy as np
 
@@ -43,6 +44,13 @@ class Path:
         self._arcs_m: list[float] = []  # of the vertices, for lookup
         for point in points:
             self.extend(point)
+
+    @classmethod
+    def told(cls, vertices: Iterable[Vertex]) -> Self:
+        """A path with the arc lengths as they were told."""
+        path = cls(())
+        path._add(*vertices)  # noqa: SLF001 - its own class
+        return path
 
     def __len__(self) -> int:
         return len(self._vertices)

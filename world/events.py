@@ -3,8 +3,8 @@
 from msgspec import Struct
 
 from protocol.exit_codes import ExitCode
+from protocol.fence import Change
 from protocol.timeline import Entry
-from protocol.wire.fence import Change
 from protocol.wire.messages import Drive
 
 

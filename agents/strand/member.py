@@ -13,6 +13,7 @@ Rule 5: a robot whose way has been blocked for too long says so, and so does eac
 """
 
 import numpy as np
+from protocol.epochs import is_called
 
 from agents.body.driver import Driver
 from agents.body.senses import Senses
@@ -28,7 +29,6 @@ from agents.strand.leader import DeadEnd, LookCloser, Plan, Wait
 from agents.strand.memory import Memory
 from agents.strand.strand import COMES_BACK_S, Own, Strand
 from protocol.arrays import Floats
-from protocol.epochs import is_called
 from protocol.mission import Mission
 from protocol.path import THERE_M
 from protocol.timeline import (

@@ -4,9 +4,9 @@ from typing import Annotated
 
 from msgspec import Meta
 
+from protocol.fence import Cause, May
 from protocol.frames import ROBOTS_MAX, Count, Length, Metres, Point, RobotId, Seconds
 from protocol.timeline.base import Kind, LifeText, Robot, Text
-from protocol.wire.fence import Cause, May
 
 
 class FenceChanged(Kind, frozen=True, kw_only=True, tag="fence.changed"):

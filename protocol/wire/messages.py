@@ -10,10 +10,10 @@ from typing import Annotated
 from msgspec import Meta, Struct
 
 from protocol.faults.rules import Name, Rule
+from protocol.fence import Bearing, Epoch, Fence, Life, Raise, Release, Stop, Turn
 from protocol.frames import Count, Length, Point, Pose, Seconds, Speed, Vertex
 from protocol.mission import Mission
 from protocol.timeline import Entry
-from protocol.wire.fence import Bearing, Epoch, Fence, Life, Raise, Release, Stop, Turn
 from protocol.wire.view import SEEN_BYTES_MAX, Answer, Formation, Plea, Report
 
 RAYS_MAX = 7200  # per scan: 58 kB on the wire

@@ -9,8 +9,8 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
+from protocol.fence import AnyRobot, Epoch, Life
 from protocol.frames import ROBOTS_MAX, Count, Length, Point, Pose, RobotId, Vertex
-from protocol.wire.fence import Epoch, Life
 
 FORMERS_MAX = 4  # the last three formations, and the draft
 LEG_CORNERS_MAX = 64  # a leg with more corners is planned anew
@@ -47,12 +47,13 @@ class Counters(Struct, frozen=True, kw_only=True):
 
 
 class Question(Struct, frozen=True, kw_only=True):
-    """The coordinator asks a robot to look at its leg: the way to the robot ahead of it in the draft."""
+    """The coordinator asks a robot to look around, or at its leg: the way to the robot ahead in the draft."""
 
     number: Count
     """Counts the questions of a view."""
-    ahead: RobotId
-    place: Pose
+    ahead: AnyRobot = 0
+    """0: the robot is to tell how far off the nearest obstacle is."""
+    place: Pose | None = None
     """Where the robot ahead stands."""
     formers: Annotated[tuple[Former, ...], Meta(max_length=FORMERS_MAX)] = ()
     """That robot's."""
@@ -64,7 +65,10 @@ class Look(Struct, frozen=True, kw_only=True):
     """The answer to a question."""
 
     number: Count
-    clear: bool
+    clear: bool = False
+    """Whether nothing is in the way on its leg."""
+    obstacle_m: Length | None = None
+    """Distance to the nearest hit that is no robot; the range limit where there is none."""
     driven: bool = False
     """Whether both stand on one path of one epoch, so that the robot ahead has driven the leg."""
     corners: Annotated[tuple[Point, ...], Meta(max_length=LEG_CORNERS_MAX)] = ()
@@ -81,8 +85,6 @@ class Report(Struct, frozen=True, kw_only=True, tag="report"):
     turn: Count
     """Of the odometry from which the place was read; all orders of the robot had ended by then."""
     place: Pose
-    obstacle_m: Length | None = None
-    """Where there is no goal: the distance to the nearest hit of its own scan that is no robot."""
     formers: Annotated[tuple[Former, ...], Meta(max_length=FORMERS_MAX)] = ()
     """Its places in earlier formations and drafts, newest first, as far as it has not left them."""
     look: Look | None = None
@@ -126,6 +128,8 @@ class Answer(Struct, frozen=True, kw_only=True, tag="answer"):
     """Of the robot that it is for."""
     heard: Count
     """The number of the newest report."""
+    after_turn: Count = 0
+    """The last turn that was put for the robot: its place is to be read from an odometry after that."""
     out: bool = False
     """Whether the robot is left out of the formation."""
     question: Question | None = None

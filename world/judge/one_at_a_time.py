@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from protocol.epochs import of_one_call
+
 from protocol.timeline import PromiseBroken
 from world.judge.evidence import ROUNDING_M, ROUNDING_S, Evidence
 

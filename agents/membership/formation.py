@@ -1,0 +1,155 @@
+"""Making a formation, and putting its pieces together again. Pure.
+
+Rule 1: it is made once; its pieces are sent again byte for byte (F4).
+Rule 2: every member is told the whole path from the tail on, with arc lengths, and of places and lives only
+        its own and its two neighbours'.
+Rule 3: its path leads through all places, tail first; a leg that has been driven keeps its corners.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from agents.membership.legs import Legs
+from protocol.fence import Epoch
+from protocol.frames import Point, Pose, Vertex
+from protocol.path import THERE_M, Path, straightened
+from protocol.timeline import StrandFormed
+from protocol.wire.view import PIECE_VERTICES_MAX, Counters, Formation, Neighbour, Seen
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """What a view has agreed on."""
+
+    epoch: Epoch
+    turn: int
+    """Of its ALL."""
+    order: tuple[int, ...]
+    lives: Mapping[int, int]
+    places: Mapping[int, Pose]
+    path: Path
+    places_m: Mapping[int, float]
+    """Arc lengths of the places along the path."""
+    driven: frozenset[int]
+    """Whose leg the robot ahead has driven."""
+    back_by_m: float = 0.0
+    counters: Counters = Counters()
+    heals: bool = False
+    led_by: int = 0
+    map_number: int = 0
+    seen: Seen | None = None
+    sensed: bool = False
+
+    def turned_to(self, turn: int) -> "Plan":
+        """The same for another turn; before it is made."""
+        return replace(self, turn=turn)
+
+    def pieces(self, robot: int) -> tuple[Formation, ...]:
+        """Rule 2: what one member is told."""
+        rank = self.order.index(robot)
+        vertices = tuple(self.path)
+        return tuple(
+            Formation(
+                epoch=self.epoch,
+                life=self.lives[robot],
+                turn=self.turn,
+                members=len(self.order),
+                rank=rank,
+                s_m=self.places_m[robot],
+                place=self.places[robot],
+                ahead=self._neighbour(rank - 1),
+                behind=self._neighbour(rank + 1),
+                leg_is_driven=robot in self.driven,
+                back_by_m=self.back_by_m,
+                counters=self.counters,
+                heals=self.heals,
+                led_by=self.led_by,
+                map_number=self.map_number,
+                seen=self.seen if rank == 0 and first == 0 else None,
+                first=first,
+                vertices=len(vertices),
+                path=vertices[first : first + PIECE_VERTICES_MAX],
+            )
+            for first in range(0, len(vertices), PIECE_VERTICES_MAX)
+        )
+
+    def as_record(self) -> StrandFormed:
+        """What the timeline tells of it."""
+        return StrandFormed(
+            epoch=self.epoch.number,
+            turn=self.turn,
+            order=self.order,
+            lives=tuple(f"{self.lives[robot]:x}" for robot in self.order),
+            places_m=tuple(self.places_m[robot] for robot in self.order),
+            laid=tuple(Point(x_m=vertex.x_m, y_m=vertex.y_m) for vertex in self.path),
+            driven=tuple(robot in self.driven for robot in self.order),
+            back_by_m=self.back_by_m,
+            sensed=self.sensed,
+        )
+
+    def _neighbour(self, rank: int) -> Neighbour | None:
+        if not 0 <= rank < len(self.order):
+            return None
+        robot = self.order[rank]
+        return Neighbour(robot=robot, life=self.lives[robot], s_m=self.places_m[robot])
+
+
+def lay_path(
+    order: Sequence[int], places: Mapping[int, Pose], legs: Legs
+) -> tuple[Path, dict[int, float]]:
+    """Rule 3: the path, and each robot's arc length along it."""
+    points: list[Point] = []
+    at: dict[int, int] = {}
+    for robot in reversed(order):
+        at[robot] = len(points)
+        points.append(Point(x_m=places[robot].x_m, y_m=places[robot].y_m))
+        points += legs.get(robot, ()) if robot != order[0] else ()
+    along = np.array([(point.x_m, point.y_m) for point in points]).reshape(-1, 2)
+    steps_m = np.hypot(*np.diff(along, axis=0).T)
+    arcs_m = np.concatenate([[0.0], np.cumsum(steps_m)])
+    # A straight queue is one segment: one check, no stops.
+    path = Path(straightened(points))
+    end_m = path.end_m
+    return path, {robot: min(float(arcs_m[index]), end_m) for robot, index in at.items()}
+
+
+class Assembly:
+    """The pieces of one formation that a member has."""
+
+    def __init__(self) -> None:
+        self._pieces: dict[int, Formation] = {}
+
+    def add(self, piece: Formation) -> bool:
+        """Take a piece in; returns whether it fits to the others."""
+        known = next(iter(self._pieces.values()), None)
+        if known is not None and (known.epoch, known.life, known.turn, known.vertices) != (
+            piece.epoch,
+            piece.life,
+            piece.turn,
+            piece.vertices,
+        ):
+            return False
+        self._pieces[piece.first] = piece
+        return True
+
+    @property
+    def whole(self) -> tuple[Formation, Path] | None:
+        """The first piece and the whole path, when all pieces are there and their path is one."""
+        vertices: list[Vertex] = []
+        for first in sorted(self._pieces):
+            if first != len(vertices):
+                return None
+            vertices += self._pieces[first].path
+        if not vertices or len(vertices) != self._pieces[0].vertices or not is_path(vertices):
+            return None
+        return self._pieces[0], Path.told(vertices)
+
+
+def is_path(vertices: Sequence[Vertex]) -> bool:
+    """Whether arc lengths begin at 0 and equal the coordinates', up to rounding."""
+    along = np.array([(vertex.x_m, vertex.y_m, vertex.s_m) for vertex in vertices])
+    steps_m = np.hypot(*np.diff(along[:, :2], axis=0).T)
+    off_m = np.abs(along[:, 2] - np.concatenate([[0.0], np.cumsum(steps_m)]))
+    return bool(off_m.max() <= THERE_M * len(vertices))

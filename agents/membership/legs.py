@@ -1,0 +1,60 @@
+"""Whether a strand that forms through the places of its robots folds back on itself. Pure.
+
+Rule 1: of two legs that are not neighbours, and of each end and the legs beyond its own, none may come nearer
+        than the least distance. Else ground that robots behind may be on is not apart, from the start, from
+        ground that the ones ahead have still to drive.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from agents.membership.order import Places, positions
+from protocol.arrays import Floats, Indices, distances_to_segments, segments_apart
+from protocol.frames import Point, Pose
+
+Legs = Mapping[int, Sequence[Point]]
+"""Corners of a robot's way to the one ahead, from its own place on; who is not named goes straight."""
+
+
+def line_of(places: Places, order: Sequence[int], legs: Legs) -> tuple[Floats, Indices]:
+    """The way from the first of an order to its last (n, 2), and which leg each segment is of (n - 1,)."""
+    corners: list[Point | Pose] = [places[order[0]]]
+    leg: list[int] = []
+    for index, robot in enumerate(order[1:]):
+        corners += [*reversed(legs.get(robot, ())), places[robot]]
+        leg += [index] * (len(corners) - 1 - len(leg))
+    return np.array([(corner.x_m, corner.y_m) for corner in corners]), np.array(leg, dtype=np.intp)
+
+
+def folds_back(places: Places, order: Sequence[int], legs: Legs, *, least_m: float) -> bool:
+    """Rule 1: whether the strand in this order folds back."""
+    if len(order) < 2:
+        return False
+    line, leg = line_of(places, order, legs)
+    starts, ends = line[:-1], line[1:]
+    near_m = segments_apart(starts[:, None], ends[:, None], starts[None], ends[None])
+    apart = [
+        np.hypot(*np.diff(positions(places, order), axis=0).T),
+        near_m[leg[None] - leg[:, None] >= 2],
+        distances_to_segments(line[0], starts[leg >= 1], ends[leg >= 1]),
+        distances_to_segments(line[-1], starts[leg < leg[-1]], ends[leg < leg[-1]]),
+    ]
+    return bool(np.concatenate(apart).min() < least_m)
+
+
+def robots_apart(places: Places, order: Sequence[int], legs: Legs, *, least_m: float) -> int:
+    """How many robots of an order, from the front on, make a strand that does not fold back.
+
+    A strand that folds back does so however many join it, so this is found by halves.
+    """
+    if not folds_back(places, order, legs, least_m=least_m):
+        return len(order)
+    low, high = 1, len(order)
+    while high - low > 1:
+        middle = (low + high) // 2
+        if folds_back(places, order[:middle], legs, least_m=least_m):
+            high = middle
+        else:
+            low = middle
+    return low

@@ -1,0 +1,84 @@
+"""Whom a robot holds for lost, from tokens, silence and its own gaps. Pure; liveness only.
+
+Rule 1: a neighbour is lost when its token has gone and it has not been heard since for a moment; or when it
+        has been silent for longer than its own usual silences allow.
+Rule 2: a robot that has just had a gap of its own, or sees no token of the world, judges nobody.
+Rule 3: a neighbour that shows a token and is lost by silence again and again gets a penalty each time, which
+        decays (route-flap damping, RFC 2439). While it is above the limit, this robot leaves it out of views.
+"""
+
+from dataclasses import dataclass, field
+
+from agents.membership.presence import Presence
+from agents.membership.timing import Timing
+from protocol.wire.link import Link
+from protocol.wire.messages import AheadState, BehindState
+
+HALF_LIFE_S = 30.0  # of a penalty
+SUPPRESS = 1.8  # two losses within ten seconds or so
+REUSE = 0.75
+USUAL_SILENCES = 6.0  # as long as so many usual silences in a row is unusual: once in 400 where nine in ten
+
+
+@dataclass(slots=True)
+class Penalty:
+    """The penalty of one peer, at a time."""
+
+    value: float
+    at_s: float
+    suppressed: bool
+
+    def now(self, now_s: float) -> float:
+        """The value, decayed."""
+        return self.value * 0.5 ** ((now_s - self.at_s) / HALF_LIFE_S)
+
+
+@dataclass(slots=True)
+class Suspicion:
+    """What one robot knows of who is there."""
+
+    timing: Timing
+    silent_s_max: float
+    """A neighbour with a token may be silent for so long where it is usually heard."""
+    presence: Presence = field(default_factory=Presence)
+    _entered_s: float | None = None
+    _awake_since_s: float = -float("inf")
+    _penalties: dict[int, Penalty] = field(default_factory=dict)
+
+    def enter(self, now_s: float) -> None:
+        """The robot has had odometry."""
+        if self._entered_s is not None and now_s - self._entered_s > self.timing.gap_s:
+            self._awake_since_s = now_s
+        self._entered_s = now_s
+
+    def judges(self, now_s: float) -> bool:
+        """Rule 2."""
+        return self.presence.connected and now_s - self._awake_since_s >= self.timing.listens_s
+
+    def why_lost(self, link: Link[AheadState] | Link[BehindState], now_s: float) -> str | None:
+        """Rule 1: `token` or `silence`; None: the neighbour may be there."""
+        if not self.judges(now_s):
+            return None
+        if self.presence.is_lost(link.neighbour, link.heard_at_s, now_s):
+            return "token"
+        patience_s = self.silent_s_max + USUAL_SILENCES * link.usual_s
+        return "silence" if link.silent_s(now_s) > patience_s else None
+
+    def has_gone(self, robot: int, heard_at_s: float, now_s: float) -> bool:
+        """Whether a robot's token has gone, and it has not been heard since."""
+        return self.judges(now_s) and self.presence.is_lost(robot, heard_at_s, now_s)
+
+    def blame(self, robot: int, now_s: float) -> None:
+        """Rule 3: a neighbour that shows a token has been lost by silence."""
+        before = self._penalties.get(robot)
+        value = 1.0 + (0.0 if before is None else before.now(now_s))
+        suppressed = value >= SUPPRESS or (before is not None and before.suppressed)
+        self._penalties[robot] = Penalty(value, now_s, suppressed)
+
+    def suppressed(self, now_s: float) -> frozenset[int]:
+        """Rule 3: whom this robot leaves out for now."""
+        return frozenset(
+            robot
+            for robot, penalty in self._penalties.items()
+            if penalty.suppressed and penalty.now(now_s) > REUSE
+        )

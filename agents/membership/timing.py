@@ -1,0 +1,78 @@
+"""All times and counts that decide when a robot proposes a view, and for how long it waits. Liveness only.
+
+No value here can break a safety rule: whatever they are, bodies obey the fence alone (docs/strand.md).
+"""
+
+from dataclasses import dataclass
+
+from protocol.mission import Mission
+
+ODOMETRY_S = 0.1  # the world's period
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Timing:
+    """The times of one fleet [s]; `relations` names what must hold between them."""
+
+    report_s: float = 0.1
+    """A report is repeated until it is answered: with every odometry."""
+    ping_s: float = 0.5
+    """An answered one is repeated: the answer shows that the coordinator is there."""
+    put_s: float = 0.1
+    """A put is repeated until odometry tells it."""
+    draws_s: float = 0.05
+    """A raise waits for a drawn time in [1, 2] of these, so that most robots see the first one."""
+    doublings_max: int = 2
+    """The drawn time doubles with each epoch in a row without ALL, so often at most."""
+    gap_s: float = 0.8
+    """A robot that has had no odometry for so long has slept, or is cut off."""
+    listens_s: float = 1.5
+    """After that it listens so long before it judges others' silence."""
+    reports_s: float = 3.0
+    """The coordinator waits so long for robots that show a token and have not reported."""
+    looks_s: float = 3.0
+    """It waits so long for a robot to look at its leg."""
+    turn_s: float = 20.0
+    """It takes a turn back when the robot has not moved for so long."""
+    coordinator_s: float = 1.5
+    """A coordinator is lost when there has been no word from it and no new turn for so long."""
+    stood_s: float = 20.0
+    """It is lost, whatever it says, when no body has moved and there was no new turn for so long."""
+    view_s: float = 300.0
+    """It is lost when a view has not come to ALL within this time."""
+    makes_way_s: float = 5.0
+    """Before anybody leaves its place: a process that is started again is there after two seconds."""
+    comes_back_s: float = 15.0
+    """Before a strand goes on without robots that were there lately."""
+    plea_s: float = 1.0
+    """A robot that is left out asks so often."""
+    first_plea_s: float = 5.0
+    """One that was started again asks for the first time after that."""
+    plea_again_s: float = 2.0
+    """The same robot is let in again after so long; each time twice as long."""
+    plea_again_s_max: float = 60.0
+    outsider_s: float = 10.0
+    """One that has had no answer to its pleas for so long proposes a view as an outsider."""
+    leaders_max: int = 5
+    """So many leaders are tried before a strand goes on without those that find no way."""
+
+    @classmethod
+    def of(cls, mission: Mission) -> "Timing":
+        """The times of a fleet: in a large one each robot speaks less often to the coordinator."""
+        ping_s = max(cls.ping_s, 0.01 * mission.robots)  # 100 reports a second for the coordinator
+        report_s = max(cls.report_s, 0.005 * mission.robots)
+        return cls(ping_s=ping_s, report_s=report_s, coordinator_s=3.0 * ping_s, reports_s=6.0 * ping_s)
+
+    def relations(self) -> dict[str, bool]:
+        """What must hold, by name."""
+        return {
+            "three pings in a row are lost before a coordinator is": self.coordinator_s >= 3.0 * self.ping_s,
+            "a report is tried several times before it is waited for in vain": self.reports_s
+            >= 5.0 * self.report_s,
+            "a put is seen before it is repeated": self.put_s >= ODOMETRY_S,
+            "a stuck turn is taken back before the coordinator is given up": self.turn_s <= self.stood_s,
+            "who has slept listens for longer than it slept": self.listens_s > self.gap_s,
+            "way is made before a strand goes on without others": self.makes_way_s < self.comes_back_s,
+            "nobody is given up for a pause in which all wait": self.comes_back_s < self.stood_s,
+            "a raise is seen before most others are made": 2.0 * self.draws_s >= ODOMETRY_S,
+        }

@@ -1,0 +1,135 @@
+"""A robot's turn: the steps by which it joins the strand while every other robot stands.
+
+Rule 1: it drives only under a fence that names it, and plans only from scans of that very fence.
+Rule 2: it ends its turn standing, in place or blocked, and orders nothing more in that turn.
+Rule 3: a turn has a limited number of steps: what is seen from one place may undo what is seen from another.
+Rule 4: where obstacles move, a robot that gets no further looks again for a while before it is blocked, and
+        looks while it drives.
+Rule 5: a leader that makes way takes one step to where others can come.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from agents.body.driver import Driver
+from agents.body.senses import Senses
+from agents.body.watch import Watch
+from agents.commands import Command, Note
+from agents.membership.joining import InPlace, Joining, Stands
+from agents.navigation.scan import View
+from agents.navigation.step import NoStep
+from protocol.arrays import Floats
+from protocol.frames import Point
+from protocol.mission import Mission
+from protocol.timeline import RobotBlocked, RobotPlaced, StepPlanned
+from protocol.wire.view import Join
+
+STEPS_MAX = 64  # the longest crossing of a real scene took 41
+PATIENCE_S = 10.0  # where obstacles move: as long as with a way in the strand that is blocked
+LOOKS_AGAIN_S = 2.0  # who walks by has gone by then
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """How a turn has ended."""
+
+    turn: int
+    placed: bool
+
+
+class TurnTaker:
+    """What one robot does in its turn."""
+
+    def __init__(
+        self, mission: Mission, driver: Driver, senses: Senses, joining: Joining, join: Join, epoch: int
+    ) -> None:
+        self._mission = mission
+        self._driver = driver
+        self._senses = senses
+        self._watch = Watch(mission, driver, senses)
+        self._joining = joining
+        self._join = join
+        self._epoch = epoch
+        self._stands = _stands(join)
+        self._step: StepPlanned | None = None
+        self._steps = 0
+        self._stood_at: tuple[float, float] | None = None
+        self._stood_at_s = self._looks_again_s = 0.0
+        self.has_moved = False
+        """Whether the robot may have left the place where it stood before the turn."""
+        self.ended: Ended | None = None
+
+    def act(self, now_s: float) -> list[Command]:
+        """Look, plan and drive, until the turn has ended."""
+        driver = self._driver
+        if self.ended is not None:
+            return []
+        commands = self._watch.look(self._beside, now_s)
+        gives_up = self._step is not None and self._watch.gives_up(now_s)
+        if gives_up:
+            driver.stand()
+        if not driver.standing:
+            return commands
+        step = self._step
+        if step is not None and driver.progress_m < step.reach_m and not gives_up:
+            driver.to(step.target, reach_m=step.reach_m)
+            return commands
+        self._step = None
+        if now_s < self._looks_again_s:
+            return commands
+        scan = self._senses.take(revolutions=self._mission.revolutions)
+        if scan is None:
+            return commands + self._senses.ask(now_s)
+        return commands + self._plan(scan, now_s)
+
+    def _plan(self, scan: View, now_s: float) -> list[Command]:
+        planned: StepPlanned | InPlace | NoStep
+        if self._join.makes_way and self.has_moved:
+            planned = InPlace()
+        elif self._join.makes_way:
+            planned = self._joining.clear(scan, self._stands.waiting)
+        else:
+            planned = self._joining.plan(scan, self._stands)
+        patient = self._mission.obstacles_move and not self._stays(scan, now_s)
+        if isinstance(planned, StepPlanned) and self._mission.obstacles_move and not patient:
+            planned = NoStep("its way stays blocked")
+        if isinstance(planned, StepPlanned) and self._steps >= STEPS_MAX:
+            planned = NoStep(f"{STEPS_MAX} steps have not led to the strand's end")
+        here = {"x_m": float(scan.position[0]), "y_m": float(scan.position[1])}
+        turn, rank = self._join.turn, len(self._join.strand)
+        match planned:
+            case InPlace():
+                self.ended = Ended(turn, placed=True)
+                return [Note(RobotPlaced(rank=rank, turn=turn, **here))]
+            case NoStep() if patient:
+                self._looks_again_s = now_s + LOOKS_AGAIN_S
+                return []
+            case NoStep(reason):
+                self.ended = Ended(turn, placed=self._join.makes_way)
+                return [Note(RobotBlocked(turn=turn, reason=reason, **here))]
+            case StepPlanned():
+                self._steps += 1
+                self._step, self.has_moved = planned, True
+                self._driver.to(planned.target, reach_m=planned.reach_m)
+                return [Note(planned)]
+
+    def _beside(self) -> list[Floats]:
+        """Ground (n, 2) that each of the others may be on: where it stands."""
+        return [np.repeat(place[None], 2, axis=0) for place in self._stands.all]
+
+    def _stays(self, scan: View, now_s: float) -> bool:
+        """Rule 4: whether it has not got away from here for so long."""
+        stands_at = (float(scan.position[0]), float(scan.position[1]))
+        if stands_at != self._stood_at:
+            self._stood_at, self._stood_at_s = stands_at, now_s
+        return now_s - self._stood_at_s >= PATIENCE_S
+
+
+def _stands(join: Join) -> Stands:
+    return Stands(xy(join.strand), xy(join.waiting), xy(join.line), join.last_leg)
+
+
+def xy(points: tuple[Point, ...]) -> Floats:
+    """Points as an array (n, 2)."""
+    return np.array([(point.x_m, point.y_m) for point in points]).reshape(-1, 2)
