@@ -8,9 +8,15 @@ Rank = tuple[int, ...]
 
 
 class Fault(NamedTuple):
-    """How a fault is named in a trace: `lose odometry -> r2`."""
+    """What strikes; what it means is up to the system."""
 
-    name: str
+    kind: str
+    robot: int = 0
+    ticks: int = 0
+
+    def __str__(self) -> str:
+        who = f" r{self.robot}" if self.robot else ""
+        return f"{self.kind}{who} {self.ticks}" if self.ticks else f"{self.kind}{who}"
 
 
 class Explorable(Protocol[State]):

@@ -8,10 +8,10 @@ Rule 4: the first breach ends the exploration. With ever more faults (`deepen`) 
 """
 
 import heapq
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Generic
+from typing import Generic, NamedTuple
 
 from msgspec import Struct
 
@@ -28,12 +28,18 @@ class Ended(StrEnum):
     TIME = "time"
 
 
-class Strike(Struct, frozen=True):
-    """A fault of a schedule, after all earlier ones."""
+class Strike(NamedTuple):
+    """A fault that strikes in the state of this rank."""
 
-    before: "Strike | None"
     rank: Rank
     fault: Fault
+
+
+class _Chain(NamedTuple):
+    """The faults of a schedule, the last one first; schedules share their beginnings."""
+
+    last: Strike
+    before: "_Chain | None"
 
 
 class Broken(Struct, frozen=True, kw_only=True):
@@ -41,8 +47,8 @@ class Broken(Struct, frozen=True, kw_only=True):
 
     promise: str
     why: str
-    strikes: tuple[tuple[Rank, str], ...]
-    """Its faults: when, and which."""
+    strikes: tuple[Strike, ...]
+    """Its faults, the first one first."""
 
 
 class Explored(Struct, frozen=True, kw_only=True):
@@ -65,7 +71,7 @@ class _Reached:
     """What is known of a state that has not been expanded yet."""
 
     ways: list[int]
-    strikes: Strike | None
+    strikes: _Chain | None
     depth: int
 
     @property
@@ -114,12 +120,12 @@ class Exploration(Generic[State]):
                 return None
             more, rank = [0, *ways[:-1]], system.rank(state)
             for fault in system.faults(state):
-                strikes = Strike(reached.strikes, rank, fault)
+                strikes = _Chain(Strike(rank, fault), reached.strikes)
                 after = system.strike(state, fault)
                 self._add(after, _Reached(list(more), strikes, reached.depth + 1))
         except Breach as breach:
             self._transitions += 1
-            return Broken(promise=breach.promise, why=breach.why, strikes=in_order(strikes))
+            return Broken(promise=breach.promise, why=breach.why, strikes=_in_order(strikes))
         return None
 
     def _add(self, state: State, reached: _Reached) -> None:
@@ -149,11 +155,10 @@ class Exploration(Generic[State]):
         )
 
 
-def in_order(strikes: Strike | None) -> tuple[tuple[Rank, str], ...]:
-    """The faults of a schedule, the first one first."""
-    listed: list[tuple[Rank, str]] = []
+def _in_order(strikes: _Chain | None) -> tuple[Strike, ...]:
+    listed: list[Strike] = []
     while strikes is not None:
-        listed.append((strikes.rank, strikes.fault.name))
+        listed.append(strikes.last)
         strikes = strikes.before
     return tuple(listed[::-1])
 
@@ -167,18 +172,17 @@ def deepen(system: Explorable[State], faults_max: int, may_go_on: Callable[[], b
             return
 
 
-def retell(system: Explorable[State], strikes: tuple[tuple[Rank, str], ...]) -> Iterator[tuple[Rank, str]]:
-    """Every step of a schedule that is given by its faults, until its end or its breach; for people."""
+def retell(system: Explorable[State], strikes: Sequence[Strike]) -> Iterator[tuple[Rank, str, Fault | None]]:
+    """Every step of a schedule that is given by its faults, until its end or its breach; for people.
+
+    Yields the rank, the usual step, and the fault that strikes instead.
+    """
     left, state = list(strikes), system.start()
     while True:
         rank = system.rank(state)
-        if left and left[0][0] == rank:
-            name = left.pop(0)[1]
-            yield rank, f"FAULT: {name}"
-            state = system.strike(state, Fault(name))
-            continue
-        yield rank, system.say(state)
-        after = system.follow(state)
+        fault = left.pop(0).fault if left and left[0].rank == rank else None
+        yield rank, system.say(state), fault
+        after = system.follow(state) if fault is None else system.strike(state, fault)
         if after is None:
             return
         state = after
