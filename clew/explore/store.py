@@ -1,6 +1,6 @@
 """Keeps objects as numbers: equal contents have equal numbers, so that states can be compared and merged.
 
-Rule 1: a number stands for the whole content. Two contents are told apart unless every value in them is equal.
+Rule 1: a number stands for the whole content: two contents are told apart unless all values in them are equal.
         Which values are one object in memory does not matter, since cores do not change that on their way.
 Rule 2: `load` returns a new object, which its caller may change.
 Rule 3: constants are shared, not copied: objects that nothing changes, or whose changes have no effect.
