@@ -18,7 +18,8 @@ NUMBERS = 10_000  # of robots per generation: five times `ROBOTS_MAX`; a power o
 GENERATIONS_MAX = 2**39  # so that an epoch's number is a `Count`
 NOBODY_NUMBER = 0  # of no robot: the operator, and a world that has been started again
 
-Life = Annotated[int, Meta(ge=0, le=2**63 - 1, description="random bits of one process; 0: of no robot")]
+LIFE_BITS = 63  # of chance: two processes of a fleet never draw the same
+Life = Annotated[int, Meta(ge=0, le=2**LIFE_BITS - 1, description="random bits of a process; 0: of no robot")]
 AnyRobot = Annotated[int, Meta(ge=0, le=ROBOTS_MAX, description="0: no robot")]
 
 

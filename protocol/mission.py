@@ -84,6 +84,11 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
         moved_m = WATCH_S * self.obstacle_speed_mps_max if self.obstacles_move else 0.0
         return self.robot_radius_m + max(self.clear_m, moved_m + self.mu0_m + self.range_error_m_max)
 
+    @property
+    def leg_m_max(self) -> float:
+        """The longest way between two robots of a strand that forms: what a robot sees, and may lag behind."""
+        return min(self.link_length_m_max, self.range_m_max)
+
     def blind_per_range_in(self, rays: int) -> float:
         """How far an obstacle can extend unseen, per metre of range, in a scan with this many rays."""
         return self.blind_per_range * self.directions * self.revolutions / rays
@@ -103,6 +108,11 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
         It is the radius and twice the tolerance: the robot and the scan's position may both be off.
         """
         return self.robot_radius_m + 2.0 * self.mu0_m
+
+    @property
+    def way_of_heartbeats_m(self) -> float:
+        """How far a robot that was heard lately may have driven since: the way of two heartbeats."""
+        return 2.0 * self.heartbeat_s * self.speed_mps
 
     heartbeat_s: Seconds = 0.25
     silence_s: Seconds = 1.0  # four lost heartbeats

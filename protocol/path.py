@@ -36,6 +36,16 @@ def _is_on_way(start: Point, point: Point, end: Point) -> bool:
     return length_m > 0.0 and between and beside_m <= ON_LINE_M * length_m
 
 
+def _is_next(vertex: Vertex, following: Vertex) -> bool:
+    length_m = math.hypot(following.x_m - vertex.x_m, following.y_m - vertex.y_m)
+    return abs(following.s_m - vertex.s_m - length_m) <= THERE_M
+
+
+def _is_straight_on(before: Vertex, last: Vertex, further: Vertex) -> bool:
+    """Whether a path whose last vertex is moved further keeps the ground that it had."""
+    return further.s_m >= last.s_m and _is_next(before, further) and _is_next(last, further)
+
+
 class Path:
     """Vertices with arc length from the first one [m; world frame]."""
 
@@ -49,7 +59,7 @@ class Path:
     def told(cls, vertices: Iterable[Vertex]) -> Self:
         """A path with the arc lengths as they were told."""
         path = cls(())
-        path._add(*vertices)  # noqa: SLF001 - its own class
+        path._add(*vertices)
         return path
 
     def __len__(self) -> int:
@@ -92,6 +102,32 @@ class Path:
         """Extend the last segment straight on to a point."""
         self._drop_last()
         self.extend(point)
+
+    def copy(self) -> "Path":
+        """The same vertices, with the same arc lengths."""
+        path = Path(())
+        path.learn(0, self._vertices)
+        return path
+
+    def fits(self, first: int, vertices: Sequence[Vertex]) -> bool:
+        """Whether vertices of another robot's path, from index `first` on, can be of this path.
+
+        Known vertices have to be the same; the last one may have moved straight on. Each further one has the
+        arc length that its coordinates give. What lies beyond a gap is not known yet, and fits.
+        """
+        if first > len(self):
+            return True
+        known = list(self._vertices[:first])
+        for index, vertex in enumerate(vertices, start=first):
+            if index < len(self):
+                old = self._vertices[index]
+                moved = index == len(self) - 1 and index > 0 and _is_straight_on(known[-1], old, vertex)
+                if vertex != old and not moved:
+                    return False
+            elif not known or not _is_next(known[-1], vertex):
+                return False
+            known.append(vertex)
+        return True
 
     def learn(self, first: int, vertices: Sequence[Vertex]) -> None:
         """Add another robot's vertices of its path, from the vertex with index `first` on.

@@ -51,7 +51,7 @@ def verdict_of(world: World, circumstances: Circumstances) -> Verdict:
             living=world.survivors,
             tally=tally,
             judgement=world.judgement,
-            messages=balance(accounts, robots=sorted(attendance.robots), removed=tally.removed),
+            messages=balance(accounts, removed=tally.removed),
             events=Events(
                 recorded=circumstances.recorded,
                 missing=missing + len(untold) + tally.unrecorded_count,

@@ -1,10 +1,11 @@
-"""Receives manual faults while a run is active, at a socket in its private folder. A shell."""
+"""Receives manual faults and the operator's stop while a run is active, at a socket in its private folder."""
 
 import asyncio
 import contextlib
 import os
 from collections.abc import AsyncIterator, Callable
 from pathlib import Path
+from typing import Protocol, assert_never
 
 import msgspec
 
@@ -16,6 +17,8 @@ from protocol.faults.manual_faults import (
     WHERE_FILE,
     Answer,
     FaultRequest,
+    HaltRequest,
+    Request,
 )
 from protocol.faults.rules import Rule
 from protocol.files.writing import write_whole
@@ -24,14 +27,22 @@ Add = Callable[[Rule, float | None], str]
 """Applies a rule for a time; returns its name, or raises `UsageError`."""
 
 
+class Halt(Protocol):
+    """Stops the fleet, or releases it; returns what it is in the timeline, or raises `UsageError`."""
+
+    def __call__(self, *, stop: bool) -> str:
+        """Stop the fleet, or release it."""
+        ...
+
+
 @contextlib.asynccontextmanager
-async def heard(private: Path, folder: Path, add: Add) -> AsyncIterator[None]:
-    """Accept fault requests while the context is open; a file in the run's folder names the socket."""
+async def heard(private: Path, folder: Path, add: Add, halt: Halt) -> AsyncIterator[None]:
+    """Accept requests while the context is open; a file in the run's folder names the socket."""
     where, path = folder / WHERE_FILE, private / SOCKET
     path.unlink(missing_ok=True)
     try:
         server = await asyncio.start_unix_server(
-            lambda reader, writer: _serve(reader, writer, add), path, limit=LINE_BYTES_MAX
+            lambda reader, writer: _serve(reader, writer, add, halt), path, limit=LINE_BYTES_MAX
         )
     except OSError:  # the path is too long: the run continues without manual faults
         yield
@@ -45,15 +56,25 @@ async def heard(private: Path, folder: Path, add: Add) -> AsyncIterator[None]:
         path.unlink(missing_ok=True)
 
 
-async def _serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, add: Add) -> None:
+async def _serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, add: Add, halt: Halt) -> None:
     with contextlib.suppress(OSError):  # the client may have ended
         try:
             async with asyncio.timeout(ANSWER_S_MAX):
-                said = msgspec.json.decode(await reader.readline(), type=FaultRequest)
-            answer = Answer(name=add(said.rule, said.for_s))
+                said = msgspec.json.decode(await reader.readline(), type=Request)
+            answer = Answer(name=_done(said, add, halt))
         except (UsageError, TimeoutError, ValueError) as error:  # msgspec's are ValueErrors
             answer = Answer(error=str(error))
         writer.write(msgspec.json.encode(answer) + b"\n")
         await writer.drain()
         writer.close()
         await writer.wait_closed()
+
+
+def _done(said: Request, add: Add, halt: Halt) -> str:
+    match said:
+        case FaultRequest(rule=rule, for_s=for_s):
+            return add(rule, for_s)
+        case HaltRequest(stop=stop):
+            return halt(stop=stop)
+        case _:
+            assert_never(said)

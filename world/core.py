@@ -23,6 +23,7 @@ from typing import assert_never
 
 from protocol.errors import MessageRefusedError
 from protocol.exit_codes import ExitCode
+from protocol.fence import NOBODY_NUMBER, Change
 from protocol.keys import robot_name, robot_number
 from protocol.timeline import (
     Entry,
@@ -34,7 +35,6 @@ from protocol.timeline import (
     RunEnded,
     WorldResumed,
 )
-from protocol.wire.fence import NOBODY_NUMBER, Change
 from protocol.wire.messages import Drive, Phase
 from world.attendance import Attendance, Coming
 from world.bodies.arena import Arena
@@ -148,9 +148,7 @@ class World:
         self._started = bool(past.bodies)
         notes = self.arena.resume(past) if self._started else []
         notes.append(
-            self.arena.note(
-                WorldResumed(life=past.life, entries=len(past.lines), torn_bytes=past.torn_bytes)
-            )
+            self.arena.note(WorldResumed(life=past.life, entries=len(past.lines), torn_bytes=past.torn_bytes))
         )
         return [*notes, *self.arena.place(), *self.arena.restart_fence()] if self._started else notes
 
@@ -173,17 +171,10 @@ class World:
     def handle(self, event: Event, *, wall_s: float) -> list[Command]:
         """Process an event."""
         match event:
-            case OrderHeard():
-                self.attendance.hear(event.robot, wall_s=wall_s)
-                return self._hear_order(event.robot, event.drive)
-            case FencePut():
+            case OrderHeard() | FencePut() | ScanAsked():
                 if event.robot != NOBODY_NUMBER:
                     self.attendance.hear(event.robot, wall_s=wall_s)
-                return self._change_fence(event.robot, event.change)
-            case ScanAsked():
-                self.attendance.hear(event.robot, wall_s=wall_s)
-                served, scan = self.arena.scan(event.robot, event.revolutions)
-                return [served, ServeScan(event.robot, scan)]
+                return self._hear_robot(event)
             case TokenCame():
                 return self._note_token(event.robot, event.incarnation, wall_s)
             case TokenWent():
@@ -291,6 +282,18 @@ class World:
 
     def _tell_all(self) -> list[Command]:
         return self._tell(sorted(self.attendance.robots))
+
+    def _hear_robot(self, event: OrderHeard | FencePut | ScanAsked) -> list[Command]:
+        match event:
+            case OrderHeard(robot, drive):
+                return self._hear_order(robot, drive)
+            case FencePut(robot, change):
+                return self._change_fence(robot, change)
+            case ScanAsked(robot, revolutions):
+                served, scan = self.arena.scan(robot, revolutions)
+                return [served, ServeScan(robot, scan)]
+            case _:
+                assert_never(event)
 
     def _change_fence(self, robot: int, change: Change) -> list[Command]:
         """Rule 4."""

@@ -20,6 +20,7 @@ from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.faults.process_commands import send_process_fault
 from protocol.faults.process_faults import ProcessAction
 from protocol.faults.rules import Rule
+from protocol.fence import NOBODY_NUMBER, Raise, Release, Stop, Turn
 from protocol.keys import WORLD, robot_name, robot_number
 from protocol.network.faulty_transport import Conditions, FaultyTransport
 from protocol.network.session import Session
@@ -35,6 +36,7 @@ from world.core import World
 from world.events import (
     EntryWritten,
     Event,
+    FencePut,
     MessageDropped,
     OrderHeard,
     ScanAsked,
@@ -90,7 +92,8 @@ async def _run(request: Request) -> Verdict:
     if past is not None:
         check_unchanged(request.out, past.header)
     keys = request.session.keys
-    hear, answer = [keys.drive("*"), keys.log("*")], [keys.scan("*"), keys.mission()]
+    hear = [keys.drive("*"), keys.fence("*"), keys.log("*")]
+    answer = [keys.scan("*"), keys.mission()]
     alive, watch = keys.alive(WORLD, secrets.token_hex(4)), keys.alive("*", "*")
     with (
         asked_to_end(request.lifeline) as ending,
@@ -101,7 +104,7 @@ async def _run(request: Request) -> Verdict:
         header = _header(request, transport) if past is None else past.header
         recorder = Recorder(file, header if past is None else None)
         life = _Life(request, transport, recorder, past)
-        async with heard(request.private, request.out, life.add_fault):
+        async with heard(request.private, request.out, life.add_fault, life.halt):
             verdict = await life.run(ending, header.started_at)
     save_verdict(verdict, request.out)
     return verdict
@@ -181,9 +184,26 @@ class _Life:
         Raises:
             UsageError: the run is not active, or the rule is refused.
         """
+        self._check_running()
+        return self._faults.add(rule, now_s=self._world.now_s, for_s=for_s)
+
+    def halt(self, *, stop: bool) -> str:
+        """Stop the fleet as its operator, or release it; returns what it is in the timeline.
+
+        Raises:
+            UsageError: the run is not active, or there is nothing to stop or to release.
+        """
+        self._check_running()
+        before = self._world.arena.fence
+        change = Stop() if stop else Release(generation=before.epoch.generation)
+        self._handle(FencePut(NOBODY_NUMBER, change))
+        if (fence := self._world.arena.fence) == before:
+            raise UsageError("the fleet is stopped already" if stop else "the fleet is not stopped")
+        return f"{fence.may}, epoch {fence.epoch.number}"
+
+    def _check_running(self) -> None:
         if not self._world.started or self._world.phase is not Phase.RUNNING:
             raise UsageError("the run has not begun, or is over")
-        return self._faults.add(rule, now_s=self._world.now_s, for_s=for_s)
 
     def _inject_faults(self) -> None:
         """Inject the faults that are due, while the run is active; each is recorded first."""
@@ -210,6 +230,10 @@ class _Life:
                 self._refuse(arrival)
             case Heard(message=Drive() as drive) if arrival.key == self._keys.drive(robot_name(robot)):
                 self._handle(OrderHeard(robot, drive))
+            case Heard(message=(Raise() | Turn()) as change) if arrival.key == self._keys.fence(
+                robot_name(robot)
+            ):
+                self._handle(FencePut(robot, change))
             case Heard(message=LogBatch() as batch) if arrival.key == self._keys.log(robot_name(robot)):
                 self._hear_log(robot_name(robot), batch)
             case Asked(message=ScanQuery(revolutions=revolutions), answer=answer):
@@ -240,9 +264,9 @@ class _Life:
 
     def _robot(self, key: str) -> int | None:
         """The robot of this fleet that a key names."""
-        robot = (
-            robot_number(self._keys.part(key, 1)) if key.count("/") > self._keys.root.count("/") + 1 else None
-        )
+        parts = self._keys.behind_root(key).split("/")
+        named = parts[2:3] if parts[:2] == ["body", "fence"] else parts[1:2]
+        robot = robot_number(named[0]) if named else None
         return robot if robot in self._world.attendance.robots else None
 
     def _handle(self, event: Event, answer: Callable[[Message], None] | None = None) -> None:

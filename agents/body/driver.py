@@ -1,13 +1,20 @@
-"""The robot's drive orders: numbered, and repeated until done; and its progress along the path.
+"""The robot's drive orders: numbered, and repeated until done; and its progress along the strand's path.
 
 Rule 1: a restarted robot numbers its orders above all that its former life may have given, and stops the body
-        first: it does not know those orders, and some may still be in transit.
+        first: it does not know those orders, and some may still be in transit. The body stands only when it
+        has finished that order.
+Rule 2 (F2 of docs/strand.md): motion is ordered only under the fence that the driver bears, while the newest
+        odometry tells that fence, and it is in force.
+Rule 3 (F1): an order has ended when it is finished, or when odometry tells another fence than it bears: the
+        body has dropped it then, and stands. An order that was dropped is not finished.
+Rule 4: the newest odometry by its fence, then by its number, is valid; older ones change nothing.
 """
 
 import math
 
 from msgspec.structs import replace
 
+from protocol.fence import Bearing, in_force
 from protocol.frames import Point
 from protocol.wire.messages import Drive, Odometry
 
@@ -21,14 +28,21 @@ class Driver:
     def __init__(self, *, speed_mps: float, watched: bool = False) -> None:
         self._speed_mps = speed_mps
         self._watched = watched  # if so, an order is valid only once it is permitted
-        self.progress_m = 0.0
-        """Driven arc length of the path; never decreases."""
+        self._progress_m = 0.0
         self._odometry: Odometry | None = None
         self._sent_to: tuple[Point, float] | None = None
         """The last target along the path; if the body is stopped on the way, it stands before that."""
         self._ordered_s = 0.0
+        self._bearing = Bearing()
+        self._stands_from = 0  # rule 1: the number of the order that has to be finished first
         self._drive = Drive(
-            number=0, basis_s=0.0, target=None, speed_mps=speed_mps, epoch=0, step=0, reach_m=0.0
+            number=0,
+            basis_s=0.0,
+            target=None,
+            speed_mps=speed_mps,
+            bearing=self._bearing,
+            step=0,
+            reach_m=0.0,
         )
 
     @property
@@ -38,14 +52,26 @@ class Driver:
 
     @property
     def standing(self) -> bool:
-        """Whether the body has completed the newest order."""
-        return self._odometry is not None and self._odometry.finished >= self._drive.number
+        """Whether the newest order has ended, so that the body stands (rules 1 and 3)."""
+        if self._odometry is None or self._odometry.finished < self._stands_from:
+            return False
+        return self._is_finished or self._is_dropped
 
     @property
     def odometry(self) -> Odometry:
         """The newest odometry."""
         assert self._odometry is not None, "nothing is decided before the first odometry"
         return self._odometry
+
+    @property
+    def progress_m(self) -> float:
+        """Driven arc length of the path; never decreases."""
+        return self._progress_m
+
+    @property
+    def bearing(self) -> Bearing:
+        """What further orders bear."""
+        return self._bearing
 
     @property
     def ordered_s(self) -> float:
@@ -57,57 +83,78 @@ class Driver:
         """The newest order, with the time at which it was last confirmed."""
         return self._drive
 
-    def hear(self, odometry: Odometry) -> None:
-        """Adopt the odometry; it also confirms the current order at its time."""
+    @property
+    def may_drive(self) -> bool:
+        """Rule 2."""
+        return self._odometry is not None and self._is_told(self._bearing) and in_force(self._odometry.fence)
+
+    def hear(self, odometry: Odometry) -> bool:
+        """Take in odometry, which also confirms the current order; returns whether it is new (rule 4)."""
+        if self._odometry is not None and _age(odometry) <= _age(self._odometry):
+            return False
         self._odometry = odometry
         self._drive = replace(self._drive, basis_s=odometry.t_s)
-        if self._sent_to is None:
-            return
-        target, reach_m = self._sent_to
-        remaining_m = math.hypot(target.x_m - odometry.pose.x_m, target.y_m - odometry.pose.y_m)
-        there = self.standing and self._drive.target is not None
-        self.progress_m = max(self.progress_m, reach_m if there else reach_m - remaining_m)
+        if self._sent_to is not None:
+            target, reach_m = self._sent_to
+            remaining_m = math.hypot(target.x_m - odometry.pose.x_m, target.y_m - odometry.pose.y_m)
+            there = self._is_finished and self._drive.target is not None
+            self._progress_m = max(self._progress_m, reach_m if there else reach_m - remaining_m)
+        if self._is_dropped and self._drive.target is not None:
+            self._renew(None, reach_m=self._progress_m, step=0)  # a dropped order would be refused
+        return True
 
     @property
     def was_sent(self) -> bool:
-        """Whether the body was ordered to drive since the strand formed; it may be moving unseen."""
+        """Whether the body was ordered to drive since the robot began here; it may be moving unseen."""
         return self._sent_to is not None
 
     def start_again(self) -> None:
         """Begin as the successor of a process that has died (rule 1)."""
         number = max(self.odometry.ordered, int(self.odometry.t_s * NUMBERS_PER_S)) + LATE_ORDERS
         self._drive = replace(self._drive, number=number)
-        self._renew(None, reach_m=0.0, epoch=self._drive.epoch, step=0)
+        self._renew(None, reach_m=0.0, step=0)
+        self._stands_from = self._drive.number
         self._sent_to = None
 
-    def to(self, target: Point, *, reach_m: float, epoch: int, step: int = 0) -> None:
+    def begin(self, progress_m: float, bearing: Bearing) -> None:
+        """Begin on a path, under a fence; earlier driving was not on it."""
+        if self._drive.target is not None:
+            self._renew(None, reach_m=progress_m, step=0)
+        self._sent_to = None
+        self._progress_m = progress_m
+        self._bearing = bearing
+
+    def to(self, target: Point, *, reach_m: float, step: int = 0) -> None:
         """Drive straight to a point that lies `reach_m` along the path, without a stop if under way."""
-        self._sent_to = (target, reach_m)
-        self._renew(target, reach_m=reach_m, epoch=epoch, step=step)
+        if self.may_drive:
+            self._sent_to = (target, reach_m)
+            self._renew(target, reach_m=reach_m, step=step)
 
     def permit(self, until_s: float) -> None:
         """The current order is valid until then."""
         self._drive = replace(self._drive, until_s=until_s)
 
-    def begin(self, progress_m: float) -> None:
-        """Begin on the path of a strand that has just formed; earlier driving was not on it."""
-        if self._drive.target is not None:
-            self._renew(None, reach_m=progress_m, epoch=self._drive.epoch, step=0)
-        self._sent_to = None
-        self.progress_m = progress_m
-
     def stand(self) -> None:
         """Stop the body where it is, if it is driving."""
         if not self.standing and self._drive.target is not None:
-            self._renew(None, reach_m=self.progress_m, epoch=self._drive.epoch, step=0)
+            self._renew(None, reach_m=self._progress_m, step=0)
 
-    def stand_anew(self, *, epoch: int) -> int:
-        """Order the body to stand although it stands; returns the order's number.
+    def end_at(self, progress_m: float) -> None:
+        """The path ends where the body stands, which is as far as this."""
+        self._progress_m = progress_m
 
-        Odometry that reports this number was made after this moment, even if odometry is late.
-        """
-        self._renew(None, reach_m=self.progress_m, epoch=epoch, step=0)
-        return self._drive.number
+    def _is_told(self, bearing: Bearing) -> bool:
+        """Whether the newest odometry tells the fence that an order bears."""
+        fence = self.odometry.fence
+        return (fence.epoch, fence.turn) == (bearing.epoch, bearing.turn)
+
+    @property
+    def _is_finished(self) -> bool:
+        return self.odometry.finished >= self._drive.number
+
+    @property
+    def _is_dropped(self) -> bool:
+        return not self._is_told(self._drive.bearing)
 
     @property
     def _at_target_s(self) -> float:
@@ -117,7 +164,7 @@ class Driver:
         left_m = math.hypot(target.x_m - pose.x_m, target.y_m - pose.y_m)
         return self.odometry.t_s + left_m / self._speed_mps
 
-    def _renew(self, target: Point | None, *, reach_m: float, epoch: int, step: int) -> None:
+    def _renew(self, target: Point | None, *, reach_m: float, step: int) -> None:
         until_s = 0.0 if self._watched else None
         if self._watched and not self.standing and self._drive.target is not None and target is not None:
             until_s = min(self._drive.until_s or 0.0, self._at_target_s)
@@ -128,8 +175,13 @@ class Driver:
             basis_s=self.odometry.t_s,
             target=target,
             speed_mps=self._speed_mps,
-            epoch=epoch,
+            bearing=self._bearing,
             step=step,
             reach_m=reach_m,
             until_s=until_s,
         )
+
+
+def _age(odometry: Odometry) -> tuple[tuple[int, int, int], int]:
+    """Rule 4."""
+    return odometry.fence.key, odometry.n

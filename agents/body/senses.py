@@ -1,14 +1,18 @@
 """A robot's scan queries: repeated until answered, and each answer is used once.
 
 A query or its answer may be lost. A repeated query may be answered twice, the second time when the robot
-stands somewhere else. So a scan is valid only where it was taken. A robot that was left out of a muster may
-move until a known time; only scans after that time are valid.
+stands somewhere else.
+
+Rule 1: a scan of a standing robot is valid only where it was taken.
+Rule 2 (F6 of docs/strand.md): a scan serves only under the very fence that it bears, turn included, and only
+        if that is in force. Under an older one, other robots may have moved since.
 """
 
 from agents.body.driver import Driver
 from agents.commands import AskScan, Command
 from agents.due import is_due
 from agents.navigation.scan import View, view
+from protocol.fence import in_force
 from protocol.mission import Mission
 from protocol.wire.messages import Scan
 
@@ -23,7 +27,6 @@ class Senses:
         self._driver = driver
         self._scan: Scan | None = None
         self._asked_at_s = -float("inf")
-        self._trusted_from_s = -float("inf")
 
     def hear(self, scan: Scan) -> None:
         """Adopt an answer of the sensor."""
@@ -33,9 +36,10 @@ class Senses:
         """Drop the scan that has arrived; it is no longer valid."""
         self._scan = None
 
-    def trust_from(self, since_s: float) -> None:
-        """Accept only scans from this time on, since which robots outside the strand stand."""
-        self._trusted_from_s = max(self._trusted_from_s, since_s)
+    def _serves(self, scan: Scan) -> bool:
+        """Rule 2."""
+        fence = self._driver.odometry.fence
+        return scan.fence == fence and in_force(fence)
 
     def ask(self, now_s: float, *, revolutions: int | None = None) -> list[Command]:
         """Ask for a scan, unless just asked; with the usual number of revolutions or with this one."""
@@ -52,14 +56,14 @@ class Senses:
     def glimpse(self, since_s: float) -> tuple[View, float] | None:
         """The scan that has arrived and its time, if taken since then at any place. Each is used once."""
         scan, self._scan = self._scan, None
-        if scan is None or scan.t_s < since_s:
+        if scan is None or scan.t_s < since_s or not self._serves(scan):
             return None
         return view(scan, range_m_max=self._mission.range_m_max), scan.t_s
 
     def take(self, *, revolutions: int = 1) -> View | None:
         """The scan that has arrived, if taken here with enough revolutions. Each is used once."""
         scan, self._scan = self._scan, None
-        if scan is None or scan.t_s < self._trusted_from_s or scan.pose != self._driver.odometry.pose:
+        if scan is None or scan.pose != self._driver.odometry.pose or not self._serves(scan):
             return None
         if len(scan.ranges_m) < revolutions * self._mission.directions:
             return None

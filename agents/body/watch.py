@@ -78,11 +78,12 @@ class Watch:
         return self._senses.look(now_s)
 
     def gives_up(self, now_s: float) -> bool:
-        """Whether to give up the current step; if true, the count of still time starts again."""
-        if now_s - self._unsure_since_s <= GIVE_UP_S and now_s - self.still_since_s <= STILL_S_MAX:
-            return False
+        """Whether to give up the current step."""
+        return now_s - self._unsure_since_s > GIVE_UP_S or now_s - self.still_since_s > STILL_S_MAX
+
+    def begin_again(self) -> None:
+        """The step has been given up: the count of still time starts again."""
         self._still_s = 0.0
-        return True
 
 
 def good_for_s(view: View, target: Floats, robots: Flags, mission: Mission) -> float:

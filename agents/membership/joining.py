@@ -88,11 +88,6 @@ class InPlace:
     """The robot stands at a place."""
 
 
-def leg_m_max(mission: Mission) -> float:
-    """The longest leg: what the robot sees, and may lag behind."""
-    return min(mission.link_length_m_max, mission.range_m_max)
-
-
 def without_hulls(view: View, robots: Floats, mission: Mission) -> View:
     """A scan without what it shows of robots that stand (n, 2)."""
     return view.without(on_discs(view.points, robots, within_m=mission.hull_reach_m))
@@ -100,7 +95,7 @@ def without_hulls(view: View, robots: Floats, mission: Mission) -> View:
 
 def leg_is_clear(seen: View, ahead: Floats, mission: Mission) -> bool:
     """Whether the straight way to the robot ahead (2,) is, in a scan without hulls."""
-    if not np.hypot(*(ahead - seen.position)) <= leg_m_max(mission):
+    if not np.hypot(*(ahead - seen.position)) <= mission.leg_m_max:
         return False
     if hides_way(seen, ahead, mission):
         return False
@@ -151,7 +146,7 @@ class Joining:
         """The shortest step to where a robot that follows could come; for the leader."""
         walls = self._walls(view, Stands(robots, robots[:0], robots[:1], 0))
         headings = 2.0 * np.pi * np.arange(BEARINGS) / BEARINGS
-        free_m = np.minimum(certified_lengths_m(view.position, headings, walls), leg_m_max(self._mission))
+        free_m = np.minimum(certified_lengths_m(view.position, headings, walls), self._mission.leg_m_max)
         lengths = free_m[:, None] * np.arange(1, LENGTHS + 1) / LENGTHS
         directions = np.stack([np.cos(headings), np.sin(headings)], axis=1)
         ends = view.position + lengths[:, :, None] * directions[:, None, :]
@@ -192,7 +187,7 @@ class Joining:
         """Rule 1, as far as is known: places (n, 2) around the last robot in place."""
         mission, ahead = self._mission, stands.strand[-1]
         least_m = max(mission.robot_keep_m, mission.robot_radius_m + mission.obstacle_keep_m) + SLACK_M
-        lengths = np.linspace(least_m, max(least_m, leg_m_max(mission) - SLACK_M), LENGTHS)
+        lengths = np.linspace(least_m, max(least_m, mission.leg_m_max - SLACK_M), LENGTHS)
         bearings = 2.0 * np.pi * np.arange(BEARINGS) / BEARINGS
         around = np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
         places = (ahead + lengths[:, None, None] * around).reshape(-1, 2)

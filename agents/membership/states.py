@@ -23,7 +23,6 @@ class Happening(StrEnum):
     LEFT_OUT = "left_out"  # the coordinator says that it is not in the formation
 
 
-
 TRANSITIONS: MappingProxyType[tuple[State, Happening], State] = MappingProxyType(
     {
         **{(state, Happening.NEWER_EPOCH): State.BOUND for state in State},

@@ -42,7 +42,7 @@ class TurnTaker:
     """What one robot does in its turn."""
 
     def __init__(
-        self, mission: Mission, driver: Driver, senses: Senses, joining: Joining, join: Join, epoch: int
+        self, mission: Mission, driver: Driver, senses: Senses, joining: Joining, join: Join
     ) -> None:
         self._mission = mission
         self._driver = driver
@@ -50,7 +50,6 @@ class TurnTaker:
         self._watch = Watch(mission, driver, senses)
         self._joining = joining
         self._join = join
-        self._epoch = epoch
         self._stands = _stands(join)
         self._step: StepPlanned | None = None
         self._steps = 0

@@ -22,16 +22,19 @@ class Ground:
     """The last reported position of the robot directly behind."""
     occupied_m: float
     """The furthest that it may be by now."""
+    is_seen: bool = True
+    """Whether hits there may be taken for that robot (F6 of docs/strand.md)."""
 
     @property
     def occupied(self) -> Floats:
-        """The ground where robots behind may be now (n, 2)."""
+        """The ground where robots behind may be now (n, 2), for guidance: hits on it are not remembered."""
         return self._from_tail(self.occupied_m)
 
     @property
     def behind(self) -> Floats:
-        """The ground where the robot directly behind may be now (n, 2)."""
-        return self.path.between(self.behind_m, self.occupied_m) if self.keep_m > 0.0 else self.occupied[:1]
+        """The ground on which hits are the robot directly behind (n, 2); one corner: there is none."""
+        seen = self.keep_m > 0.0 and self.is_seen
+        return self.path.between(self.behind_m, self.occupied_m) if seen else self.occupied[:1]
 
     @property
     def walls(self) -> Walls:

@@ -21,7 +21,7 @@ from agents.navigation.grid import Grid, Lattice
 from agents.navigation.scan import View
 from protocol.arrays import Flags, Floats, Indices
 from protocol.mission import Mission
-from protocol.wire.messages import SEEN_BYTES_MAX
+from protocol.wire.view import SEEN_BYTES_MAX
 
 CELL_M_MAX = 0.05
 CELLS_PER_KEEP = 3.0  # 4 found no more ways and saved no steps on 117 scenes, 75 of them near-critical

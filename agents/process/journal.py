@@ -23,6 +23,7 @@ from agents.commands import Command
 from agents.events import Event
 from agents.robot import Robot
 from protocol.errors import UsageError
+from protocol.fence import Life
 from protocol.files.opening import open_regular
 from protocol.files.writing import make_folder, open_private
 from protocol.frames import Count, RobotId, Seconds
@@ -30,7 +31,7 @@ from protocol.keys import robot_name
 from protocol.mission import Mission
 from protocol.wire.codec import REASON_LENGTH_MAX, packed
 
-SCHEMA = "clew-inputs/1"
+SCHEMA = "clew-inputs/2"
 SUFFIX = ".clew"
 SIZE_BYTES_MAX = 268_435_456  # half an hour of scans of 1440 rays (13 kB) every 0.1 s
 
@@ -44,6 +45,7 @@ class Head(Struct, frozen=True, kw_only=True, tag="head", array_like=True):
     robot: RobotId
     incarnation: Annotated[str, Meta(max_length=64)]
     mission: Mission
+    life: Life
     again: bool = False
     """Whether it is the successor of a process that has died."""
 

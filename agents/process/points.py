@@ -19,7 +19,7 @@ class Points:
     """The state that is needed to detect the points that one robot passes."""
 
     def __init__(self) -> None:
-        self._told = (0, 0)
+        self._told = (0, 0)  # by the epoch's number
         """The newest epoch in which it acknowledged vertices, and how many."""
         self._drive: Drive | None = None
         self._leg_m = 0.0
@@ -66,7 +66,7 @@ class Points:
         before = self._told
         for command in commands:
             if isinstance(command, Tell) and isinstance(command.state, BehindState):
-                self._told = max(self._told, (command.state.epoch, command.state.vertices))
+                self._told = max(self._told, (command.state.epoch.number, command.state.vertices))
         return self._told > before
 
 

@@ -15,15 +15,15 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from agents.commands import Announce, AskScan, Command, Note, Order, Tell
+from agents.commands import AskScan, Command, Note, Order, Put, Say, Tell
 from agents.events import (
     Event,
     LinkHeard,
-    MusterHeard,
     OdometryHeard,
     ScanHeard,
     TokenCame,
     TokenWent,
+    ViewHeard,
 )
 from agents.process.failure import failed
 from agents.process.journal import Given, Head, Journal, decided, open_journal
@@ -32,6 +32,7 @@ from agents.process.victim import Victim
 from agents.robot import Robot
 from protocol.exit_codes import ExitCode
 from protocol.faults.process_faults import ProcessFault
+from protocol.fence import LIFE_BITS
 from protocol.keys import WORLD, WORLD_NUMBER, Keys, robot_name, robot_number
 from protocol.mission import Mission
 from protocol.network.faulty_transport import Conditions, FaultyTransport
@@ -43,16 +44,14 @@ from protocol.timeline import MessageRefused, Record, RobotSettled, RobotStarted
 from protocol.wire.messages import (
     AheadState,
     Ask,
-    Beacon,
     BehindState,
     Logged,
-    Muster,
     Odometry,
     Phase,
-    Plea,
     Scan,
     ScanQuery,
 )
+from protocol.wire.view import Answer, Formation, Plea, Report
 
 TURN_S = 0.1  # wall: the period of the outbox when nothing arrives
 MISSION_RETRY_S = 0.3  # wall
@@ -81,8 +80,15 @@ async def run(
         SessionLostError: see `open_transport`.
     """
     keys, name = session.keys, robot_name(robot)
-    hear = [keys.link("*", name), keys.odometry(name), keys.muster("*"), keys.logged(name), keys.fault(name)]
+    hear = [
+        keys.link("*", name),
+        keys.view("*", name),
+        keys.odometry(name),
+        keys.logged(name),
+        keys.fault(name),
+    ]
     incarnation = secrets.token_hex(4)
+    life_number = secrets.randbits(LIFE_BITS) | 1  # never 0, which is of no robot
     alive = keys.alive(name, incarnation)
     victim = Victim(robot, sessions, conditions, again=again)
     with open_transport(session, hear=hear, answer=[], alive=alive, watch=keys.alive("*", "*")) as transport:
@@ -91,8 +97,9 @@ async def run(
         if mission is None:
             return ExitCode.FAILED
         inputs = None if session.inputs is None else Path(session.inputs)
-        head = Head(robot=robot, incarnation=incarnation, mission=mission, again=again)
-        return await life.run(Robot(robot, mission, again=again), open_journal(inputs, head))
+        head = Head(robot=robot, incarnation=incarnation, mission=mission, life=life_number, again=again)
+        core = Robot(robot, mission, life=life_number, again=again)
+        return await life.run(core, open_journal(inputs, head))
 
 
 class _Life:
@@ -245,8 +252,10 @@ class _Life:
 
     def _do(self, command: Command) -> None:
         match command:
-            case Announce(muster):
-                self._transport.put(self._keys.muster(self._name), muster)
+            case Say(robot, said):
+                self._transport.put(self._keys.view(self._name, robot_name(robot)), said)
+            case Put(change):
+                self._transport.put(self._keys.fence(self._name), change)
             case Tell(robot, state):
                 self._transport.put(self._keys.link(self._name, robot_name(robot)), state)
             case Order(drive):
@@ -299,8 +308,10 @@ def _event(key: Sequence[str], name: str, heard: Heard, now_s: float) -> Event |
             return OdometryHeard(odometry)
         case Scan() as scan, ["body", body, "scan"] if body == name:
             return ScanHeard(scan)
-        case (Muster() | Beacon() | Plea()) as said, ["muster", sender] if robot := robot_number(sender):
-            return MusterHeard(robot, said)
+        case (Report() | Answer() | Formation() | Plea()) as said, ["view", sender, _] if (
+            robot := robot_number(sender)
+        ):
+            return ViewHeard(robot, heard.number, said)
         case (AheadState() | BehindState()) as state, ["link", sender, _] if robot := robot_number(sender):
             return LinkHeard(robot, heard.number, state)
         case _:

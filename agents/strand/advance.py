@@ -3,7 +3,7 @@
 Rule 1: it drives to the next vertex or to its authority, whichever comes first, and keeps off robots behind.
 Rule 2: it checks each segment against a scan of its own. Where obstacles move, its watch replaces that check,
         except on its own leg.
-Rule 3: while it stands because a link is silent, it already scans: with high loss, a scan takes long.
+Rule 3: after a clear check it drives in the same event.
 """
 
 import math
@@ -44,18 +44,11 @@ class Advance:
             # A robot behind is in the way and may not drive first.
             self.kept_back_at_s = min(self.kept_back_at_s, now_s) if driver.standing else math.inf
             return [], False
-        if self._needs_check(strand, reach_m):
-            return self._check(strand, now_s), False
-        self.kept_back_at_s = math.inf
-        driver.to(strand.path.at(reach_m), reach_m=reach_m, epoch=strand.epoch)
-        return [], False
-
-    def look_ahead(self, strand: Strand, now_s: float) -> list[Command]:
-        """Check the next segment before it may be driven (rule 3)."""
-        standing, authority_m = self._driver.standing, strand.authority_m
-        reach_m = self._reach_m(strand, authority_m, ordered_m=self._driver.progress_m, final=False)
-        may_look = standing and reach_m is not None and self._needs_check(strand, reach_m)
-        return self._check(strand, now_s) if may_look else []
+        commands = self._check(strand, now_s) if self._needs_check(strand, reach_m) else []
+        if not self._needs_check(strand, reach_m):
+            self.kept_back_at_s = math.inf
+            driver.to(strand.path.at(reach_m), reach_m=reach_m)
+        return commands, False
 
     def _needs_check(self, strand: Strand, reach_m: float) -> bool:
         """Whether the segment needs a check (rule 2)."""
@@ -80,9 +73,8 @@ class Advance:
             scan,
             strand.path,
             progress_m=self._driver.progress_m,
-            authority_m=strand.authority_m,
             own_leg_m=strand.own_leg_m,
-            ahead_start_m=strand.ahead_start_m,
+            robots=strand.robots_in_sight(now_s),
             now_s=now_s,
         )
         return [Note(checked)]

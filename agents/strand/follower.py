@@ -6,8 +6,9 @@ Rule 2: before it enters a segment, it checks the segment against a scan of its 
         of this robot, one for that of the leader.
         - No leader has certified its own leg, up to where the robot ahead stood at first. There the check
           must certify `epsilon - mu0`, with half of the tolerance left for the drive.
-        - A robot that is left out may have died on a leg that counts as driven. So the check also covers
-          what stands short of the first place of the robot ahead (docs/strand.md, Following).
+        - A robot that is left out may have died on a leg that counts as driven, or right behind. So hits
+          count as robots of the strand only where its neighbours may be (`Strand.robots_in_sight`), and
+          ground that was checked in another epoch is checked anew.
         - Bodies of robots that are left out may have stopped beside ground that was driven before. Then the
           check requires the whole promise, minus the range error and part of the tolerance.
         - Under a law that promises nothing, followers do not sense.
@@ -15,6 +16,7 @@ Rule 3: a segment that is not clear is checked again every `RECHECK_S`; meanwhil
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -43,7 +45,6 @@ class Follower:
         )
         self._clear_m_min = mission.clear_m - less_m
         """The clearance to be seen beside a segment that another robot has driven (rule 2)."""
-        self._clear_from_m = start_m
         self._clear_until_m = start_m
         self._checked_at_s = -math.inf
         self.refused_at_s = math.inf
@@ -69,12 +70,6 @@ class Follower:
         least_m = THERE_M if final or reach_m == vertex_m else DRIVE_M_MIN
         return reach_m if reach_m - ordered_m > least_m else None
 
-    def turn_round(self, *, cut_m: float, end_m: float, progress_m: float) -> None:
-        """Follow the strand's turn: arc lengths now count from `end_m` back to `cut_m`."""
-        from_m, until_m = max(self._clear_from_m, cut_m), max(self._clear_until_m, progress_m)
-        self._clear_from_m, self._clear_until_m = end_m - until_m, end_m - from_m
-        self._checked_at_s, self.refused_at_s = -math.inf, math.inf
-
     def is_clear(self, reach_m: float) -> bool:
         """Whether the segment up to `reach_m` has been checked and is clear."""
         return not self._mission.law.promises_clearance or reach_m <= self._clear_until_m + THERE_M
@@ -89,9 +84,8 @@ class Follower:
         path: Path,
         *,
         progress_m: float,
-        authority_m: float,
         own_leg_m: float,
-        ahead_start_m: float,
+        robots: Sequence[Floats],
         now_s: float,
     ) -> SegmentChecked:
         """Check the segment that begins here (rule 2).
@@ -100,14 +94,12 @@ class Follower:
             view: a scan taken here.
             path: the path ahead.
             progress_m: the robot's arc length on it.
-            authority_m: the robot's authority.
             own_leg_m: up to here no robot has driven and no leader has certified the path.
-            ahead_start_m: where the robot ahead stood when the epoch began. Hits on the path beyond this and
-                beyond the authority are robots of the strand.
+            robots: polylines (n, 2) of ground on which hits are robots of the strand.
             now_s: the time.
         """
         vertex = path[path.next_vertex(progress_m + THERE_M)]
-        seen = self._without_robots(view, path, progress_m, max(authority_m, ahead_start_m))
+        seen = self._without(view, robots)
         clearance_m = seen_clearance_m(seen, _xy(vertex), self._mission)
         clear = clearance_m >= self._clear_m_min
         if progress_m < own_leg_m - THERE_M:
@@ -122,11 +114,11 @@ class Follower:
         target = Point(x_m=vertex.x_m, y_m=vertex.y_m)
         return SegmentChecked(target=target, clear=clear, clearance_m=clearance_m)
 
-    def _without_robots(self, view: View, path: Path, progress_m: float, robots_from_m: float) -> View:
-        within_m = self._mission.hull_reach_m
-        behind = on_ground(view.points, path.between(0.0, progress_m), within_m=within_m)
-        ahead = on_ground(view.points, path.between(robots_from_m, path.end_m), within_m=within_m)
-        return view.without(behind | ahead)
+    def _without(self, view: View, robots: Sequence[Floats]) -> View:
+        seen = np.zeros(len(view.ranges_m), dtype=np.bool_)
+        for ground in robots:
+            seen |= on_ground(view.points, ground, within_m=self._mission.hull_reach_m)
+        return view.without(seen)
 
 
 def _xy(at: Point | Vertex) -> Floats:

@@ -2,6 +2,8 @@
 
 Rule 1: each robot may be where it stands, so that much is granted from the start.
 Rule 2: a grant only grows, and only when it grows enough to matter.
+Rule 3: a robot behind that was never heard counts as standing at its place in the formation. So a robot that
+        hears nobody stops when the strand is stretched (17).
 """
 
 from agents.commands import Command, Note
@@ -12,9 +14,10 @@ from protocol.path import THERE_M, Path
 from protocol.timeline import AuthorityGranted
 from protocol.wire.authority import authority_m, claim_m
 from protocol.wire.link import Link
-from protocol.wire.messages import BehindState
+from protocol.wire.messages import AheadState, BehindState
 
 GRANT_M_MIN = 0.05  # a grant worth a message: a tenth of a second at 0.5 m/s
+FRESH_HEARTBEATS = 2.0  # F6 of docs/strand.md
 
 
 class Grants:
@@ -65,36 +68,31 @@ class Grants:
             keep_m=self.keep_m - self._mission.mu0_m,
         )
 
-    @property
-    def ground(self) -> Ground:
+    def ground(self, now_s: float) -> Ground:
         """The ground that the robots behind may occupy."""
+        moving = self._mission.obstacles_move
+        way_m = self._mission.way_of_heartbeats_m if moving else self.granted_m - self._behind_m
         return Ground(
             self._path,
             self.tail_m,
             self.granted_m,
             self.keep_m,
             self._behind_m,
-            min(self.granted_m, self._behind_m + self.way_m),
+            min(self.granted_m, self._behind_m + way_m),
+            is_seen=self._behind is not None and may_be_seen(self._behind, self._mission, now_s),
         )
 
     @property
     def _behind_m(self) -> float:
-        """The last reported position of the robot behind."""
+        """The last reported position of the robot behind (rule 3)."""
         if self._behind is None or self._behind.state is None:
             return self.behind_start_m
         return self._behind.state.progress_m
 
     @property
-    def way_m(self) -> float:
-        """How far a robot may have driven since its last state: the way of two heartbeats."""
-        return 2.0 * self._mission.heartbeat_s * self._mission.speed_mps
-
-    @property
     def stretch_m(self) -> float:
-        """How far the robot behind is from the end of its grant."""
-        if self._behind is None or self._behind.state is None:
-            return 0.0  # a robot that has not reported does not count as lagging
-        return max(0.0, self.granted_m - self._behind_m)
+        """How far the robot behind is from the end of its grant; 0 if no robot is behind."""
+        return 0.0 if self._behind is None else max(0.0, self.granted_m - self._behind_m)
 
     def grant(self, growth: Growth, *, progress_m: float, arrived: bool) -> list[Command]:
         """Grant the ground that this robot has left (rule 2)."""
@@ -116,3 +114,9 @@ class Grants:
         self.granted_m = free_m
         grant = AuthorityGranted(to=self._behind.neighbour, epoch=self._epoch, authority_m=free_m)
         return [Note(grant)]
+
+
+def may_be_seen(link: Link[AheadState] | Link[BehindState], mission: Mission, now_s: float) -> bool:
+    """Whether hits may be taken for this neighbour (F6): where obstacles move, only if it was heard lately."""
+    fresh_s = FRESH_HEARTBEATS * mission.heartbeat_s
+    return not mission.obstacles_move or now_s - link.heard_at_s <= fresh_s

@@ -32,7 +32,15 @@ class Growth:
 
     def come_to(self, progress_m: float) -> None:
         """Extend the path to the leader's progress on its straight step."""
-        path = self._path
+        self._stretch(self._path, progress_m)
+
+    def driven(self, progress_m: float) -> Path:
+        """The path up to there, if the leader is on its way; else the path. It changes nothing."""
+        path = self._path.copy() if self.pending is not None else self._path
+        self._stretch(path, progress_m)
+        return path
+
+    def _stretch(self, path: Path, progress_m: float) -> None:
         if self.pending is None or progress_m <= path.end_m:
             return
         begun = path.at(path.end_m) != self._step_from

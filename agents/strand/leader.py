@@ -80,8 +80,7 @@ class Leader:
         self._onward_rad = start.heading_rad
         self._goal = None if mission.goal is None else _xy(mission.goal)
         self.map = Map(mission, np.array([start.x_m, start.y_m]))
-        self.steps = 0
-        """Switching steps planned so far."""
+        self._steps = 0
         self._planned_in = 0
         self._planned_at: list[Floats] = []
         """The places from which steps were planned in that epoch."""
@@ -91,8 +90,16 @@ class Leader:
         """Epoch and granted arc length when a step last made room."""
         self._room_steps = 0
         """Steps planned to make room since then."""
-        self.bodies_may_move = False
-        """Whether a body in the way may move away again."""
+        self._bodies_may_move = False
+
+    @property
+    def steps(self) -> int:
+        """Switching steps planned so far."""
+        return self._steps
+
+    def count_on(self, steps: int) -> None:
+        """Count on from another leader's steps."""
+        self._steps = max(self._steps, steps)
 
     @property
     def closer(self) -> int:
@@ -103,9 +110,11 @@ class Leader:
         """Whether this is the last switching position: at the goal, or the last one requested."""
         if self._goal is not None:
             return float(np.hypot(*(self._goal - position))) <= self._mission.goal_tolerance_m
-        return self.steps + 1 == self._mission.switching_positions_max
+        return self._steps + 1 == self._mission.switching_positions_max
 
-    def plan(self, view: View, ground: Ground, *, epoch: int, settled: bool) -> Plan:
+    def plan(
+        self, view: View, ground: Ground, *, epoch: int, settled: bool, bodies_may_move: bool = False
+    ) -> Plan:
         """The next switching step from a scan, as a timeline entry; or why there is none.
 
         Args:
@@ -113,14 +122,14 @@ class Leader:
             ground: the ground that robots behind may occupy.
             epoch: the strand's epoch.
             settled: whether the robots behind have closed up.
+            bodies_may_move: whether a body in the way may move away again, from now on.
         """
+        self._bodies_may_move |= bodies_may_move
         if self._planned_in != epoch:
             self._planned_in, self._planned_at, self._forgot = epoch, [], False
-        off_path_m = np.hypot(*(view.position - _path_end(ground)))
-        lawful = off_path_m <= self._mission.mu0_m or not self._mission.law.promises_clearance
-        assert lawful, f"planned {off_path_m} m from where the path ends"
         sight, hull_reach_m = look(view, self._mission), self._mission.hull_reach_m
         walls = Walls.joined(scan_walls(view, self._mission), ground.walls, *self._bounds())
+        # For guidance alone, which only ranks: the certificate takes no hit for a robot.
         robots = on_ground(view.points, ground.occupied, within_m=hull_reach_m)
         if self._mission.law is not Law.CERTIFIED:
             step: Step | Plan = paper_step(sight, self._mission, gain_m=GAIN_M)
@@ -132,7 +141,7 @@ class Leader:
             return step
         if self._wanders(view.position):
             return self._no_way("every step from here has led back here")
-        self.steps += 1
+        self._steps += 1
         behind = on_ground(view.points, ground.behind, within_m=hull_reach_m)
         return self._record(step, sight, ground, behind, epoch)
 
@@ -163,7 +172,7 @@ class Leader:
             step = certified_step_to_goal(view, walls, off_place, gain_m=GAIN_M)
         if step is None or self._room_steps == ROOM_STEPS_MAX:
             return NoStep("both ends of the strand are in dead ends, and neither can make room for the other")
-        self.steps += 1
+        self._steps += 1
         self._room_steps += 1
         behind = on_ground(view.points, ground.behind, within_m=self._mission.hull_reach_m)
         return self._record(replace(step, cost_to_go_m=None), sight, ground, behind, epoch)
@@ -236,14 +245,14 @@ class Leader:
         """
         if self._world_changes:
             self.map.reopen()
-        if self.bodies_may_move and not self._forgot:
+        if self._bodies_may_move and not self._forgot:
             self._forgot = True
             self.map.forget()
         return NoStep(reason)
 
     @property
     def _world_changes(self) -> bool:
-        return self._mission.obstacles_move or self.bodies_may_move
+        return self._mission.obstacles_move or self._bodies_may_move
 
     def _record(self, step: Step, sight: Sight, ground: Ground, behind: Flags, epoch: int) -> StepPlanned:
         target = step.target(sight.view.position)
@@ -252,7 +261,7 @@ class Leader:
         if self._mission.law.promises_clearance:
             promised_m = promised_clearance_m(sight.view, target, behind, self._mission)
         return StepPlanned(
-            step=self.steps,
+            step=self._steps,
             epoch=epoch,
             law=self._mission.law,
             x_m=float(sight.view.position[0]),

@@ -1,9 +1,12 @@
-"""What a robot keeps from one strand to the next, independent of its place."""
+"""What a robot keeps from one strand to the next, independent of its place: maps, and the count of steps."""
+
+from msgspec.structs import replace
 
 from agents.strand.leader import Leader
 from protocol.frames import Pose
 from protocol.mission import Mission
-from protocol.wire.messages import Dissolution, Handover
+from protocol.wire.messages import Handover
+from protocol.wire.view import Formation
 
 
 class Memory:
@@ -13,45 +16,55 @@ class Memory:
         self._mission = mission
         self._leader: Leader | None = None
         self._handed = b""  # another robot's hits, unpacked only when needed
-        self.handover = Handover(number=0, steps=0, dissolved=0, seen=b"")
-        """The newest hand-over by a leader, this robot or another."""
-        self.dissolved = 0
-        """How often a strand has dissolved so far."""
+        self._handover = Handover(number=0, steps=0, seen=b"")
+
+    @property
+    def number(self) -> int:
+        """Counts the maps of leaders: the number of the newest that this robot has."""
+        return self._handover.number
+
+    @property
+    def steps(self) -> int:
+        """Switching steps that the fleet has planned so far, as far as this robot knows."""
+        return max(self._handover.steps, 0 if self._leader is None else self._leader.steps)
 
     @property
     def seen(self) -> bytes:
-        """The hits in the map, for another robot."""
-        return self._leader.map.packed() if self._leader is not None else self._handed
+        """The hits in the newest map, for another robot."""
+        return self._handed or (b"" if self._leader is None else self._leader.map.packed())
 
-    def take(self, seen: bytes) -> None:
-        """Adopt what another leader has seen."""
-        self._handed = seen
+    @property
+    def handover(self) -> Handover:
+        """The newest hand-over by a leader, this robot or another."""
+        return self._handover
+
+    def take(self, formation: Formation) -> None:
+        """Take in what a formation tells, unless this robot has a newer map; refused spots open again."""
+        steps = max(self.steps, formation.counters.steps)
+        if formation.seen is not None and formation.map_number > self.number:
+            self._handed = formation.seen
+            self._handover = Handover(number=formation.map_number, steps=steps, seen=formation.seen)
+        else:
+            self._handover = replace(self._handover, steps=steps)
         if self._leader is not None:
             self._leader.map.reopen()
 
     def succeed(self, handover: Handover) -> None:
-        """Adopt a hand-over from the robot ahead, if it is newer."""
-        if handover.number > self.handover.number:
-            self.handover = handover
-            self._handed = handover.seen
-            self.dissolved = max(self.dissolved, handover.dissolved)
+        """Take in a hand-over from the robot ahead, if it is newer."""
+        if handover.number > self.number:
+            self._handover, self._handed = handover, handover.seen
 
     def hand_on(self, acknowledged: int) -> None:
         """Make a new hand-over as leader, newer than any that robots behind have acknowledged."""
         assert self._leader is not None, "only a leader hands over"
-        number, steps = max(self.handover.number, acknowledged) + 1, self._leader.steps
-        self.handover = Handover(number=number, steps=steps, dissolved=self.dissolved, seen=self.seen)
-
-    def part(self, dissolution: Dissolution) -> None:
-        """Keep what a dissolved strand leaves."""
-        self.take(dissolution.seen)
-        self.dissolved = dissolution.times
+        number = max(self.number, acknowledged) + 1
+        self._handover = Handover(number=number, steps=self.steps, seen=self.seen)
 
     def leader(self, here: Pose) -> Leader:
         """The leader of this robot, with everything that was handed over."""
         if self._leader is None:
             self._leader = Leader(self._mission, here)
-        self._leader.steps = max(self._leader.steps, self.handover.steps)
+        self._leader.count_on(self._handover.steps)
         if self._handed:
             self._leader.map.unpack(self._handed)
             self._handed = b""

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping
 
 from clew.campaign.coverage_adversary import Adversary
 from clew.campaign.coverage_names import Situation
+from clew.campaign.coverage_views import Views
 from protocol.faults.plan import Plan
 from protocol.faults.rules import MessageRule, ProcessRule, StepPoint
 from protocol.keys import WORLD, robot_number
@@ -18,21 +19,18 @@ from protocol.timeline import (
     Entry,
     FaultInjected,
     LinkBroken,
-    MusterCalled,
-    MusterJoined,
-    OrderAccepted,
     OrderRefused,
     Record,
-    RobotBlocked,
     RobotDied,
-    RobotPlaced,
     RobotRestarted,
     RobotReturned,
     StepPlanned,
     StrandDissolved,
     StrandFormed,
     StrandHealed,
+    StrandJoined,
     StrandReversed,
+    ViewJoined,
 )
 
 WAKES_S = 1.0  # within this time after a thaw a robot has not yet received what happened meanwhile
@@ -72,19 +70,15 @@ class _History:
     def __init__(self, plan: Plan) -> None:
         self.counts: Counter[Situation] = Counter()
         self._adversary = Adversary(plan, self._count)
+        self._views = Views(self._count)
         self._points = {
             rule.name: rule.point for rule in plan.rules if isinstance(rule, ProcessRule) and rule.point
         }
         self._bursts = {rule.name for rule in plan.rules if isinstance(rule, MessageRule) and rule.burst}
-        self._order: tuple[int, ...] = ()
-        self._epochs: dict[int, int] = {}
-        """The epoch that each robot has reported."""
-        self._lining: set[int] = set()
-        self._joining: set[int] = set()
+        self._known: set[int] = set()
+        """The robots that have been in a view."""
         self._turns = False
-        """Whether the strand turns round, backs up or dissolves: until the next step, or the next call."""
-        self._call: tuple[int, int] | None = None
-        """The newest call that has not led to a strand yet: its epoch and caller."""
+        """Whether the strand turns round, backs up or dissolves: until the leader's next step."""
         self._down: set[int] = set()
         self._dead: set[int] = set()
         self._restarted: set[int] = set()
@@ -94,6 +88,7 @@ class _History:
     def hear(self, source: str, t_s: float, record: Record) -> None:
         """Read the next entry."""
         self._adversary.hear(source, t_s, record)
+        self._views.hear(source, t_s, record)
         robot = robot_number(source)
         if source == WORLD:
             self._hear_world(t_s, record)
@@ -111,13 +106,8 @@ class _History:
         match record:
             case FaultInjected(fault=fault, process=str(process), rule=rule):
                 self._hear_process_fault(t_s, fault, process, rule)
-            case OrderRefused(robot=robot, reason=reason):
-                self._count(
-                    Situation.STALE_EPOCH_REFUSED if "epoch" in reason else Situation.STALE_ORDER_REFUSED
-                )
-                self._hear_order(robot, t_s)
-            case OrderAccepted(robot=robot, target=target) if target is not None:
-                self._hear_order(robot, t_s)
+            case OrderRefused():
+                self._refuse(t_s, record)
             case RobotDied(robot=robot):
                 self._dead.add(robot)
             case RobotReturned(robot=robot):
@@ -125,15 +115,24 @@ class _History:
             case RobotRestarted(robot=robot):
                 self._dead.discard(robot)
                 self._restarted.add(robot)
-                self._lining.add(robot)
             case _:
                 pass
+
+    def _refuse(self, t_s: float, refused: OrderRefused) -> None:
+        """Count an order that came too late; and a zombie, whose order comes just after its thaw."""
+        if "basis" in refused.reason:
+            self._count(Situation.STALE_ORDER_REFUSED)
+        elif refused.epoch < refused.fence:
+            self._count(Situation.STALE_EPOCH_REFUSED)
+            thawed_s = self._thawed_s.pop(refused.robot, None)
+            if thawed_s is not None and t_s - thawed_s <= WAKES_S:
+                self._count(Situation.ZOMBIE_SPOKE)
+        elif refused.turn < refused.fence_turn:
+            self._count(Situation.STALE_TURN_REFUSED)
 
     def _hear_process_fault(self, t_s: float, fault: str, process: str, rule: str) -> None:
         robot = robot_number(process)
         if robot is None:
-            if process == "router" and fault == "kill" and self._call is not None:
-                self._count(Situation.ROUTER_LOST_IN_MUSTER)
             return
         match fault:
             case "kill":
@@ -152,94 +151,49 @@ class _History:
         self._down.add(robot)
         if (point := self._points.get(rule)) is not None:
             self._count(_POINTS[point])
-        if self._order and robot == self._order[0]:
+        order = self._views.order
+        if order and robot == order[0]:
             self._count(Situation.LEADER_KILLED)
-            if self._call is not None and self._epochs.get(robot, 0) >= self._call[0]:
-                self._count(Situation.LEADER_KILLED_IN_SUCCESSION)
-        if self._order and robot == self._order[-1]:
+        if order and robot == order[-1]:
             self._count(Situation.TAIL_KILLED)
-        if self._joining:
-            self._count(Situation.KILLED_IN_TURN)
         if self._turns:
             self._count(Situation.KILLED_IN_REVERSAL)
         killed_s, killed = self._killed
         if killed_s == t_s and any(self._are_neighbours(robot, other) for other in killed):
             self._count(Situation.TWO_NEIGHBOURS_KILLED)
         self._killed = (t_s, (*killed, robot) if killed_s == t_s else (robot,))
-        self._joining.discard(robot)
-        self._lining.discard(robot)
 
     def _are_neighbours(self, one: int, other: int) -> bool:
-        order = self._order
+        order = self._views.order
         return one in order and other in order and abs(order.index(one) - order.index(other)) == 1
 
     # --- the robots' entries ------------------------------------------------------------------------
 
     def _hear_robot(self, robot: int, record: Record) -> None:
         match record:
-            case MusterCalled(epoch=epoch):
-                self._check_crossing(robot)
-                self._call = (epoch, robot)
-            case MusterJoined(epoch=epoch):
-                self._epochs[robot] = epoch
+            case ViewJoined():
+                self._known.add(robot)
                 self._thawed_s.pop(robot, None)
-                self._lining.add(robot)
-                self._joining.discard(robot)
-                self._turns = False
-            case StrandFormed(epoch=epoch, order=order):
-                self._form(robot, epoch, order)
+            case StrandJoined() if robot in self._restarted:
+                self._restarted.discard(robot)
+                self._count(Situation.RESTART_JOINED)
             case StrandHealed(members=members):
-                self._call = None
-                if set(self._epochs) - set(members) - self._dead - self._down:
+                if self._known - set(members) - self._dead - self._down:
                     self._count(Situation.SPLIT_HELD)
             case LinkBroken(neighbour=neighbour, cause="token") if neighbour not in self._down:
                 self._count(Situation.FALSE_TOKEN_LOSS)
-            case _:
-                self._move(robot, record)
-
-    def _move(self, robot: int, record: Record) -> None:
-        """Track which robots join by a turn, and whether the strand turns round."""
-        match record:
             case StrandReversed() | StrandDissolved():
                 self._turns = True
-            case StepPlanned() if robot in self._lining:
-                self._joining.add(robot)
-            case StepPlanned():
+            case StrandFormed(back_by_m=back_by_m) if back_by_m > 0.0:
+                self._turns = True
+            case StepPlanned(joins=False):
                 self._turns = False
-            case RobotPlaced() | RobotBlocked():
-                self._joining.discard(robot)
             case _:
                 pass
-
-    def _form(self, robot: int, epoch: int, order: tuple[int, ...]) -> None:
-        self._epochs[robot], self._order = epoch, order
-        self._lining.discard(robot)
-        self._joining.discard(robot)
-        self._thawed_s.pop(robot, None)
-        if robot in self._restarted:
-            self._restarted.discard(robot)
-            self._count(Situation.RESTART_JOINED)
-
-    def _check_crossing(self, caller: int) -> None:
-        """Count a call by a robot that has not learned of the call before."""
-        if self._call is not None and self._call[1] != caller and self._epochs.get(caller) != self._call[0]:
-            self._count(Situation.CALLS_CROSSED)
-
-    def _hear_order(self, robot: int, t_s: float) -> None:
-        """Count a zombie: its body gets an order just after a thaw, while others are in a newer epoch."""
-        thawed_s = self._thawed_s.get(robot)
-        newest = max(self._epochs.values(), default=0)
-        if thawed_s is None or self._epochs.get(robot, 0) >= newest:
-            return
-        if t_s - thawed_s <= WAKES_S:
-            self._count(Situation.ZOMBIE_SPOKE)
-            del self._thawed_s[robot]
 
     # --- messages -----------------------------------------------------------------------------------
 
     def _hear_message_fault(self, record: FaultInjected) -> None:
-        if record.fault == "partition" and self._lining and (record.key or "").startswith("muster/"):
-            self._count(Situation.CUT_WHILE_LINING_UP)
         if (situation := _FAULTS.get(record.fault)) is not None:
             self._count(situation)
         if record.rule in self._bursts:

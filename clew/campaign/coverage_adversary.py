@@ -1,9 +1,8 @@
 """Coverage counters for the schedules of an adversary, counted from a timeline. Pure.
 
-Rule 1: two calls are open at the same time if each leaves out the caller of the other. Both may be valid.
-Rule 2: a robot's clock is its newest odometry. The number of odometry messages lost in a row says how long
+Rule 1: a robot's clock is its newest odometry. The number of odometry messages lost in a row says how long
         the clock stood still.
-Rule 3: an order belongs to a former life if its number is lower than any that the new life can use.
+Rule 2: an order belongs to a former life if its number is lower than any that the new life can use.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,8 +16,6 @@ from protocol.faults.rules import ROUTER, Partition
 from protocol.keys import WORLD, robot_number
 from protocol.timeline import (
     FaultInjected,
-    MusterCalled,
-    MusterJoined,
     OrderAccepted,
     OrderRefused,
     Record,
@@ -27,16 +24,14 @@ from protocol.timeline import (
 from world.bodies.arena import ODOMETRY_TICKS, TICK_S
 
 ODOMETRY_PERIOD_S = ODOMETRY_TICKS * TICK_S
-SOON_S = 1.0  # a lease, a beacon period or a dead-man stop: a later event is not a consequence
-JUST_S = 5.0  # until a restarted robot has been called and has its place
+SOON_S = 1.0  # a lease of a token or a dead-man stop: a later event is not a consequence
+JUST_S = 5.0  # until a restarted robot asks to be let in
 
 
 @dataclass(slots=True)
 class _Robot:
     """What is known of one robot."""
 
-    called: frozenset[int] = frozenset()
-    """The members of the call that it is bound to."""
     back_s: float | None = None
     """When its token came back after a cut from the router."""
     still_s: float = 0.0
@@ -53,7 +48,7 @@ class _Robot:
     """Whether an order of its newest life has arrived."""
 
     def lags(self, now_s: float) -> bool:
-        """Whether its clock stands still (rule 2)."""
+        """Whether its clock stands still (rule 1)."""
         next_s = self.still_s + (self.missed + 1) * ODOMETRY_PERIOD_S
         return self.missed > 0 and self.still_s <= now_s < next_s
 
@@ -65,8 +60,6 @@ class Adversary:
     plan: Plan
     count: Callable[[Situation], None]
     _robots: dict[int, _Robot] = field(default_factory=dict)
-    _members: dict[int, frozenset[int]] = field(default_factory=dict)
-    """The members of each call, by its epoch."""
     _order: tuple[int, ...] = ()
     _world_is_down: bool = False
 
@@ -82,10 +75,6 @@ class Adversary:
                 self._hear_order(body, number, t_s, refused=True)
             case FaultInjected() if robot is not None:
                 self._hear_loss(robot, t_s, record)
-            case MusterCalled(epoch=epoch, members=members):
-                self._members[epoch] = frozenset(members)
-            case MusterJoined(epoch=epoch) if robot is not None and epoch in self._members:
-                self._join(robot, self._members[epoch])
             case StrandFormed(order=order):
                 self._order = order
             case _:
@@ -93,19 +82,6 @@ class Adversary:
 
     def _of(self, robot: int) -> _Robot:
         return self._robots.setdefault(robot, _Robot())
-
-    def _join(self, robot: int, members: frozenset[int]) -> None:
-        """Count calls that are open at the same time (rule 1)."""
-        before, others = self._of(robot).called, {each: self._of(each).called for each in self._robots}
-        if any(robot not in others[each] for each in members - before if before and others.get(each)):
-            self.count(Situation.TWO_CALLS_MET)
-        if any(
-            called and robot not in called and each in called
-            for each, called in others.items()
-            if each not in members
-        ):
-            self.count(Situation.TWO_CALLS)
-        self._of(robot).called = members
 
     def _hear_process_fault(self, t_s: float, fault: str, process: str) -> None:
         robot = robot_number(process)
@@ -116,7 +92,6 @@ class Adversary:
         elif robot is not None and fault == "start":
             life = self._of(robot)
             life.former, life.started_s, life.has_ordered = life.ordered + LATE_ORDERS, t_s, False
-            life.called = frozenset()
             died_s = [self._of(other).killed_s for other in self._neighbours(robot)]
             if any(at_s is not None and at_s >= (life.killed_s or 0.0) for at_s in died_s):
                 self.count(Situation.KILLED_BESIDE_RESTARTED)
@@ -131,7 +106,6 @@ class Adversary:
         if any(at_s is not None and t_s - at_s <= JUST_S for at_s in started_s):
             self.count(Situation.KILLED_BESIDE_RESTARTED)
         self._of(robot).killed_s = t_s
-        self._of(robot).called = frozenset()
 
     def _neighbours(self, robot: int) -> Sequence[int]:
         if robot not in self._order:
@@ -140,7 +114,7 @@ class Adversary:
         return [self._order[each] for each in (place - 1, place + 1) if 0 <= each < len(self._order)]
 
     def _hear_order(self, robot: int, number: int, t_s: float, *, refused: bool) -> None:
-        """Count orders of a former life, and late first orders (rule 3)."""
+        """Count orders of a former life, and late first orders (rule 2)."""
         life = self._of(robot)
         if life.started_s is not None and number <= life.former:
             self.count(Situation.FORMER_ORDER_REFUSED if refused else Situation.FORMER_ORDER)
@@ -155,7 +129,7 @@ class Adversary:
         key = record.key or ""
         if key.startswith("body/") and key.endswith("/odometry"):
             self._miss(self._of(receiver), t_s, record)
-        sender = robot_number(key.split("/")[1]) if key.startswith(("muster/", "link/")) else None
+        sender = robot_number(key.split("/")[1]) if key.startswith(("view/", "link/")) else None
         if record.fault != "partition" or sender is None or self._is_from_router(record.rule):
             return
         back_s = self._of(sender).back_s

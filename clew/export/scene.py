@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from clew.export.drawing import Colour, Disc, Label, Stroke, Thing, capsule, outline
 from clew.log.check import scenario_of
 from clew.log.log import Log
+from clew.story.forming import Forming
 from clew.story.robots import Robots
 from clew.story.steps import chosen_gap
 from protocol.errors import UsageError
@@ -24,7 +25,6 @@ from protocol.timeline import (
     PoseSampled,
     PromiseBroken,
     StepPlanned,
-    StrandFormed,
 )
 from world.scenario.scenario import Scenario
 
@@ -54,6 +54,7 @@ class Scene:
     """The strand's path in each epoch."""
     _order: tuple[int, ...] = ()
     _epoch: int = -1
+    _forming: Forming = field(default_factory=Forming)
     _robots: Robots = field(default_factory=Robots)
     _ended: set[int] = field(default_factory=set)
     """The robots that are drawn as dead."""
@@ -82,14 +83,14 @@ class Scene:
         if entry.t_s >= self._drawn_s + PERIOD_S:
             yield from self._moving(entry.t_s)
         yield from self._lives(source, entry)
+        if (strand := self._forming.hear(entry)) is not None and strand.formed.epoch > self._epoch:
+            self._order, self._epoch, self._moved = strand.formed.order, strand.formed.epoch, True
+            yield from (Thing(name, ()) for name in sorted(self._granted))  # of the previous epoch: void
+            self._granted.clear()
         match entry.record:
             case PoseSampled() as pose:
                 self._places[pose.robot] = pose.x_m, pose.y_m
                 self._moved = True
-            case StrandFormed() as formed if formed.epoch > self._epoch:
-                self._order, self._epoch, self._moved = formed.order, formed.epoch, True
-                yield from (Thing(name, ()) for name in sorted(self._granted))  # of the previous epoch: void
-                self._granted.clear()
             case StepPlanned() as plan:
                 yield self._step(plan)
             case AuthorityGranted() as grant if grant.epoch >= self._epoch:

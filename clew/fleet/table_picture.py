@@ -16,7 +16,7 @@ from rich.text import Text
 
 from clew.fleet.table_rows import Row, Scoreboard
 from clew.story.states import State
-from protocol.epochs import is_called
+from protocol.fence import NUMBERS
 from protocol.keys import robot_name
 from protocol.plain import plain
 from world.judge.verdict import Verdict
@@ -41,10 +41,14 @@ WORDS = {
     State.KILLED: _Word("killed", "bold red"),
     State.FROZEN: _Word("frozen", "bold cyan"),
     State.STOPPED: _Word("stopped", "bold yellow"),
+    State.STRANDED: _Word("stranded", "bold red"),
+    State.ASIDE: _Word("aside", "bold yellow"),
     State.ADRIFT: _Word("gave up", "bold yellow"),
-    State.WAITING: _Word("waits for", "yellow"),
+    State.WAITING: _Word("misses", "yellow"),
     State.BLOCKED: _Word("blocked", "bold yellow"),
     State.JOINING: _Word("joining", "magenta"),
+    State.BOUND: _Word("lining up", "magenta"),
+    State.BACKING_UP: _Word("backing up", "bold green"),
     State.LEADING: _Word("leading", "bold green"),
     State.HOLDING: _Word("holding", "yellow"),
     State.FOLLOWING: _Word("following", ""),
@@ -61,7 +65,7 @@ DROPPED = (
     "clearance",
 )  # columns to leave out, in this order, on a narrow terminal
 GAP = 2  # between two columns
-STATE_WIDTH = 13  # of "waits for r12": keeps the table's width constant when a robot waits
+STATE_WIDTH = 13  # of "not there yet": keeps the table's width constant when states change
 
 
 def picture(
@@ -93,9 +97,9 @@ def head(board: Scoreboard, verdict: Verdict | None) -> list[Text]:
     """The scenario and its progress, then the state of the run or its verdict."""
     header = board.header
     what = f"{header.scenario['name']}  {header.scenario['law']['law']}  seed {header.seed}  "
-    # A called epoch is a number of twelve digits, which means nothing to people.
-    epoch = "after a call" if is_called(board.epoch) else str(board.epoch)
-    where = f"t = {board.t_s:.1f} s  step {board.step} planned  epoch {epoch}"
+    generation, coordinator = divmod(board.epoch, NUMBERS)
+    view = f"view {generation} of {robot_name(coordinator)}" if board.epoch else "no strand yet"
+    where = f"t = {board.t_s:.1f} s  step {board.step} planned  {view}"
     return [_line(what + where, style="bold"), _how_it_goes(board, verdict)]
 
 
@@ -107,6 +111,8 @@ def _how_it_goes(board: Scoreboard, verdict: Verdict | None) -> Text:
         said, style = f"promises were broken, {board.broken} so far", "bold red"
     elif board.ended is not None:
         said, style = f"over: {board.ended}", ""
+    elif board.is_stopped:
+        said, style = "stopped by the operator, no promise broken so far", "bold yellow"
     else:
         said, style = "no promise broken so far", "green"
     return _line(said, style=style)

@@ -17,9 +17,10 @@ from clew.story.robots import Robot
 from clew.story.states import Conduct, Process, State
 from clew.story.steps import along_m
 from clew.story.story import Story
+from protocol.fence import May
 from protocol.frames import Point
 from protocol.plain import plain
-from protocol.timeline import Entry, OrderAccepted, PoseSampled, PromiseBroken, RunEnded
+from protocol.timeline import Entry, FenceChanged, OrderAccepted, PoseSampled, PromiseBroken, RunEnded
 from world.judge.verdict import finite
 from world.record.progress import progress
 from world.record.recorder import Header
@@ -68,6 +69,8 @@ class Scoreboard:
     robots: range
     story: Story = field(default_factory=Story)
     broken: int = 0
+    is_stopped: bool = False
+    """Whether the operator has stopped all bodies."""
     ended: str | None = None
     events: deque[str] = field(default_factory=lambda: deque(maxlen=EVENTS_KEPT))
     """The events of interest, the newest last."""
@@ -114,6 +117,8 @@ class Scoreboard:
                 self._come_on(robot)
             case PromiseBroken():
                 self.broken += 1
+            case FenceChanged(may=may):
+                self.is_stopped = may is May.STOPPED
             case RunEnded(reason=reason):
                 self.ended = plain(reason)
             case _:
@@ -124,8 +129,10 @@ class Scoreboard:
         robot, way = self.story.robots.of(number), self._ways[number]
         strand, order = self.story.steps.ways.get(robot.epoch), self._orders.get(number)
         track = self.motion.tracks.get(number)
-        is_in_strand = robot.conduct in {Conduct.IN_STRAND, Conduct.ARRIVED}
-        if strand and order and track and is_in_strand and order.epoch == robot.epoch:
+        is_in_strand = robot.conduct in {Conduct.MEMBER, Conduct.BACKING_UP, Conduct.ARRIVED}
+        if not strand or not order or not track or not is_in_strand:
+            return
+        if (order.epoch, order.turn) == (robot.epoch, strand.turn):
             here_m = along_m(order, track.at)
             way.step = strand.step_at(here_m) or way.step
             if strand.goal_m is not None and strand.goal_m > here_m:

@@ -42,7 +42,7 @@ class Finding(Struct, frozen=True, kw_only=True):
 
 
 def check(timeline: Timeline | Log) -> Finding:
-    """Judge S1 to S3 and P1 to P6, and whether the log is complete.
+    """Judge S1 to S3, F1 to F6 and P1 to P6, and whether the log is complete.
 
     Raises:
         UsageError: the header has no scenario that this version can read.

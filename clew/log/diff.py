@@ -1,7 +1,7 @@
 """The first difference of two timelines. Pure.
 
 Rule 1: values of the wall clock and of the operating system are ignored: hybrid clocks, process ids,
-        incarnations, how long a router was away, the name of a run, and when it was started.
+        incarnations, lives, how long a router was away, the name of a run, and when it was started.
 Rule 2: entries are compared one by one, in the recorder's order. In a rehearsal the seed decides this order;
         in a live run it does not, because processes race each other.
 Rule 3: two live runs are compared by their switching steps: from where to where, by which law, and how near
@@ -22,7 +22,7 @@ from world.record.lines import Line
 from world.record.recorder import Header
 
 CONTEXT = 3  # entries before and after, like the lines of diff
-NO_DIFFERENCE = frozenset({"pid", "incarnation", "away_s"})
+NO_DIFFERENCE = frozenset({"pid", "incarnation", "life", "lives", "named_life", "away_s"})
 NO_DIFFERENCE_OF_STEPS = (
     NO_DIFFERENCE | {"t_s", "n", "epoch", "reach_m", "cost_to_go_m"} | {"obstacles", "gaps", "gap"}
 )

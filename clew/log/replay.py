@@ -96,7 +96,7 @@ def replay(run: Path, robot: int | None = None) -> Replay:
 def replay_recording(recording: Recording, *, going_on: bool = False) -> Replayed:
     """Replay one journal up to the first difference; of a running fleet, up to now."""
     head = recording.head
-    core = Robot(head.robot, head.mission, again=head.again)
+    core = Robot(head.robot, head.mission, life=head.life, again=head.again)
     compared, difference = 0, None
     for count, turn in enumerate(recording.turns(), start=1):
         if turn.decision is None:

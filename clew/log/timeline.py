@@ -72,5 +72,16 @@ def names(record: Record, robot: int) -> bool:
     """Whether a record is about this robot, by one of its fields."""
     return getattr(record, "process", None) == robot_name(robot) or any(
         getattr(record, field, None) == robot
-        for field in ("robot", "other", "to", "neighbour", "blocked", "before")
+        for field in (
+            "robot",
+            "other",
+            "to",
+            "neighbour",
+            "blocked",
+            "before",
+            "named",
+            "coordinator",
+            "about",
+            "by",
+        )
     )

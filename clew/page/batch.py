@@ -76,7 +76,7 @@ class Lane(Struct, frozen=True, kw_only=True):
     robot: int
     t_s: float
     state: str
-    """`free`, `lining up`, `holding` for the robot behind, `waiting` for a link, `arrived` or `dead`."""
+    """`free`, `lining up`, `aside`, `holding` for one behind, `waiting` for a link, `arrived`, `dead`."""
 
 
 class StrandRow(Struct, frozen=True, kw_only=True):
@@ -84,6 +84,8 @@ class StrandRow(Struct, frozen=True, kw_only=True):
 
     t_s: float
     epoch: int
+    turn: int
+    """Of the fence that lets it drive; orders of earlier turns of the epoch are not of the strand."""
     order: tuple[int, ...]
 
 

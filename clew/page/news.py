@@ -17,6 +17,9 @@ LANES = {
     State.WAITING: "waiting",
     State.BLOCKED: "lining up",
     State.JOINING: "lining up",
+    State.BOUND: "lining up",
+    State.ASIDE: "aside",
+    State.STRANDED: "aside",
     State.HOLDING: "holding",
     State.ARRIVED: "arrived",
 }
@@ -53,7 +56,7 @@ class Told:
         """New strands."""
         formed = list(story.strands.formed.items())
         for epoch, strand in formed[self._strands :]:
-            yield StrandRow(t_s=strand.t_s, epoch=epoch, order=strand.formed.order)
+            yield StrandRow(t_s=strand.t_s, epoch=epoch, turn=strand.formed.turn, order=strand.formed.order)
         self._strands = len(formed)
 
     def paths(self, story: Story) -> dict[str, list[tuple[float, float]]]:
@@ -63,7 +66,7 @@ class Told:
         self._laid = story.strands.laid_count
         now = {
             str(epoch): [(round(corner.x_m, DECIMALS), round(corner.y_m, DECIMALS)) for corner in path]
-            for epoch, path in story.strands.paths(story.poses).items()
+            for epoch, path in story.strands.paths().items()
         }
         changed = {epoch: corners for epoch, corners in now.items() if self._paths.get(epoch) != corners}
         self._paths = now

@@ -1,16 +1,25 @@
 """The keys of a rehearsal as the message counts use them: without the root that all keys of a run share."""
 
 from functools import cache
+from typing import assert_never
 
-from protocol.keys import WORLD, Keys, robot_name
+from agents.commands import Order, Put, Say, Tell
+from protocol.keys import WORLD, WORLD_NUMBER, Keys, robot_name
+from protocol.wire.messages import Message
 
 _KEYS = Keys("clew", "rehearsed")
 
 
 @cache
-def muster(robot: int) -> str:
-    """Messages from the robot to all others."""
-    return _KEYS.behind_root(_KEYS.muster(robot_name(robot)))
+def view(robot: int, other: int) -> str:
+    """Messages of a view from the robot to another."""
+    return _KEYS.behind_root(_KEYS.view(robot_name(robot), robot_name(other)))
+
+
+@cache
+def fence(robot: int) -> str:
+    """What the robot puts to change the fence."""
+    return _KEYS.behind_root(_KEYS.fence(robot_name(robot)))
 
 
 @cache
@@ -42,3 +51,18 @@ def alive(process: int, incarnation: str) -> str:
     """The liveliness token of a process; process 0 is the world."""
     source = robot_name(process) if process else WORLD
     return _KEYS.behind_root(_KEYS.alive(source, incarnation))
+
+
+def addressed(robot: int, command: Say | Tell | Put | Order) -> tuple[int, str, Message]:
+    """The receiver, the key and the message of a robot's command."""
+    match command:
+        case Say(other, said):
+            return other, view(robot, other), said
+        case Tell(other, state):
+            return other, link(robot, other), state
+        case Put(change):
+            return WORLD_NUMBER, fence(robot), change
+        case Order(order):
+            return WORLD_NUMBER, drive(robot), order
+        case _:
+            assert_never(command)

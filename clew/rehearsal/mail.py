@@ -4,23 +4,14 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from agents.events import Event as RobotEvent
-from agents.events import LinkHeard, MusterHeard, OdometryHeard, ScanHeard
+from agents.events import LinkHeard, OdometryHeard, ScanHeard, ViewHeard
 from protocol.faults.damage import Damage
+from protocol.fence import Raise, Turn
 from protocol.wire.codec import decode, encode
-from protocol.wire.messages import (
-    AheadState,
-    Beacon,
-    BehindState,
-    Drive,
-    Message,
-    Muster,
-    Odometry,
-    Plea,
-    Scan,
-    ScanQuery,
-)
+from protocol.wire.messages import AheadState, BehindState, Drive, Message, Odometry, Scan, ScanQuery
+from protocol.wire.view import Answer, Formation, Plea, Report
 from world.events import Event as WorldEvent
-from world.events import OrderHeard, ScanAsked
+from world.events import FencePut, OrderHeard, ScanAsked
 
 
 class Mail(Struct, frozen=True):
@@ -57,8 +48,8 @@ class Mail(Struct, frozen=True):
                 return ScanHeard(scan)
             case AheadState() | BehindState() as state:
                 return LinkHeard(self.sender, self.number, state)
-            case Muster() | Beacon() | Plea() as said:
-                return MusterHeard(self.sender, said)
+            case Report() | Answer() | Formation() | Plea() as said:
+                return ViewHeard(self.sender, self.number, said)
             case _:
                 return None
 
@@ -67,6 +58,8 @@ class Mail(Struct, frozen=True):
         match self.message:
             case Drive() as drive:
                 return OrderHeard(self.sender, drive)
+            case Raise() | Turn() as change:
+                return FencePut(self.sender, change)
             case ScanQuery(revolutions=revolutions):
                 return ScanAsked(self.sender, revolutions)
             case _:

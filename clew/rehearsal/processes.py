@@ -18,14 +18,16 @@ from protocol.faults.message_faults import MessageFaults
 from protocol.faults.plan import Plan
 from protocol.faults.process_faults import ProcessAction, ProcessFault
 from protocol.faults.rules import ROUTER, Slow
+from protocol.fence import LIFE_BITS
 from protocol.keys import WORLD, WORLD_NUMBER, robot_name, robot_number
 from protocol.mission import Mission
+from world.chance import stream
 
 
 class Processes:
     """All processes by number: robots from 1, the world is 0."""
 
-    def __init__(self, mission: Mission, inputs: Path | None = None) -> None:
+    def __init__(self, mission: Mission, seed: int, inputs: Path | None = None) -> None:
         self.actors: dict[int, Actor] = {}
         """The live processes of robots."""
         self.desk = Desk(WORLD)
@@ -33,6 +35,7 @@ class Processes:
         self.tokens = Tokens()
         self._mission = mission
         self._inputs = inputs  # the folder for the robots' journals
+        self._seed = seed
         self._lives: Counter[int] = Counter()
         self._show(WORLD_NUMBER)
 
@@ -40,9 +43,10 @@ class Processes:
         """Start a robot's process. It has no memory and does not know the time."""
         incarnation = self._show(robot)
         again = self._lives[robot] > 1
-        head = Head(robot=robot, incarnation=incarnation, mission=self._mission, again=again)
+        life = self._draw_life(robot)
+        head = Head(robot=robot, incarnation=incarnation, mission=self._mission, life=life, again=again)
         journal = open_journal(self._inputs, head)
-        core = Robot(robot, self._mission, again=again)
+        core = Robot(robot, self._mission, life=life, again=again)
         actor = Actor(robot, robot_name(robot), incarnation, core, journal)
         self.actors[robot] = actor
         return actor
@@ -112,6 +116,11 @@ class Processes:
                 actor.delay_s = fault.delay_s
             case ProcessAction.START:
                 pass  # it is alive already
+
+    def _draw_life(self, robot: int) -> int:
+        """The random bits of a process, from the seed, the robot and the count of its starts."""
+        drawn = stream(self._seed, f"life/{robot}/{self._lives[robot]}")
+        return int(drawn.integers(2**LIFE_BITS)) | 1  # never 0, which is of no robot
 
     def _show(self, process: int) -> str:
         """Show the token of a new process; returns its incarnation."""

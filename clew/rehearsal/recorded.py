@@ -44,10 +44,8 @@ def rehearse(
         recorder = Recorder(file, _header(scenario, plan, seed))
         lives: Counter[str] = Counter()
         try:
-            for _ in rehearsal.ticks():
+            for _ in rehearsal.ticks(lambda: asked[-1] if asked else None):
                 _record(rehearsal, recorder, lives, say)
-                if asked:
-                    rehearsal.stop(asked.pop())
         finally:  # if a core fails, the last entries say why
             _record(rehearsal, recorder, lives, say)
             rehearsal.close()

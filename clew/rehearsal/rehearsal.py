@@ -5,13 +5,15 @@ Rule 1: the cores are those of a live run. Only the network differs (`clew.rehea
 Rule 2: the work of a live shell beside the core (newest odometry, phases, message counts) is done here as
         well (docs/run.md).
 Rule 3: nothing depends on the wall clock, on process ids, or on the order of a set.
-Rule 4: process faults are injected at the beginning of a tick, except for those at a point of a step.
+Rule 4: the user's request to end is obeyed before each event that a robot would handle: with hundreds of
+        robots a tick takes seconds.
+Rule 5: process faults are injected at the beginning of a tick, except for those at a point of a step.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from agents.commands import Announce, AskScan, Order, Tell
+from agents.commands import AskScan, Order, Put, Say, Tell
 from agents.commands import Command as RobotCommand
 from agents.commands import Note as RobotNote
 from agents.events import Event as RobotEvent
@@ -32,7 +34,7 @@ from protocol.errors import MessageRefusedError
 from protocol.exit_codes import ExitCode
 from protocol.faults.message_faults import MessageFaults
 from protocol.faults.plan import NO_FAULTS, Plan
-from protocol.faults.process_faults import ProcessFault, ProcessFaults
+from protocol.faults.process_faults import ProcessAction, ProcessFault, ProcessFaults
 from protocol.faults.rules import ROUTER, StepPoint
 from protocol.keys import WORLD, WORLD_NUMBER
 from protocol.timeline import Entry, MessageRefused, Record, RobotSettled, RobotStarted, TrafficCounted
@@ -45,7 +47,12 @@ from world.events import Event as WorldEvent
 from world.judge.books import Account
 from world.scenario.scenario import Scenario
 
+Asked = Callable[[], ExitCode | None]
 NO_PROCESS = 0  # the process id of a robot without a process of its own
+
+
+def nobody_asks() -> None:
+    """Let a run come to its own end."""
 
 
 class Rehearsal:
@@ -64,8 +71,10 @@ class Rehearsal:
         self.plan = plan
         self._exchange = Exchange(plan, seed)
         self._process_faults = ProcessFaults(plan, seed)
-        self._processes = Processes(scenario.mission(), inputs)
+        self._processes = Processes(scenario.mission(), seed, inputs)
         self._logbook = Logbook()
+        self._asked = nobody_asks
+        self._stopped = False
         for robot in range(1, scenario.fleet.robots + 1):
             self._begin(self._processes.start(robot))
 
@@ -92,8 +101,13 @@ class Rehearsal:
             pass
         return self
 
-    def ticks(self) -> Iterator[float]:
-        """Run tick by tick until the run has been judged; yields the time after each tick."""
+    def ticks(self, asked: Asked = nobody_asks) -> Iterator[float]:
+        """Run tick by tick until the run has been judged; yields the time after each tick.
+
+        Args:
+            asked: whether the user has asked the run to end (rule 4).
+        """
+        self._asked = asked
         network = self._exchange.network
         while self.world.judgement is None:
             now_s = self.world.now_s
@@ -102,6 +116,7 @@ class Rehearsal:
             while (due := network.next_due(now_s)) is not None:
                 self._deliver(*due)
             self._execute_world(self.world.tick())
+            self._is_asked_to_end()
             yield self.world.now_s
 
     def inject(self, plan: Plan) -> None:
@@ -118,8 +133,15 @@ class Rehearsal:
             actor.journal.close()
 
     def stop(self, exit_code: ExitCode) -> None:
-        """End the run as the user would with a signal."""
+        """End the run as the user would with a signal. Robots handle nothing more (rule 4)."""
+        self._stopped = True
         self._tell_world(StopAsked(exit_code))
+
+    def _is_asked_to_end(self) -> bool:
+        """Obey a request to end, and say whether there has been one (rule 4)."""
+        if not self._stopped and (exit_code := self._asked()) is not None:
+            self.stop(exit_code)
+        return self._stopped
 
     # --- process faults and tokens ------------------------------------------------------------------
 
@@ -142,9 +164,17 @@ class Rehearsal:
         was_down = self._processes.desk.ended
         started = self._processes.inject(fault, self.world.now_s)
         if was_down and not self._processes.desk.ended:
-            self.world.come_back(wall_s=self.world.now_s)
+            self._come_back(fault.action)
         if started is not None:
             self._begin(started)
+
+    def _come_back(self, action: ProcessAction) -> None:
+        """The world's process runs again; one that was killed has raised the fence."""
+        now_s = self.world.now_s
+        if action is ProcessAction.START:
+            self._execute_world(self.world.restart(wall_s=now_s))
+        else:
+            self.world.come_back(wall_s=now_s)
 
     def _begin(self, actor: Actor) -> None:
         self._logbook.begin(actor.name)
@@ -275,6 +305,8 @@ class Rehearsal:
 
     def _react(self, actor: Actor, given: Given) -> None:
         """Let the robot decide and execute its commands, unless a fault hits a point of its step."""
+        if self._is_asked_to_end():
+            return
         event = given.event
         try:
             commands = decided(actor.core, given, actor.now_s, actor.journal)
@@ -330,18 +362,9 @@ class Rehearsal:
     def _execute_robot(self, actor: Actor, command: RobotCommand) -> None:
         robot = actor.robot
         match command:
-            case Announce(announcement):
-                key = addresses.muster(robot)
-                number = actor.traffic.send(key)
-                for other in list(self._processes.actors):
-                    if other != robot:
-                        self._send(robot, other, key, number, announcement)
-            case Tell(other, state):
-                key = addresses.link(robot, other)
-                self._send(robot, other, key, actor.traffic.send(key), state)
-            case Order(drive):
-                key = addresses.drive(robot)
-                self._send(robot, WORLD_NUMBER, key, actor.traffic.send(key), drive)
+            case Say() | Tell() | Put() | Order():
+                receiver, key, message = addresses.addressed(robot, command)
+                self._send(robot, receiver, key, actor.traffic.send(key), message)
             case AskScan(revolutions):
                 query = ScanQuery(revolutions=revolutions)
                 self._send(robot, WORLD_NUMBER, addresses.scan(robot), 0, query)

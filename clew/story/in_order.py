@@ -16,7 +16,7 @@ from clew.log.log import Log
 from clew.story.strands import Strands
 from protocol.arrays import Floats
 from protocol.path import Path
-from protocol.timeline import Entry, PoseSampled
+from protocol.timeline import Entry
 from world.record.lines import Line
 
 
@@ -43,12 +43,9 @@ class Survey:
 
 def survey(log: Log) -> Survey:
     """Go through a log."""
-    times_s, strands, poses = array("d"), Strands(), dict[int, tuple[float, PoseSampled]]()
+    times_s, strands = array("d"), Strands()
     for source, entry in log.lines:
         times_s.append(entry.t_s)
-        if isinstance(entry.record, PoseSampled):
-            poses[entry.record.robot] = entry.t_s, entry.record
-        else:
-            strands.hear(source, entry)
+        strands.hear(source, entry)
     coming_s = np.minimum.accumulate(np.array(times_s)[::-1])[::-1]
-    return Survey(log, coming_s, strands.paths(poses))
+    return Survey(log, coming_s, strands.paths())

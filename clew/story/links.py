@@ -1,17 +1,20 @@
 """How the links of the strand are, as changes through time. Pure.
 
 Rule 1: a link is as the worse of its two ends saw it: broken, silent, up.
-Rule 2: robots' entries may come after later ones of others; changes of one link never go back in time.
+Rule 2: where a strand comes into force, all of its links are up.
+Rule 3: robots' entries may come after later ones of others; changes of one link never go back in time.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
+from itertools import pairwise
 
+from clew.story import forming
+from clew.story.forming import Forming
 from protocol.keys import robot_number
-from protocol.timeline import Entry, LinkBroken, LinkHeard, LinkSilent, StrandFormed
+from protocol.timeline import Entry, LinkBroken, LinkHeard, LinkSilent
 
-KINDS = frozenset({LinkBroken, LinkHeard, LinkSilent, StrandFormed})
+KINDS = frozenset({LinkBroken, LinkHeard, LinkSilent}) | forming.KINDS
 
 
 class LinkState(StrEnum):
@@ -41,35 +44,37 @@ class Links:
     _ends: dict[tuple[int, int], LinkState] = field(default_factory=dict)
     """How a robot sees its link to a neighbour."""
     _newest: dict[tuple[int, int], LinkChange] = field(default_factory=dict)
+    _forming: Forming = field(default_factory=Forming)
 
     def hear(self, source: str, entry: Entry) -> None:
         """Take an entry in."""
-        robot = robot_number(source)
-        for neighbour, state in () if robot is None else _seen(robot, entry):
-            assert robot is not None
-            self._ends[robot, neighbour] = state
-            one, other = sorted((robot, neighbour))
-            ends = {state, self._ends.get((neighbour, robot), LinkState.UP)}
-            worse = [each for each in LinkState if each in ends][-1]
-            before = self._newest.get((one, other))
-            if before is None or before.state is not worse:
-                at_s = entry.t_s if before is None else max(entry.t_s, before.t_s)
-                change = self._newest[one, other] = LinkChange(at_s, one, other, worse)
-                self.changes.append(change)
+        if (strand := self._forming.hear(entry)) is not None:
+            for ahead, behind in pairwise(strand.formed.order):
+                self._see(strand.t_s, ahead, behind, LinkState.UP)
+                self._see(strand.t_s, behind, ahead, LinkState.UP)
+        elif (robot := robot_number(source)) is not None and (seen := _seen(entry)) is not None:
+            self._see(entry.t_s, robot, *seen)
+
+    def _see(self, t_s: float, robot: int, neighbour: int, state: LinkState) -> None:
+        self._ends[robot, neighbour] = state
+        one, other = sorted((robot, neighbour))
+        ends = {state, self._ends.get((neighbour, robot), LinkState.UP)}
+        worse = [each for each in LinkState if each in ends][-1]
+        before = self._newest.get((one, other))
+        if before is None or before.state is not worse:
+            at_s = t_s if before is None else max(t_s, before.t_s)
+            change = self._newest[one, other] = LinkChange(at_s, one, other, worse)
+            self.changes.append(change)
 
 
-def _seen(robot: int, entry: Entry) -> Iterator[tuple[int, LinkState]]:
-    """Which links a robot says something of."""
+def _seen(entry: Entry) -> tuple[int, LinkState] | None:
+    """Of which neighbour a robot says something."""
     match entry.record:
         case LinkSilent(neighbour=neighbour):
-            yield neighbour, LinkState.SILENT
+            return neighbour, LinkState.SILENT
         case LinkBroken(neighbour=neighbour):
-            yield neighbour, LinkState.BROKEN
+            return neighbour, LinkState.BROKEN
         case LinkHeard(neighbour=neighbour):
-            yield neighbour, LinkState.UP
-        case StrandFormed(order=order) if robot in order:
-            place = order.index(robot)
-            for neighbour in (*order[max(place - 1, 0) : place], *order[place + 1 : place + 2]):
-                yield neighbour, LinkState.UP
+            return neighbour, LinkState.UP
         case _:
-            pass  # nothing of a link
+            return None  # nothing of a link

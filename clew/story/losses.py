@@ -16,7 +16,7 @@ from protocol.timeline import Entry, FaultInjected, RobotRestarted, RobotSettled
 from world.judge.tally import TAKES_AWAY
 
 KINDS = frozenset({FaultInjected, RobotRestarted, RobotSettled, TrafficCounted})
-IN_BOOKS = frozenset({"link", "muster", "drive", "odometry"})  # the first or the last part of keys that are
+IN_BOOKS = frozenset({"link", "view", "drive", "odometry"})  # the first or the last part of keys that are
 
 Link = tuple[int, int]
 """The robot that sends, and the one that hears."""
@@ -100,6 +100,8 @@ class Losses:
 def _loser(source: str, key: str) -> int | None:
     """Rule 1."""
     parts = key.split("/")
+    if parts[:2] == ["body", "fence"]:
+        return robot_number(parts[-1])
     if len(parts) < 2 or not {parts[0], parts[-1]} & IN_BOOKS:
         return None
     return robot_number(source) or robot_number(parts[1])

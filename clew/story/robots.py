@@ -4,6 +4,7 @@ Rule 1: how a robot goes on from entry to entry stands in the tables of `clew/st
 Rule 2: entries of one robot may come after later ones of others; its changes never go back in time.
 """
 
+from collections.abc import Iterator
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 
@@ -16,13 +17,15 @@ from clew.story.states import (
     PROCESS,
     TELLING,
     Conduct,
+    Derived,
     Event,
     Kept,
     Process,
     State,
     event_of,
 )
-from protocol.timeline import Entry, Record, RobotPlaced, StrandFormed
+from protocol.fence import May
+from protocol.timeline import Entry, FenceChanged, Record, RobotPlaced, StrandFormed, StrandJoined
 
 
 @dataclass(slots=True)
@@ -31,7 +34,7 @@ class Robot:
 
     number: int
     process: Process = Process.ABSENT
-    conduct: Conduct = Conduct.JOINING
+    conduct: Conduct = Conduct.BOUND
     place: int | None = None
     """In the strand; the leader's is 0."""
     epoch: int = 0
@@ -67,14 +70,14 @@ class Robot:
         neighbour = getattr(record, "neighbour", 0)
         if event in ANEW:
             self.place = None
-            self.kept &= {(Kept.STOPPED, 0)}
+            self.kept = {each for each in self.kept if each[0] in ANEW[event]}
         if event in BEGINS:
             self.kept.add((BEGINS[event], neighbour))
         elif event in ENDS:
             self.kept.discard((ENDS[event], neighbour))
         match record:
-            case StrandFormed(epoch=epoch, order=order) if self.number in order:
-                self.epoch, self.place = epoch, order.index(self.number)
+            case StrandJoined(epoch=epoch, rank=rank):
+                self.epoch, self.place = epoch, rank
             case RobotPlaced(rank=rank):
                 self.place = rank
             case _:
@@ -104,6 +107,10 @@ class Robots:
     changes: list[Change] = field(default_factory=list)
     """In the order in which they were heard of."""
     _newest: dict[int, Change] = field(default_factory=dict)
+    _turn: int = 0
+    """The robot that has the turn; 0: none."""
+    _backs_up: set[int] = field(default_factory=set)
+    """The epochs in which the strand goes back along its path."""
 
     def of(self, robot: int) -> Robot:
         """A robot; of one that nothing has been heard of nothing is known."""
@@ -116,9 +123,31 @@ class Robots:
         """Take an entry in."""
         told = event_of(source, entry.record)
         if told is not None:
-            robot = self.of(told[0])
-            robot.take(told[1], entry.record)
-            self._note(entry.t_s, robot)
+            self._take(entry.t_s, told[0], told[1], entry.record)
+        for number, derived in list(self._derived(entry.record, told)):
+            self._take(entry.t_s, number, derived)
+
+    def _take(self, t_s: float, number: int, event: Event, record: Record | None = None) -> None:
+        robot = self.of(number)
+        robot.take(event, record)
+        self._note(t_s, robot)
+
+    def _derived(self, record: Record, told: tuple[int, Event] | None) -> Iterator[tuple[int, Derived]]:
+        """What an entry about the whole strand means for single robots."""
+        match record:
+            case FenceChanged(may=may, named=named):
+                before, self._turn = self._turn, named if may is May.ONE else 0
+                if before not in {0, self._turn}:
+                    yield before, Derived.TURN_ENDED
+                if self._turn:
+                    yield self._turn, Derived.TURN_GIVEN
+            case StrandFormed(epoch=epoch, order=order, back_by_m=back_by_m) if back_by_m > 0.0:
+                self._backs_up.add(epoch)
+                yield from ((each, Derived.BACKS_UP) for each in order if self.of(each).epoch == epoch)
+            case StrandJoined(epoch=epoch) if told is not None and epoch in self._backs_up:
+                yield told[0], Derived.BACKS_UP
+            case _:
+                pass  # tells of one robot only
 
     def move(self, t_s: float, robot: int) -> None:
         """The body of a robot has moved."""

@@ -3,7 +3,8 @@
 Rule 1: a state has three parts, each with a table of its own: whether the robot's process runs (`PROCESS`),
         what it does in the strand (`CONDUCT`), and what keeps it from driving (`BEGINS`, `ENDS`, `ANEW`).
 Rule 2: of all that holds, the first in `TELLING` is its state: what tells the most.
-Rule 3: the world and the fault plan say whether a process lives; all else a robot says of itself.
+Rule 3: the world and the fault plan say whether a process lives, and the fence says who has a turn; that a
+        robot is stranded its coordinator says. All else a robot says of itself.
 """
 
 from collections.abc import Iterable, Mapping
@@ -15,10 +16,10 @@ from protocol.keys import robot_number
 from protocol.timeline import (
     BodyStopped,
     FaultInjected,
+    FenceChanged,
     LinkBroken,
     LinkHeard,
     LinkSilent,
-    MusterJoined,
     Record,
     RobotAppeared,
     RobotArrived,
@@ -31,8 +32,12 @@ from protocol.timeline import (
     RobotRestarted,
     RobotReturned,
     RobotStarted,
+    RobotStranded,
     RouteLost,
     StrandFormed,
+    StrandJoined,
+    ViewJoined,
+    ViewLeft,
 )
 
 
@@ -45,11 +50,15 @@ class State(IntEnum):
     KILLED = auto()
     FROZEN = auto()
     STOPPED = auto()
+    STRANDED = auto()
+    ASIDE = auto()
     ADRIFT = auto()
     WAITING = auto()
     BLOCKED = auto()
     JOINING = auto()
+    BOUND = auto()
     LEADING = auto()
+    BACKING_UP = auto()
     HOLDING = auto()
     FOLLOWING = auto()
     ARRIVED = auto()
@@ -74,13 +83,20 @@ class Process(Enum):
 
 
 class Conduct(Enum):
-    """What a robot does in the strand."""
+    """What a robot does in the strand or in a view."""
 
+    BOUND = auto()
+    """It stands and reports to the coordinator of a view, or is about to."""
     JOINING = auto()
-    IN_STRAND = auto()
+    """It has the turn: it drives to its place."""
+    MEMBER = auto()
+    BACKING_UP = auto()
+    """It is a member of a strand that goes back along its path."""
     ARRIVED = auto()
+    ASIDE = auto()
+    """It is left out of the strand."""
     ADRIFT = auto()
-    """It has given a link up, and joined no muster since."""
+    """It has given a link up, and joined no view since."""
     NO_WAY = auto()
 
 
@@ -89,14 +105,24 @@ class Kept(Enum):
 
     STOPPED = auto()
     """The dead-man stop of its body."""
+    STRANDED = auto()
+    """Its coordinator finds no way for it."""
     SILENCE = auto()
     BLOCKED = auto()
     HELD = auto()
 
 
+class Derived(Enum):
+    """What an entry about the whole strand means for one robot."""
+
+    TURN_GIVEN = auto()
+    TURN_ENDED = auto()
+    BACKS_UP = auto()
+
+
 _ACTIONS = frozenset(ProcessAction)
-Event = type[Record] | ProcessAction
-"""What changes a state: a kind of entry, or what was done to a process."""
+Event = type[Record] | ProcessAction | Derived
+"""What changes a state: a kind of entry, what was done to a process, or what follows for a robot."""
 
 _S = TypeVar("_S")
 
@@ -121,33 +147,52 @@ PROCESS: dict[tuple[Process, Event], Process] = _from_each(
 ) | {(Process.FROZEN, ProcessAction.THAW): Process.RUNS}
 """How a process goes on; what is not here changes nothing."""
 
-CONDUCT: dict[tuple[Conduct, Event], Conduct] = _from_each(
-    set(Conduct) - {Conduct.NO_WAY},  # the run ends there
-    {
-        RobotStarted: Conduct.JOINING,
-        RobotRestarted: Conduct.JOINING,
-        MusterJoined: Conduct.JOINING,
-        StrandFormed: Conduct.IN_STRAND,
-        LinkBroken: Conduct.ADRIFT,
-        RobotArrived: Conduct.ARRIVED,
-        RouteLost: Conduct.NO_WAY,
-    },
+_GOES_ON = set(Conduct) - {Conduct.NO_WAY}  # the run ends there
+CONDUCT: dict[tuple[Conduct, Event], Conduct] = (
+    _from_each(
+        _GOES_ON,
+        {
+            RobotStarted: Conduct.BOUND,
+            RobotRestarted: Conduct.BOUND,
+            Derived.TURN_GIVEN: Conduct.JOINING,
+            StrandJoined: Conduct.MEMBER,
+            ViewLeft: Conduct.ASIDE,
+            LinkBroken: Conduct.ADRIFT,
+            RobotArrived: Conduct.ARRIVED,
+            RouteLost: Conduct.NO_WAY,
+        },
+    )
+    # A turn that is over has ended by the fence, so this entry has come late, from before the turn.
+    | _from_each(_GOES_ON - {Conduct.JOINING}, {ViewJoined: Conduct.BOUND})
+    | {
+        (Conduct.JOINING, Derived.TURN_ENDED): Conduct.BOUND,
+        (Conduct.MEMBER, Derived.BACKS_UP): Conduct.BACKING_UP,
+    }
 )
 """How its conduct goes on; what is not here changes nothing."""
 
 BEGINS: dict[Event, Kept] = {
     BodyStopped: Kept.STOPPED,
+    RobotStranded: Kept.STRANDED,
     LinkSilent: Kept.SILENCE,
     RobotBlocked: Kept.BLOCKED,
     RobotHeld: Kept.HELD,
 }
 ENDS: dict[Event, Kept] = {
     LinkHeard: Kept.SILENCE,
+    Derived.TURN_GIVEN: Kept.BLOCKED,
     RobotPlaced: Kept.BLOCKED,
     RobotReleased: Kept.HELD,
 }
-ANEW: frozenset[Event] = frozenset({RobotStarted, RobotRestarted, MusterJoined, StrandFormed, LinkBroken})
-"""After these a robot has no place, or a new one, and none of its former waits but the dead-man stop."""
+ANEW: dict[Event, frozenset[Kept]] = {
+    RobotStarted: frozenset({Kept.STOPPED}),
+    RobotRestarted: frozenset({Kept.STOPPED}),
+    ViewJoined: frozenset({Kept.STOPPED}),
+    StrandJoined: frozenset({Kept.STOPPED}),
+    LinkBroken: frozenset({Kept.STOPPED}),
+    ViewLeft: frozenset({Kept.STOPPED, Kept.STRANDED}),
+}
+"""After these a robot has no place, or a new one; and what still keeps it then."""
 
 OF_PROCESS = {
     Process.ABSENT: State.ABSENT,
@@ -160,16 +205,19 @@ TELLING: tuple[tuple[Conduct | Kept, State], ...] = (
     (Conduct.NO_WAY, State.NO_WAY),
     (Conduct.ARRIVED, State.ARRIVED),
     (Kept.STOPPED, State.STOPPED),
+    (Kept.STRANDED, State.STRANDED),
+    (Conduct.ASIDE, State.ASIDE),
     (Conduct.ADRIFT, State.ADRIFT),
     (Kept.SILENCE, State.WAITING),
     (Kept.BLOCKED, State.BLOCKED),
     (Conduct.JOINING, State.JOINING),
+    (Conduct.BOUND, State.BOUND),
     (Kept.HELD, State.HOLDING),
+    (Conduct.BACKING_UP, State.BACKING_UP),
 )
 """Rule 2, of a robot whose process runs; of none of them it leads or follows."""
-KINDS: frozenset[Event] = frozenset(
-    {FaultInjected, *(event for _, event in (*PROCESS, *CONDUCT)), *BEGINS, *ENDS}
-)
+EVENTS: frozenset[Event] = frozenset({*(event for _, event in (*PROCESS, *CONDUCT)), *BEGINS, *ENDS})
+KINDS: frozenset[Event] = EVENTS | {FaultInjected, FenceChanged, StrandFormed}
 
 
 def event_of(source: str, record: Record) -> tuple[int, Event] | None:
@@ -180,7 +228,9 @@ def event_of(source: str, record: Record) -> tuple[int, Event] | None:
         if struck is None or record.fault not in _ACTIONS:
             return None
         return struck, ProcessAction(record.fault)
-    if kind not in KINDS:
+    if isinstance(record, RobotStranded):
+        return record.robot, kind
+    if kind not in EVENTS:
         return None
     robot = robot_number(source) or getattr(record, "robot", None)
     return None if robot is None else (robot, kind)

@@ -73,6 +73,8 @@ class Way:
 
     start_m: float
     """Where the leader stood when the strand formed."""
+    turn: int
+    """Of the fence that lets the strand drive."""
     goal_m: float | None = None
     """Where the goal is, as far as the leader knows."""
     _steps: list[int] = field(default_factory=list)
@@ -132,8 +134,8 @@ class Steps:
                 self.newest = max(self.newest, plan.step)
                 if epoch in self.ways:
                     self.ways[epoch].plan(plan)
-            case StrandFormed(epoch=epoch, path_length_m=start_m):
-                self.ways.setdefault(epoch, Way(start_m))
+            case StrandFormed(epoch=epoch, turn=turn, places_m=(start_m, *_)):
+                self.ways.setdefault(epoch, Way(start_m, turn))
             case _:
                 pass  # nothing of a step
 

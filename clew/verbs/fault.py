@@ -1,4 +1,4 @@
-"""`clew fault`: injects a fault into a running fleet.
+"""`clew fault`: injects a fault into a running fleet, or stops and releases it.
 
 The names of options and arguments are those of the fields of a rule, so one function serves all faults.
 """
@@ -11,7 +11,7 @@ import click
 
 from clew.verbs.log import RUN
 from clew.verbs.options import robots_option
-from protocol.faults.manual_faults import FaultRequest, request_fault
+from protocol.faults.manual_faults import FaultRequest, HaltRequest, request_fault
 from protocol.faults.rules import Rule
 from protocol.files.names import did_you_mean
 from protocol.files.reading import understand
@@ -145,3 +145,20 @@ _add_message_fault(
     _some("--others", "others", "A process on the other side; default: all the rest", type=process),
     click.option("--one-way", is_flag=True, help="Lose only messages from GROUP to the others."),
 )
+
+
+@fault.command
+@click.pass_obj
+def stop(run: Path) -> None:
+    """Stop all robots (emergency stop) until they are released.
+
+    All bodies stand at once and obey no order to drive. The robots form a strand again after the release.
+    """
+    click.echo(request_fault(run, HaltRequest(stop=True)))
+
+
+@fault.command
+@click.pass_obj
+def release(run: Path) -> None:
+    """Release the robots after a stop."""
+    click.echo(request_fault(run, HaltRequest(stop=False)))

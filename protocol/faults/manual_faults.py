@@ -1,5 +1,7 @@
 """The protocol between `clew fault` and the world of a run: one request, one answer, each a JSON line.
 
+The operator's stop takes the same way: it needs a world that can be reached, and its user's right to it.
+
 Rule 1: the world's socket is in the run's private folder, so only the user can reach it. A file in the run's
         folder names the socket while the run is active.
 """
@@ -22,7 +24,7 @@ LINE_BYTES_MAX = 65_536  # a rule that names each of 2000 robots twice takes hal
 ANSWER_S_MAX = 5.0  # a world answers between two ticks
 
 
-class FaultRequest(Struct, frozen=True, kw_only=True):
+class FaultRequest(Struct, frozen=True, kw_only=True, tag="fault"):
     """A rule to apply from now on."""
 
     rule: Rule
@@ -30,8 +32,17 @@ class FaultRequest(Struct, frozen=True, kw_only=True):
     """How long a rule for messages is active; None: to the end of the run."""
 
 
+class HaltRequest(Struct, frozen=True, kw_only=True, tag="halt"):
+    """Stop the fleet, or release it, as its operator."""
+
+    stop: bool
+
+
+Request = FaultRequest | HaltRequest
+
+
 class Answer(Struct, frozen=True, kw_only=True):
-    """The name of the rule in the timeline, or the reason for a refusal."""
+    """The name of the rule in the timeline or of the fence, or the reason for a refusal."""
 
     name: Annotated[str, Meta(max_length=64)] | None = None
     error: str | None = None
@@ -49,11 +60,11 @@ def is_running(run: Path) -> bool:
     return True
 
 
-def request_fault(run: Path, request: FaultRequest) -> str:
-    """Ask the world of a run to apply a rule; returns the name of the rule.
+def request_fault(run: Path, request: Request) -> str:
+    """Ask the world of a run to do something; returns the name of what it has done.
 
     Raises:
-        UsageError: the run is over, or the world refuses the rule.
+        UsageError: the run is over, or the world refuses the request.
     """
     try:
         where = os.fsdecode(read_bytes(run / WHERE_FILE, LINE_BYTES_MAX))

@@ -2,7 +2,7 @@
 
 Rule 1: a message that no rule allows is refused.
 Rule 2: a robot sends only on keys with its own name as the sender. It receives only on keys with its own name
-        as the receiver, and on the muster keys of all robots. It queries only its own scan and the mission.
+        as the receiver. It queries only its own scan and the mission.
 Rule 3: every process sees all liveliness tokens and declares only its own.
 Rule 4: rules use wildcards, so their number grows linearly with the robots, not with the square.
 """
@@ -37,14 +37,20 @@ def _robot_rules(keys: Keys, robot: str) -> list[Json]:
     return [
         *_says(
             robot,
-            [keys.link(robot, ANY), keys.drive(robot), keys.muster(robot), keys.log(robot)],
+            [
+                keys.link(robot, ANY),
+                keys.view(robot, ANY),
+                keys.drive(robot),
+                keys.fence(robot),
+                keys.log(robot),
+            ],
         ),
         *_hears(
             robot,
             [
                 keys.link(ANY, robot),
+                keys.view(ANY, robot),
                 keys.odometry(robot),
-                keys.muster(ANY),
                 keys.logged(robot),
                 keys.fault(robot),
             ],
@@ -58,7 +64,7 @@ def _robot_rules(keys: Keys, robot: str) -> list[Json]:
 def _world_rules(keys: Keys) -> list[Json]:
     return [
         *_says(WORLD, [keys.odometry(ANY), keys.logged(ANY), keys.fault(ANY)]),
-        *_hears(WORLD, [keys.drive(ANY), keys.log(ANY)]),
+        *_hears(WORLD, [keys.drive(ANY), keys.fence(ANY), keys.log(ANY)]),
         *_answers(WORLD, [keys.scan(ANY), keys.mission()]),
         *_watches(WORLD, keys),
         _allow(WORLD, "lives", "ingress", ["liveliness_token"], [keys.alive(WORLD, ANY)]),

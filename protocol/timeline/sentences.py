@@ -7,12 +7,15 @@ Rule 2: robots are written as `r3`; `by` is the source of the entry.
 from collections.abc import Callable
 from typing import Any
 
+from protocol.fence import Cause, May
 from protocol.keys import robot_name
 from protocol.timeline import (
     FaultInjected,
+    FenceChanged,
     LeaderSucceeded,
     OrderAccepted,
     Record,
+    RobotStranded,
     SegmentChecked,
     StepFinished,
     StepPlanned,
@@ -51,10 +54,44 @@ def _segment(by: str, checked: SegmentChecked) -> str:
     return f"{by} finds its next segment {found}, by {checked.clearance_m:.3f} m"
 
 
-def _strand(by: str, formed: StrandFormed) -> str:
-    strand = " < ".join(map(robot_name, formed.order))
-    is_leader = by == robot_name(formed.order[0])
-    return f"strand formed: {strand}" if is_leader else f"{by} takes its place in the strand {strand}"
+def _strand(_: str, formed: StrandFormed) -> str:
+    return f"strand formed: {' < '.join(map(robot_name, formed.order))}"
+
+
+CAUSES = {
+    Cause.START: "the run begins",
+    Cause.NEIGHBOUR_LOST: "a neighbour is lost",
+    Cause.BLOCKED: "a way stays blocked",
+    Cause.DEAD_END: "the way is a dead end",
+    Cause.NO_WAY: "the leader knows no way on",
+    Cause.PLEA: "a robot asks to be let in",
+    Cause.COORDINATOR_LOST: "the coordinator is lost",
+    Cause.MISFIT: "a robot does not stand at its place",
+    Cause.OUTSIDERS: "more robots are left out than are in the strand",
+    Cause.OPERATOR: "the operator ends the stop",
+    Cause.WORLD_RESTARTED: "the world has been started again",
+}
+"""Why a view was proposed."""
+
+
+def _fence(_: str, fence: FenceChanged) -> str:
+    match fence.may:
+        case May.STOPPED:
+            return "the operator has stopped all bodies"
+        case May.ALL:
+            return f"the strand may drive: {robot_name(fence.named)} leads {fence.members} robots"
+        case May.ONE:
+            return f"{robot_name(fence.named)} has the turn: it alone may drive"
+        case May.NOBODY:
+            if fence.cause is None:
+                return "nobody has the turn: all stand"
+            who = f": {robot_name(fence.coordinator)} coordinates a view" if fence.coordinator else ""
+            return f"all bodies stand, for {CAUSES[fence.cause]}{who}"
+
+
+def _stranded(_: str, stranded: RobotStranded) -> str:
+    by = "" if stranded.by is None else f", the body of {robot_name(stranded.by)} is in the way"
+    return f"{robot_name(stranded.robot)} is stranded: {stranded.reason}{by}"
 
 
 def _fault(_: str, fault: FaultInjected) -> str:
@@ -74,14 +111,13 @@ SENTENCES: dict[str, str | Callable[[str, Any], str]] = {
     "authority.granted": "{by} grants r{it.to} the path up to {it.authority_m:.3f} m",
     "body.stopped": "the body of r{it.robot} stops: its robot is silent",
     "fault.injected": _fault,
+    "fence.changed": _fence,
     "goal.reached": "{by} has reached the goal",
     "leader.succeeded": _leader,
     "link.broken": "{by} breaks its link to r{it.neighbour}, silent for {it.silent_s:.1f} s ({it.cause})",
     "link.heard": "{by} hears r{it.neighbour} again",
     "link.silent": "{by} has not heard r{it.neighbour} for {it.silent_s:.2f} s",
     "message.refused": "{by} refuses a message on {it.key}: {it.reason}",
-    "muster.called": lambda by, call: f"{by} calls {len(call.members)} robots to line up: {call.why}",
-    "muster.joined": "{by} leaves its strand to line up",
     "order.accepted": _order,
     "order.finished": "the body of r{it.robot} finishes order {it.number}",
     "order.refused": "the body of r{it.robot} refuses order {it.number}: {it.reason}",
@@ -93,12 +129,13 @@ SENTENCES: dict[str, str | Callable[[str, Any], str]] = {
     "robot.died": "r{it.robot} has died, silent since t={it.silent_since_s:.1f} s",
     "robot.failed": "{by} has failed: {it.reason}",
     "robot.held": "{by} waits for the robot behind, which is {it.behind_m:.2f} m short of its authority",
-    "robot.placed": lambda by, placed: f"{by} has joined the strand, at place {placed.rank + 1}",
+    "robot.placed": lambda by, placed: f"{by} stands in place {placed.rank + 1}",
     "robot.released": "{by} no longer waits for the robot behind",
     "robot.restarted": "r{it.robot} has been restarted",
     "robot.returned": "r{it.robot} has returned",
     "robot.settled": lambda by, it: f"{by} sends no more: {sum(it.sent.values())} messages in all",
     "robot.started": "{by} starts, as process {it.pid}",
+    "robot.stranded": _stranded,
     "route.lost": "{by} has lost its route: {it.reason}",
     "router.found": "a router is connected again, after {it.away_s:.3f} s of wall clock",
     "router.lost": "the router is lost: no message arrives",
@@ -111,7 +148,11 @@ SENTENCES: dict[str, str | Callable[[str, Any], str]] = {
     "strand.dissolved": "{by} dissolves the strand: the way of r{it.blocked} is blocked",
     "strand.formed": _strand,
     "strand.healed": lambda _, healed: f"the strand has healed, with {len(healed.members)} robots",
-    "strand.reversed": "{by} reverses the strand",
+    "strand.joined": lambda by, joined: f"{by} takes place {joined.rank + 1} in the strand",
+    "strand.reversed": "{by} has the strand turn round",
     "traffic.counted": _traffic,
+    "view.joined": "{by} stands and reports to the coordinator",
+    "view.left": "{by} is left out of the strand: it stands aside",
+    "view.proposed": "{by} proposes a view: {it.why}",
     "world.resumed": "the world has been restarted, life {it.life}: it resumes from {it.entries} entries",
 }

@@ -129,7 +129,7 @@ class AuthorityGranted(Kind, frozen=True, kw_only=True, tag="authority.granted")
 
 
 class LinkSilent(Kind, frozen=True, kw_only=True, tag="link.silent"):
-    """A neighbour has been silent for `silence_s`: the robot stands until it is heard again."""
+    """A neighbour has been silent for `silence_s`; what it has granted may still be driven."""
 
     neighbour: RobotId
     silent_s: Seconds
@@ -160,10 +160,10 @@ class LeaderSucceeded(Kind, frozen=True, kw_only=True, tag="leader.succeeded"):
 
 
 class StrandHealed(Kind, frozen=True, kw_only=True, tag="strand.healed"):
-    """The leader of a re-formed strand has heard the robot behind it and can drive on."""
+    """The strand drives again after a formation with other members; its leader says so."""
 
     epoch: Count
-    members: Annotated[tuple[RobotId, ...], Meta(max_length=ROBOTS_MAX)]
+    robots: Annotated[Count, Meta(description="how many robots are in the strand")]
 
 
 class RobotHeld(Kind, frozen=True, kw_only=True, tag="robot.held"):

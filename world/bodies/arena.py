@@ -4,7 +4,7 @@ Rule 1: simulated time advances only by ticks.
 Rule 2: a body is sampled where its motion changes, and before every odometry while it moves. So between
         samples it moved straight at constant speed, and the samples alone give the least distances.
 Rule 3: the monitor checks every tick, unless it has found all moves safe for some ticks ahead.
-Rule 4: a change of the fence is recorded before anything is told or obeyed under it. With it all bodies stand.
+Rule 4: a change of the fence is recorded before anything is told or obeyed under it. All bodies stand then.
 Rule 5: odometry of a body is numbered. A resumed world continues above every number that was told before.
 """
 
@@ -14,6 +14,7 @@ from functools import cache
 import numpy as np
 
 from protocol.arrays import Flags, Floats
+from protocol.fence import Change, Fence
 from protocol.frames import Pose
 from protocol.timeline import (
     BodyStopped,
@@ -26,7 +27,6 @@ from protocol.timeline import (
     StepFinished,
 )
 from protocol.timeline.bodies import RANGES_TOLD_MAX
-from protocol.wire.fence import Change, Fence
 from protocol.wire.messages import Drive, Odometry, Phase, Scan
 from world.bodies.bodies import Bodies, Moves
 from world.bodies.fence import Register, Taken
@@ -145,9 +145,7 @@ class Arena:
 
     def _stand_as(self, body: int, known: BodyPast) -> None:
         pose = Pose(x_m=known.x_m, y_m=known.y_m, heading_rad=known.heading_rad)
-        self.bodies.resume(
-            body, pose, ordered=known.ordered, finished=known.finished, now_s=self.now_s
-        )
+        self.bodies.resume(body, pose, ordered=known.ordered, finished=known.finished, now_s=self.now_s)
 
     def sample(self) -> list[Note]:
         """Record the poses of all bodies."""

@@ -11,7 +11,7 @@ Rule 5: an order is valid for `deadman_s` after its basis, however late it arriv
         continues when its robot confirms the order by a newer basis with the same number.
 Rule 6: an order with a time limit is driven until then, and longer if a later limit arrives.
 Rule 7 (F1): an order to drive is accepted, confirmed or resumed only if it bears exactly the fence, and the
-        fence names its robot (`protocol.wire.fence.obeys`). An order to stand bears none and is always obeyed.
+        fence names its robot (`protocol.fence`). An order to stand bears none and is always obeyed.
         When the fence changes, every body stands and has no order in hand.
 Rule 8: a tick in which every body continues as in the tick before has the same result whether it is computed
         in full (`tick`) or only added (`coast`).
@@ -25,9 +25,9 @@ import numpy as np
 
 from protocol.arrays import Flags, Floats
 from protocol.errors import MessageRefusedError
+from protocol.fence import Bearing, Fence, May, obeys
 from protocol.frames import Point, Pose, wrap
 from protocol.mission import DEADMAN_S
-from protocol.wire.fence import Bearing, Fence, May, obeys
 from protocol.wire.messages import Drive
 from world.scenario.sections import DriveSection
 
@@ -157,8 +157,8 @@ class Bodies:
         confirms = is_same and last is not None and last.target is not None
         if (drive.target is not None or confirms) and not obeys(fence, body + 1, drive.bearing):
             raise MessageRefusedError(
-                f"order {drive.number} is void: it bears {_told(drive.bearing)}, the fence is {_told(fence)}, "
-                f"where {_who(fence)} may move"
+                f"order {drive.number} is void: it bears {_told(drive.bearing)}, and the fence is "
+                f"{_told(fence)}, where {_who(fence)} may move"
             )
         low_mps, high_mps = self._limits.speed_mps_min, self._limits.speed_mps_max
         if drive.target is not None and not low_mps < drive.speed_mps < high_mps:

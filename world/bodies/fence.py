@@ -5,14 +5,14 @@ It decides nothing for the robots: it is a register, as a body's own controller 
 Rule 1: a fence only goes forward, and one number of a turn has one content.
 Rule 2: a raise takes the next generation, at turn 0, where nobody may move. At turn 0 one of the same
         generation with a higher number replaces it. Over STOPPED none is taken.
-Rule 3: a turn is the next turn of the epoch in force, from the robot that proposed it in that same life. There
-        is none after ALL.
+Rule 3: a turn is the next turn of the epoch in force, from the robot that proposed it, in that same life.
+        There is none after ALL.
 Rule 4: the operator, who has number 0, stops the fleet and releases it; each takes the next generation. A
         release ends the stop of the generation that it names.
-Rule 5: a world that has been started again takes the next generation, number 0. What was stopped stays stopped.
+Rule 5: a world that has been started again takes the next generation, number 0. A stop stays in force.
 Rule 6: a put counts only under the number of its key.
-Rule 7: over ALL, raises of robots that are not in the strand are held. One is taken when more of them than the
-        strand has members have asked within `OUTSIDERS_S`.
+Rule 7: over ALL, raises of robots that are not in the strand are held. One is taken when more such robots
+        than the strand has members have asked within `OUTSIDERS_S`.
 Rule 8: a robot without a quota raises nothing (`world.bodies.quota`).
 
 Rules 1 to 6 are for safety, 7 and 8 for liveness.
@@ -21,8 +21,7 @@ Rules 1 to 6 are for safety, 7 and 8 for liveness.
 from dataclasses import dataclass
 from typing import assert_never
 
-from protocol.timeline import FenceChanged
-from protocol.wire.fence import (
+from protocol.fence import (
     NOBODY_NUMBER,
     Cause,
     Change,
@@ -34,6 +33,7 @@ from protocol.wire.fence import (
     Stop,
     Turn,
 )
+from protocol.timeline import FenceChanged
 from world.bodies.quota import Quota
 
 OUTSIDERS_S = 5.0  # simulated; a robot repeats its raise many times a second

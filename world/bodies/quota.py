@@ -1,4 +1,4 @@
-"""How often a robot may propose a view: protects the fleet from a robot that raises the fence again and again.
+"""How often a robot may raise the fence: protects the fleet from one that does so again and again.
 
 Rule 1: a robot has `RAISES_MAX` raises. One comes back every `BACK_S`.
 Rule 2: each view in a row that did not come to ALL doubles that time, up to `BACK_S_MAX`.

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from protocol.arrays import Floats, scan_bearings_rad
+from protocol.fence import Fence
 from protocol.frames import Pose
-from protocol.wire.fence import Fence
 from protocol.wire.messages import RAYS_MAX, Scan
 from world.geometry.rays import cast, noisy
 from world.scenario.scenario import Scenario
@@ -26,7 +26,9 @@ class Sensor:
         self._error_m_max = scenario.range_error_m_max
         self._range_m_max = scenario.range_m_used
 
-    def read(self, body: int, pose: Pose, places_m: Floats, *, fence: Fence, now_s: float, revolutions: int) -> Scan:
+    def read(
+        self, body: int, pose: Pose, places_m: Floats, *, fence: Fence, now_s: float, revolutions: int
+    ) -> Scan:
         """The scan of one body at this time and fence, with all bodies at these places [world frame]."""
         rays = self.directions * max(1, min(revolutions, RAYS_MAX // self.directions))
         others_m = np.delete(places_m, body, axis=0)

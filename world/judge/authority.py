@@ -1,187 +1,173 @@
-"""S3: no body moves without authority. Judged from a run's timeline alone.
+"""What bodies are ordered to do: F1, F2 and F6 as orders show them, S3 while robots join, F5 under ALL.
 
-Rule 1: a following robot orders its body only to points of the strand's path, and only as far as the robot
-        ahead had granted by then in that epoch. A granter's clock is never ahead of the world's, so a grant
-        with a later time than the order came too late, whenever it was recorded.
-Rule 2: the leader orders its body only to the target of a switching step that it had planned.
-Rule 3: a body moves only with an accepted order, straight from the place of acceptance towards the target,
-        and no faster than its limit.
-Rule 4: if the robot ahead died, its last grants may be unrecorded. So rule 1 excuses an order between that
-        robot's last entry and its death.
-Rule 5: a robot never reduces a grant within an epoch, since the robot behind may already be there.
-Rule 6: while robots line up, a robot orders its body only to the target of a step that it had planned, and
-        moves alone (`world.judge.one_at_a_time`). Robots line up in epoch 0, in the epoch after a strand has
-        dissolved, and in a called epoch.
+An order to stand is always lawful. Of the others:
+
+Rule 1 (F1): a body accepts an order only if it bears exactly the fence in force, and the fence names its
+        robot: as the one that may move, in that life, or with all.
+Rule 2 (F2): no order bears a fence that is not in force yet.
+Rule 3 (F6): the body has been scanned under that very fence. A scan of turn 0 also serves under ALL, if ALL
+        is turn 1. Followers do not sense under a law that promises no clearance.
+Rule 4 (S3): a robot that joins orders its body only to the target of a step that it had planned in the epoch.
+Rule 5 (F4): under ALL, an order is of the life that the formation names, and its robot stood at its place in
+        the formation, within mu0, when ALL came into force.
+Rule 6 (F5): under ALL, only members order motion. The leader goes to targets of steps that it had planned, or
+        along the path that the formation laid; any other member goes along the strand's path, and only as far
+        as the robot ahead had granted by then in that epoch. A granter's clock is never ahead of the world's,
+        so a grant with a later time than the order came too late, whenever it was recorded.
+Rule 7: a robot that was killed may not have recorded its last grants, steps and formation. So rules 4 to 6
+        excuse an order between that robot's last entry and its death.
 """
 
 import math
 from bisect import bisect_right
-from collections import defaultdict
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Iterator
 from operator import itemgetter
 
+from protocol.fence import May
 from protocol.frames import Point
-from protocol.timeline import (
-    AuthorityGranted,
-    OrderAccepted,
-    PoseSampled,
-    PromiseBroken,
-    StepPlanned,
-)
-from world.judge.evidence import ROUNDING_M, ROUNDING_S, Evidence, Orders, apart_m
-from world.judge.one_at_a_time import judge_one_at_a_time
+from protocol.timeline import OrderAccepted, PromiseBroken
+from world.judge.evidence import JOINS, ROUNDING_M, Evidence, Formed, Taken, apart_m
+from world.judge.fences import ROUNDING_S
+from world.judge.motion import Tolerance, breach_of
 from world.judge.paths import Paths
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Tolerance:
-    """The allowed deviation of a body from its line."""
-
-    mu0_m: float
-    heading_error_rad: float
-    speed_mps_max: float
-
-    def drive_m(self, length_m: float) -> float:
-        """The largest drive error over so many metres."""
-        return ROUNDING_M + self.heading_error_rad * length_m
+Dated = tuple[float, PromiseBroken]
 
 
-def judge_authority(evidence: Evidence, tolerance: Tolerance) -> list[tuple[float, PromiseBroken]]:
-    """Every violation of S3 with its time; each order and each unlawful motion counts once."""
-    paths = Paths(evidence)
-    breaches: list[tuple[float, PromiseBroken]] = []
-    for robot in sorted({*evidence.orders, *evidence.poses}):
-        for t_s, order in evidence.orders[robot]:
-            breach = _judge_order(evidence, paths, tolerance, t_s, order)
-            breaches.extend([(t_s, breach)] if breach is not None else [])
-        breaches.extend(_judge_motion(evidence.poses[robot], evidence.orders[robot], tolerance))
-    for robot, grants in evidence.grants.items():
-        breaches.extend(_judge_grants(robot, grants))
-    breaches.extend(judge_one_at_a_time(evidence))
-    return sorted(breaches, key=lambda breach: breach[0])
+class Authority:
+    """Judges the orders of one run."""
 
+    def __init__(self, evidence: Evidence, tolerance: Tolerance, *, followers_sense: bool) -> None:
+        self._evidence = evidence
+        self._tolerance = tolerance
+        self._followers_sense = followers_sense
+        self._paths = Paths(evidence)
 
-def _judge_order(
-    evidence: Evidence,
-    paths: Paths,
-    tolerance: Tolerance,
-    t_s: float,
-    order: OrderAccepted,
-) -> PromiseBroken | None:
-    joins = order.epoch in evidence.lining_up
-    if order.target is None or joins:
-        return _judge_planned(evidence.plans[order.robot], t_s, order, joins=joins)
-    strand = evidence.strands.get((order.robot, order.epoch))
-    path = paths.of(strand) if strand is not None else None
-    if strand is None or path is None or order.robot not in strand.order:
-        return _breach(order.robot, order.reach_m, 0.0, f"ordered in epoch {order.epoch} without a strand")
-    place = strand.order.index(order.robot)
-    if place == 0 and (order.step > 0 or order.epoch - 1 in evidence.lining_up):
-        return _judge_planned(evidence.plans[order.robot], t_s, order, joins=False)
-    if place == 0:
-        laid = paths.laid(strand.order, order.epoch)
-        granted_m, excused, granter = 0.0 if laid is None else laid.end_m, False, "the strand's path"
-    else:
-        granted_m, excused = _granted(evidence, strand.order[place - 1], t_s, order)
-        granter = f"robot {strand.order[place - 1]} granted"
-    if order.reach_m > granted_m + ROUNDING_M and not excused:
-        return _breach(order.robot, order.reach_m, granted_m, f"ordered further than {granter}")
-    beside_m = apart_m(order.target, path.at(order.reach_m))
-    allowed_m = tolerance.mu0_m + tolerance.drive_m(
-        math.hypot(order.target.x_m - order.x_m, order.target.y_m - order.y_m)
-    )
-    if beside_m > allowed_m and not excused:
-        return _breach(order.robot, beside_m, allowed_m, "ordered beside the strand's path")
-    return None
+    def judge(self) -> Iterator[Dated]:
+        """Every violation with its time; each order counts at most once for each invariant."""
+        for _, orders in sorted(self._evidence.orders.items()):
+            placed: set[int] = set()  # epochs in which the robot's place has been compared
+            for taken in orders:
+                if taken.order.target is None:
+                    continue
+                unborne = self._unborne(taken)
+                if unborne is not None:
+                    yield taken.t_s, unborne
+                    continue
+                yield from ((taken.t_s, breach) for breach in self._borne(taken, taken.order.target))
+                epoch = taken.order.epoch
+                if self._evidence.fences[taken.fence].may is May.ALL and epoch not in placed:
+                    placed.add(epoch)
+                    yield from ((taken.t_s, breach) for breach in self._displaced(taken))
 
+    def _unborne(self, taken: Taken) -> PromiseBroken | None:
+        """Rules 1 and 2."""
+        order, fence = taken.order, self._evidence.fences[taken.fence]
+        bears, now = (order.epoch, order.turn), (fence.epoch, fence.turn)
+        if bears != now:
+            told = f"turn {order.turn} of epoch {order.epoch}"
+            why = f"its body takes an order of {told} in turn {now[1]} of epoch {now[0]}"
+            return _breach("F2" if bears > now else "F1", order, why)
+        if fence.may is May.ALL or (fence.named, fence.named_life) == (order.robot, order.life):
+            return None
+        who = f"robot {fence.named} in life {fence.named_life}" if fence.may is May.ONE else "nobody"
+        return _breach("F1", order, f"its body takes an order of life {order.life} where {who} may move")
 
-def _granted(evidence: Evidence, ahead: int, t_s: float, order: OrderAccepted) -> tuple[float, bool]:
-    """The grant of the robot ahead by then, and whether rule 4 excuses an order beyond it."""
-    grants = evidence.granted[ahead, order.robot, order.epoch]
-    by_then = bisect_right(grants, t_s + ROUNDING_S, key=itemgetter(0))
-    return grants[by_then - 1][1] if by_then else 0.0, evidence.may_have_said_more(ahead, t_s)
-
-
-def _judge_grants(
-    robot: int, grants: Sequence[tuple[float, AuthorityGranted]]
-) -> Iterator[tuple[float, PromiseBroken]]:
-    """Rule 5, for all grants of one robot."""
-    granted_m: defaultdict[tuple[int, int], float] = defaultdict(float)
-    for t_s, grant in grants:
-        link = (grant.to, grant.epoch)
-        if grant.authority_m < granted_m[link] - ROUNDING_M:
-            why = f"took back what it had granted robot {grant.to}"
-            yield t_s, _breach(robot, grant.authority_m, granted_m[link], why)
-        granted_m[link] = max(granted_m[link], grant.authority_m)
-
-
-def _judge_planned(
-    plans: Sequence[tuple[float, StepPlanned]], t_s: float, order: OrderAccepted, *, joins: bool
-) -> PromiseBroken | None:
-    """Rules 2 and 6. An order to stand is always lawful."""
-    if order.target is None:
-        return None
-    by_then = [plan for at_s, plan in plans if at_s <= t_s + ROUNDING_S and plan.epoch == order.epoch]
-    planned = [plan for plan in by_then if joins or plan.step == order.step]
-    miss_m = min((apart_m(order.target, plan.target) for plan in planned), default=math.inf)
-    if miss_m <= ROUNDING_M:
-        return None
-    step, does = ("any step", "joined") if joins else (f"step {order.step}", "led")
-    why = f"ordered elsewhere than {step} was planned" if planned else f"{does} without a planned step"
-    return _breach(order.robot, miss_m if planned else order.reach_m, 0.0, why)
-
-
-def _judge_motion(
-    poses: Sequence[tuple[float, PoseSampled]], orders: Orders, tolerance: Tolerance
-) -> Iterator[tuple[float, PromiseBroken]]:
-    """Rule 3, between samples; a motion that stays unlawful is one violation."""
-    origins = _origins(orders)
-    taken_s = [t_s for t_s, _ in orders]
-    lawful = True
-    for (start_s, start), (end_s, end) in pairwise(poses):
-        moved_m = math.hypot(end.x_m - start.x_m, end.y_m - start.y_m)
-        if moved_m <= ROUNDING_M:
-            continue
-        in_hand = bisect_right(taken_s, start_s + ROUNDING_S) - 1
-        target = orders[in_hand][1].target if in_hand >= 0 else None
-        if target is None:
-            breach = _breach(start.robot, moved_m, 0.0, "moved with no order in hand")
+    def _borne(self, taken: Taken, target: Point) -> Iterator[PromiseBroken]:
+        """Rules 3 to 6 for an order that bears its fence."""
+        order, fences = taken.order, self._evidence.fences
+        joins = fences[taken.fence].may is May.ONE
+        if not self._is_seen(taken):
+            why = f"ordered in turn {order.turn} of epoch {order.epoch}, in which its body was not scanned"
+            yield _breach("F6", order, why)
+        if joins:
+            yield from self._elsewhere("S3", taken, target, JOINS)
+            return
+        formed = self._evidence.formed.get(order.epoch)
+        if formed is None:
+            return  # F4 asks for the formation
+        rank, lives = formed.ranks.get(order.robot), formed.strand.lives
+        if rank is not None and rank < len(lives) and lives[rank] != order.life:
+            why = f"ordered in life {order.life}, where the formation names {lives[rank]}"
+            yield _breach("F4", order, why)
+        elif rank is None:
+            yield _breach("F5", order, "ordered in a strand of which it is no member")
+        elif rank == 0 and order.step > 0:
+            yield from self._elsewhere("F5", taken, target, order.step)
         else:
-            origin = origins[in_hand]
-            beside_m = max(_beside_m(origin, target, start), _beside_m(origin, target, end))
-            allowed_m = tolerance.drive_m(apart_m(origin, target))
-            reach_m = tolerance.speed_mps_max * (end_s - start_s) + ROUNDING_M
-            if beside_m > allowed_m:
-                breach = _breach(start.robot, beside_m, allowed_m, "moved off the line to its target")
-            elif moved_m > reach_m:
-                breach = _breach(start.robot, moved_m, reach_m, "moved faster than it can")
-            else:
-                lawful = True
-                continue
-        if lawful:
-            yield end_s, breach
-        lawful = False
+            yield from self._along(taken, target, formed, rank)
+
+    def _is_seen(self, taken: Taken) -> bool:
+        """Rule 3."""
+        fence = self._evidence.fences[taken.fence]
+        if fence.may is May.ALL and taken.order.step == 0 and not self._followers_sense:
+            return True
+        if taken.scanned is None or taken.scanned == taken.fence:
+            return taken.scanned is not None
+        scanned = self._evidence.fences[taken.scanned]
+        return fence.may is May.ALL and (scanned.epoch, scanned.turn, fence.turn) == (fence.epoch, 0, 1)
+
+    def _elsewhere(self, invariant: str, taken: Taken, target: Point, step: int) -> Iterator[PromiseBroken]:
+        """Rule 4, and rule 6 for a step of the leader."""
+        order = taken.order
+        plans = self._evidence.plans.get((order.robot, order.epoch), {}).get(step, ())
+        by_then = [plan for at_s, plan in plans if at_s <= taken.t_s + ROUNDING_S]
+        miss_m = min((apart_m(target, plan.target) for plan in by_then), default=math.inf)
+        if miss_m <= ROUNDING_M or self._evidence.may_have_said_more(order.robot, taken.t_s):
+            return
+        what = "a step to join" if step == JOINS else f"step {step}"
+        if by_then:
+            yield breach_of(invariant, order.robot, miss_m, 0.0, f"ordered elsewhere than {what} was planned")
+        else:
+            yield _breach(invariant, order, f"ordered {what} that was not planned")
+
+    def _along(self, taken: Taken, target: Point, formed: Formed, rank: int) -> Iterator[PromiseBroken]:
+        """Rule 6 along the path: as far as the robot ahead granted, or as the formation laid it."""
+        order, strand, path = taken.order, formed.strand, self._paths.of(formed.strand)
+        if path is None:
+            yield _breach("F5", order, f"ordered in epoch {order.epoch}, whose strand has no path")
+            return
+        if rank == 0:
+            granter, granted_m, ahead = "the formation laid", path[len(strand.laid) - 1].s_m, order.robot
+        else:
+            ahead = strand.order[rank - 1]
+            granter, granted_m = f"robot {ahead} granted", self._granted_m(taken, ahead)
+        allowed_m = self._tolerance.mu0_m + self._tolerance.drive_m(
+            math.hypot(target.x_m - order.x_m, target.y_m - order.y_m)
+        )
+        beside_m = apart_m(target, path.at(order.reach_m))
+        if order.reach_m > granted_m + ROUNDING_M and not self._excused(taken, ahead):
+            why = f"ordered further than {granter}"
+            yield breach_of("F5", order.robot, order.reach_m, granted_m, why)
+        elif beside_m > allowed_m and not self._excused(taken, ahead, strand.order[0]):
+            why = "ordered beside the strand's path"
+            yield breach_of("F5", order.robot, beside_m, allowed_m, why)
+
+    def _granted_m(self, taken: Taken, ahead: int) -> float:
+        grants = self._evidence.granted.get((ahead, taken.order.robot, taken.order.epoch), ())
+        by_then = bisect_right(grants, taken.t_s + ROUNDING_S, key=itemgetter(0))
+        return grants[by_then - 1][1] if by_then else 0.0
+
+    def _excused(self, taken: Taken, *robots: int) -> bool:
+        """Rule 7."""
+        return any(self._evidence.may_have_said_more(robot, taken.t_s) for robot in robots)
+
+    def _displaced(self, taken: Taken) -> Iterator[PromiseBroken]:
+        """Rule 5, for the first order of a robot under ALL."""
+        order, evidence = taken.order, self._evidence
+        formed = evidence.formed.get(order.epoch)
+        rank = None if formed is None else formed.ranks.get(order.robot)
+        if formed is None or rank is None:
+            return
+        strand, path = formed.strand, self._paths.of(formed.strand)
+        stood = evidence.place_at(order.robot, evidence.fences.times_s[taken.fence])
+        if path is None or rank >= len(strand.places_m) or stood is None:
+            return
+        off_m, allowed_m = apart_m(stood, path.at(strand.places_m[rank])), self._tolerance.mu0_m + ROUNDING_M
+        if off_m > allowed_m:
+            why = "ordered in a strand, but did not stand at its place when the strand was to drive"
+            yield breach_of("F4", order.robot, off_m, allowed_m, why)
 
 
-def _origins(orders: Orders) -> list[Point]:
-    """Where the body began each drive; successive orders with the same target are one drive."""
-    origins: list[Point] = []
-    for index, (_, order) in enumerate(orders):
-        same = index > 0 and order.target is not None and orders[index - 1][1].target == order.target
-        origins.append(origins[-1] if same else Point(x_m=order.x_m, y_m=order.y_m))
-    return origins
-
-
-def _breach(robot: int, measured_m: float, required_m: float, why: str) -> PromiseBroken:
-    return PromiseBroken(invariant="S3", robot=robot, measured_m=measured_m, required_m=required_m, why=why)
-
-
-def _beside_m(start: Point, end: Point, place: PoseSampled) -> float:
-    """The distance of a place from the segment between two points."""
-    east_m, north_m = end.x_m - start.x_m, end.y_m - start.y_m
-    square = east_m * east_m + north_m * north_m
-    along = (place.x_m - start.x_m) * east_m + (place.y_m - start.y_m) * north_m
-    share = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
-    return math.hypot(place.x_m - start.x_m - share * east_m, place.y_m - start.y_m - share * north_m)
+def _breach(invariant: str, order: OrderAccepted, why: str) -> PromiseBroken:
+    return PromiseBroken(invariant=invariant, robot=order.robot, why=why)

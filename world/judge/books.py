@@ -1,6 +1,6 @@
 """The message accounts of a run: messages sent, received, and unaccounted for.
 
-Rule 1: a key has one sender. Each of its receivers has a book: a `muster` key has all other robots.
+Rule 1: a key has one sender and one receiver. The keys of the operator, who counts nothing, have no book.
 Rule 2: odometry continues while robots count. So its book ends at the newest message that the robot received.
 Rule 3: a book without the counts of one side (a dead robot) is left out and listed. Messages of it that a
         fault plan removed are counted separately, as far as they are recorded.
@@ -12,13 +12,13 @@ Rule 5: the recorder's keys are not in the books: its entries have their own num
 """
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from msgspec import Struct
 
-from protocol.keys import WORLD, robot_name
+from protocol.keys import WORLD, robot_number
 
 Book = tuple[str, str]
 """A key, and one of its receivers."""
@@ -56,14 +56,12 @@ class Account:
 def balance(
     accounts: Mapping[str, Account],
     *,
-    robots: Sequence[int],
     removed: Mapping[Book, Mapping[str, int]] = MappingProxyType({}),
 ) -> Messages:
     """Balance the books of all sources that recorded their counts; the world is one of them.
 
     Args:
         accounts: the account of each source.
-        robots: the fleet.
         removed: recorded removals by fault plans, by book and fault.
     """
     sent = received = refused = 0
@@ -73,19 +71,22 @@ def balance(
     told = {key for account in accounts.values() for key in (*account.sent, *account.newest)}
     told.update(key for key, _ in removed)
     for key in sorted(told):
-        for sender, receiver in _ends(key, robots):
-            if sender not in accounts or receiver not in accounts:
-                left_out.append(f"{key} > {receiver}")
-                elsewhere.update(removed.get((key, receiver), {}))
-                continue
-            heard = accounts[receiver]
-            away = Counter({fault: counts.get(key, 0) for fault, counts in heard.injected.items()})
-            sent_here = (heard.newest if sender == WORLD else accounts[sender].sent).get(key, 0)
-            received_here = heard.received.get(key, 0)
-            wanting = max(0, sent_here - received_here - away.total())
-            sent, received = sent + sent_here, received + received_here
-            refused += min(wanting, heard.refused.get(key, 0))
-            injected.update(away)
+        ends = _ends(key)
+        if ends is None:
+            continue
+        sender, receiver = ends
+        if sender not in accounts or receiver not in accounts:
+            left_out.append(f"{key} > {receiver}")
+            elsewhere.update(removed.get((key, receiver), {}))
+            continue
+        heard = accounts[receiver]
+        away = Counter({fault: counts.get(key, 0) for fault, counts in heard.injected.items()})
+        sent_here = (heard.newest if sender == WORLD else accounts[sender].sent).get(key, 0)
+        received_here = heard.received.get(key, 0)
+        wanting = max(0, sent_here - received_here - away.total())
+        sent, received = sent + sent_here, received + received_here
+        refused += min(wanting, heard.refused.get(key, 0))
+        injected.update(away)
     return Messages(
         sent=sent,
         received=received,
@@ -97,16 +98,16 @@ def balance(
     )
 
 
-def _ends(key: str, robots: Sequence[int]) -> Iterator[tuple[str, str]]:
-    """The sender of a key with each of its receivers; nothing for a key that is not in the books."""
+def _ends(key: str) -> tuple[str, str] | None:
+    """The sender and the receiver of a key; None for a key that is not in the books."""
     match key.split("/"):
-        case ["link", sender, receiver]:
-            yield sender, receiver
+        case ["link" | "view", sender, receiver]:
+            return sender, receiver
+        case ["body", "fence", robot] if robot_number(robot) is not None:
+            return robot, WORLD
         case ["body", robot, "drive"]:
-            yield robot, WORLD
+            return robot, WORLD
         case ["body", robot, "odometry"]:
-            yield WORLD, robot
-        case ["muster", sender]:
-            yield from ((sender, name) for name in map(robot_name, robots) if name != sender)
+            return WORLD, robot
         case _:
-            pass
+            return None

@@ -1,4 +1,4 @@
-"""The judgement of a run from its timeline alone: S1 to S3, by the same rules as live, and P1 to P6.
+"""The judgement of a run from its timeline alone: S1 and S2 by the same rules as live, and all others.
 
 Between two samples a body moved straight at constant speed. So the samples of all bodies divide the run into
 intervals in which all bodies did; the monitor watches these intervals instead of ticks.
@@ -14,10 +14,10 @@ from protocol.arrays import Floats
 from protocol.timeline import Entry, PromiseBroken
 from world.geometry.clearance import clearance
 from world.geometry.shapes import Ground
-from world.judge.authority import Tolerance, judge_authority
 from world.judge.evidence import Evidence
 from world.judge.invariants import INVARIANTS, judge_invariants
 from world.judge.monitor import Least, Monitor
+from world.judge.motion import Tolerance
 from world.scenario.scenario import Scenario
 
 MOVES_AT_ONCE = 1000  # moves judged against obstacles in one call: more need memory and save no time
@@ -69,8 +69,8 @@ def judge_evidence(scenario: Scenario, evidence: Evidence) -> Judgement:
         heading_error_rad=scenario.drive.heading_error_rad,
         speed_mps_max=scenario.drive.speed_mps_max,
     )
-    said = [*judge_authority(evidence, tolerance), *judge_invariants(evidence, scenario.mission())]
-    breaches += [Breach(t_s=t_s, broken=broken) for t_s, broken in said]
+    found = judge_invariants(evidence, tolerance, followers_sense=scenario.law.law.promises_clearance)
+    breaches += [Breach(t_s=t_s, broken=broken) for t_s, broken in found]
     return Judgement(
         least_clearance=monitor.least_clearance,
         least_separation=monitor.least_separation,

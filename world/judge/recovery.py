@@ -2,30 +2,36 @@
 
 Rule 1: the timeline is the only input. Its sources have no common order, so entries are sorted by time first.
 Rule 2: the cause of a death is an injected process fault or, if there is none, the last sign of life.
-Rule 3: the detection is the first broken link to the dead robot or, if there is none, the first call of a
-        muster.
-Rule 4: the cause of a heal without a death is the return of a process or, if there is none, a silent link.
+Rule 3: the detection is the first broken link to the dead robot or, if there is none, the first view that was
+        proposed because a robot was lost.
+Rule 4: the cause of a heal without a death is the return of a process or, if there is none, a silent link. Its
+        detection is the first broken link since the last heal or, if there is none, the first view that was
+        proposed for a reason that changes who is in the strand.
 """
 
 from collections.abc import Iterator, Sequence
 
 from msgspec import Struct
 
+from protocol.fence import Cause
 from protocol.keys import WORLD, robot_name, robot_number
 from protocol.timeline import (
     FaultInjected,
     LeaderSucceeded,
     LinkBroken,
-    MusterCalled,
     Record,
     RobotDied,
     RobotRestarted,
     RobotReturned,
     StrandHealed,
+    ViewProposed,
 )
 
 ORDERED = ("kill", "freeze")  # faults that make a death a requested one
 THAWED = "thaw"
+LOSSES = frozenset({Cause.NEIGHBOUR_LOST, Cause.COORDINATOR_LOST})
+CHANGES = LOSSES | {Cause.PLEA, Cause.OUTSIDERS, Cause.MISFIT, Cause.WORLD_RESTARTED}
+"""The causes of views that robots leave or enter; others keep the members."""
 
 Dated = tuple[float, str, Record]
 """Time, source, record."""
@@ -100,7 +106,7 @@ class Recovery:
                 cause_s=cause_s,
                 detected_s=self._detected_s(robot, cause_s),
                 known_s=known_s,
-                recovered_s=self._first_s(StrandHealed, cause_s),
+                recovered_s=self._healed_s(cause_s),
                 returned_s=self._returned_s(robot, known_s),
             )
 
@@ -132,13 +138,19 @@ class Recovery:
             for t_s, _, record in self._dated
             if isinstance(record, LinkBroken) and record.neighbour == robot and t_s >= cause_s
         )
-        return next(broken, self._first_s(MusterCalled, cause_s))
+        lost = (t_s for t_s, about in self._proposed(LOSSES) if about in {robot, None} and t_s >= cause_s)
+        return next(broken, next(lost, None))
 
-    def _first_s(self, kind: type[Record], from_s: float) -> float | None:
-        """The time of the first entry of a kind from then on."""
-        return next(
-            (t_s for t_s, _, record in self._dated if isinstance(record, kind) and t_s >= from_s), None
-        )
+    def _healed_s(self, from_s: float) -> float | None:
+        """When a strand first healed from then on."""
+        healed = (t_s for t_s, _, record in self._dated if isinstance(record, StrandHealed) and t_s >= from_s)
+        return next(healed, None)
+
+    def _proposed(self, causes: frozenset[Cause]) -> Iterator[tuple[float, int | None]]:
+        """When views were proposed for such causes, and about which robot."""
+        for t_s, _, record in self._dated:
+            if isinstance(record, ViewProposed) and record.cause in causes:
+                yield t_s, record.about
 
     def _successions(self) -> Iterator[Succession]:
         for t_s, source, record in self._dated:
@@ -177,8 +189,9 @@ class Recovery:
                 or self._returns_s(healed_s, t_s)
                 or [at_s - each.silent_s for at_s, each in broken]
             )
-            called_s = self._first_s(MusterCalled, max(healed_s, 0.0))
-            detected = [at_s for at_s, _ in broken] or ([] if called_s is None else [called_s])
+            detected = [at_s for at_s, _ in broken] or [
+                at_s for at_s, _ in self._proposed(CHANGES) if healed_s < at_s <= t_s
+            ]
             yield Heal(
                 epoch=record.epoch,
                 members=record.members,
@@ -196,7 +209,7 @@ def is_relevant(source: str, record: Record) -> bool:
             return process is not None  # not faults of messages: these are many
         case RobotDied() | RobotRestarted() | RobotReturned():
             return source == WORLD
-        case LinkBroken() | MusterCalled() | LeaderSucceeded() | StrandHealed():
+        case LinkBroken() | ViewProposed() | LeaderSucceeded() | StrandHealed():
             return True
         case _:
             return False

@@ -146,9 +146,7 @@ class Tally:
         """A formation has been made: it takes in those that were stranded before, or says so again."""
         if epoch > self._formed:
             self._formed, self.stranded_s = epoch, max(self.stranded_s, t_s)
-            self.stranded = {
-                robot: each for robot, each in self.stranded.items() if each.epoch >= epoch
-            }
+            self.stranded = {robot: each for robot, each in self.stranded.items() if each.epoch >= epoch}
 
     def _disturb(self, t_s: float) -> None:
         self.disturbed_s = max(self.disturbed_s or 0.0, t_s)

@@ -202,7 +202,8 @@ def _stranded_sentence(facts: Facts) -> str:
     """Which living robots are stranded, and why."""
     tally = facts.tally
     return "; ".join(
-        f"robot {robot}: {each.reason}" + ("" if each.by is None else f" (behind the body of robot {each.by})")
+        f"robot {robot}: {each.reason}"
+        + ("" if each.by is None else f" (behind the body of robot {each.by})")
         for robot, each in sorted(tally.stranded.items())
         if robot in facts.living - tally.arrived
     )

@@ -1,12 +1,12 @@
 """Progress messages for users who watch a run: one line per relevant entry."""
 
-from protocol.keys import robot_name
-from protocol.timeline import Entry, FaultInjected, StrandFormed
+from protocol.timeline import Entry, FaultInjected, FenceChanged
 from protocol.timeline.sentences import sentence
 
 AWAITED = frozenset(
     [
         "fault.injected",
+        "fence.changed",
         "goal.reached",
         "leader.succeeded",
         "link.broken",
@@ -16,6 +16,7 @@ AWAITED = frozenset(
         "robot.failed",
         "robot.restarted",
         "robot.returned",
+        "robot.stranded",
         "route.lost",
         "router.found",
         "router.lost",
@@ -36,8 +37,8 @@ def progress(source: str, entry: Entry) -> str | None:
     record = entry.record
     if record.__struct_config__.tag not in AWAITED:
         return None
-    if isinstance(record, StrandFormed) and source != robot_name(record.order[0]):
-        return None  # only the leader's entry is reported
+    if isinstance(record, FenceChanged) and record.cause is None:
+        return None  # turns are given many times while a strand lines up
     if isinstance(record, FaultInjected) and record.process is None:
         return None  # faults of messages are only counted
     return f"t={entry.t_s:6.1f} s  {sentence(source, record)}"

@@ -17,6 +17,7 @@ from pathlib import Path
 import msgspec
 
 from protocol.errors import UsageError
+from protocol.fence import NUMBERS, Epoch, Fence
 from protocol.files.opening import open_regular
 from protocol.files.writing import open_private
 from protocol.keys import WORLD, robot_number
@@ -35,7 +36,6 @@ from protocol.timeline import (
     ScanServed,
     WorldResumed,
 )
-from protocol.wire.fence import NUMBERS, Epoch, Fence
 from world.record.lines import Line, read_line
 from world.record.recorder import EVENTS_FILE, Header
 

@@ -143,8 +143,8 @@ function drawPath({ context, run, t, px, strand }) {
   const steps = run.kind("step.planned");
   const formed = run.kind("strand.formed");
   const began = formed.epoch?.indexOf(strand.epoch) ?? -1;
-  const isOfStrand = row >= 0 && steps.epoch[row] === strand.epoch;
-  const end = isOfStrand ? steps.reach_m[row] : began >= 0 ? formed.path_length_m[began] : Infinity;
+  const isOfStrand = row >= 0 && steps.epoch[row] === strand.epoch && !steps.joins[row];
+  const end = isOfStrand ? steps.reach_m[row] : began >= 0 ? formed.places_m[began][0] : Infinity;
   context.strokeStyle = colour.soft;
   context.lineWidth = 1 * px;
   context.setLineDash([1 * px, 3 * px]);
@@ -172,7 +172,7 @@ function drawAuthorities({ context, run, t, px, strand, robot }) {
   for (let place = 1; place < strand.order.length; place++) {
     const body = run.body(strand.order[place]);
     const authority = authorityAt(run, strand, place, t);
-    const progress = progressAt(run, body, strand.epoch, t, body.x, body.y);
+    const progress = progressAt(run, body, strand, t, body.x, body.y);
     if (!(authority > progress)) continue;
     context.strokeStyle = colourOf(body.robot);
     context.globalAlpha = robot === 0 || robot === body.robot ? 0.45 : 0.12;

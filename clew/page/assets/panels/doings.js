@@ -25,8 +25,12 @@ function doingAt(run, body, t) {
   const state = stateAt(run.lanes.get(body.robot), t) || "free";
   if (body.isMoving) return state === "dead" ? "rolling out, dead" : "driving";
   return (
-    { free: "standing", waiting: "waiting for a link", holding: "holding for the robot behind" }[state] ??
-    state
+    {
+      free: "standing",
+      waiting: "waiting for a link",
+      holding: "holding for the robot behind",
+      aside: "aside, left out of the strand",
+    }[state] ?? state
   );
 }
 
@@ -52,7 +56,8 @@ function drawDoing(context, does, x, width, y, height, tone) {
       context.lineTo(at + 3, middle - 3);
     }
     context.stroke();
-  } else if (does === "waiting") dotted(context, x, width, middle, 3, 5, height * 0.6);
+  } else if (does === "aside") dotted(context, x, width, middle, 8, 14, 2);
+  else if (does === "waiting") dotted(context, x, width, middle, 3, 5, height * 0.6);
   else if (does === "holding") hatched(context, x, width, y, height);
   else context.strokeRect(x + 0.5, y + 2.5, Math.max(width - 1, 1), height - 5); // lining up
 }

@@ -2,9 +2,6 @@
 
 const LANE = { left: 64, right: 16, axis: 20, band: 18, signs: 18, top: 4 };
 
-/** How a lane shows what a robot does; without colour by the height and the texture of its bar. */
-const DOES = ["driving", "standing", "holding", "waiting", "lining up", "arrived", "dead"];
-
 class Lanes {
   /** @param {App} app @param {HTMLCanvasElement} canvas */
   constructor(app, canvas) {

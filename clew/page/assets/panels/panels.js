@@ -169,7 +169,7 @@ function robotNow(run, body, strand, time) {
   ];
   const moving = fromMovers(run, body.x, body.y, time);
   if (moving < Infinity) said.push(`${metres(moving, 3)} from moving obstacles`);
-  const progress = strand ? progressAt(run, body, strand.epoch, time, body.x, body.y) : NaN;
+  const progress = strand ? progressAt(run, body, strand, time, body.x, body.y) : NaN;
   if (!Number.isNaN(progress)) said.push(`${progress.toFixed(2)} m along the path`);
   const authority = place > 0 ? authorityAt(run, strand, place, time) : NaN;
   if (!Number.isNaN(authority)) said.push(`granted ${authority.toFixed(2)} m`);

@@ -103,7 +103,7 @@ function stretches(run) {
       if (rank < 1) continue;
       const short =
         authorityAt(run, strand, rank, t) -
-        progressAt(run, body, strand.epoch, t, body.xs.data[i], body.ys.data[i]);
+        progressAt(run, body, strand, t, body.xs.data[i], body.ys.data[i]);
       if (!Number.isNaN(short)) curve.push(t, Math.max(short, 0));
     }
     if (curve.value.length) found.push({ name: `r${body.robot}`, key: body.robot, curve });

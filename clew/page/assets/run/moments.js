@@ -20,10 +20,13 @@ const SIGNS = {
   "link.silent": { sign: "○", name: "link silent", row: 0 },
   "link.heard": { sign: "◉", name: "link heard", row: 1 },
   "link.broken": { sign: "⊘", name: "link broken", row: 0 },
-  "muster.called": { sign: "⊕", name: "muster", row: 1 },
+  "view.proposed": { sign: "⊕", name: "view", row: 1 },
+  "fence.changed": { sign: "⊟", name: "fence", row: 3 },
+  "view.left": { sign: "◌", name: "left out", row: 0 },
+  "robot.stranded": { sign: "⊥", name: "stranded", row: 0 },
   "leader.succeeded": { sign: "▲", name: "succession", row: 1 },
   "strand.healed": { sign: "✚", name: "heal", row: 1 },
-  "strand.reversed": { sign: "⇄", name: "turn", row: 1 },
+  "strand.reversed": { sign: "⇄", name: "turn round", row: 1 },
   "strand.dissolved": { sign: "⁘", name: "dissolved", row: 1 },
   "robot.placed": { sign: "◆", name: "join", row: 1 },
   "robot.blocked": { sign: "◇", name: "blocked", row: 0 },
@@ -35,6 +38,9 @@ const SIGNS = {
   "step.planned": { sign: "▷", name: "step", row: 2 },
 };
 
+/** The fence of an emergency stop. @type {Sign} */
+const STOP = { sign: "⊗", name: "emergency stop", row: 0 };
+
 /** @typedef {{t: number, kind: string, sign: Sign, says: string}} Moment */
 
 class Moments {
@@ -45,7 +51,7 @@ class Moments {
 
   /** @param {string} kind @param {Columns} rows @param {number} i */
   add(kind, rows, i) {
-    const sign = SIGNS[kind];
+    const sign = kind === "fence.changed" && rows.may[i] === "stopped" ? STOP : SIGNS[kind];
     if (!sign || rows.says[i] === null) return; // nobody looks for it
     const moment = { t: rows.t[i], kind, sign, says: rows.says[i] };
     let place = this.all.length;

@@ -44,7 +44,7 @@ class Run {
     this.lanes = new Map();
     /** @type {Map<string, {t: number[], state: string[]}>} */
     this.links = new Map();
-    /** @type {{t_s: number, epoch: number, order: number[]}[]} */
+    /** @type {{t_s: number, epoch: number, turn: number, order: number[]}[]} */
     this.strands = [];
     /** @type {Map<number, {x: number, y: number, s: number}[]>} */
     this.paths = new Map();

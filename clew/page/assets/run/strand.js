@@ -14,13 +14,13 @@ function linkAt(run, one, other, t) {
 
 /**
  * How far a robot is along the strand's path [m]: of its order's target, less what is left to drive.
- * @param {Run} run @param {Body} body @param {number} epoch @param {number} t @param {number} x where it is then
- * @param {number} y
+ * @param {Run} run @param {Body} body @param {{epoch: number, turn: number}} strand @param {number} t
+ * @param {number} x where it is then @param {number} y
  */
-function progressAt(run, body, epoch, t, x, y) {
+function progressAt(run, body, strand, t, x, y) {
   const row = run.lookup("order.accepted", body.robot).at(t);
   const orders = run.kind("order.accepted");
-  if (row < 0 || orders.epoch[row] !== epoch) return NaN;
+  if (row < 0 || orders.epoch[row] !== strand.epoch || orders.turn[row] !== strand.turn) return NaN;
   const target = orders.target[row];
   return orders.reach_m[row] - Math.hypot(target[0] - x, target[1] - y);
 }

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from agents.body.driver import Driver
 from agents.membership.calls import ANSWERS, ASKS_S, GAPS, INVITES_S, LISTENS_S, RANK_S, SLEPT_S, Calls
 from agents.membership.lining import Lining
-from agents.membership.presence import GRACE_S
+from agents.liveness.presence import GRACE_S
 from agents.membership.waiting import SLOW_S
 from agents.strand.strand import COMES_BACK_S
 from protocol.epochs import called_epoch

@@ -2,7 +2,7 @@
 
 import pytest
 
-from agents.membership.presence import GRACE_S, Presence
+from agents.liveness.presence import GRACE_S, Presence
 from protocol.keys import WORLD_NUMBER
 
 

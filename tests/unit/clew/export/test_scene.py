@@ -24,9 +24,9 @@ from protocol.timeline import (
     SeenGap,
     SeenObstacle,
     StepPlanned,
-    StrandFormed,
 )
 from tests.support.logs.logs import PAPER
+from tests.support.strands import strand
 from world.geometry.shapes import Circle, Ellipse
 
 INK = Colour(0.0, 0.0, 0.0)
@@ -56,6 +56,13 @@ DIED = RobotDied(robot=2, silent_since_s=0.0)
 
 def drawn(scene: Scene, record: Record, t_s: float = 0.0, source: str = "world") -> list[Thing]:
     return list(scene.hear(source, Entry(n=1, t_s=t_s, hlc="0/0", record=record)))
+
+
+def formed(scene: Scene, epoch: int, *order: int) -> list[Thing]:
+    """What is drawn anew when a strand forms."""
+    return [
+        thing for source, record in strand(epoch, *order) for thing in drawn(scene, record, source=source)
+    ]
 
 
 def strokes(thing: Thing, colour: Colour) -> list[Stroke]:
@@ -91,8 +98,7 @@ def test_authorities_are_removed_with_their_strand() -> None:
     scene = Scene(PAPER, {1: path, 2: path})
     old = AuthorityGranted(to=2, epoch=1, authority_m=1.0)
     drawn(scene, old, source="r1")
-    formed = StrandFormed(epoch=2, sensed=False, order=(2, 3), path_length_m=1.0)
-    assert drawn(scene, formed, source="r2") == [Thing("authority/2", ())]
+    assert formed(scene, 2, 2, 3) == [Thing("authority/2", ())]
     assert drawn(scene, old, source="r1") == []  # it came late
     assert drawn(scene, AuthorityGranted(to=3, epoch=2, authority_m=1.0), source="r2") != []
 
@@ -101,8 +107,8 @@ def test_links_join_the_robots_of_the_newest_strand_ten_times_a_second() -> None
     scene = Scene(PAPER, {})
     for robot in (1, 2, 3):
         drawn(scene, PoseSampled(robot=robot, x_m=float(robot), y_m=0.0, heading_rad=0.0))
-    drawn(scene, StrandFormed(epoch=2, sensed=False, order=(3, 1), path_length_m=1.0), source="r3")
-    drawn(scene, StrandFormed(epoch=1, sensed=False, order=(1, 2, 3), path_length_m=1.0), source="r2")
+    formed(scene, 2, 3, 1)
+    formed(scene, 1, 1, 2, 3)  # it comes late
     nudge = RobotReturned(robot=3)
     assert "links" not in [thing.name for thing in drawn(scene, nudge, t_s=0.05)]
     (links,) = drawn(scene, nudge, t_s=0.1)

@@ -11,8 +11,9 @@ from rich.console import Console
 from clew.fleet.table_picture import COLUMNS, WORDS, choose, picture, summed_up, table
 from clew.fleet.table_rows import Row, Scoreboard
 from clew.story.states import State
-from protocol.timeline import GoalReached, Record, RobotAppeared, RobotDied, StrandFormed
+from protocol.timeline import GoalReached, Record, RobotAppeared, RobotDied
 from tests.support.logs.logs import GOOD, HEADER, numbered
+from tests.support.strands import strand
 from world.scenario.scenario import load
 
 ROBOTS = 200
@@ -23,12 +24,9 @@ MANY = load("paper", robots=ROBOTS)
 def many() -> Scoreboard:
     """A strand of 200 robots, one of them dead."""
     header = msgspec.structs.replace(HEADER, scenario=msgspec.json.decode(msgspec.json.encode(MANY)))
-    formed = StrandFormed(
-        epoch=1, sensed=False, order=tuple(range(1, ROBOTS + 1)), path_length_m=9.0, laid=()
-    )
-    records: list[tuple[str, Record]] = []
-    for robot in range(1, ROBOTS + 1):
-        records += [("world", RobotAppeared(robot=robot)), (f"r{robot}", formed)]
+    robots = range(1, ROBOTS + 1)
+    records: list[tuple[str, Record]] = [("world", RobotAppeared(robot=robot)) for robot in robots]
+    records += strand(20_001, *robots)
     records += [("world", RobotDied(robot=117, silent_since_s=0.0))]
     records += [("r1", GoalReached(x_m=0.0, y_m=0.0))] * 8
     board = Scoreboard.of(header)
@@ -86,6 +84,10 @@ def test_messages_and_events_are_shown_if_there_is_room(many: Scoreboard) -> Non
     assert high[0] == "the viewer is at http://x"
     assert high[-1].endswith("r1 has reached the goal")
     assert not any("viewer" in line or "goal" in line for line in low)
+
+
+def test_the_head_names_the_view_by_generation_and_coordinator(many: Scoreboard) -> None:
+    assert drawn(many, height=40)[1].endswith("view 2 of r1")
 
 
 def test_verdict_replaces_the_state_of_the_run(many: Scoreboard) -> None:

@@ -8,13 +8,14 @@ import pytest
 from clew.fleet.table_rows import Row, Scoreboard
 from clew.log.log import Log
 from clew.story.states import State
+from protocol.fence import Cause, May
 from protocol.frames import Point
 from protocol.mission import Law
 from protocol.timeline import (
     FaultInjected,
+    FenceChanged,
     GoalReached,
     LinkSilent,
-    OrderAccepted,
     PoseSampled,
     PromiseBroken,
     Record,
@@ -23,19 +24,17 @@ from protocol.timeline import (
     RobotFailed,
     RobotReturned,
     StepPlanned,
-    StrandFormed,
 )
 from tests.support.logs.logs import HEADER, numbered
 from tests.support.runs import Runs
+from tests.support.strands import formed, ordered, strand
 from world.record.run_files import read_verdict
 
 HERE = {"x_m": 0.0, "y_m": 0.0}
-FORMED = StrandFormed(epoch=1, sensed=False, order=(2, 1), path_length_m=1.0, laid=())
 AT_WORK: tuple[tuple[str, Record], ...] = (
     ("world", RobotAppeared(robot=1)),
     ("world", RobotAppeared(robot=2)),
-    ("r1", FORMED),
-    ("r2", FORMED),
+    *strand(1, 2, 1),
 )
 
 
@@ -120,23 +119,33 @@ def test_a_waiting_robot_names_the_robot_it_waits_for() -> None:
 
 
 def test_dead_leader_loses_its_place_to_the_new_leader() -> None:
-    again = msgspec.structs.replace(FORMED, epoch=2, order=(1,))
     killed = ("world", FaultInjected(fault="kill", rule="a", process="r2"))
-    rows = board(*AT_WORK, killed, ("r1", again)).rows
+    rows = board(*AT_WORK, killed, *strand(2, 1)).rows
     assert [row.robot for row in rows if row.place == 0] == [1]
 
 
 def test_progress_is_the_driven_share_of_path_and_cost_to_go() -> None:
     plan = planned(1, x_m=2.0, reach_m=3.0, cost_to_go_m=5.0)
-    order = OrderAccepted(
-        robot=2, number=1, epoch=1, step=1, x_m=0.0, y_m=-3.0, target=Point(x_m=2.0, y_m=-3.0), reach_m=3.0
-    )
+    order = ordered(2, epoch=1, step=1, y_m=-3.0, target=Point(x_m=2.0, y_m=-3.0), reach_m=3.0)
     begun = (*AT_WORK, seen(2, 0.0), ("r2", plan), ("world", order))
     assert row_of(2, *begun).share == 0.0
     half = row_of(2, *begun, seen(2, 1.0))
     assert (half.step, half.driven_m) == (1, 1.0)
     assert half.share == pytest.approx(1.0 / 7.0)  # of 2 m to the target and 5 m from there
     assert row_of(2, *begun, seen(2, 1.0), ("r2", RobotArrived(progress_m=8.0))).share == 1.0
+
+
+def test_orders_of_a_turn_of_the_same_view_say_nothing_of_progress_in_its_strand() -> None:
+    plan = planned(1, x_m=2.0, reach_m=3.0, cost_to_go_m=5.0)
+    order = ordered(2, epoch=1, turn=0, y_m=-3.0, target=Point(x_m=2.0, y_m=-3.0), reach_m=3.0)
+    assert row_of(2, *AT_WORK, seen(2, 0.0), ("r2", plan), ("world", order)).share is None
+
+
+def test_a_stop_by_the_operator_is_seen_until_it_is_released() -> None:
+    stop = FenceChanged(epoch=20_000, turn=0, may=May.STOPPED, coordinator=0, life="", cause=Cause.OPERATOR)
+    released = msgspec.structs.replace(stop, epoch=30_000, may=May.NOBODY)
+    assert board(*AT_WORK, ("world", stop)).is_stopped
+    assert not board(*AT_WORK, ("world", stop), ("world", released)).is_stopped
 
 
 def test_there_is_no_progress_without_a_goal() -> None:
@@ -168,7 +177,7 @@ def test_broken_promises_are_counted_and_the_event_list_is_bounded() -> None:
         ("world", FaultInjected(fault="drop", rule="lossy", key="link")),
         ("world", PoseSampled(robot=99, x_m=0.0, y_m=0.0, heading_rad=0.0)),
         ("world", RobotReturned(robot=99)),
-        ("r99", FORMED),
+        ("r99", formed(1, 2, 1)),
         ("r99", RobotArrived(progress_m=1.0)),
     ],
 )

@@ -5,9 +5,10 @@ from msgspec.structs import replace
 from clew.story.stands import stands_of
 from clew.story.story import Story
 from protocol.frames import Point
-from protocol.timeline import OrderAccepted, StepAbandoned
+from protocol.timeline import StepAbandoned
 from tests.support.logs.logs import numbered
 from tests.support.planned import planned
+from tests.support.strands import ordered
 
 
 def test_an_interrupted_step_ends_at_the_position_of_its_leaders_body() -> None:
@@ -15,12 +16,12 @@ def test_an_interrupted_step_ends_at_the_position_of_its_leaders_body() -> None:
     for source, entry in numbered(
         (
             ("r1", planned(1)),
-            ("world", began(1, step=1, epoch=1, x_m=0.0)),
+            ("world", ordered(1, step=1, epoch=1, x_m=0.0)),
             ("r1", StepAbandoned(step=1, epoch=1, x_m=0.4, y_m=0.0)),
             ("r1", planned(2)),
-            ("world", began(1, step=2, epoch=1, x_m=0.4)),
+            ("world", ordered(1, step=2, epoch=1, x_m=0.4)),
             ("r2", replace(planned(2), epoch=2)),
-            ("world", began(2, step=2, epoch=2, x_m=-0.3)),
+            ("world", ordered(2, step=2, epoch=2, x_m=-0.3)),
         )
     ):
         story.hear(source, entry)
@@ -28,9 +29,3 @@ def test_an_interrupted_step_ends_at_the_position_of_its_leaders_body() -> None:
     assert [(stand.name, stand.robot, stand.place.x_m) for stand in stands] == [
         ("1", 1, 0.0), ("2", 1, 0.4), ("2 end", 1, 0.7), ("2", 2, -0.3),
     ]  # fmt: skip
-
-
-def began(robot: int, *, step: int, epoch: int, x_m: float) -> OrderAccepted:
-    return OrderAccepted(
-        robot=robot, number=1, epoch=epoch, step=step, x_m=x_m, y_m=0.0, target=None, reach_m=0.0
-    )

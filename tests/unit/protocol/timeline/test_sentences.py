@@ -7,22 +7,31 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from protocol.fence import Cause, May
 from protocol.timeline import (
     FaultInjected,
+    FenceChanged,
     LeaderSucceeded,
     LinkBroken,
     LinkSilent,
     Record,
     RobotDied,
     RobotFailed,
+    RobotStranded,
     StepAbandoned,
     StepFinished,
-    StrandFormed,
+    StrandJoined,
+    ViewProposed,
 )
 from protocol.timeline.base import Kind
-from protocol.timeline.sentences import SENTENCES, sentence
+from protocol.timeline.sentences import CAUSES, SENTENCES, sentence
 from tests.support.planned import planned
+from tests.support.strands import driving, formed, raised, turn
 from tests.support.strategies.message_strategies import values_of
+
+
+def test_every_cause_has_words() -> None:
+    assert set(CAUSES) == set(Cause)
 
 
 def test_every_kind_has_a_sentence() -> None:
@@ -64,11 +73,30 @@ def test_every_entry_has_a_sentence(kind: type[Kind], data: st.DataObject) -> No
             FaultInjected(fault="drop", rule="loss", key="link/r1/r2", number=7),
             "loss: drop message 7 on link/r1/r2",
         ),
-        ("r1", StrandFormed(epoch=1, sensed=True, order=(1, 2), path_length_m=1.0), "strand formed: r1 < r2"),
+        ("r2", formed(10_002, 1, 2), "strand formed: r1 < r2"),
+        ("r2", StrandJoined(epoch=10_002, rank=1), "r2 takes place 2 in the strand"),
         (
             "r2",
-            StrandFormed(epoch=1, sensed=True, order=(1, 2), path_length_m=1.0),
-            "r2 takes its place in the strand r1 < r2",
+            ViewProposed(epoch=20_002, cause=Cause.NEIGHBOUR_LOST, about=1, why="r1 is lost"),
+            "r2 proposes a view: r1 is lost",
+        ),
+        (
+            *raised(20_002, Cause.NEIGHBOUR_LOST),
+            "all bodies stand, for a neighbour is lost: r2 coordinates a view",
+        ),
+        (*raised(30_000, Cause.WORLD_RESTARTED), "all bodies stand, for the world has been started again"),
+        (*turn(20_002, 1, 4), "r4 has the turn: it alone may drive"),
+        (*turn(20_002, 2), "nobody has the turn: all stand"),
+        (*driving(20_002, 3, 2, 4), "the strand may drive: r3 leads 3 robots"),
+        (
+            "world",
+            FenceChanged(epoch=30_000, turn=0, may=May.STOPPED, coordinator=0, life="", cause=Cause.OPERATOR),
+            "the operator has stopped all bodies",
+        ),
+        (
+            "r2",
+            RobotStranded(epoch=20_002, robot=5, reason="no way to its place", by=1),
+            "r5 is stranded: no way to its place, the body of r1 is in the way",
         ),
     ],
 )

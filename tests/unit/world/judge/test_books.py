@@ -18,7 +18,7 @@ def account(
 
 def books(**accounts: Account) -> Messages:
     everybody = {name: account() for name in ("world", "r1", "r2", "r3")} | accounts
-    return balance(everybody, robots=ROBOTS)
+    return balance(everybody)
 
 
 def test_sent_and_received_messages_balance() -> None:
@@ -88,7 +88,7 @@ def test_odometry_sent_after_a_robot_counted_is_in_no_book() -> None:
 
 def test_books_of_a_dead_robot_are_left_out_and_listed() -> None:
     link, drive = "link/r1/r2", "body/r2/drive"
-    messages = balance({"world": account(received={drive: 3}), "r1": account(sent={link: 5})}, robots=[1, 2])
+    messages = balance({"world": account(received={drive: 3}), "r1": account(sent={link: 5})})
     assert (messages.sent, messages.received, messages.unaccounted) == (0, 0, 0)
     assert messages.left_out == ("body/r2/drive > world", "link/r1/r2 > r2")
 
@@ -96,12 +96,12 @@ def test_books_of_a_dead_robot_are_left_out_and_listed() -> None:
 def test_removed_messages_of_omitted_books_are_counted_separately() -> None:
     link, drive = "link/r1/r2", "body/r1/drive"
     removed = {(link, "r2"): {"drop": 4}, (drive, "world"): {"drop": 1, "corrupt": 2}}
-    dead = balance({"world": account(), "r2": account()}, robots=[1, 2], removed=removed)
+    dead = balance({"world": account(), "r2": account()}, removed=removed)
     assert (dead.injected, dead.injected_left_out) == ({}, {"corrupt": 2, "drop": 5})
     assert dead.left_out == (f"{drive} > world", f"{link} > r2")
     counted = account(newest={link: 4}, injected={"drop": {link: 4}})
     alive = balance(
-        {"r1": account(sent={link: 4}), "r2": counted}, robots=[1, 2], removed={(link, "r2"): {"drop": 4}}
+        {"r1": account(sent={link: 4}), "r2": counted}, removed={(link, "r2"): {"drop": 4}}
     )
     assert (alive.injected, alive.injected_left_out) == ({"drop": 4}, {})
 

@@ -2,25 +2,26 @@
 
 from typing import get_args
 
-from protocol.timeline import Entry, FaultInjected, LinkSilent, Record, StrandFormed
+from protocol.timeline import Entry, FaultInjected, LinkSilent, Record
 from tests.support.planned import planned
+from tests.support.strands import formed, raised, turn
 from world.record.progress import AWAITED, progress
 
 
 def test_only_relevant_entries_are_reported() -> None:
-    formed = StrandFormed(epoch=1, sensed=True, order=(2, 1), path_length_m=1.0)
     lost = FaultInjected(fault="drop", rule="loss", key="link/r1/r2", number=7)
     struck = FaultInjected(fault="kill", rule="kill-1", process="r1")
     told = [
         progress(source, Entry(n=1, t_s=1.0, hlc="", record=record))
         for source, record in (
-            ("r2", planned(3)), ("r1", LinkSilent(neighbour=2, silent_s=0.5)), ("r1", formed), ("r2", formed),
-            ("r1", lost), ("world", struck),
+            ("r2", planned(3)), ("r1", LinkSilent(neighbour=2, silent_s=0.5)), ("r1", formed(1, 2, 1)),
+            ("r1", lost), ("world", struck), raised(20_002), turn(20_002, 1, 3),
         )
     ]  # fmt: skip
     assert told == [
-        "t=   1.0 s  r2 plans step 3: 1.000 m", None, None, "t=   1.0 s  strand formed: r2 < r1",
+        "t=   1.0 s  r2 plans step 3: 1.000 m", None, "t=   1.0 s  strand formed: r2 < r1",
         None, "t=   1.0 s  kill-1: kill r1",
+        "t=   1.0 s  all bodies stand, for the run begins: r2 coordinates a view", None,
     ]  # fmt: skip
 
 

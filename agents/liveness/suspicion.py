@@ -9,15 +9,15 @@ Rule 3: a neighbour that shows a token and is lost by silence again and again ge
 
 from dataclasses import dataclass, field
 
-from agents.membership.presence import Presence
-from agents.membership.timing import Timing
+from agents.liveness.presence import Presence
+from agents.liveness.timing import Timing
 from protocol.wire.link import Link
 from protocol.wire.messages import AheadState, BehindState
 
 HALF_LIFE_S = 30.0  # of a penalty
 SUPPRESS = 1.8  # two losses within ten seconds or so
 REUSE = 0.75
-USUAL_SILENCES = 6.0  # as long as so many usual silences in a row is unusual: once in 400 where nine in ten
+USUAL_SILENCES = 8.0  # longer than so many usual ones, a silence is one in 3000
 
 
 @dataclass(slots=True)
@@ -30,7 +30,7 @@ class Penalty:
 
     def now(self, now_s: float) -> float:
         """The value, decayed."""
-        return self.value * 0.5 ** ((now_s - self.at_s) / HALF_LIFE_S)
+        return float(self.value * 0.5 ** ((now_s - self.at_s) / HALF_LIFE_S))
 
 
 @dataclass(slots=True)
@@ -61,7 +61,7 @@ class Suspicion:
             return None
         if self.presence.is_lost(link.neighbour, link.heard_at_s, now_s):
             return "token"
-        patience_s = self.silent_s_max + USUAL_SILENCES * link.usual_s
+        patience_s = max(self.silent_s_max, USUAL_SILENCES * link.usual_s)
         return "silence" if link.silent_s(now_s) > patience_s else None
 
     def has_gone(self, robot: int, heard_at_s: float, now_s: float) -> bool:

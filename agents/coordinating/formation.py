@@ -1,4 +1,4 @@
-"""Making a formation, and putting its pieces together again. Pure.
+"""Making a formation. Pure.
 
 Rule 1: it is made once; its pieces are sent again byte for byte (F4).
 Rule 2: every member is told the whole path from the tail on, with arc lengths, and of places and lives only
@@ -7,14 +7,14 @@ Rule 3: its path leads through all places, tail first; a leg that has been drive
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from agents.membership.legs import Legs
+from agents.coordinating.legs import Legs
 from protocol.fence import Epoch
-from protocol.frames import Point, Pose, Vertex
-from protocol.path import THERE_M, Path, straightened
+from protocol.frames import Point, Pose
+from protocol.path import Path, straightened
 from protocol.timeline import StrandFormed
 from protocol.wire.view import PIECE_VERTICES_MAX, Counters, Formation, Neighbour, Seen
 
@@ -35,16 +35,12 @@ class Plan:
     driven: frozenset[int]
     """Whose leg the robot ahead has driven."""
     back_by_m: float = 0.0
-    counters: Counters = Counters()
+    counters: Counters = field(default_factory=Counters)
     heals: bool = False
     led_by: int = 0
     map_number: int = 0
     seen: Seen | None = None
     sensed: bool = False
-
-    def turned_to(self, turn: int) -> "Plan":
-        """The same for another turn; before it is made."""
-        return replace(self, turn=turn)
 
     def pieces(self, robot: int) -> tuple[Formation, ...]:
         """Rule 2: what one member is told."""
@@ -96,9 +92,7 @@ class Plan:
         return Neighbour(robot=robot, life=self.lives[robot], s_m=self.places_m[robot])
 
 
-def lay_path(
-    order: Sequence[int], places: Mapping[int, Pose], legs: Legs
-) -> tuple[Path, dict[int, float]]:
+def lay_path(order: Sequence[int], places: Mapping[int, Pose], legs: Legs) -> tuple[Path, dict[int, float]]:
     """Rule 3: the path, and each robot's arc length along it."""
     points: list[Point] = []
     at: dict[int, int] = {}
@@ -113,43 +107,3 @@ def lay_path(
     path = Path(straightened(points))
     end_m = path.end_m
     return path, {robot: min(float(arcs_m[index]), end_m) for robot, index in at.items()}
-
-
-class Assembly:
-    """The pieces of one formation that a member has."""
-
-    def __init__(self) -> None:
-        self._pieces: dict[int, Formation] = {}
-
-    def add(self, piece: Formation) -> bool:
-        """Take a piece in; returns whether it fits to the others."""
-        known = next(iter(self._pieces.values()), None)
-        if known is not None and (known.epoch, known.life, known.turn, known.vertices) != (
-            piece.epoch,
-            piece.life,
-            piece.turn,
-            piece.vertices,
-        ):
-            return False
-        self._pieces[piece.first] = piece
-        return True
-
-    @property
-    def whole(self) -> tuple[Formation, Path] | None:
-        """The first piece and the whole path, when all pieces are there and their path is one."""
-        vertices: list[Vertex] = []
-        for first in sorted(self._pieces):
-            if first != len(vertices):
-                return None
-            vertices += self._pieces[first].path
-        if not vertices or len(vertices) != self._pieces[0].vertices or not is_path(vertices):
-            return None
-        return self._pieces[0], Path.told(vertices)
-
-
-def is_path(vertices: Sequence[Vertex]) -> bool:
-    """Whether arc lengths begin at 0 and equal the coordinates', up to rounding."""
-    along = np.array([(vertex.x_m, vertex.y_m, vertex.s_m) for vertex in vertices])
-    steps_m = np.hypot(*np.diff(along[:, :2], axis=0).T)
-    off_m = np.abs(along[:, 2] - np.concatenate([[0.0], np.cumsum(steps_m)]))
-    return bool(off_m.max() <= THERE_M * len(vertices))

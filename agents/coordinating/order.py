@@ -49,9 +49,7 @@ def nearest_to(goal: Point | None, places: Places) -> int:
     return min(places, key=lambda robot: (0.0 if goal is None else apart_m(places[robot], goal), robot))
 
 
-def order_at_start(
-    places: Places, goal: Point | None, obstacle_m: Mapping[int, float]
-) -> tuple[int, ...]:
+def order_at_start(places: Places, goal: Point | None, obstacle_m: Mapping[int, float]) -> tuple[int, ...]:
     """Rules 1 and 2.
 
     Args:

@@ -59,8 +59,8 @@ class Timing:
     @classmethod
     def of(cls, mission: Mission) -> "Timing":
         """The times of a fleet: in a large one each robot speaks less often to the coordinator."""
-        ping_s = max(cls.ping_s, 0.01 * mission.robots)  # 100 reports a second for the coordinator
-        report_s = max(cls.report_s, 0.005 * mission.robots)
+        ping_s = max(0.5, 0.01 * mission.robots)  # 100 reports a second for the coordinator
+        report_s = max(0.1, 0.005 * mission.robots)
         return cls(ping_s=ping_s, report_s=report_s, coordinator_s=3.0 * ping_s, reports_s=6.0 * ping_s)
 
     def relations(self) -> dict[str, bool]:

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from agents.membership.order import Places, positions
+from agents.coordinating.order import Places, positions
 from protocol.arrays import Floats, Indices, distances_to_segments, segments_apart
 from protocol.frames import Point, Pose
 

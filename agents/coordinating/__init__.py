@@ -1,0 +1,1 @@
+"""Coordinating a view: the draft, the turns, the formation."""

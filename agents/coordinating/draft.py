@@ -1,0 +1,232 @@
+"""The strand that a coordinator drafts: its order, who is in place, whose turn is next. Pure.
+
+Rule 1: in place are, from the front on, as many robots of the order as have a clear leg to the robot ahead
+        and make a strand that does not fold back; then those that came to a place by a turn.
+Rule 2: the turn goes to the nearest robot that is not in place and has not had one in vain. When a robot comes
+        to a place, all others may have a turn again: they may find a way behind it.
+Rule 3: where nobody finds a way, the last in place makes way, once: it gives its place up, and has a turn
+        after the others. A leader that stands alone takes one step to where others can come.
+Rule 4: where that is in vain, others lead, the nearest to the goal first, so many at most; at once, if all
+        robots are there and the one that would lead stands in front and finds no way. Then those in place go
+        on without the others. They do at once if they are more than half and nobody is nearer to the goal.
+Rule 5: robots that are left out and were there lately may stand in the way, and come back: they are waited
+        for before anybody makes way, and for longer before the strand goes on.
+"""
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from agents.coordinating.legs import robots_apart
+from agents.coordinating.order import (
+    Places,
+    in_front,
+    kept_order,
+    nearest_to,
+    order_at_start,
+    other_order,
+    positions,
+)
+from agents.liveness.timing import Timing
+from protocol.frames import Point
+from protocol.mission import Mission
+from protocol.wire.view import Look, Report
+
+
+@dataclass(frozen=True, slots=True)
+class Give:
+    """The turn goes to a robot."""
+
+    robot: int
+    makes_way: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Wait:
+    """There is nothing to do now."""
+
+
+@dataclass(frozen=True, slots=True)
+class Begin:
+    """Another order is to be tried."""
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """Those in place are the strand; the others are left out."""
+
+
+Next = Give | Wait | Begin | Done
+
+
+@dataclass(slots=True)
+class Draft:
+    """One coordinator's draft."""
+
+    mission: Mission
+    timing: Timing
+    keeps: bool
+    """Whether places in former strands count; not where a strand has dissolved."""
+    first: bool
+    """Whether it is the first view of the run."""
+    led: tuple[int, ...] = ()
+    """Who has led in vain, in this view or since the last step."""
+    order: tuple[int, ...] = ()
+    strand: list[int] = field(default_factory=list)
+    """Who is in place, leader first."""
+    legs: dict[int, tuple[Point, ...]] = field(default_factory=dict)
+    driven: set[int] = field(default_factory=set)
+    """Whose leg the robot ahead has driven."""
+    _front: tuple[int, ...] = ()
+    _stayed: tuple[int, ...] = ()
+    _trial: bool = True
+    _is_last_try: bool = False
+    _blocked: set[int] = field(default_factory=set)
+    _made_way: int | None = None
+    _stuck_at_s: float | None = None
+
+    def begin(self, reports: Mapping[int, Report], obstacle_m: Mapping[int, float]) -> None:
+        """Compute the order of those that have reported; who is in place is known when they have looked."""
+        places = places_of(reports)
+        stayed = [robot for robot in self.strand if robot in reports] or self._former_order(reports)
+        self._front = self._stayed = ()
+        if self._is_last_try:
+            self.order = other_order(places, (), self.mission.goal)
+        elif self.led and not self.strand:
+            self.order = other_order(places, self.led, self.mission.goal)
+        elif stayed:
+            self._stayed = tuple(stayed)
+            self._front = in_front(places, stayed, self.mission.goal) if self._trial else ()
+            self.order = kept_order(places, stayed, self._front)
+        else:
+            self.order = order_at_start(places, self.mission.goal, obstacle_m)
+        self.strand = []
+        self._blocked, self._made_way, self._stuck_at_s = set(), None, None
+
+    def settle(self, reports: Mapping[int, Report], sees: Callable[[int], Look]) -> bool:
+        """Rule 1, from what robots see of their legs; False: the order needs somebody to move in front."""
+        clear = 1
+        while clear < len(self.order) and sees(self.order[clear]).clear:
+            clear += 1
+        order = self.order[:clear]
+        self.driven = {robot for robot in order[1:] if sees(robot).driven}
+        self.legs = {robot: sees(robot).corners for robot in self.driven if sees(robot).corners}
+        least_m = self.mission.robot_keep_m
+        count = robots_apart(places_of(reports), order, self.legs, least_m=least_m)
+        if self._front and count < len(self._front) + len(self._stayed):
+            self._trial = False
+            return False
+        stays = 1
+        while not self._front and stays < clear and order[stays] in self.driven:
+            stays += 1
+        self.strand = list(self.order[: max(count, stays)])
+        return True
+
+    def end_turn(self, robot: int, *, placed: bool) -> None:
+        """A robot has ended its turn, in place or in vain, or has lost it."""
+        self.driven.discard(robot)
+        self.legs.pop(robot, None)
+        if not placed:
+            self._blocked.add(robot)
+            return
+        self._blocked, self._stuck_at_s = set(), None
+        if robot in self.strand:  # the leader has made way
+            return
+        self.strand.append(robot)
+
+    def next(self, reports: Mapping[int, Report], now_s: float, *, others_may_come_back: bool) -> Next:
+        """Rules 2 to 5."""
+        waiting = [robot for robot in sorted(reports) if robot not in self.strand]
+        if not waiting:
+            return Done()
+        free = [robot for robot in waiting if robot not in self._blocked]
+        if self._made_way in free and len(free) > 1:
+            free.remove(self._made_way)
+        if free:
+            places = places_of(reports)
+            off_m = np.hypot(*(positions(places, free) - positions(places, self.strand[-1:])).T)
+            return Give(free[int(np.argmin(off_m))])
+        return self._give_up(reports, waiting, now_s, others_may_come_back=others_may_come_back)
+
+    def _give_up(
+        self,
+        reports: Mapping[int, Report],
+        waiting: Collection[int],
+        now_s: float,
+        *,
+        others_may_come_back: bool,
+    ) -> Next:
+        places = places_of(reports)
+        all_are_here = len(reports) == self.mission.robots
+        if not self.first and all_are_here and self._leads_next(places) in waiting:
+            return self._try_another()
+        self._stuck_at_s = now_s if self._stuck_at_s is None else self._stuck_at_s
+        if not all_are_here and others_may_come_back:
+            made_way = self._made_way is not None
+            patience_s = self.timing.comes_back_s if made_way else self.timing.makes_way_s
+            if now_s - self._stuck_at_s < patience_s:
+                return Wait()
+        if self._made_way is None:
+            return self._make_way()
+        goal = self.mission.goal
+        leads_best = goal is not None and nearest_to(goal, places) == self.strand[0]
+        many = 2 * len(self.strand) > len(reports)
+        if self._is_last_try or (leads_best and many) or not self._may_try_another(places):
+            if self._is_last_try or leads_best:
+                return Done()
+            self._is_last_try = True
+            return self._restart()
+        return self._try_another()
+
+    def _make_way(self) -> Next:
+        """Rule 3."""
+        self._made_way = self.strand[-1]
+        self._blocked = set()
+        if len(self.strand) == 1:
+            return Give(self.strand[0], makes_way=True)
+        self._drop(self.strand[-1])
+        return Wait()
+
+    def _drop(self, robot: int) -> None:
+        self.strand.remove(robot)
+        self.driven.discard(robot)
+        self.legs.pop(robot, None)
+
+    def _next_led(self) -> tuple[int, ...]:
+        return self.led if self._front else (*self.led, self.order[0])
+
+    def _may_try_another(self, places: Places) -> bool:
+        return len(self._next_led()) < min(self.timing.leaders_max, len(places))
+
+    def _leads_next(self, places: Places) -> int | None:
+        """Who would lead the next order and stands in front: nearer to the goal than the leader of this."""
+        if self.mission.goal is None or not self._may_try_another(places):
+            return None
+        led = self._next_led()
+        waiting = {robot: pose for robot, pose in places.items() if robot not in led}
+        nearest = nearest_to(self.mission.goal, waiting or places)
+        return None if nearest == self.order[0] else nearest
+
+    def _try_another(self) -> Next:
+        self.led = self._next_led()
+        self._trial = False
+        return self._restart()
+
+    def _restart(self) -> Next:
+        self.strand = []
+        return Begin()
+
+    def _former_order(self, reports: Mapping[int, Report]) -> list[int]:
+        """Who has stayed in the newest formation or draft of which anybody has, in its order."""
+        if not self.keeps or self.led:
+            return []
+        formers = [(former.epoch.number, former.rank, robot) for robot, report in reports.items()
+                   for former in report.formers]  # fmt: skip
+        newest = max((number for number, _, _ in formers), default=0)
+        return [robot for number, _, robot in sorted(formers) if number == newest]
+
+
+def places_of(reports: Mapping[int, Report]) -> Places:
+    """Where robots stand that have reported."""
+    return {robot: report.place for robot, report in sorted(reports.items())}

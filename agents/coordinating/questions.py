@@ -1,0 +1,135 @@
+"""What a coordinator asks robots to look at, and what they have seen. Pure.
+
+Rule 1: a question about a leg names where both robots stand. An answer counts as long as they stand there.
+Rule 2: who does not answer in time does not see its way.
+"""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from agents.coordinating.order import positions
+from agents.liveness.timing import Timing
+from protocol.frames import Point, Pose
+from protocol.mission import Mission
+from protocol.wire.view import Look, Question, Report
+
+OTHERS_MAX = 64  # robots that a scan may show beside a leg
+
+
+@dataclass(slots=True)
+class _Asked:
+    question: Question
+    at: Pose
+    """Where the robot that is asked stands."""
+    at_s: float
+
+
+@dataclass(slots=True)
+class Questions:
+    """All questions of one view."""
+
+    mission: Mission
+    timing: Timing
+    looks: dict[int, Look] = field(default_factory=dict)
+    """What robots see of their legs, or of the nearest obstacle; by robot."""
+    _asked: dict[int, _Asked] = field(default_factory=dict)
+    _count: int = 0
+
+    def ask_about_obstacles(self, reports: Mapping[int, Report], now_s: float) -> list[int]:
+        """Ask everybody how far off the nearest obstacle is; returns who has a new question."""
+        return self._ask(((robot, None) for robot in reports), reports, now_s, keeps=False)
+
+    def ask_about_legs(
+        self, order: Sequence[int], reports: Mapping[int, Report], now_s: float, *, keeps: bool
+    ) -> list[int]:
+        """Ask all but the leader to look at their legs; returns who has a new question.
+
+        Args:
+            order: leader first.
+            reports: of the view.
+            now_s: the time.
+            keeps: whether robots may tell legs of former strands.
+        """
+        self.forget(self._asked.keys() - set(order[1:]))
+        return self._ask(zip(order[1:], order, strict=False), reports, now_s, keeps=keeps)
+
+    def hear(self, robot: int, look: Look | None) -> None:
+        """Take in an answer."""
+        asked = self._asked.get(robot)
+        if look is not None and asked is not None and look.number == asked.question.number:
+            self.looks[robot] = look
+
+    def pending(self, robot: int) -> Question | None:
+        """What a robot has not answered yet."""
+        asked = self._asked.get(robot)
+        return None if asked is None or robot in self.looks else asked.question
+
+    def are_answered(self, now_s: float) -> bool:
+        """Whether all have been answered, or waited for long enough (rule 2)."""
+        return all(
+            robot in self.looks or now_s - asked.at_s > self.timing.looks_s
+            for robot, asked in self._asked.items()
+        )
+
+    def sees(self, robot: int) -> Look:
+        """What a robot sees; nothing, if it has not answered."""
+        return self.looks.get(robot, Look(number=0))
+
+    def obstacle_m(self, robots: Iterable[int]) -> dict[int, float]:
+        """Each robot's distance from the nearest obstacle, as far as it is known."""
+        told = {robot: self.sees(robot).obstacle_m for robot in robots}
+        return {robot: self.mission.range_m_max if m is None else m for robot, m in told.items()}
+
+    def forget(self, robots: Collection[int]) -> None:
+        """Drop the questions to these robots, and their answers."""
+        for robot in list(robots):
+            self._asked.pop(robot, None)
+            self.looks.pop(robot, None)
+
+    def _ask(
+        self,
+        pairs: Iterable[tuple[int, int | None]],
+        reports: Mapping[int, Report],
+        now_s: float,
+        *,
+        keeps: bool,
+    ) -> list[int]:
+        robots = list(reports)
+        where = positions({robot: report.place for robot, report in reports.items()}, robots)
+        new: list[int] = []
+        for robot, ahead in pairs:
+            theirs, at = None if ahead is None else reports[ahead], reports[robot].place
+            place = None if theirs is None else theirs.place
+            asked = self._asked.get(robot)
+            if asked is not None and (asked.at, asked.question.ahead, asked.question.place) == (
+                at,
+                ahead or 0,
+                place,
+            ):
+                continue  # rule 1
+            self._count += 1
+            question = Question(
+                number=self._count,
+                ahead=ahead or 0,
+                place=place,
+                formers=theirs.formers if theirs is not None and keeps else (),
+                others=self._beside(at, where),
+            )
+            self.forget({robot})
+            self._asked[robot] = _Asked(question, at, now_s)
+            new.append(robot)
+        return new
+
+    def _beside(self, at: Pose, where: np.ndarray) -> tuple[Point, ...]:
+        """Where the nearest other robots stand that a scan from there may show."""
+        off_m = np.hypot(where[:, 0] - at.x_m, where[:, 1] - at.y_m)
+        near = np.flatnonzero((off_m > 0.0) & (off_m <= self.mission.leg_m_max + self.mission.robot_keep_m))
+        nearest = near[np.argsort(off_m[near], kind="stable")[:OTHERS_MAX]]
+        return points(where[nearest])
+
+
+def points(places: np.ndarray) -> tuple[Point, ...]:
+    """Places (n, 2) as points with Python floats."""
+    return tuple(Point(x_m=float(x_m), y_m=float(y_m)) for x_m, y_m in places)

@@ -1,0 +1,43 @@
+"""The formation of a strand that turns round: its order reversed, its path the old one the other way. Pure.
+
+Rule 1: it exists only where all robots of the strand have reported places on the ending formation's path, in
+        its order; otherwise the view drafts a strand as any other.
+"""
+
+from collections.abc import Mapping
+
+from agents.strand.wish import Turnabout
+from protocol.fence import Epoch
+from protocol.path import Path
+from protocol.wire.view import Report
+
+Turned = tuple[tuple[int, ...], Path, dict[int, float]]
+"""Order, path, and each robot's arc length along it."""
+
+
+def turned_round(
+    turnabout: Turnabout, path: Path, reports: Mapping[int, Report], *, ended: Epoch, robots: int
+) -> Turned | None:
+    """Rule 1.
+
+    Args:
+        turnabout: where the new path begins and ends, in arc lengths of the old one.
+        path: the old path, as the robot that leads knows it.
+        reports: of the view.
+        ended: the epoch of that strand.
+        robots: how many were in it.
+    """
+    at: list[tuple[int, int, float]] = []
+    for robot, report in reports.items():
+        former = next((each for each in report.formers if each.epoch == ended and not each.draft), None)
+        if former is None:
+            continue
+        at.append((former.rank, robot, former.s_m))
+    at.sort()
+    if [rank for rank, _, _ in at] != list(range(robots)):
+        return None
+    order = tuple(robot for _, robot, _ in reversed(at))
+    end_m = turnabout.end_m
+    turned = path.reversed(turnabout.cut_m, end_m)
+    places_m = {robot: min(max(end_m - s_m, 0.0), turned.end_m) for _, robot, s_m in at}
+    return order, turned, places_m

@@ -1,0 +1,76 @@
+"""How a robot proposes a view: it waits for a drawn time, and puts its raise until odometry tells it.
+
+Rule 1: the time is drawn from the robot's life and the generation, doubled with each epoch in a row that has
+        not come to ALL (common knowledge from the fence), so that two robots do not raise in turn for ever.
+Rule 2: nobody raises over a stop.
+Rule 3: over ALL a robot that is left out raises as an outsider: the register takes it when enough ask.
+"""
+
+from dataclasses import dataclass
+from hashlib import blake2b
+
+from agents.commands import Command, Note, Put
+from agents.due import is_due
+from agents.liveness.timing import Timing
+from protocol.fence import Cause, Epoch, Fence, May, Raise
+from protocol.timeline import ViewProposed
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """Why a robot wants a view."""
+
+    cause: Cause
+    why: str
+    about: int | None = None
+    outsider: bool = False
+
+
+@dataclass(slots=True)
+class Raising:
+    """The raises of one robot."""
+
+    robot: int
+    life: int
+    timing: Timing
+    proposed: Epoch | None = None
+    """The newest epoch that it has proposed."""
+    reason: Reason | None = None
+    """Why it proposed that."""
+    _wanted_since_s: float | None = None
+    _put_at_s: float = -float("inf")
+    _all_in: int = 0
+    """The newest generation that has come to ALL, as far as it was told."""
+
+    def enter(self, fence: Fence) -> None:
+        """Odometry tells a newer fence: whatever was wanted is to be wanted anew."""
+        self._wanted_since_s = None
+        if fence.may is May.ALL:
+            self._all_in = fence.epoch.generation
+
+    def want(self, reason: Reason | None, fence: Fence, now_s: float) -> list[Command]:
+        """Propose a view if there is a reason to, and the drawn time has passed."""
+        if reason is None or fence.may is May.STOPPED:
+            self._wanted_since_s = None
+            return []
+        if self._wanted_since_s is None:
+            self._wanted_since_s = now_s
+        if now_s - self._wanted_since_s < self._draw_s(fence.epoch.generation):
+            return []
+        if not is_due(last_s=self._put_at_s, every_s=self.timing.put_s, now_s=now_s):
+            return []
+        self._put_at_s = now_s
+        epoch = fence.epoch.next(self.robot, self.life)
+        put = Put(Raise(epoch=epoch, cause=reason.cause, outsider=reason.outsider))
+        if epoch == self.proposed:
+            return [put]
+        self.proposed, self.reason = epoch, reason
+        proposed = ViewProposed(epoch=epoch.number, cause=reason.cause, about=reason.about, why=reason.why)
+        return [Note(proposed), put]
+
+    def _draw_s(self, generation: int) -> float:
+        """Rule 1."""
+        drawn = blake2b(f"{self.life}/{generation}".encode(), digest_size=4).digest()
+        share = int.from_bytes(drawn) / 2**32
+        doubled = min(max(generation - self._all_in, 0), self.timing.doublings_max)
+        return self.timing.draws_s * (1.0 + share) * 2.0**doubled

@@ -1,0 +1,53 @@
+"""The pieces of a formation, put together again by a member. Pure.
+
+Rule 1: a member acts only when it has all pieces: a robot that grants or leads must know all ground behind it.
+Rule 2: arc lengths are used as they are told, so that all members have the same ones.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from protocol.frames import Vertex
+from protocol.path import THERE_M, Path
+from protocol.wire.view import Formation
+
+
+class Assembly:
+    """The pieces of one formation that a member has."""
+
+    def __init__(self) -> None:
+        self._pieces: dict[int, Formation] = {}
+
+    def add(self, piece: Formation) -> bool:
+        """Take a piece in; returns whether it fits to the others."""
+        known = next(iter(self._pieces.values()), None)
+        if known is not None and (known.epoch, known.life, known.turn, known.vertices) != (
+            piece.epoch,
+            piece.life,
+            piece.turn,
+            piece.vertices,
+        ):
+            return False
+        self._pieces[piece.first] = piece
+        return True
+
+    @property
+    def whole(self) -> tuple[Formation, Path] | None:
+        """The first piece and the whole path, when all pieces are there and their path is one."""
+        vertices: list[Vertex] = []
+        for first in sorted(self._pieces):
+            if first != len(vertices):
+                return None
+            vertices += self._pieces[first].path
+        if not vertices or len(vertices) != self._pieces[0].vertices or not is_path(vertices):
+            return None
+        return self._pieces[0], Path.told(vertices)
+
+
+def is_path(vertices: Sequence[Vertex]) -> bool:
+    """Whether arc lengths begin at 0 and equal the coordinates', up to rounding."""
+    along = np.array([(vertex.x_m, vertex.y_m, vertex.s_m) for vertex in vertices])
+    steps_m = np.hypot(*np.diff(along[:, :2], axis=0).T)
+    off_m = np.abs(along[:, 2] - np.concatenate([[0.0], np.cumsum(steps_m)]))
+    return bool(off_m.max() <= THERE_M * len(vertices))

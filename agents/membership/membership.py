@@ -1,0 +1,274 @@
+"""One robot's part in views: its state, and what it does in each.
+
+Rule 1: the fence that the robot's own odometry tells decides everything: a newer epoch binds it, a turn that
+        names this life lets it join, ALL and its formation make it a member. `states` is the table.
+Rule 2: messages count only in the epoch that its odometry tells; answers and formations only from its
+        coordinator.
+Rule 3: coordinating is a role beside the state. A coordinator reports to itself as others do.
+Rule 4: a process that follows a dead one first has its body stand, by an order numbered beyond all before.
+"""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from agents.body.driver import Driver
+from agents.body.senses import Senses
+from agents.commands import Command, Note, Say
+from agents.coordinating.coordinator import Coordinator
+from agents.due import is_due
+from agents.liveness.suspicion import Suspicion
+from agents.liveness.timing import Timing
+from agents.membership.assembly import Assembly
+from agents.membership.joining import Joining
+from agents.membership.past import Past
+from agents.membership.pleas import Pleas
+from agents.membership.proposing import Proposing
+from agents.membership.reporting import Reporter
+from agents.membership.states import Happening, State, after
+from agents.membership.turn import TurnTaker
+from agents.strand.member import Member
+from agents.strand.memory import Memory
+from protocol.fence import Bearing, Fence, May, in_force
+from protocol.mission import Mission
+from protocol.timeline import ViewJoined, ViewLeft
+from protocol.wire.view import Answer, Formation, Plea, Report, ViewMessage
+
+LATE_S = 5.0  # with half of all odometry lost, a robot that was there from the start has had some
+
+
+class Membership:
+    """The state of one robot in views."""
+
+    def __init__(
+        self, robot: int, life: int, mission: Mission, driver: Driver, senses: Senses, *, again: bool
+    ) -> None:
+        self._robot = robot
+        self._life = life
+        self._mission = mission
+        self._driver = driver
+        self._senses = senses
+        self._timing = Timing.of(mission)
+        self.suspicion = Suspicion(self._timing, mission.silence_s + mission.patience_s)
+        self._pleas = Pleas(self._timing)
+        self._proposing = Proposing(robot, life, self._timing, self.suspicion, self._pleas)
+        self._memory = Memory(mission)
+        self._past = Past()
+        self.state = State.BOUND
+        self.member: Member | None = None
+        self.coordinator: Coordinator | None = None
+        self._fence = Fence()
+        self._again = again
+        self._since_s: float | None = None
+        """When it had its first odometry."""
+        self._reporter: Reporter | None = None
+        self._joining: Joining | None = None
+        self._taker: TurnTaker | None = None
+        self._assembly = Assembly()
+        self._pleaded_s = -float("inf")
+        self._own_number = 0
+
+    # --- rule 1 -------------------------------------------------------------------------------------
+
+    def enter(self, now_s: float) -> list[Command]:
+        """New odometry has come: take in the fence that it tells."""
+        self.suspicion.enter(now_s)
+        if self._since_s is None:
+            self._since_s = now_s
+            odometry = self._driver.odometry
+            if self._again or odometry.ordered > 0 or odometry.t_s > LATE_S:
+                self._again = True
+                self._driver.start_again()
+        elif self._driver.odometry.fence.key == self._fence.key:
+            return []
+        before, self._fence = self._fence, self._driver.odometry.fence
+        fence = self._fence
+        commands = self._bind(now_s) if fence.epoch != before.epoch else []
+        self._proposing.enter(fence, now_s)
+        named = fence.may is May.ONE and fence.names(self._robot, self._life)
+        self._happen(Happening.NAMED if named else Happening.NOT_NAMED)
+        if self._reporter is not None:
+            self._reporter.be_named(named=named)
+        return commands
+
+    def _happen(self, happening: Happening) -> None:
+        self.state = after(self.state, happening)
+        if self.state is State.JOINING or self._taker is None:
+            return
+        if self._taker.has_moved and self._reporter is not None:
+            self._reporter.leave_places()
+        self._taker = None
+
+    def _bind(self, now_s: float) -> list[Command]:
+        """There is a newer epoch: leave whatever this robot is in."""
+        self._happen(Happening.NEWER_EPOCH)
+        if self._reporter is not None:
+            self._past = self._past.with_places(self._reporter.places)
+        if self.member is not None:
+            self._past = self._past.with_strand(self.member)
+        intent, epoch = self._proposing.intent(self.member), self._fence.epoch
+        self.member = self._reporter = self.coordinator = self._joining = None
+        self._assembly = Assembly()
+        self._pleas.forget()
+        self._senses.forget()
+        if epoch.robot == 0:
+            return []
+        self._reporter = Reporter(
+            epoch=epoch,
+            life=self._life,
+            mission=self._mission,
+            timing=self._timing,
+            memory=self._memory,
+            past=self._past,
+            places=self._past.places,
+            heard_at_s=now_s,
+        )
+        if (epoch.robot, epoch.life) == (self._robot, self._life):
+            self.coordinator = Coordinator(
+                self._robot, epoch, self._mission, self._timing, self.suspicion, intent, now_s
+            )
+        return [Note(ViewJoined(epoch=epoch.number))]
+
+    # --- rule 2 -------------------------------------------------------------------------------------
+
+    def hear(self, robot: int, number: int, said: ViewMessage, now_s: float) -> list[Command]:
+        """Take in a message of a view."""
+        if said.epoch != self._fence.epoch:
+            return []
+        from_coordinator = robot == said.epoch.robot and self._reporter is not None
+        match said:
+            case Report() if self.coordinator is not None:
+                self.coordinator.hear(robot, said, now_s)
+            case Plea():
+                return self._hear_plea(robot, said, now_s)
+            case Answer(heard=0) if robot == self._fence.robot:
+                self._proposing.leader_answers(now_s)
+            case Answer() if from_coordinator and said.life == self._life:
+                return self._hear_answer(said, number, now_s)
+            case Formation() if from_coordinator and said.life == self._life:
+                self._assembly.add(said)
+                self._heard_coordinator(now_s)
+            case _:
+                pass  # from nobody who may say so
+        return []
+
+    def _hear_answer(self, answer: Answer, number: int, now_s: float) -> list[Command]:
+        assert self._reporter is not None, "asked before"
+        self._reporter.hear(answer, number, now_s)
+        if not answer.out or self.state is not State.BOUND:
+            return []
+        self._happen(Happening.LEFT_OUT)
+        return [Note(ViewLeft(epoch=answer.epoch.number))]
+
+    def _heard_coordinator(self, now_s: float) -> None:
+        assert self._reporter is not None, "asked before"
+        self._reporter.heard_coordinator(now_s)
+
+    def _hear_plea(self, robot: int, plea: Plea, now_s: float) -> list[Command]:
+        member = self.member
+        if member is None or not member.leads:
+            return []
+        if robot not in self.suspicion.suppressed(now_s) and not member.leaves_dead_end:
+            self._pleas.hear(robot, now_s)
+        return [Say(robot, Answer(epoch=plea.epoch, life=plea.life, heard=0, out=True))]
+
+    # --- acting -------------------------------------------------------------------------------------
+
+    def act(self, now_s: float) -> list[Command]:
+        """What is to be done now."""
+        if self.state is State.BOUND and self._fence.may is May.ALL:
+            self._take_place(now_s)
+        commands = self._do(now_s)
+        if self.coordinator is not None:
+            commands = self._deliver(commands, now_s)
+            commands += self._deliver(self.coordinator.act(self._driver.odometry, now_s), now_s)
+        proposed = self._proposing.act(
+            self._fence, self._driver.odometry, self._reporter, self.member, now_s,
+            coordinates=self.coordinator is not None,
+        )  # fmt: skip
+        return commands + proposed
+
+    def _take_place(self, now_s: float) -> None:
+        whole = self._assembly.whole
+        if whole is None or whole[0].turn != self._fence.turn or not in_force(self._fence):
+            return
+        self._happen(Happening.FORMED)
+        formation, path = whole
+        self.member = Member(
+            self._robot,
+            life=self._life,
+            mission=self._mission,
+            driver=self._driver,
+            senses=self._senses,
+            memory=self._memory,
+            formation=formation,
+            path=path,
+            now_s=now_s,
+        )
+
+    @property
+    def _bearing(self) -> Bearing:
+        return Bearing(epoch=self._fence.epoch, turn=self._fence.turn, life=self._life)
+
+    def _do(self, now_s: float) -> list[Command]:
+        """What the state asks for."""
+        match self.state:
+            case State.MEMBER:
+                assert self.member is not None, "a member has its place"
+                return self.member.act(now_s)
+            case State.JOINING:
+                return self._join(now_s)
+            case State.ASIDE:
+                return self._plead(now_s)
+            case State.BOUND:
+                silent = self._proposing.is_silent(self._reporter, 3.0 * self._timing.plea_s, now_s)
+                return self._report(now_s) + (self._plead(now_s) if silent else [])
+
+    def _report(self, now_s: float) -> list[Command]:
+        driver = self._driver
+        driver.stand()
+        if self._reporter is None or not driver.standing:
+            return []
+        return self._reporter.act(driver, self._senses, now_s)
+
+    def _join(self, now_s: float) -> list[Command]:
+        reporter, driver = self._reporter, self._driver
+        assert reporter is not None, "nobody has a turn without a coordinator"
+        join = reporter.join(self._fence.turn)
+        if join is None:
+            return self._report(now_s)
+        if self._taker is None:
+            driver.begin(0.0, self._bearing)
+            start, epoch = driver.odometry.pose, self._fence.epoch.number
+            self._joining = self._joining or Joining(
+                self._mission, np.array([start.x_m, start.y_m]), epoch=epoch
+            )
+            self._taker = TurnTaker(self._mission, driver, self._senses, self._joining, join)
+        commands = self._taker.act(now_s)
+        if self._taker.ended is None:
+            return commands
+        reporter.end_turn(self._taker.ended)
+        return commands + self._report(now_s)
+
+    def _plead(self, now_s: float) -> list[Command]:
+        """Ask the leader that odometry names to be let in."""
+        self._driver.stand()
+        fence, since_s = self._fence, self._since_s or 0.0
+        early = self._again and now_s - since_s < self._timing.first_plea_s
+        if fence.may is not May.ALL or early or fence.robot == self._robot:
+            return []
+        if not is_due(last_s=self._pleaded_s, every_s=self._timing.plea_s, now_s=now_s):
+            return []
+        self._pleaded_s = now_s
+        return [Say(fence.robot, Plea(epoch=fence.epoch, life=self._life))]
+
+    def _deliver(self, commands: Iterable[Command], now_s: float) -> list[Command]:
+        """Rule 3: what a coordinator says to itself arrives at once."""
+        others: list[Command] = []
+        for command in commands:
+            if isinstance(command, Say) and command.robot == self._robot:
+                self._own_number += 1
+                others += self.hear(self._robot, self._own_number, command.said, now_s)
+            else:
+                others.append(command)
+        return others

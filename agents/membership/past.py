@@ -1,0 +1,32 @@
+"""What a robot takes along from one view to the next."""
+
+from dataclasses import dataclass, field
+from typing import Self
+
+from agents.membership.places import Berth, Places
+from agents.strand.member import Member
+from protocol.fence import Epoch
+from protocol.wire.view import Counters
+
+
+@dataclass(frozen=True, slots=True)
+class Past:
+    """A robot's places, and what the fleet had counted in the last strand that it was in."""
+
+    places: Places = field(default_factory=Places)
+    counters: Counters = field(default_factory=Counters)
+    counted: Epoch = field(default_factory=Epoch)
+    """The formation that the counters are from."""
+    arrived: bool = False
+    """Whether the robot stood at its place at the goal."""
+
+    def with_places(self, places: Places) -> Self:
+        """After a view: the robot may have left its places, or have one in the draft."""
+        return type(self)(places, self.counters, self.counted, self.arrived)
+
+    def with_strand(self, member: Member) -> Self:
+        """After a strand."""
+        formation = member.formation
+        berth = Berth(formation.epoch, formation.rank, member.progress_m, member.path)
+        places = self.places.with_berth(berth, moved=member.has_moved)
+        return type(self)(places, member.counters, formation.epoch, member.arrived)

@@ -1,0 +1,47 @@
+"""How robots that are left out are let in: they ask the leader, and the leader proposes a view. Liveness.
+
+Rule 1: a leader lets the same robot in again after a time that doubles, to a limit, so that one that keeps
+        failing does not stop the others all the time; and nobody while its strand leaves a dead end.
+Rule 2: it stops for that at its next stop, or after `STOP_S`.
+"""
+
+from collections import Counter
+from dataclasses import dataclass, field
+
+from agents.liveness.raising import Reason
+from agents.liveness.timing import Timing
+from protocol.fence import Cause
+
+STOP_S = 5.0  # two steps of a strand in the open
+
+
+@dataclass(slots=True)
+class Pleas:
+    """What one robot has been asked for, and whom it has let in."""
+
+    timing: Timing
+    _asked: tuple[int, float] | None = None
+    _let_in: Counter[int] = field(default_factory=Counter)
+    _not_before_s: dict[int, float] = field(default_factory=dict)
+
+    def forget(self) -> None:
+        """There is a new view: who wants to be let in asks again."""
+        self._asked = None
+
+    def hear(self, robot: int, now_s: float) -> None:
+        """A robot asks this leader to be let in (rule 1)."""
+        if self._asked is None and now_s >= self._not_before_s.get(robot, 0.0):
+            self._asked = (robot, now_s)
+
+    def reason(self, now_s: float, *, stands: bool) -> Reason | None:
+        """Rule 2."""
+        if self._asked is None or not (stands or now_s - self._asked[1] > STOP_S):
+            return None
+        robot = self._asked[0]
+        return Reason(Cause.PLEA, f"robot {robot} asks to be let in", robot)
+
+    def let_in(self, robot: int, now_s: float) -> None:
+        """A view has been proposed for this robot."""
+        wait_s = self.timing.plea_again_s * 2.0 ** self._let_in[robot]
+        self._not_before_s[robot] = now_s + min(wait_s, self.timing.plea_again_s_max)
+        self._let_in[robot] += 1

@@ -1,0 +1,154 @@
+"""Why a robot proposes a view. Liveness: whatever it proposes, bodies obey the fence.
+
+Rule 1: where nobody coordinates, anybody does.
+Rule 2: a bound robot proposes one when its coordinator is lost: its token has gone, it is silent, or it does
+        nothing though nobody moves.
+Rule 3: a member proposes one for what it wishes (`agents.strand.wish`), for a neighbour that is lost, and, if
+        it leads, for a robot that asks to be let in.
+Rule 4: a robot that is left out, and has no answer from the leader, proposes one as an outsider; where nobody
+        moves, as anybody.
+"""
+
+from agents.commands import Command, Note
+from agents.coordinating.coordinator import Intent
+from agents.liveness.raising import Raising, Reason
+from agents.liveness.suspicion import Suspicion
+from agents.liveness.timing import Timing
+from agents.membership.pleas import Pleas
+from agents.membership.reporting import Reporter
+from agents.strand.member import Member
+from protocol.fence import Cause, Fence, May
+from protocol.timeline import LinkBroken, StrandDissolved, StrandReversed
+from protocol.wire.messages import Odometry
+
+
+class Proposing:
+    """The proposals of one robot."""
+
+    def __init__(self, robot: int, life: int, timing: Timing, suspicion: Suspicion, pleas: Pleas) -> None:
+        self._robot = robot
+        self._timing = timing
+        self._suspicion = suspicion
+        self._pleas = pleas
+        self._raising = Raising(robot, life, timing)
+        self._epoch_s = self._turn_s = 0.0
+        """When odometry first told this epoch, and this turn."""
+        self._epoch = Fence().epoch
+        self._led_by = 0
+        self._leader_heard_s = 0.0
+
+    def enter(self, fence: Fence, now_s: float) -> None:
+        """Odometry tells a newer fence."""
+        self._raising.enter(fence)
+        self._turn_s = now_s
+        if fence.epoch != self._epoch:
+            self._epoch, self._epoch_s = fence.epoch, now_s
+        if fence.may is May.ALL:
+            self._led_by, self._leader_heard_s = fence.robot, now_s
+
+    def leader_answers(self, now_s: float) -> None:
+        """The leader has answered a plea."""
+        self._leader_heard_s = now_s
+
+    def is_silent(self, reporter: Reporter | None, for_s: float, now_s: float) -> bool:
+        """Whether neither coordinator nor leader has answered for so long."""
+        heard_s = 0.0 if reporter is None else reporter.heard_at_s
+        return now_s - max(heard_s, self._leader_heard_s) > for_s
+
+    def intent(self, member: Member | None) -> Intent:
+        """What this robot has proposed the newest view for; to be asked before it leaves its strand."""
+        reason = self._raising.reason
+        cause = Cause.START if reason is None else reason.cause
+        wish = None if member is None else member.wish
+        if member is None or wish is None or wish.turnabout is None or cause is not Cause.DEAD_END:
+            return Intent(cause, self._led_by)
+        formation = member.formation
+        return Intent(cause, self._led_by, wish.turnabout, formation.epoch, formation.members, member.path)
+
+    def act(
+        self,
+        fence: Fence,
+        odometry: Odometry,
+        reporter: Reporter | None,
+        member: Member | None,
+        now_s: float,
+        *,
+        coordinates: bool,
+    ) -> list[Command]:
+        """Propose a view if there is a reason to."""
+        if fence.epoch.robot == 0:
+            cause = Cause.START if fence.epoch.generation == 0 else Cause.COORDINATOR_LOST
+            reason: Reason | None = Reason(cause, "nobody coordinates")
+        elif member is not None:
+            reason = self._for_member(member, odometry, now_s)
+        elif fence.may is May.ALL:
+            reason = self._for_outsider(odometry, reporter, now_s)
+        else:
+            reason = None if coordinates else self._for_bound(fence, odometry, reporter, now_s)
+        before = self._raising.proposed
+        commands = self._raising.want(reason, fence, now_s)
+        if reason is None or member is None or self._raising.proposed == before:
+            return commands
+        return [*commands, *self._note(reason, member, now_s)]
+
+    def _for_member(self, member: Member, odometry: Odometry, now_s: float) -> Reason | None:
+        """Rule 3."""
+        if member.wish is not None:
+            return Reason(member.wish.cause, member.wish.why, member.wish.about)
+        for link in member.links:
+            why = self._suspicion.why_lost(link, now_s)
+            if why is not None:
+                return Reason(Cause.NEIGHBOUR_LOST, why, link.neighbour)
+        return self._pleas.reason(now_s, stands=not odometry.moving)
+
+    def _for_bound(
+        self, fence: Fence, odometry: Odometry, reporter: Reporter | None, now_s: float
+    ) -> Reason | None:
+        """Rule 2."""
+        coordinator, timing = fence.epoch.robot, self._timing
+        heard_s = max(self._turn_s, 0.0 if reporter is None else reporter.heard_at_s)
+        if self._suspicion.has_gone(coordinator, heard_s, now_s):
+            why = "its token has gone"
+        elif self._suspicion.judges(now_s) and now_s - heard_s > timing.coordinator_s:
+            why = "it is silent"
+        elif min(odometry.stood_s, now_s - self._turn_s) > timing.stood_s:
+            why = "nobody has moved, and there was no turn"
+        elif now_s - self._epoch_s > timing.view_s:
+            why = "the view takes too long"
+        else:
+            return None
+        return Reason(Cause.COORDINATOR_LOST, why, coordinator)
+
+    def _for_outsider(self, odometry: Odometry, reporter: Reporter | None, now_s: float) -> Reason | None:
+        """Rule 4."""
+        silent = self.is_silent(reporter, self._timing.outsider_s, now_s)
+        if not silent or not self._suspicion.judges(now_s):
+            return None
+        if odometry.stood_s >= self._timing.stood_s:
+            return Reason(Cause.COORDINATOR_LOST, "the leader does not answer, and nobody moves")
+        return Reason(Cause.OUTSIDERS, "the leader does not answer", outsider=True)
+
+    def _note(self, reason: Reason, member: Member, now_s: float) -> list[Command]:
+        """What goes with a member's proposal, once."""
+        epoch = member.formation.epoch.number
+        turn = None if member.wish is None else member.wish.turnabout
+        match reason:
+            case Reason(Cause.DEAD_END) if turn is not None:
+                turned = StrandReversed(
+                    epoch=epoch, cut_m=turn.cut_m, end_m=turn.end_m, back_by_m=turn.back_by_m
+                )
+                return [Note(turned)]
+            case Reason(Cause.BLOCKED, about=blocked):
+                return [Note(StrandDissolved(epoch=epoch, blocked=blocked or self._robot))]
+            case Reason(Cause.NEIGHBOUR_LOST, why=why, about=int(neighbour)):
+                link = next(link for link in member.links if link.neighbour == neighbour)
+                others = [other for other in member.links if other is not link]
+                if why == "silence" and not any(other.silent for other in others):
+                    self._suspicion.blame(neighbour, now_s)
+                silent_s = link.silent_s(now_s)
+                return [Note(LinkBroken(neighbour=neighbour, cause=why, silent_s=silent_s))]
+            case Reason(Cause.PLEA, about=int(robot)):
+                self._pleas.let_in(robot, now_s)
+            case _:
+                pass
+        return []

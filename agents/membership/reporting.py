@@ -1,0 +1,158 @@
+"""What a bound robot reports to the coordinator, and how it answers the coordinator's questions.
+
+Rule 1: it reports standing: its newest order has ended. It repeats a report until it is answered, and after
+        that less often, since the answer shows that the coordinator is there.
+Rule 2: it looks when it is asked to, from where it stands. A leg that has been driven is not looked at: who
+        drives on it looks anew (`agents.strand.follower`).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from msgspec.structs import replace
+
+from agents.body.driver import Driver
+from agents.body.senses import Senses
+from agents.commands import Command, Say
+from agents.due import is_due
+from agents.liveness.timing import Timing
+from agents.membership.joining import leg_is_clear, without_hulls
+from agents.membership.past import Past
+from agents.membership.places import Places
+from agents.membership.turn import Ended, xy
+from agents.navigation.scan import View
+from agents.strand.memory import Memory
+from protocol.fence import Epoch
+from protocol.frames import Pose
+from protocol.mission import Mission
+from protocol.wire.view import Answer, Join, Look, Question, Report, Seen
+
+
+@dataclass(slots=True)
+class Reporter:
+    """One robot's reports in one view."""
+
+    epoch: Epoch
+    life: int
+    mission: Mission
+    timing: Timing
+    memory: Memory
+    past: Past
+    places: Places
+    """The robot's, as of now."""
+    heard_at_s: float
+    """When the coordinator was heard last, or the view began."""
+    answer: Answer | None = None
+    """The newest."""
+    ended: Ended | None = None
+    """Its newest turn in this view."""
+    _said: Report | None = None
+    _said_at_s: float = -float("inf")
+    _answered: int = -1
+    _newest: int = -1
+    _look: Look | None = None
+    _is_named: bool = False
+
+    def hear(self, answer: Answer, number: int, now_s: float) -> None:
+        """Take in the coordinator's answer; an older one than the newest changes nothing."""
+        if answer.life != self.life or number <= self._newest:
+            return
+        self._newest, self.heard_at_s = number, now_s
+        self.answer = answer
+        self._answered = max(self._answered, answer.heard)
+        if answer.rank is not None or self.ended is not None:
+            self.places = self.places.with_draft(self.epoch, answer.rank)
+
+    def join(self, turn: int) -> Join | None:
+        """Where the strand ends, for this turn of the robot; None if it does not know, or has ended it."""
+        join = None if self.answer is None else self.answer.join
+        is_over = self.ended is not None and self.ended.turn == turn
+        return None if is_over or join is None or join.turn != turn else join
+
+    def heard_coordinator(self, now_s: float) -> None:
+        """A piece of the formation has come."""
+        self.heard_at_s = now_s
+
+    def end_turn(self, ended: Ended) -> None:
+        """The robot has ended a turn of its own, and stands."""
+        self.ended = ended
+
+    def leave_places(self) -> None:
+        """The robot has driven by its own steps: it stands at none of its former places."""
+        self.places = Places()
+
+    def act(self, driver: Driver, senses: Senses, now_s: float) -> list[Command]:
+        """Look if asked to, and report; to be called while the robot stands."""
+        commands = self._see(driver.odometry.pose, senses, now_s)
+        report = self._report(driver)
+        if self._said is None or replace(report, number=self._said.number) != self._said:
+            number = 0 if self._said is None else self._said.number + 1
+            self._said = replace(report, number=number)
+        elif not is_due(last_s=self._said_at_s, every_s=self._every_s, now_s=now_s):
+            return commands
+        self._said_at_s = now_s
+        return [*commands, Say(self.epoch.robot, self._said)]
+
+    @property
+    def _every_s(self) -> float:
+        assert self._said is not None
+        waits = self._answered < self._said.number or self._is_named
+        return self.timing.report_s if waits else self.timing.ping_s
+
+    def be_named(self, *, named: bool) -> None:
+        """Whether the fence names this robot: it waits for where the strand ends."""
+        self._is_named = named
+
+    def _report(self, driver: Driver) -> Report:
+        odometry = driver.odometry
+        after = 0 if self.answer is None else self.answer.after_turn
+        said = self._said
+        # Every turn is new to all, but news only to those whose place is older than their own last turn.
+        fresh = said is None or (after > 0 and said.turn <= after) or said.place != odometry.pose
+        return Report(
+            epoch=self.epoch,
+            life=self.life,
+            number=0,
+            turn=odometry.fence.turn if fresh or said is None else said.turn,
+            place=odometry.pose,
+            formers=self.places.formers(odometry.pose),
+            look=self._look,
+            ended=0 if self.ended is None else self.ended.turn,
+            placed=self.ended is not None and self.ended.placed,
+            map_number=self.memory.number,
+            seen=self._seen(),
+            arrived=self.past.arrived,
+            counters=self.past.counters,
+            counted=self.past.counted,
+        )
+
+    def _seen(self) -> Seen | None:
+        return self.memory.seen if self.answer is not None and self.answer.wants_map else None
+
+    def _see(self, pose: Pose, senses: Senses, now_s: float) -> list[Command]:
+        """Rule 2."""
+        question = None if self.answer is None else self.answer.question
+        if question is None or (self._look is not None and self._look.number == question.number):
+            return []
+        if question.place is not None:
+            corners = self.places.leg_to(question.formers, pose)
+            if corners is not None:
+                self._look = Look(number=question.number, clear=True, driven=True, corners=corners)
+                return []
+            if not self.mission.law.promises_clearance:
+                self._look = Look(number=question.number, clear=True)
+                return []
+        scan = senses.take(revolutions=self.mission.revolutions)
+        if scan is None:
+            return senses.ask(now_s)
+        self._look = self._judge(question, scan)
+        return []
+
+    def _judge(self, question: Question, scan: View) -> Look:
+        seen = without_hulls(scan, xy(question.others), self.mission)
+        if question.place is None:
+            nearest_m = seen.nearest_m
+            range_m = self.mission.range_m_max
+            return Look(number=question.number, obstacle_m=range_m if nearest_m is None else nearest_m)
+        ahead = np.array([question.place.x_m, question.place.y_m])
+        return Look(number=question.number, clear=leg_is_clear(seen, ahead, self.mission))

@@ -1,0 +1,226 @@
+"""A leader's part in the strand: one switching step after the other, until the goal, or no way on.
+
+Rule 1: it plans only where the path ends. If its body stands elsewhere, it wants a new formation.
+Rule 2: where the only way leads back, it wants the strand to turn round, `TURNS_MAX` times at most without a
+        step towards the goal between them.
+Rule 3: where it knows no way on, it wants another robot to lead; if `LEADERS_MAX` have, or all, the route is
+        lost. It waits before it says so where bodies or obstacles may move away.
+"""
+
+import math
+
+import numpy as np
+
+from agents.body.driver import Driver
+from agents.body.senses import Senses
+from agents.commands import Command, Note
+from agents.navigation.step import Crossed, NoStep
+from agents.strand.leader import DeadEnd, LookCloser, Plan, Wait
+from agents.strand.memory import Memory
+from agents.strand.strand import Strand
+from agents.strand.wish import Turnabout, Wish
+from protocol.arrays import Floats
+from protocol.fence import Cause
+from protocol.mission import Mission
+from protocol.timeline import GoalReached, RobotArrived, RouteLost, StepAbandoned, StepPlanned
+
+PATIENCE_S = 30.0  # with what stands in all ways on: who walks to and fro has come and gone by then
+COMES_BACK_S = 15.0  # with robots that are left out: who has gone for so long does not come back
+TURNS_MAX = 8  # with no step towards the goal between them
+LEADERS_MAX = 5  # tried from one place, one after the other
+SETTLED_S = 2.0  # who moves is heard of within a heartbeat a robot; between two of them another has begun
+
+
+class Leading:
+    """The state of a leader from step to step."""
+
+    def __init__(
+        self, mission: Mission, driver: Driver, senses: Senses, memory: Memory, strand: Strand
+    ) -> None:
+        self._mission = mission
+        self._driver = driver
+        self._senses = senses
+        self._memory = memory
+        self._strand = strand
+        self._step: StepPlanned | None = None
+        self._gives_up = False
+        self._revolutions = mission.revolutions
+        self._plans_again_s = -math.inf
+        self._stuck_at_s = math.inf
+        self._lost = self._arrived = False
+        self._wish: Wish | None = None
+
+    @property
+    def wish(self) -> Wish | None:
+        """What it wants."""
+        return self._wish
+
+    @property
+    def arrived(self) -> bool:
+        """Whether it has come to the goal."""
+        return self._arrived
+
+    @property
+    def has_step(self) -> bool:
+        """Whether a step is in hand."""
+        return self._step is not None
+
+    @property
+    def is_stuck(self) -> bool:
+        """Whether it knew no way on when it planned last."""
+        return self._stuck_at_s < math.inf
+
+    def act(self, now_s: float) -> list[Command]:
+        """Drive the step in hand to its end, then plan the next one."""
+        if self._lost or self._arrived or not self._driver.standing:
+            return []
+        return [] if self._drives_on() else self._end_step() + self.plan(now_s)
+
+    def finish_step(self) -> list[Command]:
+        """Drive the step in hand to its end, and plan no other."""
+        return [] if not self._driver.standing or self._drives_on() else self._end_step()
+
+    def give_up_step(self) -> None:
+        """Stop, and end the step there."""
+        self._gives_up = True
+        self._driver.stand()
+
+    def _drives_on(self) -> bool:
+        """Send the body on to the end of the step in hand, if it is not there."""
+        step = self._step
+        if step is None or self._gives_up or self._driver.progress_m >= step.reach_m:
+            return False
+        self._driver.to(step.target, reach_m=step.reach_m, step=step.step)
+        return True
+
+    def _end_step(self) -> list[Command]:
+        """The step in hand has been driven, or is given up where the robot stands."""
+        step, self._step = self._step, None
+        gives_up, self._gives_up = self._gives_up, False
+        if step is None:
+            return []
+        path, growth = self._strand.path, self._strand.growth
+        growth.come_to(self._driver.progress_m)
+        growth.end()
+        if not gives_up:
+            return []
+        end = path.at(path.end_m)
+        self._driver.end_at(path.end_m)
+        return [Note(StepAbandoned(step=step.step, epoch=step.epoch, x_m=end.x_m, y_m=end.y_m))]
+
+    # --- planning -----------------------------------------------------------------------------------
+
+    def plan(self, now_s: float, *, room_m: float | None = None) -> list[Command]:
+        """Plan the next step from a scan.
+
+        Args:
+            now_s: the time.
+            room_m: where the tail wants to come back, how far it has still to go: if there is no step
+                towards the goal, one that makes so much room.
+        """
+        strand, leader = self._strand, self._memory.leader(self._driver.odometry.pose)
+        if leader.is_done(self._position()):
+            strand.lead_on()
+            return [Note(GoalReached(**self._here())), *self._arrive()]
+        if self._lost or now_s < self._plans_again_s:
+            return []
+        if self._off_path_m > self._mission.mu0_m and self._mission.law.promises_clearance:
+            why = f"robot {strand.robot} stands {self._off_path_m:.3f} m off the path's end"
+            self._wish = Wish(Cause.MISFIT, why, about=strand.robot)
+            return []
+        scan = self._senses.take(revolutions=self._revolutions)
+        if scan is None:
+            return self._senses.ask(now_s, revolutions=self._revolutions)
+        ground = strand.grants.ground(now_s)
+        planned = leader.plan(
+            scan,
+            ground,
+            epoch=strand.number,
+            settled=strand.quiet_s >= SETTLED_S,
+            bodies_may_move=self._some_are_left_out,
+        )
+        if room_m is not None and isinstance(planned, StepPlanned):
+            strand.lead_on()
+        elif room_m is not None:
+            planned = leader.make_room(scan, ground, epoch=strand.number, room_m=room_m)
+        behind = strand.behind
+        self._memory.hand_on(0 if behind is None or behind.state is None else behind.state.handed)
+        self._revolutions = leader.closer if isinstance(planned, LookCloser) else self._mission.revolutions
+        return self._carry_out(planned, now_s)
+
+    @property
+    def _off_path_m(self) -> float:
+        path = self._strand.path
+        end = path.at(path.end_m)
+        x_m, y_m = self._position()
+        return math.hypot(x_m - end.x_m, y_m - end.y_m)
+
+    def _carry_out(self, planned: Plan, now_s: float) -> list[Command]:
+        self._wish = None
+        match planned:
+            case StepPlanned():
+                return self._begin(planned)
+            case Crossed():
+                return [Note(GoalReached(**self._here())), *self._arrive()]
+            case LookCloser():
+                return self._senses.ask(now_s, revolutions=self._revolutions)
+            case NoStep(reason) if self._is_lost(now_s):
+                self._plans_again_s = now_s + SETTLED_S
+                return self._give_up_lead(reason)
+            case DeadEnd() if self._strand.counters.turns >= TURNS_MAX:
+                return self._lose("the strand has turned round too often in vain")
+            case DeadEnd(back_to_m):
+                end_m = self._strand.path.end_m
+                turnabout = Turnabout(
+                    cut_m=0.0, end_m=self._driver.progress_m, back_by_m=max(0.0, end_m - back_to_m)
+                )
+                self._wish = Wish(Cause.DEAD_END, "the only way leads back", turnabout=turnabout)
+            case NoStep() | Wait():
+                pass
+        self._plans_again_s = now_s + SETTLED_S
+        return []
+
+    def _begin(self, planned: StepPlanned) -> list[Command]:
+        self._stuck_at_s = math.inf
+        self._step = planned
+        self._strand.growth.begin(planned.target)
+        self._drives_on()
+        return [Note(planned)]
+
+    def _is_lost(self, now_s: float) -> bool:
+        """Whether a way that is not there will not be: what moves into the way may move on."""
+        self._stuck_at_s = min(self._stuck_at_s, now_s)
+        patience_s = PATIENCE_S if self._mission.obstacles_move else 0.0
+        if self._some_are_left_out:
+            patience_s = max(patience_s, COMES_BACK_S)
+        return now_s - self._stuck_at_s >= patience_s
+
+    def _give_up_lead(self, reason: str) -> list[Command]:
+        """Rule 3."""
+        tried = {*self._strand.counters.led_in_vain, self._strand.robot}
+        if len(tried) >= min(LEADERS_MAX, self._strand.members):
+            return self._lose(reason)
+        self._wish = Wish(Cause.NO_WAY, reason)
+        return []
+
+    def _lose(self, reason: str) -> list[Command]:
+        self._lost = True
+        return [Note(RouteLost(reason=reason))]
+
+    @property
+    def _some_are_left_out(self) -> bool:
+        return self._strand.members < self._mission.robots
+
+    def _arrive(self) -> list[Command]:
+        if self._arrived:
+            return []
+        self._arrived = True
+        return [Note(RobotArrived(progress_m=self._driver.progress_m))]
+
+    def _position(self) -> Floats:
+        pose = self._driver.odometry.pose
+        return np.array([pose.x_m, pose.y_m])
+
+    def _here(self) -> dict[str, float]:
+        pose = self._driver.odometry.pose
+        return {"x_m": pose.x_m, "y_m": pose.y_m}

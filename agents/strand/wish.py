@@ -1,0 +1,29 @@
+"""What a member of a strand wants of the robots of the fleet: a view, and why."""
+
+from dataclasses import dataclass
+
+from protocol.fence import Cause
+
+
+@dataclass(frozen=True, slots=True)
+class Turnabout:
+    """How the strand is to turn round, in arc lengths of the epoch that ends."""
+
+    cut_m: float
+    """Where the new path ends: the part before that is not needed any more."""
+    end_m: float
+    """Where the new path begins: at the robot that leads until then."""
+    back_by_m: float
+    """How far the new tail wants to come back along the new path; 0: the new leader plans on its own."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """A member wants a view."""
+
+    cause: Cause
+    why: str
+    about: int | None = None
+    """The robot that is the reason, if one is."""
+    turnabout: Turnabout | None = None
+    """With `DEAD_END`."""
