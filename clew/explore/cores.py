@@ -13,12 +13,12 @@ from agents.events import Event as RobotEvent
 from agents.events import LinkHeard, OdometryHeard, ScanHeard, ViewHeard
 from agents.events import TokenCame as TokenSeen
 from agents.events import TokenWent as TokenMissed
-from clew.explore.judge import watch
+from clew.explore.judge import judge_world
 from clew.explore.moments import WORLD, Letter
 from clew.explore.store import Numbers, Snapshots
+from protocol.fence import Change, Fence, Raise, Release, Stop, Turn
 from protocol.frames import Pose
 from protocol.timeline import Record
-from protocol.wire.fence import Change, Fence, Raise, Release, Stop, Turn
 from protocol.wire.messages import AheadState, BehindState, Drive, Odometry, Scan, ScanQuery
 from protocol.wire.view import Answer, Formation, Plea, Report
 from world.bodies.arena import TICK_S
@@ -62,8 +62,8 @@ class RobotStep(NamedTuple):
     """Receiver and content."""
     orders: tuple[Drive, ...]
     """Those to move."""
-    formations: tuple[tuple[int, int], ...]
-    """Member, and content."""
+    pieces: tuple[tuple[int, Formation], ...]
+    """Of formations: member, and what it is told."""
     notes: tuple[Record, ...]
 
 
@@ -84,7 +84,9 @@ class WorldStep(NamedTuple):
 class Cores:
     """All contents that cores have had, and their steps."""
 
-    def __init__(self, world: World, make: Callable[[int, int, bool], Core], constants: Sequence[object]) -> None:
+    def __init__(
+        self, world: World, make: Callable[[int, int, bool], Core], constants: Sequence[object]
+    ) -> None:
         self.things = Numbers[Thing]()
         self.fences = Numbers[Fence]()
         self._make = make
@@ -119,14 +121,14 @@ class Cores:
         core = self._robots.load(number)
         sent: list[tuple[int, int]] = []
         orders: list[Drive] = []
-        formations: list[tuple[int, int]] = []
+        pieces: list[tuple[int, Formation]] = []
         notes: list[Record] = []
         for command in core.handle(to_robot(self.things[letter.thing], letter), now_s):
             match command:
                 case Say(receiver, said):
-                    sent.append((receiver, thing := self.things.add(said)))
+                    sent.append((receiver, self.things.add(said)))
                     if isinstance(said, Formation):
-                        formations.append((receiver, thing))
+                        pieces.append((receiver, said))
                 case Tell(receiver, state):
                     sent.append((receiver, self.things.add(state)))
                 case Put(change):
@@ -141,7 +143,7 @@ class Cores:
                     notes.append(record)
                 case _:
                     assert_never(command)
-        return RobotStep(self._robots.add(core), tuple(sent), tuple(orders), tuple(formations), tuple(notes))
+        return RobotStep(self._robots.add(core), tuple(sent), tuple(orders), tuple(pieces), tuple(notes))
 
     def world_step(self, number: int, thing: int, sender: int) -> WorldStep:
         """The step of the world that hears a letter, or in which time passes. Raises `Breach`."""
@@ -156,7 +158,7 @@ class Cores:
         before = world.arena.fence
         commands = act(world, thing, sender)
         notes = [command.record for command in commands if isinstance(command, Note)]
-        ordered = watch(world, before, notes, thing, sender)
+        ordered = judge_world(world, before, notes, sender)
         sent: list[tuple[int, int]] = []
         for command in commands:
             match command:

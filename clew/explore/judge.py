@@ -14,6 +14,7 @@ F4: an epoch has one formation. When its ALL is taken, all members stand where i
 Nothing here uses the code that keeps the rules: a bug there cannot hide itself.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from itertools import combinations
 
@@ -21,9 +22,10 @@ import numpy as np
 
 from clew.explore.explorable import Breach
 from protocol.arrays import segments_apart
+from protocol.fence import Fence, May
 from protocol.frames import Pose
-from protocol.timeline import OrderAccepted, PromiseBroken, Record
-from protocol.wire.fence import Fence, May, Raise, Release, Stop, Turn
+from protocol.path import Path
+from protocol.timeline import OrderAccepted, PromiseBroken, Record, StrandFormed
 from protocol.wire.messages import Drive
 from protocol.wire.view import Formation
 from world.core import World
@@ -130,39 +132,36 @@ def judge_order(robot: int, life: int, order: Drive, told: Fence | None) -> None
     _judge_named("F2", robot, life, told)
 
 
-def judge_piece(piece: Formation, known: Formation | None, others: Sequence[Formation]) -> None:
-    """F4: one formation."""
-    if known is not None and known != piece:
-        raise Breach("F4", f"a second formation in {piece.epoch}: {piece} after {known}")
-    for other in others:
-        if (piece.turn, piece.members, piece.vertices) != (other.turn, other.members, other.vertices):
-            raise Breach("F4", f"two formations in {piece.epoch}: {piece} and {other}")
+def judge_piece(piece: Formation, member: int, formed: StrandFormed | None) -> None:
+    """F4: what a member is told is the one formation of its epoch."""
+    if formed is None:
+        raise Breach("F4", f"robot {member} is told a formation that nobody has noted")
+    rank = formed.order.index(member) if member in formed.order else -1
+    told = (piece.turn, piece.rank, piece.members, piece.vertices)
+    noted = (formed.turn, rank, len(formed.order), len(formed.laid))
+    laid = formed.laid[piece.first : piece.first + len(piece.path)]
+    same = told == noted and f"{piece.life:x}" == formed.lives[rank] and piece.s_m == formed.places_m[rank]
+    if not same or any((a.x_m, a.y_m) != (b.x_m, b.y_m) for a, b in zip(laid, piece.path, strict=True)):
+        raise Breach("F4", f"two formations in one epoch: robot {member} is told {piece}, noted was {formed}")
 
 
-def judge_places(fence: Fence, pieces: Sequence[tuple[int, Formation]], poses: Sequence[Pose], mu0_m: float) -> None:
+def judge_places(fence: Fence, formed: StrandFormed | None, poses: Sequence[Pose], mu0_m: float) -> None:
     """F4: all members stand where the formation says when its ALL is taken."""
-    members = {member for member, _ in pieces}
-    if len(members) != fence.members:
-        raise Breach("F4", f"{_said(fence)} for {fence.members} members, the formation has {sorted(members)}")
-    for member, piece in pieces:
-        true = poses[member - 1]
-        off_m = float(np.hypot(true.x_m - piece.place.x_m, true.y_m - piece.place.y_m))
-        if off_m > mu0_m + ROUNDING_M:
+    if formed is None or (formed.turn, len(formed.order)) != (fence.turn, fence.members):
+        raise Breach("F4", f"{_said(fence)} for {fence.members} members, formed is {formed}")
+    path = Path(formed.laid)
+    for member, at_m in zip(formed.order, formed.places_m, strict=True):
+        true, told = poses[member - 1], path.at(at_m)
+        off_m = math.hypot(true.x_m - told.x_m, true.y_m - told.y_m)
+        if off_m > mu0_m:
             raise Breach("F4", f"robot {member} stands {off_m:.3f} m from its place in the formation")
-        if piece.turn != fence.turn:
-            raise Breach("F4", f"a formation of turn {piece.turn} is acted on in turn {fence.turn}")
 
 
-def judge_member(robot: int, order: Drive, pieces: Sequence[tuple[int, Formation]]) -> None:
+def judge_member(robot: int, order: Drive, formed: StrandFormed | None) -> None:
     """F4: only members drive under ALL, in the lives that the formation names."""
-    lives = {piece.life for member, piece in pieces if member == robot}
-    if order.bearing.life not in lives:
-        raise Breach("F4", f"robot {robot} drives in life {order.bearing.life:x}, the formation names {lives}")
-
-
-def is_put(thing: object) -> bool:
-    """Whether a message asks for a change of the fence."""
-    return isinstance(thing, Raise | Turn | Stop | Release)
+    life = f"{order.bearing.life:x}"
+    if formed is None or (robot, life) not in zip(formed.order, formed.lives, strict=True):
+        raise Breach("F4", f"robot {robot} drives in life {life}, formed is {formed}")
 
 
 def _said(fence: Fence) -> str:

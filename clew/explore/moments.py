@@ -33,13 +33,6 @@ class Process(NamedTuple):
     """The number of that odometry."""
 
 
-class Formed(NamedTuple):
-    """What the coordinator of the epoch in force has told its members so far, for the judge."""
-
-    pieces: tuple[tuple[int, int, int], ...] = ()
-    """Member, first vertex, and the number of the piece's content; in that order."""
-
-
 class Moment(NamedTuple):
     """All that decides what a fleet can do from now on."""
 
@@ -59,4 +52,5 @@ class Moment(NamedTuple):
     """What arrives now, in this order."""
     later: tuple[tuple[int, Letter], ...]
     """What arrives at a later tick, in the order of arrival."""
-    formed: Formed
+    formed: int = -1
+    """The number of the formation of the epoch in force, as its coordinator has noted it; -1: none yet."""
