@@ -77,7 +77,6 @@ class Membership:
             self._since_s = now_s
             odometry = self._driver.odometry
             if self._again or odometry.ordered > 0 or odometry.t_s > LATE_S:
-                self._again = True
                 self._driver.start_again()
         elif self._driver.odometry.fence.key == self._fence.key:
             return []
