@@ -33,6 +33,9 @@ from protocol.wire.messages import Odometry
 from protocol.wire.view import Answer, Counters, Join, Report
 
 
+SLOW_PENALTY = 2.0  # for a robot that does nothing in its turn: it is left out for half a minute
+
+
 class Phase(StrEnum):
     """What the coordinator waits for."""
 
@@ -201,8 +204,12 @@ class Coordinator:
             over = report is not None and report.ended >= fence.turn
             if report is not None and not over and now_s - self._moved_s <= self._timing.turn_s:
                 return []
-            if report is not None:
-                draft.end_turn(fence.robot, placed=over and report.placed)
+            if report is not None and over:
+                draft.end_turn(fence.robot, placed=report.placed)
+            elif report is not None and fence.robot != self._robot:
+                self._suspicion.blame(fence.robot, now_s, penalty=SLOW_PENALTY)
+                self._drop(fence.robot)
+                return self._put_turn(fence, now_s, may=May.NOBODY)
         next_ = draft.next(self._reports, now_s, others_may_come_back=self._others_may_come_back(now_s))
         commands: list[Command] = []
         if not isinstance(next_, Give) and fence.may is May.ONE:
