@@ -201,7 +201,7 @@ class MemberStage:
 
     def stop(self) -> None:
         """A raise has been taken: all bodies stand and drop their orders."""
-        self._put(Fence(epoch=Epoch(generation=self.views + 1, robot=self.order[0])))
+        self._put(Fence(epoch=Epoch(generation=self.views + 1)))
 
     def reform(self, turnabout: Turnabout | None = None, *, counters: Counters | None = None) -> None:
         """A view with the same robots, at the places where they stand now."""

@@ -26,6 +26,12 @@ MISSION = under(
 spacings_m = st.sampled_from([0.31, 0.36, 0.6])
 
 
+def turned(stage: MemberStage, back: float) -> Turnabout:
+    """The tail leads, at once or when the others have come back by a share of the path."""
+    tail_m, end_m = stage.members[stage.order[-1]].progress_m, stage.leader.progress_m
+    return Turnabout(cut_m=0.0 if back else tail_m, end_m=end_m, back_by_m=back * end_m)
+
+
 @given(st.integers(0, 2**16), spacings_m, st.sampled_from([0.0, 0.3, 0.8]))
 @settings(max_examples=25)
 def test_no_message_fault_brings_robots_of_a_strand_that_turns_round_too_near(
@@ -36,14 +42,8 @@ def test_no_message_fault_brings_robots_of_a_strand_that_turns_round_too_near(
     for _ in range(6):
         stage.run(chance.choice([0.1, 0.5, 2.0, 6.0]))
         assert stage.records(MessageRefused) == [], "nothing true is refused"
-        end_m = stage.leader.progress_m
-        back_m, cut_m = chance.random() * end_m, 0.0
-        if chance.random() < 0.3:
-            cut_m = chance.random() * stage.members[stage.order[-1]].progress_m
-        if chance.random() < 0.6:
-            stage.reform(Turnabout(cut_m=cut_m, end_m=end_m, back_by_m=chance.choice([0.0, back_m])))
-        else:
-            stage.reform()
+        turnabout = chance.choice([None, turned(stage, 0.0), turned(stage, chance.random())])
+        stage.reform(turnabout)
         for member in stage.members.values():
             assert member.wish is None, "each stands at its place"
 
@@ -53,6 +53,6 @@ def test_a_strand_that_was_turned_round_twice_still_comes_to_the_goal(seed: int)
     stage = MemberStage(MISSION, row(4, spacing_m=0.36), (1, 2, 3, 4), loss=0.3, odd=0.3, seed=seed)
     for _ in range(2):
         stage.run(3.0)
-        stage.reform(Turnabout(cut_m=0.0, end_m=stage.leader.progress_m, back_by_m=0.0))
+        stage.reform(turned(stage, 0.0))
     stage.run(120.0, turns=True)
     assert all(member.arrived for member in stage.members.values())
