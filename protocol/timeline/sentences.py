@@ -110,7 +110,7 @@ SENTENCES: dict[str, str | Callable[[str, Any], str]] = {
     "step.planned": _step,
     "strand.dissolved": "{by} dissolves the strand: the way of r{it.blocked} is blocked",
     "strand.formed": _strand,
-    "strand.healed": lambda _, healed: f"the strand has healed, with {len(healed.members)} robots",
+    "strand.healed": lambda _, healed: f"the strand has healed, with {healed.robots} robots",
     "strand.reversed": "{by} reverses the strand",
     "traffic.counted": _traffic,
     "world.resumed": "the world has been restarted, life {it.life}: it resumes from {it.entries} entries",

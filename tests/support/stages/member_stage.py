@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 from random import Random
+from typing import TypeVar
 
 import numpy as np
 from msgspec.structs import replace
@@ -36,6 +37,8 @@ from world.geometry.shapes import Shape, ground_of
 
 PERIOD_S = 0.1  # of odometry
 ON_THE_SPOT_M = 1e-9
+
+T = TypeVar("T")
 
 
 @dataclass(slots=True)
@@ -293,6 +296,8 @@ class MemberStage:
                         self.sent.append((to, LinkHeard(robot, self._numbers[robot, to], state)))
                     case Note(record):
                         self.told.append((robot, record))
+                    case _:
+                        pass
             commands = []
             for ask in asked:
                 self.asked[robot] += 1
@@ -316,7 +321,7 @@ class MemberStage:
         least_m = float(clearance(ground_of(self.shapes), places, places).min()) - self.mission.robot_radius_m
         assert least_m >= self.mission.epsilon_m - self.mission.mu0_m - ON_THE_SPOT_M
 
-    def records(self, kind: type[Record]) -> list[Record]:
+    def records(self, kind: type[T]) -> list[T]:
         return [record for _, record in self.told if isinstance(record, kind)]
 
     def newest_ahead(self, robot: int) -> AheadState:

@@ -125,16 +125,12 @@ def test_after_a_clear_check_a_robot_drives_in_the_same_event() -> None:
     asked = follower.hear(LinkHeard(1, 50, replace(state, authority_m=state.progress_m - BEHIND_M)), 0.2)
     asked += follower.act(0.2)
     assert [command for command in asked if isinstance(command, AskScan)]
-    assert part.driver.drive.target is None
+    before = part.driver.drive
     part.senses.hear(stage.scan(2))
-    checked = follower.act(0.2)
-    assert [each.record.clear for each in checked if _notes(each, SegmentChecked)] == [True]
-    assert part.driver.drive.target is not None
+    noted = [command.record for command in follower.act(0.2) if isinstance(command, Note)]
+    assert [record.clear for record in noted if isinstance(record, SegmentChecked)] == [True]
+    assert (before.target, part.driver.drive.target is None) == (None, False)
     assert part.driver.drive.bearing.epoch == follower.formation.epoch
-
-
-def _notes(command: object, kind: type) -> bool:
-    return isinstance(command, Note) and isinstance(command.record, kind)
 
 
 # --- places ---------------------------------------------------------------------------------------------
