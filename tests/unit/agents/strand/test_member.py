@@ -150,6 +150,15 @@ def test_a_robot_that_does_not_stand_at_its_place_does_nothing_but_want_a_view(
     assert (stage.parts[1].driver.drive.target is not None) is fits
 
 
+def test_under_another_fence_than_the_formations_a_member_does_nothing() -> None:
+    stage = queue(shapes=[])
+    stage.run(1.0)
+    stage.stop()
+    stage.now_s += MISSION.heartbeat_s
+    assert [stage.wake(robot) for robot in ORDER] == [[], [], []]
+    assert all(part.driver.standing for part in stage.parts.values())
+
+
 def test_the_leader_says_whom_it_succeeds_and_that_the_strand_has_healed() -> None:
     stage = queue(shapes=[])
     for led_by, heals, successions in ((0, False, 0), (1, True, 0), (2, True, 1)):
