@@ -34,7 +34,7 @@ class Timing:
     """The coordinator waits so long for robots that show a token and have not reported."""
     looks_s: float = 3.0
     """It waits so long for a robot to look at its leg."""
-    turn_s: float = 20.0
+    turn_s: float = 12.0
     """It takes a turn back when the robot has not moved for so long."""
     coordinator_s: float = 1.5
     """A coordinator is lost when there has been no word from it and no new turn for so long."""

@@ -15,6 +15,7 @@ from protocol.frames import Point, Pose
 from protocol.mission import Law, Mission
 from protocol.path import Path
 from protocol.timeline import StepPlanned
+from protocol.wire.fence import Fence
 from protocol.wire.messages import Scan
 from world.geometry.clearance import clearance
 from world.geometry.rays import cast
@@ -64,7 +65,10 @@ def look_around(
         range_m_max=mission.range_m_max,
         discs=np.zeros((0, 3)),
     )
-    return view(Scan(t_s=0.0, pose=at, ranges_m=tuple(ranges.tolist())), range_m_max=mission.range_m_max)
+    return view(
+        Scan(t_s=0.0, pose=at, fence=Fence(), ranges_m=tuple(ranges.tolist())),
+        range_m_max=mission.range_m_max,
+    )
 
 
 def alone(at: Pose = ORIGIN) -> Ground:
