@@ -125,15 +125,26 @@ def test_each_step_has_its_times_length_and_clearance(
         for _, entry in lines
         if isinstance(entry.record, StepFinished)
     }
-    kills = (entry.t_s for _, entry in lines if isinstance(entry.record, FaultInjected) and entry.record.process)
+    kills = (
+        entry.t_s for _, entry in lines if isinstance(entry.record, FaultInjected) and entry.record.process
+    )
     killed_s = next(kills, None)  # it breaks off the leader's step
     expected = []
     for t_s, source, step in planned:
         to_s, kept_m = ended.get(step.step, (killed_s, None))
+        is_broken = step.step not in ended
         promised = NONE if step.promised_clearance_m is None else f"{step.promised_clearance_m:.3f}"
         kept = NONE if kept_m is None else f"{kept_m:.3f}"
         expected.append(
-            [str(step.step), f"{t_s:.2f}", f"{to_s:.2f}", source, f"{step.length_m:.3f}", promised, kept]
+            [
+                str(step.step),
+                f"{t_s:.2f}",
+                f"{to_s:.2f}{' broken off' * is_broken}",
+                source,
+                f"{step.length_m:.3f}",
+                promised,
+                kept,
+            ]
         )
     assert [row[:7] for row in table(pages[run], "steps")[1:]] == expected
 
