@@ -90,7 +90,7 @@ class Coordinator:
         self._timing = timing
         self._suspicion = suspicion
         self._intent = intent
-        self._began_s = self._moved_s = now_s
+        self._began_s = self._moved_s = self._looked_s = now_s
         self._questions = Questions(mission, timing)
         self.phase = Phase.GATHERING
         self.plan: Plan | None = None
@@ -397,7 +397,10 @@ class Coordinator:
     # --- who is there ---------------------------------------------------------------------------------
 
     def _drop_lost(self, now_s: float) -> None:
-        """Rule 3."""
+        """Rule 3; once for all that is heard at the same time."""
+        if now_s == self._looked_s:
+            return
+        self._looked_s = now_s
         for robot in sorted(self._reports):
             gone = self._suspicion.has_gone(robot, self._heard_s[robot], now_s)
             if robot != self._robot and gone:
