@@ -223,7 +223,7 @@ class _ProcessRule(_Rule, frozen=True, kw_only=True):
     target: Annotated[
         Target,
         Meta(
-            description="`r3`; the `leader`, `middle` or `tail` of the strand; the `coordinator` of the view; "
+            description="`r3`; the `leader`, `middle` or `tail` of the strand; a view's `coordinator`; "
             "`world`; `router`"
         ),
     ]
