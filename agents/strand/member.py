@@ -195,7 +195,8 @@ class Member:
             return []
         self._joined = True
         formation, number = self._formation, self._formation.epoch.number
-        notes: list[Command] = [Note(StrandJoined(epoch=number, rank=formation.rank))]
+        joined = StrandJoined(epoch=number, rank=formation.rank, members=formation.members)
+        notes: list[Command] = [Note(joined)]
         if self.leads and formation.led_by not in (0, self._robot):
             notes.append(Note(LeaderSucceeded(epoch=number, before=formation.led_by)))
         if self.leads and formation.heals:
