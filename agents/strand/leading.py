@@ -4,7 +4,8 @@ Rule 1: it plans only where the path ends. If its body stands elsewhere, it want
 Rule 2: where the only way leads back, it wants the strand to turn round, `TURNS_MAX` times at most without a
         step towards the goal between them.
 Rule 3: where it knows no way on, it wants another robot to lead; if `LEADERS_MAX` have, or all, the route is
-        lost. It waits before it says so where bodies or obstacles may move away.
+        lost. A strand that has tried another leader does not turn round any more: any robot may lead. The
+        first one waits before it says so where bodies or obstacles may move away.
 """
 
 import math
@@ -167,6 +168,9 @@ class Leading:
             case NoStep(reason) if self._is_lost(now_s):
                 self._plans_again_s = now_s + SETTLED_S
                 return self._give_up_lead(reason)
+            case DeadEnd() if self._strand.counters.led_in_vain:
+                self._plans_again_s = now_s + SETTLED_S
+                return self._give_up_lead("the only way leads back")
             case DeadEnd() if self._strand.counters.turns >= TURNS_MAX:
                 return self._lose("the strand has turned round too often in vain")
             case DeadEnd(back_to_m):
@@ -191,7 +195,7 @@ class Leading:
         """Whether a way that is not there will not be: what moves into the way may move on."""
         self._stuck_at_s = min(self._stuck_at_s, now_s)
         patience_s = PATIENCE_S if self._mission.obstacles_move else 0.0
-        if self._some_are_left_out:
+        if self._some_are_left_out and not self._strand.counters.led_in_vain:
             patience_s = max(patience_s, COMES_BACK_S)
         return now_s - self._stuck_at_s >= patience_s
 
