@@ -207,10 +207,15 @@ class ViewStage:
         bodies.resume(body, pose, ordered=ordered, finished=finished, now_s=self.now_s)
 
     def raised_by(self, robot: int) -> None:
-        """Go on until this robot's view has begun; the raises of all others are lost until then."""
-        self.lose(lambda post: isinstance(post.thing, Raise) and post.sender != robot)
+        """Go on until this robot's view has begun; all others' raises to the same generation are lost."""
+        generation = self.fence.epoch.generation + 1
+
+        def is_anothers(post: Post) -> bool:
+            is_raise = isinstance(post.thing, Raise) and post.sender != robot
+            return is_raise and bool(post.thing.epoch.generation == generation)
+
+        self.lose(is_anothers)
         self.run(lambda: self.fence.epoch.robot == robot)
-        self.heal()
 
     def start(self, robot: int) -> None:
         """A robot's process starts; it and all others see each other's tokens."""
