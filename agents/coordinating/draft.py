@@ -2,8 +2,8 @@
 
 Rule 1: in place are, from the front on, as many robots of the order as have a clear leg to the robot ahead
         and make a strand that does not fold back; then those that came to a place by a turn.
-Rule 2: the turn goes to the nearest robot that is not in place and has not had one in vain. When a robot comes
-        to a place, all others may have a turn again: they may find a way behind it.
+Rule 2: the turn goes to the nearest robot that is not in place and has not had one in vain. When a robot
+        comes to a place, all others may have a turn again: they may find a way behind it.
 Rule 3: where nobody finds a way, the last in place makes way, once: it gives its place up, and has a turn
         after the others. A leader that stands alone takes one step to where others can come.
 Rule 4: where that is in vain, others lead, the nearest to the goal first, so many at most; at once, if all

@@ -17,6 +17,7 @@ from agents.body.senses import Senses
 from agents.commands import Command, Note, Say
 from agents.coordinating.coordinator import Coordinator
 from agents.due import is_due
+from agents.events import LinkHeard
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
 from agents.membership.assembly import Assembly
@@ -124,7 +125,13 @@ class Membership:
         )
         if (epoch.robot, epoch.life) == (self._robot, self._life):
             self.coordinator = Coordinator(
-                self._robot, epoch, self._mission, self._timing, self.suspicion, intent, now_s
+                self._robot,
+                epoch,
+                mission=self._mission,
+                timing=self._timing,
+                suspicion=self.suspicion,
+                intent=intent,
+                now_s=now_s,
             )
         return [Note(ViewJoined(epoch=epoch.number))]
 
@@ -150,6 +157,10 @@ class Membership:
             case _:
                 pass  # from nobody who may say so
         return []
+
+    def hear_link(self, heard: LinkHeard, now_s: float) -> list[Command]:
+        """Take in a neighbour's link state; it counts only for a member."""
+        return [] if self.member is None else self.member.hear(heard, now_s)
 
     def _hear_answer(self, answer: Answer, number: int, now_s: float) -> list[Command]:
         assert self._reporter is not None, "asked before"

@@ -10,7 +10,7 @@ Rule 4: a robot that is left out, and has no answer from the leader, proposes on
 """
 
 from agents.commands import Command, Note
-from agents.coordinating.coordinator import Intent
+from agents.coordinating.agreeing import Intent
 from agents.liveness.raising import Raising, Reason
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing

@@ -15,7 +15,9 @@ EPOCH = Epoch(generation=4, robot=1, life=71)
 LIFE = 72
 
 
-def state(progress_m: float = 0.0, *, t_s: float = 0.0, epoch: Epoch = EPOCH, life: int = LIFE) -> BehindState:
+def state(
+    progress_m: float = 0.0, *, t_s: float = 0.0, epoch: Epoch = EPOCH, life: int = LIFE
+) -> BehindState:
     return BehindState(
         epoch=epoch,
         life=life,
