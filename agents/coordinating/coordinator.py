@@ -80,6 +80,11 @@ class Coordinator:
         self._reports[robot] = report
         self._questions.hear(robot, report.look)
 
+    @property
+    def stranded(self) -> frozenset[int]:
+        """Who has reported, and found no way to a place in the formation."""
+        return frozenset() if self.plan is None else self._reports.keys() - set(self.plan.order)
+
     def act(self, odometry: Odometry, now_s: float) -> list[Command]:
         """What is to be done now."""
         fence = odometry.fence
@@ -229,8 +234,7 @@ class Coordinator:
         plan = self._agreement.drafted(draft.strand, draft.legs, driven, self._reports, turn=fence.turn + 1)
         stranded: list[Command] = [
             Note(RobotStranded(epoch=self._epoch.number, robot=robot, reason="it finds no way to a place"))
-            for robot in self._reports
-            if robot not in plan.order
+            for robot in sorted(self._reports.keys() - set(plan.order))
         ]
         return stranded + self._make(plan, fence, now_s)
 
