@@ -131,6 +131,7 @@ class Membership:
                 timing=self._timing,
                 suspicion=self.suspicion,
                 intent=intent,
+                neighbours=self._past.neighbours,
                 now_s=now_s,
             )
         return [Note(ViewJoined(epoch=epoch.number))]

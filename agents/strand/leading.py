@@ -158,6 +158,8 @@ class Leading:
 
     def _carry_out(self, planned: Plan, now_s: float) -> list[Command]:
         self._wish = None
+        if isinstance(planned, DeadEnd) and self._strand.counters.led_in_vain:
+            planned = NoStep("the only way leads back")
         match planned:
             case StepPlanned():
                 return self._begin(planned)
@@ -168,9 +170,6 @@ class Leading:
             case NoStep(reason) if self._is_lost(now_s):
                 self._plans_again_s = now_s + SETTLED_S
                 return self._give_up_lead(reason)
-            case DeadEnd() if self._strand.counters.led_in_vain:
-                self._plans_again_s = now_s + SETTLED_S
-                return self._give_up_lead("the only way leads back")
             case DeadEnd() if self._strand.counters.turns >= TURNS_MAX:
                 return self._lose("the strand has turned round too often in vain")
             case DeadEnd(back_to_m):
