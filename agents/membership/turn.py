@@ -53,6 +53,8 @@ class TurnTaker:
         self._stands = _stands(join)
         self._step: StepPlanned | None = None
         self._steps = 0
+        self._gives_up = False
+        """Whether the step in hand ends where the robot comes to stand."""
         self._stood_at: tuple[float, float] | None = None
         self._stood_at_s = self._looks_again_s = 0.0
         self.has_moved = False
@@ -65,16 +67,17 @@ class TurnTaker:
         if self.ended is not None:
             return []
         commands = self._watch.look(self._beside, now_s)
-        gives_up = self._step is not None and self._watch.gives_up(now_s)
-        if gives_up:
+        if self._step is not None and self._watch.gives_up(now_s):
+            self._watch.begin_again()
+            self._gives_up = True
             driver.stand()
         if not driver.standing:
             return commands
         step = self._step
-        if step is not None and driver.progress_m < step.reach_m and not gives_up:
+        if step is not None and driver.progress_m < step.reach_m and not self._gives_up:
             driver.to(step.target, reach_m=step.reach_m)
             return commands
-        self._step = None
+        self._step, self._gives_up = None, False
         if now_s < self._looks_again_s:
             return commands
         scan = self._senses.take(revolutions=self._mission.revolutions)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.wire.fence import Epoch
+from protocol.fence import Epoch
 from protocol.wire.link import LATELY_S, Link
 from protocol.wire.messages import BehindState
 
@@ -15,7 +15,9 @@ EPOCH = Epoch(generation=4, robot=1, life=71)
 LIFE = 72
 
 
-def state(progress_m: float = 0.0, *, t_s: float = 0.0, epoch: Epoch = EPOCH, life: int = LIFE) -> BehindState:
+def state(
+    progress_m: float = 0.0, *, t_s: float = 0.0, epoch: Epoch = EPOCH, life: int = LIFE
+) -> BehindState:
     return BehindState(
         epoch=epoch,
         life=life,
