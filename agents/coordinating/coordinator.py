@@ -156,6 +156,8 @@ class Coordinator:
         assert draft is not None
         if fence.may is May.ONE:
             report = self._reports.get(fence.robot)
+            if report is not None and report.life != fence.life:
+                report = None  # the life that had the turn is no more
             over = report is not None and report.ended >= fence.turn
             if report is not None and not over and now_s - self._moved_s <= self._timing.turn_s:
                 return []

@@ -30,7 +30,7 @@ class Timing:
     """A robot that has had no odometry for so long has slept, or is cut off."""
     listens_s: float = 1.5
     """After that it listens so long before it judges others' silence."""
-    reports_s: float = 3.0
+    reports_s: float = 1.25
     """The coordinator waits so long for robots that show a token and have not reported."""
     looks_s: float = 3.0
     """It waits so long for a robot to look at its leg."""
@@ -67,7 +67,7 @@ class Timing:
             ping_s=ping_s,
             report_s=report_s,
             coordinator_s=3.0 * ping_s,
-            reports_s=6.0 * ping_s,
+            reports_s=2.5 * ping_s,
             shared_draws_s=ODOMETRY_S * mission.robots,
         )
 
@@ -75,6 +75,8 @@ class Timing:
         """What must hold, by name."""
         return {
             "three pings in a row are lost before a coordinator is": self.coordinator_s >= 3.0 * self.ping_s,
+            "a robot that cannot hear the coordinator is left out before it raises": self.reports_s
+            < self.coordinator_s,
             "a report is tried several times before it is waited for in vain": self.reports_s
             >= 5.0 * self.report_s,
             "a put is seen before it is repeated": self.put_s >= ODOMETRY_S,

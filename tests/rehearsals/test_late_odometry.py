@@ -78,11 +78,11 @@ def dies_in_its_turn(*, lags_from_s: float) -> tuple[Rule, ...]:
 
 
 def is_left_out_in_its_turn(*, until_s: float) -> tuple[Rule, ...]:
-    """Robot 3 no longer receives robot 5's messages, then robot 5 receives none."""
+    """Nobody receives robot 5's reports any more, then robot 5 receives nothing."""
     return (
         leader_lags(until_s),
-        Drop(from_s=5.0, sender=("r5",), receiver=("r3",), kinds=("muster",)),
-        Drop(from_s=11.58, until_s=31.58, receiver=("r5",), kinds=("muster", "beacon", "ahead", "behind")),
+        Drop(from_s=5.0, until_s=31.58, sender=("r5",), kinds=("report",)),
+        Drop(from_s=11.58, until_s=31.58, receiver=("r5",), kinds=("answer", "formation", "ahead", "behind")),
     )
 
 

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from agents.navigation.scan import View, view
 from clew.fields.field import Field, Kind, scene
 from protocol.arrays import Floats, scan_bearings_rad
+from protocol.fence import Fence
 from protocol.frames import Pose
 from protocol.mission import Law, Mission
-from protocol.wire.fence import Fence
 from protocol.wire.messages import Scan
 from tests.support.stages.one_step import under
 from world.geometry.rays import cast

@@ -11,11 +11,11 @@ from agents.navigation.scan import View, view
 from agents.navigation.step import Crossed, NoStep
 from agents.strand.leader import DeadEnd, Leader, LookCloser, Plan, Wait
 from protocol.arrays import scan_bearings_rad
+from protocol.fence import Fence
 from protocol.frames import Point, Pose
 from protocol.mission import Law, Mission
 from protocol.path import Path
 from protocol.timeline import StepPlanned
-from protocol.wire.fence import Fence
 from protocol.wire.messages import Scan
 from world.geometry.clearance import clearance
 from world.geometry.rays import cast

@@ -3,8 +3,8 @@
 from hypothesis import strategies as st
 
 from agents.navigation.scan import View, view
+from protocol.fence import Fence
 from protocol.frames import Pose
-from protocol.wire.fence import Fence
 from protocol.wire.messages import Scan
 
 RANGE_M_MAX = 4.0

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from agents.navigation.scan import View, on_discs, on_ground, view
 from protocol.arrays import distances_to_segments
+from protocol.fence import Fence
 from protocol.frames import Pose
-from protocol.wire.fence import Fence
 from protocol.wire.messages import Scan
 
 RANGE_M_MAX = 4.0

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.wire.fence import Epoch
+from protocol.fence import Epoch
 from protocol.wire.link import LATELY_S, Link
 from protocol.wire.messages import BehindState
 
