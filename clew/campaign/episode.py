@@ -201,9 +201,7 @@ def set_stage(episode: Episode) -> Stage:
     """
     if episode.faults == SWARM:
         future = episode.branches
-        swarm = (
-            draw(episode.seed) if future is None else draw_future(episode.seed, read_branches(future))
-        )
+        swarm = draw(episode.seed) if future is None else draw_future(episode.seed, read_branches(future))
         return Stage(swarm.scenario, swarm.plan, swarm)
     scenario = load(
         episode.path,

@@ -83,11 +83,11 @@ def _limits(rule: MessageRule) -> Sequence[str]:
 def _sight(robot: int, actor: Actor | None, *, moving: bool) -> Sight:
     if actor is None:
         return Sight(robot, "gone", drives=moving)
-    state, role, bound, silent = _state_of(robot, actor.core)
+    state, role, bound, silent = _state_of(actor.core)
     return Sight(robot, state, actor.core.epoch, role, moving, bound, silent)
 
 
-def _state_of(robot: int, core: Robot) -> tuple[str, str, Collection[int], Collection[int]]:
+def _state_of(core: Robot) -> tuple[str, str, Collection[int], Collection[int]]:
     """State, role, who is with it, and whom it does not hear."""
     member, lining = core._member, core._lining
     if member is not None:

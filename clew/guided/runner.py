@@ -3,8 +3,8 @@
 Rule 1: at a new cell the process forks. The child plays on; the parent keeps the run as it is at that
         instant, and waits to be told which future to play from there, in another child each time.
 Rule 2: of all processes of a search at most one plays. All others wait for the search, and end with it.
-Rule 3: a held run that is given up says so, so that its slot can be used again. It ends once its children have.
-        All are given up when the search closes its ends of the pipes.
+Rule 3: a held run that is given up says so, so that its slot can be used again. It ends once its children
+        have. All are given up when the search closes its ends of the pipes.
 """
 
 import os
@@ -206,7 +206,7 @@ class Runner:
 
 
 def _ordered(slot: Connection) -> GoOn | None:
-    """The next order; None if the run is given up. Children that have ended meanwhile leave nothing behind."""
+    """The next order; None if the run is given up. Children that have ended meanwhile are reaped."""
     try:
         order = ORDERS.decode(slot.recv_bytes())
     except (EOFError, OSError):

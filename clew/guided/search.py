@@ -1,7 +1,7 @@
 """The guided search of one seed: its own run, then futures from where something was new. A shell.
 
-Rule 1: which future comes next depends on the seed and on the cells known before, on nothing else. So a search
-        is the same every time.
+Rule 1: which future comes next depends on the seed and on the cells known before, on nothing else. So a
+        search is the same every time.
 Rule 2: a future that surprises is played again from the start, without forks; that outcome counts. One that
         was cut off early and does not surprise when played whole is no surprise.
 Rule 3: a search leaves no process, whatever happens.
@@ -48,7 +48,14 @@ def search(episode: Episode, known: Corpus, limits: Limits) -> Found:
     return replace(found, outcome=replace(found.outcome, **spent))
 
 
+def lost(episode: Episode) -> Found:
+    """What came of a search whose process has died."""
+    return Found(outcome=failed(episode, CRASHED, "its process died", 0.0), visits={})
+
+
 class _Search:
+    """The order in which the futures of a seed are played."""
+
     def __init__(self, episode: Episode, known: Corpus, limits: Limits, tree: "_Tree") -> None:
         self._episode, self._limits, self._tree = episode, limits, tree
         self._corpus = Corpus(known.visits)
@@ -65,7 +72,7 @@ class _Search:
         while True:
             over = self._until_over()
             if over is None:
-                return self._found(failed(self._episode, CRASHED, "its process died", 0.0))
+                return self._found(lost(self._episode).outcome)
             if (outcome := self._surprise(over)) is not None:
                 return self._found(outcome)
             held = self._choice.best() if self._sim_s < self._limits.sim_s_max else None
@@ -123,9 +130,7 @@ class _Search:
 
     def _found(self, outcome: Outcome) -> Found:
         cells = len(self._corpus) - self._before
-        return Found(
-            outcome=replace(outcome, futures=self._futures, cells=cells), visits=dict(self._visits)
-        )
+        return Found(outcome=replace(outcome, futures=self._futures, cells=cells), visits=dict(self._visits))
 
 
 class _Tree:

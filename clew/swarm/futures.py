@@ -28,7 +28,9 @@ OPENS_S = (0.0, 4.0)  # faults of a future begin near its instant: that is what 
 ROOM_S = 5.0  # the least time in which every class of faults can be drawn
 ADVERSARY_SHARE = 0.5
 NEVER_S = 1e6  # longer than any run
-AFTER_S = 0.001  # a branch lies just after the tick at which a run is forked: that tick has its messages behind it
+AFTER_S = (
+    0.001  # a branch lies just after the tick at which a run is forked: that tick has its messages behind it
+)
 DECIMALS = 3
 
 IDLE: tuple[Rule, ...] = (
