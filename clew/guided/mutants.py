@@ -3,7 +3,7 @@
 Rule 1: both ways begin with the same seeds, in the same mutated copy of the source. Each ends with the first
         seed that surprises there and not in our own source. All CPU time until then counts, also that of
         the replay in the copy.
-Rule 2: each trial begins with other seeds, and a guided one with no known cells. Figures are medians of trials;
+Rule 2: each trial begins with other seeds, and a guided one with no known cells. Figures are medians;
         a trial that catches nothing is worse than any that does.
 """
 
