@@ -289,6 +289,7 @@ class Coordinator:
             heard=report.number,
             after_turn=self._turns.put_for(robot),
             out=self.plan is not None or robot not in self._reports,
+            stranded=self.plan is not None and robot in self._reports,
             question=self._questions.pending(robot),
             join=self._join if has_turn else None,
             rank=strand.index(robot) if robot in strand else None,

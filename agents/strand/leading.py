@@ -158,8 +158,6 @@ class Leading:
 
     def _carry_out(self, planned: Plan, now_s: float) -> list[Command]:
         self._wish = None
-        if isinstance(planned, DeadEnd) and self._strand.counters.led_in_vain:
-            planned = NoStep("the only way leads back")
         match planned:
             case StepPlanned():
                 return self._begin(planned)
@@ -170,17 +168,25 @@ class Leading:
             case NoStep(reason) if self._is_lost(now_s):
                 self._plans_again_s = now_s + SETTLED_S
                 return self._give_up_lead(reason)
-            case DeadEnd() if self._strand.counters.turns >= TURNS_MAX:
-                return self._lose("the strand has turned round too often in vain")
             case DeadEnd(back_to_m):
-                end_m = self._strand.path.end_m
-                turnabout = Turnabout(
-                    cut_m=0.0, end_m=self._driver.progress_m, back_by_m=max(0.0, end_m - back_to_m)
-                )
-                self._wish = Wish(Cause.DEAD_END, "the only way leads back", turnabout=turnabout)
+                self._plans_again_s = now_s + SETTLED_S
+                return self._turn_back(back_to_m)
             case NoStep() | Wait():
                 pass
         self._plans_again_s = now_s + SETTLED_S
+        return []
+
+    def _turn_back(self, back_to_m: float) -> list[Command]:
+        """Rule 2; where other leaders are being tried, they have turned round before."""
+        counters, path = self._strand.counters, self._strand.path
+        if counters.led_in_vain:
+            return self._give_up_lead("the only way leads back")
+        if counters.turns >= TURNS_MAX:
+            return self._lose("the strand has turned round too often in vain")
+        turnabout = Turnabout(
+            cut_m=0.0, end_m=self._driver.progress_m, back_by_m=max(0.0, path.end_m - back_to_m)
+        )
+        self._wish = Wish(Cause.DEAD_END, "the only way leads back", turnabout=turnabout)
         return []
 
     def _begin(self, planned: StepPlanned) -> list[Command]:
