@@ -14,7 +14,7 @@ from world.judge.ending import Ending
 from world.judge.judgement import judge
 
 ROBOTS = 8
-ENDS_WITHIN_S = 90.0  # of the death: 43 s with three in front, 72 s with one; 292 s before there were views
+ENDS_WITHIN_S = 90.0  # of the death: 43 s with three in front, 74 s with loss, 72 s with one; 292 s before there were views
 LOSSY = uniform(delay_s_max=0.1, loss=0.3, repeat=0.1)
 
 
@@ -35,8 +35,9 @@ def stranded(rehearsal: Rehearsal) -> list[RobotStranded]:
     return [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, RobotStranded)]
 
 
-@pytest.mark.parametrize("lossy", [False, True], ids=["perfect", "lossy"])
-@pytest.mark.parametrize("dies", [2, 4])
+@pytest.mark.parametrize(
+    ("dies", "lossy"), [(2, False), (4, False), (4, True)], ids=["one in front", "three", "three, 30 % lost"]
+)
 def test_robots_in_front_of_the_body_arrive_and_the_run_ends_soon(dies: int, *, lossy: bool) -> None:
     rehearsal, died_s = plugged(dies, lossy=lossy)
     world = rehearsal.world
@@ -54,7 +55,7 @@ def test_the_timeline_names_whose_body_is_in_the_way_and_the_verdict_as_well() -
     verdict = verdict_of(rehearsal.world, CIRCUMSTANCES)
     assert verdict.exit_code == ExitCode.FAILED
     told = "robot 5: it finds no way to a place behind the others (behind the body of robot 4)"
-    assert any(told in flaw for flaw in verdict.flaws)
+    assert told in verdict.reason
 
 
 def test_behind_a_dead_leader_nobody_can_go_on_and_the_route_is_lost_soon() -> None:
