@@ -10,7 +10,7 @@ from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from clew.campaign.coverage_names import OF_CAUSE, Situation
+from clew.coverage.situations import OF_CAUSE, Situation
 from protocol.fence import NUMBERS, Cause, May
 from protocol.keys import WORLD, robot_number
 from protocol.timeline import (

@@ -4,8 +4,8 @@ from collections import Counter
 
 import pytest
 
-from clew.campaign.coverage_names import OF_CAUSE, Situation
-from clew.campaign.coverage_views import Views
+from clew.coverage.situations import OF_CAUSE, Situation
+from clew.coverage.views import Views
 from protocol.fence import NUMBERS, Cause
 from protocol.keys import WORLD
 from protocol.timeline import (
