@@ -69,6 +69,11 @@ class Membership:
         self._pleaded_s = -float("inf")
         self._own_number = 0
 
+    @property
+    def fence(self) -> Fence:
+        """The fence that its odometry tells."""
+        return self._fence
+
     # --- rule 1 -------------------------------------------------------------------------------------
 
     def enter(self, now_s: float) -> list[Command]:
@@ -179,7 +184,7 @@ class Membership:
         if member is None or not member.leads:
             return []
         if robot not in self.suspicion.suppressed(now_s) and not member.leaves_dead_end:
-            self._pleas.hear(robot, now_s)
+            self._pleas.hear(robot, now_s, stranded=plea.stranded, arrived=member.arrived)
         return [Say(robot, Answer(epoch=plea.epoch, life=plea.life, heard=0, out=True))]
 
     # --- acting -------------------------------------------------------------------------------------
@@ -270,7 +275,9 @@ class Membership:
         if not is_due(last_s=self._pleaded_s, every_s=self._timing.plea_s, now_s=now_s):
             return []
         self._pleaded_s = now_s
-        return [Say(fence.robot, Plea(epoch=fence.epoch, life=self._life))]
+        answer = None if self._reporter is None else self._reporter.answer
+        stranded = answer is not None and answer.stranded
+        return [Say(fence.robot, Plea(epoch=fence.epoch, life=self._life, stranded=stranded))]
 
     def _deliver(self, commands: Iterable[Command], now_s: float) -> list[Command]:
         """Rule 3: what a coordinator says to itself arrives at once."""

@@ -93,6 +93,11 @@ def test_a_formation_of_an_epoch_that_never_was_is_a_violation() -> None:
     assert broken(run((5.1, "r1", formation(30_001, 1, 2.0, 1.0, 0.0)))) == ["F4"]
 
 
+def test_an_epoch_that_begins_with_all_is_a_violation_and_no_crash() -> None:
+    still = ("plan 1 again", "order 1 again", "drive 1 again", "there 1 again", "joined 1 again")
+    assert set(broken(run(without=("raised again", *still)))) == {"F3", "F4"}
+
+
 def test_a_member_that_stands_elsewhere_is_one_violation_though_it_drives_on() -> None:
     elsewhere = formed(replace(FORMED, places_m=(1.2, 0.5, 0.0)))
     more = order(2, (-0.2, 0.0), (-0.1, 0.0), reach_m=1.1)
