@@ -3,14 +3,18 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 from msgspec.structs import replace
 
 from agents.coordinating.draft import places_of
 from agents.coordinating.formation import Plan, lay_path
 from agents.coordinating.legs import Legs
+from agents.coordinating.order import positions
 from agents.coordinating.turnabout import turned_round
 from agents.strand.wish import Turnabout
+from protocol.arrays import Floats, distances_to_segments
 from protocol.fence import Cause, Epoch
+from protocol.frames import Point
 from protocol.path import Path
 from protocol.wire.view import Counters, Report
 
@@ -46,6 +50,8 @@ class Agreement:
     intent: Intent
     sensed: bool
     """Whether robots took scans to find the order."""
+    neighbours: Mapping[int, Point]
+    """Where its neighbours in former strands were when it last heard them."""
 
     def drafted(
         self, order: Sequence[int], legs: Legs, driven: frozenset[int], reports: Reports, *, turn: int
@@ -64,6 +70,13 @@ class Agreement:
         order, path, places_m = found
         plan = self._plan(order, (path, places_m), frozenset(order[1:]), reports, turn=turn)
         return plan.backing_up(intent.turnabout.back_by_m)
+
+    def in_the_way(self, robot: int, ahead: int, reports: Reports) -> int | None:
+        """Whose body stands between two robots, as far as is known: the nearest of those that are lost."""
+        lost = [(each, place) for each, place in self.neighbours.items() if each not in reports]
+        way = positions(places_of(reports), (robot, ahead))
+        off_m = [float(distances_to_segments(_xy(place), *way)) for _, place in lost]
+        return lost[int(np.argmin(off_m))][0] if lost else None
 
     def counters(self, reports: Reports) -> Counters:
         """What the fleet has counted; the coordinator's own count includes what it proposed the view for."""
@@ -98,6 +111,10 @@ class Agreement:
             seen=newest.seen if newest.map_number > reports[order[0]].map_number else None,
             sensed=self.sensed,
         )
+
+
+def _xy(point: Point) -> Floats:
+    return np.array([point.x_m, point.y_m])
 
 
 def newest_map(reports: Reports) -> Report:

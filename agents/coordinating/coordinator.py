@@ -7,7 +7,7 @@ Rule 3: a robot that is lost before that is dropped, and the draft begins again 
 Rule 4: it goes by phases (`agents.coordinating.phases`).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from agents.commands import Command, Note, Say
 from agents.coordinating.agreeing import Agreement, Intent, newest_map
@@ -21,12 +21,14 @@ from agents.coordinating.turns import Turns
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
 from protocol.fence import Cause, Epoch, Fence, May
+from protocol.frames import Point
 from protocol.mission import Mission
 from protocol.timeline import RobotStranded
 from protocol.wire.messages import Odometry
 from protocol.wire.view import Answer, Join, Report
 
 SLOW_PENALTY = 2.0  # for a robot that does nothing in its turn: it is left out for half a minute
+NO_WAY = "it finds no way to a place behind the others"
 
 
 class Coordinator:
@@ -41,6 +43,7 @@ class Coordinator:
         timing: Timing,
         suspicion: Suspicion,
         intent: Intent,
+        neighbours: Mapping[int, Point],
         now_s: float,
     ) -> None:
         self._robot = robot
@@ -48,7 +51,7 @@ class Coordinator:
         self._mission = mission
         self._timing = timing
         self._suspicion = suspicion
-        self._agreement = Agreement(robot, epoch, intent, mission.goal is None)
+        self._agreement = Agreement(robot, epoch, intent, mission.goal is None, neighbours)
         self._cause = intent.cause
         self._began_s = self._moved_s = self._looked_s = now_s
         self._questions = Questions(mission, timing)
@@ -79,6 +82,11 @@ class Coordinator:
             self._drop(robot)
         self._reports[robot] = report
         self._questions.hear(robot, report.look)
+
+    @property
+    def stranded(self) -> frozenset[int]:
+        """Who has reported, and found no way to a place in the formation."""
+        return frozenset() if self.plan is None else frozenset(self._reports) - set(self.plan.order)
 
     def act(self, odometry: Odometry, now_s: float) -> list[Command]:
         """What is to be done now."""
@@ -228,9 +236,15 @@ class Coordinator:
         driven = frozenset(draft.driven)
         plan = self._agreement.drafted(draft.strand, draft.legs, driven, self._reports, turn=fence.turn + 1)
         stranded: list[Command] = [
-            Note(RobotStranded(epoch=self._epoch.number, robot=robot, reason="it finds no way to a place"))
-            for robot in self._reports
-            if robot not in plan.order
+            Note(
+                RobotStranded(
+                    epoch=self._epoch.number,
+                    robot=robot,
+                    reason=NO_WAY,
+                    by=self._agreement.in_the_way(robot, draft.strand[-1], self._reports),
+                )
+            )
+            for robot in sorted(self._reports.keys() - set(plan.order))
         ]
         return stranded + self._make(plan, fence, now_s)
 

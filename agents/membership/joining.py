@@ -118,15 +118,24 @@ def hides_way(seen: View, ahead: Floats, mission: Mission) -> bool:
 
 
 class Joining:
-    """What a robot remembers from step to step while it joins."""
+    """What a robot remembers from step to step while it joins, and from view to view."""
 
-    def __init__(self, mission: Mission, start: Floats, *, epoch: int = 0) -> None:
+    def __init__(self, mission: Mission, start: Floats, *, epoch: int = 0, robots: int = 0) -> None:
         self._mission = mission
         self._epoch = epoch
+        self._robots = robots
         self._map = Map(mission, start)
         self._hits = np.empty((0, 2))
         self._way_m = 0.0
         self._steps = 0
+
+    def begin(self, here: Floats, *, epoch: int, robots: int) -> None:
+        """Begin a turn, beside so many robots. Where nothing moves, only one that comes or goes is news."""
+        self._epoch = epoch
+        if robots != self._robots or self._mission.obstacles_move:
+            self._robots = robots
+            self._map = Map(self._mission, here)
+            self._hits = np.empty((0, 2))
 
     def plan(self, view: View, stands: Stands) -> StepPlanned | InPlace | NoStep:
         """What to do from here: rule 1, else rule 2."""

@@ -112,7 +112,7 @@ class Membership:
         if self.member is not None:
             self._past = self._past.with_strand(self.member)
         intent, epoch = self._proposing.intent(self.member), self._fence.epoch
-        self.member = self._reporter = self.coordinator = self._joining = None
+        self.member = self._reporter = self.coordinator = None
         self._assembly = Assembly()
         self._pleas.forget()
         self._senses.forget()
@@ -136,6 +136,7 @@ class Membership:
                 timing=self._timing,
                 suspicion=self.suspicion,
                 intent=intent,
+                neighbours=self._past.neighbours,
                 now_s=now_s,
             )
         return [Note(ViewJoined(epoch=epoch.number))]
@@ -209,6 +210,8 @@ class Membership:
             return
         self._happen(Happening.FORMED)
         formation, path = whole
+        if self.coordinator is not None:
+            self._pleas.let_in(self.coordinator.stranded, now_s)
         self.member = Member(
             self._robot,
             life=self._life,
@@ -254,11 +257,10 @@ class Membership:
             return self._report(now_s)
         if self._taker is None:
             driver.begin(0.0, self._bearing)
-            start, epoch = driver.odometry.pose, self._fence.epoch.number
-            self._joining = self._joining or Joining(
-                self._mission, np.array([start.x_m, start.y_m]), epoch=epoch
-            )
-            self._taker = TurnTaker(self._mission, driver, self._senses, self._joining, join)
+            here = np.array([driver.odometry.pose.x_m, driver.odometry.pose.y_m])
+            self._joining = joining = self._joining or Joining(self._mission, here)
+            joining.begin(here, epoch=self._fence.epoch.number, robots=len(join.strand) + len(join.waiting))
+            self._taker = TurnTaker(self._mission, driver, self._senses, joining, join)
         commands = self._taker.act(now_s)
         if self._taker.ended is None:
             return commands

@@ -1,11 +1,13 @@
 """What a robot takes along from one view to the next."""
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 from agents.membership.places import Berth, Places
 from agents.strand.member import Member
 from protocol.fence import Epoch
+from protocol.frames import Point
 from protocol.wire.view import Counters
 
 
@@ -19,14 +21,17 @@ class Past:
     """The formation that the counters are from."""
     arrived: bool = False
     """Whether the robot stood at its place at the goal."""
+    neighbours: Mapping[int, Point] = field(default_factory=dict)
+    """Where its neighbours were when it last heard them."""
 
     def with_places(self, places: Places) -> Self:
         """After a view: the robot may have left its places, or have one in the draft."""
-        return type(self)(places, self.counters, self.counted, self.arrived)
+        return replace(self, places=places)
 
     def with_strand(self, member: Member) -> Self:
         """After a strand."""
         formation = member.formation
         berth = Berth(formation.epoch, formation.rank, member.progress_m, member.path)
         places = self.places.with_berth(berth, moved=member.has_moved)
-        return type(self)(places, member.counters, formation.epoch, member.arrived)
+        neighbours = {**self.neighbours, **member.neighbours}
+        return type(self)(places, member.counters, formation.epoch, member.arrived, neighbours)

@@ -6,6 +6,7 @@ Rule 2: it stops for that at its next stop, or after `STOP_S`.
 """
 
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from agents.liveness.raising import Reason
@@ -52,9 +53,14 @@ class Pleas:
             return None
         return Reason(Cause.PLEA, f"robot {robot} asks to be let in", robot)
 
-    def let_in(self, now_s: float) -> None:
-        """A view has been proposed for the robots that have asked."""
-        for robot in self._asked:
+    @property
+    def asking(self) -> list[int]:
+        """The robots that have asked, and may."""
+        return list(self._asked)
+
+    def let_in(self, robots: Iterable[int], now_s: float) -> None:
+        """A view has been proposed for these robots, or has found no way for them."""
+        for robot in robots:
             wait_s = self.timing.plea_again_s * 2.0 ** self._let_in[robot]
             self._not_before_s[robot] = now_s + min(wait_s, self.timing.plea_again_s_max)
             self._let_in[robot] += 1

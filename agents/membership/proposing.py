@@ -153,7 +153,7 @@ class Proposing:
                 silent_s = link.silent_s(now_s)
                 return [Note(LinkBroken(neighbour=neighbour, cause=why, silent_s=silent_s))]
             case Reason(Cause.PLEA):
-                self._pleas.let_in(now_s)
+                self._pleas.let_in(self._pleas.asking, now_s)
             case _:
                 pass
         return []

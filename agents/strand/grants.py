@@ -71,19 +71,19 @@ class Grants:
     def ground(self, now_s: float) -> Ground:
         """The ground that the robots behind may occupy."""
         moving = self._mission.obstacles_move
-        way_m = self._mission.way_of_heartbeats_m if moving else self.granted_m - self._behind_m
+        way_m = self._mission.way_of_heartbeats_m if moving else self.granted_m - self.behind_m
         return Ground(
             self._path,
             self.tail_m,
             self.granted_m,
             self.keep_m,
-            self._behind_m,
-            min(self.granted_m, self._behind_m + way_m),
+            self.behind_m,
+            min(self.granted_m, self.behind_m + way_m),
             is_seen=self._behind is not None and may_be_seen(self._behind, self._mission, now_s),
         )
 
     @property
-    def _behind_m(self) -> float:
+    def behind_m(self) -> float:
         """The last reported position of the robot behind (rule 3)."""
         if self._behind is None or self._behind.state is None:
             return self.behind_start_m
@@ -92,7 +92,7 @@ class Grants:
     @property
     def stretch_m(self) -> float:
         """How far the robot behind is from the end of its grant; 0 if no robot is behind."""
-        return 0.0 if self._behind is None else max(0.0, self.granted_m - self._behind_m)
+        return 0.0 if self._behind is None else max(0.0, self.granted_m - self.behind_m)
 
     def grant(self, growth: Growth, *, progress_m: float, arrived: bool) -> list[Command]:
         """Grant the ground that this robot has left (rule 2)."""

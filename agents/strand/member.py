@@ -27,6 +27,7 @@ from agents.strand.reversing import Reversing
 from agents.strand.strand import Own, Strand
 from agents.strand.wish import Wish
 from protocol.fence import Bearing, Cause
+from protocol.frames import Point
 from protocol.mission import Mission
 from protocol.path import Path
 from protocol.timeline import (
@@ -119,6 +120,11 @@ class Member:
     def links(self) -> tuple[Link[AheadState] | Link[BehindState], ...]:
         """Its links to its neighbours."""
         return self._strand.links
+
+    @property
+    def neighbours(self) -> dict[int, Point]:
+        """Where its neighbours were when it last heard them."""
+        return self._strand.neighbours
 
     @property
     def path(self) -> Path:

@@ -23,6 +23,7 @@ from agents.strand.growth import Growth
 from agents.strand.plausible import WRONG_SIDE, refused, wrong_ahead, wrong_behind
 from protocol.arrays import Floats
 from protocol.fence import Epoch
+from protocol.frames import Point
 from protocol.mission import Mission
 from protocol.path import THERE_M, Path
 from protocol.timeline import LinkHeard as LinkHeardAgain
@@ -130,6 +131,12 @@ class Strand:
         """Where the robot ahead was last heard."""
         state = None if self.ahead is None else self.ahead.state
         return self._ahead_start_m if state is None else state.progress_m
+
+    @property
+    def neighbours(self) -> dict[int, Point]:
+        """Where the neighbours were last heard."""
+        at_m = [(self.ahead, self._ahead_m), (self.behind, self.grants.behind_m)]
+        return {link.neighbour: self.path.at(s_m) for link, s_m in at_m if link is not None}
 
     def robots_in_sight(self, now_s: float) -> list[Floats]:
         """Ground (n, 2) on which hits are robots of the strand (rule 2)."""

@@ -3,6 +3,8 @@
 from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 
+from msgspec.structs import replace
+
 from protocol.frames import Point
 from protocol.keys import WORLD, robot_number
 from protocol.timeline import (
@@ -129,8 +131,7 @@ class Tally:
             case StrandFormed(epoch=epoch):
                 self._form(epoch, entry.t_s)
             case RobotStranded() as stranded if stranded.epoch >= self._formed:
-                self.stranded[stranded.robot] = stranded
-                self.stranded_s = max(self.stranded_s, entry.t_s)
+                self._strand(stranded, entry.t_s)
             case LinkBroken():
                 self._disturb(entry.t_s)
             case RouteLost() as lost:
@@ -141,6 +142,13 @@ class Tally:
                 self.counted[robot] = counted
             case _:
                 pass  # not counted
+
+    def _strand(self, stranded: RobotStranded, t_s: float) -> None:
+        """A robot is stranded; whose body is in the way a later view may not know."""
+        before = self.stranded.get(stranded.robot, stranded)
+        by = before.by if stranded.by is None else stranded.by
+        self.stranded[stranded.robot] = replace(stranded, by=by)
+        self.stranded_s = max(self.stranded_s, t_s)
 
     def _form(self, epoch: int, t_s: float) -> None:
         """A formation has been made: it takes in those that were stranded before, or says so again."""
