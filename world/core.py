@@ -150,7 +150,8 @@ class World:
         notes.append(
             self.arena.note(WorldResumed(life=past.life, entries=len(past.lines), torn_bytes=past.torn_bytes))
         )
-        return [*notes, *self.arena.place(), *self.arena.restart_fence()] if self._started else notes
+        begun = [*self.arena.place(), *self.arena.restart_fence()] if self._started else []
+        return [*notes, *begun]
 
     def _learn(self, source: str, entry: Entry) -> None:
         self.tally.hear(source, entry)

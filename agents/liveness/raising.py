@@ -2,6 +2,7 @@
 
 Rule 1: the time is drawn from the robot's life and the generation, doubled with each epoch in a row that has
         not come to ALL (common knowledge from the fence), so that two robots do not raise in turn for ever.
+        What all robots may want at once is drawn from a longer time in a larger fleet: one is the first.
 Rule 2: nobody raises over a stop.
 Rule 3: over ALL a robot that is left out raises as an outsider: the register takes it when enough ask.
 """
@@ -24,6 +25,8 @@ class Reason:
     why: str
     about: int | None = None
     outsider: bool = False
+    is_shared: bool = False
+    """Whether all robots may have the same reason."""
 
 
 @dataclass(slots=True)
@@ -55,7 +58,7 @@ class Raising:
             return []
         if self._wanted_since_s is None:
             self._wanted_since_s = now_s
-        if now_s - self._wanted_since_s < self._draw_s(fence.epoch.generation):
+        if now_s - self._wanted_since_s < self._draw_s(reason, fence.epoch.generation):
             return []
         if not is_due(last_s=self._put_at_s, every_s=self.timing.put_s, now_s=now_s):
             return []
@@ -68,9 +71,12 @@ class Raising:
         proposed = ViewProposed(epoch=epoch.number, cause=reason.cause, about=reason.about, why=reason.why)
         return [Note(proposed), put]
 
-    def _draw_s(self, generation: int) -> float:
+    def _draw_s(self, reason: Reason, generation: int) -> float:
         """Rule 1."""
         drawn = blake2b(f"{self.life}/{generation}".encode(), digest_size=4).digest()
         share = int.from_bytes(drawn) / 2**32
         doubled = min(max(generation - self._all_in, 0), self.timing.doublings_max)
-        return self.timing.draws_s * (1.0 + share) * 2.0**doubled
+        once_s = (
+            self.timing.shared_draws_s * share if reason.is_shared else self.timing.draws_s * (1.0 + share)
+        )
+        return once_s * 2.0**doubled

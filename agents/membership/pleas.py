@@ -22,16 +22,28 @@ class Pleas:
     timing: Timing
     _asked: tuple[int, float] | None = None
     _let_in: Counter[int] = field(default_factory=Counter)
+    _stranded: bool = False
+    """Whether the robot that has asked is stranded."""
+    _stranded_not_before_s: float = 0.0
     _not_before_s: dict[int, float] = field(default_factory=dict)
 
     def forget(self) -> None:
         """There is a new view: who wants to be let in asks again."""
         self._asked = None
 
-    def hear(self, robot: int, now_s: float) -> None:
-        """A robot asks this leader to be let in (rule 1)."""
-        if self._asked is None and now_s >= self._not_before_s.get(robot, 0.0):
+    def hear(self, robot: int, now_s: float, *, stranded: bool, arrived: bool) -> None:
+        """A robot asks this leader to be let in (rule 1).
+
+        Args:
+            robot: the one that asks.
+            now_s: the time.
+            stranded: whether no way was found for it.
+            arrived: whether this robot has.
+        """
+        not_before_s = self._stranded_not_before_s if stranded else self._not_before_s.get(robot, 0.0)
+        if self._asked is None and now_s >= not_before_s and (arrived or not stranded):
             self._asked = (robot, now_s)
+            self._stranded = stranded
 
     def reason(self, now_s: float, *, stands: bool) -> Reason | None:
         """Rule 2."""
@@ -44,4 +56,6 @@ class Pleas:
         """A view has been proposed for this robot."""
         wait_s = self.timing.plea_again_s * 2.0 ** self._let_in[robot]
         self._not_before_s[robot] = now_s + min(wait_s, self.timing.plea_again_s_max)
+        if self._stranded:
+            self._stranded_not_before_s = now_s + self.timing.plea_again_s_max
         self._let_in[robot] += 1

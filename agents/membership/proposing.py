@@ -10,7 +10,7 @@ Rule 4: a robot that is left out, and has no answer from the leader, proposes on
 """
 
 from agents.commands import Command, Note
-from agents.coordinating.coordinator import Intent
+from agents.coordinating.agreeing import Intent
 from agents.liveness.raising import Raising, Reason
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
@@ -78,7 +78,7 @@ class Proposing:
         """Propose a view if there is a reason to."""
         if fence.epoch.robot == 0:
             cause = Cause.START if fence.epoch.generation == 0 else Cause.COORDINATOR_LOST
-            reason: Reason | None = Reason(cause, "nobody coordinates")
+            reason: Reason | None = Reason(cause, "nobody coordinates", is_shared=True)
         elif member is not None:
             reason = self._for_member(member, odometry, now_s)
         elif fence.may is May.ALL:
@@ -109,7 +109,7 @@ class Proposing:
         heard_s = max(self._turn_s, 0.0 if reporter is None else reporter.heard_at_s)
         if self._suspicion.has_gone(coordinator, heard_s, now_s):
             why = "its token has gone"
-        elif self._suspicion.judges(now_s) and now_s - heard_s > timing.coordinator_s:
+        elif reporter is not None and self._is_deaf(reporter, now_s):
             why = "it is silent"
         elif min(odometry.stood_s, now_s - self._turn_s) > timing.stood_s:
             why = "nobody has moved, and there was no turn"
@@ -117,7 +117,12 @@ class Proposing:
             why = "the view takes too long"
         else:
             return None
-        return Reason(Cause.COORDINATOR_LOST, why, coordinator)
+        return Reason(Cause.COORDINATOR_LOST, why, coordinator, is_shared=True)
+
+    def _is_deaf(self, reporter: Reporter, now_s: float) -> bool:
+        """Whether the coordinator answers nothing, and gives no turn."""
+        waits_s = min(reporter.waits_s(now_s), now_s - self._turn_s)
+        return self._suspicion.judges(now_s) and waits_s > self._timing.coordinator_s
 
     def _for_outsider(self, odometry: Odometry, reporter: Reporter | None, now_s: float) -> Reason | None:
         """Rule 4."""

@@ -52,12 +52,15 @@ class Reporter:
     _newest: int = -1
     _look: Look | None = None
     _is_named: bool = False
+    _waits_since_s: float | None = None
+    """When it sent the first report after it heard the coordinator last."""
 
     def hear(self, answer: Answer, number: int, now_s: float) -> None:
         """Take in the coordinator's answer; an older one than the newest changes nothing."""
         if answer.life != self.life or number <= self._newest:
             return
-        self._newest, self.heard_at_s = number, now_s
+        self._newest = number
+        self.heard_coordinator(now_s)
         self.answer = answer
         self._answered = max(self._answered, answer.heard)
         if answer.rank is not None or self.ended is not None:
@@ -70,8 +73,12 @@ class Reporter:
         return None if is_over or join is None or join.turn != turn else join
 
     def heard_coordinator(self, now_s: float) -> None:
-        """A piece of the formation has come."""
-        self.heard_at_s = now_s
+        """An answer or a piece of the formation has come."""
+        self.heard_at_s, self._waits_since_s = now_s, None
+
+    def waits_s(self, now_s: float) -> float:
+        """For how long reports have not been answered; one that drives sends none."""
+        return 0.0 if self._waits_since_s is None else now_s - self._waits_since_s
 
     def end_turn(self, ended: Ended) -> None:
         """The robot has ended a turn of its own, and stands."""
@@ -86,11 +93,13 @@ class Reporter:
         commands = self._see(driver.odometry.pose, senses, now_s)
         report = self._report(driver)
         if self._said is None or replace(report, number=self._said.number) != self._said:
-            number = 0 if self._said is None else self._said.number + 1
+            number = 1 if self._said is None else self._said.number + 1
             self._said = replace(report, number=number)
         elif not is_due(last_s=self._said_at_s, every_s=self._every_s, now_s=now_s):
             return commands
         self._said_at_s = now_s
+        if self._waits_since_s is None:
+            self._waits_since_s = now_s
         return [*commands, Say(self.epoch.robot, self._said)]
 
     @property

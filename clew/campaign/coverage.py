@@ -177,8 +177,8 @@ class _History:
             case StrandJoined() if robot in self._restarted:
                 self._restarted.discard(robot)
                 self._count(Situation.RESTART_JOINED)
-            case StrandHealed(members=members):
-                if self._known - set(members) - self._dead - self._down:
+            case StrandHealed():
+                if self._known - set(self._views.order) - self._dead - self._down:
                     self._count(Situation.SPLIT_HELD)
             case LinkBroken(neighbour=neighbour, cause="token") if neighbour not in self._down:
                 self._count(Situation.FALSE_TOKEN_LOSS)

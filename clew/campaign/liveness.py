@@ -2,8 +2,8 @@
 
 Rule 1: the healthy core are the robots that are alive at the end and have no permanent fault. When all other
         faults are over, they must be in one strand within `HEAL_S_MAX`, and must arrive.
-Rule 2: dead bodies stand where they died. If they leave one robot of the core no sure way to the goal,
-        nothing is checked: all robots may have to stay, or to report that there is no way.
+Rule 2: dead bodies stand where they died. A robot of the core to which they leave no sure way to the goal
+        may be stranded: the others go on without it, and it stands as well.
 Rule 3: a way is sure if the full map shows it with `SPARE_M` to spare on both sides. A robot that stands
         nearer to something may first drive straight to such a way, if it comes no nearer to anything.
 """
@@ -16,7 +16,7 @@ from scipy import ndimage
 
 from protocol.arrays import Flags, Floats, distances_to_segments
 from protocol.keys import robot_number
-from protocol.timeline import Entry, FaultInjected, RobotArrived, StrandFormed
+from protocol.timeline import Entry, FaultInjected, RobotArrived, RobotStranded, StrandJoined
 from world.core import HEAL_S_MAX, World
 from world.geometry.clearance import clearance
 from world.scenario.scenario import Scenario
@@ -40,21 +40,44 @@ def liveness_failure(
     """
     entries = list(entries)
     core = sorted(world.survivors - outside - just_killed(entries))
-    if not core:
+    if not core or _is_done(world, entries, core, quiet_s):
         return None
-    arrived = arrived_together(entries, core)
-    healed_s = None if world.over_s < quiet_s else healed_at_s(entries, core, quiet_s)
-    if healed_s is not None and arrived:
-        healed_s = min(healed_s, world.over_s)  # the run ended before the time to heal was up
-    late = healed_s is not None and healed_s - quiet_s > HEAL_S_MAX
-    if arrived and not late:
+    able = have_way(world.scenario, world.bodies.place_m, core)
+    if not able or _is_done(world, entries, able, quiet_s):
         return None
-    if not all_have_way(world.scenario, world.bodies.place_m, core):
-        return None
-    if late:
-        return f"all faults were over at t={quiet_s:.1f} s, and there was one strand at t={healed_s:.1f} s"
-    who = ", ".join(f"r{robot}" for robot in core if robot not in world.tally.arrived)
-    return f"there was a way, and the run ended before {who} arrived: {world.ending}"
+    why = "".join(
+        f"; r{robot} is stranded: {why}" for robot, why in stranded(entries).items() if robot in able
+    )
+    if not arrived_together(entries, able):
+        lacks = [f"r{robot}" for robot in able if robot not in world.tally.arrived]
+        who = ", ".join(lacks) or "all of them at the same time"
+        return f"there was a way, and the run ended before {who} arrived: {world.ending}{why}"
+    healed_s = healed_at_s(entries, able, quiet_s)
+    return f"all faults were over at t={quiet_s:.1f} s, and there was one strand at t={healed_s:.1f} s{why}"
+
+
+def _is_done(world: World, entries: list[tuple[str, Entry]], robots: Sequence[int], quiet_s: float) -> bool:
+    """Whether these robots were in one strand in time, and arrived."""
+    if not arrived_together(entries, robots):
+        return False
+    if world.over_s < quiet_s:
+        return True
+    healed_s = min(healed_at_s(entries, robots, quiet_s), world.over_s)  # the run may have ended before
+    return healed_s - quiet_s <= HEAL_S_MAX
+
+
+def stranded(entries: Iterable[tuple[str, Entry]]) -> dict[int, str]:
+    """The robots for which their coordinator found no way at the end, and why."""
+    reasons: dict[int, str] = {}
+    for source, entry in entries:
+        match entry.record:
+            case RobotStranded(robot=robot, reason=reason):
+                reasons[robot] = reason
+            case StrandJoined():
+                reasons.pop(robot_number(source) or 0, None)
+            case _:
+                pass
+    return reasons
 
 
 def arrived_together(entries: Iterable[tuple[str, Entry]], core: Sequence[int]) -> bool:
@@ -67,7 +90,7 @@ def arrived_together(entries: Iterable[tuple[str, Entry]], core: Sequence[int]) 
                 there.add(robot)
                 if there.issuperset(core):
                     return True
-            case StrandFormed() if robot is not None:
+            case StrandJoined() if robot is not None:
                 there.discard(robot)
             case _:
                 pass
@@ -90,46 +113,52 @@ def just_killed(entries: Iterable[tuple[str, Entry]]) -> set[int]:
 
 def healed_at_s(entries: Iterable[tuple[str, Entry]], core: Sequence[int], quiet_s: float) -> float:
     """When, after `quiet_s`, the whole core was in one strand; infinite if it never was."""
-    formed: dict[int, StrandFormed] = {}
+    epochs: dict[int, int] = {}
     for source, entry in sorted(entries, key=lambda each: each[1].t_s):
         robot = robot_number(source)
-        if robot is None or not isinstance(entry.record, StrandFormed):
+        if robot is None or not isinstance(entry.record, StrandJoined):
             continue
-        if entry.t_s >= quiet_s and _is_one(formed, core):
+        if entry.t_s >= quiet_s and _is_one(epochs, core):
             return quiet_s
-        formed[robot] = entry.record
-        if entry.t_s >= quiet_s and _is_one(formed, core):
+        epochs[robot] = entry.record.epoch
+        if entry.t_s >= quiet_s and _is_one(epochs, core):
             return entry.t_s
-    return quiet_s if _is_one(formed, core) else math.inf
+    return quiet_s if _is_one(epochs, core) else math.inf
 
 
-def _is_one(formed: dict[int, StrandFormed], core: Sequence[int]) -> bool:
-    strands = [formed.get(robot) for robot in core]
-    first = strands[0]
-    return first is not None and all(
-        each is not None and each.epoch == first.epoch and set(core) <= set(each.order) for each in strands
-    )
+def _is_one(epochs: dict[int, int], core: Sequence[int]) -> bool:
+    """Whether all of these were last in a strand of the same epoch."""
+    return set(core) <= epochs.keys() and len({epochs[robot] for robot in core}) == 1
 
 
-def all_have_way(scenario: Scenario, places_m: Floats, core: Sequence[int]) -> bool:
-    """Whether each robot of the core has a sure way from its place in `(n, 2)` (rules 2 and 3)."""
+def have_way(scenario: Scenario, places_m: Floats, core: Sequence[int]) -> list[int]:
+    """The robots of the core that have a sure way while all other robots stand (rules 2 and 3)."""
+    able, before = list(core), 0
+    while len(able) != before:  # one that has no way stands in the way of others
+        before, able = len(able), _with_way(scenario, places_m, able)
+    return able
+
+
+def _with_way(scenario: Scenario, places_m: Floats, core: Sequence[int]) -> list[int]:
+    """The robots of the core that have a sure way from their places in `(n, 2)`."""
     bodies_m = np.array([place for row, place in enumerate(places_m) if row + 1 not in core]).reshape(-1, 2)
     free, xs_m, ys_m = _free_cells(scenario, bodies_m)
     if scenario.goal is None:
-        return True
+        return list(core)
     labels, _ = ndimage.label(free)
     grid_x_m, grid_y_m = np.meshgrid(xs_m, ys_m)
     goal_m, tolerance_m = scenario.goal.at_m, scenario.goal.tolerance_m
     at_goal = free & (np.hypot(grid_x_m - goal_m[0], grid_y_m - goal_m[1]) <= tolerance_m)
     reached = set(np.unique(labels[at_goal]).tolist())
+    able = []
     for robot in core:
         at_m = places_m[robot - 1]
         near = free & (np.hypot(grid_x_m - at_m[0], grid_y_m - at_m[1]) <= NEAR_M)
         cells_m = np.stack([grid_x_m[near], grid_y_m[near]], axis=-1)
         begins = _comes_no_nearer(scenario, bodies_m, at_m, cells_m)
-        if not reached.intersection(np.unique(labels[near][begins]).tolist()):
-            return False
-    return True
+        if reached.intersection(np.unique(labels[near][begins]).tolist()):
+            able.append(robot)
+    return able
 
 
 def _free_cells(scenario: Scenario, bodies_m: Floats) -> tuple[Flags, Floats, Floats]:

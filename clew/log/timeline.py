@@ -10,6 +10,9 @@ from protocol.timeline import Entry, Record, RunEnded
 from world.record.lines import Line
 from world.record.recorder import Header
 
+NAMING = ("robot", "other", "to", "neighbour", "blocked", "before", "named", "coordinator", "about", "by")
+"""The fields that name a robot."""
+
 
 @dataclass(frozen=True, slots=True)
 class Timeline:
@@ -71,17 +74,5 @@ def kind_of(record: Record) -> str:
 def names(record: Record, robot: int) -> bool:
     """Whether a record is about this robot, by one of its fields."""
     return getattr(record, "process", None) == robot_name(robot) or any(
-        getattr(record, field, None) == robot
-        for field in (
-            "robot",
-            "other",
-            "to",
-            "neighbour",
-            "blocked",
-            "before",
-            "named",
-            "coordinator",
-            "about",
-            "by",
-        )
+        getattr(record, field, None) == robot for field in NAMING
     )

@@ -1,6 +1,5 @@
 """A process of a rehearsal: a core, the state that a live shell would keep, and the faults it has."""
 
-from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -13,7 +12,7 @@ from agents.process.points import Points
 from agents.robot import Robot
 from clew.rehearsal.mail import Mail
 from protocol.faults.damage import Damage
-from protocol.network.inbox import INBOX_CAPACITY
+from protocol.network.bounded import INBOX_BYTES_MAX, INBOX_CAPACITY, Bounded
 from protocol.network.traffic import Traffic
 from protocol.wire.messages import Message, Odometry, Phase
 
@@ -61,7 +60,9 @@ class Actor:
     busy_until_s: float = 0.0
     unfinished: Sequence[Command] = ()
     """The commands left when it was frozen at a point of its step."""
-    inbox: deque[Waiting] = field(default_factory=deque)
+    inbox: Bounded[Waiting] = field(
+        default_factory=lambda: Bounded(capacity=INBOX_CAPACITY, bytes_max=INBOX_BYTES_MAX)
+    )
 
     def meet(self, message: Message) -> None:
         """Note the time of a message that has arrived, before the fault plan decides on it."""
@@ -82,14 +83,21 @@ class Actor:
         return not self.frozen and now_s >= self.busy_until_s
 
     def wait(self, item: Waiting) -> None:
-        """Keep the item until the actor attends. A full inbox drops its oldest item and counts the loss."""
-        if len(self.inbox) == INBOX_CAPACITY:
-            self.inbox.popleft()
-            self.traffic.overflowed_count += 1
-        self.inbox.append(item)
+        """Keep the item until the actor attends. A full inbox drops its oldest items and counts them."""
+        self.inbox.append(item, _size_bytes(item))
+        self.traffic.overflowed_count = self.inbox.dropped_count
 
     def take_waiting(self) -> list[Waiting]:
         """Remove and return all waiting items, in order."""
-        items = list(self.inbox)
-        self.inbox.clear()
-        return items
+        return self.inbox.drain()
+
+
+def _size_bytes(item: Waiting) -> int:
+    """The size of a message on a live network; token events and input that was read before take none."""
+    match item:
+        case Mail():
+            return item.size_bytes
+        case Arrival(mail):
+            return mail.size_bytes
+        case _:
+            return 0

@@ -30,6 +30,11 @@ class Mail(Struct, frozen=True):
         """The message's tag."""
         return str(self.message.__struct_config__.tag)
 
+    @property
+    def size_bytes(self) -> int:
+        """What it takes on a live network."""
+        return len(self.key) + len(encode(self.message, self.number, self.key))
+
     def damaged(self, damage: Damage) -> "Mail":
         """The mail decoded after damage in transit.
 

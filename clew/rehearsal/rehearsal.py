@@ -73,7 +73,7 @@ class Rehearsal:
         self._process_faults = ProcessFaults(plan, seed)
         self._processes = Processes(scenario.mission(), seed, inputs)
         self._logbook = Logbook()
-        self._asked = nobody_asks
+        self._asked: Asked = nobody_asks
         self._stopped = False
         for robot in range(1, scenario.fleet.robots + 1):
             self._begin(self._processes.start(robot))

@@ -1,7 +1,7 @@
 """The adversary's classes: faults within seconds of one moment, like those that broke safety. Pure.
 
 Rule 1: a class draws its moment first. All of its rules lie around that, and end when the window closes.
-Rule 2: each class generalises a schedule that once broke safety: bodies moved under two calls, on orders of a
+Rule 2: each class generalises a schedule that once broke safety: bodies moved in two views, on orders of a
         former life, or over an unseen body. Every duration and every robot is drawn anew.
 """
 
@@ -15,7 +15,7 @@ from protocol.keys import WORLD
 
 EARLY_S = (0.2, 4.0)  # while robots line up for the first time and give their first orders
 LATEST_S = 12.0  # most fleets have not arrived by then
-ROOM_S = 5.0  # time for a token to go and come back, and for a robot that saw that to call
+ROOM_S = 5.0  # time for a token to go and come back, and for a robot that saw that to propose a view
 TOKEN_GONE_S = (1.05, 7.0)  # the router's lease of a token is 1 s: a shorter cut does not lose the token
 
 
@@ -25,12 +25,12 @@ class _Times(TypedDict):
 
 
 def torn(draws: Draws, window: Window) -> list[Rule]:
-    """A robot is cut from the others while tokens go and come back: two calls may be valid."""
+    """A robot is cut from the others while tokens go and come back: they propose views against each other."""
     moment_s = _moment_s(draws, window)
     one, *others = _shuffled(draws, window)
     gone_s = draws.scale(*TOKEN_GONE_S)
     since_s = _before_s(moment_s, draws.between(0.0, 3.0))
-    # Long enough for the others to be called without it, and to drive; or as long as possible.
+    # Long enough for the others to form a strand without it, and to drive; or as long as possible.
     lasts_s = draws.pick((math.inf, moment_s - since_s + gone_s + draws.scale(1.0, 15.0)))
     cut = Partition(group=(one,), others=tuple(others), **_within(window, since_s, lasts_s))
     gone = tuple(others) if draws.chance(0.7) else tuple(others[: draws.whole(1, len(others))])
@@ -124,6 +124,26 @@ def blind_start(draws: Draws, window: Window) -> list[Rule]:
         again,
         _lost(other, draws, window, max(0.0, round(moment_s + draws.between(-2.0, 3.0), 3))),
     ]
+
+
+def late_lease(draws: Draws, window: Window) -> list[Rule]:
+    """A robot is cut off while a view forms, the orders of the others are late, and it comes back."""
+    moment_s = draws.between(*EARLY_S) if draws.chance(0.6) else _moment_s(draws, window)
+    robot, *others = _shuffled(draws, window)
+    away_s = draws.scale(0.3, 8.0)
+    cut = Partition(group=(robot,), others=(ROUTER,), **_within(window, max(SOON_S, moment_s), away_s))
+    least_s = draws.scale(0.2, 3.0)
+    late = Delay(
+        sender=tuple(others),
+        kinds=("drive", "turn") if draws.chance(0.4) else ("drive",),
+        delay_s_min=least_s,
+        delay_s_max=round(least_s + draws.scale(0.02, 1.0), 3),
+        **_within(window, _before_s(moment_s, draws.scale(0.1, 5.0)), away_s + draws.scale(1.0, 10.0)),
+    )
+    if draws.chance(0.6):
+        return [cut, late]
+    back_s = round(max(SOON_S, moment_s) + away_s, 3)
+    return [cut, late, _lost(draws.pick(others), draws, window, back_s)]
 
 
 # --- parts ----------------------------------------------------------------------------------------

@@ -23,6 +23,7 @@ class FaultClass(StrEnum):
     CORRUPTION = "corruption"
     BURSTS = "bursts"
     BODY_LINK = "body_link"
+    FENCE_LINK = "fence_link"
     CUT_PAIR = "cut_pair"
     CUT_ROBOT = "cut_robot"
     CUT_ONE_WAY = "cut_one_way"
@@ -33,6 +34,7 @@ class FaultClass(StrEnum):
     KILL_LEADER = "kill_leader"
     KILL_TAIL = "kill_tail"
     KILL_AT_POINT = "kill_at_point"
+    LOSE_COORDINATOR = "lose_coordinator"
     FREEZE = "freeze"
     RESTART = "restart"
     SLOW = "slow"
@@ -45,6 +47,7 @@ class FaultClass(StrEnum):
     HIDDEN_BODY = "hidden_body"
     UNSEEN_DEATH = "unseen_death"
     BLIND_START = "blind_start"
+    LATE_LEASE = "late_lease"
 
 
 ADVERSARY = (
@@ -54,6 +57,7 @@ ADVERSARY = (
     FaultClass.HIDDEN_BODY,
     FaultClass.UNSEEN_DEATH,
     FaultClass.BLIND_START,
+    FaultClass.LATE_LEASE,
 )
 """Classes whose faults lie around one moment."""
 INDEPENDENT = tuple(each for each in FaultClass if each not in ADVERSARY)
@@ -73,6 +77,7 @@ _DRAWS: dict[FaultClass, Callable[[Draws, Window], list[Rule]]] = {
     FaultClass.CORRUPTION: messages.corruption,
     FaultClass.BURSTS: messages.bursts,
     FaultClass.BODY_LINK: messages.body_link,
+    FaultClass.FENCE_LINK: messages.fence_link,
     FaultClass.CUT_PAIR: messages.cut_pair,
     FaultClass.CUT_ROBOT: messages.cut_robot,
     FaultClass.CUT_ONE_WAY: messages.cut_one_way,
@@ -83,6 +88,7 @@ _DRAWS: dict[FaultClass, Callable[[Draws, Window], list[Rule]]] = {
     FaultClass.KILL_LEADER: processes.kill_leader,
     FaultClass.KILL_TAIL: processes.kill_tail,
     FaultClass.KILL_AT_POINT: processes.kill_at_point,
+    FaultClass.LOSE_COORDINATOR: processes.lose_coordinator,
     FaultClass.FREEZE: processes.freeze,
     FaultClass.RESTART: processes.restart,
     FaultClass.SLOW: processes.slow,
@@ -95,4 +101,5 @@ _DRAWS: dict[FaultClass, Callable[[Draws, Window], list[Rule]]] = {
     FaultClass.HIDDEN_BODY: adversary.hidden_body,
     FaultClass.UNSEEN_DEATH: adversary.unseen_death,
     FaultClass.BLIND_START: adversary.blind_start,
+    FaultClass.LATE_LEASE: adversary.late_lease,
 }

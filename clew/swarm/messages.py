@@ -20,7 +20,8 @@ Kinds = tuple[MessageKind, ...]
 
 ALL_KINDS: Kinds = ()
 LINKS: Kinds = ("ahead", "behind")
-MUSTER: Kinds = ("muster", "beacon", "plea")
+VIEWS: Kinds = ("report", "answer", "formation", "plea")
+FENCE: Kinds = ("raise", "turn")
 BODY: Kinds = ("drive", "odometry")
 ORDERS: Kinds = ("drive",)
 ODOMETRY: Kinds = ("odometry",)
@@ -30,7 +31,7 @@ SCANS: Kinds = ("scan", "scan_query")
 def loss(draws: Draws, window: Window) -> list[Rule]:
     """Messages are lost independently."""
     from_s, until_s = times(draws, window)
-    choices: tuple[Kinds, ...] = (ALL_KINDS, ALL_KINDS, LINKS, MUSTER, LINKS + MUSTER)
+    choices: tuple[Kinds, ...] = (ALL_KINDS, ALL_KINDS, LINKS, VIEWS, LINKS + VIEWS)
     kinds = draws.pick(choices)
     return [Drop(probability=draws.scale(0.02, 0.9), kinds=kinds, from_s=from_s, until_s=until_s)]
 
@@ -39,7 +40,7 @@ def delay(draws: Draws, window: Window) -> list[Rule]:
     """Messages are late, each by its own delay."""
     from_s, until_s = times(draws, window)
     most_s, probability = draws.scale(0.05, 2.5), draws.pick((1.0, 1.0, draws.between(0.05, 0.6)))
-    choices: tuple[Kinds, ...] = (ALL_KINDS, LINKS, MUSTER, BODY)
+    choices: tuple[Kinds, ...] = (ALL_KINDS, LINKS, VIEWS, BODY)
     kinds = draws.pick(choices)
     return [
         Delay(delay_s_max=most_s, probability=probability, kinds=kinds, from_s=from_s, until_s=until_s),
@@ -138,6 +139,24 @@ def body_link(draws: Draws, window: Window) -> list[Rule]:
             until_s=until_s,
         )
     ]
+
+
+def fence_link(draws: Draws, window: Window) -> list[Rule]:
+    """Faults on the way to the fence: what some robots put is lost, late, or comes again much later."""
+    from_s, until_s = times(draws, window)
+    robots = tuple(draws.some(names(window), draws.whole(1, window.robots)))
+    choices: tuple[Kinds, ...] = (FENCE, FENCE, FENCE + ORDERS, ("turn",), ("raise",))
+    kinds = draws.pick(choices)
+    match draws.whole(1, 3):
+        case 1:
+            lost = draws.scale(0.1, 1.0)
+            return [Drop(sender=robots, kinds=kinds, probability=lost, from_s=from_s, until_s=until_s)]
+        case 2:
+            most_s = draws.scale(0.1, 5.0)
+            return [Delay(sender=robots, kinds=kinds, delay_s_max=most_s, from_s=from_s, until_s=until_s)]
+        case _:
+            most_s = draws.scale(0.1, 20.0)
+            return [Duplicate(sender=robots, kinds=kinds, delay_s_max=most_s, from_s=from_s, until_s=until_s)]
 
 
 # --- partitions -----------------------------------------------------------------------------------

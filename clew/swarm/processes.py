@@ -36,10 +36,27 @@ def kill_tail(draws: Draws, window: Window) -> list[Rule]:
     return [Kill(target="tail", **_when(draws, window))]
 
 
+def lose_coordinator(draws: Draws, window: Window) -> list[Rule]:
+    """The coordinator of a view dies, freezes or is restarted, often early; often the next one dies, too."""
+    from_s = draws.between(SOON_S, 4.0) if draws.chance(0.5) else draws.between(*window.begins_s)
+    match draws.whole(1, 3):
+        case 1:
+            first: Rule = Kill(target="coordinator", from_s=from_s, until_s=window.until_s)
+        case 2:
+            for_s = window.lasts_s(from_s, draws.scale(0.3, 10.0))
+            first = Freeze(target="coordinator", for_s=for_s, from_s=from_s, until_s=_soon_s(from_s))
+        case _:
+            after_s = window.lasts_s(from_s, draws.pick((0.0, draws.scale(0.02, 3.0))))
+            first = Restart(target="coordinator", after_s=after_s, from_s=from_s, until_s=_soon_s(from_s))
+    if draws.chance(0.6):
+        return [first]
+    return [first, Kill(target="coordinator", from_s=from_s, until_s=window.until_s)]
+
+
 def kill_at_point(draws: Draws, window: Window) -> list[Rule]:
     """A robot dies at a point of its step."""
     point, occurrence = draws.pick(list(StepPoint)), draws.whole(1, 4)
-    target = draws.pick((*names(window), "leader", "middle", "tail"))
+    target = draws.pick((*names(window), "leader", "middle", "tail", "coordinator"))
     return [Kill(target=target, point=point, occurrence=occurrence, until_s=window.until_s)]
 
 

@@ -30,8 +30,8 @@ from world.scenario.scenario import Scenario
 SAFETY_S = 45.0  # three times what a fleet without faults takes: the faults have had their effect by then
 QUIET_S = (8.0, 20.0)
 ARRIVE_S = 120.0  # twice what the slowest fleet without faults takes, which lines up by turns
-ON = 0.16  # share of seeds for each independent class: of 23 classes, three to four are on
-ADVERSARY_SHARE = 0.4  # of seeds: each class of an adversary is in one seed of twelve
+ON = 0.15  # share of seeds for each independent class: of 25 classes, three to four are on
+ADVERSARY_SHARE = 0.4  # of seeds: each class of an adversary is in one seed of fifteen
 ON_WITH_ADVERSARY = 0.4  # share of the independent classes that remain: one to two
 OUTSIDE_SHARE = 0.15
 HIDDEN_IN_QUEUE = 0.7  # a queue in which two robots see past the hidden body, two do not, and all can pass

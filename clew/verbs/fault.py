@@ -19,7 +19,7 @@ from protocol.keys import robot_number
 
 Parameter = Callable[[Callable[..., None]], Callable[..., None]]
 
-OTHERS = ("leader", "middle", "tail", "world", "router")
+OTHERS = ("leader", "middle", "tail", "coordinator", "world", "router")
 
 
 def seconds(text: str | float) -> float:

@@ -11,18 +11,21 @@ ROBOTS, ASKERS = "robots", "robots, whose name is not told"
 
 WAYS: dict[MessageKind, tuple[str, str]] = {
     "ahead": (ROBOTS, ROBOTS),
+    "answer": (ROBOTS, ROBOTS),
     "ask": (ASKERS, WORLD),
-    "beacon": (ROBOTS, ROBOTS),
     "behind": (ROBOTS, ROBOTS),
     "drive": (ROBOTS, WORLD),
+    "formation": (ROBOTS, ROBOTS),
     "log": (ROBOTS, WORLD),
     "logged": (WORLD, ROBOTS),
     "mission": (WORLD, ROBOTS),
-    "muster": (ROBOTS, ROBOTS),
     "odometry": (WORLD, ROBOTS),
     "plea": (ROBOTS, ROBOTS),
+    "raise": (ROBOTS, WORLD),
+    "report": (ROBOTS, ROBOTS),
     "scan": (WORLD, ROBOTS),
     "scan_query": (ROBOTS, WORLD),
+    "turn": (ROBOTS, WORLD),
 }
 """The sender and the receiver of each kind of message."""
 

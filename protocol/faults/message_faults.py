@@ -147,7 +147,7 @@ class MessageFaults:
 def sender_of(key: str, receiver: str) -> str:
     """The sender of messages on a key (without the run's root); empty where the key does not name it."""
     match key.split("/"):
-        case ["link" | "muster" | "log" | "alive", sender, *_]:
+        case ["link" | "view" | "log" | "alive", sender, *_] | ["body", "fence", sender]:
             return sender
         case ["body", robot, "drive" | "scan"] if receiver == WORLD:
             return robot

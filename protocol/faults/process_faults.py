@@ -5,7 +5,7 @@ Rule 2: a robot's own process is the first to know the points of its step. So it
         itself (`at_points`), and injects them. Later parts of the same fault, such as a thaw, are `due` at
         the process that reads the timeline. A robot knows only its own entries, so it is told which rules
         have struck, and the newest switching step (`catch_up`).
-Rule 3: a process that a rule has killed and not restarted is not a leader, middle or tail.
+Rule 3: a process that a rule has killed and not restarted has no role.
 Rule 4: no rule strikes a dead robot, for any cause of death: it waits until the robot is alive (`ended`).
 """
 

@@ -16,23 +16,26 @@ ROBOT = r"r[1-9][0-9]{0,3}"  # robots have numbers up to 2000
 Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.-]{1,64}$")]
 Process = Annotated[str, Meta(pattern=rf"^({ROBOT}|world)$")]
 End = Annotated[str, Meta(pattern=rf"^({ROBOT}|world|router)$")]
-Target = Annotated[str, Meta(pattern=rf"^({ROBOT}|leader|middle|tail|world|router)$")]
+Target = Annotated[str, Meta(pattern=rf"^({ROBOT}|leader|middle|tail|coordinator|world|router)$")]
 Probability = Annotated[float, Meta(ge=0.0, le=1.0)]
 SomeSeconds = Annotated[float, Meta(gt=0.0, le=1e4)]
 MessageKind = Literal[
     "ahead",
+    "answer",
     "ask",
-    "beacon",
     "behind",
     "drive",
+    "formation",
     "log",
     "logged",
     "mission",
-    "muster",
     "odometry",
     "plea",
+    "raise",
+    "report",
     "scan",
     "scan_query",
+    "turn",
 ]
 
 
@@ -219,7 +222,10 @@ class _ProcessRule(_Rule, frozen=True, kw_only=True):
 
     target: Annotated[
         Target,
-        Meta(description="`r3`; or the `leader`, `middle` or `tail` of the strand; `world`; `router`"),
+        Meta(
+            description="`r3`; the `leader`, `middle` or `tail` of the strand; a view's `coordinator`; "
+            "`world`; `router`"
+        ),
     ]
     robots: Annotated[
         int, Meta(ge=1, le=ROBOTS_MAX, description="number of robots: the target and those next behind it")

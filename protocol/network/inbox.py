@@ -1,40 +1,39 @@
 """A bounded queue from the network's thread to the event loop. It gets the function that wakes the loop."""
 
-from collections import deque
 from collections.abc import Callable
 from threading import Lock
 from typing import Generic, TypeVar
 
-T = TypeVar("T")
+from protocol.network.bounded import Bounded
 
-INBOX_CAPACITY = 16_384  # a world of 1000 robots receives 10,000 messages a second: a pause of 1.6 s
+T = TypeVar("T")
 
 
 class Inbox(Generic[T]):
-    """Arrivals in order; a full inbox drops the oldest and counts it.
+    """Arrivals in order; a full inbox drops the oldest and counts them.
 
     `wake` is called once per burst: when something arrives in an empty inbox.
     """
 
-    def __init__(self, wake: Callable[[], None], *, capacity: int) -> None:
-        self.dropped_count = 0
+    def __init__(self, wake: Callable[[], None], *, capacity: int, bytes_max: int) -> None:
         self._wake = wake
-        self._items: deque[T] = deque(maxlen=capacity)
+        self._waiting = Bounded[T](capacity=capacity, bytes_max=bytes_max)
         self._lock = Lock()
 
-    def append(self, item: T) -> None:
+    @property
+    def dropped_count(self) -> int:
+        """How many arrivals did not fit."""
+        return self._waiting.dropped_count
+
+    def append(self, item: T, size_bytes: int) -> None:
         """Add an arrival; any thread may call this."""
         with self._lock:
-            was_empty = not self._items
-            if len(self._items) == self._items.maxlen:
-                self.dropped_count += 1  # newest wins: an old state is worse than none
-            self._items.append(item)
+            was_empty = len(self._waiting) == 0
+            self._waiting.append(item, size_bytes)
         if was_empty:
             self._wake()
 
     def drain(self) -> list[T]:
         """Remove and return all arrivals."""
         with self._lock:
-            items = list(self._items)
-            self._items.clear()
-        return items
+            return self._waiting.drain()

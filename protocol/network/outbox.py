@@ -5,8 +5,8 @@ Rule 2: an entry without acknowledgement is sent again after `resend_s`, togethe
         since the recorder accepts nothing beyond a gap. Otherwise one lost batch would make every entry be
         sent twice.
 Rule 3: acknowledgements of another incarnation are ignored.
-Rule 4: a full outbox refuses new entries and counts them. If it dropped an old entry, the gap would stay
-        until the end of the run.
+Rule 4: an outbox that is full, in entries or in bytes, refuses new entries and counts them. If it dropped an
+        old entry, the gap would stay until the end of the run.
 """
 
 from collections import deque
@@ -18,6 +18,8 @@ from protocol.wire.messages import LogBatch, Logged
 
 BATCH_ENTRIES_MAX = 256  # the limit of a `LogBatch`
 BATCH_BYTES_MAX = SIZE_MAX_BYTES - 256  # the envelope takes less than 40 of the remaining bytes
+OUTBOX_CAPACITY = 10_000
+OUTBOX_BYTES_MAX = 256 * SIZE_MAX_BYTES  # 16 MiB: an entry of a robot usually takes less than 1 kB
 
 
 @dataclass(slots=True)
@@ -32,12 +34,20 @@ class _Kept:
 class Outbox:
     """Numbers entries and selects the next ones to send."""
 
-    def __init__(self, incarnation: str = "", *, resend_s: float = 0.3, capacity: int = 10_000) -> None:
+    def __init__(
+        self,
+        incarnation: str = "",
+        *,
+        resend_s: float = 0.3,
+        capacity: int = OUTBOX_CAPACITY,
+        bytes_max: int = OUTBOX_BYTES_MAX,
+    ) -> None:
         """The default `resend_s` is 100 times the delay of an acknowledgement on one machine."""
         self.lost_count = 0
         self._incarnation = incarnation
         self._resend_s = resend_s
-        self._capacity = capacity
+        self._capacity, self._bytes_max = capacity, bytes_max
+        self._bytes = 0
         self._kept: deque[_Kept] = deque()
         self._newest = 0
 
@@ -53,7 +63,11 @@ class Outbox:
         entry = Entry(n=self._newest + 1, t_s=t_s, hlc=hlc, record=record)
         size_bytes = len(packed(entry))
         assert size_bytes <= BATCH_BYTES_MAX, f"{type(record).__name__} takes {size_bytes} bytes"
+        if self._bytes + size_bytes > self._bytes_max:
+            self.lost_count += 1
+            return
         self._newest = entry.n
+        self._bytes += size_bytes
         self._kept.append(_Kept(entry, size_bytes))
 
     def batch(self, now_s: float) -> LogBatch | None:
@@ -76,4 +90,4 @@ class Outbox:
             return
         up_to = logged.up_to
         while self._kept and self._kept[0].entry.n <= up_to and self._kept[0].sent_s is not None:
-            self._kept.popleft()
+            self._bytes -= self._kept.popleft().size_bytes

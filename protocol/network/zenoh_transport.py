@@ -22,7 +22,8 @@ import zenoh
 from zenoh.handlers import Callback
 
 from protocol.errors import MessageRefusedError, SessionLostError, UsageError
-from protocol.network.inbox import INBOX_CAPACITY, Inbox
+from protocol.network.bounded import INBOX_BYTES_MAX, INBOX_CAPACITY
+from protocol.network.inbox import Inbox
 from protocol.network.session import Session
 from protocol.network.settings import ASK_TIMEOUT_MS, client_settings
 from protocol.network.traffic import Traffic
@@ -60,12 +61,14 @@ class ZenohTransport:
         self._traffic = Traffic()
         self._arrived = asyncio.Event()
         loop = asyncio.get_running_loop()
-        self.inbox = Inbox[_Raw](lambda: _wake(loop, self._arrived), capacity=INBOX_CAPACITY)
+        self._inbox = Inbox[_Raw](
+            lambda: _wake(loop, self._arrived), capacity=INBOX_CAPACITY, bytes_max=INBOX_BYTES_MAX
+        )
 
     @property
     def traffic(self) -> Traffic:
         """Messages sent and received so far, by key."""
-        self._traffic.overflowed_count = self.inbox.dropped_count
+        self._traffic.overflowed_count = self._inbox.dropped_count
         return self._traffic
 
     @property
@@ -104,7 +107,7 @@ class ZenohTransport:
         raw: list[_Raw] = []
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(timeout_s):
-                while not (raw := self.inbox.drain()):
+                while not (raw := self._inbox.drain()):
                     self._arrived.clear()  # it is set in this thread, so nothing can be missed here
                     await self._arrived.wait()
         if not raw:
@@ -121,13 +124,17 @@ class ZenohTransport:
         """A new hybrid-logical-clock time stamp of this process."""
         return str(self._session.new_timestamp())
 
+    def take(self, raw: zenoh.Sample | zenoh.Query) -> None:
+        """Called in Zenoh's thread: a message or a query has arrived."""
+        self._inbox.append(raw, _size_bytes(raw))
+
     def take_token(self, sample: zenoh.Sample) -> None:
         """Called in Zenoh's thread: a liveliness token has appeared or vanished."""
-        self.inbox.append(_Token(sample))
+        self._inbox.append(_Token(sample), _size_bytes(sample))
 
     def _take_reply(self, reply: zenoh.Reply) -> None:
         if reply.ok is not None:  # an error means a timeout: there is no reply
-            self.inbox.append(_Answer(reply.ok))
+            self._inbox.append(_Answer(reply.ok), _size_bytes(reply.ok))
 
     def _arrival(self, raw: _Raw) -> Arrival:
         sample = raw.sample if isinstance(raw, _Answer | _Token) else raw
@@ -168,7 +175,7 @@ def open_transport(
     """
     with _panic_is_loss(), _connected(session) as connection:
         transport = ZenohTransport(connection, session.keys.pulse(session.name))
-        callback = Callback(transport.inbox.append, indirect=False)
+        callback = Callback(transport.take, indirect=False)
         for key in hear:
             connection.declare_subscriber(key, callback, allowed_origin=zenoh.Locality.REMOTE)
         for key in answer:
@@ -202,6 +209,11 @@ def _connected(session: Session) -> zenoh.Session:
 
 def _wake(loop: asyncio.AbstractEventLoop, arrived: asyncio.Event) -> None:
     loop.call_soon_threadsafe(arrived.set)
+
+
+def _size_bytes(raw: zenoh.Sample | zenoh.Query) -> int:
+    """The size of what has arrived, with its key."""
+    return len(str(raw.key_expr)) + (0 if raw.payload is None else len(raw.payload))
 
 
 def _check_key(key: str) -> None:

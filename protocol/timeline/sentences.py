@@ -147,7 +147,7 @@ SENTENCES: dict[str, str | Callable[[str, Any], str]] = {
     "step.planned": _step,
     "strand.dissolved": "{by} dissolves the strand: the way of r{it.blocked} is blocked",
     "strand.formed": _strand,
-    "strand.healed": lambda _, healed: f"the strand has healed, with {len(healed.members)} robots",
+    "strand.healed": "the strand has healed, with {it.robots} robots",
     "strand.joined": lambda by, joined: f"{by} takes place {joined.rank + 1} in the strand",
     "strand.reversed": "{by} has the strand turn round",
     "traffic.counted": _traffic,

@@ -69,6 +69,7 @@ class StrandJoined(Kind, frozen=True, kw_only=True, tag="strand.joined"):
 
     epoch: Count
     rank: Annotated[Count, Meta(description="the leader's is 0")]
+    members: Annotated[Count, Meta(description="how many robots are in the strand")] = 0
 
 
 class StrandReversed(Kind, frozen=True, kw_only=True, tag="strand.reversed"):

@@ -10,7 +10,7 @@ from typing import Annotated
 from msgspec import Meta, Struct
 
 from protocol.faults.rules import Name, Rule
-from protocol.fence import Bearing, Epoch, Fence, Life, Raise, Release, Stop, Turn
+from protocol.fence import Bearing, Epoch, Fence, Life, Raise, Turn
 from protocol.frames import Count, Length, Point, Pose, Seconds, Speed, Vertex
 from protocol.mission import Mission
 from protocol.timeline import Entry
@@ -192,8 +192,6 @@ Message = (
     | Plea
     | Raise
     | Turn
-    | Stop
-    | Release
     | AheadState
     | BehindState
     | Drive

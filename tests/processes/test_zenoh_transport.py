@@ -55,7 +55,7 @@ async def test_messages_between_robot_and_world_arrive_numbered_and_counted(fold
 
 
 async def test_a_burst_on_two_keys_arrives_in_sending_order(folder: Path) -> None:
-    two_keys = (KEYS.link("r1", "r2"), KEYS.muster("r1"))
+    two_keys = (KEYS.link("r1", "r2"), KEYS.view("r1", "r2"))
     sent = [Heard(two_keys[n % 2], n // 2 + 1, drive(n)) for n in range(BURST)]
     async with fleet(folder, "r1", "r2") as (_, sender, receiver):
         for each in sent:
@@ -140,10 +140,10 @@ def test_a_process_that_raises_ends_and_does_not_hang(folder: Path) -> None:
 
 async def test_a_client_does_not_receive_its_own_messages(folder: Path) -> None:
     async with fleet(folder, "r1", "r2") as (_, robot, other):
-        robot.put(KEYS.muster("r1"), drive(1))
+        robot.put(KEYS.view("r1", "r2"), drive(1))
         await next_arrivals(other)
-        other.put(KEYS.muster("r2"), drive(2))
-        assert await next_arrivals(robot) == [Heard(KEYS.muster("r2"), 1, drive(2))]
+        other.put(KEYS.view("r2", "r1"), drive(2))
+        assert await next_arrivals(robot) == [Heard(KEYS.view("r2", "r1"), 1, drive(2))]
 
 
 async def test_messages_dropped_by_a_full_inbox_are_counted(

@@ -8,9 +8,9 @@ from collections.abc import Callable
 from functools import partial
 
 import pytest
+from protocol.epochs import of_one_call
 
 from clew.rehearsal.rehearsal import Rehearsal
-from protocol.epochs import of_one_call
 from protocol.faults.plan import NO_FAULTS, Plan, uniform
 from protocol.keys import WORLD
 from protocol.timeline import (

@@ -9,11 +9,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
+from agents.membership.lining import Lining
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from agents.body.driver import Driver
-from agents.membership.lining import Lining
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import NO_FAULTS, Plan, uniform
 from protocol.frames import Pose

@@ -7,13 +7,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from msgspec.structs import replace
 
 from clew.campaign.liveness import liveness_failure
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import load as load_plan
-from protocol.timeline import MusterCalled, RobotArrived
+from protocol.fence import May
+from protocol.timeline import FenceChanged, OrderAccepted, OrderRefused
 from world.core import World
 from world.judge.judgement import judge
 from world.scenario.scenario import load
@@ -119,15 +119,24 @@ def test_a_fleet_breaks_no_invariant_in_a_case_in_which_it_once_did(name: str, s
     assert rehearsal.world.ending, again
 
 
-def test_a_locked_out_robot_is_left_behind_and_other_orders_are_tried_after_the_rest_arrived() -> None:
-    world, plan = (str(DRAWN / f"locked-out-by-two-bodies{kind}.toml") for kind in ("", ".faults"))
-    kills = replace(load_plan(plan), rules=load_plan(plan).rules[:1])  # it hears well
-    records = [(entry.t_s, entry.record) for _, entry in Rehearsal(load(world), 1619, kills).run().entries]
-    arrived_s = next(at_s for at_s, record in records if isinstance(record, RobotArrived))
-    in_vain = [
-        (at_s > arrived_s, record.members)
-        for at_s, record in records
-        if isinstance(record, MusterCalled) and record.why.startswith("no way to a place")
+def test_a_turn_is_taken_back_while_its_orders_are_on_their_way_and_the_bodies_refuse_them() -> None:
+    """Robot 3 is cut off while robot 1 joins. It is back, raises, and has the next turn but one."""
+    rehearsal, again = rehearsed("a-lease-taken-back", 1, decided=lambda _: False)
+    records = [(entry.t_s, entry.record) for _, entry in rehearsal.entries]
+    fences = [(t_s, record) for t_s, record in records if isinstance(record, FenceChanged)]
+    first, raised = (
+        next(t_s for t_s, fence in fences if (fence.epoch, fence.turn) == at)
+        for at in ((10_001, 1), (20_003, 0))
+    )
+    assert first < raised, again
+    refused = [record for t_s, record in records if isinstance(record, OrderRefused) and t_s > raised]
+    told = [(each.robot, each.epoch, each.turn, each.fence, each.fence_turn) for each in refused]
+    assert told == [(1, 10_001, 1, 20_003, 1), (1, 20_003, 1, 20_003, 2)], again
+    names = [(fence.turn, fence.named) for _, fence in fences if fence.may is May.ONE]
+    assert names == [(1, 1), (1, 1), (2, 3)], again
+    third = [
+        (record.epoch, record.turn)
+        for _, record in records
+        if isinstance(record, OrderAccepted) and record.robot == 3
     ]
-    assert {members for after, members in in_vain if not after} == {(1, 2)}
-    assert next(members for after, members in in_vain if after) == (1, 2, 5)
+    assert (20_003, 2) in third, again

@@ -7,6 +7,8 @@ import pytest
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Delay, Drop, Kill, Rule
+from protocol.fence import May
+from protocol.timeline import FenceChanged
 from world.judge.ending import Ending
 from world.judge.judgement import judge
 from world.scenario.scenario import Scenario, load
@@ -77,19 +79,19 @@ def dies_in_its_turn(*, lags_from_s: float) -> tuple[Rule, ...]:
     return (leader_lags(9.65, from_s=lags_from_s), Kill(from_s=9.0, target="r5"))
 
 
-def is_left_out_in_its_turn(*, until_s: float) -> tuple[Rule, ...]:
-    """Robot 3 no longer receives robot 5's messages, then robot 5 receives none."""
+def is_not_heard_in_its_turn(*, until_s: float) -> tuple[Rule, ...]:
+    """Nobody receives robot 5's reports any more, then robot 5 receives nothing."""
     return (
         leader_lags(until_s),
-        Drop(from_s=5.0, sender=("r5",), receiver=("r3",), kinds=("muster",)),
-        Drop(from_s=11.58, until_s=31.58, receiver=("r5",), kinds=("muster", "beacon", "ahead", "behind")),
+        Drop(from_s=5.0, until_s=31.58, sender=("r5",), kinds=("report",)),
+        Drop(from_s=11.58, until_s=31.58, receiver=("r5",), kinds=("answer", "formation", "ahead", "behind")),
     )
 
 
 SCHEDULES = {
     "a death, with a lag from the start": dies_in_its_turn(lags_from_s=0.0),
     "a death, with a lag for a while": dies_in_its_turn(lags_from_s=5.0),
-    "a robot is left out": is_left_out_in_its_turn(until_s=11.8),
+    "a robot is not heard in its turn": is_not_heard_in_its_turn(until_s=11.8),
 }
 
 
@@ -100,6 +102,8 @@ def test_no_robot_drives_before_those_left_out_stand_even_if_its_odometry_is_lat
     scenario = world(tmp_path)
     rehearsal = Rehearsal(scenario, 1, Plan(name="test", rules=SCHEDULES[schedule])).run()
     assert judge(scenario, rehearsal.entries).breaches == ()
+    fences = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, FenceChanged)]
+    assert [fence.named for fence in fences if fence.may is May.ONE] == [5], "it had its turn"
 
 
 def test_a_robot_whose_orders_were_lost_for_long_joins_later(tmp_path: Path) -> None:

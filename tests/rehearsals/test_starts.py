@@ -82,7 +82,7 @@ def test_a_post_with_enough_room_beside_the_line_of_the_queue_stops_no_robot(tmp
 def test_the_promised_clearance_covers_a_post_behind_the_leader(tmp_path: Path) -> None:
     rehearsal = rehearsed(tmp_path, QUEUE_OF_TWO, (1.29, 0.0))
     planned = [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, StepPlanned)]
-    steps = [step for step in planned if step.epoch > 0]
+    steps = [step for step in planned if not step.joins]
     assert steps[0].promised_clearance_m == pytest.approx(0.31 - 0.05 - 0.1, abs=0.01)
 
 

@@ -55,7 +55,7 @@ class Taken:
             turn=fence.turn,
             may=fence.may,
             coordinator=fence.epoch.robot,
-            life=f"{fence.epoch.life:x}",
+            life=f"{fence.epoch.life:x}" if fence.epoch.life else "",
             named=fence.robot,
             named_life=f"{fence.life:x}" if fence.may is May.ONE else "",
             members=fence.members,

@@ -42,7 +42,7 @@ INVARIANTS = ("S1", "S2", "S3", "F1", "F2", "F3", "F4", "F5", "F6", "P1", "P2", 
 
 
 def judge_invariants(evidence: Evidence, tolerance: Tolerance, *, followers_sense: bool) -> list[Dated]:
-    """Every violation of S3, F1 to F6 and P1 to P6 with its time; identical violations count once.
+    """Every violation of S3, F1 to F6 and P1 to P6 with its time; without a length, the same counts once.
 
     Args:
         evidence: all of the run.
@@ -63,10 +63,11 @@ def judge_invariants(evidence: Evidence, tolerance: Tolerance, *, followers_sens
         breaches += _judge_epochs(robot, told)
         breaches += _judge_fenced(evidence, robot, told)
         breaches += _judge_process(robot, told)
-    first: dict[PromiseBroken, float] = {}
+    first: dict[tuple[PromiseBroken, float | None], Dated] = {}
     for t_s, breach in sorted(breaches, key=itemgetter(0)):
-        first.setdefault(breach, t_s)
-    return [(t_s, breach) for breach, t_s in first.items()]
+        # Two motions that miss by the same length are two violations.
+        first.setdefault((breach, None if breach.measured_m is None else t_s), (t_s, breach))
+    return list(first.values())
 
 
 def _judge_leading(evidence: Evidence, robot: int, told: Sequence[tuple[float, Told]]) -> Iterator[Dated]:

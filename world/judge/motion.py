@@ -92,8 +92,8 @@ def _out_of_turn(evidence: Evidence, drive: _Drive, order: OrderAccepted | None)
     if order is not None and order.target is not None:
         other = (each for each in in_force if (each.epoch, each.turn) != (order.epoch, order.turn))
         if (fence := next(other, None)) is not None:
-            bears = f"turn {order.turn} of epoch {order.epoch}"
-            why = f"moved by an order of {bears} in {fence.turn} of {fence.epoch}"
+            bears, now = (f"turn {each.turn} of epoch {each.epoch}" for each in (order, fence))
+            why = f"moved by an order of {bears} in {now}"
             yield breach_of("F1", robot, moved_m, 0.0, why)
     if (fence := next((each for each in in_force if not _may_move(evidence, each, robot)), None)) is not None:
         why = f"moved in turn {fence.turn} of epoch {fence.epoch}, in which {_told(fence)} may move"
@@ -123,10 +123,8 @@ def _origins(taken: Sequence[Taken]) -> list[Point]:
     origins: list[Point] = []
     for index, each in enumerate(taken):
         order, before = each.order, taken[index - 1]
-        same = index > 0 and order.target is not None and before.order.target == order.target
-        origins.append(
-            origins[-1] if same and before.fence == each.fence else Point(x_m=order.x_m, y_m=order.y_m)
-        )
+        same = index > 0 and (before.order.target, before.fence) == (order.target, each.fence)
+        origins.append(origins[-1] if same else Point(x_m=order.x_m, y_m=order.y_m))
     return origins
 
 

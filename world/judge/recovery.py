@@ -4,9 +4,9 @@ Rule 1: the timeline is the only input. Its sources have no common order, so ent
 Rule 2: the cause of a death is an injected process fault or, if there is none, the last sign of life.
 Rule 3: the detection is the first broken link to the dead robot or, if there is none, the first view that was
         proposed because a robot was lost.
-Rule 4: the cause of a heal without a death is the return of a process or, if there is none, a silent link. Its
-        detection is the first broken link since the last heal or, if there is none, the first view that was
-        proposed for a reason that changes who is in the strand.
+Rule 4: the cause of a heal without a death is the return of a process or, if there is none, a silent link.
+        Its detection is the first broken link since the last heal or, if there is none, the first view that
+        was proposed for a reason that changes who is in the strand.
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,6 +23,7 @@ from protocol.timeline import (
     RobotDied,
     RobotRestarted,
     RobotReturned,
+    StrandFormed,
     StrandHealed,
     ViewProposed,
 )
@@ -72,6 +73,7 @@ class Heal(Struct, frozen=True, kw_only=True):
 
     epoch: int
     members: tuple[int, ...]
+    """Leader first; none, if the formation was not recorded."""
     cause_s: float | None
     detected_s: float | None
     recovered_s: float
@@ -176,6 +178,7 @@ class Recovery:
 
     def _heals(self) -> Iterator[Heal]:
         healed_s = -1.0
+        orders = {each.epoch: each.order for _, _, each in self._dated if isinstance(each, StrandFormed)}
         for t_s, _, record in self._dated:
             if not isinstance(record, StrandHealed):
                 continue
@@ -194,7 +197,7 @@ class Recovery:
             ]
             yield Heal(
                 epoch=record.epoch,
-                members=record.members,
+                members=orders.get(record.epoch, ()),
                 cause_s=min(causes, default=None),
                 detected_s=min(detected, default=None),
                 recovered_s=t_s,
@@ -209,7 +212,7 @@ def is_relevant(source: str, record: Record) -> bool:
             return process is not None  # not faults of messages: these are many
         case RobotDied() | RobotRestarted() | RobotReturned():
             return source == WORLD
-        case LinkBroken() | ViewProposed() | LeaderSucceeded() | StrandHealed():
+        case LinkBroken() | ViewProposed() | StrandFormed() | LeaderSucceeded() | StrandHealed():
             return True
         case _:
             return False

@@ -9,6 +9,7 @@ import tempfile
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from pathlib import Path
 
+from protocol.fence import Bearing, Fence
 from protocol.frames import Pose
 from protocol.keys import WORLD, Keys
 from protocol.network.session import read_session, unix_socket_endpoint, write_sessions
@@ -63,7 +64,7 @@ def world_transport(folder: Path) -> Iterator[ZenohTransport]:
     session = read_session(folder / f"{WORLD}.json")
     with open_transport(
         session,
-        hear=[KEYS.drive("*"), KEYS.log("*")],
+        hear=[KEYS.drive("*"), KEYS.fence("*"), KEYS.log("*")],
         answer=[KEYS.scan("*"), KEYS.mission()],
         alive=None,
         watch=KEYS.alive("*", "*"),
@@ -75,7 +76,7 @@ def world_transport(folder: Path) -> Iterator[ZenohTransport]:
 def robot_transport(folder: Path, name: str) -> Iterator[ZenohTransport]:
     """A transport with a robot's subscriptions and its token."""
     session = read_session(folder / f"{name}.json")
-    hear = [KEYS.link("*", name), KEYS.odometry(name), KEYS.muster("*"), KEYS.logged(name)]
+    hear = [KEYS.link("*", name), KEYS.odometry(name), KEYS.view("*", name), KEYS.logged(name)]
     with open_transport(session, hear=hear, answer=[], alive=KEYS.alive(name, "1"), watch=None) as transport:
         yield transport
 
@@ -104,12 +105,14 @@ async def next_arrivals(transport: ZenohTransport, count: int = 1) -> list[Arriv
 
 def drive(number: int) -> Drive:
     """An order to stand still."""
-    return Drive(number=number, basis_s=0.0, target=None, speed_mps=0.0, epoch=0, step=0, reach_m=0.0)
+    return Drive(
+        number=number, basis_s=0.0, target=None, speed_mps=0.0, bearing=Bearing(), step=0, reach_m=0.0
+    )
 
 
 def odometry(t_s: float) -> Odometry:
     """The odometry of a body that stands at the origin."""
-    return Odometry(t_s=t_s, pose=ORIGIN, moving=False, finished=0, phase=Phase.RUNNING)
+    return Odometry(n=1, t_s=t_s, pose=ORIGIN, moving=False, finished=0, fence=Fence(), phase=Phase.RUNNING)
 
 
 @contextlib.asynccontextmanager

@@ -1,6 +1,7 @@
 """The knowledge of one robot of five, from which it decides on calls. Not a test file."""
 
 from agents.membership.calls import Calls
+
 from protocol.keys import WORLD_NUMBER
 from protocol.mission import Law
 from tests.support.stages.one_step import under

@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping
 
+from agents.membership.lining import Lining
 from msgspec.structs import replace
+from protocol.epochs import called_epoch
 
 from agents.body.driver import Driver
 from agents.commands import Announce, Command
-from agents.membership.lining import Lining
 from agents.navigation.scan import View
-from protocol.epochs import called_epoch
 from protocol.frames import Point, Pose
 from protocol.mission import Law, Mission
 from protocol.wire.messages import Muster, Odometry, Phase, Turn

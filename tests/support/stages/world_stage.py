@@ -1,5 +1,9 @@
 """A world on a stage: events in, messages and records out, without a network."""
 
+import math
+from itertools import pairwise
+
+from protocol.fence import Bearing, Cause, Change, Fence, May, Raise, Turn
 from protocol.frames import Point
 from protocol.keys import WORLD, robot_name
 from protocol.mission import Law
@@ -8,13 +12,21 @@ from protocol.wire.messages import Drive, Odometry, Phase, Scan
 from tests.support.logs.logs import HEADER
 from world.commands import Command, Note, ServeScan, TellOdometry
 from world.core import World
-from world.events import EntryWritten, Event, OrderHeard, TokenCame
+from world.events import EntryWritten, Event, FencePut, OrderHeard, ScanAsked, TokenCame
 from world.judge.ending import Ending
 from world.record.resume import Past
 from world.scenario.scenario import Scenario
 
+EPOCH = 10_001
+"""The number of the first epoch that robot 1 proposes."""
 
-def planned(target: Point, *, step: int = 1, epoch: int = 1, reach_m: float = 0.0) -> StepPlanned:
+
+def life_of(robot: int) -> int:
+    """The life of a robot on this stage."""
+    return 100 + robot
+
+
+def planned(target: Point, *, step: int = 1, epoch: int = EPOCH, reach_m: float = 0.0) -> StepPlanned:
     """A switching step planned by a leader; only its target matters."""
     return StepPlanned(
         step=step,
@@ -31,6 +43,24 @@ def planned(target: Point, *, step: int = 1, epoch: int = 1, reach_m: float = 0.
         reach_m=reach_m,
         promised_clearance_m=None,
         cost_to_go_m=None,
+    )
+
+
+def formed(
+    order: tuple[int, ...], places: tuple[Point, ...], *, epoch: int = EPOCH, turn: int = 1
+) -> StrandFormed:
+    """A formation of robots that stand at these places, leader first; the legs between them are straight."""
+    legs_m = [math.dist((a.x_m, a.y_m), (b.x_m, b.y_m)) for a, b in pairwise(places)]
+    return StrandFormed(
+        epoch=epoch,
+        turn=turn,
+        order=order,
+        lives=tuple(f"{life_of(robot):x}" for robot in order),
+        places_m=tuple(sum(legs_m[rank:]) for rank in range(len(order))),
+        laid=places[::-1],
+        driven=(False,) * len(order),
+        back_by_m=0.0,
+        sensed=True,
     )
 
 
@@ -84,6 +114,34 @@ class Stage:
         for robot in sorted(self.world.attendance.robots):
             self.handle(TokenCame(robot, "a"))
         self.look()
+        self.form()
+        self.odometry = {robot: told[-1:] for robot, told in self.odometry.items()}
+
+    def put(self, robot: int, change: Change) -> list[Record]:
+        """A robot, or the operator, puts a change of the fence; returns the world's records of it."""
+        return self.handle(FencePut(robot, change))
+
+    def form(self, leader: int = 1) -> None:
+        """A robot coordinates a view that comes to ALL at once, and leads it; all are members."""
+        epoch = self.fence.epoch.next(leader, life_of(leader))
+        order = (leader, *sorted(self.world.attendance.robots - {leader}))
+        members = len(order)
+        self.put(leader, Raise(epoch=epoch, cause=Cause.START))
+        self.write(leader, formed(order, tuple(map(self._place, order)), epoch=epoch.number))
+        self.put(leader, Turn(fence=Fence(epoch=epoch, turn=1, may=May.ALL, robot=leader, members=members)))
+
+    def _place(self, robot: int) -> Point:
+        pose = self.world.bodies.pose(robot - 1)
+        return Point(x_m=pose.x_m, y_m=pose.y_m)
+
+    @property
+    def fence(self) -> Fence:
+        """What all bodies obey."""
+        return self.world.arena.fence
+
+    def bearing(self, robot: int) -> Bearing:
+        """What an order of a robot bears that has heard the newest odometry."""
+        return Bearing(epoch=self.fence.epoch, turn=self.fence.turn, life=life_of(robot))
 
     def order(
         self,
@@ -94,7 +152,7 @@ class Stage:
         step: int = 0,
         basis_s: float | None = None,
         reach_m: float = 0.0,
-        epoch: int = 1,
+        bearing: Bearing | None = None,
     ) -> list[Record]:
         """A robot gives its body an order; returns the world's records of it."""
         drive = Drive(
@@ -102,16 +160,15 @@ class Stage:
             basis_s=self.world.now_s if basis_s is None else basis_s,
             target=target,
             speed_mps=self.world.scenario.drive.speed_mps,
-            epoch=epoch,
+            bearing=self.bearing(robot) if bearing is None else bearing,
             step=step,
             reach_m=reach_m,
         )
         return self.handle(OrderHeard(robot, drive))
 
     def lead(self, robot: int, target: Point, *, number: int = 1, step: int = 1) -> None:
-        """A robot drives a switching step, with the strand and the plan that make it valid."""
-        order = (robot, *sorted(self.world.attendance.robots - {robot}))
-        self.write(robot, StrandFormed(epoch=1, sensed=True, order=order, path_length_m=0.0))
+        """The leader drives a switching step, with the scan and the plan that make it valid."""
+        self.handle(ScanAsked(robot, 1))
         self.write(robot, planned(target, step=step))
         self.order(robot, target, number=number, step=step)
 

@@ -1,13 +1,13 @@
 """A robot that is in no strand, event by event: it stands, asks, and comes when it is called."""
 
 import pytest
+from agents.membership.calls import ASIDE_S, RANK_S
 from msgspec.structs import replace
+from protocol.epochs import called_epoch, of_one_call
 
 from agents.commands import Announce, Command, Note, Order
 from agents.events import MusterHeard, OdometryHeard, TokenCame
-from agents.membership.calls import ASIDE_S, RANK_S
 from agents.robot import LATE_S, Robot
-from protocol.epochs import called_epoch, of_one_call
 from protocol.frames import Point, Pose
 from protocol.keys import WORLD_NUMBER
 from protocol.mission import Law

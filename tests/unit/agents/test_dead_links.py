@@ -1,8 +1,9 @@
 """A link that has been silent for too long: who leaves the strand, who calls, and who only stands aside."""
 
+from agents.membership.calls import SLEPT_S
+
 from agents.commands import Announce, Tell
 from agents.events import TokenCame, TokenWent
-from agents.membership.calls import SLEPT_S
 from agents.robot import Robot
 from protocol.keys import WORLD_NUMBER
 from protocol.timeline import LinkBroken, MusterCalled

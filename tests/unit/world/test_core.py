@@ -250,11 +250,13 @@ def test_the_run_ends_at_the_scenarios_time_limit() -> None:
 
 def test_a_void_order_is_an_answer_in_lock_step_and_is_refused_once() -> None:
     stage = running()
-    stage.order(1, AHEAD, epoch=2)
+    old = stage.bearing(1)
+    stage.form(2)
+    stage.order(1, AHEAD)
     stage.tick(ODOMETRY_TICKS, awake=False)
-    assert kinds(stage.order(1, AHEAD, number=2, epoch=1)) == ["OrderRefused"]
-    assert stage.order(1, AHEAD, number=2, epoch=1) == []
-    assert kinds(stage.order(1, AHEAD, number=3, epoch=1)) == ["OrderRefused"]
+    assert kinds(stage.order(1, AHEAD, number=2, bearing=old)) == ["OrderRefused"]
+    assert stage.order(1, AHEAD, number=2, bearing=old) == []
+    assert kinds(stage.order(1, AHEAD, number=3, bearing=old)) == ["OrderRefused"]
     assert stage.world.awaited == {2}
 
 
@@ -303,7 +305,10 @@ def test_unlawful_motion_is_recorded_at_the_end() -> None:
     stage.look(after_wall_s=LAST_WORDS_WALL_S)
     *broken, ended = stage.look(after_wall_s=LAST_WORDS_WALL_S)
     assert ended == RunEnded(reason="interrupted")
-    assert [(each.invariant, each.robot) for each in broken if isinstance(each, PromiseBroken)] == [("S3", 2)]
+    assert [(each.invariant, each.robot) for each in broken if isinstance(each, PromiseBroken)] == [
+        ("F6", 2),
+        ("F5", 2),
+    ]
 
 
 def test_refused_messages_are_recorded() -> None:

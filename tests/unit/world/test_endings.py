@@ -9,11 +9,20 @@ from protocol.timeline import (
     RobotDied,
     RobotRestarted,
     RobotReturned,
+    RobotStranded,
+    RunEnded,
+    ViewJoined,
 )
 from tests.support.scenes.world_scenarios import scenario
 from tests.support.stages.world_stage import Stage
 from world.bodies.arena import TICK_S
-from world.core import HEAL_S_MAX, ROBOTS_PATIENCE_WALL_S, ROUTER_PATIENCE_WALL_S
+from world.core import (
+    HEAL_S_MAX,
+    LAST_WORDS_WALL_S,
+    ROBOTS_PATIENCE_WALL_S,
+    ROUTER_PATIENCE_WALL_S,
+    STRANDED_S,
+)
 from world.events import TokenCame, TokenWent
 from world.judge.ending import Ending
 
@@ -136,3 +145,66 @@ def test_without_a_router_no_robot_is_declared_dead_and_the_run_waits_for_a_time
     stage.world.look(wall_s=stage.wall_s, router=None)
     assert stage.at()[2] is Ending.CUT_OFF
     assert stage.world.tally.died == set()
+
+
+# --- stranded robots ------------------------------------------------------------------------------
+
+
+def strand(stage: Stage, coordinator: int, robot: int) -> None:
+    """The coordinator finds no way for a robot."""
+    epoch = stage.fence.epoch.number
+    stage.write(coordinator, RobotStranded(epoch=epoch, robot=robot, reason="a body plugs the way", by=1))
+
+
+def ends_within(stage: Stage, seconds: float) -> Ending | None:
+    """How the run ends when time goes on for this long."""
+    for _ in range(round(seconds * SECOND)):
+        stage.tick()
+        stage.look()
+    return stage.at()[2]
+
+
+def test_a_run_ends_a_while_after_the_last_robot_has_arrived_or_is_stranded() -> None:
+    stage = running(time={"time_s_max": 500.0})
+    strand(stage, 1, 2)
+    assert ends_within(stage, 5.0) is None
+    stage.write(1, RobotArrived(progress_m=1.0))
+    assert ends_within(stage, STRANDED_S - 1.0) is None
+    assert ends_within(stage, 2.0) is Ending.STRANDED
+    for _ in range(2):
+        stage.look(after_wall_s=LAST_WORDS_WALL_S)
+    assert stage.records[-1] == RunEnded(reason=f"{Ending.STRANDED}: r2")
+
+
+def test_a_robot_that_a_later_formation_takes_in_is_not_stranded_any_more() -> None:
+    stage = running(time={"time_s_max": 500.0})
+    strand(stage, 1, 2)
+    stage.form()
+    stage.write(1, RobotArrived(progress_m=1.0))
+    assert ends_within(stage, 2 * STRANDED_S) is None
+
+
+def test_a_robot_of_which_the_newest_formation_says_it_stays_stranded() -> None:
+    stage = running(time={"time_s_max": 500.0})
+    strand(stage, 1, 2)
+    stage.form()
+    strand(stage, 1, 2)
+    stage.write(1, RobotArrived(progress_m=1.0))
+    assert ends_within(stage, STRANDED_S + 1.0) is Ending.STRANDED
+
+
+def test_robots_that_join_another_view_have_not_arrived() -> None:
+    stage = running(time={"time_s_max": 500.0})
+    strand(stage, 1, 2)
+    stage.write(1, RobotArrived(progress_m=1.0))
+    stage.write(1, ViewJoined(epoch=30_001))
+    assert ends_within(stage, 2 * STRANDED_S) is None
+
+
+def test_a_stranded_robot_that_dies_is_not_waited_for() -> None:
+    stage = running(time={"time_s_max": 500.0})
+    strand(stage, 1, 2)
+    stage.write(1, RobotArrived(progress_m=1.0))
+    die(stage, 2)
+    stage.look()
+    assert stage.at()[2] is Ending.ARRIVED

@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
-
-from agents.body.driver import Driver
-from agents.commands import Announce
 from agents.membership.berth import COASTS_S, Berth
 from agents.membership.lining import Lining
 from agents.membership.muster import Roster, folds_back, line_of
 from agents.strand.forming import lined_up
+from msgspec.structs import replace
 from protocol.epochs import called_epoch
+
+from agents.body.driver import Driver
+from agents.commands import Announce
 from protocol.frames import Point, Pose
 from protocol.mission import Law
 from protocol.path import Path

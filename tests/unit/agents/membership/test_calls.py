@@ -3,17 +3,17 @@
 from collections.abc import Iterable
 
 import pytest
+from agents.membership.calls import ANSWERS, ASKS_S, GAPS, INVITES_S, LISTENS_S, RANK_S, SLEPT_S, Calls
+from agents.membership.lining import Lining
+from agents.membership.waiting import SLOW_S
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
+from protocol.epochs import called_epoch
 
 from agents.body.driver import Driver
-from agents.membership.calls import ANSWERS, ASKS_S, GAPS, INVITES_S, LISTENS_S, RANK_S, SLEPT_S, Calls
-from agents.membership.lining import Lining
 from agents.liveness.presence import GRACE_S
-from agents.membership.waiting import SLOW_S
 from agents.strand.strand import COMES_BACK_S
-from protocol.epochs import called_epoch
 from protocol.frames import Pose
 from protocol.keys import WORLD_NUMBER
 from protocol.wire.messages import Muster, Odometry, Phase, Turn

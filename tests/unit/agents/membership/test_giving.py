@@ -1,11 +1,11 @@
 """What the last robot in place does when nobody comes to a place behind it, though it has made way."""
 
 import pytest
-from msgspec.structs import replace
-
 from agents.membership.announcer import Announcer
 from agents.membership.giving import Giving
+from msgspec.structs import replace
 from protocol.epochs import called_epoch
+
 from protocol.frames import Point, Pose
 from protocol.mission import Law
 from protocol.wire.messages import FIRST_ATTEMPT, Muster, Turn

@@ -1,8 +1,8 @@
 """Whom a robot calls in that asks to join, and whom it does not hear for a while."""
 
 import pytest
-
 from agents.membership.calls import BREAKS_MAX, BREAKS_S, FAILED_TURNS, INVITES_S, INVITES_S_MAX, SHUNNED_S
+
 from protocol.keys import WORLD_NUMBER
 from tests.support.stages.calls_stage import calls
 

@@ -3,14 +3,14 @@
 from collections.abc import Mapping
 
 import pytest
+from agents.membership.berth import Berth
+from agents.membership.giving import MAKES_WAY_S
+from agents.membership.lining import Lining
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from agents.body.driver import Driver
-from agents.membership.berth import Berth
-from agents.membership.giving import MAKES_WAY_S
-from agents.membership.lining import Lining
 from protocol.frames import Point, Pose
 from protocol.mission import Mission
 from protocol.path import Path

@@ -4,8 +4,8 @@ import dataclasses
 import math
 
 import numpy as np
-
 from agents.membership.lining import Lining
+
 from protocol.frames import Point
 from tests.support.stages.lining_stage import (
     BOX,

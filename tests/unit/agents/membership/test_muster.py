@@ -3,10 +3,6 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from msgspec.structs import replace
-
 from agents.membership.muster import (
     Roster,
     chain,
@@ -15,6 +11,10 @@ from agents.membership.muster import (
     order_with_goal,
     order_without_goal,
 )
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec.structs import replace
+
 from protocol.frames import Point, Pose
 from protocol.wire.messages import Attempt, Former, Muster, Turn
 

@@ -4,9 +4,9 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 import pytest
-
 from agents.membership.muster import Roster
 from agents.membership.waiting import SLOW_S, SLOW_SHARE, STALLS_S, Waiting
+
 from protocol.frames import Point, Pose
 from protocol.mission import Law
 from protocol.wire.messages import Muster, Turn

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from clew.campaign.liveness import SPARE_M, all_have_way
+from clew.campaign.liveness import SPARE_M, arrived_together, have_way, healed_at_s, stranded
+from protocol.timeline import Record, RobotArrived, RobotStranded, StrandJoined
+from tests.support.logs.logs import numbered
 from tests.support.scenes.world_scenarios import scenario
 from world.geometry.shapes import Polygon, Shape
 from world.scenario.scenario import Scenario
@@ -33,7 +35,7 @@ def with_door(half_m: float) -> Scenario:
 def has_way(half_m: float, *places: tuple[float, float]) -> bool:
     """Whether robot 1 has a way, with the other bodies at these places or elsewhere."""
     others = (*places[1:], *[ELSEWHERE] * (3 - len(places)))
-    return all_have_way(with_door(half_m), np.array([places[0], *others]), (1,))
+    return have_way(with_door(half_m), np.array([places[0], *others]), (1,)) == [1]
 
 
 @pytest.mark.parametrize(("more_m", "surely"), [(0.05, True), (-0.05, False)])
@@ -67,3 +69,36 @@ def test_a_robot_between_two_bodies_can_leave_sideways(apart_m: float, heading_r
     here, radius_m = np.array([4.0, 0.5]), with_door(KEEP_M).fleet.robot_radius_m
     beside_m = (KEEP_M + radius_m + apart_m) * np.array([math.cos(heading_rad), math.sin(heading_rad)])
     assert has_way(KEEP_M, (4.0, 0.5), tuple(here + beside_m), tuple(here - beside_m))
+
+
+def test_a_robot_without_a_way_stands_in_the_way_of_the_one_behind_it() -> None:
+    narrow = with_door(KEEP_M - 0.01)
+    assert have_way(narrow, np.array([(0.0, 0.0), (4.0, 0.0), ELSEWHERE]), (1, 2)) == [2]
+    wide = with_door(SURE_M + 0.05)
+    assert have_way(wide, np.array([(0.0, 0.0), (4.0, 0.0), (2.0, 0.0)]), (1, 2)) == [2]
+    assert have_way(wide, np.array([(0.0, 0.0), (4.0, 0.0), (2.0, 0.0)]), (1, 2, 3)) == [1, 2, 3]
+
+
+def joined(robot: int, epoch: int) -> tuple[str, Record]:
+    return f"r{robot}", StrandJoined(epoch=epoch, rank=0)
+
+
+def test_a_core_is_healed_when_all_of_it_has_joined_one_strand_after_the_faults() -> None:
+    apart = numbered((joined(1, 10_001), joined(2, 10_001), joined(1, 20_001), joined(2, 20_001)))
+    assert healed_at_s(apart, (1, 2), 1.0) == 1.0
+    assert healed_at_s(apart, (1, 2), 2.5) == 3.0
+    assert healed_at_s(apart[:3], (1, 2), 2.5) == math.inf
+    assert healed_at_s(apart, (1, 2, 3), 0.0) == math.inf
+
+
+def test_who_joins_a_strand_anew_has_not_arrived_yet() -> None:
+    arrived = RobotArrived(progress_m=1.0)
+    told = numbered((("r1", arrived), joined(1, 20_001), ("r2", arrived), ("r1", arrived)))
+    assert arrived_together(told, (1, 2))
+    assert not arrived_together(told[:3], (1, 2))
+
+
+def test_a_robot_is_stranded_until_it_joins_a_strand() -> None:
+    told = numbered((("r1", RobotStranded(epoch=10_001, robot=3, reason="no way")), joined(3, 20_001)))
+    assert stranded(told[:1]) == {3: "no way"}
+    assert stranded(told) == {}

@@ -12,7 +12,6 @@ from protocol.timeline import (
     Entry,
     FaultInjected,
     LeaderSucceeded,
-    OrderAccepted,
     PoseSampled,
     Record,
     RobotReleased,
@@ -21,6 +20,7 @@ from protocol.timeline import (
     StrandDissolved,
 )
 from tests.support.logs.logs import HEADER, numbered, recorded
+from tests.support.strands import ordered
 from world.record.lines import Line
 from world.record.recorder import line
 
@@ -29,9 +29,7 @@ RECORDS: tuple[tuple[str, Record], ...] = (
     ("world", PoseSampled(robot=1, x_m=0.0, y_m=0.5, heading_rad=0.1)),
     (
         "world",
-        OrderAccepted(
-            robot=1, number=1, epoch=1, step=3, x_m=0.0, y_m=0.5, target=Point(x_m=1.0, y_m=0.0), reach_m=1.5
-        ),
+        ordered(1, epoch=1, step=3, y_m=0.5, target=Point(x_m=1.0, y_m=0.0), reach_m=1.5),
     ),
     ("r1", AuthorityGranted(to=2, epoch=1, authority_m=0.4)),
     ("world", RunEnded(reason="all robots have arrived")),

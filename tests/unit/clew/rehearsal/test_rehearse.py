@@ -11,8 +11,14 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from agents.commands import Command
+from agents.process.journal import Given, Journal, decided
+from agents.robot import Robot
 from clew.log import timeline
 from clew.log.check import check
+from clew.rehearsal import rehearsal
+from clew.rehearsal.recorded import rehearse
+from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
 from protocol.faults.plan import load as load_plan
 from protocol.root import ROOT
@@ -20,6 +26,7 @@ from tests.support.campaigns import clew, closed, scene
 from tests.support.deadline import DEADLINE_S
 from world.record.lines import Line
 from world.record.run_files import read_verdict
+from world.scenario.scenario import load
 
 
 @pytest.fixture(autouse=True)
@@ -130,3 +137,24 @@ def test_a_signal_ends_the_run_with_a_verdict(
     assert run.returncode == code
     assert timeline.read(tmp_path / "run").ended == ended
     assert read_verdict(tmp_path / "run").exit_code == code
+
+
+def test_sigint_is_obeyed_between_two_deliveries_of_a_tick(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With 200 robots a tick has hundreds of deliveries, and may take seconds."""
+    handled = 0
+
+    def interrupted_at_50(core: Robot, given: Given, now_s: float, journal: Journal) -> list[Command]:
+        nonlocal handled
+        handled += 1
+        if handled == 50:
+            signal.raise_signal(signal.SIGINT)
+        return decided(core, given, now_s, journal)
+
+    monkeypatch.setattr(rehearsal, "decided", interrupted_at_50)
+    folder = tmp_path / "run"
+    folder.mkdir()
+    verdict = rehearse(load("paper", robots=200), 1, folder, lambda _: None)
+    assert handled == 50
+    assert (verdict.exit_code, timeline.read(folder).ended) == (ExitCode.INTERRUPTED, "interrupted")

@@ -103,7 +103,7 @@ def test_in_liveness_mode_the_healthy_core_is_a_majority_of_the_living(lively: l
 
 def test_a_fleet_that_could_heal_and_does_not_is_detected(lively: list[Swarm]) -> None:
     swarm = next(swarm for swarm in lively if swarm.ground is Ground.OPEN)
-    cut = Partition(group=("r1",), others=("r2", "r3"), from_s=0.5)
+    cut = Partition(group=("r1",), from_s=0.5)
     rehearsal = Rehearsal(swarm.scenario, swarm.seed, Plan(name="cut", rules=(cut,))).run()
     judged = liveness_failure(rehearsal.world, rehearsal.entries, quiet_s=1.0, outside=frozenset())
     assert judged is not None

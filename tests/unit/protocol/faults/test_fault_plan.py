@@ -50,7 +50,7 @@ def test_the_required_plans_are_shipped() -> None:
         ('fault = "freeze"\ntarget = "tail"\nfor_s = 0.0', "$.rule[0].for_s: must be > 0.0 s, got 0.0"),
         ('fault = "kill"', "$.rule[0]: must have the field target, got fault"),
         ('fault = "kill"\ntarget = "tail"\npoint = "lunch"', "$.rule[0].point: must be one of after_plan, "),
-        ('fault = "drop"\nkind = ["chat"]', "$.rule[0].kind[0]: must be one of ahead, ask, "),
+        ('fault = "drop"\nkind = ["chat"]', "$.rule[0].kind[0]: must be one of ahead, answer, ask, "),
         ('fault = "theft"', "$.rule[0].fault: must be one of corrupt, delay, "),
         ('fault = "drop"\nchance = 0.5', "$.rule[0]: must have no field but fault, name, "),
         ('fault = "drop"\nfrom_s = 2.0\nuntil_s = 1.0', "$.rule[0]: until_s must be > from_s = 2 s, got 1"),

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from protocol.errors import UsageError
-from protocol.faults.manual_faults import WHERE_FILE, FaultRequest, request_fault
+from protocol.faults.manual_faults import WHERE_FILE, FaultRequest, HaltRequest, Request, request_fault
 from protocol.faults.plan import Plan
 from protocol.faults.process_faults import ProcessAction, ProcessFault
 from protocol.faults.rules import Drop, Freeze, Kill, Partition, Restart, Rule, Slow, StepPoint, Thaw
@@ -17,13 +17,13 @@ from protocol.timeline import (
     RobotDied,
     RobotFailed,
     RobotStarted,
-    StrandFormed,
     WorldResumed,
 )
+from tests.support.strands import formed
 from world.control import heard
 from world.faults import GIVEN_MAX, TELL_S, RunFaults
 
-FORMED = StrandFormed(epoch=1, sensed=True, order=(2, 1, 3), path_length_m=1.0)
+FORMED = formed(10_002, 2, 1, 3)
 
 
 def entry(record: Record, t_s: float = 0.0) -> Entry:
@@ -179,7 +179,11 @@ def test_a_robot_gets_its_delay_and_the_end_of_it() -> None:
     assert faults.of("r3").slow_s == 0.0
 
 
-async def ask(run: Path, request: FaultRequest) -> str:
+def no_halt(*, stop: bool) -> str:
+    raise UsageError(f"a test without a fence was asked: stop={stop}")
+
+
+async def ask(run: Path, request: Request) -> str:
     return await asyncio.to_thread(request_fault, run, request)
 
 
@@ -194,13 +198,27 @@ async def test_a_fault_request_is_answered_with_the_rules_name_or_the_reason_of_
             raise UsageError("not him")
         return "given-7"
 
-    async with heard(tmp_path, tmp_path, add):
+    async with heard(tmp_path, tmp_path, add, no_halt):
         assert await ask(tmp_path, FaultRequest(rule=Drop(probability=0.5), for_s=5.0)) == "given-7"
         with pytest.raises(UsageError, match="not him"):
             await ask(tmp_path, FaultRequest(rule=Kill(target="r3")))
     assert asked == [(Drop(probability=0.5), 5.0), (Kill(target="r3"), None)]
     with pytest.raises(UsageError, match="no run goes on there"):
         await ask(tmp_path, FaultRequest(rule=Drop()))
+
+
+async def test_the_operators_stop_and_release_are_answered_with_the_fence_or_the_reason_of_refusal(
+    tmp_path: Path,
+) -> None:
+    def halt(*, stop: bool) -> str:
+        if stop:
+            return "30000"
+        raise UsageError("it does not stand")
+
+    async with heard(tmp_path, tmp_path, lambda *_: "given-1", halt):
+        assert await ask(tmp_path, HaltRequest(stop=True)) == "30000"
+        with pytest.raises(UsageError, match="it does not stand"):
+            await ask(tmp_path, HaltRequest(stop=False))
 
 
 async def test_a_fault_request_to_a_killed_world_reports_the_end_of_the_run(tmp_path: Path) -> None:
@@ -210,7 +228,7 @@ async def test_a_fault_request_to_a_killed_world_reports_the_end_of_the_run(tmp_
 
 
 async def test_an_invalid_request_is_refused_and_the_next_one_is_served(tmp_path: Path) -> None:
-    async with heard(tmp_path, tmp_path, lambda *_: "given-1"):
+    async with heard(tmp_path, tmp_path, lambda *_: "given-1", no_halt):
         reader, writer = await asyncio.open_unix_connection((tmp_path / WHERE_FILE).read_text())
         writer.write(b"garbage\n")
         assert b'"error":"' in await reader.readline()

@@ -13,8 +13,10 @@ from protocol.faults.damage import Damage
 from protocol.faults.message_faults import NO_EFFECT, Copy, Effect, Injection, MessageFaults, sender_of
 from protocol.faults.plan import NO_FAULTS, Plan, uniform
 from protocol.faults.rules import Burst, Corrupt, Delay, Drop, Duplicate, Partition, Reorder, Rule
+from protocol.fence import Turn
 from protocol.wire.codec import decode, encode
-from protocol.wire.messages import AheadState, Drive, Message, Muster, Odometry, Scan
+from protocol.wire.messages import AheadState, Drive, Message, Odometry, Scan
+from protocol.wire.view import Answer, Report
 from tests.support.strategies.message_strategies import values_of
 
 SIGMAS = 4.5  # fair draws deviate further once in 150,000 cases
@@ -26,10 +28,11 @@ KINDS = [
     ("link/r2/r1", "behind", "r1"),
     ("body/r1/odometry", "odometry", "r1"),
     ("body/r2/drive", "drive", "world"),
-    ("muster/r1", "muster", "r2"),
-    ("muster/r1", "muster", "r3"),
+    ("view/r1/r2", "report", "r2"),
+    ("view/r1/r3", "plea", "r3"),
+    ("body/fence/r1", "turn", "world"),
 ]
-DAMAGED = (AheadState, Drive, Muster, Odometry, Scan)
+DAMAGED = (AheadState, Answer, Drive, Odometry, Report, Scan, Turn)
 RULES: list[Rule] = [
     Drop(name="loss", probability=0.3),
     Drop(name="burst", burst=Burst(enter=0.1, leave=0.3, loss=0.8)),
@@ -106,7 +109,7 @@ def test_probability_zero_never_strikes_and_one_always_strikes(probability: floa
 
 def test_rules_receivers_and_seeds_have_independent_draws() -> None:
     def drawn(of: MessageFaults, receiver: str) -> list[bool]:
-        return [bool(effect(of, ("muster/r1", "muster", n, receiver)).injections) for n in range(1, COUNT)]
+        return [bool(effect(of, ("view/r1/r2", "report", n, receiver)).injections) for n in range(1, COUNT)]
 
     half = [
         drawn(message_faults(Drop(name="a", probability=0.5)), "r2"),
@@ -184,13 +187,17 @@ def test_the_number_of_flipped_bits_matches_the_rule(payload: bytes, bits: int, 
 @pytest.mark.parametrize(
     ("rule", "lost"),
     [
-        (Drop(sender=("r1",)), {"link/r1/r2", "muster/r1"}),
-        (Drop(receiver=("world",)), {"body/r2/drive"}),
+        (Drop(sender=("r1",)), {"link/r1/r2", "view/r1/r2", "view/r1/r3", "body/fence/r1"}),
+        (Drop(receiver=("world",)), {"body/r2/drive", "body/fence/r1"}),
+        (Drop(kinds=("turn", "plea")), {"view/r1/r3", "body/fence/r1"}),
         (Drop(kinds=("odometry", "behind")), {"body/r1/odometry", "link/r2/r1"}),
-        (Partition(group=("r1",)), {"link/r1/r2", "link/r2/r1", "body/r1/odometry", "muster/r1"}),
-        (Partition(group=("r1",), others=("r2",), one_way=True), {"link/r1/r2", "muster/r1"}),
+        (Partition(group=("r1",)), {key for key, _, _ in KINDS} - {"body/r2/drive"}),
+        (Partition(group=("r1",), others=("r2",), one_way=True), {"link/r1/r2", "view/r1/r2"}),
         (Partition(group=("r2",), others=("r1",), one_way=True), {"link/r2/r1"}),
-        (Partition(group=("world",), others=("router",)), {"body/r1/odometry", "body/r2/drive"}),
+        (
+            Partition(group=("world",), others=("router",)),
+            {"body/r1/odometry", "body/r2/drive", "body/fence/r1"},
+        ),
         (Partition(group=("router",)), {key for key, _, _ in KINDS}),
     ],
 )
@@ -255,7 +262,8 @@ def test_queries_and_replies_are_counted_at_the_receiver() -> None:
         ("body/r3/odometry", "r3", "world"),
         ("body/r3/scan", "r3", "world"),
         ("body/r3/scan", "world", "r3"),
-        ("muster/r4", "r2", "r4"),
+        ("view/r4/r2", "r2", "r4"),
+        ("body/fence/r4", "world", "r4"),
         ("mission", "r2", "world"),
         ("mission", "world", ""),
         ("log/r2", "world", "r2"),

@@ -13,16 +13,17 @@ from protocol.faults.rules import Freeze, Kill, Partition, Restart, Rule, Slow, 
 from protocol.timeline import (
     Entry,
     FaultInjected,
-    LeaderSucceeded,
     Record,
     RobotDied,
     RobotFailed,
     RobotReturned,
     RobotStarted,
-    StrandFormed,
+    StrandJoined,
+    ViewJoined,
     WorldResumed,
 )
 from tests.support.planned import planned
+from tests.support.strands import formed as formation
 
 FIVE = (1, 2, 3, 4, 5)
 
@@ -35,8 +36,8 @@ def tell(of: ProcessFaults, source: str, record: Record, t_s: float = 0.0) -> No
     of.hear(source, Entry(n=1, t_s=t_s, hlc="", record=record))
 
 
-def formed(order: Sequence[int] = FIVE, epoch: int = 1) -> StrandFormed:
-    return StrandFormed(epoch=epoch, sensed=True, order=tuple(order), path_length_m=1.0)
+def formed(order: Sequence[int] = FIVE, epoch: int = 10_002) -> Record:
+    return formation(epoch, *order)
 
 
 def said(due: Sequence[ProcessFault]) -> list[str]:
@@ -62,17 +63,37 @@ def test_a_second_rule_for_the_leader_waits_for_the_next_leader() -> None:
     tell(of, "r1", formed())
     assert said(of.due(1.0)) == ["kill r1"]
     assert said(of.due(2.0)) == []
-    tell(of, "r2", formed((2, 3, 4, 5), epoch=2))
-    tell(of, "r2", LeaderSucceeded(epoch=2, before=1))
+    tell(of, "r3", formed((2, 3, 4, 5), epoch=20_003))
     assert said(of.due(3.0)) == ["kill r2"]
 
 
 def test_entries_of_an_older_epoch_do_not_change_roles() -> None:
     of = faults(Kill(target="leader", from_s=1.0))
-    tell(of, "r4", formed((4, 5), epoch=7))
-    tell(of, "r1", formed(epoch=1))
-    tell(of, "r1", LeaderSucceeded(epoch=6, before=2))
+    tell(of, "r4", formed((4, 5), epoch=70_004))
+    tell(of, "r1", formed(epoch=10_001))
+    tell(of, "r1", StrandJoined(epoch=10_001, rank=0, members=5))
     assert said(of.due(1.0)) == ["kill r4"]
+
+
+@pytest.mark.parametrize(("target", "rank"), [("leader", 0), ("middle", 2), ("tail", 3)])
+def test_a_robot_that_reads_only_its_own_entries_knows_its_own_role(target: str, rank: int) -> None:
+    of = faults(Kill(target=target, point=StepPoint.AFTER_SCAN))
+    tell(of, "r7", StrandJoined(epoch=10_002, rank=1, members=4))
+    assert of.at_points("r7", [StepPoint.AFTER_SCAN], 1.0) == []
+    tell(of, "r7", StrandJoined(epoch=20_002, rank=rank, members=4))
+    assert said(of.at_points("r7", [StepPoint.AFTER_SCAN], 2.0)) == ["kill r7"]
+
+
+def test_the_coordinator_is_the_robot_that_proposed_the_newest_view() -> None:
+    of = faults(Kill(target="coordinator"), Kill(target="coordinator", name="again"))
+    tell(of, "r1", ViewJoined(epoch=10_000))
+    assert said(of.due(1.0)) == [], "a world that was started again has proposed it"
+    tell(of, "r1", ViewJoined(epoch=20_003))
+    tell(of, "r2", ViewJoined(epoch=10_002))
+    assert said(of.due(1.0)) == ["kill r3"]
+    assert said(of.due(2.0)) == []
+    tell(of, "r2", ViewJoined(epoch=30_002))
+    assert said(of.due(3.0)) == ["kill r2"]
 
 
 def test_neighbours_are_counted_towards_the_tail_and_all_must_exist() -> None:
@@ -188,7 +209,7 @@ def test_a_new_process_of_a_robot_counts_its_points_from_one() -> None:
     of = faults(Kill(target="leader", point=StepPoint.AFTER_SCAN, occurrence=2))
     tell(of, "r1", formed())
     assert of.at_points("r1", [StepPoint.AFTER_SCAN], 1.0) == []
-    tell(of, "r2", LeaderSucceeded(epoch=2, before=1))
+    tell(of, "r2", StrandJoined(epoch=20_003, rank=0, members=4))
     assert of.at_points("r2", [StepPoint.AFTER_SCAN], 2.0) == []
     tell(of, "r2", RobotStarted(pid=7))
     assert of.at_points("r2", [StepPoint.AFTER_SCAN], 3.0) == []

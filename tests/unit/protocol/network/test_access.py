@@ -33,13 +33,25 @@ def test_messages_that_no_rule_allows_are_refused() -> None:
 
 
 def test_a_robot_sends_only_on_keys_with_its_own_name_as_sender() -> None:
-    says = {KEYS.link("r2", "*"), KEYS.drive("r2"), KEYS.muster("r2"), KEYS.log("r2")}
+    says = {
+        KEYS.link("r2", "*"),
+        KEYS.view("r2", "*"),
+        KEYS.drive("r2"),
+        KEYS.fence("r2"),
+        KEYS.log("r2"),
+    }
     assert allowed("r2", "ingress", "put") == says
 
 
 @pytest.mark.parametrize(("flow", "message"), [("ingress", "declare_subscriber"), ("egress", "put")])
-def test_a_robot_receives_only_keys_addressed_to_it_and_the_muster(flow: str, message: str) -> None:
-    hears = {KEYS.link("*", "r2"), KEYS.odometry("r2"), KEYS.muster("*"), KEYS.logged("r2"), KEYS.fault("r2")}
+def test_a_robot_receives_only_keys_addressed_to_it(flow: str, message: str) -> None:
+    hears = {
+        KEYS.link("*", "r2"),
+        KEYS.view("*", "r2"),
+        KEYS.odometry("r2"),
+        KEYS.logged("r2"),
+        KEYS.fault("r2"),
+    }
     assert allowed("r2", flow, message) == hears
 
 
@@ -58,9 +70,9 @@ def test_every_process_sees_all_tokens_and_declares_only_its_own(name: str) -> N
     assert allowed(name, "ingress", "liveliness_query") == every
 
 
-def test_the_world_sends_odometry_and_acknowledgements_and_receives_orders_and_logs() -> None:
+def test_the_world_sends_odometry_and_acknowledgements_and_receives_orders_puts_and_logs() -> None:
     assert allowed("world", "ingress", "put") == {KEYS.odometry("*"), KEYS.logged("*"), KEYS.fault("*")}
-    assert allowed("world", "egress", "put") == {KEYS.drive("*"), KEYS.log("*")}
+    assert allowed("world", "egress", "put") == {KEYS.drive("*"), KEYS.fence("*"), KEYS.log("*")}
 
 
 def test_the_world_answers_scan_and_mission_queries_and_sends_no_query() -> None:

@@ -137,7 +137,9 @@ async def test_a_process_that_is_cut_off_sees_no_token_and_reads_the_time_of_rem
 async def test_an_injection_is_recorded_at_a_time_when_its_rule_is_active() -> None:
     told = [Heard(KEYS.odometry("r1"), number, odometry(number - 1.0)) for number in (1, 2, 3)]
     rules = (Drop(sender=("world",), from_s=1.0), Drop(sender=("r2",), from_s=2.0))
-    transport, noted = stage(*rules, name="r1", bursts=[[*told, Heard(KEYS.muster("r2"), 1, odometry(0.0))]])
+    transport, noted = stage(
+        *rules, name="r1", bursts=[[*told, Heard(KEYS.view("r2", "r1"), 1, odometry(0.0))]]
+    )
     assert await all_arrivals(transport) == told[:1]
     assert ([each.rule for each in noted], transport.now_s) == (["drop-1", "drop-1", "drop-2"], 2.0)
 
@@ -155,8 +157,8 @@ async def test_rules_sent_by_the_world_are_active_from_then_on_and_affect_no_fau
         faults = Faults(number=number, step=0, struck=(), rules=rules, slow_s=0.0)
         return Heard(KEYS.fault("r1"), number, faults)
 
-    muster = [Heard(KEYS.muster("r2"), number, odometry(0.0)) for number in (1, 2, 3)]
-    said = [told(2, Drop(name="given-1")), muster[0], told(1), muster[1], told(3), muster[2]]
+    reports = [Heard(KEYS.view("r2", "r1"), number, odometry(0.0)) for number in (1, 2, 3)]
+    said = [told(2, Drop(name="given-1")), reports[0], told(1), reports[1], told(3), reports[2]]
     transport, noted = stage(name="r1", bursts=[[each] for each in said])
-    assert await all_arrivals(transport) == [muster[2]]
+    assert await all_arrivals(transport) == [reports[2]]
     assert [(each.rule, each.number) for each in noted] == [("given-1", 1), ("given-1", 2)]

@@ -171,3 +171,15 @@ def test_a_full_outbox_counts_refused_entries_and_leaves_no_gap() -> None:
     outbox.acknowledged(Logged(up_to=3))
     outbox.add(RouteLost(reason=""), t_s=0.0, hlc="")
     assert numbers(outbox.batch(0.0)) == [4]
+
+
+def test_an_outbox_that_is_full_in_bytes_counts_refused_entries_and_has_room_again_later() -> None:
+    outbox = Outbox(resend_s=RESEND_S, bytes_max=5_000)
+    for _ in range(4):
+        outbox.add(RouteLost(reason="x" * 2000), t_s=0.0, hlc="")
+    assert (len(outbox), outbox.lost_count) == (2, 2)
+    outbox.add(RouteLost(reason=""), t_s=0.0, hlc="")
+    assert numbers(outbox.batch(0.0)) == [1, 2, 3]
+    outbox.acknowledged(Logged(up_to=1))
+    outbox.add(RouteLost(reason="x" * 2000), t_s=0.0, hlc="")
+    assert (numbers(outbox.batch(0.0)), outbox.lost_count) == ([4], 2)

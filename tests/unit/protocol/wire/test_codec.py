@@ -12,7 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocol.errors import MessageRefusedError
-from protocol.frames import Pose
+from protocol.fence import GENERATIONS_MAX, Epoch, Fence, May
+from protocol.frames import ROBOTS_MAX, Pose
 from protocol.timeline import Entry, RouteLost
 from protocol.wire.codec import SCHEMA_VERSION, SEAL_BYTES, SIZE_MAX_BYTES, decode, encode, sealed
 from protocol.wire.messages import Ask, LogBatch, Message, Scan
@@ -219,7 +220,15 @@ def test_a_malicious_payload_is_refused_with_a_short_reason(payload: bytes) -> N
 
 def test_the_size_limit_accepts_the_largest_scan_and_no_byte_more_than_the_limit() -> None:
     pose = Pose(x_m=-1e6, y_m=1e6, heading_rad=-math.pi)
-    scan = Scan(t_s=1e9, pose=pose, ranges_m=(math.pi,) * 7200)
+    fence = Fence(
+        epoch=Epoch(generation=GENERATIONS_MAX, robot=ROBOTS_MAX, life=2**63 - 1),
+        turn=2**53,
+        may=May.STOPPED,
+        robot=ROBOTS_MAX,
+        life=2**63 - 1,
+        members=2**53,
+    )
+    scan = Scan(t_s=1e9, pose=pose, fence=fence, ranges_m=(math.pi,) * 7200)
     assert decode(encode(scan, 2**53)) == (2**53, scan)
     with pytest.raises(MessageRefusedError, match="65537 bytes"):
         decode(b"\xc0" * (SIZE_MAX_BYTES + 1))

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from protocol.errors import MessageRefusedError
+from protocol.fence import Bearing, Epoch, Fence, May
 from protocol.frames import Point, Pose
 from protocol.mission import DEADMAN_S
 from protocol.wire.messages import Drive
@@ -14,6 +15,9 @@ from world.bodies.bodies import Bodies
 from world.scenario.sections import DriveSection
 
 TICK_S = 0.02
+VIEW = Epoch(generation=3, robot=2, life=7)
+STRAND = Fence(epoch=VIEW, turn=4, may=May.ALL, robot=1, members=3)
+TURN = Fence(epoch=VIEW, turn=3, may=May.ONE, robot=1, life=11)
 HOME = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
 
 places = st.builds(lambda x_m, y_m: Point(x_m=x_m, y_m=y_m), st.floats(-2, 2), st.floats(-2, 2))
@@ -38,11 +42,26 @@ def bodies(*poses: Pose, heading_error_rad: float = 0.0) -> Bodies:
     )
 
 
+def bearing(fence: Fence, life: int = 11) -> Bearing:
+    return Bearing(epoch=fence.epoch, turn=fence.turn, life=life)
+
+
 def order(
-    target: Point | None, *, number: int = 1, basis_s: float = 0.0, speed_mps: float = 0.5, epoch: int = 1
+    target: Point | None,
+    *,
+    number: int = 1,
+    basis_s: float = 0.0,
+    speed_mps: float = 0.5,
+    bears: Bearing | None = None,
 ) -> Drive:
     return Drive(
-        number=number, basis_s=basis_s, target=target, speed_mps=speed_mps, epoch=epoch, step=0, reach_m=0.0
+        number=number,
+        basis_s=basis_s,
+        target=target,
+        speed_mps=speed_mps,
+        bearing=bearing(STRAND) if bears is None else bears,
+        step=0,
+        reach_m=0.0,
     )
 
 
@@ -52,7 +71,9 @@ def drive_on(fleet: Bodies, *, until: int = 5000, first: int = 0) -> list[float]
     for tick in range(first, first + until):
         last = fleet.orders[0]
         assert last is not None
-        fleet.hear(0, order(last.target, number=last.number, basis_s=tick * TICK_S), now_s=tick * TICK_S)
+        fleet.hear(
+            0, order(last.target, number=last.number, basis_s=tick * TICK_S), STRAND, now_s=tick * TICK_S
+        )
         if not fleet.moving[0]:
             return drove_m
         moves = fleet.tick(now_s=tick * TICK_S, tick_s=TICK_S)
@@ -66,7 +87,7 @@ def test_without_drive_error_a_body_stands_exactly_at_its_target(
     heading_rad: float, target: Point, speed_mps: float
 ) -> None:
     fleet = bodies(Pose(x_m=0.3, y_m=-0.7, heading_rad=heading_rad))
-    assert fleet.hear(0, order(target, speed_mps=speed_mps), now_s=0.0)
+    assert fleet.hear(0, order(target, speed_mps=speed_mps), STRAND, now_s=0.0)
     drive_on(fleet)
     assert fleet.place_m[0].tolist() == [target.x_m, target.y_m]
     assert fleet.finished_number == [1]
@@ -78,7 +99,7 @@ def test_a_drive_with_error_ends_within_its_bound_and_is_finished(
     heading_rad: float, target: Point, error_rad: float
 ) -> None:
     fleet = bodies(Pose(x_m=0.0, y_m=0.0, heading_rad=heading_rad), heading_error_rad=error_rad)
-    fleet.hear(0, order(target), now_s=0.0)
+    fleet.hear(0, order(target), STRAND, now_s=0.0)
     drive_on(fleet)
     miss_m = math.dist(fleet.place_m[0], (target.x_m, target.y_m))
     assert miss_m <= error_rad * math.hypot(target.x_m, target.y_m) + 1e-9
@@ -91,7 +112,7 @@ def test_a_driving_body_keeps_the_ordered_speed_except_in_its_last_tick(
     heading_rad: float, target: Point, speed_mps: float
 ) -> None:
     fleet = bodies(Pose(x_m=0.0, y_m=0.0, heading_rad=heading_rad))
-    fleet.hear(0, order(target, speed_mps=speed_mps), now_s=0.0)
+    fleet.hear(0, order(target, speed_mps=speed_mps), STRAND, now_s=0.0)
     drove_m = [way_m for way_m in drive_on(fleet) if way_m > 0.0]
     assert drove_m[:-1] == pytest.approx([speed_mps * TICK_S] * (len(drove_m) - 1))
     assert all(way_m <= speed_mps * TICK_S + 1e-12 for way_m in drove_m)
@@ -103,7 +124,7 @@ def test_a_tick_turns_or_drives_and_never_faster_than_the_turn_rate(
     heading_rad: float, target: Point
 ) -> None:
     fleet = bodies(Pose(x_m=0.0, y_m=0.0, heading_rad=heading_rad))
-    fleet.hear(0, order(target), now_s=0.0)
+    fleet.hear(0, order(target), STRAND, now_s=0.0)
     for _ in range(40):
         before_rad = float(fleet.heading_rad[0])
         moves = fleet.tick(now_s=0.0, tick_s=TICK_S)
@@ -122,7 +143,7 @@ def test_only_a_newer_number_changes_the_present_order(orders: list[tuple[int, P
     for number, target in orders:
         new = number > newest[0]
         newest = (number, target) if new else newest
-        assert fleet.hear(0, order(target, number=number), now_s=0.0) is new
+        assert fleet.hear(0, order(target, number=number), STRAND, now_s=0.0) is new
         assert fleet.orders[0] is not None
         assert (fleet.orders[0].number, fleet.orders[0].target) == newest
 
@@ -134,11 +155,11 @@ def test_a_body_that_faces_the_next_target_continues_without_stopping(bearing_ra
         return Point(x_m=distance_m * math.cos(bearing_rad), y_m=distance_m * math.sin(bearing_rad))
 
     fleet = bodies(Pose(x_m=0.0, y_m=0.0, heading_rad=bearing_rad))
-    fleet.hear(0, order(ahead(0.5)), now_s=0.0)
+    fleet.hear(0, order(ahead(0.5)), STRAND, now_s=0.0)
     drove_m = []
     for tick in range(100):
         if tick == 40:
-            fleet.hear(0, order(ahead(1.0), number=2), now_s=0.0)
+            fleet.hear(0, order(ahead(1.0), number=2), STRAND, now_s=0.0)
         moves = fleet.tick(now_s=0.0, tick_s=TICK_S)
         drove_m.append(math.dist(moves.starts_m[0], moves.ends_m[0]))
     assert drove_m == pytest.approx([0.01] * 100)
@@ -147,12 +168,12 @@ def test_a_body_that_faces_the_next_target_continues_without_stopping(bearing_ra
 
 def test_the_same_target_again_draws_no_new_drive_error() -> None:
     fleet = bodies(HOME, heading_error_rad=0.1)
-    fleet.hear(0, order(Point(x_m=1.0, y_m=1.0)), now_s=0.0)
+    fleet.hear(0, order(Point(x_m=1.0, y_m=1.0)), STRAND, now_s=0.0)
     for tick in range(100):
-        fleet.hear(0, order(Point(x_m=1.0, y_m=1.0), number=tick + 2), now_s=0.0)
+        fleet.hear(0, order(Point(x_m=1.0, y_m=1.0), number=tick + 2), STRAND, now_s=0.0)
         fleet.tick(now_s=0.0, tick_s=TICK_S)
     alone = bodies(HOME, heading_error_rad=0.1)
-    alone.hear(0, order(Point(x_m=1.0, y_m=1.0)), now_s=0.0)
+    alone.hear(0, order(Point(x_m=1.0, y_m=1.0)), STRAND, now_s=0.0)
     for _ in range(100):
         alone.tick(now_s=0.0, tick_s=TICK_S)
     assert fleet.pose(0) == alone.pose(0)
@@ -161,22 +182,22 @@ def test_the_same_target_again_draws_no_new_drive_error() -> None:
 def test_a_body_stops_once_when_its_robot_is_silent_and_continues_when_it_sends() -> None:
     fleet = bodies(HOME)
     far = Point(x_m=4.0, y_m=0.0)
-    fleet.hear(0, order(far), now_s=0.0)
+    fleet.hear(0, order(far), STRAND, now_s=0.0)
     stopped_s = [
         tick * TICK_S for tick in range(100) if fleet.tick(now_s=tick * TICK_S, tick_s=TICK_S).stopped
     ]
     assert stopped_s == [pytest.approx(DEADMAN_S + TICK_S)]
     stood_m = fleet.place_m.copy()
     assert not fleet.moving[0]
-    assert not fleet.hear(0, order(far, basis_s=2.0), now_s=2.0)
+    assert not fleet.hear(0, order(far, basis_s=2.0), STRAND, now_s=2.0)
     fleet.tick(now_s=2.0, tick_s=TICK_S)
     assert fleet.place_m[0, 0] == pytest.approx(stood_m[0, 0] + 0.01)
 
 
 def test_an_order_without_a_target_stops_the_body_and_is_finished_at_once() -> None:
     fleet = bodies(HOME)
-    fleet.hear(0, order(Point(x_m=4.0, y_m=0.0)), now_s=0.0)
-    fleet.hear(0, order(None, number=2, speed_mps=0.0), now_s=0.0)
+    fleet.hear(0, order(Point(x_m=4.0, y_m=0.0)), STRAND, now_s=0.0)
+    fleet.hear(0, order(None, number=2, speed_mps=0.0), STRAND, now_s=0.0)
     fleet.tick(now_s=0.0, tick_s=TICK_S)
     assert fleet.place_m.tolist() == [[0.0, 0.0]]
     assert fleet.finished_number == [2]
@@ -185,18 +206,18 @@ def test_an_order_without_a_target_stops_the_body_and_is_finished_at_once() -> N
 @pytest.mark.parametrize(
     ("drive", "why"),
     [
-        (order(Point(x_m=1.0, y_m=0.0), number=9, basis_s=3.9, epoch=2), "void"),
-        (order(Point(x_m=1.0, y_m=0.0), number=9, basis_s=5.1, epoch=2), "void"),
-        (order(Point(x_m=1.0, y_m=0.0), number=9, basis_s=5.0, epoch=1), "epoch 1 is over"),
-        (order(Point(x_m=1.0, y_m=0.0), number=9, basis_s=5.0, epoch=2, speed_mps=0.05), "speed"),
-        (order(Point(x_m=1.0, y_m=0.0), number=9, basis_s=5.0, epoch=2, speed_mps=1.0), "speed"),
+        (order(Point(x_m=1.0, y_m=0.0), number=9, basis_s=3.9), "void"),
+        (order(Point(x_m=1.0, y_m=0.0), number=9, basis_s=5.1), "void"),
+        (order(Point(x_m=1.0, y_m=0.0), number=9, basis_s=5.0, bears=bearing(TURN)), "bears .* turn 3"),
+        (order(Point(x_m=1.0, y_m=0.0), number=9, basis_s=5.0, speed_mps=0.05), "speed"),
+        (order(Point(x_m=1.0, y_m=0.0), number=9, basis_s=5.0, speed_mps=1.0), "speed"),
     ],
 )
 def test_void_orders_change_nothing_and_do_not_keep_the_body_awake(drive: Drive, why: str) -> None:
     fleet = bodies(HOME)
-    fleet.hear(0, order(None, epoch=2, basis_s=4.5), now_s=4.5)
+    fleet.hear(0, order(None, basis_s=4.5), STRAND, now_s=4.5)
     with pytest.raises(MessageRefusedError, match=why):
-        fleet.hear(0, drive, now_s=5.0)
+        fleet.hear(0, drive, STRAND, now_s=5.0)
     assert fleet.orders[0] is not None
     assert fleet.orders[0].number == 1
     assert fleet.basis_s(0) == 4.5
@@ -204,7 +225,7 @@ def test_void_orders_change_nothing_and_do_not_keep_the_body_awake(drive: Drive,
 
 def test_the_dead_man_time_counts_from_the_basis_and_not_from_the_arrival_of_an_order() -> None:
     fleet = bodies(HOME)
-    fleet.hear(0, order(Point(x_m=4.0, y_m=0.0), basis_s=0.0), now_s=0.9)
+    fleet.hear(0, order(Point(x_m=4.0, y_m=0.0), basis_s=0.0), STRAND, now_s=0.9)
     stopped_s = [
         tick * TICK_S for tick in range(45, 100) if fleet.tick(now_s=tick * TICK_S, tick_s=TICK_S).stopped
     ]
@@ -214,26 +235,93 @@ def test_the_dead_man_time_counts_from_the_basis_and_not_from_the_arrival_of_an_
 def test_an_older_order_that_arrives_late_does_not_keep_the_body_moving() -> None:
     fleet = bodies(HOME)
     far = Point(x_m=4.0, y_m=0.0)
-    fleet.hear(0, order(far, number=2, basis_s=0.0), now_s=0.0)
-    assert not fleet.hear(0, order(far, number=1, basis_s=0.8), now_s=0.8)
-    assert not fleet.hear(0, order(far, number=0, basis_s=1.0), now_s=1.0)
+    fleet.hear(0, order(far, number=2, basis_s=0.0), STRAND, now_s=0.0)
+    assert not fleet.hear(0, order(far, number=1, basis_s=0.8), STRAND, now_s=0.8)
+    assert not fleet.hear(0, order(far, number=0, basis_s=1.0), STRAND, now_s=1.0)
     assert fleet.basis_s(0) == 0.0
 
 
-def test_an_order_to_stand_is_never_void_and_does_not_lower_the_epoch() -> None:
+# --- the fence (F1) -------------------------------------------------------------------------------
+
+FAR = Point(x_m=4.0, y_m=0.0)
+
+
+def test_an_order_to_stand_bears_no_fence_and_is_always_obeyed() -> None:
     fleet = bodies(HOME)
-    far = Point(x_m=4.0, y_m=0.0)
-    fleet.hear(0, order(far, number=1, epoch=5), now_s=0.0)
-    assert fleet.hear(0, order(None, number=2, epoch=0), now_s=0.0)
+    fleet.hear(0, order(FAR), STRAND, now_s=0.0)
+    assert fleet.hear(0, order(None, number=2, bears=Bearing()), STRAND, now_s=0.0)
     assert not fleet.moving[0]
-    assert (fleet.ordered(0), fleet.finished_number[0]) == (2, 2)
-    with pytest.raises(MessageRefusedError, match="epoch 4 is over, now 5"):
-        fleet.hear(0, order(far, number=3, epoch=4), now_s=0.0)
+    assert (fleet.ordered[0], fleet.finished_number[0]) == (2, 2)
+    stopped = Fence(epoch=VIEW.next(0, 0), may=May.STOPPED)
+    assert fleet.hear(0, order(None, number=3, bears=Bearing()), stopped, now_s=0.0)
+
+
+@pytest.mark.parametrize(
+    ("bears", "fence"),
+    [
+        (bearing(replace(STRAND, turn=3)), STRAND),
+        (bearing(replace(STRAND, turn=5)), STRAND),
+        (bearing(replace(STRAND, epoch=replace(VIEW, generation=2))), STRAND),
+        (bearing(replace(STRAND, epoch=replace(VIEW, robot=3))), STRAND),
+        (bearing(replace(STRAND, epoch=replace(VIEW, life=8))), STRAND),
+        (Bearing(), Fence()),
+        (bearing(TURN, life=12), TURN),
+        (bearing(TURN), replace(TURN, robot=2)),
+        (bearing(TURN), replace(TURN, may=May.NOBODY, robot=0, life=0)),
+        (bearing(TURN), replace(TURN, may=May.STOPPED)),
+    ],
+)
+def test_a_body_drives_only_by_an_order_that_bears_exactly_its_fence_which_names_the_robot(
+    bears: Bearing, fence: Fence
+) -> None:
+    fleet = bodies(HOME)
+    with pytest.raises(MessageRefusedError, match="order 1 is void: it bears"):
+        fleet.hear(0, order(FAR, bears=bears), fence, now_s=0.0)
+    assert fleet.ordered[0] == 0
+    assert not fleet.moving[0]
+
+
+def test_the_robot_that_a_turn_names_drives_and_no_other() -> None:
+    fleet = bodies(HOME, HOME)
+    assert fleet.hear(0, order(FAR, bears=bearing(TURN)), TURN, now_s=0.0)
+    with pytest.raises(MessageRefusedError, match="robot 1 may move"):
+        fleet.hear(1, order(FAR, bears=bearing(TURN)), TURN, now_s=0.0)
+    assert fleet.moving.tolist() == [True, False]
+
+
+def test_a_dropped_order_is_neither_finished_nor_confirmed_by_its_repetition() -> None:
+    fleet = bodies(HOME)
+    fleet.hear(0, order(FAR, number=7, bears=bearing(TURN)), TURN, now_s=0.0)
+    fleet.tick(now_s=0.0, tick_s=TICK_S)
+    stood_m = fleet.place_m.copy()
+    fleet.stand()  # as the fence changes
+    assert (fleet.ordered[0], fleet.finished_number[0]) == (7, 0)
+    with pytest.raises(MessageRefusedError, match="void"):
+        fleet.hear(0, order(FAR, number=7, bears=bearing(TURN), basis_s=0.1), STRAND, now_s=0.1)
+    assert not fleet.hear(0, order(FAR, number=7, basis_s=0.2), STRAND, now_s=0.2)
+    moves = fleet.tick(now_s=0.2, tick_s=TICK_S)
+    assert moves.ends_m.tolist() == stood_m.tolist()
+    assert moves.finished == []
+    assert fleet.hear(0, order(FAR, number=8, basis_s=0.2), STRAND, now_s=0.2)
+    assert fleet.moving[0]
+
+
+def test_an_order_of_another_fence_does_not_confirm_one_that_the_dead_man_stop_holds() -> None:
+    fleet = bodies(HOME)
+    fleet.hear(0, order(FAR), STRAND, now_s=0.0)
+    for tick in range(100):
+        fleet.tick(now_s=tick * TICK_S, tick_s=TICK_S)
+    for target in (FAR, None):
+        with pytest.raises(MessageRefusedError, match="void"):
+            fleet.hear(0, order(target, bears=bearing(TURN), basis_s=2.0), STRAND, now_s=2.0)
+        assert not fleet.moving[0]
+    assert not fleet.hear(0, order(FAR, basis_s=2.0), STRAND, now_s=2.0)
+    assert fleet.moving[0]
 
 
 def test_each_body_obeys_only_its_own_robot() -> None:
     fleet = bodies(HOME, Pose(x_m=0.0, y_m=1.0, heading_rad=0.0), Pose(x_m=0.0, y_m=2.0, heading_rad=0.0))
-    fleet.hear(1, order(Point(x_m=1.0, y_m=1.0)), now_s=0.0)
+    fleet.hear(1, order(Point(x_m=1.0, y_m=1.0)), STRAND, now_s=0.0)
     moves = fleet.tick(now_s=0.0, tick_s=TICK_S)
     assert moves.ends_m.tolist() == [[0.0, 0.0], [0.01, 1.0], [0.0, 2.0]]
     assert moves.veered.tolist() == [False, True, False]
@@ -262,7 +350,7 @@ def test_coast_equals_tick_to_the_last_bit(
             until_s = None if good_s is None else now_s + good_s / (1 + max(tick - at, 0))
             given = replace(order(target, number=number, basis_s=now_s), until_s=until_s)
             for fleet in fleets if tick - at in (0, 15, 30, 100) else ():  # silent for a long time in between
-                fleet.hear(body, given, now_s=now_s)
+                fleet.hear(body, given, STRAND, now_s=now_s)
         moves = ticking.tick(now_s=now_s, tick_s=TICK_S)
         if coasting.coast(now_s=now_s, tick_s=TICK_S):
             coasted += 1

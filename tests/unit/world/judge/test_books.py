@@ -2,8 +2,6 @@ from protocol.timeline import Entry, FaultInjected
 from world.judge.books import Account, Messages, balance
 from world.judge.tally import Tally
 
-ROBOTS = [1, 2, 3]
-
 
 def account(
     sent: dict[str, int] | None = None,
@@ -39,15 +37,15 @@ def test_a_lost_message_is_unaccounted_even_when_it_was_the_last() -> None:
 
 
 def test_messages_removed_by_a_fault_plan_are_accounted_for_by_fault() -> None:
-    link, muster = "link/r1/r2", "muster/r1"
+    link, view = "link/r1/r2", "view/r1/r3"
     messages = books(
-        r1=account(sent={link: 9, muster: 2}),
+        r1=account(sent={link: 9, view: 4}),
         r2=account(
-            received={link: 5, muster: 2},
-            newest={link: 9, muster: 2},
+            received={link: 5},
+            newest={link: 9},
             injected={"drop": {link: 2}, "corrupt": {link: 1}},
         ),
-        r3=account(newest={muster: 2}, injected={"drop": {muster: 2}}),
+        r3=account(received={view: 2}, newest={view: 4}, injected={"drop": {view: 2}}),
     )
     assert (messages.sent, messages.received, messages.unaccounted) == (13, 7, 1)
     assert messages.injected == {"corrupt": 1, "drop": 4}
@@ -70,12 +68,20 @@ def test_keys_whose_messages_were_all_removed_are_in_the_books() -> None:
     assert (messages.sent, messages.received, messages.unaccounted) == (3, 0, 0)
 
 
-def test_a_muster_is_received_by_every_other_robot() -> None:
-    muster = "muster/r1"
+def test_messages_of_views_and_to_the_fence_are_in_the_books() -> None:
+    view, fence = "view/r1/r3", "body/fence/r1"
     messages = books(
-        r1=account(sent={muster: 2}), r2=account(received={muster: 2}), r3=account(received={muster: 1})
+        r1=account(sent={view: 2, fence: 5}),
+        r3=account(received={view: 1}),
+        world=account(received={fence: 3}),
     )
-    assert (messages.sent, messages.received, messages.unaccounted) == (4, 3, 1)
+    assert (messages.sent, messages.received, messages.unaccounted) == (7, 4, 3)
+
+
+def test_what_the_operator_puts_is_in_no_book() -> None:
+    stop = "body/fence/0"
+    messages = books(world=account(received={stop: 2}, newest={stop: 2}))
+    assert (messages.sent, messages.received, messages.left_out) == (0, 0, ())
 
 
 def test_odometry_sent_after_a_robot_counted_is_in_no_book() -> None:
@@ -100,9 +106,7 @@ def test_removed_messages_of_omitted_books_are_counted_separately() -> None:
     assert (dead.injected, dead.injected_left_out) == ({}, {"corrupt": 2, "drop": 5})
     assert dead.left_out == (f"{drive} > world", f"{link} > r2")
     counted = account(newest={link: 4}, injected={"drop": {link: 4}})
-    alive = balance(
-        {"r1": account(sent={link: 4}), "r2": counted}, removed={(link, "r2"): {"drop": 4}}
-    )
+    alive = balance({"r1": account(sent={link: 4}), "r2": counted}, removed={(link, "r2"): {"drop": 4}})
     assert (alive.injected, alive.injected_left_out) == ({"drop": 4}, {})
 
 

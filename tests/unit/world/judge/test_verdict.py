@@ -8,7 +8,6 @@ from protocol.timeline import (
     Entry,
     FaultInjected,
     GoalReached,
-    OrderAccepted,
     PromiseBroken,
     Record,
     RobotArrived,
@@ -18,6 +17,7 @@ from protocol.timeline import (
     StepFinished,
 )
 from tests.support.scenes.world_scenarios import scenario
+from tests.support.strands import ordered
 from world.judge.books import Messages
 from world.judge.ending import Ending
 from world.judge.judgement import Breach, Judgement
@@ -162,7 +162,7 @@ def test_every_scan_is_one_planning_event_with_any_number_of_revolutions() -> No
 
 
 def test_the_table_is_measured_at_the_leaders_switching_positions() -> None:
-    began = OrderAccepted(robot=1, number=1, epoch=1, step=1, x_m=0.0, y_m=0.6, target=None, reach_m=0.0)
+    began = ordered(1, epoch=1, step=1, y_m=0.6)
     finished = StepFinished(robot=1, step=1, x_m=1.0, y_m=-1.0, clearance_m=None)
     positions = tally_of([("world", 0.0, began), ("world", 1.0, finished)]).switching_positions
     first, second = measure(scenario(), positions)

@@ -12,15 +12,16 @@ from hypothesis import strategies as st
 
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
+from protocol.fence import NUMBERS, Cause, Fence, May, Raise, Release, Stop, Turn
 from protocol.frames import Point
 from protocol.timeline import (
     Entry,
+    FenceChanged,
     OrderFinished,
     PoseSampled,
     RobotArrived,
     RobotStarted,
     RunEnded,
-    StepFinished,
     TrafficCounted,
     WorldResumed,
 )
@@ -28,7 +29,7 @@ from protocol.wire.messages import Odometry, Phase
 from tests.support.logs.logs import AT_REST, HEADER, numbered, recorded
 from tests.support.processes.fleets import Fleet, clew
 from tests.support.scenes.world_scenarios import scenario
-from tests.support.stages.world_stage import Stage
+from tests.support.stages.world_stage import Stage, life_of
 from world.attendance import SILENCE_S
 from world.bodies.arena import TICK_S
 from world.events import ScanAsked, StopAsked, TokenCame
@@ -90,7 +91,7 @@ def test_the_log_of_both_worlds_has_no_violation_and_no_body_jumps(ticks: int, a
     stage.tick(3 * SECOND)
     judgement = judge(stage.world.scenario, stage.lines)
     assert judgement.breaches == ()
-    assert judgement.path_m == pytest.approx(1.0, abs=1e-6)  # to the target, without driving any part twice
+    assert judgement.path_m == pytest.approx(stage.world.bodies.pose(0).x_m)  # no part is driven twice
 
 
 def test_time_continues_after_a_long_quiet_period() -> None:
@@ -100,16 +101,50 @@ def test_time_continues_after_a_long_quiet_period() -> None:
     assert first_told(before.resumed()).t_s > told(before).t_s
 
 
-def test_bodies_stand_until_their_robot_confirms_its_order_and_then_continue() -> None:
-    stage = led(ticks=SECOND).resumed()
+def test_a_resumed_world_raises_the_fence_before_it_obeys_or_tells_anything() -> None:
+    before = led(ticks=SECOND)
+    stage = before.resumed()
+    (changed,) = [each for each in stage.records if isinstance(each, FenceChanged)]
+    assert (changed.cause, changed.epoch, changed.may) == (Cause.WORLD_RESTARTED, 2 * NUMBERS, May.NOBODY)
+    assert stage.odometry == {1: [], 2: []}
+    now = first_told(stage)
+    assert now.fence.epoch == before.fence.epoch.next(0, 0)
+    assert now.n > told(before).n
+
+
+def test_an_order_from_before_the_restart_drives_no_body_however_often_it_is_repeated() -> None:  # V7, V15
+    before = led(ticks=SECOND)
+    old = before.bearing(1)
+    stage = before.resumed()
+    stage.tick(awake=False)
+    refused = stage.order(1, FAR, step=1, bearing=old)  # the one in hand, by its number
+    assert [type(each).__name__ for each in refused] == ["OrderRefused"]
     stage.tick(2 * SECOND, awake=False)
-    stood_m = told(stage).pose.x_m
-    assert not told(stage).moving
-    assert 0.4 < stood_m < 0.6
-    stage.order(1, FAR, step=1)  # the same one, by its number
+    assert told(stage).pose.x_m == pytest.approx(0.5, abs=0.1)
+    assert (told(stage).finished, told(stage).moving) == (0, False)
+    stage.form()
+    stage.order(1, FAR, number=2, step=1)
     stage.tick(2 * SECOND)
     assert told(stage).pose.x_m == pytest.approx(1.0)
-    assert told(stage).finished == 1
+    assert told(stage).finished == 2
+
+
+def test_puts_from_before_the_restart_change_nothing() -> None:
+    before = Stage(scenario())
+    before.begin()
+    epoch = before.fence.epoch.next(2, life_of(2))
+    before.put(2, Raise(epoch=epoch, cause=Cause.NEIGHBOUR_LOST))
+    stage = before.resumed()
+    late = Turn(fence=Fence(epoch=epoch, turn=1, may=May.ALL, robot=2, members=2))
+    assert stage.put(2, late) == []
+
+
+def test_a_fleet_that_was_stopped_stays_stopped() -> None:
+    before = led(ticks=SECOND)
+    before.put(0, Stop())
+    stage = before.resumed().resumed()
+    assert (stage.fence.may, stage.fence.epoch.generation) == (May.STOPPED, 4)
+    assert stage.put(0, Release(generation=4)) != []
 
 
 def test_a_finished_order_is_not_driven_again() -> None:
@@ -130,23 +165,6 @@ def test_a_place_known_only_from_a_scan_is_sampled_with_the_time_of_the_scan() -
     ]
     assert times_s[0] == (shown_s, shown.x_m)
     assert [x_m for _, x_m in times_s] == [shown.x_m] * 2
-
-
-def test_an_order_of_an_epoch_that_is_over_stays_void() -> None:
-    stage = led(ticks=SECOND).resumed()
-    stage.tick(awake=False)
-    assert stage.world.bodies.orders[0] is not None
-    (refused,) = stage.order(1, FAR, number=2, epoch=0)
-    assert type(refused).__name__ == "OrderRefused"
-
-
-def test_a_step_is_measured_as_a_whole() -> None:
-    whole, stage = led(ticks=4 * SECOND), led(ticks=SECOND).resumed()
-    stage.tick(4 * SECOND)
-    finished = [
-        [each.clearance_m for each in one.records if isinstance(each, StepFinished)] for one in (whole, stage)
-    ]
-    assert finished[0] == pytest.approx(finished[1], abs=1e-6)
 
 
 # --- restored state -------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Schedules of an adversary in which bodies might move under two calls at once."""
+"""Schedules of an adversary in which bodies might move in two views at once."""
 
 from pathlib import Path
 
@@ -7,7 +7,9 @@ import pytest
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Delay, Drop, Kill, Partition, Restart, Rule
+from protocol.timeline import FenceChanged, ViewProposed
 from tests.support.campaigns import scene
+from world.judge.ending import Ending
 from world.judge.judgement import judge
 from world.scenario.scenario import load
 
@@ -47,7 +49,34 @@ SCHEDULES: dict[str, tuple[Rule, ...]] = {
 
 
 @pytest.mark.parametrize("schedule", SCHEDULES)
-def test_bodies_never_move_under_two_calls_and_no_invariant_breaks(tmp_path: Path, schedule: str) -> None:
+def test_bodies_never_move_in_two_views_and_no_invariant_breaks(tmp_path: Path, schedule: str) -> None:
     rehearsal = rehearsed(tmp_path, *SCHEDULES[schedule])
     judgement = judge(rehearsal.world.scenario, rehearsal.entries)
     assert judgement.breaches == (), schedule
+
+
+def late_raises(least_s: float, most_s: float) -> Delay:
+    return Delay(until_s=6.0, kinds=("raise",), delay_s_min=least_s, delay_s_max=most_s)
+
+
+@pytest.mark.parametrize(
+    ("rule", "seed", "fences"),
+    [
+        # The greater number arrives second, while nobody has had a turn yet: it replaces the other.
+        (late_raises(0.3, 0.5), 1, [(10_001, 0), (10_004, 0), (10_004, 1)]),
+        # Greater numbers arrive when the strand of the first one may drive already: they change nothing.
+        (late_raises(0.5, 0.9), 1, [(10_001, 0), (10_001, 1)]),
+        (late_raises(0.5, 0.9), 2, [(10_003, 0), (10_003, 1)]),
+    ],
+)
+def test_of_several_raises_of_one_generation_one_is_coordinated_and_the_fleet_arrives(
+    tmp_path: Path, rule: Delay, seed: int, fences: list[tuple[int, int]]
+) -> None:
+    rehearsal = rehearsed(tmp_path, rule, seed=seed)
+    records = [entry.record for _, entry in rehearsal.entries]
+    proposed = [record.epoch for record in records if isinstance(record, ViewProposed)]
+    assert len(set(proposed)) == len(proposed) > 2
+    changes = [(record.epoch, record.turn) for record in records if isinstance(record, FenceChanged)]
+    assert changes == fences
+    assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
+    assert rehearsal.world.ending is Ending.ARRIVED
