@@ -14,7 +14,7 @@ from agents.commands import Command, Order
 from agents.events import Event, LinkHeard, OdometryHeard, ScanHeard, TokenCame, TokenWent, ViewHeard
 from agents.membership.membership import Membership
 from agents.membership.states import State
-from protocol.fence import Life
+from protocol.fence import Fence, Life
 from protocol.mission import Mission
 
 
@@ -30,6 +30,21 @@ class Robot:
     def state(self) -> State:
         """What it does in the present view."""
         return self._membership.state
+
+    @property
+    def fence(self) -> Fence:
+        """The fence that its odometry tells."""
+        return self._membership.fence
+
+    @property
+    def coordinates(self) -> bool:
+        """Whether it coordinates the present view."""
+        return self._membership.coordinator is not None
+
+    @property
+    def leads(self) -> bool:
+        """Whether it is the first of the strand."""
+        return self._membership.member is not None and self._membership.member.leads
 
     def handle(self, event: Event, now_s: float) -> list[Command]:
         """Take in what happened; returns what is to be done, in order."""

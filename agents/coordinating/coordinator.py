@@ -49,8 +49,7 @@ class Coordinator:
         self._timing = timing
         self._suspicion = suspicion
         self._agreement = Agreement(robot, epoch, intent, mission.goal is None)
-        self._first = intent.cause is Cause.START
-        self._keeps = intent.cause is not Cause.BLOCKED
+        self._cause = intent.cause
         self._began_s = self._moved_s = self._looked_s = now_s
         self._questions = Questions(mission, timing)
         self.phase = Phase.GATHERING
@@ -135,7 +134,14 @@ class Coordinator:
         """Begin a draft, or begin it again with those that are in place."""
         if self._draft is None:
             led = self._agreement.counters(self._reports).led_in_vain
-            self._draft = Draft(self._mission, self._timing, keeps=self._keeps, first=self._first, led=led)
+            self._draft = Draft(
+                self._mission,
+                self._timing,
+                keeps=self._cause is not Cause.BLOCKED,
+                first=self._cause is Cause.START,
+                lets_in=self._cause is Cause.PLEA,
+                led=led,
+            )
         self._enter(Phase.LOOKING)
         if self._mission.goal is None:
             self._draft.order = ()

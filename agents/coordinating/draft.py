@@ -8,10 +8,12 @@ Rule 3: where nobody finds a way, the last in place makes way, once: it gives it
         after the others. A leader that stands alone takes one step to where others can come.
 Rule 4: where that is in vain, others lead, the nearest to the goal first, so many at most; at once, if all
         robots are there and the one that would lead stands in front and finds no way. Then those in place go
-        on without the others. They do at once if they are more than half and nobody is nearer to the goal, or
-        if their leader has arrived; and when others have been tried for long.
+        on without the others. They do at once if they are several and nobody is nearer to the goal, and
+        when others have been tried for long.
 Rule 5: robots that are left out and were there lately may stand in the way, and come back: they are waited
         for before anybody makes way, and for longer before the strand goes on.
+Rule 6: rules 3 to 5 do not hold for a robot that asks a strand to let it in: where it finds no way, the
+        strand goes on as it was.
 """
 
 from collections.abc import Callable, Collection, Mapping
@@ -71,6 +73,8 @@ class Draft:
     """Whether places in former strands count; not where a strand has dissolved."""
     first: bool
     """Whether it is the first view of the run."""
+    lets_in: bool
+    """Whether the view is for a robot that asks to be let in (rule 6)."""
     led: tuple[int, ...] = ()
     """Who has led in vain, in this view or since the last step."""
     order: tuple[int, ...] = ()
@@ -138,7 +142,7 @@ class Draft:
         self.strand.append(robot)
 
     def next(self, reports: Mapping[int, Report], now_s: float, *, others_may_come_back: bool) -> Next:
-        """Rules 2 to 5."""
+        """Rules 2 to 6."""
         waiting = [robot for robot in sorted(reports) if robot not in self.strand]
         if not waiting:
             return Done()
@@ -149,6 +153,8 @@ class Draft:
             places = places_of(reports)
             off_m = np.hypot(*(positions(places, free) - positions(places, self.strand[-1:])).T)
             return Give(free[int(np.argmin(off_m))])
+        if self.lets_in and self._stayed and set(self._stayed) <= set(self.strand):
+            return Done()
         return self._give_up(reports, waiting, now_s, others_may_come_back=others_may_come_back)
 
     def _give_up(
@@ -173,9 +179,7 @@ class Draft:
             return self._make_way()
         goal = self.mission.goal
         leads_best = goal is not None and nearest_to(goal, places) == self.strand[0]
-        many = 2 * len(self.strand) > len(reports)
-        has_arrived = reports[self.strand[0]].arrived
-        if self._is_last_try or has_arrived or (leads_best and many):
+        if self._is_last_try or (leads_best and len(self.strand) > 1):
             return Done()
         tried_s = now_s - self._stuck_at_s
         if tried_s <= self.timing.tries_s and self._may_try_another(places):

@@ -69,6 +69,11 @@ class Membership:
         self._pleaded_s = -float("inf")
         self._own_number = 0
 
+    @property
+    def fence(self) -> Fence:
+        """The fence that its odometry tells."""
+        return self._fence
+
     # --- rule 1 -------------------------------------------------------------------------------------
 
     def enter(self, now_s: float) -> list[Command]:

@@ -152,8 +152,8 @@ class Proposing:
                     self._suspicion.blame(neighbour, now_s)
                 silent_s = link.silent_s(now_s)
                 return [Note(LinkBroken(neighbour=neighbour, cause=why, silent_s=silent_s))]
-            case Reason(Cause.PLEA, about=int(robot)):
-                self._pleas.let_in(robot, now_s)
+            case Reason(Cause.PLEA):
+                self._pleas.let_in(now_s)
             case _:
                 pass
         return []
