@@ -2,7 +2,7 @@
 
 from msgspec import Struct
 
-from protocol.fence import Change
+from protocol.fence import Raise, Turn
 from protocol.timeline import Record
 from protocol.wire.messages import AheadState, BehindState, Drive
 from protocol.wire.view import ViewMessage
@@ -18,7 +18,7 @@ class Say(Struct, frozen=True):
 class Put(Struct, frozen=True):
     """Ask the register to change the fence."""
 
-    change: Change
+    change: Raise | Turn
 
 
 class Tell(Struct, frozen=True):
