@@ -14,7 +14,7 @@ from agents.commands import Command, Order
 from agents.events import Event, LinkHeard, OdometryHeard, ScanHeard, TokenCame, TokenWent, ViewHeard
 from agents.membership.membership import Membership
 from agents.membership.states import State
-from protocol.fence import Life
+from protocol.fence import Fence, Life
 from protocol.mission import Mission
 
 
@@ -31,33 +31,48 @@ class Robot:
         """What it does in the present view."""
         return self._membership.state
 
+    @property
+    def fence(self) -> Fence:
+        """The fence that its odometry tells."""
+        return self._membership.fence
+
+    @property
+    def coordinates(self) -> bool:
+        """Whether it coordinates the present view."""
+        return self._membership.coordinator is not None
+
+    @property
+    def leads(self) -> bool:
+        """Whether it is the first of the strand."""
+        return self._membership.member is not None and self._membership.member.leads
+
     def handle(self, event: Event, now_s: float) -> list[Command]:
         """Take in what happened; returns what is to be done, in order."""
-        membership, presence = self._membership, self._membership.suspicion.presence
         before = self._driver.drive
-        commands: list[Command] = []
-        is_new = False
+        is_new = isinstance(event, OdometryHeard) and self._driver.hear(event.odometry)
+        commands = self._take_in(event, now_s, is_new=is_new)
+        if not self._driver.awake:
+            return commands
+        commands += self._membership.act(now_s)
+        if is_new or self._driver.drive != before:
+            commands.append(Order(self._driver.drive))
+        return commands
+
+    def _take_in(self, event: Event, now_s: float, *, is_new: bool) -> list[Command]:
+        membership, presence = self._membership, self._membership.suspicion.presence
         match event:
-            case OdometryHeard(odometry):
-                is_new = self._driver.hear(odometry)
-                if is_new:
-                    commands += membership.enter(now_s)
+            case OdometryHeard():
+                return membership.enter(now_s) if is_new else []
             case ScanHeard(scan):
                 self._senses.hear(scan)
             case ViewHeard(robot, number, said):
-                commands += membership.hear(robot, number, said, now_s)
+                return membership.hear(robot, number, said, now_s)
             case LinkHeard():
-                if membership.member is not None:
-                    commands += membership.member.hear(event, now_s)
+                return membership.hear_link(event, now_s)
             case TokenCame(robot, incarnation):
                 presence.come(robot, incarnation, now_s)
             case TokenWent(robot, incarnation):
                 presence.go(robot, incarnation, now_s)
             case _:
                 assert_never(event)
-        if not self._driver.awake:
-            return commands
-        commands += membership.act(now_s)
-        if is_new or self._driver.drive != before:
-            commands.append(Order(self._driver.drive))
-        return commands
+        return []

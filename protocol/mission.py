@@ -86,7 +86,7 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
 
     @property
     def leg_m_max(self) -> float:
-        """The longest way between two robots when a strand forms: what a robot sees, and may lag behind."""
+        """The longest way between neighbours in a strand that forms: what a robot sees, and may lag."""
         return min(self.link_length_m_max, self.range_m_max)
 
     def blind_per_range_in(self, rays: int) -> float:

@@ -63,7 +63,7 @@ from world.scenario.scenario import Scenario
 MUSTER_WALL_S = 10.0
 LAST_WORDS_WALL_S = 2.0
 HEAL_S_MAX = 60.0
-STRANDED_S = 30.0  # by then a coordinator has taken in again whom something let through
+STRANDED_S = 15.0  # by then the leader has let the others in three times: after 2, 4 and 8 s
 SEEN_LIVE = {"S1", "S2"}  # recorded at the moment of the violation
 ROUTER_PATIENCE_WALL_S = 10.0
 ROBOTS_PATIENCE_WALL_S = 10.0  # a cut between world and robots looks like the death of all robots

@@ -4,68 +4,29 @@ Rule 1: it puts the next turn only when its own odometry has told this one, and 
 Rule 2: a formation is made once, from places that each were read from an odometry of a later turn than the
         last one that was put for that robot. After that it puts nothing but ALL.
 Rule 3: a robot that is lost before that is dropped, and the draft begins again with those in place.
-Rule 4: it goes by phases; `PHASES` says which may follow which.
+Rule 4: it goes by phases (`agents.coordinating.phases`).
 """
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from enum import StrEnum
-from types import MappingProxyType
+from collections.abc import Iterator
 
-from msgspec.structs import replace as changed
-
-from agents.commands import Command, Note, Put, Say
+from agents.commands import Command, Note, Say
+from agents.coordinating.agreeing import Agreement, Intent, newest_map
 from agents.coordinating.draft import Begin, Done, Draft, Give, places_of
-from agents.coordinating.formation import Plan, lay_path
+from agents.coordinating.formation import Plan
 from agents.coordinating.legs import line_of
 from agents.coordinating.order import positions
+from agents.coordinating.phases import PHASES, Phase
 from agents.coordinating.questions import Questions, points
-from agents.coordinating.turnabout import turned_round
-from agents.due import is_due
+from agents.coordinating.turns import Turns
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
-from agents.strand.wish import Turnabout
-from protocol.fence import Cause, Epoch, Fence, May, Turn
+from protocol.fence import Cause, Epoch, Fence, May
 from protocol.mission import Mission
-from protocol.path import Path
 from protocol.timeline import RobotStranded
 from protocol.wire.messages import Odometry
-from protocol.wire.view import Answer, Counters, Join, Report
+from protocol.wire.view import Answer, Join, Report
 
-
-class Phase(StrEnum):
-    """What the coordinator waits for."""
-
-    GATHERING = "gathering"  # reports
-    LOOKING = "looking"  # what robots see of their legs, or of the nearest obstacle
-    TURNING = "turning"  # the end of a turn
-    CLOSING = "closing"  # places that are newer than all turns, and the newest map
-    FORMED = "formed"  # nothing: the formation is made
-
-
-PHASES = MappingProxyType(
-    {
-        Phase.GATHERING: (Phase.LOOKING, Phase.CLOSING),
-        Phase.LOOKING: (Phase.LOOKING, Phase.TURNING, Phase.GATHERING),
-        Phase.TURNING: (Phase.LOOKING, Phase.CLOSING, Phase.GATHERING),
-        Phase.CLOSING: (Phase.FORMED, Phase.LOOKING, Phase.GATHERING),
-        Phase.FORMED: (),
-    }
-)
-
-
-@dataclass(frozen=True, slots=True)
-class Intent:
-    """Why the view was proposed, and what its proposer knows of the last strand."""
-
-    cause: Cause
-    led_by: int = 0
-    """Who led the last strand; 0: there was none."""
-    turnabout: Turnabout | None = None
-    """DEAD_END: how the strand is to turn round, in this epoch, of so many robots, on this path."""
-    ended: Epoch | None = None
-    robots: int = 0
-    path: Path | None = None
+SLOW_PENALTY = 2.0  # for a robot that does nothing in its turn: it is left out for half a minute
 
 
 class Coordinator:
@@ -75,6 +36,7 @@ class Coordinator:
         self,
         robot: int,
         epoch: Epoch,
+        *,
         mission: Mission,
         timing: Timing,
         suspicion: Suspicion,
@@ -86,8 +48,9 @@ class Coordinator:
         self._mission = mission
         self._timing = timing
         self._suspicion = suspicion
-        self._intent = intent
-        self._began_s = self._moved_s = now_s
+        self._agreement = Agreement(robot, epoch, intent, mission.goal is None)
+        self._cause = intent.cause
+        self._began_s = self._moved_s = self._looked_s = now_s
         self._questions = Questions(mission, timing)
         self.phase = Phase.GATHERING
         self.plan: Plan | None = None
@@ -99,10 +62,7 @@ class Coordinator:
         self._due: set[int] = set()
         """Who is to be answered."""
         self._draft: Draft | None = None
-        self._put: Fence | None = None
-        self._put_at_s = now_s
-        self._turn_of: dict[int, int] = {}
-        """The last turn that was put for each robot."""
+        self._turns = Turns(epoch, timing, now_s)
         self._asks_map_since_s: float | None = None
         self._join: Join | None = None
 
@@ -126,9 +86,8 @@ class Coordinator:
         if odometry.moving or odometry.stood_s < self._timing.put_s:
             self._moved_s = now_s
         commands: list[Command] = []
-        told = self._put is None or fence.turn >= self._put.turn
-        if not told:
-            commands += self._repeat(now_s)
+        if not self._turns.are_told(fence):
+            commands += self._turns.repeat(now_s)
         elif self.phase is not Phase.FORMED:
             commands += self._go_on(fence, now_s)
         return commands + list(self._answers())
@@ -145,10 +104,10 @@ class Coordinator:
         if self._robot not in self._reports:
             return commands
         if self.phase is Phase.GATHERING and not self._expects(now_s):
-            plan = self._turned_round(fence)
-            if plan is not None:
+            plan = self._agreement.turned(self._reports, turn=fence.turn + 1)
+            if plan is not None and self._turns.newest is None:
                 self._enter(Phase.CLOSING)
-                return self._make(plan)
+                return self._make(plan, fence, now_s)
             self._begin(now_s)
         if self.phase is Phase.LOOKING and self._questions.are_answered(now_s):
             assert self._draft is not None
@@ -173,11 +132,16 @@ class Coordinator:
 
     def _begin(self, now_s: float) -> None:
         """Begin a draft, or begin it again with those that are in place."""
-        first = self._intent.cause is Cause.START
         if self._draft is None:
-            keeps = self._intent.cause is not Cause.BLOCKED
-            led = self._counters().led_in_vain
-            self._draft = Draft(self._mission, self._timing, keeps=keeps, first=first, led=led)
+            led = self._agreement.counters(self._reports).led_in_vain
+            self._draft = Draft(
+                self._mission,
+                self._timing,
+                keeps=self._cause is not Cause.BLOCKED,
+                first=self._cause is Cause.START,
+                lets_in=self._cause is Cause.PLEA,
+                led=led,
+            )
         self._enter(Phase.LOOKING)
         if self._mission.goal is None:
             self._draft.order = ()
@@ -198,20 +162,28 @@ class Coordinator:
         assert draft is not None
         if fence.may is May.ONE:
             report = self._reports.get(fence.robot)
+            if report is not None and report.life != fence.life:
+                report = None  # the life that had the turn is no more
             over = report is not None and report.ended >= fence.turn
             if report is not None and not over and now_s - self._moved_s <= self._timing.turn_s:
                 return []
-            if report is not None:
-                draft.end_turn(fence.robot, placed=over and report.placed)
+            if report is not None and over:
+                draft.end_turn(fence.robot, placed=report.placed)
+            elif report is not None and fence.robot != self._robot:
+                self._suspicion.blame(fence.robot, now_s, penalty=SLOW_PENALTY)
+                self._drop(fence.robot)
+                return self._turns.put(fence, now_s, may=May.NOBODY)
         next_ = draft.next(self._reports, now_s, others_may_come_back=self._others_may_come_back(now_s))
         commands: list[Command] = []
         if not isinstance(next_, Give) and fence.may is May.ONE:
-            commands += self._put_turn(fence, now_s, may=May.NOBODY)
+            commands += self._turns.put(fence, now_s, may=May.NOBODY)
         match next_:
             case Give(robot, makes_way):
                 self._join = self._join_for(robot, fence.turn + 1, makes_way=makes_way)
+                self._moved_s = now_s
+                self._due.add(robot)
                 life = self._reports[robot].life
-                return self._put_turn(fence, now_s, may=May.ONE, robot=robot, life=life)
+                return self._turns.put(fence, now_s, may=May.ONE, robot=robot, life=life)
             case Begin():
                 self._begin(now_s)
             case Done():
@@ -234,26 +206,6 @@ class Coordinator:
             makes_way=makes_way,
         )
 
-    def _put_turn(
-        self, fence: Fence, now_s: float, *, may: May, robot: int = 0, life: int = 0, members: int = 0
-    ) -> list[Command]:
-        """Rule 1."""
-        self._put = Fence(
-            epoch=self._epoch, turn=fence.turn + 1, may=may, robot=robot, life=life, members=members
-        )
-        self._put_at_s, self._moved_s = now_s, now_s
-        if may is May.ONE:
-            self._turn_of[robot] = self._put.turn
-            self._due.add(robot)
-        return [Put(Turn(fence=self._put))]
-
-    def _repeat(self, now_s: float) -> list[Command]:
-        assert self._put is not None
-        if not is_due(last_s=self._put_at_s, every_s=self._timing.put_s, now_s=now_s):
-            return []
-        self._put_at_s = now_s
-        return [Put(Turn(fence=self._put))]
-
     def _others_may_come_back(self, now_s: float) -> bool:
         outside = set(range(1, self._mission.robots + 1)) - self._reports.keys()
         went_by_s = now_s - self._timing.comes_back_s
@@ -266,92 +218,34 @@ class Coordinator:
         draft = self._draft
         assert draft is not None
         if fence.may is May.ONE:
-            return self._put_turn(fence, now_s, may=May.NOBODY)
+            return self._turns.put(fence, now_s, may=May.NOBODY)
         for robot in draft.strand:
-            report = self._reports[robot]
-            if report.turn <= self._turn_of.get(robot, -1):
+            if self._reports[robot].turn <= self._turns.put_for(robot) > 0:
                 self._due.add(robot)
                 return []
         if not self._has_map(draft.strand[0], now_s):
             return []
-        order = tuple(draft.strand)
-        path, places_m = lay_path(order, places_of(self._reports), draft.legs)
-        plan = self._plan(fence, order, path, places_m, frozenset(draft.driven))
-        stranded = [robot for robot in self._reports if robot not in order]
-        commands: list[Command] = [
+        driven = frozenset(draft.driven)
+        plan = self._agreement.drafted(draft.strand, draft.legs, driven, self._reports, turn=fence.turn + 1)
+        stranded: list[Command] = [
             Note(RobotStranded(epoch=self._epoch.number, robot=robot, reason="it finds no way to a place"))
-            for robot in stranded
+            for robot in self._reports
+            if robot not in plan.order
         ]
-        return commands + self._make(plan)
+        return stranded + self._make(plan, fence, now_s)
 
-    def _plan(
-        self,
-        fence: Fence,
-        order: tuple[int, ...],
-        path: Path,
-        places_m: Mapping[int, float],
-        driven: frozenset[int],
-        *,
-        back_by_m: float = 0.0,
-    ) -> Plan:
-        newest = self._newest_map()
-        cause = self._intent.cause
-        return Plan(
-            epoch=self._epoch,
-            turn=fence.turn + 1,
-            order=order,
-            lives={robot: self._reports[robot].life for robot in order},
-            places={robot: self._reports[robot].place for robot in order},
-            path=path,
-            places_m=places_m,
-            driven=driven,
-            back_by_m=back_by_m,
-            counters=self._counters(),
-            heals=cause not in {Cause.START, Cause.BLOCKED, Cause.DEAD_END},
-            led_by=self._intent.led_by,
-            map_number=newest.map_number,
-            seen=newest.seen if newest.map_number > self._reports[order[0]].map_number else None,
-            sensed=self._mission.goal is None,
-        )
-
-    def _turned_round(self, fence: Fence) -> Plan | None:
-        """The formation of a strand that turns round; None if this view does not, or not all are there."""
-        intent = self._intent
-        if intent.turnabout is None or intent.path is None or intent.ended is None:
-            return None
-        turned = turned_round(
-            intent.turnabout, intent.path, self._reports, ended=intent.ended, robots=intent.robots
-        )
-        if turned is None:
-            return None
-        order, path, places_m = turned
-        back_by_m = intent.turnabout.back_by_m
-        return self._plan(fence, order, path, places_m, frozenset(order[1:]), back_by_m=back_by_m)
-
-    def _make(self, plan: Plan) -> list[Command]:
+    def _make(self, plan: Plan, fence: Fence, now_s: float) -> list[Command]:
         self._enter(Phase.FORMED)
         self.plan = plan
-        self._put = Fence(
-            epoch=self._epoch, turn=plan.turn, may=May.ALL, robot=plan.order[0], members=len(plan.order)
-        )
         told = [Say(robot, piece) for robot in plan.order for piece in plan.pieces(robot)]
         self._due -= set(plan.order)
-        return [Note(plan.as_record()), *told, Put(Turn(fence=self._put))]
-
-    def _counters(self) -> Counters:
-        """What the fleet has counted; its own count includes what it has proposed the view for."""
-        own = self._reports[self._robot]
-        newest = max(self._reports.values(), key=lambda report: report.counted.number)
-        counters = own.counters if own.counted == newest.counted else newest.counters
-        steps = max(report.counters.steps for report in self._reports.values())
-        return changed(counters, steps=steps)
-
-    def _newest_map(self) -> Report:
-        return max(self._reports.values(), key=lambda report: (report.map_number, report.seen is not None))
+        order = plan.order
+        put = self._turns.put(fence, now_s, may=May.ALL, robot=order[0], members=len(order))
+        return [Note(plan.as_record()), *told, *put]
 
     def _has_map(self, leader: int, now_s: float) -> bool:
         """Whether the newest map is here, or the leader has it, or it has not come for too long."""
-        newest = self._newest_map()
+        newest = newest_map(self._reports)
         if newest.map_number <= self._reports[leader].map_number or newest.seen is not None:
             return True
         if self._asks_map_since_s is None:
@@ -373,24 +267,28 @@ class Coordinator:
     def _answer(self, robot: int, report: Report) -> Answer:
         draft = self._draft
         strand = draft.strand if draft is not None else []
-        turn = self._turn_of.get(robot, 0)
-        has_turn = self._put is not None and self._put.robot == robot and self._put.may is May.ONE
+        put = self._turns.newest
+        has_turn = put is not None and (put.may, put.robot) == (May.ONE, robot)
         return Answer(
             epoch=self._epoch,
             life=report.life,
             heard=report.number,
-            after_turn=turn,
+            after_turn=self._turns.put_for(robot),
             out=self.plan is not None or robot not in self._reports,
+            stranded=self.plan is not None and robot in self._reports,
             question=self._questions.pending(robot),
             join=self._join if has_turn else None,
             rank=strand.index(robot) if robot in strand else None,
-            wants_map=self._asks_map_since_s is not None and self._newest_map() == report,
+            wants_map=self._asks_map_since_s is not None and newest_map(self._reports) == report,
         )
 
     # --- who is there ---------------------------------------------------------------------------------
 
     def _drop_lost(self, now_s: float) -> None:
-        """Rule 3."""
+        """Rule 3; once for all that is heard at the same time."""
+        if now_s == self._looked_s:
+            return
+        self._looked_s = now_s
         for robot in sorted(self._reports):
             gone = self._suspicion.has_gone(robot, self._heard_s[robot], now_s)
             if robot != self._robot and gone:

@@ -2,15 +2,18 @@
 
 Rule 1: in place are, from the front on, as many robots of the order as have a clear leg to the robot ahead
         and make a strand that does not fold back; then those that came to a place by a turn.
-Rule 2: the turn goes to the nearest robot that is not in place and has not had one in vain. When a robot comes
-        to a place, all others may have a turn again: they may find a way behind it.
+Rule 2: the turn goes to the nearest robot that is not in place and has not had one in vain. When a robot
+        comes to a place, all others may have a turn again: they may find a way behind it.
 Rule 3: where nobody finds a way, the last in place makes way, once: it gives its place up, and has a turn
         after the others. A leader that stands alone takes one step to where others can come.
 Rule 4: where that is in vain, others lead, the nearest to the goal first, so many at most; at once, if all
         robots are there and the one that would lead stands in front and finds no way. Then those in place go
-        on without the others. They do at once if they are more than half and nobody is nearer to the goal.
+        on without the others. They do at once if they are several and nobody is nearer to the goal, and
+        when others have been tried for long.
 Rule 5: robots that are left out and were there lately may stand in the way, and come back: they are waited
         for before anybody makes way, and for longer before the strand goes on.
+Rule 6: rules 3 to 5 do not hold for a robot that asks a strand to let it in: where it finds no way, the
+        strand goes on as it was.
 """
 
 from collections.abc import Callable, Collection, Mapping
@@ -70,6 +73,8 @@ class Draft:
     """Whether places in former strands count; not where a strand has dissolved."""
     first: bool
     """Whether it is the first view of the run."""
+    lets_in: bool
+    """Whether the view is for a robot that asks to be let in (rule 6)."""
     led: tuple[int, ...] = ()
     """Who has led in vain, in this view or since the last step."""
     order: tuple[int, ...] = ()
@@ -85,6 +90,7 @@ class Draft:
     _blocked: set[int] = field(default_factory=set)
     _made_way: int | None = None
     _stuck_at_s: float | None = None
+    """When nobody found a way for the first time in this view: others are waited for once."""
 
     def begin(self, reports: Mapping[int, Report], obstacle_m: Mapping[int, float]) -> None:
         """Compute the order of those that have reported; who is in place is known when they have looked."""
@@ -102,7 +108,7 @@ class Draft:
         else:
             self.order = order_at_start(places, self.mission.goal, obstacle_m)
         self.strand = []
-        self._blocked, self._made_way, self._stuck_at_s = set(), None, None
+        self._blocked, self._made_way = set(), None
 
     def settle(self, reports: Mapping[int, Report], sees: Callable[[int], Look]) -> bool:
         """Rule 1, from what robots see of their legs; False: the order needs somebody to move in front."""
@@ -130,13 +136,13 @@ class Draft:
         if not placed:
             self._blocked.add(robot)
             return
-        self._blocked, self._stuck_at_s = set(), None
+        self._blocked = set()
         if robot in self.strand:  # the leader has made way
             return
         self.strand.append(robot)
 
     def next(self, reports: Mapping[int, Report], now_s: float, *, others_may_come_back: bool) -> Next:
-        """Rules 2 to 5."""
+        """Rules 2 to 6."""
         waiting = [robot for robot in sorted(reports) if robot not in self.strand]
         if not waiting:
             return Done()
@@ -147,6 +153,8 @@ class Draft:
             places = places_of(reports)
             off_m = np.hypot(*(positions(places, free) - positions(places, self.strand[-1:])).T)
             return Give(free[int(np.argmin(off_m))])
+        if self.lets_in and self._stayed and set(self._stayed) <= set(self.strand):
+            return Done()
         return self._give_up(reports, waiting, now_s, others_may_come_back=others_may_come_back)
 
     def _give_up(
@@ -171,13 +179,13 @@ class Draft:
             return self._make_way()
         goal = self.mission.goal
         leads_best = goal is not None and nearest_to(goal, places) == self.strand[0]
-        many = 2 * len(self.strand) > len(reports)
-        if self._is_last_try or (leads_best and many) or not self._may_try_another(places):
-            if self._is_last_try or leads_best:
-                return Done()
-            self._is_last_try = True
-            return self._restart()
-        return self._try_another()
+        if self._is_last_try or (leads_best and len(self.strand) > 1):
+            return Done()
+        tried_s = now_s - self._stuck_at_s
+        if tried_s <= self.timing.tries_s and self._may_try_another(places):
+            return self._try_another()
+        self._is_last_try = True
+        return Done() if leads_best else self._restart()
 
     def _make_way(self) -> Next:
         """Rule 3."""

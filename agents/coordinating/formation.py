@@ -7,7 +7,7 @@ Rule 3: its path leads through all places, tail first; a leg that has been drive
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -41,6 +41,10 @@ class Plan:
     map_number: int = 0
     seen: Seen | None = None
     sensed: bool = False
+
+    def backing_up(self, back_by_m: float) -> "Plan":
+        """The same of a strand whose tail wants to come back so far."""
+        return replace(self, back_by_m=back_by_m)
 
     def pieces(self, robot: int) -> tuple[Formation, ...]:
         """Rule 2: what one member is told."""

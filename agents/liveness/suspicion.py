@@ -15,7 +15,7 @@ from protocol.wire.link import Link
 from protocol.wire.messages import AheadState, BehindState
 
 HALF_LIFE_S = 30.0  # of a penalty
-SUPPRESS = 1.8  # two losses within ten seconds or so
+SUPPRESS = 1.5  # two losses within half a minute
 REUSE = 0.75
 USUAL_SILENCES = 8.0  # longer than so many usual ones, a silence is one in 3000
 
@@ -68,10 +68,10 @@ class Suspicion:
         """Whether a robot's token has gone, and it has not been heard since."""
         return self.judges(now_s) and self.presence.is_lost(robot, heard_at_s, now_s)
 
-    def blame(self, robot: int, now_s: float) -> None:
-        """Rule 3: a neighbour that shows a token has been lost by silence."""
+    def blame(self, robot: int, now_s: float, *, penalty: float = 1.0) -> None:
+        """Rule 3: a robot that shows a token has been lost by silence, or keeps the others waiting."""
         before = self._penalties.get(robot)
-        value = 1.0 + (0.0 if before is None else before.now(now_s))
+        value = penalty + (0.0 if before is None else before.now(now_s))
         suppressed = value >= SUPPRESS or (before is not None and before.suppressed)
         self._penalties[robot] = Penalty(value, now_s, suppressed)
 

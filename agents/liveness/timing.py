@@ -30,11 +30,11 @@ class Timing:
     """A robot that has had no odometry for so long has slept, or is cut off."""
     listens_s: float = 1.5
     """After that it listens so long before it judges others' silence."""
-    reports_s: float = 3.0
+    reports_s: float = 1.25
     """The coordinator waits so long for robots that show a token and have not reported."""
     looks_s: float = 3.0
     """It waits so long for a robot to look at its leg."""
-    turn_s: float = 10.0
+    turn_s: float = 12.0
     """It takes a turn back when the robot has not moved for so long."""
     coordinator_s: float = 1.5
     """A coordinator is lost when there has been no word from it and no new turn for so long."""
@@ -46,6 +46,8 @@ class Timing:
     """Before anybody leaves its place: a process that is started again is there after two seconds."""
     comes_back_s: float = 15.0
     """Before a strand goes on without robots that were there lately."""
+    tries_s: float = 40.0
+    """Other leaders are tried for so long."""
     plea_s: float = 1.0
     """A robot that is left out asks so often."""
     first_plea_s: float = 5.0
@@ -67,7 +69,7 @@ class Timing:
             ping_s=ping_s,
             report_s=report_s,
             coordinator_s=3.0 * ping_s,
-            reports_s=6.0 * ping_s,
+            reports_s=2.5 * ping_s,
             shared_draws_s=ODOMETRY_S * mission.robots,
         )
 
@@ -75,12 +77,15 @@ class Timing:
         """What must hold, by name."""
         return {
             "three pings in a row are lost before a coordinator is": self.coordinator_s >= 3.0 * self.ping_s,
+            "a robot that cannot hear the coordinator is left out before it raises": self.reports_s
+            < self.coordinator_s,
             "a report is tried several times before it is waited for in vain": self.reports_s
             >= 5.0 * self.report_s,
             "a put is seen before it is repeated": self.put_s >= ODOMETRY_S,
             "a stuck turn is taken back before the coordinator is given up": self.turn_s <= self.stood_s,
             "who has slept listens for longer than it slept": self.listens_s > self.gap_s,
             "way is made before a strand goes on without others": self.makes_way_s < self.comes_back_s,
+            "a leader is tried after others were waited for": self.tries_s > self.comes_back_s,
             "nobody is given up for a pause in which all wait": self.comes_back_s < self.stood_s,
             "a raise is seen before most others are made": 2.0 * self.draws_s >= ODOMETRY_S,
         }

@@ -1,6 +1,7 @@
 """The pieces of a formation, put together again by a member. Pure.
 
-Rule 1: a member acts only when it has all pieces: a robot that grants or leads must know all ground behind it.
+Rule 1: a member acts only when it has all pieces: a robot that grants or leads must know all ground behind
+        it.
 Rule 2: arc lengths are used as they are told, so that all members have the same ones.
 """
 

@@ -17,6 +17,7 @@ from agents.body.senses import Senses
 from agents.commands import Command, Note, Say
 from agents.coordinating.coordinator import Coordinator
 from agents.due import is_due
+from agents.events import LinkHeard
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
 from agents.membership.assembly import Assembly
@@ -68,6 +69,11 @@ class Membership:
         self._pleaded_s = -float("inf")
         self._own_number = 0
 
+    @property
+    def fence(self) -> Fence:
+        """The fence that its odometry tells."""
+        return self._fence
+
     # --- rule 1 -------------------------------------------------------------------------------------
 
     def enter(self, now_s: float) -> list[Command]:
@@ -77,7 +83,6 @@ class Membership:
             self._since_s = now_s
             odometry = self._driver.odometry
             if self._again or odometry.ordered > 0 or odometry.t_s > LATE_S:
-                self._again = True
                 self._driver.start_again()
         elif self._driver.odometry.fence.key == self._fence.key:
             return []
@@ -125,7 +130,13 @@ class Membership:
         )
         if (epoch.robot, epoch.life) == (self._robot, self._life):
             self.coordinator = Coordinator(
-                self._robot, epoch, self._mission, self._timing, self.suspicion, intent, now_s
+                self._robot,
+                epoch,
+                mission=self._mission,
+                timing=self._timing,
+                suspicion=self.suspicion,
+                intent=intent,
+                now_s=now_s,
             )
         return [Note(ViewJoined(epoch=epoch.number))]
 
@@ -152,6 +163,10 @@ class Membership:
                 pass  # from nobody who may say so
         return []
 
+    def hear_link(self, heard: LinkHeard, now_s: float) -> list[Command]:
+        """Take in a neighbour's link state; it counts only for a member."""
+        return [] if self.member is None else self.member.hear(heard, now_s)
+
     def _hear_answer(self, answer: Answer, number: int, now_s: float) -> list[Command]:
         assert self._reporter is not None, "asked before"
         self._reporter.hear(answer, number, now_s)
@@ -169,7 +184,7 @@ class Membership:
         if member is None or not member.leads:
             return []
         if robot not in self.suspicion.suppressed(now_s) and not member.leaves_dead_end:
-            self._pleas.hear(robot, now_s)
+            self._pleas.hear(robot, now_s, stranded=plea.stranded, arrived=member.arrived)
         return [Say(robot, Answer(epoch=plea.epoch, life=plea.life, heard=0, out=True))]
 
     # --- acting -------------------------------------------------------------------------------------
@@ -260,7 +275,9 @@ class Membership:
         if not is_due(last_s=self._pleaded_s, every_s=self._timing.plea_s, now_s=now_s):
             return []
         self._pleaded_s = now_s
-        return [Say(fence.robot, Plea(epoch=fence.epoch, life=self._life))]
+        answer = None if self._reporter is None else self._reporter.answer
+        stranded = answer is not None and answer.stranded
+        return [Say(fence.robot, Plea(epoch=fence.epoch, life=self._life, stranded=stranded))]
 
     def _deliver(self, commands: Iterable[Command], now_s: float) -> list[Command]:
         """Rule 3: what a coordinator says to itself arrives at once."""

@@ -20,28 +20,43 @@ class Pleas:
     """What one robot has been asked for, and whom it has let in."""
 
     timing: Timing
-    _asked: tuple[int, float] | None = None
+    _asked: dict[int, float] = field(default_factory=dict)
     _let_in: Counter[int] = field(default_factory=Counter)
+    _stranded: set[int] = field(default_factory=set)
+    """Who has asked and is stranded."""
+    _stranded_not_before_s: float = 0.0
     _not_before_s: dict[int, float] = field(default_factory=dict)
 
     def forget(self) -> None:
         """There is a new view: who wants to be let in asks again."""
-        self._asked = None
+        self._asked.clear()
 
-    def hear(self, robot: int, now_s: float) -> None:
-        """A robot asks this leader to be let in (rule 1)."""
-        if self._asked is None and now_s >= self._not_before_s.get(robot, 0.0):
-            self._asked = (robot, now_s)
+    def hear(self, robot: int, now_s: float, *, stranded: bool, arrived: bool) -> None:
+        """A robot asks this leader to be let in (rule 1).
+
+        Args:
+            robot: the one that asks.
+            now_s: the time.
+            stranded: whether no way was found for it.
+            arrived: whether this robot has.
+        """
+        not_before_s = self._stranded_not_before_s if stranded else self._not_before_s.get(robot, 0.0)
+        if now_s >= not_before_s and (arrived or not stranded):
+            self._asked.setdefault(robot, now_s)
+            (self._stranded.add if stranded else self._stranded.discard)(robot)
 
     def reason(self, now_s: float, *, stands: bool) -> Reason | None:
         """Rule 2."""
-        if self._asked is None or not (stands or now_s - self._asked[1] > STOP_S):
+        robot, asked_s = next(iter(self._asked.items()), (0, now_s))
+        if not robot or not (stands or now_s - asked_s > STOP_S):
             return None
-        robot = self._asked[0]
         return Reason(Cause.PLEA, f"robot {robot} asks to be let in", robot)
 
-    def let_in(self, robot: int, now_s: float) -> None:
-        """A view has been proposed for this robot."""
-        wait_s = self.timing.plea_again_s * 2.0 ** self._let_in[robot]
-        self._not_before_s[robot] = now_s + min(wait_s, self.timing.plea_again_s_max)
-        self._let_in[robot] += 1
+    def let_in(self, now_s: float) -> None:
+        """A view has been proposed for the robots that have asked."""
+        for robot in self._asked:
+            wait_s = self.timing.plea_again_s * 2.0 ** self._let_in[robot]
+            self._not_before_s[robot] = now_s + min(wait_s, self.timing.plea_again_s_max)
+            self._let_in[robot] += 1
+        if self._stranded.intersection(self._asked):
+            self._stranded_not_before_s = now_s + self.timing.plea_again_s_max

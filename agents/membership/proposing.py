@@ -10,7 +10,7 @@ Rule 4: a robot that is left out, and has no answer from the leader, proposes on
 """
 
 from agents.commands import Command, Note
-from agents.coordinating.coordinator import Intent
+from agents.coordinating.agreeing import Intent
 from agents.liveness.raising import Raising, Reason
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
@@ -152,8 +152,8 @@ class Proposing:
                     self._suspicion.blame(neighbour, now_s)
                 silent_s = link.silent_s(now_s)
                 return [Note(LinkBroken(neighbour=neighbour, cause=why, silent_s=silent_s))]
-            case Reason(Cause.PLEA, about=int(robot)):
-                self._pleas.let_in(robot, now_s)
+            case Reason(Cause.PLEA):
+                self._pleas.let_in(now_s)
             case _:
                 pass
         return []

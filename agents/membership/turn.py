@@ -2,12 +2,14 @@
 
 Rule 1: it drives only under a fence that names it, and plans only from scans of that very fence.
 Rule 2: it ends its turn standing, in place or blocked, and orders nothing more in that turn.
-Rule 3: a turn has a limited number of steps: what is seen from one place may undo what is seen from another.
+Rule 3: a robot that plans from one place again and again is blocked: what is seen from there undoes what is
+        seen from another.
 Rule 4: where obstacles move, a robot that gets no further looks again for a while before it is blocked, and
         looks while it drives.
 Rule 5: a leader that makes way takes one step to where others can come.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +27,8 @@ from protocol.mission import Mission
 from protocol.timeline import RobotBlocked, RobotPlaced, StepPlanned
 from protocol.wire.view import Join
 
-STEPS_MAX = 64  # the longest crossing of a real scene took 41
+AGAIN_M = 0.1  # within this distance it is the same place
+AGAIN_MAX = 4  # a robot that gets on plans from a place twice at most: it looks closer, or turns back
 PATIENCE_S = 10.0  # where obstacles move: as long as with a way in the strand that is blocked
 LOOKS_AGAIN_S = 2.0  # who walks by has gone by then
 
@@ -52,7 +55,9 @@ class TurnTaker:
         self._join = join
         self._stands = _stands(join)
         self._step: StepPlanned | None = None
-        self._steps = 0
+        self._planned_at: list[Floats] = []
+        self._gives_up = False
+        """Whether the step in hand ends where the robot comes to stand."""
         self._stood_at: tuple[float, float] | None = None
         self._stood_at_s = self._looks_again_s = 0.0
         self.has_moved = False
@@ -65,16 +70,17 @@ class TurnTaker:
         if self.ended is not None:
             return []
         commands = self._watch.look(self._beside, now_s)
-        gives_up = self._step is not None and self._watch.gives_up(now_s)
-        if gives_up:
+        if self._step is not None and self._watch.gives_up(now_s):
+            self._watch.begin_again()
+            self._gives_up = True
             driver.stand()
         if not driver.standing:
             return commands
         step = self._step
-        if step is not None and driver.progress_m < step.reach_m and not gives_up:
+        if step is not None and driver.progress_m < step.reach_m and not self._gives_up:
             driver.to(step.target, reach_m=step.reach_m)
             return commands
-        self._step = None
+        self._step, self._gives_up = None, False
         if now_s < self._looks_again_s:
             return commands
         scan = self._senses.take(revolutions=self._mission.revolutions)
@@ -93,8 +99,8 @@ class TurnTaker:
         patient = self._mission.obstacles_move and not self._stays(scan, now_s)
         if isinstance(planned, StepPlanned) and self._mission.obstacles_move and not patient:
             planned = NoStep("its way stays blocked")
-        if isinstance(planned, StepPlanned) and self._steps >= STEPS_MAX:
-            planned = NoStep(f"{STEPS_MAX} steps have not led to the strand's end")
+        if isinstance(planned, StepPlanned) and self._wanders(scan.position):
+            planned = NoStep("every step from here has led back here")
         here = {"x_m": float(scan.position[0]), "y_m": float(scan.position[1])}
         turn, rank = self._join.turn, len(self._join.strand)
         match planned:
@@ -108,10 +114,15 @@ class TurnTaker:
                 self.ended = Ended(turn, placed=self._join.makes_way)
                 return [Note(RobotBlocked(turn=turn, reason=reason, **here))]
             case StepPlanned():
-                self._steps += 1
                 self._step, self.has_moved = planned, True
                 self._driver.to(planned.target, reach_m=planned.reach_m)
                 return [Note(planned)]
+
+    def _wanders(self, here: Floats) -> bool:
+        """Rule 3; the place is noted. Where obstacles move, rule 4 does instead."""
+        again = sum(math.dist(here, place) <= AGAIN_M for place in self._planned_at)
+        self._planned_at.append(here)
+        return again >= AGAIN_MAX and not self._mission.obstacles_move
 
     def _beside(self) -> list[Floats]:
         """Ground (n, 2) that each of the others may be on: where it stands."""

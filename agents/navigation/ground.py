@@ -27,8 +27,13 @@ class Ground:
 
     @property
     def occupied(self) -> Floats:
-        """The ground where robots behind may be now (n, 2), for guidance: hits on it are not remembered."""
-        return self._from_tail(self.occupied_m)
+        """The ground where robots behind may be now (n, 2), for guidance: hits on it are not remembered.
+
+        A scan may be older than the newest news of the tail: it shows the tail a little further back.
+        """
+        from_m = max(min(self.tail_m, self.occupied_m) - self.keep_m, 0.0)
+        corners = self.path.between(from_m, self.occupied_m)
+        return corners if self.keep_m > 0.0 else corners[:1]
 
     @property
     def behind(self) -> Floats:

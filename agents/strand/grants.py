@@ -117,6 +117,6 @@ class Grants:
 
 
 def may_be_seen(link: Link[AheadState] | Link[BehindState], mission: Mission, now_s: float) -> bool:
-    """Whether hits may be taken for this neighbour (F6): where obstacles move, only if it was heard lately."""
+    """Whether hits may be this neighbour: where obstacles move, only if it was heard lately (F6)."""
     fresh_s = FRESH_HEARTBEATS * mission.heartbeat_s
     return not mission.obstacles_move or now_s - link.heard_at_s <= fresh_s

@@ -4,7 +4,8 @@ Rule 1: it plans only where the path ends. If its body stands elsewhere, it want
 Rule 2: where the only way leads back, it wants the strand to turn round, `TURNS_MAX` times at most without a
         step towards the goal between them.
 Rule 3: where it knows no way on, it wants another robot to lead; if `LEADERS_MAX` have, or all, the route is
-        lost. It waits before it says so where bodies or obstacles may move away.
+        lost. A strand that has tried another leader does not turn round any more: any robot may lead. The
+        first one waits before it says so where bodies or obstacles may move away.
 """
 
 import math
@@ -167,17 +168,25 @@ class Leading:
             case NoStep(reason) if self._is_lost(now_s):
                 self._plans_again_s = now_s + SETTLED_S
                 return self._give_up_lead(reason)
-            case DeadEnd() if self._strand.counters.turns >= TURNS_MAX:
-                return self._lose("the strand has turned round too often in vain")
             case DeadEnd(back_to_m):
-                end_m = self._strand.path.end_m
-                turnabout = Turnabout(
-                    cut_m=0.0, end_m=self._driver.progress_m, back_by_m=max(0.0, end_m - back_to_m)
-                )
-                self._wish = Wish(Cause.DEAD_END, "the only way leads back", turnabout=turnabout)
+                self._plans_again_s = now_s + SETTLED_S
+                return self._turn_back(back_to_m)
             case NoStep() | Wait():
                 pass
         self._plans_again_s = now_s + SETTLED_S
+        return []
+
+    def _turn_back(self, back_to_m: float) -> list[Command]:
+        """Rule 2; where other leaders are being tried, they have turned round before."""
+        counters, path = self._strand.counters, self._strand.path
+        if counters.led_in_vain:
+            return self._give_up_lead("the only way leads back")
+        if counters.turns >= TURNS_MAX:
+            return self._lose("the strand has turned round too often in vain")
+        turnabout = Turnabout(
+            cut_m=0.0, end_m=self._driver.progress_m, back_by_m=max(0.0, path.end_m - back_to_m)
+        )
+        self._wish = Wish(Cause.DEAD_END, "the only way leads back", turnabout=turnabout)
         return []
 
     def _begin(self, planned: StepPlanned) -> list[Command]:
@@ -191,7 +200,7 @@ class Leading:
         """Whether a way that is not there will not be: what moves into the way may move on."""
         self._stuck_at_s = min(self._stuck_at_s, now_s)
         patience_s = PATIENCE_S if self._mission.obstacles_move else 0.0
-        if self._some_are_left_out:
+        if self._some_are_left_out and not self._strand.counters.led_in_vain:
             patience_s = max(patience_s, COMES_BACK_S)
         return now_s - self._stuck_at_s >= patience_s
 

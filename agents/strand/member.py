@@ -1,7 +1,7 @@
 """A robot's part in the strand of one formation: it leads, backs up or follows, by its rank.
 
-Rule 1 (safety, F4 of docs/strand.md): a robot that does not stand at its place in the formation gives no
-        order and tells no link state. It wants a new formation.
+Rule 1 (safety, F4 and F5 of docs/strand.md): a robot gives orders and tells link states only under the
+        formation's ALL, and only if it stood at its place in the formation; else it wants a new one.
 Rule 2 (safety): where obstacles move, a robot looks while it drives (`agents.body.watch`).
 Rule 3 (liveness): the stretch rule. A robot waits while the robot behind, as last heard, is too far behind
         what it has been granted. A robot that backs up does not wait for those that will not come further.
@@ -176,8 +176,8 @@ class Member:
         return commands
 
     def act(self, now_s: float) -> list[Command]:
-        """What is to be done now. To be called only under the formation's ALL."""
-        if self._misfit:
+        """What is to be done now; under any fence but the formation's ALL, nothing (rule 1)."""
+        if self._misfit or not self._driver.may_drive:
             return []
         commands = self._join() + self._strand.watch(now_s) + self._hold()
         if self._held:

@@ -3,7 +3,8 @@
 Rule 1: times are differences of `hlc`, the wall clock of one machine. Simulated time would look better
         when the world is late.
 Rule 2: the cause is the entry that the world records just before the fault. Detection is the first
-        `link.broken` that names the leader. Succession is the time from detection to `leader.succeeded`.
+        `link.broken` that names the leader. Succession is the time from detection to `leader.succeeded`. The
+        strand drives again when the next leader's body has accepted the first order in its strand.
 Rule 3: each run has the fault at another moment, so that no single phase of a period is measured.
 """
 
@@ -17,9 +18,17 @@ from clew.rehearsal.logbook import NTP64_PER_S
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Freeze, Kill
 from protocol.keys import robot_number
-from protocol.timeline import Entry, FaultInjected, LeaderSucceeded, LinkBroken, StrandHealed
+from protocol.timeline import (
+    Entry,
+    FaultInjected,
+    LeaderSucceeded,
+    LinkBroken,
+    OrderAccepted,
+    StrandHealed,
+)
 
 SUCCESSION_S_MAX = 1.0  # from detection, for both faults
+ORDERED_S_MAX = 0.8  # of the median, where the leader is killed
 FIRST_S, APART_S = 2.5, 0.13  # times of the faults: the fleet drives, and no multiple of a heartbeat apart
 
 
@@ -28,6 +37,11 @@ class LeaderFault(StrEnum):
 
     KILL = "kill"
     FREEZE = "freeze"
+
+    @property
+    def ordered_s_max(self) -> float | None:
+        """Bound of the median time until the next leader's first order; None: none is asked for."""
+        return ORDERED_S_MAX if self is LeaderFault.KILL else None
 
     @property
     def detection_s_max(self) -> float:
@@ -48,12 +62,14 @@ class Healing(Struct, frozen=True, kw_only=True):
     """Simulated time of the fault."""
     detection_s: float | None = None
     succession_s: float | None = None
+    ordered_s: float | None = None
+    """From the cause until the next leader's first order."""
     healed_s: float | None = None
-    """From the cause until the next leader knew that all members were in its strand."""
+    """From the cause until the next leader said that the strand drives again."""
 
 
 class Times(Struct, frozen=True, kw_only=True):
-    """Percentiles of a time over the runs."""
+    """Percentiles of a time over the runs; `ok`: the one that has the bound is within it."""
 
     p50_s: float
     p99_s: float
@@ -70,6 +86,8 @@ class HealingFigures(Struct, frozen=True, kw_only=True):
     """Runs in which an event never came."""
     detection: Times | None
     succession: Times | None
+    ordered: Times | None
+    """Its bound is of the median."""
     healed: Times | None
     loads: tuple[float, ...]
     """The machine's load average after each run."""
@@ -79,7 +97,7 @@ class HealingFigures(Struct, frozen=True, kw_only=True):
     @property
     def ok(self) -> bool:
         """Whether every run was within the bounds."""
-        times = (self.detection, self.succession)
+        times = (self.detection, self.succession, self.ordered)
         return self.never == 0 and all(each is not None and each.ok for each in times)
 
 
@@ -93,14 +111,18 @@ def healing_in(lines: Iterable[tuple[str, Entry]]) -> Healing | None:
     robot, cause_s = robot_number(injection.record.process or ""), wall_s(injection)
     broken_s: float | None = None
     succeeded_s: float | None = None
+    ordered_s: float | None = None
     healed_s: float | None = None
-    for _, entry in entries:
+    leads: tuple[int | None, int] | None = None
+    for source, entry in entries:
         at_s = wall_s(entry) - cause_s
         match entry.record:
             case LinkBroken(neighbour=neighbour) if neighbour == robot and broken_s is None and at_s > 0.0:
                 broken_s = at_s
-            case LeaderSucceeded(before=before) if before == robot and succeeded_s is None:
-                succeeded_s = at_s
+            case LeaderSucceeded(before=before, epoch=epoch) if before == robot and succeeded_s is None:
+                succeeded_s, leads = at_s, (robot_number(source), epoch)
+            case OrderAccepted(target=target, epoch=epoch, robot=body) if ordered_s is None:
+                ordered_s = at_s if target is not None and (body, epoch) == leads else None
             case StrandHealed() if succeeded_s is not None and healed_s is None:
                 healed_s = at_s
             case _:
@@ -109,6 +131,7 @@ def healing_in(lines: Iterable[tuple[str, Entry]]) -> Healing | None:
         cause_s=injection.t_s,
         detection_s=broken_s,
         succession_s=None if broken_s is None or succeeded_s is None else succeeded_s - broken_s,
+        ordered_s=ordered_s,
         healed_s=healed_s,
     )
 
@@ -118,13 +141,18 @@ def figures_of(
 ) -> HealingFigures:
     """Figures of the runs."""
     known = [each for each in measured if each is not None]
-    whole = [each for each in known if None not in (each.detection_s, each.succession_s, each.healed_s)]
+    whole = [
+        each
+        for each in known
+        if None not in (each.detection_s, each.succession_s, each.ordered_s, each.healed_s)
+    ]
     return HealingFigures(
         fault=fault,
         runs=len(measured),
         never=len(measured) - len(whole),
         detection=_times([each.detection_s for each in known], fault.detection_s_max),
         succession=_times([each.succession_s for each in known], SUCCESSION_S_MAX),
+        ordered=_times([each.ordered_s for each in known], fault.ordered_s_max, judged=50),
         healed=_times([each.healed_s for each in known], None),
         loads=tuple(loads),
         each=tuple(measured),
@@ -141,9 +169,10 @@ def _is_process_fault(entry: Entry) -> bool:
     return isinstance(entry.record, FaultInjected) and entry.record.process is not None
 
 
-def _times(times_s: Sequence[float | None], bound_s: float | None) -> Times | None:
+def _times(times_s: Sequence[float | None], bound_s: float | None, *, judged: int = 99) -> Times | None:
+    """`judged`: the percentile that has the bound."""
     known_s = [each_s for each_s in times_s if each_s is not None]
     if not known_s:
         return None
-    p50_s, p99_s = (percentile(known_s, percent) for percent in (50, 99))
-    return Times(p50_s=p50_s, p99_s=p99_s, bound_s=bound_s, ok=bound_s is None or p99_s <= bound_s)
+    p50_s, p99_s, judged_s = (percentile(known_s, percent) for percent in (50, 99, judged))
+    return Times(p50_s=p50_s, p99_s=p99_s, bound_s=bound_s, ok=bound_s is None or judged_s <= bound_s)

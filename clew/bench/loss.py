@@ -18,7 +18,8 @@ from world.judge.ending import Ending
 from world.scenario.scenario import Scenario
 
 RATES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9)
-BOUND_RATE, BOUND = 0.5, 1.5  # with 50 % loss between robots, a fleet may take 1.5 times as long
+BOUNDS = {0.5: 1.10, 0.75: 1.5}
+"""By rate of loss between robots: how many times as long a fleet may take. At all rates it must arrive."""
 
 
 class Reach(StrEnum):
@@ -30,7 +31,7 @@ class Reach(StrEnum):
     @property
     def kinds(self) -> tuple[MessageKind, ...]:
         """Kinds of messages, as in a fault plan; empty: all kinds."""
-        return ("ahead", "behind", "muster", "beacon", "plea") if self is Reach.LINKS else ()
+        return ("ahead", "behind", "report", "answer", "formation", "plea") if self is Reach.LINKS else ()
 
 
 class Crossing(Struct, frozen=True, kw_only=True):
@@ -79,10 +80,18 @@ def worst_s(crossings: Sequence[Crossing]) -> float:
     return max(_times_s(crossings))
 
 
-def slowdown(points: Sequence[LossPoint]) -> float:
-    """Median time of the rehearsals at BOUND_RATE on links, divided by the median time without loss."""
+def slowdowns(points: Sequence[LossPoint]) -> dict[float, float]:
+    """By rate of loss on links: median time of the rehearsals, divided by that without loss."""
     by_rate = {point.rate: median_s(point.rehearsed) for point in points if point.reach is Reach.LINKS}
-    return by_rate[BOUND_RATE] / by_rate[0.0]
+    return {rate: time_s / by_rate[0.0] for rate, time_s in sorted(by_rate.items())}
+
+
+def within_bounds(points: Sequence[LossPoint]) -> bool:
+    """Whether loss between robots costs no more time than it may."""
+    return all(
+        times <= BOUNDS[rate] if rate in BOUNDS else math.isfinite(times)
+        for rate, times in slowdowns(points).items()
+    )
 
 
 def table(points: Sequence[LossPoint]) -> str:

@@ -102,11 +102,17 @@ def samples(scenario: Scenario, *, cpu: Clock, wall: Clock) -> list[Sample]:
     textbook, stopwatch, plan = Textbook(scenario.mission()), Stopwatch(cpu), leader.Leader.plan
 
     def timed_plan(
-        self: leader.Leader, view: View, ground: Ground, *, epoch: int, settled: bool
+        self: leader.Leader,
+        view: View,
+        ground: Ground,
+        *,
+        epoch: int,
+        settled: bool,
+        bodies_may_move: bool = False,
     ) -> leader.Plan:
         stopwatch.spent_s.clear()
         since_cpu_s, since_wall_s = cpu(), wall()
-        planned = plan(self, view, ground, epoch=epoch, settled=settled)
+        planned = plan(self, view, ground, epoch=epoch, settled=settled, bodies_may_move=bodies_may_move)
         cpu_s, wall_s, since_cpu_s = cpu() - since_cpu_s, wall() - since_wall_s, cpu()
         textbook.plan(view)
         parts_s = {part: stopwatch.spent_s[part] for part in PARTS}

@@ -30,6 +30,7 @@ from clew.campaign.episode import (
 from clew.campaign.families import Figures, by_family, figures_of
 from clew.campaign.pool import outcomes_of
 from clew.campaign.scenes import Scene, check_widest, find_scenes, tighten
+from clew.swarm.futures import draw_future, read_branches
 from clew.swarm.swarm import draw
 from protocol.errors import UsageError
 from protocol.faults import plan as plans
@@ -55,6 +56,10 @@ class Request:
     tight: float | None
     faults: str | None
     """A fault plan, or `swarm`; with `swarm` there are no roots."""
+    guided: bool = False
+    """Whether each seed of a swarm is searched for futures (`clew.guided`)."""
+    future: str | None = None
+    """The branches of the future to play; None: the seed's own faults."""
     keep: bool
     """Whether to write every drawn world and plan, not only those that surprise."""
     jobs: int
@@ -74,6 +79,7 @@ class Campaign(Struct, frozen=True, kw_only=True):
     deployment: str | None
     tight: float | None
     faults: str | None
+    guided: bool = False
     source_hash: str
     episodes_asked: int
     all: Figures
@@ -85,7 +91,11 @@ class Campaign(Struct, frozen=True, kw_only=True):
     episodes: tuple[Outcome, ...]
 
 
-def run(request: Request, watch: Callable[[int, int, int], None]) -> Campaign:
+Source = Callable[[Sequence[Episode], int], Iterator[Outcome]]
+"""What plays episodes on so many processes."""
+
+
+def run(request: Request, watch: Callable[[int, int, int], None], source: Source = outcomes_of) -> Campaign:
     """Play every episode without an outcome; `watch` gets the counts of done, requested and surprising ones.
 
     Raises:
@@ -101,7 +111,7 @@ def run(request: Request, watch: Callable[[int, int, int], None]) -> Campaign:
         done = {key: outcome for key, outcome in read_outcomes(path).items() if key in keys}
         interrupted = False
         try:
-            _play(episodes, done, path, request, watch)
+            _play(episodes, done, request, watch, source)
         except KeyboardInterrupt:
             interrupted = True
         campaign = _sum_up(request, episodes, done, source_hash, interrupted=interrupted)
@@ -137,7 +147,13 @@ def hash_of_source() -> str:
 def _episodes(request: Request, source_hash: str) -> Iterator[Episode]:
     if request.faults == SWARM:
         for seed in request.seeds:
-            yield drawn_episode(seed, request.out, source_hash, wall_s_max=request.wall_s_max)
+            episode = drawn_episode(seed, request.out, source_hash, wall_s_max=request.wall_s_max)
+            if request.guided:
+                yield replace(episode, key=f"{episode.key}-guided", branches="")
+            elif request.future is not None:
+                yield replace(episode, key=f"{episode.key}-{request.future}", branches=request.future)
+            else:
+                yield episode
         return
     all_found, plan = find_scenes(request.roots, request.robots), _plan_bytes(request.faults)
     if request.tight is not None:
@@ -179,9 +195,9 @@ def drawn_episode(seed: int, out: Path, source_hash: str, *, wall_s_max: float) 
     )
 
 
-def write_drawn(seed: int, path: Path) -> None:
-    """Write the world that the seed draws, with its fault plan beside it."""
-    swarm = draw(seed)
+def write_drawn(seed: int, path: Path, branches: str = "") -> None:
+    """Write the world that the seed draws, with its fault plan, or that of its future, beside it."""
+    swarm = draw_future(seed, read_branches(branches)) if branches else draw(seed)
     make_folder(path.parent)
     write_whole(path, swarm.world_text().encode())
     write_whole(Path(drawn_plan_path(str(path))), swarm.plan_text().encode())
@@ -189,8 +205,9 @@ def write_drawn(seed: int, path: Path) -> None:
 
 def _with_drawn(outcome: Outcome, out: Path) -> Outcome:
     """Write the drawn world and plan; then a plain rehearsal of these files replays the episode."""
-    path = out / DRAWN_FOLDER / f"{outcome.seed}.toml"
-    write_drawn(outcome.seed, path)
+    future = f"@{outcome.branches}".replace(":", "-") if outcome.branches else ""
+    path = out / DRAWN_FOLDER / f"{outcome.seed}{future}.toml"
+    write_drawn(outcome.seed, path, outcome.branches)
     return replace(outcome, replay=drawn_replay(str(path), outcome.seed))
 
 
@@ -208,18 +225,19 @@ def _plan_bytes(faults: str | None) -> bytes:
 def _play(
     episodes: Sequence[Episode],
     done: dict[str, Outcome],
-    path: Path,
     request: Request,
     watch: Callable[[int, int, int], None],
+    source: Source,
 ) -> None:
     """Play the episodes that are not done; add each outcome to the file and to `done`."""
+    path = request.out / EPISODES_FILE
     torn = path.exists() and not read_bytes(path, MADE_BYTES_MAX).endswith(b"\n")
     surprises = sum(outcome.surprise is not Surprise.NONE for outcome in done.values())
     watch(len(done), len(episodes), surprises)
     with open_private(path, "a") as file:
         if torn:
             file.write(b"\n")
-        for played in outcomes_of([each for each in episodes if each.key not in done], request.jobs):
+        for played in source([each for each in episodes if each.key not in done], request.jobs):
             outcome = played
             if request.faults == SWARM and (request.keep or outcome.surprise is not Surprise.NONE):
                 outcome = _with_drawn(outcome, request.out)
@@ -251,6 +269,7 @@ def _sum_up(
         deployment=request.deployment,
         tight=request.tight,
         faults=request.faults,
+        guided=request.guided,
         source_hash=source_hash,
         episodes_asked=len(episodes),
         all=figures_of(outcomes),

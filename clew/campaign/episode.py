@@ -24,6 +24,7 @@ from clew.campaign.liveness import liveness_failure
 from clew.campaign.scenes import solvable
 from clew.rehearsal.recorded import EPOCH, verdict_on
 from clew.rehearsal.rehearsal import Rehearsal
+from clew.swarm.futures import draw_future, read_branches
 from clew.swarm.swarm import Mode, Swarm, draw
 from protocol.faults import plan as plans
 from protocol.faults.plan import NO_FAULTS, Plan
@@ -70,12 +71,15 @@ class Episode(Struct, frozen=True, kw_only=True):
     deployment: str | None
     widest_path_radius_m: float | None
     wall_s_max: float
+    branches: str | None = None
+    """Of a guided swarm: the branches of the future to play; empty: the seed's own faults."""
 
     @property
     def replay(self) -> str:
         """The command line that replays this episode. A drawn world may not be written yet."""
         if self.faults == SWARM:
-            return f"./launch/clew campaign --faults {SWARM} --seeds {self.seed} --keep"
+            future = f" --future {self.branches}" if self.branches else ""
+            return f"./launch/clew campaign --faults {SWARM} --seeds {self.seed}{future} --keep"
         robots = "" if self.robots is None else f" -n {self.robots}"
         law = "" if self.law is None else f" --law {self.law}"
         deployment = "" if self.deployment is None else f" --deployment {self.deployment}"
@@ -100,6 +104,9 @@ class Outcome(Struct, frozen=True, kw_only=True):
     classes: tuple[str, ...] = ()
     injected: dict[str, int] = {}
     coverage: dict[str, int] = {}
+    branches: str = ""
+    futures: int = 0
+    cells: int = 0
     robots_arrived: int = 0
     goal_reached: bool = False
     no_route: bool = False
@@ -134,7 +141,7 @@ class OutOfTimeError(BaseException):
 
 
 @dataclass(frozen=True, slots=True)
-class _Stage:
+class Stage:
     """The input of an episode, loaded or drawn."""
 
     scenario: Scenario
@@ -148,7 +155,7 @@ def play(episode: Episode) -> Outcome:
     rehearsal: Rehearsal | None = None
     try:
         with wall_clock_limit(episode.wall_s_max):
-            stage = _set_stage(episode)
+            stage = set_stage(episode)
             rehearsal = Rehearsal(stage.scenario, episode.seed, stage.plan)
             rehearsal.run()
     except OutOfTimeError:
@@ -156,10 +163,9 @@ def play(episode: Episode) -> Outcome:
         reason = f"the wall-clock limit of {episode.wall_s_max:g} s struck {at}"
         return failed(episode, OUT_OF_TIME, reason, time.monotonic() - started_wall_s)
     except Exception as error:
-        return failed(episode, CRASHED, _last_line(error), time.monotonic() - started_wall_s)
+        return failed(episode, CRASHED, last_line(error), time.monotonic() - started_wall_s)
     wall_s, cpu_s = time.monotonic() - started_wall_s, time.process_time() - started_cpu_s
-    verdict = verdict_on(rehearsal, episode.seed, started_at=EPOCH, wall_s=wall_s)
-    return replace(_outcome(episode, stage, verdict, rehearsal), cpu_s=cpu_s)
+    return replace(outcome_of(episode, stage, rehearsal, wall_s=wall_s), cpu_s=cpu_s)
 
 
 def drawn_plan_path(path: str) -> str:
@@ -187,10 +193,16 @@ def surprise_of(verdict: Verdict, *, expected: int, no_route: bool, solvable: bo
     return Surprise.NONE
 
 
-def _set_stage(episode: Episode) -> _Stage:
+def set_stage(episode: Episode) -> Stage:
+    """Load or draw the episode's input.
+
+    Raises:
+        UsageError: it cannot be loaded.
+    """
     if episode.faults == SWARM:
-        swarm = draw(episode.seed)
-        return _Stage(swarm.scenario, swarm.plan, swarm)
+        future = episode.branches
+        swarm = draw(episode.seed) if future is None else draw_future(episode.seed, read_branches(future))
+        return Stage(swarm.scenario, swarm.plan, swarm)
     scenario = load(
         episode.path,
         robots=episode.robots,
@@ -198,11 +210,12 @@ def _set_stage(episode: Episode) -> _Stage:
         deployment=episode.deployment,
         seed=episode.seed,
     )
-    return _Stage(scenario, NO_FAULTS if episode.faults is None else plans.load(episode.faults))
+    return Stage(scenario, NO_FAULTS if episode.faults is None else plans.load(episode.faults))
 
 
-def _outcome(episode: Episode, stage: _Stage, verdict: Verdict, rehearsal: Rehearsal) -> Outcome:
-    world = rehearsal.world
+def outcome_of(episode: Episode, stage: Stage, rehearsal: Rehearsal, *, wall_s: float) -> Outcome:
+    """The outcome of a rehearsal that has been judged."""
+    verdict, world = verdict_on(rehearsal, episode.seed, started_at=EPOCH, wall_s=wall_s), rehearsal.world
     has_way = solvable(episode.widest_path_radius_m, world.scenario)
     no_route = world.ending is Ending.ROUTE_LOST
     least_m = verdict.clearance_m_min
@@ -235,11 +248,12 @@ def _outcome(episode: Episode, stage: _Stage, verdict: Verdict, rehearsal: Rehea
         sim_s=verdict.sim_s,
         wall_s=verdict.wall_s,
         replay=episode.replay,
+        branches=episode.branches or "",
     )
     return outcome if stage.plan is NO_FAULTS else _with_faults(outcome, stage, rehearsal)
 
 
-def _with_faults(outcome: Outcome, stage: _Stage, rehearsal: Rehearsal) -> Outcome:
+def _with_faults(outcome: Outcome, stage: Stage, rehearsal: Rehearsal) -> Outcome:
     """The outcome with its injections and coverage; in liveness mode also whether the fleet healed."""
     records = [entry.record for _, entry in rehearsal.entries]
     injected = Counter(each.fault for each in records if isinstance(each, FaultInjected))
@@ -280,7 +294,7 @@ def failed(episode: Episode, ending: str, reason: str, wall_s: float) -> Outcome
     )
 
 
-def _last_line(error: Exception) -> str:
+def last_line(error: Exception) -> str:
     """The message of an exception, and where it was raised."""
     said = traceback.format_exception_only(error)[-1].strip().splitlines()[-1]
     frame = traceback.extract_tb(error.__traceback__)[-1]

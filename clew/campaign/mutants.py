@@ -25,6 +25,8 @@ from clew.campaign.mutants_worker import WALL_S_MAX
 from protocol.errors import UsageError
 from protocol.root import ROOT
 
+WORKER = "clew.campaign.mutants_worker"
+
 
 class Caught(Struct, frozen=True, kw_only=True):
     """The result for one mutant."""
@@ -54,12 +56,12 @@ def run_mutant(mutant: Mutant, first_seed: int = 1) -> Caught:
     cpu_s, played = 0.0, 0
     with TemporaryDirectory(prefix="clew-mutant-") as folder:
         apply(mutant, Path(folder))
-        for outcome in _outcomes(Path(folder), first_seed, first_seed + mutant.seeds_max - 1):
+        for outcome in outcomes_in(Path(folder), WORKER, first_seed, first_seed + mutant.seeds_max - 1):
             played, cpu_s = played + 1, cpu_s + outcome.cpu_s
             if outcome.surprise is not Surprise.NONE and passes_unmutated(outcome.seed):
                 return Caught(
                     mutant=mutant.name,
-                    by=_by(outcome),
+                    by=by(outcome),
                     seed=outcome.seed,
                     seeds=played,
                     seeds_max=mutant.seeds_max,
@@ -100,13 +102,15 @@ def passes_unmutated(seed: int) -> bool:
     return play(drawn_episode(seed, Path(), "", wall_s_max=WALL_S_MAX)).surprise is Surprise.NONE
 
 
-def _by(outcome: Outcome) -> str:
+def by(outcome: Outcome) -> str:
+    """The broken invariants, or the kind of surprise."""
     broken = [name for name, count in outcome.violations_by_invariant.items() if count]
     return ", ".join(broken) if broken else str(outcome.surprise)
 
 
-def _outcomes(folder: Path, first: int, last: int) -> Iterator[Outcome]:
-    command = [sys.executable, "-m", "clew.campaign.mutants_worker", str(first), str(last)]
+def outcomes_in(folder: Path, worker: str, first: int, last: int) -> Iterator[Outcome]:
+    """The outcomes of these seeds with the source in the folder, as this module there plays them."""
+    command = [sys.executable, "-m", worker, str(first), str(last)]
     with _started(command, folder) as process:
         assert process.stdout is not None, "opened as a pipe"
         for line in process.stdout:

@@ -46,13 +46,6 @@ MUTANTS = (
         "self.authority_m = self.path.end_m",
     ),
     _mutant(
-        "grant-survives-turn",
-        "the grants of an epoch are void in the next one",
-        "agents/strand/strand.py",
-        "        turned.own_leg_m = at.own_m  #",
-        "        turned.authority_m = self.authority_m\n        turned.own_leg_m = at.own_m  #",
-    ),
-    _mutant(
         "hairpins",
         "grants keep distance in the plane, not only along the path",
         "protocol/wire/authority.py",
@@ -67,32 +60,74 @@ MUTANTS = (
         "np.full(len(corners) - 1, 0.0 * keep_m)",
     ),
     _mutant(
+        "any-fence",
+        "F1: a body obeys an order only if it bears exactly its fence",
+        "protocol/fence.py",
+        "    exactly = (bearing.epoch, bearing.turn) == (fence.epoch, fence.turn)\n",
+        "    exactly = True\n",
+    ),
+    _mutant(
+        "drives-on",
+        "F1: when the fence changes, all bodies stop and drop their orders",
+        "world/bodies/arena.py",
+        "        self.bodies.stand()\n        return [*samples, ",
+        "        return [*samples, ",
+    ),
+    _mutant(
+        "turn-of-all",
+        "F3: in a turn, one robot may move",
+        "protocol/fence.py",
+        "        one = self.may is May.ONE and (self.robot, self.life) == (robot, life)\n",
+        "        one = self.may is May.ONE\n",
+    ),
+    _mutant(
+        "old-places",
+        "F4: a place in the formation is read after the last turn of its robot",
+        "agents/coordinating/coordinator.py",
+        "            if self._reports[robot].turn <= self._turns.put_for(robot) > 0:\n",
+        "            if False:\n",
+    ),
+    Mutant(
+        "acts-before-all",
+        "F4, F5: nobody acts on a formation before its ALL",
+        (
+            Edit(
+                "agents/membership/membership.py",
+                "        if self.state is State.BOUND and self._fence.may is May.ALL:\n",
+                "        if self.state is State.BOUND:\n",
+            ),
+            Edit(
+                "agents/membership/membership.py",
+                "whole[0].turn != self._fence.turn or ",
+                "",
+            ),
+            Edit(
+                "protocol/fence.py",
+                "    return exactly and fence.names(robot, bearing.life)\n",
+                "    return exactly\n",
+            ),
+        ),
+    ),
+    _mutant(
         "no-epoch-in-links",
-        "a link state of another epoch is void",
+        "F5: a link state of another epoch, or of another life, is void",
+        "protocol/wire/link.py",
+        "        return (robot, state.life, state.epoch) == (self.neighbour, self.life, self.epoch)\n",
+        "        return robot == self.neighbour\n",
+    ),
+    _mutant(
+        "old-scans",
+        "F6: a scan serves only under the very fence that it bears",
+        "agents/body/senses.py",
+        "        return scan.fence == fence and in_force(fence)\n",
+        "        return in_force(fence)\n",
+    ),
+    _mutant(
+        "hulls-are-members",
+        "F6: hits are robots of the strand only where a neighbour may be",
         "agents/strand/strand.py",
-        "if link.neighbour == heard.robot and heard.state.epoch == self.epoch:",
-        "if link.neighbour == heard.robot:",
-    ),
-    _mutant(
-        "older-muster-wins",
-        "of two calls, the one with the higher epoch wins",
-        "agents/robot.py",
-        "        newest = epoch > self.epoch and epoch == self._calls.newest",
-        "        newest = epoch != self.epoch",
-    ),
-    _mutant(
-        "no-settling",
-        "no robot drives in a new epoch before the robots left out must have stopped",
-        "agents/membership/calls.py",
-        "lining.settled_at_s = self.free_at_s(lining.members, now_s)",
-        "lining.settled_at_s = now_s",
-    ),
-    _mutant(
-        "turns-not-ended",
-        "the next turn is given only after the last one has ended",
-        "agents/membership/giving.py",
-        "            if theirs is None or theirs.ended < given.number:",
-        "            if theirs is None:",
+        "            grounds.append(self.path.between(self._ahead_m, ahead_until_m))\n",
+        "            grounds.append(self.path.between(0.0, self.path.end_m))\n",
     ),
     _mutant(
         "no-dead-man",
@@ -107,38 +142,6 @@ MUTANTS = (
         "agents/body/driver.py",
         "        number = max(self.odometry.ordered, int(self.odometry.t_s * NUMBERS_PER_S)) + LATE_ORDERS\n",
         "        number = 0\n",
-    ),
-    _mutant(
-        "binds-moving",
-        "a member reports that it is bound only when it stands still",
-        "agents/membership/lining.py",
-        "        if not announcer.has_spoken and not driver.standing:",
-        "        if False:",
-    ),
-    Mutant(
-        "ghost",
-        "a robot that has left a strand neither drives nor sends messages in it",
-        (
-            Edit(
-                "agents/robot.py",
-                "        self._member = None\n        self._driver.begin(0.0)\n",
-                "        self._ghost, self._member = self._member, None\n",
-            ),
-            Edit(
-                "agents/robot.py",
-                "        commands = lining.act(self._driver, scan, now_s)\n",
-                "        commands = lining.act(self._driver, scan, now_s)\n"
-                '        if (ghost := getattr(self, "_ghost", None)) is not None:\n'
-                "            commands += ghost.act(now_s)\n",
-            ),
-        ),
-    ),
-    _mutant(
-        "no-majority",
-        "robots are left out only if the rest are a majority, both at the call and afterwards",
-        "agents/membership/calls.py",
-        "    return 2 * len(members) > len(shown)\n",
-        "    return bool(members) and bool(shown)\n",
     ),
     _mutant(
         "no-checksum",
@@ -161,21 +164,12 @@ MUTANTS = (
         "commands.append(Tell(self.behind.neighbour, ",
         "commands.append(Tell(self.order[-1], ",
     ),
-    Mutant(
+    _mutant(
         "late-orders",
-        "a body refuses an order that is older, by epoch or by number, than one that it has accepted",
-        (
-            Edit(
-                "world/bodies/bodies.py",
-                "if drive.target is not None and drive.epoch < epoch:",
-                "if drive.target is not None and drive.epoch < 0:",
-            ),
-            Edit(
-                "world/bodies/bodies.py",
-                "        if drive.number < self.ordered(body) or drive.basis_s < self._basis_s[body]:",
-                "        if False:",
-            ),
-        ),
+        "a body refuses an order that is older, by number, than one that it has accepted",
+        "world/bodies/bodies.py",
+        "        if drive.number < self.ordered[body] or drive.basis_s < self._basis_s[body]:\n",
+        "        if False:\n",
     ),
     Mutant(
         "dead-man-by-arrival",
@@ -199,13 +193,13 @@ MUTANTS = (
         (
             Edit(
                 "agents/strand/advance.py",
-                "        if self._needs_check(strand, reach_m):",
-                "        if False:",
+                "        return not watched and not self._follower.is_clear(reach_m)\n",
+                "        return False\n",
             ),
             Edit(
-                "agents/membership/lining.py",
-                "say(leg_clear=leg_is_clear(self.look, ahead, self._mission))",
-                "say(leg_clear=True)",
+                "agents/membership/reporting.py",
+                "clear=leg_is_clear(seen, ahead, self.mission))",
+                "clear=True)",
             ),
         ),
     ),
@@ -213,8 +207,8 @@ MUTANTS = (
         "silence-unnoticed",
         "a link that is silent for too long is broken",
         "protocol/wire/link.py",
-        "        return now_s - max(self._echoed_s, self.made_at_s)",
-        "        return 0.0",
+        "        return max(0.0, now_s - max(self.heard_at_s, self.made_at_s))\n",
+        "        return 0.0\n",
     ),
     _mutant(
         "acknowledges-unheard",
@@ -222,13 +216,6 @@ MUTANTS = (
         "agents/strand/strand.py",
         "            handed=own.handed.number,\n            vertices=len(self.path),\n",
         "            handed=own.handed.number,\n            vertices=len(self.path) + 2,\n",
-    ),
-    _mutant(
-        "tokens-come-back",
-        "members go on only while they may leave out all other robots that show a token",
-        "agents/robot.py",
-        "if not members or self._calls.may_go_on(members, now_s):",
-        "if True:",
     ),
     _mutant(
         "number-one-again",

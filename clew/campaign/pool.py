@@ -1,4 +1,4 @@
-"""Plays episodes on several processes and yields their outcomes as they come.
+"""Plays episodes on several processes and yields what came of them, as it comes.
 
 Rule 1: an episode whose process dies has an outcome, too. All episodes that were running at that moment are
         played again, one at a time, to find the one that kills its process.
@@ -10,60 +10,75 @@ import os
 import signal
 import threading
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from typing import TypeVar
 
 from clew.campaign.episode import CRASHED, Episode, Outcome, failed, play
+
+T = TypeVar("T")
+Play = Callable[[Episode], T]
 
 
 def outcomes_of(episodes: Sequence[Episode], jobs: int) -> Iterator[Outcome]:
     """The outcomes in the order in which they come; one job plays in this process."""
+    yield from results_of(episodes, jobs, play, lost)
+
+
+def lost(episode: Episode) -> Outcome:
+    """The outcome of an episode whose process has died."""
+    return failed(episode, CRASHED, "its process died", 0.0)
+
+
+def results_of(episodes: Sequence[Episode], jobs: int, play_one: Play[T], lose_one: Play[T]) -> Iterator[T]:
+    """What `play_one` makes of each episode, and `lose_one` of one whose process has died."""
     if jobs == 1:
-        yield from map(play, episodes)
+        yield from map(play_one, episodes)
         return
     # Affects the workers only: they load numpy after this, the parent has loaded it already.
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     waiting, running = deque(episodes), list[Episode]()
     while waiting or running:
         try:
-            yield from _pooled(waiting, running, jobs)
+            yield from _pooled(waiting, running, jobs, play_one)
         except BrokenProcessPool:
             suspects = running.copy()
             running.clear()
-            yield from map(_alone, suspects)
+            for each in suspects:
+                yield _alone(each, play_one, lose_one)
 
 
-def _pooled(waiting: deque[Episode], running: list[Episode], jobs: int) -> Iterator[Outcome]:
+def _pooled(waiting: deque[Episode], running: list[Episode], jobs: int, play_one: Play[T]) -> Iterator[T]:
     """Keep all workers busy; `running` holds the episodes that they play."""
     with _pool(jobs) as pool:
-        futures: dict[Future[Outcome], Episode] = {}
+        futures: dict[Future[T], Episode] = {}
         try:
             while waiting or futures:
                 while waiting and len(futures) < jobs:
                     running.append(waiting.popleft())
                     with _interrupt_kept_from_children():
-                        futures[pool.submit(play, running[-1])] = running[-1]
+                        futures[pool.submit(play_one, running[-1])] = running[-1]
                 done, _ = wait(futures, return_when=FIRST_COMPLETED)
                 for future in done:
-                    outcome = future.result()
+                    result = future.result()
                     running.remove(futures.pop(future))
-                    yield outcome
+                    yield result
         finally:
             if futures:  # interrupted or broken: the results are not needed
                 for worker in multiprocessing.active_children():
                     worker.terminate()
 
 
-def _alone(episode: Episode) -> Outcome:
+def _alone(episode: Episode, play_one: Play[T], lose_one: Play[T]) -> T:
     with _pool(1) as pool:
         try:
             with _interrupt_kept_from_children():
-                coming = pool.submit(play, episode)
+                coming = pool.submit(play_one, episode)
             return coming.result()
         except BrokenProcessPool:
-            return failed(episode, CRASHED, "its process died", 0.0)
+            return lose_one(episode)
 
 
 def _pool(jobs: int) -> ProcessPoolExecutor:

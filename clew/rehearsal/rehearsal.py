@@ -84,6 +84,11 @@ class Rehearsal:
         return self._logbook.entries
 
     @property
+    def processes(self) -> Processes:
+        """The processes, to look at."""
+        return self._processes
+
+    @property
     def account(self) -> Account:
         """The message counts of the world's own process."""
         ours = self._processes.desk.traffic
@@ -122,6 +127,12 @@ class Rehearsal:
     def inject(self, plan: Plan) -> None:
         """Use this plan for messages from now on; messages in transit are not affected."""
         self._exchange.message_faults = MessageFaults(plan, self._seed)
+
+    def turn_to(self, plan: Plan) -> None:
+        """Use this plan from now on, for all faults. What the old plan has begun goes on."""
+        self.plan = plan
+        self._exchange.message_faults = self._exchange.message_faults.turned_to(plan)
+        self._process_faults.turn_to(plan)
 
     def kill(self, robot: int) -> None:
         """End the robot's process; its body stays."""

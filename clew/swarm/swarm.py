@@ -92,7 +92,7 @@ def draw(seed: int) -> Swarm:
     outside: frozenset[int] = frozenset()
     if not is_safety:
         has_outside = robots >= 4 and draws.chance(OUTSIDE_SHARE)
-        rules = _without_excess_kills(rules, kills_max=robots - (3 if has_outside else 1))
+        rules = without_excess_kills(rules, kills_max=robots - (3 if has_outside else 1))
         if has_outside:
             robot = draws.whole(1, robots)
             outside, rules = frozenset({robot}), [*rules, _permanent(robot, draws)]
@@ -117,7 +117,7 @@ def _with_adversary(seed: int, independent: list[FaultClass]) -> list[FaultClass
     return [*(each for each in independent if draws.chance(ON_WITH_ADVERSARY)), *some]
 
 
-def _without_excess_kills(rules: list[Rule], *, kills_max: int) -> list[Rule]:
+def without_excess_kills(rules: list[Rule], *, kills_max: int) -> list[Rule]:
     """The rules without the kills that would leave too few robots."""
     kept: list[Rule] = []
     for rule in rules:

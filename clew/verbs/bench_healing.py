@@ -1,6 +1,7 @@
 """`clew bench healing`: measures on live fleets, in real time."""
 
 import os
+import re
 import tempfile
 from pathlib import Path
 
@@ -18,7 +19,8 @@ from protocol.faults.plan_text import FAULTS_FILE, plan_text
 from world.record.recorder import EVENTS_FILE
 from world.scenario.scenario import load
 
-HEALED = b'"kind":"strand.healed"'  # as the recorder writes it
+DRIVES_AGAIN = re.compile(rb'"kind":"strand.healed"(?s:.)*"kind":"order.accepted"[^\n]*"step":[1-9]')
+"""The leader's first order after a heal, as the recorder writes it."""
 WALL_S_MAX = 60.0  # of a run: a strand heals within 10 s, or never
 
 
@@ -32,7 +34,7 @@ def healing(ctx: click.Context, scenario: str, *, runs: int, as_json: bool) -> N
     """Measure how soon live fleets detect and replace a lost leader.
 
     In half of the runs the leader is killed, in the other half it is frozen. Each run ends as soon as its
-    strand has healed. Exits with 1 when a time was over its bound or an event never came.
+    strand drives again. Exits with 1 when a time was over its bound or an event never came.
     """
     load(scenario)  # report a bad scenario once, before any fleet starts
     rows: list[HealingFigures] = []
@@ -59,7 +61,7 @@ def _measure(scenario: str, fault: LeaderFault, run: int) -> Healing | None:
         ended = run_fleet(
             [scenario, "--faults", str(plan), "--seed", str(run + 1), "--out", str(out)],
             wall_s_max=WALL_S_MAX,
-            until=lambda: events.exists() and HEALED in events.read_bytes(),
+            until=lambda: events.exists() and DRIVES_AGAIN.search(events.read_bytes()) is not None,
         )
         if not events.exists():
             warn(f"no run: {'; '.join(ended.said)}")
@@ -68,7 +70,9 @@ def _measure(scenario: str, fault: LeaderFault, run: int) -> Healing | None:
 
 
 def _print(rows: list[HealingFigures]) -> None:
-    table = Table(title="Fault to detection, detection to succession, fault to healing [wall-clock s]")
+    table = Table(
+        title="Fault to detection, detection to succession, fault to first order, to healing [wall-clock s]"
+    )
     table.add_column("leader")
     for column in (
         "runs",
@@ -79,11 +83,19 @@ def _print(rows: list[HealingFigures]) -> None:
         "succession p50",
         "p99",
         "bound",
+        "order p50",
+        "p99",
+        "bound",
         "healed p50",
     ):
         table.add_column(column, justify="right")
     for row in rows:
-        cells = (*_cells(row.detection), *_cells(row.succession), _cells(row.healed)[0])
+        cells = (
+            *_cells(row.detection),
+            *_cells(row.succession),
+            *_cells(row.ordered),
+            _cells(row.healed)[0],
+        )
         table.add_row(f"{row.fault}", f"{row.runs}", f"{row.never}", *cells)
     console().print(table)
     loads = [load for row in rows for load in row.loads]

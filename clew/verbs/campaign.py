@@ -15,7 +15,10 @@ from clew.campaign.campaign import CAMPAIGN_FILE, Campaign, Request, cores, run
 from clew.campaign.classes import class_table, coverage_table
 from clew.campaign.episode import SWARM
 from clew.campaign.families import table
+from clew.campaign.pool import outcomes_of
 from clew.fleet.folder import RUNS
+from clew.guided.batches import guided_outcomes
+from clew.swarm.futures import read_branches
 from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, robots_option
 from clew.verbs.say import console, say
 from protocol.errors import UsageError
@@ -60,6 +63,12 @@ def _seeds(_ctx: click.Context, _param: click.Parameter, said: str) -> tuple[int
     "--faults", metavar="PLAN|swarm", help="Fault plan; swarm: each seed draws its own world and faults."
 )
 @click.option(
+    "--guided", is_flag=True, help="Of a swarm: search each seed for futures that reach something new."
+)
+@click.option(
+    "--future", metavar="BRANCHES", help="Of a swarm: play one future of each seed, such as 3.101:2,7.401:1."
+)
+@click.option(
     "--keep", is_flag=True, help="Write every drawn world and plan, not only those with a surprise."
 )
 @click.option(
@@ -92,6 +101,8 @@ def campaign(
     deployment: str | None,
     tight: float | None,
     faults: str | None,
+    guided: bool,
+    future: str | None,
     keep: bool,
     jobs: int | None,
     out: Path | None,
@@ -104,6 +115,7 @@ def campaign(
     draws its own small world and the faults in it. Exits with 1 when there was a surprise.
     """
     _check(bool(roots), faults, (robots, law, deployment, tight))
+    _check_futures(faults, guided=guided, future=future)
     request = Request(
         roots=(*roots, *more),
         robots=robots,
@@ -112,13 +124,15 @@ def campaign(
         deployment=deployment,
         tight=tight,
         faults=faults,
+        guided=guided,
+        future=future,
         keep=keep,
         jobs=jobs or cores(),
         out=out or RUNS / f"campaign-{datetime.now(UTC):%Y%m%dT%H%M%SZ}",
         wall_s_max=wall_s_max,
     )
     with _watching() as watch:
-        result = run(request, watch)
+        result = run(request, watch, guided_outcomes if guided else outcomes_of)
     if as_json:
         click.echo((request.out / CAMPAIGN_FILE).read_text(encoding="utf-8"), nl=False)
     else:
@@ -143,6 +157,20 @@ def _check(has_scenes: bool, faults: str | None, of_scenes: tuple[object, ...]) 
         )
 
 
+def _check_futures(faults: str | None, *, guided: bool, future: str | None) -> None:
+    """Refuse futures of anything but a swarm.
+
+    Raises:
+        UsageError: it names the option.
+    """
+    if faults != SWARM and (guided or future is not None):
+        raise UsageError("--guided, --future: need --faults swarm")
+    if guided and future is not None:
+        raise UsageError("--guided: searches for futures itself, so --future must not be given")
+    if future is not None:
+        read_branches(future)
+
+
 def _print(result: Campaign, out: Path) -> None:
     out_table = console()
     out_table.print(table(result.families, result.all))
@@ -152,6 +180,11 @@ def _print(result: Campaign, out: Path) -> None:
     for outcome in result.surprises:
         say(f"{outcome.surprise}: {outcome.family}/{outcome.scene}, seed {outcome.seed}: {outcome.reason}")
         say(f"    {outcome.replay}")
+    if result.guided:
+        futures, cells = (
+            sum(getattr(each, name) for each in result.episodes) for name in ("futures", "cells")
+        )
+        say(f"guided: {futures} futures, {cells} cells")
     if result.uncovered:
         say(f"not covered: {', '.join(result.uncovered)}")
     word = "INTERRUPTED" if result.interrupted else "OK" if result.ok else "FAILED"

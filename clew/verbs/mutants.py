@@ -4,7 +4,8 @@ import click
 from rich.table import Table
 
 from clew.campaign.mutants import Caught, run_mutant
-from clew.campaign.mutants_list import MUTANTS
+from clew.campaign.mutants_list import MUTANTS, Mutant
+from clew.guided.mutants import Compared, Comparison, compare, summed_up
 from clew.verbs.options import AS_JSON
 from clew.verbs.say import console, say_json
 from protocol.errors import UsageError
@@ -13,9 +14,17 @@ from protocol.exit_codes import ExitCode
 
 @click.command()
 @click.option("--mutant", "names", multiple=True, metavar="NAME", help="Only this mutant; repeatable.")
+@click.option("--guided", is_flag=True, help="Search for each mutant guided and uniform, and compare.")
+@click.option(
+    "--trials",
+    type=click.IntRange(1, 99),
+    default=5,
+    show_default=True,
+    help="With --guided: how often to search for each mutant, from different seeds on.",
+)
 @AS_JSON
 @click.pass_context
-def mutants(ctx: click.Context, names: tuple[str, ...], *, as_json: bool) -> None:
+def mutants(ctx: click.Context, names: tuple[str, ...], *, guided: bool, trials: int, as_json: bool) -> None:
     """Check that a swarm campaign catches bugs that are planted on purpose (mutation testing).
 
     Each mutant is a copy of our source with one bug. Exits with 1 when a mutant was not caught within its
@@ -25,6 +34,13 @@ def mutants(ctx: click.Context, names: tuple[str, ...], *, as_json: bool) -> Non
         raise UsageError(
             f"--mutant {unknown[0]}: must be one of {', '.join(mutant.name for mutant in MUTANTS)}"
         )
+    if guided:
+        comparison = _compare([mutant for mutant in MUTANTS if not names or mutant.name in names], trials)
+        if as_json:
+            say_json(comparison)
+        else:
+            console().print(_comparison_table(comparison))
+        ctx.exit(ExitCode.OK if all(each.guided.caught for each in comparison.mutants) else ExitCode.FAILED)
     caught: list[Caught] = []
     for mutant in MUTANTS:
         if not names or mutant.name in names:
@@ -35,6 +51,41 @@ def mutants(ctx: click.Context, names: tuple[str, ...], *, as_json: bool) -> Non
     else:
         console().print(_table(caught))
     ctx.exit(ExitCode.OK if all(each.ok for each in caught) else ExitCode.FAILED)
+
+
+def _compare(chosen: list[Mutant], trials: int) -> Comparison:
+    compared: list[Compared] = []
+    for mutant in chosen:
+        compared.append(each := compare(mutant, trials))
+        ours, theirs = _figure(each.guided.seeds_median), _figure(each.uniform.seeds_median)
+        click.echo(f"mutants: {mutant.name}: seeds until caught: {ours} guided, {theirs} uniform", err=True)
+    return summed_up(compared)
+
+
+def _comparison_table(comparison: Comparison) -> Table:
+    """The medians of all mutants, guided and uniform."""
+    drawn = Table("mutant", "seeds", "uniform", "times", "CPU, s", "uniform", "times", "caught")
+    for column in drawn.columns[1:]:
+        column.justify = "right"
+    for each in comparison.mutants:
+        guided, uniform = each.guided, each.uniform
+        drawn.add_row(
+            each.mutant,
+            _figure(guided.seeds_median),
+            _figure(uniform.seeds_median),
+            _figure(each.seeds_ratio, 1),
+            _figure(guided.cpu_s_median, 1),
+            _figure(uniform.cpu_s_median, 1),
+            _figure(each.cpu_ratio, 1),
+            f"{guided.caught}, {uniform.caught} of {len(guided.trials)}",
+        )
+    ratios = comparison.seeds_ratio_median, comparison.cpu_ratio_median
+    drawn.add_row("median", "", "", _figure(ratios[0], 1), "", "", _figure(ratios[1], 1), "")
+    return drawn
+
+
+def _figure(figure: float | None, decimals: int = 0) -> str:
+    return "-" if figure is None else f"{figure:.{decimals}f}"
 
 
 def _sentence(caught: Caught) -> str:

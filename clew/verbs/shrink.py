@@ -13,6 +13,7 @@ from clew.campaign.failures import Case, Failure, failure_in, failure_of, failur
 from clew.campaign.shrink import shrink
 from clew.fleet.folder import make_folder
 from clew.log import timeline
+from clew.swarm.futures import draw_future, read_branches
 from clew.swarm.swarm import Mode, draw
 from clew.verbs.options import SEED
 from clew.verbs.say import warn
@@ -125,7 +126,7 @@ def _episode(folder: Path, seed: int | None) -> tuple[Case, Failure | None]:
     outcome = next((each for each in campaign.episodes if each.seed == seed), None)
     if outcome is None:
         raise UsageError(f"{folder}: has not played seed {seed}")
-    swarm = draw(seed)
+    swarm = draw_future(seed, read_branches(outcome.branches)) if outcome.branches else draw(seed)
     case = Case(
         scenario=swarm.scenario,
         seed=seed,

@@ -103,6 +103,12 @@ class MessageFaults:
         """Whether any rule can cut a process off from the router."""
         return len(self._cuts) > 0
 
+    def turned_to(self, plan: Plan) -> "MessageFaults":
+        """The effects of another plan from now on, in the same run."""
+        turned = MessageFaults(plan, self._seed)
+        turned._unnumbered = self._unnumbered.copy()
+        return turned
+
     def of(self, key: str, kind: str, number: int, receiver: str, *, now_s: float, step: int) -> Effect:
         """The effect on a message.
 

@@ -56,6 +56,8 @@ class ProcessFaults:
 
     def __init__(self, plan: Plan, seed: int) -> None:
         rules = [rule for rule in plan.rules if isinstance(rule, ProcessRule)]
+        self._seed = seed
+        self._names = {str(rule.name) for rule in rules}
         self._pending = {str(rule.name): rule for rule in rules if _comes_true(rule, seed)}
         self.has_points = any(rule.point is not None for rule in self._pending.values())
         """Whether any rule strikes at a point of a robot's step."""
@@ -66,6 +68,18 @@ class ProcessFaults:
         self._count = 0  # breaks ties, so that faults due together keep their order
         self._reached: Counter[tuple[str, str]] = Counter()  # by rule and robot
         self._told_step = 0
+
+    def turn_to(self, plan: Plan) -> None:
+        """Use this plan from now on; a rule that has struck does not strike again under the same name."""
+        rules = {str(rule.name): rule for rule in plan.rules if isinstance(rule, ProcessRule)}
+        self._pending = {
+            name: rule
+            for name, rule in rules.items()
+            if name in self._pending or (name not in self._names and _comes_true(rule, self._seed))
+        }
+        self._names |= rules.keys()
+        self.has_points |= any(rule.point is not None for rule in self._pending.values())
+        self._ended.expect(plan.rules)
 
     @property
     def step(self) -> int:

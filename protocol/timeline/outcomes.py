@@ -32,7 +32,7 @@ class PromiseBroken(Kind, frozen=True, kw_only=True, tag="promise.broken"):
 
     invariant: Annotated[str, Meta(pattern="^(S[1-3]|F[1-6]|P[1-6])$")]
     robot: RobotId
-    other: Annotated[RobotId | None, Meta(description="the other robot of S2, P1 and P3")] = None
+    other: Annotated[RobotId | None, Meta(description="the other robot, where two are involved")] = None
     measured_m: Annotated[Metres | None, Meta(description="null: the invariant has no length")] = None
     required_m: Metres | None = None
     why: Text

@@ -132,6 +132,8 @@ class Answer(Struct, frozen=True, kw_only=True, tag="answer"):
     """The last turn that was put for the robot: its place is to be read from an odometry after that."""
     out: bool = False
     """Whether the robot is left out of the formation."""
+    stranded: bool = False
+    """Whether it is because no way was found for it."""
     question: Question | None = None
     join: Join | None = None
     rank: Count | None = None
@@ -189,6 +191,8 @@ class Plea(Struct, frozen=True, kw_only=True, tag="plea"):
 
     epoch: Epoch
     life: Life
+    stranded: bool = False
+    """Whether no way was found for it: it may find one when the others have gone on."""
 
 
 ViewMessage = Report | Answer | Formation | Plea

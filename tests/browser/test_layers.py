@@ -17,6 +17,7 @@ from protocol.arrays import Floats, distances_to_segments, scan_bearings_rad
 from protocol.frames import Point
 from protocol.timeline import (
     AuthorityGranted,
+    FaultInjected,
     PoseSampled,
     Record,
     RobotDied,
@@ -33,6 +34,7 @@ from world.record.run_files import read_verdict
 from world.scenario.scenario import Scenario
 
 BUSY = str(Path(__file__).with_name("busy.faults.toml"))
+KILLED = FaultInjected(fault="kill", rule="kill-4", process="r1")  # in the first step
 DRIVEN_S, HEALED_S = 1.83, 14.01  # five robots on their way; later three, after leader and tail died
 Kind = TypeVar("Kind", bound=Record)
 
@@ -306,7 +308,11 @@ def test_each_step_has_a_band_from_its_plan_to_its_end(stills: list[list[Mark]],
     planned = [
         (entry.t_s, entry.record.step) for _, entry in read.lines if isinstance(entry.record, StepPlanned)
     ]
-    ended_s = [entry.t_s for _, entry in read.lines if isinstance(entry.record, StepFinished)]
+    finished_s = {
+        entry.record.step: entry.t_s for _, entry in read.lines if isinstance(entry.record, StepFinished)
+    }
+    killed_s = next(entry.t_s for _, entry in read.lines if entry.record == KILLED)
+    ended_s = [finished_s.get(step, killed_s) for _, step in planned]
     bands = [mark.points for mark in lanes if mark.does == "rect" and mark.points[0][1] == 4.0]
     wide = [(left, right) for (left, _), (right, _) in bands if right - left > 3.0]
     begins = [zero + slope * t_s for t_s, _ in planned]

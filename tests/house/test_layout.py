@@ -55,7 +55,7 @@ FLOORS: dict[str, dict[str, int]] = {
         **dict.fromkeys(("story/", "swarm/"), 2),
         **dict.fromkeys(("export/", "fleet/", "page/"), 3),
         **dict.fromkeys(("campaign/", "page/serve/"), 4),
-        "figures/": 5,
+        **dict.fromkeys(("figures/", "guided/"), 5),
         "bench/": 6,
         "manual/": 7,
         "verbs/": 8,

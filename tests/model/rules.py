@@ -63,7 +63,7 @@ class Rule(StrEnum):
     )
     PUT_COUNTS_AT_ONCE = (
         "F4",
-        "A turn counts as the robot's last from its put on: one that is held up changes no place.",
+        "A robot's last turn is the last put for it, taken or not: one that is held up changes no place.",
     )
     NOTHING_AFTER_ALL = (
         "F4",
@@ -75,11 +75,11 @@ class Rule(StrEnum):
     )
     PLACE_AFTER_OWN_TURN = (
         "F4",
-        "A place was not reported before the robot's last turn: no turn has changed it.",
+        "A place was not reported before the last turn put for the robot: no turn has changed it.",
     )
     PLACE_OF_A_LATER_TURN = (
         "F4",
-        "A place bears a later turn than the robot's last: the turn can change it no more.",
+        "A place bears a later turn than the last put for the robot: that can change it no more.",
     )
     PLACE_STANDING = "F4", "A place was read while the body stood: the body is not still on its way."
     PLACE_ORDERS_ENDED = (
@@ -152,7 +152,7 @@ class Rule(StrEnum):
     )
     RELEASE_NAMES_ITS_STOP = (
         "REGISTER",
-        "A release names the generation that it ends: a late repetition ends no later stop.",
+        "A release is taken while exactly its generation is stopped: a late one ends no later stop.",
     )
 
 

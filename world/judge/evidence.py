@@ -9,6 +9,7 @@ from bisect import bisect_right, insort
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import NamedTuple
 
 from protocol.frames import Point
@@ -93,7 +94,7 @@ class Evidence:
     )
     """The largest authority by then, by granter, grantee and epoch."""
     plans: dict[tuple[int, int], dict[int, list[tuple[float, StepPlanned]]]] = field(
-        default_factory=lambda: defaultdict(lambda: defaultdict(list))
+        default_factory=lambda: defaultdict(partial(defaultdict, list))
     )
     """By robot and epoch, then by the leader's step, or `JOINS`."""
     abandoned: dict[tuple[int, int], dict[int, Point]] = field(default_factory=lambda: defaultdict(dict))

@@ -99,8 +99,7 @@ def _of_all(evidence: Evidence, epoch: int, driven: int) -> Iterator[str]:
     fence, t_s = fences[driven], fences.times_s[driven]
     told = f"turn {fence.turn} of epoch {epoch} lets all move"
     earlier = [index for index in fences.of_epoch[epoch] if index < driven]
-    named = any(fences[index].may is May.ONE for index in earlier)
-    if named and fences[earlier[-1]].may is not May.NOBODY:
+    if earlier and fences[earlier[-1]].may is not May.NOBODY:
         yield f"{told} right after a turn of robot {fences[earlier[-1]].named}"
     if formed is None:
         since_s = fences.times_s[earlier[-1]] if earlier else t_s

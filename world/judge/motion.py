@@ -123,10 +123,8 @@ def _origins(taken: Sequence[Taken]) -> list[Point]:
     origins: list[Point] = []
     for index, each in enumerate(taken):
         order, before = each.order, taken[index - 1]
-        same = index > 0 and order.target is not None and before.order.target == order.target
-        origins.append(
-            origins[-1] if same and before.fence == each.fence else Point(x_m=order.x_m, y_m=order.y_m)
-        )
+        same = index > 0 and (before.order.target, before.fence) == (order.target, each.fence)
+        origins.append(origins[-1] if same else Point(x_m=order.x_m, y_m=order.y_m))
     return origins
 
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from agents.navigation.scan import View, view
 from clew.fields.field import Field, Kind, scene
 from protocol.arrays import Floats, scan_bearings_rad
+from protocol.fence import Fence
 from protocol.frames import Pose
 from protocol.mission import Law, Mission
 from protocol.wire.messages import Scan
@@ -68,7 +69,12 @@ class Standpoint:
             true_m < limit_m, np.clip(true_m + signs * self.range_error_m, 0.0, limit_m), limit_m
         )
         x_m, y_m = self.position.tolist()
-        scan = Scan(t_s=0.0, pose=Pose(x_m=x_m, y_m=y_m, heading_rad=0.0), ranges_m=tuple(read_m.tolist()))
+        scan = Scan(
+            t_s=0.0,
+            fence=Fence(),
+            pose=Pose(x_m=x_m, y_m=y_m, heading_rad=0.0),
+            ranges_m=tuple(read_m.tolist()),
+        )
         return view(scan, range_m_max=limit_m)
 
     @property

@@ -11,6 +11,7 @@ from agents.navigation.scan import View, view
 from agents.navigation.step import Crossed, NoStep
 from agents.strand.leader import DeadEnd, Leader, LookCloser, Plan, Wait
 from protocol.arrays import scan_bearings_rad
+from protocol.fence import Fence
 from protocol.frames import Point, Pose
 from protocol.mission import Law, Mission
 from protocol.path import Path
@@ -64,7 +65,10 @@ def look_around(
         range_m_max=mission.range_m_max,
         discs=np.zeros((0, 3)),
     )
-    return view(Scan(t_s=0.0, pose=at, ranges_m=tuple(ranges.tolist())), range_m_max=mission.range_m_max)
+    return view(
+        Scan(t_s=0.0, pose=at, fence=Fence(), ranges_m=tuple(ranges.tolist())),
+        range_m_max=mission.range_m_max,
+    )
 
 
 def alone(at: Pose = ORIGIN) -> Ground:

@@ -1,26 +1,102 @@
-"""A strand of three robots in a row, and their messages to each other."""
+"""A strand of three robots in a row, as a formation tells it, and their messages to each other."""
 
-from agents.strand.forming import lined_up
+from collections.abc import Mapping, Sequence
 
 from agents.commands import Command, Note, Tell
 from agents.strand.strand import Own, Strand
 from protocol.frames import Point, Pose, Vertex
 from protocol.mission import Law
+from protocol.path import Path, straightened
 from protocol.timeline import AuthorityGranted
-from protocol.wire.messages import AheadState, BehindState, Handover, Reversal
+from protocol.wire.fence import Epoch, Fence, May
+from protocol.wire.messages import AheadState, BehindState, Handover
+from protocol.wire.view import Counters, Formation, Neighbour
 from tests.support.stages.one_step import under
 
 MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1, separation_m=0.1)
 KEEP_M = 0.31  # two radii, the separation and the tolerance
 ORDER = (3, 2, 1)
 PLACES = {robot: Pose(x_m=float(robot), y_m=0.0, heading_rad=0.0) for robot in ORDER}
-KNOWN = len(lined_up(1, ORDER, PLACES, MISSION, 0.0).path)  # vertices that all robots know from the start
-NOTHING_HANDED = Handover(number=0, steps=0, dissolved=0, seen=b"")
+EPOCH = Epoch(generation=1, robot=3, life=1003)
+TURN = 1
+KNOWN = 2  # vertices that all robots know from the start: a straight queue is one segment
+NOTHING_HANDED = Handover(number=0, steps=0, seen=b"")
 HEARTBEAT_S, SILENCE_S = MISSION.heartbeat_s, MISSION.silence_s
 
 
-def place(robot: int) -> Strand:
-    return lined_up(robot, ORDER, PLACES, MISSION, 0.0)
+def life_of(robot: int) -> int:
+    """The life of a robot in its first formation."""
+    return 1000 + robot
+
+
+def fence_all(epoch: Epoch = EPOCH, *, leader: int = ORDER[0], members: int = 3) -> Fence:
+    """The fence under which a formation may drive."""
+    return Fence(epoch=epoch, turn=TURN, may=May.ALL, robot=leader, members=members)
+
+
+def queue_path(order: Sequence[int], places: Mapping[int, Pose]) -> Path:
+    """The path of robots that have lined up: straight from the tail over all places to the leader's."""
+    return Path(straightened([Point(x_m=places[each].x_m, y_m=places[each].y_m) for each in reversed(order)]))
+
+
+def formation(
+    robot: int,
+    order: Sequence[int],
+    places: Mapping[int, Pose],
+    places_m: Mapping[int, float],
+    path: Path,
+    *,
+    epoch: Epoch = EPOCH,
+    lives: Mapping[int, int] | None = None,
+    driven: bool = False,
+    back_by_m: float = 0.0,
+    counters: Counters = Counters(),  # noqa: B008 - it is frozen
+    heals: bool = False,
+    led_by: int = 0,
+) -> Formation:
+    """What the coordinator tells one member, in one piece."""
+    rank = list(order).index(robot)
+
+    def life(of: int) -> int:
+        return life_of(of) if lives is None else lives[of]
+
+    def neighbour(at: int) -> Neighbour | None:
+        if not 0 <= at < len(order):
+            return None
+        return Neighbour(robot=order[at], life=life(order[at]), s_m=places_m[order[at]])
+
+    return Formation(
+        epoch=epoch,
+        life=life(robot),
+        turn=TURN,
+        members=len(order),
+        rank=rank,
+        s_m=places_m[robot],
+        place=places[robot],
+        ahead=neighbour(rank - 1),
+        behind=neighbour(rank + 1),
+        leg_is_driven=driven,
+        back_by_m=back_by_m,
+        counters=counters,
+        heals=heals,
+        led_by=led_by,
+        first=0,
+        vertices=len(path),
+        path=tuple(path),
+    )
+
+
+def queued(robot: int, order: Sequence[int] = ORDER, *, back_by_m: float = 0.0) -> Formation:
+    """The formation of robots that stand in a row, the tail at arc length 0."""
+    path = queue_path(order, PLACES)
+    zero = PLACES[order[-1]].x_m
+    places_m = {each: abs(PLACES[each].x_m - zero) for each in order}
+    return formation(robot, order, PLACES, places_m, path, back_by_m=back_by_m)
+
+
+def place(robot: int, order: Sequence[int] = ORDER, *, now_s: float = 0.0, back_by_m: float = 0.0) -> Strand:
+    told = queued(robot, order, back_by_m=back_by_m)
+    return Strand(robot, told, queue_path(order, PLACES), MISSION, now_s)
 
 
 def leading() -> Strand:
@@ -33,42 +109,46 @@ def leading() -> Strand:
 def own(
     progress_m: float, *, stands: bool = True, arrived: bool = False, handed: Handover = NOTHING_HANDED
 ) -> Own:
-    return Own(progress_m, Pose(x_m=1.0 + progress_m, y_m=0.0, heading_rad=0.0), stands, arrived, handed)
+    return Own(progress_m, stands, arrived, handed)
 
 
 def ahead(
     *,
-    epoch: int = 1,
-    echo_s: float = 0.0,
+    epoch: Epoch = EPOCH,
+    life: int | None = None,
+    t_s: float = 0.0,
     path_from: int = KNOWN,
     path: tuple[Vertex, ...] = (),
     authority_m: float = 0.0,
     progress_m: float = 2.0,
-    reversal: Reversal | None = None,
+    backs_up: bool = False,
+    arrived: bool = False,
+    handed: Handover | None = None,
 ) -> AheadState:
-    """What a robot hears from the one ahead."""
+    """What robot 2 hears from the one ahead."""
     return AheadState(
         epoch=epoch,
-        echo_s=echo_s,
+        life=life_of(3) if life is None else life,
+        t_s=t_s,
         path_from=path_from,
         path=path,
         progress_m=progress_m,
         authority_m=authority_m,
-        pose=PLACES[3],
-        arrived=False,
-        lineage=(),
+        arrived=arrived,
         vertices=path_from + len(path),
-        backs_up=False,
-        reversal=reversal,
+        backs_up=backs_up,
+        handed=handed,
     )
 
 
 def behind(
+    robot: int = 2,
     *,
-    epoch: int = 1,
-    echo_s: float = 0.0,
+    epoch: Epoch = EPOCH,
+    life: int | None = None,
+    t_s: float = 0.0,
     vertices: int = KNOWN,
-    progress_m: float = 0.0,
+    progress_m: float | None = None,
     tail_m: float = 0.0,
     stand: bool = True,
     handed: int = 0,
@@ -76,13 +156,13 @@ def behind(
     """What a robot hears from the one behind."""
     return BehindState(
         epoch=epoch,
-        echo_s=echo_s,
+        life=life_of(robot) if life is None else life,
+        t_s=t_s,
         handed=handed,
         vertices=vertices,
-        progress_m=progress_m,
+        progress_m=PLACES[robot].x_m - 1.0 if progress_m is None else progress_m,
         tail_progress_m=tail_m,
         stand=stand,
-        pose=PLACES[2],
     )
 
 

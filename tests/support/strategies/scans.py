@@ -3,6 +3,7 @@
 from hypothesis import strategies as st
 
 from agents.navigation.scan import View, view
+from protocol.fence import Fence
 from protocol.frames import Pose
 from protocol.wire.messages import Scan
 
@@ -13,7 +14,7 @@ NOTHING_M = RANGE_M_MAX
 
 def view_of(ranges_m: list[float], at: Pose = ORIGIN) -> View:
     """A robot's scan with these ranges, anti-clockwise from bearing -pi."""
-    return view(Scan(t_s=0.0, pose=at, ranges_m=tuple(ranges_m)), range_m_max=RANGE_M_MAX)
+    return view(Scan(t_s=0.0, fence=Fence(), pose=at, ranges_m=tuple(ranges_m)), range_m_max=RANGE_M_MAX)
 
 
 def turned(ranges_m: list[float], directions: int) -> list[float]:

@@ -110,6 +110,37 @@ def test_known_vertices_are_not_added_again(path: Path, data: st.DataObject) -> 
     assert learner.told_from(0, 2 * len(path)) == path.told_from(0, len(path))
 
 
+@given(paths(), st.integers(1, 12), st.data())
+def test_all_parts_of_one_path_fit_what_is_known_of_it(path: Path, known: int, data: st.DataObject) -> None:
+    learner = _knowing(path, min(known, len(path)))
+    first = data.draw(st.integers(0, len(path)))
+    assert learner.fits(first, path.told_from(first, len(path)))
+
+
+@pytest.mark.parametrize(
+    ("first", "told", "fits"),
+    [
+        (1, [(1.5, 0.0, 1.5)], True),  # the last segment has become longer
+        (1, [(1.5, 0.0, 1.4)], False),
+        (1, [(0.5, 0.0, 0.5)], False),
+        (1, [(1.0, 0.5, 1.5)], False),  # the end of the known path is not on it any more
+        (0, [(0.5, 0.0, 0.0)], False),
+        (2, [(1.0, 1.0, 2.0)], True),
+        (2, [(1.0, 1.0, 2.1)], False),
+        (2, [(1.0, 1.0, 2.0), (2.0, 1.0, 3.0)], True),
+        (2, [(1.0, 1.0, 2.0), (2.0, 1.0, 2.0)], False),
+        (3, [(9.0, 9.0, 0.0)], True),  # it is beyond a gap
+    ],
+)
+def test_vertices_fit_only_if_they_continue_the_known_path(
+    first: int, told: list[tuple[float, float, float]], *, fits: bool
+) -> None:
+    known = Path([Point(x_m=0.0, y_m=0.0), Point(x_m=1.0, y_m=0.0)])
+    vertices = [Vertex(x_m=x_m, y_m=y_m, s_m=s_m) for x_m, y_m, s_m in told]
+    assert known.fits(first, vertices) is fits
+    assert known.told_from(0, 9) == Path([Point(x_m=0.0, y_m=0.0), Point(x_m=1.0, y_m=0.0)]).told_from(0, 9)
+
+
 def test_vertices_beyond_a_gap_are_ignored_until_they_are_sent_again() -> None:
     path = Path([Point(x_m=float(x), y_m=0.0) for x in range(4)])
     learner = _knowing(path, 1)

@@ -109,7 +109,7 @@ function drawPromises(scene) {
 /** The step that a robot is driving; -1: none. @param {Run} run @param {number} robot @param {number} t */
 function activeStep(run, robot, t) {
   const row = run.lookup("step.planned", robot).at(t);
-  if (row < 0) return -1;
+  if (row < 0 || !isObeyed(run, robot, row, t)) return -1;
   const steps = run.kind("step.planned");
   if (!steps.joins[row]) {
     const { end, to } = run.steps.findLast((each) => each.from <= t && each.row.robot === robot) ?? {};
@@ -118,6 +118,15 @@ function activeStep(run, robot, t) {
   const body = run.body(robot);
   const [x, y] = pair(steps.target[row]);
   return Math.hypot(body.x - x, body.y - y) > 0.005 ? row : -1; // one that joins records no end of its step
+}
+
+/** Whether the fence lets a robot drive by this plan. @param {Run} run @param {number} robot @param {number} row @param {number} t */
+function isObeyed(run, robot, row, t) {
+  const [steps, fences] = [run.kind("step.planned"), run.kind("fence.changed")];
+  const newest = placeAt(fences.t ?? [], (fences.t ?? []).length, t);
+  if (newest < 0 || fences.epoch[newest] !== steps.epoch[row]) return false;
+  if (!steps.joins[row]) return fences.may[newest] === "all";
+  return fences.may[newest] === "one" && fences.named[newest] === robot;
 }
 
 /** @param {any} point as a pair @returns {[number, number]} */

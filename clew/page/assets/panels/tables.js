@@ -98,7 +98,7 @@ function showMoments(app) {
   const { all } = app.run.moments;
   const told = rarestFirst(all)
     .slice(0, MOMENTS_SHOWN)
-    .sort((one, other) => one.t - other.t);
+    .sort((one, other) => one.t - other.t || one.i - other.i);
   momentTimes = told.map((moment) => moment.t);
   byId("moments").replaceChildren(
     ...told.map((moment) => {

@@ -41,7 +41,7 @@ const SIGNS = {
 /** The fence of an emergency stop. @type {Sign} */
 const STOP = { sign: "⊗", name: "emergency stop", row: 0 };
 
-/** @typedef {{t: number, kind: string, sign: Sign, says: string}} Moment */
+/** @typedef {{t: number, i: number, kind: string, sign: Sign, says: string}} Moment `i`: its place in the log */
 
 class Moments {
   constructor() {
@@ -53,9 +53,14 @@ class Moments {
   add(kind, rows, i) {
     const sign = kind === "fence.changed" && rows.may[i] === "stopped" ? STOP : SIGNS[kind];
     if (!sign || rows.says[i] === null) return; // nobody looks for it
-    const moment = { t: rows.t[i], kind, sign, says: rows.says[i] };
+    const moment = { t: rows.t[i], i: rows.i[i], kind, sign, says: rows.says[i] };
     let place = this.all.length;
-    while (place > 0 && this.all[place - 1].t > moment.t) place--;
+    while (place > 0 && isLater(this.all[place - 1], moment)) place--;
     this.all.splice(place, 0, moment);
   }
+}
+
+/** @param {Moment} one @param {Moment} other */
+function isLater(one, other) {
+  return one.t > other.t || (one.t === other.t && one.i > other.i);
 }

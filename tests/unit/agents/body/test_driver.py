@@ -11,14 +11,23 @@ from msgspec.structs import replace
 
 from agents.body.driver import LATE_ORDERS, Driver
 from protocol.frames import Point, Pose
+from protocol.wire.fence import Bearing, Epoch, Fence, May
 from protocol.wire.messages import Drive, Odometry, Phase
 
 SPEED_MPS = 0.5
 PERIOD_S = 0.1
 STRIDE_M = SPEED_MPS * PERIOD_S
 ROUNDING_M = 1e-9
+FENCE = Fence(epoch=Epoch(generation=3, robot=1, life=7), turn=2, may=May.ALL)
+BEARING = Bearing(epoch=FENCE.epoch, turn=2, life=7)
 ODOMETRY_AT_START = Odometry(
-    t_s=0.0, pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), moving=False, finished=0, phase=Phase.RUNNING
+    n=1,
+    t_s=0.0,
+    pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0),
+    moving=False,
+    finished=0,
+    fence=FENCE,
+    phase=Phase.RUNNING,
 )
 
 
@@ -30,6 +39,7 @@ class Body:
     t_s: float = 0.0
     finished: int = 0
     order: Drive | None = None
+    fence: Fence = FENCE
     told: list[Odometry] = field(default_factory=list)
 
     def live(self) -> Odometry:
@@ -45,18 +55,27 @@ class Body:
 
     def tell(self) -> Odometry:
         pose = Pose(x_m=self.x_m, y_m=0.0, heading_rad=0.0)
-        return Odometry(t_s=self.t_s, pose=pose, moving=True, finished=self.finished, phase=Phase.RUNNING)
+        return replace(
+            ODOMETRY_AT_START,
+            n=1 + round(self.t_s / PERIOD_S),
+            t_s=self.t_s,
+            pose=pose,
+            moving=True,
+            finished=self.finished,
+            fence=self.fence,
+        )
 
 
 def awake() -> tuple[Driver, Body]:
     driver, body = Driver(speed_mps=SPEED_MPS), Body()
     driver.hear(body.live())
+    driver.begin(0.0, BEARING)
     return driver, body
 
 
 def to(driver: Driver, x_m: float) -> None:
     """The path is the x axis, so that arc length and x are the same number."""
-    driver.to(Point(x_m=x_m, y_m=0.0), reach_m=x_m, epoch=1)
+    driver.to(Point(x_m=x_m, y_m=0.0), reach_m=x_m)
 
 
 def test_before_the_first_odometry_the_driver_is_neither_awake_nor_standing() -> None:
@@ -87,12 +106,12 @@ def test_the_current_order_is_confirmed_at_the_newest_odometry_and_keeps_its_num
     assert (first.basis_s, driver.drive.basis_s) == pytest.approx((PERIOD_S, 2.0 * PERIOD_S))
 
 
-def test_each_order_has_a_new_number_with_its_epoch_and_step() -> None:
+def test_each_order_has_a_new_number_with_its_bearing_and_step() -> None:
     driver, _ = awake()
-    driver.to(Point(x_m=1.0, y_m=2.0), reach_m=7.0, epoch=3, step=4)
+    driver.to(Point(x_m=1.0, y_m=2.0), reach_m=7.0, step=4)
     first = driver.drive
-    driver.to(Point(x_m=2.0, y_m=2.0), reach_m=8.0, epoch=3)
-    assert (first.number, first.epoch, first.step, first.reach_m) == (1, 3, 4, 7.0)
+    driver.to(Point(x_m=2.0, y_m=2.0), reach_m=8.0)
+    assert (first.number, first.bearing, first.step, first.reach_m) == (1, BEARING, 4, 7.0)
     assert (driver.drive.number, driver.drive.step, driver.drive.reach_m) == (2, 0, 8.0)
     assert driver.drive.speed_mps == SPEED_MPS
 
@@ -147,7 +166,7 @@ def test_a_robot_knows_that_its_body_was_sent_before_odometry_shows_it_and_after
     driver.stand()
     driver.hear(body.live())
     sent.append(driver.was_sent)
-    driver.begin(0.0)
+    driver.begin(0.0, BEARING)
     assert [*sent, driver.was_sent] == [False, True, True, False]
 
 
@@ -195,17 +214,17 @@ def test_the_progress_of_a_body_off_its_way_follows_from_the_distance_to_the_tar
     x_m: float, y_m: float, reach_m: float
 ) -> None:
     driver = Driver(speed_mps=SPEED_MPS)
-    pose = Pose(x_m=x_m, y_m=y_m, heading_rad=0.0)
-    odometry = Odometry(t_s=1.0, pose=pose, moving=True, finished=0, phase=Phase.RUNNING)
+    odometry = replace(ODOMETRY_AT_START, pose=Pose(x_m=x_m, y_m=y_m, heading_rad=0.0))
     driver.hear(odometry)
-    driver.to(Point(x_m=0.0, y_m=0.0), reach_m=reach_m, epoch=1)
-    driver.hear(odometry)
+    driver.begin(0.0, BEARING)
+    driver.to(Point(x_m=0.0, y_m=0.0), reach_m=reach_m)
+    driver.hear(replace(odometry, n=2))
     assert driver.progress_m == max(0.0, reach_m - math.hypot(x_m, y_m))
 
 
 def test_a_driver_that_begins_in_the_middle_of_the_path_has_that_progress() -> None:
     driver, body = awake()
-    driver.progress_m = 2.0
+    driver.begin(2.0, BEARING)
     driver.hear(body.live())
     assert driver.progress_m == 2.0
 
@@ -217,10 +236,11 @@ def test_a_restarted_robot_first_stops_its_body_with_a_number_above_all_late_ord
     stands = 57 + LATE_ORDERS + 1
     assert (driver.drive.number, driver.drive.target) == (stands, None)
     standing = [driver.standing]
-    driver.hear(replace(ODOMETRY_AT_START, t_s=0.1, ordered=stands, finished=stands))
+    driver.hear(replace(ODOMETRY_AT_START, n=2, t_s=0.1, ordered=stands, finished=stands))
     standing.append(driver.standing)
     assert standing == [False, True]
-    driver.to(Point(x_m=1.0, y_m=0.0), reach_m=1.0, epoch=3)
+    driver.begin(0.0, BEARING)
+    driver.to(Point(x_m=1.0, y_m=0.0), reach_m=1.0)
     assert driver.drive.number == stands + 1
 
 
@@ -238,6 +258,106 @@ def test_the_orders_of_each_life_have_higher_numbers_even_if_the_body_accepted_n
 def test_an_order_that_the_body_has_not_accepted_yet_is_not_counted_again() -> None:
     driver = Driver(speed_mps=0.5)
     driver.hear(ODOMETRY_AT_START)
-    driver.to(Point(x_m=1.0, y_m=0.0), reach_m=1.0, epoch=1)
-    driver.hear(replace(ODOMETRY_AT_START, t_s=0.1, ordered=0))
+    driver.begin(0.0, BEARING)
+    driver.to(Point(x_m=1.0, y_m=0.0), reach_m=1.0)
+    driver.hear(replace(ODOMETRY_AT_START, n=2, t_s=0.1, ordered=0))
     assert driver.drive.number == 1
+
+
+# --- fences -----------------------------------------------------------------------------------------
+
+NEXT = Fence(epoch=Epoch(generation=4, robot=2, life=8))
+
+
+def under_way() -> tuple[Driver, Body]:
+    """A body that has driven for one period of a long order."""
+    driver, body = awake()
+    to(driver, 1.0)
+    body.order = driver.drive
+    driver.hear(body.live())
+    assert not driver.standing
+    return driver, body
+
+
+def test_an_order_has_ended_when_odometry_tells_another_fence_and_then_it_is_not_finished() -> None:
+    driver, body = under_way()
+    body.fence, body.order = NEXT, None
+    driver.hear(body.live())
+    assert driver.standing
+    assert driver.progress_m == pytest.approx(body.x_m) == pytest.approx(STRIDE_M)
+
+
+@pytest.mark.parametrize(
+    "fence",
+    [
+        replace(FENCE, turn=3),
+        replace(FENCE, epoch=replace(FENCE.epoch, generation=4)),
+        replace(FENCE, epoch=replace(FENCE.epoch, generation=4, life=9)),
+    ],
+)
+def test_a_change_of_the_turn_alone_ends_an_order_too(fence: Fence) -> None:
+    driver, body = under_way()
+    body.fence = fence
+    driver.hear(body.tell())
+    assert driver.standing
+
+
+def test_a_dropped_order_is_not_repeated() -> None:
+    driver, body = under_way()
+    before = driver.drive.number
+    body.fence, body.order = NEXT, None
+    driver.hear(body.live())
+    assert (driver.drive.target, driver.drive.number) == (None, before + 1)
+    driver.begin(0.5, Bearing(epoch=NEXT.epoch, turn=0, life=7))
+    assert driver.standing, "the body stands: it has dropped all orders of the old fence"
+
+
+def test_an_order_that_was_finished_as_the_fence_changed_counts_as_finished() -> None:
+    driver, body = awake()
+    to(driver, STRIDE_M)
+    body.order = driver.drive
+    body.live()
+    body.fence = NEXT
+    driver.hear(body.tell())
+    assert (driver.standing, driver.progress_m) == (True, STRIDE_M)
+
+
+@pytest.mark.parametrize("fence", [NEXT, replace(FENCE, turn=1), replace(FENCE, turn=3)])
+def test_no_motion_is_ordered_under_a_fence_that_odometry_does_not_tell(fence: Fence) -> None:
+    driver = Driver(speed_mps=SPEED_MPS)
+    driver.hear(replace(ODOMETRY_AT_START, fence=fence))
+    driver.begin(0.0, BEARING)
+    to(driver, 1.0)
+    assert (driver.drive.target, driver.was_sent, driver.may_drive) == (None, False, False)
+
+
+def test_no_motion_is_ordered_under_a_fence_that_is_not_in_force(monkeypatch: pytest.MonkeyPatch) -> None:
+    driver, _ = awake()
+    monkeypatch.setattr("agents.body.driver.in_force", lambda _: False)
+    to(driver, 1.0)
+    assert driver.drive.target is None
+
+
+def test_the_newest_odometry_by_fence_and_number_is_valid_however_late_others_come() -> None:
+    driver = Driver(speed_mps=SPEED_MPS)
+    told = [
+        replace(ODOMETRY_AT_START, n=5, fence=NEXT),
+        replace(ODOMETRY_AT_START, n=9, fence=FENCE),
+        replace(ODOMETRY_AT_START, n=5, fence=NEXT),
+        replace(ODOMETRY_AT_START, n=4, fence=NEXT),
+        replace(ODOMETRY_AT_START, n=6, fence=NEXT),
+    ]
+    assert [driver.hear(odometry) for odometry in told] == [True, False, False, False, True]
+    assert driver.odometry == told[-1]
+
+
+def test_a_change_of_the_fence_does_not_end_the_first_order_of_a_new_life() -> None:
+    driver = Driver(speed_mps=SPEED_MPS)
+    driver.hear(replace(ODOMETRY_AT_START, ordered=57, finished=56, moving=True))
+    driver.start_again()
+    driver.hear(replace(ODOMETRY_AT_START, n=2, fence=NEXT))
+    assert not driver.standing, "an order of the former life may bear this fence, and be in transit"
+    driver.begin(0.0, BEARING)
+    assert not driver.standing
+    driver.hear(replace(ODOMETRY_AT_START, n=3, fence=NEXT, finished=driver.drive.number))
+    assert driver.standing

@@ -1,25 +1,41 @@
 """A robot and its sensor: queries, repetitions, and the answers that are accepted."""
 
+import pytest
+from msgspec.structs import replace
+
 from agents.body.driver import Driver
 from agents.body.senses import RETRY_S, Senses
 from agents.commands import AskScan
 from protocol.frames import Pose
 from protocol.mission import Law
+from protocol.wire.fence import Epoch, Fence, May
 from protocol.wire.messages import Odometry, Phase, Scan
 from tests.support.stages.one_step import under
 
 MISSION = under(Law.CERTIFIED, directions=8, revolutions=2)
+FENCE = Fence(epoch=Epoch(generation=3, robot=1, life=7), turn=4, may=May.ALL)
 HERE, THERE = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), Pose(x_m=1.0, y_m=0.0, heading_rad=0.0)
+
+
+def odometry(n: int, at: Pose, fence: Fence = FENCE) -> Odometry:
+    return Odometry(n=n, t_s=0.0, pose=at, moving=False, finished=0, fence=fence, phase=Phase.RUNNING)
 
 
 def standing(at: Pose = HERE) -> tuple[Senses, Driver]:
     driver = Driver(speed_mps=MISSION.speed_mps)
-    driver.hear(Odometry(t_s=0.0, pose=at, moving=False, finished=0, phase=Phase.RUNNING))
+    driver.hear(odometry(1, at))
     return Senses(MISSION, driver), driver
 
 
-def scan(at: Pose = HERE, *, t_s: float = 0.0, revolutions: int = 2, range_m: float = 9.0) -> Scan:
-    return Scan(t_s=t_s, pose=at, ranges_m=(range_m,) * (revolutions * MISSION.directions))
+def scan(
+    at: Pose = HERE,
+    *,
+    t_s: float = 0.0,
+    revolutions: int = 2,
+    range_m: float = 9.0,
+    fence: Fence = FENCE,
+) -> Scan:
+    return Scan(t_s=t_s, pose=at, fence=fence, ranges_m=(range_m,) * (revolutions * MISSION.directions))
 
 
 def test_a_query_is_repeated_only_if_no_answer_has_come_for_a_while() -> None:
@@ -46,18 +62,40 @@ def test_a_scan_from_another_place_is_neither_used_nor_kept() -> None:
     senses, driver = standing()
     senses.hear(scan(THERE))
     assert senses.take() is None
-    driver.hear(Odometry(t_s=1.0, pose=THERE, moving=False, finished=0, phase=Phase.RUNNING))
+    driver.hear(odometry(2, THERE))
     assert senses.take() is None
 
 
-def test_a_scan_from_before_the_robots_left_out_must_stand_is_not_used() -> None:
+OTHERS = [
+    replace(FENCE, turn=3),
+    replace(FENCE, turn=5),
+    replace(FENCE, epoch=replace(FENCE.epoch, generation=2)),
+    replace(FENCE, epoch=replace(FENCE.epoch, life=8)),
+]
+
+
+@pytest.mark.parametrize("other", OTHERS)
+def test_a_scan_serves_only_under_the_very_fence_that_it_bears(other: Fence) -> None:
+    """V4 of the schedules: a leg is looked at, another robot has a turn and stops on it."""
     senses, _ = standing()
-    senses.trust_from(2.0)
-    senses.trust_from(1.0)
-    senses.hear(scan(t_s=1.9))
+    senses.hear(scan(fence=other))
     assert senses.take() is None
-    senses.hear(scan(t_s=2.0))
-    assert senses.take() is not None
+    senses.hear(scan(fence=other, t_s=3.0))
+    assert senses.glimpse(2.0) is None
+
+
+def test_a_scan_is_void_once_odometry_tells_another_fence() -> None:
+    senses, driver = standing()
+    senses.hear(scan())
+    driver.hear(odometry(1, HERE, replace(FENCE, turn=5)))
+    assert senses.take() is None
+
+
+def test_a_scan_is_void_under_a_fence_that_is_not_in_force(monkeypatch: pytest.MonkeyPatch) -> None:
+    senses, _ = standing()
+    monkeypatch.setattr("agents.body.senses.in_force", lambda _: False)
+    senses.hear(scan())
+    assert senses.take() is None
 
 
 def test_a_scan_with_too_few_revolutions_is_a_late_answer_to_another_query() -> None:

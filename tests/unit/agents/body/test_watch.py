@@ -7,6 +7,7 @@ from agents.body.senses import Senses
 from agents.body.watch import STILL_S_MAX, Watch
 from protocol.frames import Point, Pose
 from protocol.mission import Law
+from protocol.wire.fence import Fence
 from protocol.wire.messages import Odometry, Phase
 from tests.support.stages.one_step import under
 
@@ -21,7 +22,7 @@ class Body:
     def __init__(self) -> None:
         self.driver = Driver(speed_mps=MISSION.speed_mps, watched=True)
         self.watch = Watch(MISSION, self.driver, Senses(MISSION, self.driver))
-        self.now_s, self.x_m = 0.0, 0.0
+        self.now_s, self.x_m, self._told = 0.0, 0.0, 0
         self.wait(TICK_S)
 
     def wait(self, for_s: float, *, speed_mps: float = 0.0) -> bool:
@@ -32,13 +33,27 @@ class Body:
             drive = self.driver.drive
             finished = drive.number if drive.target is None else drive.number - 1
             pose = Pose(x_m=self.x_m, y_m=0.0, heading_rad=0.0)
-            told = Odometry(t_s=self.now_s, pose=pose, moving=False, finished=finished, phase=Phase.RUNNING)
+            self._told += 1
+            told = Odometry(
+                n=self._told,
+                t_s=self.now_s,
+                pose=pose,
+                moving=False,
+                finished=finished,
+                fence=Fence(),
+                phase=Phase.RUNNING,
+            )
             self.driver.hear(told)
             self.watch.look(list, self.now_s)
-        return self.watch.gives_up(self.now_s)
+        return self.gives_up()
+
+    def gives_up(self) -> bool:
+        if gives_up := self.watch.gives_up(self.now_s):
+            self.watch.begin_again()
+        return gives_up
 
     def go(self) -> None:
-        self.driver.to(AHEAD, reach_m=2.0, epoch=1)
+        self.driver.to(AHEAD, reach_m=2.0)
 
 
 def test_a_step_is_given_up_when_the_body_has_not_moved_for_the_limit() -> None:
@@ -55,7 +70,7 @@ def test_the_limit_starts_again_when_the_body_moves() -> None:
     assert not body.wait(STILL_S_MAX - 1.0)
 
 
-def test_standing_for_a_silent_link_neither_counts_nor_resets_the_limit() -> None:
+def test_standing_by_order_neither_counts_nor_resets_the_limit() -> None:
     body = Body()
     body.go()
     assert not body.wait(STILL_S_MAX - 2.0)

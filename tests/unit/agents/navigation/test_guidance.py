@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from agents.navigation.guidance import CELLS_MAX, COMFORT, DOUBT, PACKED_M, SPOT_KEEPS, CostToGo, Map
 from protocol.arrays import Flags, Floats
 from protocol.mission import Bounds, Law
-from protocol.wire.messages import SEEN_BYTES_MAX
+from protocol.wire.view import SEEN_BYTES_MAX
 from tests.support.stages.one_step import under
 
 BOUNDS = Bounds(x_m_min=-1.0, y_m_min=-2.0, x_m_max=3.0, y_m_max=1.0)

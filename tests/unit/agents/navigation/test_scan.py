@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from agents.navigation.scan import View, on_discs, on_ground, view
 from protocol.arrays import distances_to_segments
+from protocol.fence import Fence
 from protocol.frames import Pose
 from protocol.wire.messages import Scan
 
@@ -21,7 +22,7 @@ clouds = st.lists(places, min_size=1, max_size=12).map(np.array)
 
 
 def view_of(measured_m: list[float], at: Pose) -> View:
-    return view(Scan(t_s=0.0, pose=at, ranges_m=tuple(measured_m)), range_m_max=RANGE_M_MAX)
+    return view(Scan(t_s=0.0, fence=Fence(), pose=at, ranges_m=tuple(measured_m)), range_m_max=RANGE_M_MAX)
 
 
 poses = st.builds(Pose, x_m=tenths, y_m=tenths, heading_rad=st.floats(-math.pi, math.pi))

@@ -232,12 +232,6 @@ def test_the_last_switching_position_is_the_requested_one() -> None:
     assert leader.is_done(np.zeros(2))
 
 
-def test_planning_away_from_the_end_of_the_path_is_an_assertion_error() -> None:
-    elsewhere = Pose(x_m=0.5, y_m=0.0, heading_rad=0.0)
-    with pytest.raises(AssertionError, match="where the path ends"):
-        plan(Leader(ROBOT, ORIGIN), [], ROBOT, alone(), at=elsewhere)
-
-
 def test_a_promise_covers_obstacles_but_not_the_robot_behind() -> None:
     path = Path([Point(x_m=-0.27, y_m=0.0), Point(x_m=0.0, y_m=0.0)])
     ground = Ground(path, tail_m=0.0, granted_m=0.0, keep_m=0.26, behind_m=0.0, occupied_m=0.0)

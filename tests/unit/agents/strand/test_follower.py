@@ -19,7 +19,8 @@ from world.geometry.shapes import Circle, Shape
 RADIUS_M = 0.1
 MISSION = under(Law.CERTIFIED, robot_radius_m=RADIUS_M)
 CLEAR_M = MISSION.epsilon_m - 2.0 * MISSION.mu0_m
-AUTHORITY_M = 1.5
+NOBODY_M = 9.0  # beyond the path
+AHEAD_M = 1.5  # where the robot ahead was last heard
 SCAN_ERROR_M = (
     0.012  # 1440 directions are 11 mm apart at 2.5 m: the nearest point of a post may be between two
 )
@@ -43,8 +44,8 @@ def check(
     follower: Follower,
     *shapes: Shape,
     progress_m: float = 0.0,
-    authority_m: float = AUTHORITY_M,
-    ahead_start_m: float = 0.0,
+    behind_m: tuple[float, float] | None = None,
+    ahead_m: float = AHEAD_M,
     now_s: float = 0.0,
     mission: Mission = MISSION,
 ) -> SegmentChecked:
@@ -56,9 +57,8 @@ def check(
         view,
         path,
         progress_m=progress_m,
-        authority_m=authority_m,
         own_leg_m=0.0,
-        ahead_start_m=ahead_start_m,
+        robots=[path.between(ahead_m, path.end_m), *([path.between(*behind_m)] if behind_m else [])],
         now_s=now_s,
     )
 
@@ -153,7 +153,8 @@ def test_after_a_clear_segment_the_next_may_be_checked_at_once() -> None:
 
 
 def test_robots_ahead_and_behind_on_the_path_are_no_obstacles() -> None:
-    checked = check(fresh(), disc(0.4, 0.0), disc(2.0, 0.0), progress_m=1.0)
+    robots = disc(0.4, 0.0), disc(2.0, 0.0)
+    checked = check(fresh(), *robots, progress_m=1.0, behind_m=(0.2, 0.5))
     assert checked.clear
     assert checked.clearance_m == MISSION.range_m_max - RADIUS_M
 
@@ -164,15 +165,25 @@ def test_a_hit_on_the_path_where_no_robot_may_be_is_an_obstacle() -> None:
     assert checked.clearance_m < 0.0
 
 
-def test_a_body_on_a_driven_leg_is_an_obstacle_up_to_the_first_place_of_the_robot_ahead() -> None:
+def test_a_body_on_the_way_to_where_the_robot_ahead_was_last_heard_is_an_obstacle() -> None:
+    """V3 of the schedules: a robot dies on a leg that counts as driven."""
     body, robot_ahead = disc(1.0, 0.0), disc(2.0, 0.0)
-    assert check(fresh(), robot_ahead, authority_m=0.0, ahead_start_m=2.0).clear
-    assert not check(fresh(), body, robot_ahead, authority_m=0.0, ahead_start_m=2.0).clear
+    assert check(fresh(), robot_ahead, ahead_m=2.0).clear
+    assert not check(fresh(), body, robot_ahead, ahead_m=2.0).clear
+
+
+def test_a_body_on_the_path_behind_is_an_obstacle_where_the_robot_behind_cannot_be() -> None:
+    """V22: a robot dies on a leg right behind; the robot behind is still farther back."""
+    body = disc(0.75, 0.0)
+    checked = check(fresh(), body, progress_m=1.0, behind_m=(0.0, 0.5))
+    assert checked.clearance_m < MISSION.range_m_max - RADIUS_M
+    checked = check(fresh(), body, progress_m=1.0, behind_m=(0.0, 0.75))
+    assert checked.clearance_m == MISSION.range_m_max - RADIUS_M
 
 
 def test_a_dead_robot_that_rolled_off_the_path_ahead_is_an_obstacle() -> None:
     off_m = RADIUS_M + 2.0 * MISSION.mu0_m
-    assert not check(fresh(), disc(2.0, off_m), authority_m=1.5).clear
+    assert not check(fresh(), disc(2.0, off_m)).clear
 
 
 @given(st.floats(-0.5, 2.5), st.floats(-1.0, 1.0), st.floats(0.05, 0.3))
@@ -182,7 +193,7 @@ def test_a_segment_is_clear_if_a_post_beside_it_leaves_the_clearance(
     segment, post = shapely.LineString([(0.0, 0.0), (3.0, 0.0)]), shapely.Point(x_m, y_m)
     assume(post.distance(shapely.Point(0.0, 0.0)) > radius_m + RADIUS_M)
     clearance_m = segment.distance(post) - radius_m - RADIUS_M
-    checked = check(fresh(), disc(x_m, y_m, radius_m), authority_m=3.0)
+    checked = check(fresh(), disc(x_m, y_m, radius_m), ahead_m=NOBODY_M)
     if clearance_m >= 0.0:
         # Only the side that faces the robot is seen: for a post far ahead, almost the nearest side.
         assert checked.clearance_m >= clearance_m - 1e-9
@@ -197,18 +208,18 @@ def test_a_post_that_is_too_near_does_not_keep_the_robot_from_leaving(
 ) -> None:
     sideways_rad = aside * math.acos(radius_m / (off_m + radius_m))  # the whole post is behind the robot
     x_m, y_m = -(off_m + radius_m) * math.cos(sideways_rad), (off_m + radius_m) * math.sin(sideways_rad)
-    assert check(fresh(), disc(x_m, y_m, radius_m), authority_m=3.0).clear
+    assert check(fresh(), disc(x_m, y_m, radius_m), ahead_m=NOBODY_M).clear
 
 
 def test_a_post_that_is_too_near_does_not_hide_other_obstacles_on_the_way() -> None:
     behind = disc(-0.25, 0.0)
-    checked = check(fresh(), behind, disc(1.5, 0.2), authority_m=3.0)
+    checked = check(fresh(), behind, disc(1.5, 0.2), ahead_m=NOBODY_M)
     assert not checked.clear
     assert checked.clearance_m == pytest.approx(0.0, abs=SCAN_ERROR_M)
 
 
 def test_a_robot_does_not_drive_past_a_post_that_is_too_near() -> None:
-    assert not check(fresh(), disc(0.1, 0.24), authority_m=3.0).clear
+    assert not check(fresh(), disc(0.1, 0.24), ahead_m=NOBODY_M).clear
 
 
 @pytest.mark.parametrize("law", [Law.PRINTED, Law.RESULTANT])
@@ -216,52 +227,9 @@ def test_under_a_law_that_promises_nothing_followers_do_not_sense(law: Law) -> N
     assert Follower(under(law), start_m=0.0).is_clear(1000.0)
 
 
-# --- turned round -----------------------------------------------------------------------------------
-
-
-def test_ground_that_was_driven_or_checked_stays_clear_when_the_strand_turns_round() -> None:
-    follower = fresh()
-    assert check(follower).clear  # up to 3 m
-    follower.turn_round(cut_m=0.0, end_m=5.0, progress_m=1.0)
-    assert [follower.is_clear(reach_m) for reach_m in (4.0, 5.0, 5.1)] == [True, True, False]
-    follower.turn_round(cut_m=0.0, end_m=5.0, progress_m=5.0)
-    assert [follower.is_clear(reach_m) for reach_m in (1.0, 3.0, 3.1)] == [True, True, False]
-
-
-def test_ground_that_a_leader_has_driven_is_clear_for_it_without_a_check() -> None:
-    follower = Follower(MISSION, start_m=1.0)
-    follower.turn_round(cut_m=0.0, end_m=5.0, progress_m=5.0)
-    assert [follower.is_clear(reach_m) for reach_m in (4.0, 4.1)] == [True, False]
-
-
-def test_driven_ground_beyond_the_cut_of_the_path_is_not_clear() -> None:
-    follower = fresh()
-    follower.turn_round(cut_m=0.0, end_m=5.0, progress_m=4.0)  # it drove the first 4 m of 5 m
-    follower.turn_round(cut_m=2.0, end_m=3.0, progress_m=2.5)  # 2 m of these are not on the new path
-    assert [follower.is_clear(reach_m) for reach_m in (0.5, 1.0, 1.1)] == [True, True, False]
-
-
-@given(st.lists(st.tuples(shares, shares, shares), min_size=1, max_size=5))
-def test_after_any_number_of_turns_only_driven_ground_is_clear(
-    turns: list[tuple[float, float, float]],
-) -> None:
-    # On a straight line: arc lengths count along the world's x, in one direction or the other.
-    follower = fresh()
-    at_x, sign, zero_x, driven = 0.0, 1.0, 0.0, (0.0, 0.0)
-    for end, own, cut in turns:
-        reach_m = sign * (at_x - zero_x)
-        at_x += sign * own
-        driven = (min(driven[0], at_x), max(driven[1], at_x))
-        progress_m = reach_m + own
-        end_m = progress_m + end
-        cut_m = cut * progress_m
-        follower.turn_round(cut_m=cut_m, end_m=end_m, progress_m=progress_m)
-        cut_x, zero_x, sign = zero_x + sign * cut_m, zero_x + sign * end_m, -sign
-        driven = (max(driven[0], cut_x), driven[1]) if sign < 0 else (driven[0], min(driven[1], cut_x))
-        for clear_m in (0.01 * step for step in range(600)):
-            if clear_m > sign * (at_x - zero_x) + 1e-6 and follower.is_clear(clear_m):
-                place_x = zero_x + sign * clear_m
-                assert driven[0] - 1e-5 <= place_x <= driven[1] + 1e-5
+def test_in_a_new_formation_all_ground_is_looked_at_anew() -> None:
+    follower = Follower(MISSION, start_m=2.0)
+    assert [follower.is_clear(reach_m) for reach_m in (2.0, 2.1)] == [True, False]
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from agents.body.driver import Driver
 from agents.body.senses import Senses
@@ -14,23 +15,20 @@ from agents.events import LinkHeard
 from agents.strand.member import Member
 from agents.strand.memory import Memory
 from protocol.wire.codec import encode
-from protocol.wire.messages import (
-    SEEN_BYTES_MAX,
-    AheadState,
-    Dissolution,
-    Handover,
-    Odometry,
-    Phase,
-    Reversal,
-)
+from protocol.wire.messages import AheadState, BehindState, Handover, Odometry, Phase
+from protocol.wire.view import SEEN_BYTES_MAX, Counters
 from tests.support.stages.strand_stage import (
     HEARTBEAT_S,
     MISSION,
     ORDER,
     PLACES,
     behind,
+    fence_all,
+    life_of,
     own,
     place,
+    queue_path,
+    queued,
     told_behind,
 )
 
@@ -56,9 +54,28 @@ class Stage:
         self.members: dict[int, Member] = {}
         for robot in ORDER:
             driver = Driver(speed_mps=MISSION.speed_mps)
-            driver.hear(Odometry(t_s=0.0, pose=PLACES[robot], moving=False, finished=0, phase=Phase.RUNNING))
-            senses, strand = Senses(MISSION, driver), place(robot)
-            self.members[robot] = Member(MISSION, driver, senses, strand, self.memories[robot])
+            driver.hear(
+                Odometry(
+                    n=1,
+                    t_s=0.0,
+                    pose=PLACES[robot],
+                    moving=False,
+                    finished=0,
+                    fence=fence_all(),
+                    phase=Phase.RUNNING,
+                )
+            )
+            self.members[robot] = Member(
+                robot,
+                life=life_of(robot),
+                mission=MISSION,
+                driver=driver,
+                senses=Senses(MISSION, driver),
+                memory=self.memories[robot],
+                formation=queued(robot),
+                path=queue_path(ORDER, PLACES),
+                now_s=0.0,
+            )
         self.leader = self.memories[LEADER].leader(PLACES[LEADER])
         self.handed_on = [self.memories[LEADER].handover]
         self.on_their_way: list[tuple[int, LinkHeard]] = []
@@ -75,10 +92,10 @@ class Stage:
 
     def plan(self) -> None:
         """The leader plans some step; which one does not matter here."""
-        self.leader.steps += 1
+        self.leader.count_on(self.leader.steps + 1)
         self.leader.map.remember(np.array([[float(self.leader.steps), 1.0]]))
-        behind = self.members[LEADER].strand.behind
-        acknowledged = 0 if behind is None or behind.state is None else behind.state.handed
+        (behind,) = self.members[LEADER].links
+        acknowledged = behind.state.handed if isinstance(behind.state, BehindState) else 0
         self.memories[LEADER].hand_on(acknowledged)
         self.handed_on.append(self.memories[LEADER].handover)
 
@@ -158,15 +175,15 @@ def test_a_successor_continues_the_count_of_steps_and_knows_what_the_leader_saw(
 
 
 def handover(number: int, seen: bytes = b"") -> Handover:
-    return Handover(number=number, steps=number, dissolved=0, seen=seen)
+    return Handover(number=number, steps=number, seen=seen)
 
 
 def test_a_hand_over_is_sent_at_once_and_on_every_heartbeat_until_it_is_acknowledged() -> None:
     strand, handed = place(2), handover(4)
     strand.tell(own(1.0), 0.0)
-    strand.hear(LinkHeard(1, 1, behind()), 0.0)
+    strand.hear(LinkHeard(1, 1, behind(1)), 0.0)
     told = [told_behind(strand.tell(own(1.0, handed=handed), now_s), 1).handed for now_s in (0.01, 1.0, 2.0)]
-    strand.hear(LinkHeard(1, 2, behind(handed=4)), 2.1)
+    strand.hear(LinkHeard(1, 2, behind(1, handed=4)), 2.1)
     told.append(told_behind(strand.tell(own(1.0, handed=handed), 3.0), 1).handed)
     assert told == [handed, handed, handed, None]
 
@@ -190,14 +207,23 @@ def test_a_new_leader_numbers_its_hand_over_above_those_that_robots_behind_have_
 
 
 def test_a_state_always_fits_into_a_message_even_with_a_large_map() -> None:
-    much = bytes(SEEN_BYTES_MAX)
-    for halt in (
-        {"reversal": Reversal(cut_m=0.0, end_m=2.0, back_by_m=1.0, turns=1, seen=much)},
-        {"dissolution": Dissolution(times=1, seen=much)},
-    ):
-        strand = place(2)
-        strand.hear(LinkHeard(1, 1, behind()), 0.0)
-        for name, value in halt.items():
-            setattr(strand, name, value)
-        state = told_behind(strand.tell(own(1.0, handed=handover(4, much)), 1.0), 1)
-        assert encode(state, 1)
+    strand = place(2)
+    strand.hear(LinkHeard(1, 1, behind(1)), 0.0)
+    state = told_behind(strand.tell(own(1.0, handed=handover(4, bytes(SEEN_BYTES_MAX))), 1.0), 1)
+    assert encode(state, 1)
+
+
+def test_a_formation_tells_its_leader_the_newest_map_unless_it_has_a_newer_one() -> None:
+    memory, seen = Memory(MISSION), []
+    for number, told in ((3, b"three"), (5, b"five"), (4, b"four")):
+        counters = Counters(steps=number)
+        memory.take(replace(queued(LEADER), map_number=number, seen=told, counters=counters))
+        seen.append((memory.number, memory.seen, memory.steps))
+    assert seen == [(3, b"three", 3), (5, b"five", 5), (5, b"five", 5)]
+
+
+def test_a_member_that_is_no_leader_keeps_the_map_that_it_has() -> None:
+    memory = Memory(MISSION)
+    memory.succeed(handover(2, b"two"))
+    memory.take(replace(queued(TAIL), map_number=5, counters=Counters(steps=9)))
+    assert (memory.number, memory.seen, memory.steps) == (2, b"two", 9)

@@ -1,55 +1,296 @@
-"""A strand that turns round under message faults: no collisions, and one epoch moves at a time."""
-
-import math
+"""Members of a strand as conversations, with bodies, sensors and a network that loses messages."""
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from msgspec.structs import replace
 
-from tests.support.stages.turning_stage import ORDER, TurningStage
-
-ROUNDING_M = 1e-7  # of about 100 arc lengths, each with the touching tolerance
-ROUNDS_MAX = 60  # far more than needed: each robot needs one message, and almost half of them arrive
-
-shares = st.one_of(st.just(1.0), st.floats(0.0, 1.0))
-actions = st.lists(
-    st.one_of(
-        st.tuples(st.just("round"), st.integers(0, 2**16), st.just(0.0)),
-        st.tuples(st.just("round"), st.integers(0, 2**16), st.just(0.0)),
-        st.tuples(st.just("live"), st.sampled_from(ORDER), shares),
-        st.tuples(st.just("deliver"), st.integers(0, 50), shares),
-        st.tuples(st.just("step"), st.floats(0.1, 2.0), st.floats(-math.pi, math.pi)),
-        st.tuples(st.just("turn"), st.sampled_from([0.1, 0.5, 1.0]), st.just(0.0)),
-    ),
-    max_size=80,
+from agents.commands import AskScan, Note
+from agents.events import LinkHeard
+from agents.strand.grants import FRESH_HEARTBEATS
+from agents.strand.leader import DeadEnd, Leader
+from agents.strand.leading import TURNS_MAX
+from agents.strand.member import BLOCKED_S, DISSOLVED_MAX
+from agents.strand.wish import Turnabout
+from protocol.frames import Point, Vertex
+from protocol.mission import Law
+from protocol.timeline import (
+    LeaderSucceeded,
+    RobotArrived,
+    RobotHeld,
+    RouteLost,
+    SegmentChecked,
+    StrandHealed,
+    StrandJoined,
 )
-# The nearest queue that a scenario allows, one with a grant's length more, and one far apart.
-spacings_m = st.sampled_from([0.3, 0.33, 0.4, 1.0])
+from protocol.wire.fence import Cause
+from protocol.wire.view import Counters
+from tests.support.stages.member_stage import PERIOD_S, MemberStage, row
+from tests.support.stages.one_step import under, wall
+from world.geometry.shapes import Circle, Shape
+
+MISSION = under(
+    Law.CERTIFIED,
+    robots=3,
+    robot_radius_m=0.1,
+    separation_m=0.1,
+    goal=Point(x_m=6.0, y_m=0.0),
+    goal_tolerance_m=0.1,
+    directions=360,
+)
+ORDER = (1, 2, 3)
+BEHIND_M = MISSION.robot_keep_m
+POST: list[Shape] = [Circle(centre_m=(3.0, 0.1), radius_m=0.5)]
 
 
-@given(spacings_m, actions)
-@settings(max_examples=100)
-def test_no_message_fault_breaks_a_rule_of_a_strand_that_turns_round(
-    spacing_m: float, actions: list[tuple[str, float, float]]
+def queue(*, loss: float = 0.0, odd: float = 0.0, seed: int = 0, shapes: list[Shape] = POST) -> MemberStage:
+    return MemberStage(MISSION, row(3), ORDER, shapes=shapes, loss=loss, odd=odd, seed=seed)
+
+
+def time_to_the_goal_s(loss: float, seed: int) -> float:
+    stage = queue(loss=loss, odd=loss / 2.0, seed=seed)
+    stage.run(300.0)
+    assert [robot for robot, record in stage.told if isinstance(record, RobotArrived)] == [1, 2, 3]
+    return stage.now_s
+
+
+# --- driving --------------------------------------------------------------------------------------------
+
+
+def test_a_queue_drives_to_the_goal_in_its_order() -> None:
+    stage = queue()
+    stage.run(60.0)
+    assert [robot for robot, record in stage.told if isinstance(record, RobotArrived)] == [1, 2, 3]
+    assert sorted(record.rank for record in stage.records(StrandJoined)) == [0, 1, 2]
+    assert [body.x_m > 4.0 for body in stage.bodies.values()] == [True] * 3
+
+
+@pytest.mark.parametrize(("loss", "times"), [(0.5, 1.1), (0.75, 1.5), (0.9, 4.0)])
+def test_lost_messages_cost_little_time(loss: float, times: float) -> None:
+    without_s = time_to_the_goal_s(0.0, 0)
+    assert sorted(time_to_the_goal_s(loss, seed) for seed in range(5))[2] <= times * without_s
+
+
+def test_a_robot_drives_on_its_authority_though_its_link_is_silent() -> None:
+    stage = queue()
+    stage.run(3.0)
+    before_m, stage.cut_off = stage.members[3].progress_m, {3}
+    stage.run(MISSION.silence_s + 2.0)
+    assert [link.silent for link in stage.members[3].links] == [True]
+    stands_m = stage.members[3].progress_m
+    assert stands_m > before_m + 0.05
+    stage.run(5.0)
+    assert stage.members[3].progress_m == stands_m, "no news is no more motion"
+
+
+def test_a_leader_that_hears_nobody_stops_when_the_strand_is_stretched() -> None:
+    """V10 of the schedules: the formation is lost to the robot behind, and the leader drives on."""
+    stage = queue()
+    stage.cut_off = {1}
+    stage.run(30.0)
+    assert stage.records(RobotHeld)
+    stretch_m = MISSION.link_length_m_max + BEHIND_M
+    behind_m = stage.members[2].formation.s_m
+    assert 0.5 < stage.leader.progress_m - behind_m < stretch_m + 2.0 * MISSION.speed_mps * PERIOD_S + 0.06
+
+
+def test_a_follower_that_was_never_heard_gets_nothing_from_another_life_of_the_robot_ahead() -> None:
+    """V2: the leader plans, tells the robot behind, and dies; its second life plans other ground."""
+    stage = queue(shapes=[])
+    stage.wake(1)
+    follower, first = stage.members[2], stage.newest_ahead(1)
+    stage.sent.clear()
+    stage.give(2, LinkHeard(1, 50, first))
+    known = len(follower.path)
+    elsewhere = Vertex(x_m=first.path[-1].x_m, y_m=9.0, s_m=first.path[-1].s_m + 9.0)
+    of_another_life = replace(
+        first,
+        life=first.life + 1,
+        path_from=known,
+        path=(elsewhere,),
+        vertices=known + 1,
+        progress_m=9.0,
+        authority_m=9.0,
+    )
+    assert [each for each in stage.give(2, LinkHeard(1, 51, of_another_life)) if isinstance(each, Note)] == []
+    assert len(follower.path) == known
+    stage.run(5.0)
+    assert follower.progress_m < 9.0
+
+
+def test_after_a_clear_check_a_robot_drives_in_the_same_event() -> None:
+    stage = queue(shapes=[])
+    follower, part = stage.members[2], stage.parts[2]
+    stage.wake(1)
+    stage.wake(2)
+    state = stage.newest_ahead(1)
+    asked = follower.hear(LinkHeard(1, 50, replace(state, authority_m=state.progress_m - BEHIND_M)), 0.2)
+    asked += follower.act(0.2)
+    assert [command for command in asked if isinstance(command, AskScan)]
+    before = part.driver.drive
+    part.senses.hear(stage.scan(2))
+    noted = [command.record for command in follower.act(0.2) if isinstance(command, Note)]
+    assert [record.clear for record in noted if isinstance(record, SegmentChecked)] == [True]
+    assert (before.target, part.driver.drive.target is None) == (None, False)
+    assert part.driver.drive.bearing.epoch == follower.formation.epoch
+
+
+# --- places ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("off_m", "fits"), [(0.9 * MISSION.mu0_m, True), (1.1 * MISSION.mu0_m, False)])
+def test_a_robot_that_does_not_stand_at_its_place_does_nothing_but_want_a_view(
+    off_m: float, *, fits: bool
 ) -> None:
-    stage = TurningStage(spacing_m)
-    for action in actions:
-        stage.act(*action)
-        stage.check(spacing_m, ROUNDING_M)
+    stage = queue(shapes=[])
+    told = stage.leader.formation
+    member = stage.join(1, replace(told, place=replace(told.place, y_m=off_m)), stage.leader.path)
+    commands = stage.wake(1)
+    assert bool(commands) is fits
+    assert (member.wish is None) is fits
+    assert fits or (member.wish is not None and member.wish.cause is Cause.MISFIT)
+    assert (stage.parts[1].driver.drive.target is not None) is fits
 
 
-@pytest.mark.parametrize("spacing_m", [0.3, 0.4, 1.0])
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_if_some_messages_arrive_all_robots_take_their_places_in_the_next_epoch(
-    seed: int, spacing_m: float
+def test_under_another_fence_than_the_formations_a_member_does_nothing() -> None:
+    stage = queue(shapes=[])
+    stage.run(1.0)
+    stage.stop()
+    stage.now_s += MISSION.heartbeat_s
+    assert [stage.wake(robot) for robot in ORDER] == [[], [], []]
+    assert all(part.driver.standing for part in stage.parts.values())
+
+
+def test_the_leader_says_whom_it_succeeds_and_that_the_strand_has_healed() -> None:
+    stage = queue(shapes=[])
+    for led_by, heals, successions in ((0, False, 0), (1, True, 0), (2, True, 1)):
+        stage.told.clear()
+        told = replace(stage.leader.formation, led_by=led_by, heals=heals)
+        stage.join(1, told, stage.leader.path.copy())
+        stage.wake(1)
+        stage.wake(1)
+        assert len(stage.records(LeaderSucceeded)) == successions
+        assert [record.robots for record in stage.records(StrandHealed)] == [3] * heals
+        assert len(stage.records(StrandJoined)) == 1
+
+
+# --- what a member wants --------------------------------------------------------------------------------
+
+BOX = Circle(centre_m=(-0.25, 0.0), radius_m=0.1)  # between robots 1 and 2
+
+
+def test_a_robot_whose_way_stays_blocked_wants_a_view_until_the_block_goes_away() -> None:
+    stage = queue(shapes=[])
+    stage.shapes, stage.is_checked = [BOX], False
+    stage.run(BLOCKED_S - 1.0)
+    early = stage.members[2].wish
+    stage.run(2.0)
+    wish, counters = stage.members[2].wish, stage.members[2].counters
+    assert (early, wish is not None and (wish.cause, wish.about)) == (None, (Cause.BLOCKED, 2))
+    assert counters.dissolved == 1
+    assert not stage.parts[2].driver.was_sent, "it stands"
+    stage.shapes = []
+    stage.run(2.0)
+    assert (stage.members[2].wish, stage.members[2].counters.dissolved) == (None, 0)
+    assert stage.parts[2].driver.was_sent
+
+
+def test_after_too_many_dissolutions_a_blocked_robot_says_that_the_route_is_lost() -> None:
+    stage = queue(shapes=[])
+    stage.shapes, stage.is_checked, stage.counters = [BOX], False, Counters(dissolved=DISSOLVED_MAX)
+    stage.reform(counters=stage.counters)
+    stage.run(BLOCKED_S + 3.0)
+    assert stage.members[2].wish is None
+    assert [robot for robot, record in stage.told if isinstance(record, RouteLost)] == [2]
+
+
+@pytest.mark.parametrize(("in_vain", "cause"), [((), Cause.NO_WAY), ((3,), Cause.NO_WAY), ((3, 2), None)])
+def test_a_leader_that_knows_no_way_on_wants_another_to_lead_unless_all_have(
+    in_vain: tuple[int, ...], cause: Cause | None
 ) -> None:
-    stage = TurningStage(spacing_m)
-    for turn in range(1, 4):
-        for index in range(ROUNDS_MAX):
-            if stage.turns < turn:
-                stage.turn(1.0)
-            stage.round(1000 * seed + ROUNDS_MAX * turn + index)
-            stage.check(spacing_m, ROUNDING_M)
-            if min(stage.epochs) > turn:
-                break
-        assert min(stage.epochs) > turn
+    mission = replace(MISSION, law=Law.PRINTED)  # without two obstacles in sight, this law knows no way
+    stage = MemberStage(mission, row(3), ORDER, counters=Counters(steps=4, led_in_vain=in_vain))
+    stage.run(10.0)
+    wish, counters = stage.leader.wish, stage.leader.counters
+    assert (None if wish is None else wish.cause) == cause
+    assert len(stage.records(RouteLost)) == (cause is None)
+    assert counters.led_in_vain == ((*in_vain, 1) if cause is not None else in_vain)
+
+
+# --- turning round --------------------------------------------------------------------------------------
+
+
+def pocket() -> list[Shape]:
+    """A blind alley, too narrow for two robots side by side."""
+    low, high = wall((0.0, -0.37), (3.0, -0.37), thick_m=-0.02), wall((0.0, 0.35), (3.0, 0.35))
+    return [low, high, wall((3.0, -0.37), (3.0, 0.37), thick_m=-0.02)]
+
+
+def in_the_pocket(*, loss: float = 0.0, seed: int = 0) -> MemberStage:
+    mission = replace(MISSION, directions=720, range_m_max=1.5)
+    return MemberStage(
+        mission,
+        row(3, x_m=0.3),
+        ORDER,
+        shapes=pocket(),
+        loss=loss,
+        odd=loss / 2.0,
+        seed=seed,
+    )
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.5])
+def test_a_strand_in_a_blind_alley_turns_round_and_comes_to_the_goal(loss: float) -> None:
+    stage = in_the_pocket(loss=loss)
+    stage.run(12.0)
+    wish = stage.leader.wish
+    assert wish is not None
+    assert (wish.cause, wish.turnabout and wish.turnabout.cut_m) == (Cause.DEAD_END, 0.0)
+    assert stage.leader.counters.turns == 1
+    stage.run(100.0, turns=True)
+    assert all(member.arrived for member in stage.members.values())
+    assert stage.order == (3, 2, 1)
+    assert stage.leader.counters.turns == 0, "a step towards the goal was planned"
+
+
+def test_a_strand_that_leaves_a_dead_end_says_so_until_its_tail_is_out() -> None:
+    stage = in_the_pocket()
+    leaves = [stage.leader.leaves_dead_end]
+    stage.run(12.0)
+    stage.run(PERIOD_S, turns=True)
+    leaves.append(stage.leader.leaves_dead_end)
+    stage.run(100.0, turns=True)
+    assert [*leaves, stage.leader.leaves_dead_end] == [False, True, False]
+
+
+@pytest.mark.parametrize(("turns", "is_lost"), [(TURNS_MAX - 1, False), (TURNS_MAX, True)])
+def test_after_too_many_turns_without_a_step_the_route_is_lost(
+    turns: int, *, is_lost: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Leader, "plan", lambda *_, **__: DeadEnd(0.4))
+    stage = MemberStage(MISSION, row(3), ORDER, counters=Counters(turns=turns))
+    stage.run(3.0)
+    wish = stage.leader.wish
+    turnabout = None if is_lost else Turnabout(cut_m=0.0, end_m=1.0, back_by_m=0.6)
+    assert (None if wish is None else wish.turnabout) == turnabout
+    assert [record.reason for record in stage.records(RouteLost)] == is_lost * [
+        "the strand has turned round too often in vain"
+    ]
+
+
+# --- robots in scans ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("silent_s", "taken_out"), [(0.1, True), (0.6, False)])
+def test_where_obstacles_move_a_silent_robot_is_not_taken_out_of_a_scan(
+    silent_s: float, *, taken_out: bool
+) -> None:
+    """V9: a pedestrian stands where the robot ahead was last heard."""
+    assert (silent_s <= FRESH_HEARTBEATS * MISSION.heartbeat_s) is taken_out
+    mission = replace(MISSION, obstacle_speed_mps_max=0.3)
+    stage = MemberStage(mission, row(3), ORDER)
+    stage.tick()
+    strand = stage.members[2]._strand
+    heard_s = strand.links[0].heard_at_s
+    assert heard_s == strand.links[1].heard_at_s
+    assert bool(strand.robots_in_sight(heard_s + silent_s)[1:]) is taken_out
+    behind = strand.grants.ground(heard_s + silent_s).behind
+    assert (len(behind) > 1) is taken_out

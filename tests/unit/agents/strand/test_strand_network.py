@@ -5,18 +5,17 @@ from collections import Counter
 from itertools import combinations, pairwise
 
 import numpy as np
-from agents.strand.forming import lined_up
 from hypothesis import given
 from hypothesis import strategies as st
 
 from agents.commands import Tell
 from agents.events import LinkHeard
 from agents.navigation.certificate import certified_lengths_m
-from agents.strand.strand import Own
+from agents.strand.strand import Strand
 from protocol.frames import Point, Pose
 from protocol.mission import Law
 from tests.support.stages.one_step import under
-from tests.support.stages.strand_stage import NOTHING_HANDED
+from tests.support.stages.strand_stage import formation, own, queue_path
 
 MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1, separation_m=0.1)
 KEEP_M = 0.31  # two radii, the separation and the tolerance
@@ -44,7 +43,12 @@ class Stage:
 
     def __init__(self, spacing_m: float) -> None:
         places = {robot: Pose(x_m=spacing_m * robot, y_m=0.0, heading_rad=0.0) for robot in ORDER}
-        self.strands = {robot: lined_up(robot, ORDER, places, MISSION, 0.0) for robot in ORDER}
+        places_m = {robot: spacing_m * (robot - 1) for robot in ORDER}
+        self.strands = {}
+        for robot in ORDER:
+            path = queue_path(ORDER, places)
+            told = formation(robot, ORDER, places, places_m, path)
+            self.strands[robot] = Strand(robot, told, path, MISSION, 0.0)
         self.progress_m = {robot: self.strands[robot].start_m for robot in ORDER}
         self.on_their_way: list[tuple[int, LinkHeard]] = []
         self._numbers: Counter[tuple[int, int]] = Counter()
@@ -52,10 +56,7 @@ class Stage:
 
     def tell(self, robot: int) -> None:
         self._now_s += MISSION.heartbeat_s
-        at = self.strands[robot].path.at(self.progress_m[robot])
-        pose = Pose(x_m=at.x_m, y_m=at.y_m, heading_rad=0.0)
-        own = Own(self.progress_m[robot], pose, True, arrived=False, handed=NOTHING_HANDED)
-        for command in self.strands[robot].tell(own, self._now_s):
+        for command in self.strands[robot].tell(own(self.progress_m[robot]), self._now_s):
             if isinstance(command, Tell):
                 self._numbers[robot, command.robot] += 1
                 heard = LinkHeard(robot, self._numbers[robot, command.robot], command.state)
@@ -66,7 +67,7 @@ class Stage:
         if self.on_their_way:
             at = index % len(self.on_their_way)
             receiver, heard = self.on_their_way[at] if keep else self.on_their_way.pop(at)
-            self.strands[receiver].hear(heard, self._now_s)
+            assert self.strands[receiver].hear(heard, self._now_s) == [], "nothing true is refused"
 
     def drive(self, robot: int, share: float) -> None:
         strand = self.strands[robot]
@@ -79,7 +80,7 @@ class Stage:
         if self.progress_m[LEADER] < strand.path.end_m:
             return
         here = strand.path.at(strand.path.end_m)
-        origin, walls = np.array([here.x_m, here.y_m]), strand.grants.ground.walls
+        origin, walls = np.array([here.x_m, here.y_m]), strand.grants.ground(self._now_s).walls
         free_m = float(certified_lengths_m(origin, np.array([heading_rad]), walls)[0])
         heading = np.array([math.cos(heading_rad), math.sin(heading_rad)])
         x_m, y_m = origin + min(free_m, length_m) * heading

@@ -5,19 +5,23 @@ import json
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from clew.bench.healing import Healing, LeaderFault, figures_of, healing_in
 from clew.fleet.live import Ended
 from clew.rehearsal.logbook import NTP64_PER_S
 from protocol.faults.fit import check_fits
+from protocol.frames import Point
 from protocol.timeline import Entry, FaultInjected, LeaderSucceeded, LinkBroken, Record, StrandHealed
 from tests.support.campaigns import clew
+from tests.support.strands import ordered
 from world.record.lines import Line
 
 KILLED = FaultInjected(fault="kill", rule="kill-1", process="r1")
 BROKEN = LinkBroken(neighbour=1, cause="token", silent_s=0.4)
 SUCCEEDED = LeaderSucceeded(epoch=2, before=1)
-HEALED = StrandHealed(epoch=2, members=(2, 3))
+HEALED = StrandHealed(epoch=2, robots=2)
+ORDERED = ordered(2, epoch=2, step=2, target=Point(x_m=1.0, y_m=0.0))
 
 
 def at(wall_s: float, source: str, record: Record) -> Line:
@@ -29,6 +33,11 @@ def at(wall_s: float, source: str, record: Record) -> Line:
 def test_times_are_of_the_wall_clock_and_do_not_depend_on_the_order_of_recording() -> None:
     lines = [
         at(8.0, "r2", HEALED),
+        at(6.2, "world", ordered(2, epoch=2, step=2, target=Point(x_m=1.0, y_m=0.0), number=2)),
+        at(6.1, "world", ORDERED),
+        at(6.05, "world", ordered(3, epoch=2, target=Point(x_m=1.0, y_m=0.0))),
+        at(6.05, "world", ordered(2, epoch=2)),
+        at(5.95, "world", ordered(2, epoch=1, target=Point(x_m=1.0, y_m=0.0))),
         at(5.9, "r2", SUCCEEDED),
         at(5.5, "r2", BROKEN),
         at(5.0, "world", KILLED),
@@ -37,7 +46,8 @@ def test_times_are_of_the_wall_clock_and_do_not_depend_on_the_order_of_recording
     healing = healing_in(lines)
     assert healing is not None
     assert healing.cause_s == 3.0
-    assert (healing.detection_s, healing.succession_s, healing.healed_s) == pytest.approx((0.5, 0.4, 3.0))
+    assert (healing.detection_s, healing.succession_s) == pytest.approx((0.5, 0.4))
+    assert (healing.ordered_s, healing.healed_s) == pytest.approx((1.1, 3.0))
 
 
 def test_entries_of_another_robot_or_from_before_the_fault_do_not_count() -> None:
@@ -57,7 +67,8 @@ def test_up_to_a_hundred_runs_are_within_a_bound_exactly_when_the_slowest_is(
     detections_s: list[float],
 ) -> None:
     measured = [
-        Healing(cause_s=3.0, detection_s=each, succession_s=0.2, healed_s=4.0) for each in detections_s
+        Healing(cause_s=3.0, detection_s=each, succession_s=0.2, ordered_s=0.7, healed_s=4.0)
+        for each in detections_s
     ]
     figures = figures_of(LeaderFault.KILL, measured, [1.0])
     assert figures.detection is not None
@@ -66,11 +77,19 @@ def test_up_to_a_hundred_runs_are_within_a_bound_exactly_when_the_slowest_is(
 
 
 def test_one_run_without_succession_fails_even_if_the_others_were_quick() -> None:
-    quick = Healing(cause_s=3.0, detection_s=0.4, succession_s=0.2, healed_s=2.0)
+    quick = Healing(cause_s=3.0, detection_s=0.4, succession_s=0.2, ordered_s=0.7, healed_s=2.0)
     for slow in (None, Healing(cause_s=3.0), Healing(cause_s=3.0, detection_s=0.4, succession_s=0.2)):
         figures = figures_of(LeaderFault.KILL, [quick, slow], [1.0])
         assert (figures.never, figures.ok) == (1, False)
     assert figures_of(LeaderFault.KILL, [quick], [1.0]).ok
+
+
+def test_the_median_of_the_first_orders_has_a_bound_where_the_leader_is_killed() -> None:
+    soon = Healing(cause_s=3.0, detection_s=0.4, succession_s=0.2, ordered_s=0.7, healed_s=2.0)
+    late = replace(soon, ordered_s=1.2)
+    assert figures_of(LeaderFault.KILL, [soon, soon, late], [1.0]).ok
+    assert not figures_of(LeaderFault.KILL, [soon, late, late], [1.0]).ok
+    assert figures_of(LeaderFault.FREEZE, [soon, late, late], [1.0]).ok
 
 
 @pytest.mark.parametrize("fault", LeaderFault)
@@ -101,4 +120,5 @@ def test_the_verb_measures_leaders_of_live_fleets() -> None:
     assert [row["fault"] for row in rows] == ["kill", "freeze"]
     for row in rows:
         assert (row["runs"], row["never"]) == (1, 0)
-        assert 0.0 < row["detection"]["p50_s"] < row["healed"]["p50_s"]
+        assert 0.0 < row["detection"]["p50_s"] < row["ordered"]["p50_s"]
+        assert row["detection"]["p50_s"] < row["healed"]["p50_s"]

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clew.bench.loss import (
-    BOUND_RATE,
+    BOUNDS,
     RATES,
     Crossing,
     LossPoint,
@@ -17,8 +17,9 @@ from clew.bench.loss import (
     loss_plan,
     median_s,
     rehearsed,
-    slowdown,
+    slowdowns,
     table,
+    within_bounds,
     worst_s,
 )
 from clew.bench.loss_chart import loss_chart
@@ -53,7 +54,7 @@ def test_a_plan_drops_messages_between_robots_or_all_messages_and_none_at_rate_z
     (links,) = loss_plan(Reach.LINKS, 0.5).rules
     (all_kinds,) = loss_plan(Reach.ALL, 0.5).rules
     assert (links.probability, all_kinds.probability) == (0.5, 0.5)
-    assert set(Reach.LINKS.kinds) == {"ahead", "behind", "muster", "beacon", "plea"}
+    assert set(Reach.LINKS.kinds) == {"ahead", "behind", "report", "answer", "formation", "plea"}
     assert Reach.ALL.kinds == ()
 
 
@@ -67,8 +68,13 @@ def test_a_fleet_that_never_arrives_counts_as_slower_than_all_others(times_s: li
     assert math.isfinite(median_s(told)) is most_arrived
 
 
-def test_the_bound_is_for_messages_between_robots() -> None:
-    assert slowdown(MEASURED) == pytest.approx((20.0 + 20.0 * BOUND_RATE) / 20.0)
+def test_the_bounds_are_for_messages_between_robots_and_at_all_rates_the_fleet_has_to_arrive() -> None:
+    assert slowdowns(MEASURED)[0.5] == pytest.approx(1.5)
+    assert not within_bounds(MEASURED)
+    quick: dict[float, float | None] = {rate: 20.0 * BOUNDS.get(rate, 1.7) for rate in RATES} | {0.0: 20.0}
+    assert within_bounds(points(quick))
+    for rate, slow_s in ((0.5, 22.1), (0.75, 30.1), (0.1, None), (0.9, None)):
+        assert not within_bounds(points(quick | {rate: slow_s}))
 
 
 def test_the_table_has_a_row_for_each_rate_and_says_never() -> None:
@@ -103,7 +109,7 @@ def test_a_rehearsal_arrives_a_little_later_with_10_percent_loss_and_never_with_
 
 
 def test_the_verb_rehearses_every_rate_of_both_kinds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    rates = (0.0, BOUND_RATE)  # those that it judges by
+    rates = (0.0, *BOUNDS)  # those that it judges by
     monkeypatch.setattr(bench_loss, "RATES", rates)
     told = clew("bench", "loss", scene(tmp_path / "posts.json"), "--runs", "1", "--json")
     said = json.loads(told.stdout)

@@ -3,7 +3,6 @@ import shlex
 from pathlib import Path
 
 import pytest
-from agents.membership.calls import Calls
 
 from clew.campaign.failures import Case, failure_of
 from clew.campaign.shrink import shrink
@@ -28,12 +27,12 @@ PLAN = Plan(name="much", rules=(*HARMLESS[:3], KILL, *HARMLESS[3:]))
 
 @pytest.fixture
 def planted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A planted bug that shows only when a robot has to call a muster."""
+    """A planted bug that shows only when a strand heals."""
 
-    def call(*_: object, **__: object) -> tuple[int, tuple[int, ...]]:
+    def heal(**_: object) -> None:
         raise AssertionError("planted")
 
-    monkeypatch.setattr(Calls, "call", call)
+    monkeypatch.setattr("agents.strand.member.StrandHealed", heal)
 
 
 def case(tmp_path: Path, plan: Plan) -> Case:
@@ -103,10 +102,10 @@ def failed(tmp_path: Path, planted: None) -> Path:
 def test_a_run_that_now_fails_in_another_way_is_not_shrunk_and_both_are_reported(
     failed: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def call(*_: object, **__: object) -> tuple[int, tuple[int, ...]]:
+    def heal(**_: object) -> None:
         raise KeyError("another")
 
-    monkeypatch.setattr(Calls, "call", call)
+    monkeypatch.setattr("agents.strand.member.StrandHealed", heal)
     shrunk = clew("shrink", failed)
     assert (shrunk.exit_code, shrunk.stdout) == (1, "")
     assert "planted" in shrunk.stderr

@@ -71,7 +71,9 @@ def test_figure_4_draws_the_distances_of_table_1(folder: Path, name: str) -> Non
 def test_switching_positions_have_the_steps_numbers_even_after_an_interrupted_step(folder: Path) -> None:
     drawn = course(folder / "killed")
     begun = [str(planned.number) for planned in drawn.steps]
-    assert [stand.name for stand in drawn.stands] == ["1", "1 end", *begun[1:], f"{begun[-1]} end"]
+    names = [stand.name for stand in drawn.stands]
+    assert [name for name in names if not name.endswith(" end")] == begun
+    assert (names[1], names[-1]) == ("1 end", f"{begun[-1]} end")
     region = painted(chart(drawn, "region"))[0]
     numbered_m = {text.get_text(): text.xy for text in region.texts if isinstance(text, Annotation)}
     for planned in drawn.steps:

@@ -17,7 +17,7 @@ from clew.log.timeline import Timeline, kind_of
 from clew.page.batch import PLACE_TOLERANCE_M
 from clew.page.batches import Batches
 from clew.story import distances
-from protocol.timeline import Entry, OrderAccepted, PoseSampled, Record
+from protocol.timeline import Entry, LinkBroken, OrderAccepted, PoseSampled, Record
 from tests.support.pages.pages import column, told
 from tests.support.planned import planned
 from tests.support.runs import Runs
@@ -92,7 +92,7 @@ def test_every_entry_except_poses_is_in_the_batches_once_with_all_its_fields(
     [columns] = [batch["entries"]["order.accepted"] for batch in batches]
     assert column(columns["t"], 1e3) == pytest.approx([entry.t_s for _, entry in orders], abs=0.5e-3)
     assert columns["source"] == [source for source, _ in orders]
-    fields = {"robot", "number", "epoch", "step", "x_m", "y_m", "target", "reach_m"}
+    fields = {"robot", "number", "epoch", "turn", "life", "step", "x_m", "y_m", "target", "reach_m"}
     assert set(columns) == {"i", "t", "source", *fields}
 
 
@@ -165,15 +165,16 @@ def test_nothing_new_makes_no_batch(read: Timeline) -> None:
     assert told_of.batch() is None
 
 
-def test_lanes_and_links_show_the_death(batches: list[dict[str, Any]]) -> None:
+def test_lanes_and_links_show_the_death(read: Timeline, batches: list[dict[str, Any]]) -> None:
     [batch] = batches
     first = [lane["state"] for lane in batch["lanes"] if lane["robot"] == 1]
     second = [lane["state"] for lane in batch["lanes"] if lane["robot"] == 2]
     assert first == ["lining up", "free", "dead"]
     assert second[:3] == ["lining up", "free", "lining up"]
     assert second[-1] == "arrived"
-    assert {"one": 1, "other": 2, "t_s": 3.3, "state": "broken"} in batch["links"]
-    assert [strand["order"][0] for strand in batch["strands"]] == [1, 2]
+    broken_s = next(entry.t_s for _, entry in read.lines if isinstance(entry.record, LinkBroken))
+    assert {"one": 1, "other": 2, "t_s": broken_s, "state": "broken"} in batch["links"]
+    assert [strand["order"][0] for strand in batch["strands"]][:2] == [1, 2]
 
 
 def test_steps_end_at_the_switching_positions(read: Timeline, batches: list[dict[str, Any]]) -> None:

@@ -1,5 +1,6 @@
+"""One end of a link: what is taken from it, and how long it has been silent."""
+
 import math
-from collections.abc import Sequence
 
 import pytest
 from hypothesis import given
@@ -10,11 +11,12 @@ from protocol.wire.link import LATELY_S, Link
 from protocol.wire.messages import BehindState
 
 SILENCE_S = 1.0
-LIFE, EPOCH = 0x2B, Epoch(generation=1, robot=2, life=0x2B)
+EPOCH = Epoch(generation=4, robot=1, life=71)
+LIFE = 72
 
 
 def state(
-    progress_m: float = 0.0, *, t_s: float = 0.0, life: int = LIFE, epoch: Epoch = EPOCH
+    progress_m: float = 0.0, *, t_s: float = 0.0, epoch: Epoch = EPOCH, life: int = LIFE
 ) -> BehindState:
     return BehindState(
         epoch=epoch,
@@ -32,121 +34,71 @@ def made(made_at_s: float = 0.0) -> Link[BehindState]:
 
 
 numbers = st.lists(st.integers(1, 30), min_size=1, max_size=40)
-"""In order of arrival: shuffled, some lost, some repeated."""
-
-
-def hear_all(link: Link[BehindState], arriving: Sequence[int]) -> list[bool]:
-    """Hear states that each tell their number as progress and as time."""
-    return [
-        link.hear(state(float(number), t_s=float(number)), number, now_s=100.0 + at)
-        for at, number in enumerate(arriving)
-    ]
-
-
-# --- rule 1 ---------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("robot", "said", "is_from"),
-    [
-        (2, state(), True),
-        (3, state(), False),
-        (2, state(life=LIFE + 1), False),
-        (2, state(epoch=Epoch(generation=2, robot=2, life=LIFE)), False),
-        (2, state(epoch=Epoch(generation=1, robot=2, life=LIFE + 1)), False),
-    ],
-    ids=[
-        "its own",
-        "of another robot",
-        "of another life",
-        "of another epoch",
-        "of another coordinator's life",
-    ],
-)
-def test_a_link_is_to_one_life_of_a_robot_in_one_epoch(robot: int, said: BehindState, is_from: bool) -> None:
-    assert made().is_from(robot, said) is is_from
-
-
-# --- rule 2 ---------------------------------------------------------------------------------------
 
 
 @given(numbers)
 def test_the_newest_state_is_kept_in_any_order_of_arrival(arriving: list[int]) -> None:
     link = made()
-    hear_all(link, arriving)
-    assert link.state == state(float(max(arriving)), t_s=float(max(arriving)))
+    newer = [link.hear(state(float(number)), number, now_s=0.0) for number in arriving]
+    assert link.state == state(float(max(arriving)))
+    assert newer == [all(each > before for before in arriving[:at]) for at, each in enumerate(arriving)]
 
 
-@given(numbers)
-def test_a_state_is_new_only_if_it_is_newer_than_all_before(arriving: list[int]) -> None:
-    link = made()
-    newer = [all(each > before for before in arriving[:at]) for at, each in enumerate(arriving)]
-    assert hear_all(link, arriving) == newer
-
-
-# --- rule 3 ---------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("robot", "said", "valid"),
+    [
+        (2, state(), True),
+        (3, state(), False),
+        (2, state(life=LIFE + 1), False),
+        (2, state(epoch=Epoch(generation=5, robot=1, life=71)), False),
+        (2, state(epoch=Epoch(generation=4, robot=2, life=71)), False),
+        (2, state(epoch=Epoch(generation=4, robot=1, life=70)), False),
+    ],
+)
+def test_a_link_is_to_one_life_of_one_robot_in_one_epoch(
+    robot: int, said: BehindState, *, valid: bool
+) -> None:
+    assert made().is_from(robot, said) is valid
 
 
 def test_a_link_without_any_state_is_silent_since_its_creation() -> None:
-    link = made(3.0)
-    assert link.state is None
-    assert link.silent_s(5.0) == 2.0
+    assert made(3.0).silent_s(5.0) == 2.0
 
 
-@given(numbers)
-def test_silence_is_the_age_of_the_newest_time_stamp_heard(arriving: list[int]) -> None:
-    link = made()
-    hear_all(link, arriving)
-    assert link.silent_s(200.0) == 200.0 - max(arriving)
+@given(st.lists(st.tuples(st.integers(1, 30), st.floats(0.0, 9.0)), max_size=20), st.floats(0.0, 9.0))
+def test_silence_is_the_age_of_the_newest_time_stamp_heard(
+    arriving: list[tuple[int, float]], now_s: float
+) -> None:
+    link, newest, heard_s = made(), 0, 0.0
+    for number, t_s in arriving:
+        if link.hear(state(t_s=t_s), number, now_s):
+            assert number > newest
+            newest, heard_s = number, max(heard_s, min(t_s, now_s))
+    assert link.silent_s(now_s) == pytest.approx(now_s - heard_s)
 
 
 def test_a_message_that_was_delayed_for_long_renews_nothing() -> None:
     link = made()
-    link.hear(state(t_s=0.5), 1, now_s=9.0)
-    assert link.silent_s(9.0) == 8.5
+    link.hear(state(t_s=0.4), 1, now_s=9.0)
+    assert link.silent_s(9.0) == pytest.approx(8.6)
 
 
-def test_a_state_from_before_the_links_creation_renews_nothing() -> None:
-    link = made(3.0)
-    link.hear(state(t_s=2.9), 1, now_s=3.3)
-    assert link.silent_s(3.5) == 0.5
-
-
-def test_a_time_stamp_from_the_future_counts_as_the_time_of_its_arrival() -> None:
+def test_a_time_stamp_ahead_of_the_own_time_counts_as_now() -> None:
     link = made()
-    assert link.hear(state(t_s=9e6), 1, now_s=0.6)
-    assert link.heard_at_s == 0.6
-    assert link.silent_s(2.6) == 2.0
+    link.hear(state(t_s=99.0), 1, now_s=2.0)
+    assert link.silent_s(5.0) == 3.0
 
 
-def test_an_older_time_stamp_in_a_newer_state_does_not_age_the_link() -> None:
-    link = made()
-    link.hear(state(t_s=1.0), 1, now_s=1.0)
-    link.hear(state(5.0, t_s=0.8), 2, now_s=1.1)
-    assert (link.state, link.heard_at_s) == (state(5.0, t_s=0.8), 1.0)
-
-
-def test_the_usual_time_between_two_states_follows_the_newest_ones() -> None:
-    link = made()
-    for second in range(1, 40):
-        link.hear(state(t_s=float(second)), second, now_s=float(second))
-    assert link.usual_s == pytest.approx(1.0, abs=1e-3)
-
-
-# --- rule 4 ---------------------------------------------------------------------------------------
-
-
-def test_a_link_says_once_that_it_has_fallen_silent_and_once_that_it_is_heard_again() -> None:
-    link = made()
-    link.hear(state(t_s=1.0), 1, now_s=1.0)
-    assert [link.note(at_s, silence_s=SILENCE_S) for at_s in (1.5, 2.0, 2.1, 3.0)] == [
-        False,
-        False,
-        True,
-        False,
-    ]
-    link.hear(state(t_s=3.1), 2, now_s=3.1)
-    assert [link.note(at_s, silence_s=SILENCE_S) for at_s in (3.1, 3.2)] == [True, False]
+def test_each_silence_and_its_end_are_noted_once() -> None:
+    link, noted = made(), []
+    for number, (t_s, heard) in enumerate(
+        [(0.5, True), (1.0, False), (1.6, False), (3.0, False), (3.1, True), (3.2, True)], start=1
+    ):
+        if heard:
+            link.hear(state(t_s=t_s), number, now_s=t_s)
+        noted.append((link.note(t_s, silence_s=SILENCE_S), link.silent))
+    changed, last = (True, True), (True, False)
+    assert noted == [(False, False), (False, False), changed, (False, True), last, (False, False)]
 
 
 def test_the_silent_share_decays_at_the_rate_at_which_it_grew() -> None:

@@ -75,6 +75,7 @@ def test_an_order_without_a_scan_under_its_fence_is_a_violation(said: list[Said]
 def test_followers_need_no_scan_under_a_law_that_promises_nothing() -> None:
     assert broken(run(without=("scan 2",)), followers_sense=False) == []
     assert broken(run(without=("scan 1",)), followers_sense=False) == ["F6"]
+    assert broken(run(without=("scan 3",)), followers_sense=False) == ["F6"]
 
 
 JOINED_ASTRAY: dict[str, list[Said]] = {
@@ -153,6 +154,38 @@ LED_ASTRAY: dict[str, list[Said]] = {
 @pytest.mark.parametrize("said", LED_ASTRAY.values(), ids=LED_ASTRAY.keys())
 def test_a_leader_drives_only_the_steps_that_it_planned(said: list[Said]) -> None:
     assert broken(said) == ["F5"]
+
+
+def test_a_follower_that_plans_a_step_of_its_own_is_judged_as_a_follower() -> None:
+    beside = accepted(2.92, replace(OF_2, step=1, target=Point(x_m=-0.6, y_m=0.4), reach_m=0.6))
+    more: Said = (2.91, "r2", plan(-0.6, 0.4))
+    assert broken(run(more, order_2=beside, without=STILL_2[1:])) == ["F5", "P1"]
+
+
+def test_ground_of_unrecorded_steps_of_a_leader_that_was_killed_may_be_driven() -> None:
+    """Robot 3 is granted ground by robot 2, beyond the path that robot 1 recorded."""
+    last_words = ("plan 1", "grant 2", "joined 1 again", "plan 1 again")
+    without = (*last_words, *STILL_2, "order 1 again", "drive 1 again", "there 1 again")
+    more: list[Said] = [
+        (3.0, "world", scan(3)),
+        (3.7, "r2", grant(1.6, to=3)),
+        accepted(3.8, order(3, (-1.2, 0.0), (0.4, 0.0), reach_m=1.6)),
+    ]
+    assert broken(run(died(1), *more, without=without)) == []
+    assert broken(run(*more, without=without)) == ["F5", "F5"], "the leader's order, and robot 3's"
+
+
+def test_a_violation_says_whether_anything_was_planned() -> None:
+    ((_, missing),) = breaches(run(without=("plan 1",)))
+    ((_, elsewhere),) = breaches(run(plan_1=(2.3, "r1", plan(1.1))))
+    assert (missing.why, missing.measured_m) == ("ordered step 1 that was not planned", None)
+    assert elsewhere.why == "ordered elsewhere than step 1 was planned"
+    assert elsewhere.measured_m == pytest.approx(0.1)
+
+
+def test_an_order_in_a_strand_without_a_path_is_a_violation_and_no_crash() -> None:
+    pathless = replace(formation(FIRST, 3, 1.2, 0.6, 0.0), laid=())
+    assert broken(run(formed=(1.9, "r2", pathless))) == ["F5", "P3"]
 
 
 def test_an_order_of_no_member_is_a_violation() -> None:

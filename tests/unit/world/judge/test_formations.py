@@ -5,7 +5,19 @@ from msgspec.structs import replace
 
 from protocol.fence import May
 from protocol.timeline import RobotDied, StrandFormed, StrandJoined
-from tests.support.histories.fenced import FIRST, LIVES, SECOND, Said, broken, fence, formation, order, run
+from tests.support.histories.fenced import (
+    FIRST,
+    LIVES,
+    SECOND,
+    Said,
+    broken,
+    fence,
+    formation,
+    grant,
+    order,
+    run,
+    scan,
+)
 
 FORMED = formation(FIRST, 3, 1.2, 0.6, 0.0)
 
@@ -66,6 +78,33 @@ def test_a_member_may_stand_as_far_from_its_place_as_the_tolerance() -> None:
     assert broken(run(formed=formed(replace(FORMED, places_m=(1.2, 0.611, 0.0))))) == ["F4"]
 
 
+def test_a_coordinator_need_not_be_a_member() -> None:
+    without_2 = formation(FIRST, 3, 1.2, 0.0, order=(1, 3))
+    said = run(
+        formed=formed(without_2),
+        all=driven(members=2),
+        rank_3=(2.1, "r3", StrandJoined(epoch=FIRST, rank=1)),
+        without=("rank 2", "grant 2", "order 2", "drive 2", "there 2"),
+    )
+    assert broken(said) == []
+
+
+def test_a_formation_of_an_epoch_that_never_was_is_a_violation() -> None:
+    assert broken(run((5.1, "r1", formation(30_001, 1, 2.0, 1.0, 0.0)))) == ["F4"]
+
+
+def test_an_epoch_that_begins_with_all_is_a_violation_and_no_crash() -> None:
+    still = ("plan 1 again", "order 1 again", "drive 1 again", "there 1 again", "joined 1 again")
+    assert set(broken(run(without=("raised again", *still)))) == {"F3", "F4"}
+
+
+def test_a_member_that_stands_elsewhere_is_one_violation_though_it_drives_on() -> None:
+    elsewhere = formed(replace(FORMED, places_m=(1.2, 0.5, 0.0)))
+    more = order(2, (-0.2, 0.0), (-0.1, 0.0), reach_m=1.1)
+    again: list[Said] = [(3.75, "r1", grant(1.1)), (3.8, "world", more)]
+    assert broken(run(*again, formed=elsewhere)) == ["F4"]
+
+
 DEAD: Said = (3.0, "world", RobotDied(robot=2, silent_since_s=1.8))
 """The coordinator was killed, and its last entries never came."""
 
@@ -108,3 +147,20 @@ def test_a_formation_names_each_robot_once_and_in_order_along_its_path(strand: S
         without=("order 1 again", "drive 1 again", "there 1 again"),
     )
     assert broken(said) == ["P3"]
+
+
+@pytest.mark.parametrize("strand", MISSHAPEN.values(), ids=MISSHAPEN.keys())
+def test_orders_in_a_misshapen_formation_are_judged_as_far_as_it_goes(strand: StrandFormed) -> None:
+    last = strand.order[2]
+    drive = order(last, (-1.2, 0.0), (-1.2, 0.0), epoch=SECOND, turn=1)
+    more: list[Said] = [
+        (4.2, "world", scan(last)),
+        (4.8, "world", drive),
+        (4.75, "r2", grant(0.5, to=last, epoch=SECOND)),
+    ]
+    all_again: Said = (4.5, "world", fence(SECOND, 1, May.ALL, named=1, members=len(strand.order)))
+    assert "P3" in broken(run(*more, formed_again=(4.4, "r3", strand), all_again=all_again))
+
+
+def test_an_order_of_a_robot_that_was_never_sampled_is_no_crash() -> None:
+    assert broken(run(without=("place 2", "drive 2", "there 2"))) == []

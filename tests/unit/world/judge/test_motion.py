@@ -13,6 +13,7 @@ from tests.support.histories.fenced import (
     fence,
     formation,
     order,
+    plan,
     pose,
     run,
     scan,
@@ -23,6 +24,9 @@ ORDER_2 = order(2, (-0.6, 0.0), (-0.2, 0.0), reach_m=1.0)
 OFF_COURSE: dict[str, list[Said]] = {
     "no order": run(without=("order 2",)),
     "an order to stand": run(order_2=(2.92, "world", replace(ORDER_2, target=None))),
+    "an order to stand from before": run(
+        order_2=(2.92, "world", replace(ORDER_2, target=None, epoch=0, turn=0, life=""))
+    ),
     "before its order": run(order_2=(3.0, "world", replace(ORDER_2, x_m=-0.56))),
     "off its line": run((3.3, "world", pose(2, -0.4, 0.01))),
     "past its target": run((3.9, "world", pose(2, -0.1))),
@@ -54,6 +58,19 @@ def test_an_order_renewed_during_a_drive_is_one_drive() -> None:
         (3.4, "world", pose(2, -0.36, -0.003)),
     ]
     assert broken(run(*more), inexact(0.011)) == []
+
+
+def test_a_drive_begins_anew_with_a_new_target_or_a_new_fence() -> None:
+    corner = order(3, (-1.0, 0.5), (-1.0, 0.0), turn=1)
+    more: list[Said] = [
+        (0.55, "r3", plan(-1.0, joins=True)),
+        (0.6, "world", corner),
+        (1.1, "world", pose(3, -1.0)),
+        (1.1, "world", order(3, (-1.0, 0.0), (-1.2, 0.0), turn=1)),
+    ]
+    assert broken(run(*more, without=("order 3",))) == []
+    beside: Said = (4.8, "world", pose(1, 0.9, 0.02))
+    assert broken(run(beside), inexact(0.03)) == ["S3"], "0.03 of the way from 0.8 m on"
 
 
 def test_a_motion_that_stays_unlawful_is_one_violation_until_it_is_lawful_again() -> None:

@@ -1,0 +1,105 @@
+"""What a view agrees on, from the reports of its members. Pure."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from msgspec.structs import replace
+
+from agents.coordinating.draft import places_of
+from agents.coordinating.formation import Plan, lay_path
+from agents.coordinating.legs import Legs
+from agents.coordinating.turnabout import turned_round
+from agents.strand.wish import Turnabout
+from protocol.fence import Cause, Epoch
+from protocol.path import Path
+from protocol.wire.view import Counters, Report
+
+Reports = Mapping[int, Report]
+
+
+@dataclass(frozen=True, slots=True)
+class Intent:
+    """Why the view was proposed, and what its proposer knows of the last strand."""
+
+    cause: Cause
+    led_by: int = 0
+    """Who led the last strand; 0: there was none."""
+    turnabout: Turnabout | None = None
+    """DEAD_END: how the strand is to turn round, in this epoch, of so many robots, on this path."""
+    ended: Epoch | None = None
+    robots: int = 0
+    path: Path | None = None
+
+    @property
+    def heals(self) -> bool:
+        """Whether the view follows a loss, or a robot that was left out."""
+        return self.cause not in {Cause.START, Cause.BLOCKED, Cause.DEAD_END}
+
+
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """One coordinator's part in making the formation."""
+
+    robot: int
+    """The coordinator."""
+    epoch: Epoch
+    intent: Intent
+    sensed: bool
+    """Whether robots took scans to find the order."""
+
+    def drafted(
+        self, order: Sequence[int], legs: Legs, driven: frozenset[int], reports: Reports, *, turn: int
+    ) -> Plan:
+        """The formation of a drafted strand."""
+        return self._plan(tuple(order), lay_path(order, places_of(reports), legs), driven, reports, turn=turn)
+
+    def turned(self, reports: Reports, *, turn: int) -> Plan | None:
+        """The formation of a strand that turns round; None if the view is not for that, or lacks a robot."""
+        intent = self.intent
+        if intent.turnabout is None or intent.path is None or intent.ended is None:
+            return None
+        found = turned_round(intent.turnabout, intent.path, reports, ended=intent.ended, robots=intent.robots)
+        if found is None:
+            return None
+        order, path, places_m = found
+        plan = self._plan(order, (path, places_m), frozenset(order[1:]), reports, turn=turn)
+        return plan.backing_up(intent.turnabout.back_by_m)
+
+    def counters(self, reports: Reports) -> Counters:
+        """What the fleet has counted; the coordinator's own count includes what it proposed the view for."""
+        own = reports[self.robot]
+        newest = max(reports.values(), key=lambda report: report.counted.number)
+        counters = own.counters if own.counted == newest.counted else newest.counters
+        return replace(counters, steps=max(report.counters.steps for report in reports.values()))
+
+    def _plan(
+        self,
+        order: tuple[int, ...],
+        laid: tuple[Path, Mapping[int, float]],
+        driven: frozenset[int],
+        reports: Reports,
+        *,
+        turn: int,
+    ) -> Plan:
+        newest = newest_map(reports)
+        return Plan(
+            epoch=self.epoch,
+            turn=turn,
+            order=order,
+            lives={robot: reports[robot].life for robot in order},
+            places={robot: reports[robot].place for robot in order},
+            path=laid[0],
+            places_m=laid[1],
+            driven=driven,
+            counters=self.counters(reports),
+            heals=self.intent.heals,
+            led_by=self.intent.led_by,
+            map_number=newest.map_number,
+            seen=newest.seen if newest.map_number > reports[order[0]].map_number else None,
+            sensed=self.sensed,
+        )
+
+
+def newest_map(reports: Reports) -> Report:
+    """The report of a robot that has the newest map; one that tells it, if there is one."""
+    return max(reports.values(), key=lambda report: (report.map_number, report.seen is not None))

@@ -1,0 +1,1 @@
+"""Exhaustive exploration: every schedule with few faults, of the cores that ship, in a small world."""

@@ -1,0 +1,228 @@
+"""The steps of single cores. They are pure, so each step of a core's content is computed once and remembered.
+
+Most schedules differ in what one robot has heard: the steps of all others are then known already.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, Protocol, assert_never
+
+from agents.commands import AskScan, Order, Put, Say, Tell
+from agents.commands import Command as RobotCommand
+from agents.commands import Note as RobotNote
+from agents.events import Event as RobotEvent
+from agents.events import LinkHeard, OdometryHeard, ScanHeard, ViewHeard
+from agents.events import TokenCame as TokenSeen
+from agents.events import TokenWent as TokenMissed
+from clew.explore.judge import judge_world
+from clew.explore.moments import WORLD, Letter
+from clew.explore.store import Numbers, Snapshots
+from protocol.fence import Change, Fence, Raise, Release, Stop, Turn
+from protocol.frames import Pose
+from protocol.timeline import Record
+from protocol.wire.messages import AheadState, BehindState, Drive, Odometry, Scan, ScanQuery
+from protocol.wire.view import Answer, Formation, Plea, Report
+from world.bodies.arena import TICK_S
+from world.commands import Command as WorldCommand
+from world.commands import Note, ServeScan, TellOdometry
+from world.core import World
+from world.events import FencePut, OrderHeard, ScanAsked, TokenCame, TokenWent
+
+
+class Core(Protocol):
+    """A robot's core."""
+
+    def handle(self, event: RobotEvent, now_s: float) -> list[RobotCommand]:
+        """Process an event."""
+        ...
+
+
+class Start(NamedTuple):
+    """The start of a robot's process, as a letter to it."""
+
+    robot: int
+
+
+class Tick(NamedTuple):
+    """Time goes on until the world tells odometry."""
+
+
+class Restart(NamedTuple):
+    """The world is killed and started again."""
+
+
+Thing = Any
+"""What a letter can hold: a message, a token event, `Start`."""
+
+
+class RobotStep(NamedTuple):
+    """What a robot's core does with an event."""
+
+    core: int
+    sent: tuple[tuple[int, int], ...]
+    """Receiver and content."""
+    orders: tuple[Drive, ...]
+    """Those to move."""
+    pieces: tuple[tuple[int, Formation], ...]
+    """Of formations: member, and what it is told."""
+    notes: tuple[Record, ...]
+
+
+class WorldStep(NamedTuple):
+    """What the world does with an event."""
+
+    world: int
+    ticks: int
+    fence: int
+    places: tuple[Pose, ...] | None
+    """Where all bodies stand, if the fence has changed."""
+    sent: tuple[tuple[int, int], ...]
+    ordered: tuple[tuple[int, Drive], ...]
+    """Orders to move that bodies have accepted."""
+    notes: tuple[Record, ...]
+
+
+class Cores:
+    """All contents that cores have had, and their steps."""
+
+    def __init__(
+        self, world: World, make: Callable[[int, int, bool], Core], constants: Sequence[object]
+    ) -> None:
+        self.things = Numbers[Thing]()
+        self.fences = Numbers[Fence]()
+        self._make = make
+        self._robots = Snapshots[Core](constants)
+        self._worlds = Snapshots[World](constants)
+        self.first_world = self._worlds.add(world)
+        self._robot_steps: dict[tuple[int, int, int, int, float], RobotStep] = {}
+        self._world_steps: dict[tuple[int, int], WorldStep] = {}
+
+    @property
+    def computed(self) -> int:
+        """How many steps of single cores were computed."""
+        return len(self._robot_steps) + len(self._world_steps)
+
+    def begin(self, robot: int, life: int, *, again: bool) -> int:
+        """A new core of a robot."""
+        return self._robots.add(self._make(robot, life, again))
+
+    def world(self, number: int) -> World:
+        """A copy of the world, to look at."""
+        return self._worlds.load(number)
+
+    def robot_step(self, core: int, letter: Letter, now_s: float) -> RobotStep:
+        """The step of a robot's core that hears a letter."""
+        key = (core, letter.sender, letter.number, letter.thing, now_s)
+        step = self._robot_steps.get(key)
+        if step is None:
+            step = self._robot_steps[key] = self._compute_robot(core, letter, now_s)
+        return step
+
+    def _compute_robot(self, number: int, letter: Letter, now_s: float) -> RobotStep:
+        core = self._robots.load(number)
+        sent: list[tuple[int, int]] = []
+        orders: list[Drive] = []
+        pieces: list[tuple[int, Formation]] = []
+        notes: list[Record] = []
+        for command in core.handle(to_robot(self.things[letter.thing], letter), now_s):
+            match command:
+                case Say(receiver, said):
+                    sent.append((receiver, self.things.add(said)))
+                    if isinstance(said, Formation):
+                        pieces.append((receiver, said))
+                case Tell(receiver, state):
+                    sent.append((receiver, self.things.add(state)))
+                case Put(change):
+                    sent.append((WORLD, self.things.add(change)))
+                case Order(drive):
+                    sent.append((WORLD, self.things.add(drive)))
+                    if drive.target is not None:
+                        orders.append(drive)
+                case AskScan(revolutions):
+                    sent.append((WORLD, self.things.add(ScanQuery(revolutions=revolutions))))
+                case RobotNote(record):
+                    notes.append(record)
+                case _:
+                    assert_never(command)
+        return RobotStep(self._robots.add(core), tuple(sent), tuple(orders), tuple(pieces), tuple(notes))
+
+    def world_step(self, number: int, thing: int, sender: int) -> WorldStep:
+        """The step of the world that hears a letter, or in which time passes. Raises `Breach`."""
+        key = (number, thing * 64 + sender)
+        step = self._world_steps.get(key)
+        if step is None:
+            step = self._world_steps[key] = self._compute_world(number, self.things[thing], sender)
+        return step
+
+    def _compute_world(self, number: int, thing: Thing, sender: int) -> WorldStep:
+        world = self._worlds.load(number)
+        before = world.arena.fence
+        commands = act(world, thing, sender)
+        notes = [command.record for command in commands if isinstance(command, Note)]
+        ordered = judge_world(world, before, notes, sender)
+        sent: list[tuple[int, int]] = []
+        for command in commands:
+            match command:
+                case TellOdometry(robot, odometry):
+                    sent.append((robot, self.things.add(odometry)))
+                case ServeScan(robot, scan):
+                    sent.append((robot, self.things.add(scan)))
+                case Note():
+                    pass  # judged above
+                case _:
+                    assert_never(command)
+        fence, bodies = world.arena.fence, world.bodies
+        return WorldStep(
+            world=self._worlds.add(world),
+            ticks=round(world.now_s / TICK_S),
+            fence=self.fences.add(fence),
+            places=None if fence == before else tuple(map(bodies.pose, range(len(bodies.place_m)))),
+            sent=tuple(sent),
+            ordered=tuple(ordered),
+            notes=tuple(notes),
+        )
+
+
+def to_robot(thing: Thing, letter: Letter) -> RobotEvent:
+    """The event that a letter is for a robot's core."""
+    match thing:
+        case Odometry():
+            return OdometryHeard(thing)
+        case Scan():
+            return ScanHeard(thing)
+        case AheadState() | BehindState():
+            return LinkHeard(letter.sender, letter.number, thing)
+        case Report() | Answer() | Formation() | Plea():
+            return ViewHeard(letter.sender, letter.number, thing)
+        case TokenSeen() | TokenMissed():
+            return thing
+        case _:
+            raise AssertionError(f"no message for a robot: {thing}")
+
+
+def act(world: World, thing: Thing, sender: int) -> list[WorldCommand]:
+    """Let the world process what has arrived, or let time pass."""
+    wall_s = world.now_s
+    match thing:
+        case Drive():
+            return world.handle(OrderHeard(sender, thing), wall_s=wall_s)
+        case ScanQuery(revolutions=revolutions):
+            return world.handle(ScanAsked(sender, revolutions), wall_s=wall_s)
+        case Raise() | Turn() | Stop() | Release():
+            change: Change = thing
+            return world.handle(FencePut(sender, change), wall_s=wall_s)
+        case TokenCame() | TokenWent():
+            return world.handle(thing, wall_s=wall_s)
+        case Restart():
+            return world.restart(wall_s=wall_s)
+        case Tick():
+            return _pass_time(world)
+        case _:
+            raise AssertionError(f"no message for the world: {thing}")
+
+
+def _pass_time(world: World) -> list[WorldCommand]:
+    commands = world.look(wall_s=world.now_s)
+    while not any(isinstance(command, TellOdometry) for command in commands):
+        commands += world.tick()
+        commands += world.look(wall_s=world.now_s)
+    return commands

@@ -1,0 +1,92 @@
+"""What is explored: a small world, how a run begins there, which faults may strike, and for how long."""
+
+from enum import StrEnum
+from typing import Any
+
+from msgspec import Struct
+
+from clew.explore.explorable import Fault
+from protocol.files.reading import understand
+from world.scenario.scenario import Scenario
+
+TICKS_PER_S = 50
+NEVER_TICKS = 10**6
+
+
+class Kind(StrEnum):
+    """The kinds of faults; each costs one fault."""
+
+    LOSE = "lose"  # the first letter in line is lost
+    LATE = "late"  # it arrives so many ticks later; 0: after all that is in line
+    TWICE = "twice"  # it arrives now, and once more so many ticks later
+    KILL = "kill"  # its receiver dies before it arrives; it is started again after so many ticks, or never
+    CUT = "cut"  # a robot hears nothing and is not heard for so many ticks
+    WORLD = "world"  # the world is killed and started again
+
+
+class Setting(Struct, frozen=True, kw_only=True):
+    """One setting of an exploration."""
+
+    name: str
+    about: str
+    """What it explores, in one sentence."""
+    places: tuple[tuple[float, float, float], ...]
+    """Where the robots stand at first: x, y [m], heading [rad]."""
+    goal_m: tuple[float, float] = (3.4, 1.5)
+    obstacles: tuple[tuple[float, float, float], ...] = ((2.5, 2.3, 0.15),)
+    """Circles: x, y, radius [m]."""
+    opens_ticks: int = 0
+    """The window for faults opens then."""
+    before: tuple[tuple[int, Fault], ...] = ()
+    """What strikes before that, at which tick or soon after."""
+    deliveries: int = 30
+    """It is open for as long as so many letters take without faults."""
+    settle_ticks: int = 8 * TICKS_PER_S
+    """How long the fleet goes on after that."""
+    kinds: tuple[Kind, ...] = tuple(Kind)
+    delays_ticks: tuple[int, ...] = (5, 25, 100)
+    restarts_ticks: tuple[int, ...] = (10, NEVER_TICKS)
+    cuts_ticks: tuple[int, ...] = (25, 150)
+
+    def scenario(self) -> Scenario:
+        """The world, without any noise: an open field with few obstacles."""
+        raw: dict[str, Any] = {
+            "name": f"explore-{self.name}",
+            "fleet": {
+                "robots": len(self.places),
+                "robot_radius_m": 0.1,
+                "separation_m": 0.05,
+                "link_length_m_max": 1.0,
+                "places": [list(place) for place in self.places],
+            },
+            "law": {"law": "certified", "epsilon_m": 0.1, "mu0_m": 0.01},
+            "goal": {"at_m": list(self.goal_m), "tolerance_m": 0.15},
+            "bounds": {"x_m_min": 0.0, "x_m_max": 4.0, "y_m_min": 0.0, "y_m_max": 3.0},
+            "sensor": {"directions": 360, "range_m_max": 3.0, "range_sigma_m": 0.0},
+            "drive": {
+                "speed_mps": 0.5,
+                "speed_mps_min": 0.05,
+                "speed_mps_max": 1.0,
+                "turn_rate_radps": 3.0,
+                "heading_error_rad": 0.0,
+            },
+            "time": {"time_s_max": 600.0},
+            "obstacle": [
+                {"shape": "circle", "centre_m": [x_m, y_m], "radius_m": radius_m}
+                for x_m, y_m, radius_m in self.obstacles
+            ],
+        }
+        return understand(raw, Scenario, self.name)
+
+
+QUEUE = ((1.2, 1.5, 0.0), (0.85, 1.5, 0.0), (0.5, 1.5, 0.0))
+SCATTERED = ((1.2, 1.5, 0.0), (0.8, 1.0, 0.0), (0.7, 2.1, 0.0))
+
+SETTINGS = {
+    setting.name: setting
+    for setting in (
+        Setting(name="start", about="three robots in a queue form a strand", places=QUEUE),
+        Setting(name="turns", about="three scattered robots form a strand by turns", places=SCATTERED),
+        Setting(name="drive", about="a strand drives", places=QUEUE, opens_ticks=100),
+    )
+}

@@ -1,0 +1,145 @@
+"""How soon mutants are caught, guided against uniform. A shell.
+
+Rule 1: both ways begin with the same seeds, in the same mutated copy of the source. Each ends with the first
+        seed that surprises there and not in our own source. All CPU time until then counts, also that of
+        the replay in the copy.
+Rule 2: each trial begins with other seeds, and a guided one with no known cells. Figures are medians;
+        a trial that catches nothing is worse than any that does.
+"""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from clew.campaign.campaign import drawn_episode
+from clew.campaign.episode import Outcome, Surprise, play
+from clew.campaign.mutants import apply, by, outcomes_in
+from clew.campaign.mutants_list import Mutant
+from clew.campaign.mutants_worker import WALL_S_MAX
+
+GUIDED_WORKER, UNIFORM_WORKER = "clew.guided.mutants_worker", "clew.campaign.mutants_worker"
+TRIALS_APART = 10_000  # seeds between the first seeds of two trials: more than any trial plays
+
+
+class Trial(Struct, frozen=True, kw_only=True):
+    """The seeds from one first seed on, until one catches the mutant."""
+
+    first_seed: int
+    seed: int | None
+    """The seed that caught it; None: none did."""
+    branches: str
+    """The future that caught it; empty: the seed's own faults."""
+    by: str | None
+    seeds: int
+    """How many seeds were played."""
+    futures: int
+    cpu_s: float
+
+
+class Way(Struct, frozen=True, kw_only=True):
+    """All trials of one way to search."""
+
+    trials: tuple[Trial, ...]
+    caught: int
+    seeds_median: float | None
+    """None: half of the trials or more caught nothing."""
+    cpu_s_median: float | None
+
+
+class Compared(Struct, frozen=True, kw_only=True):
+    """One mutant, guided against uniform."""
+
+    mutant: str
+    rule: str
+    seeds_max: int
+    guided: Way
+    uniform: Way
+    seeds_ratio: float | None
+    """How many times fewer seeds the guided way takes in the median; None: one of the medians is missing."""
+    cpu_ratio: float | None
+
+
+class Comparison(Struct, frozen=True, kw_only=True):
+    """What `clew mutants --guided --json` prints."""
+
+    mutants: tuple[Compared, ...]
+    seeds_ratio_median: float | None
+    cpu_ratio_median: float | None
+
+
+def compare(mutant: Mutant, trials: int) -> Compared:
+    """Search for the mutant both ways.
+
+    Raises:
+        UsageError: the source does not contain the piece to replace, or contains it twice.
+    """
+    firsts = [1 + TRIALS_APART * trial for trial in range(trials)]
+    with TemporaryDirectory(prefix="clew-mutant-") as name:
+        apply(mutant, Path(name))
+        guided = _way([_trial(mutant, Path(name), GUIDED_WORKER, first) for first in firsts])
+        uniform = _way([_trial(mutant, Path(name), UNIFORM_WORKER, first) for first in firsts])
+    return Compared(
+        mutant=mutant.name,
+        rule=mutant.rule,
+        seeds_max=mutant.seeds_max,
+        guided=guided,
+        uniform=uniform,
+        seeds_ratio=_ratio(uniform.seeds_median, guided.seeds_median),
+        cpu_ratio=_ratio(uniform.cpu_s_median, guided.cpu_s_median),
+    )
+
+
+def summed_up(mutants: Sequence[Compared]) -> Comparison:
+    """All mutants, and the medians of the ratios that there are."""
+    seeds = [each.seeds_ratio for each in mutants if each.seeds_ratio is not None]
+    cpu = [each.cpu_ratio for each in mutants if each.cpu_ratio is not None]
+    return Comparison(
+        mutants=tuple(mutants),
+        seeds_ratio_median=median(seeds) if seeds else None,
+        cpu_ratio_median=median(cpu) if cpu else None,
+    )
+
+
+def _trial(mutant: Mutant, folder: Path, worker: str, first: int) -> Trial:
+    cpu_s, seeds, futures = 0.0, 0, 0
+    for outcome in outcomes_in(folder, worker, first, first + mutant.seeds_max - 1):
+        cpu_s, seeds, futures = cpu_s + outcome.cpu_s, seeds + 1, futures + outcome.futures
+        if outcome.surprise is not Surprise.NONE and _passes_unmutated(outcome):
+            return Trial(
+                first_seed=first,
+                seed=outcome.seed,
+                branches=outcome.branches,
+                by=by(outcome),
+                seeds=seeds,
+                futures=futures,
+                cpu_s=cpu_s,
+            )
+    return Trial(first_seed=first, seed=None, branches="", by=None, seeds=seeds, futures=futures, cpu_s=cpu_s)
+
+
+def _passes_unmutated(outcome: Outcome) -> bool:
+    episode = drawn_episode(outcome.seed, Path(), "", wall_s_max=WALL_S_MAX)
+    return play(replace(episode, branches=outcome.branches)).surprise is Surprise.NONE
+
+
+def _way(trials: Sequence[Trial]) -> Way:
+    return Way(
+        trials=tuple(trials),
+        caught=sum(each.seed is not None for each in trials),
+        seeds_median=_median([each.seeds if each.seed is not None else math.inf for each in trials]),
+        cpu_s_median=_median([each.cpu_s if each.seed is not None else math.inf for each in trials]),
+    )
+
+
+def _median(figures: Sequence[float]) -> float | None:
+    middle = median(figures)
+    return None if math.isinf(middle) else middle
+
+
+def _ratio(uniform: float | None, guided: float | None) -> float | None:
+    return None if uniform is None or guided is None else uniform / guided

@@ -1,0 +1,1 @@
+"""Conversations of real robots with each other and with the register."""

@@ -1,0 +1,125 @@
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from clew.rehearsal.rehearsal import Rehearsal
+from clew.swarm.futures import (
+    IDLE,
+    Branch,
+    Branches,
+    branch_at,
+    branches_until_s,
+    draw_future,
+    read_branches,
+    said,
+)
+from clew.swarm.swarm import Mode, Swarm, draw
+from protocol.errors import UsageError
+from protocol.faults.rules import Kill
+
+SEEDS = range(1, 9)
+
+
+def begin(swarm: Swarm) -> Rehearsal:
+    return Rehearsal(swarm.scenario, swarm.seed, swarm.plan)
+
+
+def timeline(rehearsal: Rehearsal) -> bytes:
+    return msgspec.json.encode(rehearsal.entries)
+
+
+def reach(ticks: Iterator[float], branch: Branch) -> None:
+    assert any(branch_at(now_s, branch.future) == branch for now_s in ticks)
+
+
+def active(swarm: Swarm, now_s: float) -> list[str | None]:
+    return [rule.name for rule in swarm.plan.rules if rule.holds(now_s, 0)]
+
+
+def two_branches(seed: int) -> Branches:
+    assert branches_until_s(draw(seed)) > 2.5, "8 s at the least, less the room for new faults"
+    return (branch_at(1.0, 1), branch_at(2.5, 3))
+
+
+def in_a_fork(work: Callable[[], None]) -> None:
+    if (child := os.fork()) != 0:
+        os.waitpid(child, 0)
+        return
+    try:
+        work()
+    finally:
+        os._exit(0)
+
+
+@pytest.mark.parametrize("seed", [12, 17])
+def test_a_future_that_is_forked_equals_one_from_the_start_to_the_byte(seed: int, tmp_path: Path) -> None:
+    run = begin(draw_future(seed, ()))
+    ticks = run.ticks()
+    first, second = two_branches(seed)
+    reach(ticks, first)
+
+    def play_on() -> None:
+        run.turn_to(draw_future(seed, (first,)).plan)
+        reach(ticks, second)
+        run.turn_to(draw_future(seed, (first, second)).plan)
+        assert list(ticks)
+        (tmp_path / "forked").write_bytes(timeline(run))
+
+    in_a_fork(play_on)
+    assert list(ticks)
+    whole = begin(draw_future(seed, (first, second))).run()
+    assert (tmp_path / "forked").read_bytes() == timeline(whole)
+    assert timeline(whole) != timeline(run)
+
+
+@pytest.mark.parametrize("seed", [12, 17])
+def test_without_branches_a_future_is_the_episode_of_its_seed(seed: int) -> None:
+    assert timeline(begin(draw_future(seed, ())).run()) == timeline(begin(draw(seed)).run())
+
+
+def test_up_to_its_branch_a_future_has_the_faults_of_before() -> None:
+    for seed in SEEDS:
+        before, (first, *_) = draw_future(seed, ()), two_branches(seed)
+        after = draw_future(seed, (first,))
+        for now_s in (0.0, first.from_s / 2.0, first.from_s - 0.001):
+            active = [
+                [rule.name for rule in each.plan.rules if rule.holds(now_s, 0)] for each in (before, after)
+            ]
+            assert active[0] == active[1]
+
+
+def test_futures_differ_by_seed_instant_and_number() -> None:
+    plans = {
+        draw_future(seed, (Branch(from_s, number),)).plan_text()
+        for seed in (9, 13)
+        for from_s in (1.001, 2.001)
+        for number in (1, 2)
+    }
+    assert len(plans) == 8
+
+
+def test_in_liveness_mode_the_faults_of_futures_end_and_leave_enough_robots() -> None:
+    for seed in SEEDS:
+        swarm = draw_future(seed, two_branches(seed))
+        if swarm.mode is Mode.SAFETY or swarm.outside:
+            continue
+        rules = [rule for rule in swarm.plan.rules if rule not in IDLE]
+        assert all(rule.until_s is None or rule.until_s <= swarm.quiet_s for rule in rules)
+        killed = sum(rule.robots for rule in rules if isinstance(rule, Kill))
+        assert killed < swarm.world["fleet"]["robots"]
+
+
+def test_branches_are_read_as_they_are_said() -> None:
+    branches = (Branch(3.101, 2), Branch(7.401, 1))
+    assert said(branches) == "3.101:2,7.401:1"
+    assert read_branches(said(branches)) == branches
+    assert read_branches("") == ()
+
+
+@pytest.mark.parametrize("text", ["3", "3.1:2", "x:1", "3.101:2,", "nan:1", "-1.000:1:1"])
+def test_other_texts_are_refused(text: str) -> None:
+    with pytest.raises(UsageError, match="--future"):
+        read_branches(text)
