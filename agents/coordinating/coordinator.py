@@ -175,19 +175,10 @@ class Coordinator:
     def _take_turns(self, fence: Fence, now_s: float) -> list[Command]:
         draft = self._draft
         assert draft is not None
-        if fence.may is May.ONE:
-            report = self._reports.get(fence.robot)
-            if report is not None and report.life != fence.life:
-                report = None  # the life that had the turn is no more
-            over = report is not None and report.ended >= fence.turn
-            if report is not None and not over and now_s - self._moved_s <= self._timing.turn_s:
-                return []
-            if report is not None and over:
-                draft.end_turn(fence.robot, placed=report.placed)
-            elif report is not None and fence.robot != self._robot:
-                self._suspicion.blame(fence.robot, now_s, penalty=SLOW_PENALTY)
-                self._drop(fence.robot)
-                return self._turns.put(fence, now_s, may=May.NOBODY)
+        if fence.may is May.ONE and not self._has_ended(fence, now_s):
+            return []
+        if self.phase is Phase.GATHERING:  # the robot was dropped
+            return self._turns.put(fence, now_s, may=May.NOBODY)
         if self._has_news:
             self._begin(now_s)
             return self._turns.put(fence, now_s, may=May.NOBODY) if fence.may is May.ONE else []
@@ -209,6 +200,22 @@ class Coordinator:
             case _:
                 pass
         return commands
+
+    def _has_ended(self, fence: Fence, now_s: float) -> bool:
+        """Whether the turn is over: the robot has said so, or is no more, or has done nothing for too long."""
+        draft, report = self._draft, self._reports.get(fence.robot)
+        assert draft is not None
+        if report is None or report.life != fence.life:
+            return True
+        if report.ended >= fence.turn:
+            draft.end_turn(fence.robot, placed=report.placed)
+            return True
+        if now_s - self._moved_s <= self._timing.turn_s:
+            return False
+        if fence.robot != self._robot:
+            self._suspicion.blame(fence.robot, now_s, penalty=SLOW_PENALTY)
+            self._drop(fence.robot)
+        return True
 
     def _join_for(self, robot: int, turn: int, *, makes_way: bool) -> Join:
         assert self._draft is not None
