@@ -202,7 +202,7 @@ class Coordinator:
         return commands
 
     def _has_ended(self, fence: Fence, now_s: float) -> bool:
-        """Whether the turn is over: the robot has said so, or is no more, or has done nothing for too long."""
+        """Whether the turn is over: the robot has said so, is no more, or has done nothing for too long."""
         draft, report = self._draft, self._reports.get(fence.robot)
         assert draft is not None
         if report is None or report.life != fence.life:
