@@ -3,7 +3,8 @@
 Rule 1: it puts the next turn only when its own odometry has told this one, and one content for each (F4).
 Rule 2: a formation is made once, from places that each were read from an odometry of a later turn than the
         last one that was put for that robot. After that it puts nothing but ALL.
-Rule 3: a robot that is lost before that is dropped, and the draft begins again with those in place.
+Rule 3: a robot that is lost before that is dropped, and the draft begins again with those in place. It also
+        begins again between two turns when another robot has reported.
 Rule 4: it goes by phases (`agents.coordinating.phases`).
 """
 
@@ -64,6 +65,8 @@ class Coordinator:
         """What anybody has said last, also who is not counted or comes too late."""
         self._due: set[int] = set()
         """Who is to be answered."""
+        self._has_news = False
+        """Whether another robot has reported since the draft began."""
         self._draft: Draft | None = None
         self._turns = Turns(epoch, timing, now_s)
         self._asks_map_since_s: float | None = None
@@ -80,6 +83,7 @@ class Coordinator:
             return
         if known is not None and known.life != report.life:
             self._drop(robot)
+        self._has_news = self._has_news or known is None
         self._reports[robot] = report
         self._questions.hear(robot, report.look)
 
@@ -150,6 +154,9 @@ class Coordinator:
                 lets_in=self._cause is Cause.PLEA,
                 led=led,
             )
+        if self._has_news:
+            self._has_news = False
+            self._draft.admit()
         self._enter(Phase.LOOKING)
         if self._mission.goal is None:
             self._draft.order = ()
@@ -168,19 +175,13 @@ class Coordinator:
     def _take_turns(self, fence: Fence, now_s: float) -> list[Command]:
         draft = self._draft
         assert draft is not None
-        if fence.may is May.ONE:
-            report = self._reports.get(fence.robot)
-            if report is not None and report.life != fence.life:
-                report = None  # the life that had the turn is no more
-            over = report is not None and report.ended >= fence.turn
-            if report is not None and not over and now_s - self._moved_s <= self._timing.turn_s:
-                return []
-            if report is not None and over:
-                draft.end_turn(fence.robot, placed=report.placed)
-            elif report is not None and fence.robot != self._robot:
-                self._suspicion.blame(fence.robot, now_s, penalty=SLOW_PENALTY)
-                self._drop(fence.robot)
-                return self._turns.put(fence, now_s, may=May.NOBODY)
+        if fence.may is May.ONE and not self._has_ended(fence, now_s):
+            return []
+        if self.phase is Phase.GATHERING:  # the robot was dropped
+            return self._turns.put(fence, now_s, may=May.NOBODY)
+        if self._has_news:
+            self._begin(now_s)
+            return self._turns.put(fence, now_s, may=May.NOBODY) if fence.may is May.ONE else []
         next_ = draft.next(self._reports, now_s, others_may_come_back=self._others_may_come_back(now_s))
         commands: list[Command] = []
         if not isinstance(next_, Give) and fence.may is May.ONE:
@@ -199,6 +200,22 @@ class Coordinator:
             case _:
                 pass
         return commands
+
+    def _has_ended(self, fence: Fence, now_s: float) -> bool:
+        """Whether the turn is over: the robot has said so, is no more, or has done nothing for too long."""
+        draft, report = self._draft, self._reports.get(fence.robot)
+        assert draft is not None
+        if report is None or report.life != fence.life:
+            return True
+        if report.ended >= fence.turn:
+            draft.end_turn(fence.robot, placed=report.placed)
+            return True
+        if now_s - self._moved_s <= self._timing.turn_s:
+            return False
+        if fence.robot != self._robot:
+            self._suspicion.blame(fence.robot, now_s, penalty=SLOW_PENALTY)
+            self._drop(fence.robot)
+        return True
 
     def _join_for(self, robot: int, turn: int, *, makes_way: bool) -> Join:
         assert self._draft is not None

@@ -110,6 +110,10 @@ class Draft:
         self.strand = []
         self._blocked, self._made_way = set(), None
 
+    def admit(self) -> None:
+        """Another robot has reported: it may stand in front."""
+        self._trial = True
+
     def settle(self, reports: Mapping[int, Report], sees: Callable[[int], Look]) -> bool:
         """Rule 1, from what robots see of their legs; False: the order needs somebody to move in front."""
         clear = 1

@@ -18,26 +18,20 @@ class Presence:
     def __init__(self) -> None:
         self._tokens: dict[int, set[str]] = {}
         self._newest: dict[int, str] = {}
-        self._came_s: dict[int, float] = {}
         self._went_s: dict[int, float] = {}
         """When a robot's last process stopped showing its token."""
-        self.version = 0
-        """Counts what has come and gone."""
 
     def come(self, robot: int, incarnation: str, now_s: float) -> None:
         """A token has come."""
-        self.version += 1
         if self._newest.get(robot, incarnation) == incarnation:
             self._went_s.pop(robot, None)
         else:
             self._went_s.setdefault(robot, now_s)  # another process: the one before is no more
         self._newest[robot] = incarnation
-        self._came_s[robot] = now_s
         self._tokens.setdefault(robot, set()).add(incarnation)
 
     def go(self, robot: int, incarnation: str, now_s: float) -> None:
         """A token has gone."""
-        self.version += 1
         self._tokens.get(robot, set()).discard(incarnation)
         if not self._tokens.get(robot):
             self._went_s[robot] = now_s
@@ -52,11 +46,6 @@ class Presence:
         """The robots that show a token."""
         return {robot for robot, tokens in self._tokens.items() if tokens and robot != WORLD_NUMBER}
 
-    def showing(self, now_s: float) -> Set[int]:
-        """The same, and those whose token has only just gone: when the router goes, tokens go one by one."""
-        just_went = {robot for robot, at_s in self._went_s.items() if at_s > now_s - GRACE_S}
-        return self.robots | (just_went - {WORLD_NUMBER})
-
     def shows(self, robot: int) -> bool:
         """Whether a robot shows one."""
         return bool(self._tokens.get(robot))
@@ -64,10 +53,6 @@ class Presence:
     def has_gone_by(self, robot: int, at_s: float) -> bool:
         """Whether a robot has shown no token since then, or this one has never seen any."""
         return not self.shows(robot) and self._went_s.get(robot, at_s) <= at_s
-
-    def has_shown_since(self, robot: int, at_s: float) -> bool:
-        """Whether a robot, or the world, has shown the same token from then on, as far as was seen."""
-        return self.shows(robot) and self._came_s[robot] <= at_s
 
     def is_lost(self, robot: int, heard_at_s: float, now_s: float) -> bool:
         """Rule 1: whether the process is no more that was last heard then."""

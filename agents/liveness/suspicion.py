@@ -59,7 +59,7 @@ class Suspicion:
         """Rule 1: `token` or `silence`; None: the neighbour may be there."""
         if not self.judges(now_s):
             return None
-        if self.presence.is_lost(link.neighbour, link.heard_at_s, now_s):
+        if self.presence.is_lost(link.neighbour, max(link.heard_at_s, link.made_at_s), now_s):
             return "token"
         patience_s = max(self.silent_s_max, USUAL_SILENCES * link.usual_s)
         return "silence" if link.silent_s(now_s) > patience_s else None

@@ -1,1 +1,1 @@
-"""Many rehearsals: episodes, coverage, shrinking, mutants, live chaos."""
+"""Many rehearsals: episodes, shrinking, mutants, live chaos."""

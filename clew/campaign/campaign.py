@@ -17,7 +17,6 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from clew.campaign.classes import ClassFigures, by_class, sum_of_coverage
-from clew.campaign.coverage import uncovered
 from clew.campaign.episode import (
     OUT_OF_TIME,
     SWARM,
@@ -30,6 +29,7 @@ from clew.campaign.episode import (
 from clew.campaign.families import Figures, by_family, figures_of
 from clew.campaign.pool import outcomes_of
 from clew.campaign.scenes import Scene, check_widest, find_scenes, tighten
+from clew.coverage.counters import uncovered
 from clew.swarm.futures import draw_future, read_branches
 from clew.swarm.swarm import draw
 from protocol.errors import UsageError

@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 from msgspec import Struct
 from rich.table import Table
 
-from clew.campaign.coverage_names import Situation
 from clew.campaign.episode import Outcome, Surprise
+from clew.coverage.situations import Situation
 from clew.swarm.classes import FaultClass
 from clew.swarm.swarm import Mode
 

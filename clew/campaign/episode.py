@@ -19,9 +19,9 @@ from types import FrameType
 from msgspec import Struct
 from msgspec.structs import replace
 
-from clew.campaign.coverage import count_coverage
 from clew.campaign.liveness import liveness_failure
 from clew.campaign.scenes import solvable
+from clew.coverage.counters import count_coverage
 from clew.rehearsal.recorded import EPOCH, verdict_on
 from clew.rehearsal.rehearsal import Rehearsal
 from clew.swarm.futures import draw_future, read_branches

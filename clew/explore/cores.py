@@ -3,8 +3,9 @@
 Most schedules differ in what one robot has heard: the steps of all others are then known already.
 """
 
+import traceback
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, Protocol, assert_never
+from typing import Any, NamedTuple, Protocol, assert_never, get_args
 
 from agents.commands import AskScan, Order, Put, Say, Tell
 from agents.commands import Command as RobotCommand
@@ -13,13 +14,14 @@ from agents.events import Event as RobotEvent
 from agents.events import LinkHeard, OdometryHeard, ScanHeard, ViewHeard
 from agents.events import TokenCame as TokenSeen
 from agents.events import TokenWent as TokenMissed
+from clew.explore.explorable import Breach
 from clew.explore.judge import judge_world
 from clew.explore.moments import WORLD, Letter
 from clew.explore.store import Numbers, Snapshots
 from protocol.fence import Change, Fence, Raise, Release, Stop, Turn
 from protocol.frames import Pose
 from protocol.timeline import Record
-from protocol.wire.messages import AheadState, BehindState, Drive, Odometry, Scan, ScanQuery
+from protocol.wire.messages import AheadState, BehindState, Drive, Message, Odometry, Scan, ScanQuery
 from protocol.wire.view import Answer, Formation, Plea, Report
 from world.bodies.arena import TICK_S
 from world.commands import Command as WorldCommand
@@ -52,6 +54,7 @@ class Restart(NamedTuple):
 
 Thing = Any
 """What a letter can hold: a message, a token event, `Start`."""
+MESSAGES = get_args(Message)
 
 
 class RobotStep(NamedTuple):
@@ -90,8 +93,8 @@ class Cores:
         self.things = Numbers[Thing]()
         self.fences = Numbers[Fence]()
         self._make = make
-        self._robots = Snapshots[Core](constants)
-        self._worlds = Snapshots[World](constants)
+        self._robots = Snapshots[Core](constants, self.things, MESSAGES)
+        self._worlds = Snapshots[World](constants, self.things, MESSAGES)
         self.first_world = self._worlds.add(world)
         self._robot_steps: dict[tuple[int, int, int, int, float], RobotStep] = {}
         self._world_steps: dict[tuple[int, int], WorldStep] = {}
@@ -123,7 +126,7 @@ class Cores:
         orders: list[Drive] = []
         pieces: list[tuple[int, Formation]] = []
         notes: list[Record] = []
-        for command in core.handle(to_robot(self.things[letter.thing], letter), now_s):
+        for command in _handled(core, to_robot(self.things[letter.thing], letter), now_s):
             match command:
                 case Say(receiver, said):
                     sent.append((receiver, self.things.add(said)))
@@ -180,6 +183,14 @@ class Cores:
             ordered=tuple(ordered),
             notes=tuple(notes),
         )
+
+
+def _handled(core: Core, event: RobotEvent, now_s: float) -> list[RobotCommand]:
+    try:
+        return core.handle(event, now_s)
+    except Exception as error:  # it would end the process
+        where = traceback.extract_tb(error.__traceback__)[-1]
+        raise Breach("P6", f"{error!r} at {where.filename}:{where.lineno}") from error
 
 
 def to_robot(thing: Thing, letter: Letter) -> RobotEvent:

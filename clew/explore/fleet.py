@@ -17,7 +17,7 @@ from clew.explore.cores import Cores, Restart, RobotStep, Start, Thing, Tick, Wo
 from clew.explore.explorable import Breach, Fault, Rank
 from clew.explore.judge import judge_member, judge_order, judge_piece, judge_places
 from clew.explore.moments import WORLD, Letter, Moment, Process
-from clew.explore.setting import Kind, Setting
+from clew.explore.setting import NEVER_TICKS, Kind, Setting
 from protocol.fence import Fence, May
 from protocol.keys import robot_name
 from protocol.timeline import StrandFormed
@@ -43,8 +43,10 @@ class Fleet:
         constants = (mission, scenario, scenario.ground, scenario.movers)
         self.cores = Cores(world, self._make, constants)
         self._tick, self._restart = self.cores.things.add(Tick()), self.cores.things.add(Restart())
-        self._first = self._prefix()
-        self.window_ticks = self._window()
+        self._first = self._passed(self._prefix(), setting.skips)
+        self.window = self.rank(self._passed(self._first, setting.deliveries))
+        """Faults strike at lower ranks."""
+        self._ends_ticks = self.window[0] + setting.settle_ticks
 
     def _make(self, robot: int, life: int, again: bool) -> Robot:
         return Robot(robot, self._mission, life=life, again=again)
@@ -77,13 +79,12 @@ class Fleet:
                 moment = self._step(moment)
         return moment
 
-    def _window(self) -> int:
-        """The tick at which the window closes: so many letters have been handled by then without faults."""
-        moment, letters = self._first, 0
-        while letters < self.setting.deliveries:
-            letters += bool(moment.now)
+    def _passed(self, moment: Moment, letters: int) -> Moment:
+        """The moment after so many letters of those that faults may strike, without faults."""
+        while letters > 0:
+            letters -= bool(moment.now) and moment.now[0].is_fault_prone
             moment = self._step(moment)
-        return moment.ticks + 1
+        return moment
 
     # --- the system -------------------------------------------------------------------------------------
 
@@ -97,13 +98,11 @@ class Fleet:
 
     def follow(self, state: Moment) -> Moment | None:
         """The first letter in line arrives, or time passes."""
-        if state.ticks >= self.window_ticks + self.setting.settle_ticks:
-            return None
-        return self._step(state)
+        return None if state.ticks >= self._ends_ticks else self._step(state)
 
     def faults(self, state: Moment) -> Iterator[Fault]:
         """Rule 2."""
-        if state.ticks >= self.window_ticks:
+        if self.rank(state) >= self.window:
             return
         kinds, delays = self.setting.kinds, self.setting.delays_ticks
         if not state.now:
@@ -225,27 +224,28 @@ class Fleet:
         if isinstance(thing, Odometry):
             if thing.t_s < process.now_s or thing.phase is not Phase.RUNNING:
                 return state  # its shell drops older odometry
-            process = self._told(process, thing)
+            process = self._told(process, thing, state.ticks)
         step = self.cores.robot_step(process.core, letter, process.now_s)
         told = None if process.told < 0 else self.cores.fences[process.told]
         for order in step.orders:
             judge_order(robot, process.life, order, told)
         state = self._with_formation(state, step)
-        number = (state.ticks - process.began) * NUMBERS_PER_TICK + state.handled * 16
+        first = process.numbered
         sent = [
-            Letter(robot, receiver, number + index, content)
-            for index, (receiver, content) in enumerate(step.sent)
+            Letter(robot, receiver, number, content)
+            for number, (receiver, content) in enumerate(step.sent, start=first)
         ]
-        process = process._replace(core=step.core)
+        process = process._replace(core=step.core, numbered=first + len(sent))
         return state._replace(robots=_put(state.robots, robot, process), now=(*state.now, *sent))
 
-    def _told(self, process: Process, odometry: Odometry) -> Process:
-        """What the robot's newest odometry has told, by fence and number."""
+    def _told(self, process: Process, odometry: Odometry, ticks: int) -> Process:
+        """The robot's newest odometry, by fence and number; and rule 4."""
+        numbered = max(process.numbered, (ticks - process.began) * NUMBERS_PER_TICK)
+        process = process._replace(now_s=odometry.t_s, numbered=numbered)
         known = None if process.told < 0 else self.cores.fences[process.told]
         if known is not None and (odometry.fence.key, odometry.n) < (known.key, process.told_n):
-            return process._replace(now_s=odometry.t_s)
-        fence = self.cores.fences.add(odometry.fence)
-        return process._replace(now_s=odometry.t_s, told=fence, told_n=odometry.n)
+            return process
+        return process._replace(told=self.cores.fences.add(odometry.fence), told_n=odometry.n)
 
     def _with_formation(self, state: Moment, step: RobotStep) -> Moment:
         """F4; what is told of an epoch that is not in force can move nobody."""
@@ -282,7 +282,7 @@ class Fleet:
         state = state._replace(handled=state.handled + 1, robots=_put(state.robots, robot, None))
         missed = [(other, TokenMissed(robot, count)) for other in self._living(state)]
         state = self._with_tokens(state, [(WORLD, TokenWent(robot, count)), *missed])
-        if back_ticks >= self.setting.settle_ticks + self.window_ticks:
+        if back_ticks == NEVER_TICKS:
             return state
         start = Letter(WORLD, robot, 0, self.cores.things.add(Start(robot)), False)
         return _later(state, back_ticks, start)

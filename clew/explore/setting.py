@@ -39,14 +39,16 @@ class Setting(Struct, frozen=True, kw_only=True):
     """The window for faults opens then."""
     before: tuple[tuple[int, Fault], ...] = ()
     """What strikes before that, at which tick or soon after."""
-    deliveries: int = 30
+    skips: int = 0
+    """And after so many letters more."""
+    deliveries: int = 20
     """It is open for as long as so many letters take without faults."""
-    settle_ticks: int = 8 * TICKS_PER_S
+    settle_ticks: int = 3 * TICKS_PER_S
     """How long the fleet goes on after that."""
     kinds: tuple[Kind, ...] = tuple(Kind)
-    delays_ticks: tuple[int, ...] = (5, 25, 100)
+    delays_ticks: tuple[int, ...] = (5, 50)
     restarts_ticks: tuple[int, ...] = (10, NEVER_TICKS)
-    cuts_ticks: tuple[int, ...] = (25, 150)
+    cuts_ticks: tuple[int, ...] = (25, 100)
 
     def scenario(self) -> Scenario:
         """The world, without any noise: an open field with few obstacles."""

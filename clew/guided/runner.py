@@ -7,6 +7,7 @@ Rule 3: a held run that is given up says so, so that its slot can be used again.
         have. All are given up when the search closes its ends of the pipes.
 """
 
+import math
 import os
 import signal
 from multiprocessing.connection import Connection
@@ -31,7 +32,6 @@ from clew.guided.cells import Cell
 from clew.guided.look import look
 from clew.rehearsal.rehearsal import Rehearsal
 from clew.swarm.futures import Branches, branch_at, branched, branches_until_s, said
-from clew.swarm.swarm import Mode
 from protocol.exit_codes import ExitCode
 from protocol.timeline import PromiseBroken, RobotFailed
 from world.bodies.arena import ODOMETRY_TICKS
@@ -45,12 +45,14 @@ class Limits(Struct, frozen=True, kw_only=True):
     depth_max: int = 4
     futures_max: int = 3
     """Futures from one held run."""
-    horizon_s: float = 8.0
-    """How long a future without a liveness check is played; most breaches come within seconds of a fault."""
+    horizon_s: float = 5.0
+    """How long a future is played: its faults begin within 2 s, and breaches come within some 3 s of one."""
     sim_s_max: float = 120.0
     """Simulated time of all futures of a seed: three times an episode's own."""
-    apart_s: float = 0.3
-    """Time between two runs that are held."""
+    apart_s: float = 1.0
+    """Time between two runs that are held: a search reaches all of an episode with its slots."""
+    held_max: int = 3
+    """Runs that are held of one future."""
 
 
 class GoOn(Struct, frozen=True):
@@ -109,7 +111,7 @@ class Runner:
         self._free: list[int] = []
         self._reached: set[Cell] = set()
         self._began_s = self._held_s = 0.0
-        self._until_s: float | None = None
+        self._until_s = math.inf
         self._entries = 0
         self._stopped = False
 
@@ -123,7 +125,7 @@ class Runner:
                 if not self._stopped:
                     self._pass(tick, now_s)
             stage = self._stage
-            if self._stopped:  # it has had no time to heal
+            if self._branches:  # cut off: it has had no time to heal
                 stage = Stage(stage.scenario, stage.plan)
             outcome = outcome_of(self._episode, stage, self._rehearsal, wall_s=0.0)
         except OutOfTimeError:
@@ -155,7 +157,7 @@ class Runner:
         entries = self._rehearsal.entries
         new, self._entries = entries[self._entries :], len(entries)
         broken = any(isinstance(entry.record, PromiseBroken | RobotFailed) for _, entry in new)
-        return broken or (self._until_s is not None and now_s >= self._until_s)
+        return broken or now_s >= self._until_s
 
     def _may_hold(self, now_s: float) -> bool:
         return (
@@ -190,8 +192,7 @@ class Runner:
         self._stage = Stage(self._stage.scenario, self._swarm.plan, self._swarm)
         self._known, self._free, self._reached = order.known, list(order.free), set()
         self._began_s, self._entries = now_s, len(self._rehearsal.entries)
-        whole = self._swarm.mode is Mode.LIVENESS and order.future == 1
-        self._until_s = None if whole else now_s + self._limits.horizon_s
+        self._until_s = now_s + self._limits.horizon_s
         self._set_alarm()
 
     def _set_alarm(self) -> None:

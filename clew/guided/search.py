@@ -115,7 +115,8 @@ class _Search:
         return None if whole.surprise is Surprise.NONE else whole
 
     def _order(self, future: int) -> GoOn:
-        return GoOn(future, tuple(self._free), frozenset(self._corpus.visits))
+        free = self._free if future == 0 else self._free[: self._limits.held_max]
+        return GoOn(future, tuple(free), frozenset(self._corpus.visits))
 
     def _make_room(self, wanted: Held) -> None:
         """Give up the held runs that are worth least, until a quarter of the slots is free."""

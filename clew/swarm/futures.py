@@ -24,9 +24,10 @@ from protocol.faults.rules import Drop, Kill, Partition, Rule, StepPoint
 from protocol.keys import robot_name
 
 KEEPS = 0.6  # share of futures in which the faults of before go on: most breaches need two faults at once
-OPENS_S = (0.0, 4.0)  # faults of a future begin near its instant: that is what it was branched for
+OPENS_S = (0.0, 2.0)  # faults of a future begin near its instant: that is what it was branched for
 ROOM_S = 5.0  # the least time in which every class of faults can be drawn
 ADVERSARY_SHARE = 0.5
+CLASSES_MAX = 3
 NEVER_S = 1e6  # longer than any run
 AFTER_S = (
     0.001  # a branch lies just after the tick at which a run is forked: that tick has its messages behind it
@@ -152,7 +153,7 @@ def _is_permanent(rule: Rule, outside: frozenset[int]) -> bool:
 
 
 def _classes(draws: Draws) -> list[FaultClass]:
-    """One or two classes: few faults at one moment have broken more than many."""
-    count = draws.whole(1, 2)
-    among = ADVERSARY if draws.chance(ADVERSARY_SHARE) else tuple(FaultClass)
-    return draws.some(among, count)
+    """One to three classes: breaches need few faults, but these within seconds."""
+    pools = [ADVERSARY if draws.chance(ADVERSARY_SHARE) else tuple(FaultClass) for _ in range(CLASSES_MAX)]
+    picked = [draws.pick(pool) for pool in pools[: draws.whole(1, CLASSES_MAX)]]
+    return list(dict.fromkeys(picked))

@@ -48,8 +48,13 @@ FORGED_KEYS = [
     KEYS.odometry("r1"),
     KEYS.odometry("r2"),
     KEYS.odometry("*"),
-    KEYS.muster("r1"),
-    KEYS.muster("*"),
+    KEYS.view("r1", "r3"),
+    KEYS.view("r3", "r1"),
+    KEYS.view("*", "r1"),
+    KEYS.view("r1", "*"),
+    KEYS.fence("r1"),
+    KEYS.fence("*"),
+    KEYS.fence("0"),  # the operator's
     KEYS.log("r1"),
     KEYS.log("*"),
     KEYS.log("world"),
@@ -65,8 +70,13 @@ FOREIGN_KEYS = [
     KEYS.link("*", "*"),
     KEYS.link("r1", "*"),
     KEYS.link("r1", "r3"),
+    KEYS.view("*", "*"),
+    KEYS.view("r1", "*"),
+    KEYS.view("r1", "r3"),
     KEYS.drive("*"),
     KEYS.drive("r1"),
+    KEYS.fence("*"),
+    KEYS.fence("r1"),
     KEYS.odometry("*"),
     KEYS.odometry("r1"),
     KEYS.log("*"),
@@ -173,7 +183,8 @@ async def overheard(folder: Path, key: str) -> set[str]:
             attacker.declare_subscriber(lawful, sets(control))
             attacker.put(KEYS.drive("r2"), encode(drive(0), 1, KEYS.drive("r2")))
             await next_arrivals(world)  # so the router has the attacker's subscriptions
-            for said in (KEYS.link("r1", "r3"), KEYS.drive("r1"), KEYS.log("r1")):
+            links = (KEYS.link("r1", "r3"), KEYS.view("r1", "r3"))
+            for said in (*links, KEYS.drive("r1"), KEYS.fence("r1"), KEYS.log("r1")):
                 robot.put(said, drive(1))
             for told in (KEYS.odometry("r1"), KEYS.logged("r1")):
                 world.put(told, odometry(0.0))
@@ -291,7 +302,7 @@ async def test_nobody_receives_a_message_over_the_size_limit(guarded: Path, padd
     }
     async with fleet(guarded, "r1", "r3") as (world, *robots):
         with intruder(guarded) as attacker:
-            key = KEYS.muster("r2")
+            key = KEYS.view("r2", "r1")
             payload = sealed(packed(lawful_but_for_its_size), key)
             attacker.put(key, payload, congestion_control=zenoh.CongestionControl.BLOCK)
             heard = await heard_after_control(attacker, world, *robots)
@@ -301,12 +312,14 @@ async def test_nobody_receives_a_message_over_the_size_limit(guarded: Path, padd
 
 
 async def test_a_message_that_breaks_the_protocol_is_refused_with_its_key_and_counted(guarded: Path) -> None:
+    keys = [KEYS.view("r2", "r1"), KEYS.view("r2", "r3")]
     async with fleet(guarded, "r1", "r3") as (world, *robots):
         with intruder(guarded) as attacker:
-            attacker.put(KEYS.muster("r2"), b"junk")
+            for key in keys:
+                attacker.put(key, b"junk")
             heard = await heard_after_control(attacker, world, *robots)
     refused = [each.key for each in heard if isinstance(each, Refused)]
-    assert refused == [KEYS.muster("r2")] * 2
+    assert refused == keys
     assert [each.traffic.refused.total() for each in (world, *robots)] == [0, 1, 1]
 
 

@@ -116,7 +116,7 @@ async def converse(talk: Talk, folder: Path, between: Proxy, faults: Faults, *, 
                 for name, robot in zip(ROBOTS, robots, strict=True):
                     number += 1
                     talk.say(world, KEYS.odometry(name), odometry(float(number)))
-                    for key in (KEYS.drive(name), KEYS.muster(name)):
+                    for key in (KEYS.drive(name), KEYS.fence(name)):
                         talk.say(robot, key, drive(number))
                 for each in (world, *robots):
                     talk.hear(await each.arrivals(ROUND_S))

@@ -16,6 +16,7 @@ from msgspec.structs import replace
 from agents.__main__ import robots_of
 from protocol.faults.process_commands import send_process_fault
 from protocol.faults.process_faults import ProcessAction, ProcessFault
+from protocol.fence import Fence
 from protocol.frames import Pose
 from protocol.keys import robot_name
 from protocol.network.transport import Appeared, Arrival, Asked, Heard, Vanished
@@ -68,7 +69,7 @@ class PlayedWorld:
         """Send every robot the odometry of a standing body."""
         for name in THREE:
             pose = Pose(x_m=float(name[1]), y_m=0.0, heading_rad=0.0)
-            odometry = Odometry(t_s=t_s, pose=pose, moving=False, finished=0, phase=phase)
+            odometry = Odometry(n=1, t_s=t_s, pose=pose, moving=False, finished=0, fence=Fence(), phase=phase)
             self._transport.put(KEYS.odometry(name), odometry)
 
     def strike(self, name: str, action: ProcessAction) -> None:

@@ -160,7 +160,7 @@ def test_clew_fault_strikes_a_running_fleet_and_refuses_a_finished_one(fleet: Fl
         ("given-1.r3", "r3")
     }
     struck = {(entry["source"], entry["key"]) for entry in injected if entry["rule"] == "given-2"}
-    assert struck <= {("r2", "link/r1/r2"), ("r2", "muster/r1")}
+    assert struck <= {("r2", "link/r1/r2"), ("r2", "view/r1/r2")}
     late = clew_fault(fleet, "kill", "1")
     assert late.returncode == 2
     assert "no run goes on there" in late.stderr

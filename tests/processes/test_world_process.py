@@ -12,17 +12,18 @@ from typing import Any
 import pytest
 
 from protocol.faults.plan import NO_FAULTS
+from protocol.fence import Bearing, Cause, Epoch, Fence, May, Raise, Turn
 from protocol.frames import Point
 from protocol.mission import Mission
 from protocol.network.outbox import Outbox
 from protocol.network.transport import Heard
 from protocol.network.zenoh_transport import ZenohTransport
 from protocol.run_settings import SCENARIO_FILE, SETTINGS_FILE, Settings
-from protocol.timeline import GoalReached, Record, RobotArrived, RobotSettled, StrandFormed, TrafficCounted
+from protocol.timeline import GoalReached, Record, RobotArrived, RobotSettled, TrafficCounted
 from protocol.wire.messages import Ask, Drive, Logged, Message, Odometry, Phase, Scan, ScanQuery
 from tests.support.deadline import DEADLINE_S
 from tests.support.processes.wire import KEYS, arrivals_until, python, robot_transport, router, session_folder
-from tests.support.stages.world_stage import planned
+from tests.support.stages.world_stage import formed, life_of, planned
 from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE
 from world.record.run_files import prepare_folder
@@ -69,6 +70,7 @@ class Player:
         self.outbox = Outbox(resend_s=0.0)  # resend at once: tests need not wait
         self.now_s = 0.0
         self.number = 0
+        self.fence = Fence()
 
     async def hear(self, wanted: Callable[[Message], bool]) -> Message:
         """Answer odometry and repeat the log until this message arrives."""
@@ -76,7 +78,7 @@ class Player:
             for arrival in await arrivals_until(self.transport, bool):
                 match arrival:
                     case Heard(message=Odometry() as odometry):
-                        self.now_s = odometry.t_s
+                        self.now_s, self.fence = odometry.t_s, odometry.fence
                         if odometry.phase is Phase.RUNNING:
                             self.drive()
                     case Heard(message=Logged() as logged):
@@ -94,7 +96,7 @@ class Player:
             basis_s=self.now_s,
             target=target,
             speed_mps=0.5,
-            epoch=1,
+            bearing=Bearing(epoch=self.fence.epoch, turn=self.fence.turn, life=life_of(1)),
             step=self.number,
             reach_m=0.5 * self.number,
         )
@@ -111,9 +113,16 @@ class Player:
     async def live(self) -> None:
         """Drive to the target and end the run properly."""
         await self.hear(is_in(Phase.RUNNING))
-        self.note(
-            StrandFormed(epoch=1, sensed=True, order=(1,), path_length_m=0.0), planned(TARGET, reach_m=0.5)
-        )
+        epoch = Epoch().next(1, life_of(1))
+        self.transport.put(KEYS.fence("r1"), Raise(epoch=epoch, cause=Cause.START))
+        await self.hear(is_under(epoch, May.NOBODY))
+        self.note(formed((1,), (Point(x_m=0.0, y_m=0.0),)))
+        drives = Fence(epoch=epoch, turn=1, may=May.ALL, robot=1, members=1)
+        self.transport.put(KEYS.fence("r1"), Turn(fence=drives))
+        await self.hear(is_under(epoch, May.ALL))
+        self.transport.ask(KEYS.scan("r1"), ScanQuery(revolutions=1))
+        await self.hear(lambda message: isinstance(message, Scan))
+        self.note(planned(TARGET, reach_m=0.5))
         self.number = 1
         await self.hear(lambda message: isinstance(message, Odometry) and message.finished == 1)
         self.note(GoalReached(x_m=0.5, y_m=0.0), RobotArrived(progress_m=0.5))
@@ -138,6 +147,12 @@ class Player:
 
 def is_in(phase: Phase) -> Callable[[Message], bool]:
     return lambda message: isinstance(message, Odometry) and message.phase is phase
+
+
+def is_under(epoch: Epoch, may: May) -> Callable[[Message], bool]:
+    return lambda message: (
+        isinstance(message, Odometry) and (message.fence.epoch, message.fence.may) == (epoch, may)
+    )
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from protocol.errors import UsageError
+from protocol.fence import Fence
 from protocol.network import zenoh_transport
 from protocol.network.transport import Appeared, Arrival, Asked, Heard, Vanished
 from protocol.network.zenoh_transport import ZenohTransport
@@ -30,7 +31,7 @@ from tests.support.processes.wire import (
 )
 
 BURST = 300  # enough to overflow Zenoh's short queue for express messages
-SCAN = Scan(t_s=0.0, pose=ORIGIN, ranges_m=(1.0,) * 8)
+SCAN = Scan(t_s=0.0, pose=ORIGIN, fence=Fence(), ranges_m=(1.0,) * 8)
 RETOLD_S = 0.1  # a hundred times the latency of a message
 TOKEN = KEYS.alive("r1", "1")
 

@@ -23,11 +23,11 @@ from agents.strand.member import Member
 from agents.strand.memory import Memory
 from agents.strand.wish import Turnabout
 from protocol.arrays import scan_bearings_rad
+from protocol.fence import Cause, Epoch, Fence, obeys
 from protocol.frames import Pose
 from protocol.mission import Mission
 from protocol.path import Path
 from protocol.timeline import Record
-from protocol.wire.fence import Cause, Epoch, Fence, obeys
 from protocol.wire.messages import AheadState, Drive, Odometry, Phase, Scan
 from protocol.wire.view import Counters, Formation
 from tests.support.stages.strand_stage import fence_all, formation, life_of, queue_path

@@ -4,11 +4,11 @@ from collections.abc import Mapping, Sequence
 
 from agents.commands import Command, Note, Tell
 from agents.strand.strand import Own, Strand
+from protocol.fence import Epoch, Fence, May
 from protocol.frames import Point, Pose, Vertex
 from protocol.mission import Law
 from protocol.path import Path, straightened
 from protocol.timeline import AuthorityGranted
-from protocol.wire.fence import Epoch, Fence, May
 from protocol.wire.messages import AheadState, BehindState, Handover
 from protocol.wire.view import Counters, Formation, Neighbour
 from tests.support.stages.one_step import under

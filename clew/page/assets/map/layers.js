@@ -120,15 +120,6 @@ function activeStep(run, robot, t) {
   return Math.hypot(body.x - x, body.y - y) > 0.005 ? row : -1; // one that joins records no end of its step
 }
 
-/** Whether the fence lets a robot drive by this plan. @param {Run} run @param {number} robot @param {number} row @param {number} t */
-function isObeyed(run, robot, row, t) {
-  const [steps, fences] = [run.kind("step.planned"), run.kind("fence.changed")];
-  const newest = placeAt(fences.t ?? [], (fences.t ?? []).length, t);
-  if (newest < 0 || fences.epoch[newest] !== steps.epoch[row]) return false;
-  if (!steps.joins[row]) return fences.may[newest] === "all";
-  return fences.may[newest] === "one" && fences.named[newest] === robot;
-}
-
 /** @param {any} point as a pair @returns {[number, number]} */
 function pair(point) {
   return [point[0], point[1]];

@@ -37,6 +37,15 @@ function authorityAt(run, strand, place, t) {
   return row < 0 || grants.epoch[row] !== strand.epoch ? NaN : grants.authority_m[row];
 }
 
+/** Whether the fence lets a robot drive by this plan. @param {Run} run @param {number} robot @param {number} row @param {number} t */
+function isObeyed(run, robot, row, t) {
+  const [steps, fences] = [run.kind("step.planned"), run.kind("fence.changed")];
+  const newest = placeAt(fences.t ?? [], (fences.t ?? []).length, t);
+  if (newest < 0 || fences.epoch[newest] !== steps.epoch[row]) return false;
+  if (!steps.joins[row]) return fences.may[newest] === "all";
+  return fences.may[newest] === "one" && fences.named[newest] === robot;
+}
+
 /**
  * The part of a path between two arc lengths, for a canvas.
  * @param {CanvasRenderingContext2D} context @param {{x: number, y: number, s: number}[]} path

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from agents.body.driver import LATE_ORDERS, Driver
+from protocol.fence import Bearing, Epoch, Fence, May
 from protocol.frames import Point, Pose
-from protocol.wire.fence import Bearing, Epoch, Fence, May
 from protocol.wire.messages import Drive, Odometry, Phase
 
 SPEED_MPS = 0.5

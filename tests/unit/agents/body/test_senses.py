@@ -6,9 +6,9 @@ from msgspec.structs import replace
 from agents.body.driver import Driver
 from agents.body.senses import RETRY_S, Senses
 from agents.commands import AskScan
+from protocol.fence import Epoch, Fence, May
 from protocol.frames import Pose
 from protocol.mission import Law
-from protocol.wire.fence import Epoch, Fence, May
 from protocol.wire.messages import Odometry, Phase, Scan
 from tests.support.stages.one_step import under
 

@@ -5,9 +5,9 @@ from msgspec.structs import replace
 from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.body.watch import STILL_S_MAX, Watch
+from protocol.fence import Fence
 from protocol.frames import Point, Pose
 from protocol.mission import Law
-from protocol.wire.fence import Fence
 from protocol.wire.messages import Odometry, Phase
 from tests.support.stages.one_step import under
 

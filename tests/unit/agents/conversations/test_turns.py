@@ -65,6 +65,16 @@ def test_v5_an_order_that_arrives_after_its_turn_moves_no_body() -> None:
     assert holder not in stage.moving()
 
 
+def test_v5_an_order_of_a_turn_moves_no_body_under_all() -> None:
+    stage = in_turn(2, 3, SCATTERED)
+    (late, *_) = drives_after(stage, 3, 0)
+    stage.run(lambda: stage.fence.may is May.ALL)
+    number = stage.world.bodies.ordered[2] + 1
+    stage.deliver(late._replace(thing=replace(late.thing, number=number, basis_s=stage.now_s)))
+    assert 3 not in stage.moving()
+    assert stage.records_of(OrderRefused)[-1].number == number
+
+
 def test_v5_a_place_counts_only_when_it_was_told_after_the_robots_own_last_turn() -> None:
     stage = in_turn(2, 3, SCATTERED)
     turn = stage.fence.turn
@@ -93,8 +103,9 @@ def test_v6_a_lease_that_arrives_after_all_gives_nobody_the_turn() -> None:
 
 
 def test_v16_an_old_report_ends_no_turn_that_was_given_later() -> None:
-    stage = in_turn(2, 3, SCATTERED)
+    stage = in_turn(1, 3, FAR)
     fence = stage.fence
+    assert fence.turn == 2
     old = stage.sent(of(Report, sender=3))[-1]
     earlier = replace(old.thing, number=old.thing.number + 1, ended=fence.turn - 1, placed=True)
     stage.post(old, old._replace(thing=earlier))
@@ -102,13 +113,18 @@ def test_v16_an_old_report_ends_no_turn_that_was_given_later() -> None:
     assert (stage.fence, stage.moving()) == (fence, {3})
 
 
-def test_v16_a_robot_ends_its_turn_only_when_its_last_order_has_ended() -> None:
-    stage = in_turn(2, 3, SCATTERED)
-    turn, asked = stage.fence.turn, stage.sent(of(Drive, sender=3))[-1].thing.number
-    stage.run(lambda: any(post.thing.ended == turn for post in stage.sent(of(Report, sender=3))))
-    told = [post.thing for post in stage.sent(of(Odometry, receiver=3))]
-    assert any(odometry.finished >= asked for odometry in told)
-    assert 3 not in stage.moving()
+def test_v16_a_robot_with_an_order_in_flight_reports_nothing_though_its_body_stands() -> None:
+    stage = ViewStage.begun(SCATTERED)
+    stage.raised_by(2)
+    stage.hold(lambda post: of(Drive, sender=3)(post) and post.thing.target is not None)
+    stage.run(lambda: bool(stage.held))
+    first = len(stage.posted)
+    stage.pass_s(0.8)
+    told = [post.thing for post in stage.posted[first:] if of(Odometry, receiver=3)(post)]
+    assert {odometry.moving for odometry in told} == {False}
+    assert not [post for post in stage.posted[first:] if of(Report, sender=3)(post)]
+    stage.release()
+    stage.run(lambda: stage.fence.may is May.ALL, s_max=5.0)
 
 
 def test_v17_a_robot_that_is_started_again_in_its_turn_does_not_take_the_turn_of_its_former_life() -> None:
@@ -127,14 +143,15 @@ def test_v17_a_robot_that_is_started_again_in_its_turn_does_not_take_the_turn_of
 def test_v18_odometry_of_before_a_turn_that_arrives_late_brings_no_old_place_into_the_formation() -> None:
     stage = in_turn(2, 3, SCATTERED)
     old = stage.sent(of(Odometry, receiver=3))[0]
-    stage.hold(lambda post: of(Report, sender=3)(post) and post.thing.turn > stage.fence.turn - 1)
-    stage.run(lambda: bool(stage.records_of(RobotPlaced, 3)))
+    turn = stage.fence.turn
+    stage.hold(of(Turn, sender=2))
+    stage.run(lambda: any(post.thing.ended == turn for post in stage.sent(of(Report, sender=3))))
+    first = len(stage.posted)
     stage.deliver(old)
-    stage.forget()
-    stage.run(lambda: stage.formed is not None)
-    place = stage.sent(of(Report, sender=3))[-1].thing.place
-    assert (place.x_m, place.y_m) == stage.place(3) != old.thing.pose
+    stage.release()
     stage.run(lambda: stage.fence.may is May.ALL)
+    told = [post.thing for post in stage.posted[first:] if of(Report, sender=3)(post)]
+    assert {(report.place.x_m, report.place.y_m) for report in told} == {stage.place(3)}
 
 
 def test_v19_one_number_of_a_turn_has_one_content_however_long_its_put_is_held_up() -> None:
@@ -168,6 +185,7 @@ def test_v20_a_robot_that_dies_at_its_place_does_not_drive_on_in_its_next_life()
 
 def test_v20_all_never_follows_a_turn_that_names_a_robot() -> None:
     stage = ViewStage.driving(FAR)
+    assert stage.fence.members == 3
     said = [change.may for change in stage.records_of(FenceChanged)]
     assert said.count(May.ONE) >= 2
     assert said[-2:] == [May.NOBODY, May.ALL]

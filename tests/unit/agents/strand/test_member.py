@@ -10,6 +10,7 @@ from agents.strand.leader import DeadEnd, Leader
 from agents.strand.leading import TURNS_MAX
 from agents.strand.member import BLOCKED_S, DISSOLVED_MAX
 from agents.strand.wish import Turnabout
+from protocol.fence import Cause
 from protocol.frames import Point, Vertex
 from protocol.mission import Law
 from protocol.timeline import (
@@ -21,7 +22,6 @@ from protocol.timeline import (
     StrandHealed,
     StrandJoined,
 )
-from protocol.wire.fence import Cause
 from protocol.wire.view import Counters
 from tests.support.stages.member_stage import PERIOD_S, MemberStage, row
 from tests.support.stages.one_step import under, wall

@@ -8,11 +8,11 @@ from agents.events import LinkHeard
 from agents.strand.grants import GRANT_M_MIN
 from agents.strand.leader import Leader
 from agents.strand.strand import NEWS_S, URGENT_S, Strand
+from protocol.fence import Epoch
 from protocol.frames import Point, Pose, Vertex
 from protocol.mission import Law
 from protocol.timeline import LinkHeard as LinkHeardAgain
 from protocol.timeline import LinkSilent, MessageRefused, StepPlanned
-from protocol.wire.fence import Epoch
 from protocol.wire.messages import AheadState, BehindState
 from protocol.wire.view import Counters
 from tests.support.stages.one_step import plan, under

@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from clew.campaign import episode as episodes
 from clew.campaign.campaign import drawn_episode
-from clew.campaign.episode import Episode, Outcome, Surprise, play
+from clew.campaign.episode import Episode, Outcome, Stage, Surprise, play
 from clew.guided import runner
 from clew.guided.corpus import Corpus
 from clew.guided.runner import Limits
@@ -65,9 +65,9 @@ def test_the_first_future_that_surprises_ends_the_search_and_its_line_replays_it
 def test_a_future_that_surprises_only_because_it_was_cut_off_is_no_surprise(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    real = runner.outcome_of
+    real = episodes.outcome_of
 
-    def cut_off(episode: Episode, stage: runner.Stage, *rest: Rehearsal, wall_s: float) -> Outcome:
+    def cut_off(episode: Episode, stage: Stage, *rest: Rehearsal, wall_s: float) -> Outcome:
         outcome = real(episode, stage, *rest, wall_s=wall_s)
         return replace(outcome, surprise=Surprise.VIOLATION) if episode.branches else outcome
 

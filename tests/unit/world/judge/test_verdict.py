@@ -12,6 +12,7 @@ from protocol.timeline import (
     Record,
     RobotArrived,
     RobotDied,
+    RobotStranded,
     RouteLost,
     ScanServed,
     StepFinished,
@@ -87,6 +88,8 @@ def test_a_run_that_kept_every_promise_is_ok() -> None:
 
 BREACHED = with_fields(JUDGED, breaches=(Breach(t_s=4.0, broken=BROKEN),))
 DIED = ("world", 5.0, RobotDied(robot=2, silent_since_s=4.2))
+STRANDED = ("r3", 7.0, RobotStranded(epoch=10_003, robot=2, reason="its way is blocked", by=3))
+STRANDED_TOO = ("r2", 7.0, RobotStranded(epoch=10_002, robot=1, reason="no place is free"))
 LOST = ("r1", 6.0, RouteLost(reason="every gap is too narrow"))
 PROMISES = {
     "clearance": (
@@ -104,6 +107,14 @@ PROMISES = {
     "the strand heals": (
         verdict(ALL_WELL, ending=Ending.STUCK),
         "the strand did not heal: by t=9.5 s nothing had moved for long",
+    ),
+    "nobody is stranded": (
+        verdict([*ALL_WELL[:2], STRANDED], ending=Ending.STRANDED),
+        "no way for robot 2: its way is blocked (behind the body of robot 3)",
+    ),
+    "nobody is stranded for another reason": (
+        verdict([STRANDED_TOO], ending=Ending.STRANDED),
+        "no way for robot 1: no place is free",
     ),
     "somebody lives": (verdict([], ending=Ending.EXTINCT, living=frozenset()), "every robot has died"),
     "in time": (

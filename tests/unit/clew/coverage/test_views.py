@@ -4,8 +4,8 @@ from collections import Counter
 
 import pytest
 
-from clew.campaign.coverage_names import OF_CAUSE, Situation
-from clew.campaign.coverage_views import Views
+from clew.coverage.situations import OF_CAUSE, Situation
+from clew.coverage.views import Views
 from protocol.fence import NUMBERS, Cause
 from protocol.keys import WORLD
 from protocol.timeline import (
@@ -15,7 +15,6 @@ from protocol.timeline import (
     RobotPlaced,
     RobotStranded,
     StrandDissolved,
-    StrandHealed,
     StrandJoined,
     StrandReversed,
     ViewLeft,
@@ -138,13 +137,15 @@ def test_a_formation_is_late_or_lost_where_a_living_member_does_not_take_its_pla
     assert counted(*forms, struck("kill", "r2"), raised(F), apart_s=0.4)[Situation.FORMATION_LOST] == 0
 
 
-def test_a_leader_killed_before_the_strand_has_healed_is_killed_in_a_succession() -> None:
+def test_a_coordinator_or_a_new_leader_can_be_killed_in_a_succession() -> None:
     lost = (*strand(E, 1, 2, 3), raised(F, Cause.NEIGHBOUR_LOST))
-    again = (by(2, formed(F, 2, 3)), driving(F, 2, 3))
-    killed, healed = struck("kill", "r2"), by(2, StrandHealed(epoch=F, robots=2))
-    assert counted(*lost, *again, killed)[Situation.LEADER_KILLED_IN_SUCCESSION] == 1
-    assert counted(*lost, *again, healed, killed)[Situation.LEADER_KILLED_IN_SUCCESSION] == 0
-    assert counted(*lost, killed)[Situation.LEADER_KILLED_IN_SUCCESSION] == 0
+    again, killed = (by(3, formed(F, 3, 2)), driving(F, 3, 2)), struck("kill", "r3")
+    situation = Situation.KILLED_IN_SUCCESSION
+    assert counted(*lost, struck("kill", "r2"))[situation] == 1, "it coordinates"
+    assert counted(*lost, killed)[situation] == 0
+    assert counted(*lost, *again, killed)[situation] == 1
+    assert counted(*lost, *again, *[struck("slow", "r2")] * 21, killed)[situation] == 0, "it has succeeded"
+    assert counted(*strand(E, 1, 2, 3), struck("kill", "r1"))[situation] == 0
 
 
 def test_turning_round_dissolving_and_letting_in_count_when_the_next_strand_may_drive() -> None:

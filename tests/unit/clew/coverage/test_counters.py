@@ -1,5 +1,5 @@
-from clew.campaign.coverage import count_coverage, uncovered
-from clew.campaign.coverage_names import Situation
+from clew.coverage.counters import count_coverage, uncovered
+from clew.coverage.situations import Situation
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Burst, Drop, Kill, Partition, StepPoint
 from protocol.keys import WORLD

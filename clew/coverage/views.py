@@ -4,13 +4,15 @@ Rule 1: the fence alone says which epoch is in force, who coordinates it, who ha
 Rule 2: a view forms from its first fence until its ALL.
 Rule 3: a formation reached a member late or never if the member lived and did not take its place within
         `ACTS_S` of ALL, or at all.
+Rule 4: a succession lasts from the view after a loss until `SUCCEEDS_S` after its ALL: its coordinator, and
+        then the new leader, can be killed in it.
 """
 
 from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from clew.campaign.coverage_names import OF_CAUSE, Situation
+from clew.coverage.situations import OF_CAUSE, Situation
 from protocol.fence import NUMBERS, Cause, May
 from protocol.keys import WORLD, robot_number
 from protocol.timeline import (
@@ -22,7 +24,6 @@ from protocol.timeline import (
     RobotStranded,
     StrandDissolved,
     StrandFormed,
-    StrandHealed,
     StrandJoined,
     StrandReversed,
     ViewLeft,
@@ -30,6 +31,7 @@ from protocol.timeline import (
 )
 
 ACTS_S = 0.5  # a member acts on its formation at the first odometry after ALL, which comes within 0.1 s
+SUCCEEDS_S = 2.0  # until the first step of the new leader, mostly
 FIRST = FenceChanged(epoch=0, turn=0, may=May.NOBODY, coordinator=0, life="")
 """The fence with which a run begins."""
 LOSSES = frozenset({Cause.NEIGHBOUR_LOST, Cause.COORDINATOR_LOST})
@@ -43,8 +45,6 @@ class Views:
     fence: FenceChanged = FIRST
     order: tuple[int, ...] = ()
     """The newest strand that was to drive, leader first."""
-    heals: bool = False
-    """Whether a view after a loss has not yet led to a strand that drives."""
     _proposed: defaultdict[int, set[int]] = field(default_factory=lambda: defaultdict(set))
     """Who has raised each generation."""
     _taken: set[int] = field(default_factory=set)
@@ -72,13 +72,11 @@ class Views:
             case FenceChanged() if source == WORLD:
                 self._change(t_s, record)
             case FaultInjected(fault=fault, process=str(process)) if source == WORLD:
-                self._strike(fault, process)
+                self._strike(t_s, fault, process)
             case FaultInjected(fault="partition", key=str(key)) if key.startswith("view/") and self.forms:
                 self.count(Situation.CUT_WHILE_FORMING)
             case StrandFormed():
                 self._formed.setdefault(record.epoch, record)
-            case StrandHealed():
-                self.heals = False
             case RobotStranded():
                 self.count(Situation.STRANDED)
             case _ if robot is not None:
@@ -143,7 +141,6 @@ class Views:
                     self.count(Situation.RAISE_IN_VAIN)
         self._awaited.clear()
         self._cause = cause
-        self.heals = self.heals or cause in LOSSES
 
     def _drive(self, t_s: float, fence: FenceChanged) -> None:
         """A strand may drive."""
@@ -158,11 +155,11 @@ class Views:
 
     # --- processes ------------------------------------------------------------------------------------
 
-    def _strike(self, fault: str, process: str) -> None:
+    def _strike(self, t_s: float, fault: str, process: str) -> None:
         robot = robot_number(process)
         match fault:
             case "kill" if robot is not None:
-                self._kill(robot)
+                self._kill(t_s, robot)
             case "kill" if self.forms:
                 is_world = process == WORLD
                 self.count(Situation.WORLD_LOST_IN_VIEW if is_world else Situation.ROUTER_LOST_IN_VIEW)
@@ -177,7 +174,7 @@ class Views:
             case _:
                 pass
 
-    def _kill(self, robot: int) -> None:
+    def _kill(self, t_s: float, robot: int) -> None:
         self._down.add(robot)
         fence = self.fence
         if robot == fence.coordinator:
@@ -190,8 +187,10 @@ class Views:
         if fence.may is May.ONE:
             is_own = robot == fence.named
             self.count(Situation.KILLED_IN_OWN_TURN if is_own else Situation.KILLED_IN_TURN)
-        if self.heals and fence.may is May.ALL and robot == fence.named:
-            self.count(Situation.LEADER_KILLED_IN_SUCCESSION)
+        drives = fence.may is May.ALL
+        acts = fence.named if drives else fence.coordinator
+        if robot == acts and self._cause in LOSSES and not (drives and t_s - self._all_s > SUCCEEDS_S):
+            self.count(Situation.KILLED_IN_SUCCESSION)
 
     def _start(self, robot: int) -> None:
         if self.fence.may is May.ONE and robot == self.fence.named:

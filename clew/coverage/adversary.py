@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from agents.body.driver import LATE_ORDERS
-from clew.campaign.coverage_names import Situation
+from clew.coverage.situations import Situation
 from clew.rehearsal.tokens import LEASE_S
 from protocol.faults.plan import Plan
 from protocol.faults.rules import ROUTER, Partition

@@ -10,7 +10,7 @@ class Situation(StrEnum):
 
     # Processes.
     LEADER_KILLED = "leader killed"
-    LEADER_KILLED_IN_SUCCESSION = "leader killed during a succession"
+    KILLED_IN_SUCCESSION = "coordinator or new leader killed during a succession"
     TAIL_KILLED = "tail killed"
     TWO_NEIGHBOURS_KILLED = "two neighbours killed at once"
     KILLED_AFTER_SCAN = "killed after_scan"

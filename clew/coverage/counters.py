@@ -9,9 +9,9 @@ Rule 2: the only input is the timeline, in order of time; so recorded runs can b
 from collections import Counter
 from collections.abc import Iterable, Mapping
 
-from clew.campaign.coverage_adversary import Adversary
-from clew.campaign.coverage_names import Situation
-from clew.campaign.coverage_views import Views
+from clew.coverage.adversary import Adversary
+from clew.coverage.situations import Situation
+from clew.coverage.views import Views
 from protocol.faults.plan import Plan
 from protocol.faults.rules import MessageRule, ProcessRule, StepPoint
 from protocol.keys import WORLD, robot_number

@@ -1,0 +1,1 @@
+"""Coverage counters: which rare situations a timeline contains."""

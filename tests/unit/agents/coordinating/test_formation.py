@@ -1,0 +1,164 @@
+"""A formation: how it is made, told in pieces, and put together again by its members."""
+
+import math
+
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec.structs import replace
+
+from agents.coordinating.formation import Plan, lay_path
+from agents.membership.assembly import Assembly, is_path
+from protocol.fence import Epoch
+from protocol.frames import Point, Pose, Vertex
+from protocol.path import Path
+from protocol.wire.view import PIECE_VERTICES_MAX, Formation
+
+EPOCH = Epoch(generation=4, robot=2, life=9)
+ORDER = (1, 2, 3)
+
+
+def at(x_m: float, y_m: float) -> Pose:
+    return Pose(x_m=x_m, y_m=y_m, heading_rad=0.0)
+
+
+def plan(corners: int) -> Plan:
+    """A zigzag of so many corners between robots 2 and 1; robot 3 is the tail."""
+    legs = {2: tuple(Point(x_m=2.0 + 0.5 * n, y_m=float(n % 2)) for n in range(corners))}
+    places = {1: at(3.0 + 0.5 * corners, 0.0), 2: at(1.0, 0.0), 3: at(0.0, 0.0)}
+    path, places_m = lay_path(ORDER, places, legs)
+    return Plan(
+        epoch=EPOCH,
+        turn=3,
+        order=ORDER,
+        lives={robot: 100 + robot for robot in ORDER},
+        places=places,
+        path=path,
+        places_m=places_m,
+        driven=frozenset({2}),
+    )
+
+
+LONG = plan(3 * PIECE_VERTICES_MAX)
+SHORT = plan(0)
+
+
+# --- making -----------------------------------------------------------------------------------------
+
+
+def test_the_path_leads_through_all_places_tail_first_and_over_the_corners_of_driven_legs() -> None:
+    places = {1: at(2.0, 2.0), 2: at(0.0, 0.0), 3: at(-1.0, 0.0)}
+    path, places_m = lay_path(ORDER, places, {2: (Point(x_m=2.0, y_m=0.0),)})
+    assert places_m == pytest.approx({3: 0.0, 2: 1.0, 1: 5.0})
+    assert [(vertex.x_m, vertex.y_m) for vertex in path] == [(-1.0, 0.0), (2.0, 0.0), (2.0, 2.0)]
+
+
+@pytest.mark.parametrize("robot", ORDER)
+def test_a_member_is_told_the_whole_path_and_of_robots_only_its_neighbours(robot: int) -> None:
+    pieces = LONG.pieces(robot)
+    assert len(pieces) == math.ceil(len(LONG.path) / PIECE_VERTICES_MAX) > 2
+    assert [vertex for piece in pieces for vertex in piece.path] == list(LONG.path)
+    first = pieces[0]
+    assert (first.rank, first.members, first.life, first.place) == (
+        robot - 1,
+        3,
+        100 + robot,
+        LONG.places[robot],
+    )
+    beside = {each.robot: (each.life, each.s_m) for each in (first.ahead, first.behind) if each is not None}
+    neighbours = {other for other in ORDER if abs(other - robot) == 1}
+    assert beside == {other: (100 + other, LONG.places_m[other]) for other in neighbours}
+
+
+def test_a_formation_is_told_again_byte_for_byte() -> None:
+    told = [[msgspec.msgpack.encode(piece) for piece in LONG.pieces(2)] for _ in range(2)]
+    assert told[0] == told[1]
+
+
+def test_only_the_leader_is_told_the_map_and_only_once() -> None:
+    plan_ = Plan(
+        epoch=EPOCH,
+        turn=3,
+        order=ORDER,
+        lives=LONG.lives,
+        places=LONG.places,
+        path=LONG.path,
+        places_m=LONG.places_m,
+        driven=LONG.driven,
+        seen=b"map",
+    )
+    told = [[piece.seen for piece in plan_.pieces(robot)] for robot in ORDER]
+    assert [seen.count(b"map") for seen in told] == [1, 0, 0]
+
+
+def test_the_record_tells_what_all_members_are_told() -> None:
+    record = LONG.as_record()
+    assert (record.epoch, record.turn, record.order) == (EPOCH.number, 3, ORDER)
+    assert record.places_m == tuple(LONG.places_m[robot] for robot in ORDER)
+    assert record.lives == tuple(f"{LONG.lives[robot]:x}" for robot in ORDER)
+    assert record.driven == (False, True, False)
+    assert [(point.x_m, point.y_m) for point in record.laid] == [(v.x_m, v.y_m) for v in LONG.path]
+
+
+# --- putting together -------------------------------------------------------------------------------
+
+
+@given(st.data())
+def test_pieces_in_any_order_lost_and_repeated_make_the_formation_when_all_are_there(
+    data: st.DataObject,
+) -> None:
+    pieces = LONG.pieces(2)
+    arrived = data.draw(st.lists(st.sampled_from(range(len(pieces))), max_size=12))
+    assembly = Assembly()
+    for count, index in enumerate(arrived, start=1):
+        assert assembly.add(pieces[index])
+        assert (assembly.whole is not None) == (set(arrived[:count]) == set(range(len(pieces))))
+    if assembly.whole is not None:
+        formation, path = assembly.whole
+        assert formation == pieces[0]
+        assert list(path) == list(LONG.path)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"epoch": Epoch(generation=4, robot=2, life=10)},
+        {"turn": 4},
+        {"life": 99},
+        {"vertices": 7},
+    ],
+)
+def test_a_changed_piece_does_not_fit(change: dict[str, object]) -> None:
+    first, second, *_ = LONG.pieces(2)
+    assembly = Assembly()
+    assert assembly.add(first)
+    assert not assembly.add(replace(second, **change))
+    assert assembly.add(second)
+
+
+def test_arc_lengths_are_used_as_they_are_told_and_not_computed_again() -> None:
+    (piece,) = SHORT.pieces(2)
+    off_m = 1e-9  # rounding at the coordinator
+    told = tuple(Vertex(x_m=v.x_m, y_m=v.y_m, s_m=v.s_m + (off_m if v.s_m else 0.0)) for v in piece.path)
+    assembly = Assembly()
+    assembly.add(replace(piece, path=told))
+    assert assembly.whole is not None
+    assert [vertex.s_m for vertex in assembly.whole[1]] == [vertex.s_m for vertex in told]
+
+
+def test_vertices_whose_arc_lengths_cannot_be_are_no_path() -> None:
+    (piece,) = SHORT.pieces(2)
+    assembly = Assembly()
+    assembly.add(replace(piece, path=tuple(replace(vertex, s_m=2.0 * vertex.s_m) for vertex in piece.path)))
+    assert assembly.whole is None
+    assert is_path(list(Path([Point(x_m=0.0, y_m=0.0), Point(x_m=3.0, y_m=4.0)])))
+
+
+def test_nothing_is_whole_before_anything_has_come() -> None:
+    assert Assembly().whole is None
+    assert Assembly().add(_only_second())
+
+
+def _only_second() -> Formation:
+    return LONG.pieces(2)[1]

@@ -1,0 +1,64 @@
+"""The formation of a strand that turns round."""
+
+import pytest
+
+from agents.coordinating.turnabout import turned_round
+from agents.strand.wish import Turnabout
+from protocol.fence import Epoch
+from protocol.frames import Point, Pose
+from protocol.path import Path
+from protocol.wire.view import Former, Report
+
+ENDED = Epoch(generation=2, robot=1, life=5)
+VIEW = Epoch(generation=3, robot=1, life=5)
+PATH = Path([Point(x_m=0.0, y_m=0.0), Point(x_m=2.0, y_m=0.0), Point(x_m=2.0, y_m=2.0)])
+AT_M = {1: 4.0, 2: 3.0, 3: 1.5}
+TURN = Turnabout(cut_m=0.5, end_m=4.0, back_by_m=1.0)
+
+
+def report(robot: int, formers: tuple[Former, ...]) -> Report:
+    place = Pose(x_m=float(robot), y_m=0.0, heading_rad=0.0)
+    return Report(epoch=VIEW, life=robot, number=1, turn=0, place=place, formers=formers)
+
+
+def reports(**change: Former) -> dict[int, Report]:
+    stood = {robot: Former(epoch=ENDED, rank=robot - 1, s_m=s_m) for robot, s_m in AT_M.items()}
+    stood |= {int(name[1:]): former for name, former in change.items()}
+    return {robot: report(robot, (former,)) for robot, former in stood.items()}
+
+
+def test_the_order_is_reversed_and_the_path_is_cut_and_goes_the_other_way() -> None:
+    turned = turned_round(TURN, PATH, reports(), ended=ENDED, robots=3)
+    assert turned is not None
+    order, path, places_m = turned
+    assert order == (3, 2, 1)
+    assert [(round(v.x_m, 9), round(v.y_m, 9)) for v in path] == [(2.0, 2.0), (2.0, 0.0), (0.5, 0.0)]
+    assert places_m == pytest.approx({1: 0.0, 2: 1.0, 3: 2.5})
+    assert path.end_m == pytest.approx(3.5)
+
+
+@pytest.mark.parametrize(
+    "former",
+    [
+        Former(epoch=VIEW, rank=1, s_m=3.0),  # in another strand
+        Former(epoch=ENDED, rank=1, s_m=3.0, draft=True),  # in a draft
+        Former(epoch=ENDED, rank=2, s_m=3.0),  # two of one rank
+    ],
+)
+def test_a_strand_of_which_not_all_stand_in_their_order_does_not_turn_round(former: Former) -> None:
+    assert turned_round(TURN, PATH, reports(r2=former), ended=ENDED, robots=3) is None
+
+
+def test_a_strand_of_which_one_has_not_reported_does_not_turn_round() -> None:
+    there = reports()
+    del there[2]
+    assert turned_round(TURN, PATH, there, ended=ENDED, robots=3) is None
+    del there[3]
+    assert turned_round(TURN, PATH, there, ended=ENDED, robots=3) is None, "nor without its tail"
+
+
+def test_a_robot_that_was_not_in_it_does_not_keep_the_strand_from_turning_round() -> None:
+    there = {**reports(), 4: report(4, ())}
+    turned = turned_round(TURN, PATH, there, ended=ENDED, robots=3)
+    assert turned is not None
+    assert turned[0] == (3, 2, 1)

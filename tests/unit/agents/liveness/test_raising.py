@@ -1,0 +1,118 @@
+"""When a robot proposes a view."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from agents.commands import Command, Note, Put
+from agents.liveness.raising import Raising, Reason
+from agents.liveness.timing import Timing
+from protocol.fence import Cause, Epoch, Fence, May, Raise
+from protocol.timeline import ViewProposed
+
+TIMING = Timing()
+OWN = Reason(Cause.NEIGHBOUR_LOST, "token", 2)
+SHARED = Reason(Cause.COORDINATOR_LOST, "it is silent", 1, is_shared=True)
+lives = st.integers(1, 2**63 - 1)
+
+
+def fence(generation: int, may: May = May.NOBODY) -> Fence:
+    return Fence(epoch=Epoch(generation=generation, robot=1, life=7), may=may)
+
+
+def puts(commands: list[Command]) -> list[Raise]:
+    return [each.change for each in commands if isinstance(each, Put) and isinstance(each.change, Raise)]
+
+
+def waits_s(raising: Raising, told: Fence, reason: Reason = OWN) -> float:
+    """For how long a robot waits from when it has a reason until it raises, in milliseconds' steps."""
+    raising.enter(told)
+    for step in range(10_000):
+        if puts(raising.want(reason, told, step / 1000)):
+            return step / 1000
+    raise AssertionError("it never raises")
+
+
+@given(lives, st.integers(0, 1000))
+def test_the_drawn_time_is_between_its_limits(life: int, generation: int) -> None:
+    raising = Raising(2, life, TIMING)
+    raising.enter(fence(generation, May.ALL))
+    waited_s = waits_s(raising, fence(generation))
+    assert TIMING.draws_s <= waited_s <= 2.0 * TIMING.draws_s + 0.001
+
+
+@given(lives, st.integers(0, 1000))
+def test_for_what_all_may_want_it_is_drawn_from_a_longer_time(life: int, generation: int) -> None:
+    raising = Raising(2, life, TIMING)
+    raising.enter(fence(generation, May.ALL))
+    assert waits_s(raising, fence(generation), SHARED) <= TIMING.shared_draws_s + 0.001
+
+
+def test_drawn_times_differ_by_life_and_by_generation() -> None:
+    for reason in (OWN, SHARED):
+        drawn = {
+            (life, generation): Raising(2, life, TIMING)._draw_s(reason, generation)
+            for life in range(1, 6)
+            for generation in range(5)
+        }
+        assert len(set(drawn.values())) == len(drawn)
+
+
+def test_the_drawn_time_doubles_with_each_view_in_vain_up_to_a_limit() -> None:
+    shares = []
+    for in_vain in range(6):
+        raising, told = Raising(2, 77, TIMING), fence(10)
+        raising.enter(fence(10 - in_vain, May.ALL))
+        shares.append(raising._draw_s(OWN, told.epoch.generation))
+    once_s = shares[0]
+    assert shares == [once_s * 2.0 ** min(vain, TIMING.doublings_max) for vain in range(6)]
+
+
+def test_nobody_raises_over_a_stop() -> None:
+    raising, stopped = Raising(2, 77, TIMING), fence(3, May.STOPPED)
+    raising.enter(stopped)
+    assert not [command for tenth in range(100) for command in raising.want(OWN, stopped, tenth / 10)]
+
+
+def test_a_reason_that_goes_away_before_the_drawn_time_has_passed_raises_nothing() -> None:
+    raising, told = Raising(2, 77, TIMING), fence(3)
+    raising.enter(told)
+    assert raising.want(OWN, told, 0.0) == []
+    assert raising.want(None, told, 0.01) == []
+    assert raising.want(OWN, told, 10.0) == [], "it waits anew"
+
+
+def test_a_raise_is_repeated_until_odometry_tells_it_and_noted_once() -> None:
+    raising, told = Raising(2, 77, TIMING), fence(3)
+    waited_s = waits_s(raising, told)
+    again = [raising.want(OWN, told, waited_s + tenth * TIMING.put_s) for tenth in range(1, 4)]
+    assert [puts(each)[0].epoch for each in again] == [told.epoch.next(2, 77)] * 3
+    assert not [command for each in again for command in each if isinstance(command, Note)]
+
+
+def test_a_raise_goes_up_by_one_generation_and_says_why() -> None:
+    raising, told = Raising(2, 77, TIMING), fence(3)
+    raising.enter(told)
+    raising.want(OWN, told, 0.0)
+    commands = raising.want(OWN, told, 1.0)
+    assert commands == [
+        Note(ViewProposed(epoch=40002, cause=OWN.cause, about=2, why="token")),
+        Put(Raise(epoch=Epoch(generation=4, robot=2, life=77), cause=OWN.cause)),
+    ]
+    assert (raising.proposed, raising.reason) == (Epoch(generation=4, robot=2, life=77), OWN)
+
+
+def test_when_odometry_tells_a_newer_epoch_whatever_was_wanted_waits_anew() -> None:
+    raising = Raising(2, 77, TIMING)
+    waits_s(raising, fence(3))
+    raising.enter(fence(4))
+    assert raising.want(OWN, fence(4), 20.0) == []
+    (put,) = puts(raising.want(OWN, fence(4), 21.0))
+    assert put.epoch.generation == 5
+
+
+def test_an_outsider_says_that_it_is_one() -> None:
+    raising, told = Raising(2, 77, TIMING), fence(3, May.ALL)
+    reason = Reason(Cause.OUTSIDERS, "the leader does not answer", outsider=True)
+    raising.enter(told)
+    raising.want(reason, told, 0.0)
+    assert [put.outsider for put in puts(raising.want(reason, told, 1.0))] == [True]

@@ -1,0 +1,115 @@
+"""Whom a robot holds for lost, and whom it leaves out for a while."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from agents.liveness.suspicion import HALF_LIFE_S, REUSE, SUPPRESS, USUAL_SILENCES, Suspicion
+from agents.liveness.timing import Timing
+from protocol.fence import Epoch
+from protocol.wire.link import Link
+from protocol.wire.messages import BehindState
+
+TIMING = Timing()
+SILENT_S = 4.0
+EPOCH = Epoch(generation=1, robot=1, life=7)
+
+
+def awake(*robots: int, until_s: float = 10.0) -> Suspicion:
+    """A robot that has had odometry ten times a second, and sees these tokens and the world's."""
+    suspicion = Suspicion(TIMING, SILENT_S)
+    for robot in (0, *robots):
+        suspicion.presence.come(robot, "a", 0.0)
+    for tenth in range(round(10 * until_s) + 1):
+        suspicion.enter(tenth / 10)
+    return suspicion
+
+
+def heard(at_s: float, *, every_s: float = 0.0) -> Link[BehindState]:
+    """A link to robot 2 that was heard last at that time."""
+    link: Link[BehindState] = Link(2, 9, EPOCH, 0.0)
+    link.heard_at_s, link.usual_s = at_s, every_s
+    return link
+
+
+# --- lost neighbours --------------------------------------------------------------------------------
+
+
+def test_a_neighbour_whose_token_has_gone_is_lost_at_once_and_a_silent_one_later() -> None:
+    suspicion = awake(2)
+    assert suspicion.why_lost(heard(9.9), 10.0) is None
+    assert suspicion.why_lost(heard(10.0 - SILENT_S - 0.1), 10.0) == "silence"
+    suspicion.presence.go(2, "a", 9.0)
+    assert suspicion.why_lost(heard(9.0), 10.0) == "token"
+
+
+def test_where_a_neighbour_is_seldom_heard_a_silence_is_long_only_by_that() -> None:
+    usual_s = SILENT_S / USUAL_SILENCES * 2.0
+    link = heard(10.0 - 1.5 * SILENT_S, every_s=usual_s)
+    assert awake(2).why_lost(link, 10.0) is None
+    assert awake(2).why_lost(link, 10.0 + SILENT_S) == "silence"
+
+
+def test_a_robot_that_has_had_a_gap_of_its_own_judges_nobody_until_it_has_listened() -> None:
+    suspicion = awake(2)
+    back_s = 10.0 + TIMING.gap_s + 0.1
+    suspicion.presence.go(2, "a", 10.0)
+    suspicion.enter(back_s)
+    for late_s in (0.0, TIMING.listens_s - 0.01):
+        assert not suspicion.judges(back_s + late_s)
+        assert suspicion.why_lost(heard(0.0), back_s + late_s) is None
+        assert not suspicion.has_gone(2, 0.0, back_s + late_s)
+    assert suspicion.why_lost(heard(0.0), back_s + TIMING.listens_s) == "token"
+
+
+def test_a_gap_that_is_no_longer_than_may_be_is_none() -> None:
+    suspicion = awake(2)
+    suspicion.enter(10.0 + TIMING.gap_s - 0.01)
+    assert suspicion.judges(10.0 + TIMING.gap_s)
+
+
+def test_a_robot_that_does_not_see_the_world_judges_nobody() -> None:
+    suspicion = awake(2)
+    suspicion.presence.go(0, "a", 9.0)
+    suspicion.presence.go(2, "a", 9.0)
+    assert suspicion.why_lost(heard(0.0), 10.0) is None
+
+
+# --- penalties --------------------------------------------------------------------------------------
+
+
+def test_a_robot_that_is_lost_again_and_again_is_left_out_until_its_penalty_has_decayed() -> None:
+    suspicion = awake(2)
+    suspicion.blame(2, 0.0)
+    assert suspicion.suppressed(0.0) == frozenset()
+    suspicion.blame(2, 1.0)
+    assert suspicion.suppressed(1.0) == {2}
+    assert suspicion.suppressed(1.0 + HALF_LIFE_S) == {2}
+    assert suspicion.suppressed(1.0 + 2.0 * HALF_LIFE_S) == frozenset()
+
+
+def test_two_losses_that_lie_far_apart_leave_nobody_out() -> None:
+    suspicion = awake(2)
+    suspicion.blame(2, 0.0)
+    suspicion.blame(2, 2.0 * HALF_LIFE_S)
+    assert suspicion.suppressed(2.0 * HALF_LIFE_S) == frozenset()
+
+
+def test_one_that_keeps_the_others_waiting_is_left_out_at_once() -> None:
+    suspicion = awake(2)
+    suspicion.blame(2, 0.0, penalty=2.0)
+    assert suspicion.suppressed(0.0) == {2}
+
+
+@given(st.lists(st.floats(0.0, 120.0), min_size=1, max_size=6), st.floats(0.0, 300.0))
+def test_a_penalty_halves_with_each_half_life_and_counts_between_its_two_limits(
+    at_s: list[float], later_s: float
+) -> None:
+    suspicion, value, suppressed, last_s = awake(2), 0.0, False, 0.0
+    for now_s in sorted(at_s):
+        value = 1.0 + value * 0.5 ** ((now_s - last_s) / HALF_LIFE_S)
+        suppressed, last_s = suppressed or value >= SUPPRESS, now_s
+        suspicion.blame(2, now_s)
+    now_s = last_s + later_s
+    left = value * 0.5 ** (later_s / HALF_LIFE_S)
+    if abs(left - REUSE) > 1e-6 and abs(value - SUPPRESS) > 1e-6:
+        assert (2 in suspicion.suppressed(now_s)) == (suppressed and left > REUSE)

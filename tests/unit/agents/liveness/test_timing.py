@@ -1,0 +1,47 @@
+"""The relations between the times of a fleet, by name: each holds, and each can be broken."""
+
+from dataclasses import replace
+
+import pytest
+
+from agents.liveness.timing import ODOMETRY_S, Timing
+from protocol.mission import Law
+from tests.support.stages.one_step import under
+
+FLEETS = (1, 5, 50, 1000, 2000)
+BREAKS = {
+    "three pings in a row are lost before a coordinator is": {"ping_s": 1.0},
+    "a robot that cannot hear the coordinator is left out before it raises": {"reports_s": 1.5},
+    "a report is tried several times before it is waited for in vain": {"report_s": 0.5},
+    "a put is seen before it is repeated": {"put_s": 0.9 * ODOMETRY_S},
+    "a stuck turn is taken back before the coordinator is given up": {"turn_s": 21.0},
+    "who has slept listens for longer than it slept": {"listens_s": 0.8},
+    "way is made before a strand goes on without others": {"makes_way_s": 15.0},
+    "a leader is tried after others were waited for": {"tries_s": 15.0},
+    "nobody is given up for a pause in which all wait": {"comes_back_s": 20.0},
+    "a raise is seen before most others are made": {"draws_s": 0.4 * ODOMETRY_S},
+}
+"""For each relation a time that breaks it, and no other relation."""
+
+
+@pytest.mark.parametrize("robots", FLEETS)
+def test_every_relation_holds_in_a_fleet_of_any_size(robots: int) -> None:
+    relations = Timing.of(under(Law.CERTIFIED, robots=robots)).relations()
+    assert [name for name, holds in relations.items() if not holds] == []
+
+
+@pytest.mark.parametrize("name", sorted(BREAKS))
+def test_a_timing_that_breaks_a_relation_is_seen(name: str) -> None:
+    broken = replace(Timing(), **BREAKS[name]).relations()
+    assert [each for each, holds in broken.items() if not holds] == [name]
+
+
+def test_every_relation_has_been_seen_broken() -> None:
+    assert set(Timing().relations()) == set(BREAKS)
+
+
+def test_a_coordinator_of_a_large_fleet_hears_no_more_than_some_hundred_reports_a_second() -> None:
+    for robots in FLEETS:
+        timing = Timing.of(under(Law.CERTIFIED, robots=robots))
+        assert robots / timing.ping_s <= 100.0 + 1e-9
+        assert robots / timing.report_s <= 500.0

@@ -1,0 +1,141 @@
+"""A robot that has stayed on a strand's path keeps its place there, corners included."""
+
+import pytest
+
+from agents.membership.places import COASTS_M, Berth, Places
+from protocol.fence import Epoch
+from protocol.frames import Point, Pose
+from protocol.path import Path
+from protocol.wire.view import FORMERS_MAX, LEG_CORNERS_MAX, Former
+
+CORNER = Point(x_m=2.0, y_m=0.0)
+EPOCH = Epoch(generation=3, robot=1, life=7)
+BEFORE = Epoch(generation=2, robot=2, life=8)
+
+
+def bend() -> Path:
+    """2 m to the right, then 2 m up."""
+    return Path([Point(x_m=0.0, y_m=0.0), CORNER, Point(x_m=2.0, y_m=2.0)])
+
+
+def left_at(progress_m: float, *, epoch: Epoch = EPOCH, rank: int = 1) -> Berth:
+    return Berth(epoch=epoch, rank=rank, progress_m=progress_m, path=bend())
+
+
+def at(x_m: float, y_m: float) -> Pose:
+    return Pose(x_m=x_m, y_m=y_m, heading_rad=0.0)
+
+
+def ahead_at(s_m: float, *, epoch: Epoch = EPOCH, rank: int = 0, draft: bool = False) -> tuple[Former, ...]:
+    return (Former(epoch=epoch, rank=rank, s_m=s_m, draft=draft),)
+
+
+# --- where it stands --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("stands", "s_m"),
+    [
+        (at(1.5, 0.0), 1.5),
+        (at(1.9, 0.0), 1.9),
+        (at(2.0, 0.3), 2.3),  # round the corner
+        (at(2.01, 0.3), 2.3),  # off the path by what a drive may be off
+        (at(1.2, 0.0), 1.5),  # nobody goes back
+        (at(2.0, 2.0), 1.5 + COASTS_M),  # nor further than it can have come
+    ],
+)
+def test_where_a_robot_stands_is_on_the_path_a_little_beyond_where_it_left_it(
+    stands: Pose, s_m: float
+) -> None:
+    former = left_at(1.5).former(stands)
+    assert (former.epoch, former.rank, former.draft) == (EPOCH, 1, False)
+    assert former.s_m == pytest.approx(s_m)
+
+
+def test_at_the_end_of_what_it_knows_of_the_path_it_stands_there() -> None:
+    assert left_at(4.0).former(at(2.0, 2.0)).s_m == 4.0
+
+
+@pytest.mark.parametrize(
+    ("from_m", "to_m", "corners"),
+    [(0.5, 1.5, ()), (0.5, 2.5, (CORNER,)), (2.0, 4.0, ()), (1.0, 2.0, ()), (1.0, 4.1, None)],
+)
+def test_the_way_to_the_robot_ahead_has_the_corners_between_the_two_if_it_is_known(
+    from_m: float, to_m: float, corners: tuple[Point, ...] | None
+) -> None:
+    assert left_at(from_m).leg(from_m, to_m) == corners
+
+
+def test_a_way_with_more_corners_than_can_be_told_is_none() -> None:
+    zigzag = Path(Point(x_m=float(n), y_m=float(n % 2)) for n in range(LEG_CORNERS_MAX + 3))
+    berth = Berth(epoch=EPOCH, rank=1, progress_m=0.0, path=zigzag)
+    assert berth.leg(0.0, zigzag[LEG_CORNERS_MAX + 1].s_m) is not None
+    assert berth.leg(0.0, zigzag[LEG_CORNERS_MAX + 2].s_m) is None
+
+
+# --- driven legs ------------------------------------------------------------------------------------
+
+
+def test_a_leg_is_driven_if_both_stand_on_one_path_one_behind_the_other() -> None:
+    places = Places((left_at(0.5),))
+    assert places.leg_to(ahead_at(3.0), at(0.5, 0.0)) == (CORNER,)
+
+
+@pytest.mark.parametrize(
+    "ahead",
+    [
+        ahead_at(3.0, epoch=BEFORE),  # V23: places on the paths of two epochs
+        ahead_at(3.0, epoch=Epoch(generation=3, robot=1, life=9)),  # of another life's epoch
+        ahead_at(3.0, rank=2),  # not the next ahead
+        ahead_at(0.4),  # behind it on the path
+        ahead_at(4.2),  # further than the robot knows the path
+        ahead_at(3.0, draft=True),  # nobody has driven to a place in a draft
+        (),
+    ],
+)
+def test_v23_a_leg_between_places_of_two_epochs_or_that_is_not_known_was_not_driven(
+    ahead: tuple[Former, ...],
+) -> None:
+    assert Places((left_at(0.5),)).leg_to(ahead, at(0.5, 0.0)) is None
+
+
+def test_a_leg_of_an_earlier_strand_counts_for_robots_that_have_not_moved_since() -> None:
+    places = Places((left_at(0.5, epoch=BEFORE),)).with_berth(left_at(0.5), moved=False)
+    assert places.leg_to(ahead_at(3.0, epoch=BEFORE), at(0.5, 0.0)) == (CORNER,)
+
+
+# --- which places it has ------------------------------------------------------------------------------
+
+
+def test_a_robot_that_has_moved_in_a_strand_has_left_its_older_places() -> None:
+    places = Places((left_at(0.5, epoch=BEFORE),))
+    assert [former.epoch for former in places.with_berth(left_at(1.0), moved=True).formers(at(1.0, 0.0))] == [
+        EPOCH
+    ]
+
+
+def test_no_more_places_are_told_than_a_report_holds() -> None:
+    places = Places()
+    for generation in range(6):
+        epoch = Epoch(generation=generation, robot=1, life=7)
+        places = places.with_berth(left_at(0.5, epoch=epoch), moved=False)
+    places = places.with_draft(EPOCH, 2)
+    told = places.formers(at(0.5, 0.0))
+    assert len(told) == FORMERS_MAX
+    assert [(former.epoch.generation, former.draft) for former in told] == [
+        (3, True),
+        (5, False),
+        (4, False),
+        (3, False),
+    ]
+
+
+def test_a_place_in_a_draft_is_kept_until_that_draft_has_it_no_more() -> None:
+    places = Places().with_draft(EPOCH, 2)
+    assert places.with_draft(BEFORE, None) == places, "another view tells nothing of it"
+    assert places.with_draft(EPOCH, None) == Places()
+    assert places.with_draft(EPOCH, 1).formers(at(0.0, 0.0))[0].rank == 1
+
+
+def test_a_strand_that_forms_ends_the_place_in_its_draft() -> None:
+    assert Places().with_draft(EPOCH, 2).with_berth(left_at(0.5), moved=False).draft is None
