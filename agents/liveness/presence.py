@@ -38,7 +38,6 @@ class Presence:
                 self.come(robot, incarnation, now_s)
             return
         self._newest = dict(shown)
-        self._came_s = dict.fromkeys(shown, now_s)
         self._tokens = {robot: (incarnation,) for robot, incarnation in shown.items()}
 
     def go(self, robot: int, incarnation: str, now_s: float) -> None:
