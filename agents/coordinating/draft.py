@@ -12,8 +12,8 @@ Rule 4: where that is in vain, others lead, the nearest to the goal first, so ma
         when others have been tried for long.
 Rule 5: robots that are left out and were there lately may stand in the way, and come back: they are waited
         for before anybody makes way, and for longer before the strand goes on.
-Rule 6: rules 3 to 5 do not hold for a robot that asks a strand to let it in: where it finds no way, the
-        strand goes on as it was.
+Rule 6: rules 3 to 5 do not hold for a robot that asks a strand on its way to let it in: where it finds no
+        way, the strand goes on as it was.
 """
 
 from collections.abc import Callable, Collection, Mapping
@@ -157,7 +157,8 @@ class Draft:
             places = places_of(reports)
             off_m = np.hypot(*(positions(places, free) - positions(places, self.strand[-1:])).T)
             return Give(free[int(np.argmin(off_m))])
-        if self.lets_in and self._stayed and set(self._stayed) <= set(self.strand):
+        goes_on = self.lets_in and not reports[self.strand[0]].arrived
+        if goes_on and self._stayed and set(self._stayed) <= set(self.strand):
             return Done()
         return self._give_up(reports, waiting, now_s, others_may_come_back=others_may_come_back)
 
