@@ -8,8 +8,8 @@ Rule 3: where nobody finds a way, the last in place makes way, once: it gives it
         after the others. A leader that stands alone takes one step to where others can come.
 Rule 4: where that is in vain, others lead, the nearest to the goal first, so many at most; at once, if all
         robots are there and the one that would lead stands in front and finds no way. Then those in place go
-        on without the others. They do at once if they are several and nobody is nearer to the goal, and
-        when others have been tried for long.
+        on without the others. On their way they do at once, if they are several and nobody is nearer to the
+        goal; else when others have been tried for long.
 Rule 5: robots that are left out and were there lately may stand in the way, and come back: they are waited
         for before anybody makes way, and for longer before the strand goes on.
 Rule 6: rules 3 to 5 do not hold for a robot that asks a strand on its way to let it in: where it finds no
@@ -184,7 +184,8 @@ class Draft:
             return self._make_way()
         goal = self.mission.goal
         leads_best = goal is not None and nearest_to(goal, places) == self.strand[0]
-        if self._is_last_try or (leads_best and len(self.strand) > 1):
+        has_arrived = reports[self.strand[0]].arrived
+        if self._is_last_try or (leads_best and len(self.strand) > 1 and not has_arrived):
             return Done()
         tried_s = now_s - self._stuck_at_s
         if tried_s <= self.timing.tries_s and self._may_try_another(places):
