@@ -1,5 +1,6 @@
 """What a bound robot reports, and how it answers questions."""
 
+import itertools
 from dataclasses import dataclass, field
 
 from msgspec.structs import replace
@@ -90,7 +91,7 @@ def test_a_report_goes_to_the_coordinator_and_is_repeated_until_it_is_answered_a
     assert [each.robot for each in bound.at(0.1) if isinstance(each, Say)] == [EPOCH.robot]
     bound.answered(0.15, first.number)
     times = [tenth / 10 for tenth in range(2, 32) if reports(bound.at(tenth / 10))]
-    gaps_s = {round(after - before, 6) for before, after in zip(times, times[1:], strict=False)}
+    gaps_s = {round(after - before, 6) for before, after in itertools.pairwise(times)}
     assert gaps_s == {TIMING.ping_s}
 
 
