@@ -4,17 +4,19 @@ from msgspec.structs import replace
 
 from agents.events import LinkHeard
 from agents.strand.strand import Strand
-from protocol.path import Path
+from protocol.frames import Point
 from tests.support.stages.strand_stage import (
     HEARTBEAT_S,
     KEEP_M,
     MISSION,
+    ORDER,
     PLACES,
     ahead,
     behind,
     leading,
     own,
     place,
+    queue_path,
     queued,
 )
 
@@ -39,16 +41,15 @@ def test_v22_a_body_right_behind_is_a_robot_of_the_strand_only_where_the_one_beh
 def test_of_the_robot_ahead_hits_count_from_where_it_was_last_heard_on() -> None:
     strand = place(2)  # at x = 2 m, between robot 3 at 3 m and robot 1 at 1 m
     assert spans(strand, 0.1)[1] == (3.0, 3.0)
-    longer = Path(strand.path)
-    assert longer.end_m == 2.0
-    strand.hear(LinkHeard(3, 1, ahead(progress_m=2.0)), 0.1)
-    assert spans(strand, 0.1)[1] == (3.0, 3.0)
+    strand.path.extend(Point(x_m=7.0, y_m=0.0))
+    assert spans(strand, 0.1)[1] == (3.0, 7.0)
+    strand.hear(LinkHeard(3, 1, ahead(progress_m=4.0)), 0.1)
+    assert spans(strand, 0.1)[1] == (5.0, 7.0)
 
 
 def test_v9_where_obstacles_move_a_silent_neighbour_is_taken_out_of_no_scan() -> None:
     told = queued(2)
-    path = Path(list(told.path))
-    strand = Strand(2, told, path, MOVING, 0.0)
+    strand = Strand(2, told, queue_path(ORDER, PLACES), MOVING, 0.0)
     strand.hear(LinkHeard(3, 1, ahead(t_s=0.1)), 0.1)
     assert (PLACES[3].x_m, PLACES[3].x_m) in spans(strand, 0.1 + 2.0 * HEARTBEAT_S)
     assert (PLACES[3].x_m, PLACES[3].x_m) not in spans(strand, 0.11 + 2.0 * HEARTBEAT_S)
