@@ -4,6 +4,7 @@ The stage asks after every step for F1 to F4 and S1 to S3, so a schedule that br
 """
 
 from enum import Enum
+from typing import NamedTuple
 
 import pytest
 from hypothesis import given, settings
@@ -34,6 +35,14 @@ class Fate(Enum):
     LATER = "later"
 
 
+class Victim(Enum):
+    """Whose process dies."""
+
+    NAMED = "named"  # the robot that has the turn
+    COORDINATOR = "coordinator"
+    LAST = "last"  # the tail, or one that has to join
+
+
 fates = st.sampled_from([Fate.ARRIVE] * 4 + [Fate.LOSE, Fate.REPEAT, Fate.LATER])
 
 
@@ -42,13 +51,40 @@ def of_a_view(post: Post) -> bool:
     return isinstance(post.thing, VIEW)
 
 
-def play(stage: ViewStage, data: st.DataObject, *, crash_at: int | None, robot: int, again: bool) -> None:
-    """Let letters of views meet their fates; a robot may crash at some step, and be started again."""
-    for step in range(STEPS_MAX):
-        if step == crash_at:
-            stage.kill(robot)
-            if again:
-                stage.start(robot)
+class Crash(NamedTuple):
+    """A process dies after so many steps of the kind, and may be started again."""
+
+    victim: Victim
+    after: int
+    again: bool
+
+    def strikes(self, stage: ViewStage) -> int:
+        """Who dies if it is time; 0: nobody can."""
+        fence = stage.fence
+        match self.victim:
+            case Victim.NAMED:
+                return fence.robot if fence.may is May.ONE else 0
+            case Victim.COORDINATOR:
+                return fence.epoch.robot
+            case Victim.LAST:
+                return stage.robots[-1]
+
+
+crashes = st.one_of(
+    st.none(), st.builds(Crash, st.sampled_from(Victim), st.integers(0, STEPS_MAX // 2), st.booleans())
+)
+
+
+def play(stage: ViewStage, data: st.DataObject, crash: Crash | None) -> None:
+    """Let letters of views meet their fates; a robot may crash."""
+    ripe = 0
+    for _ in range(STEPS_MAX):
+        victim = 0 if crash is None else crash.strikes(stage)
+        ripe += bool(victim)
+        if crash is not None and victim and ripe == crash.after + 1:
+            stage.kill(victim)
+            if crash.again:
+                stage.start(victim)
         if stage.mail and of_a_view(stage.mail[0]):
             fate = data.draw(fates)
             post = stage.mail[0]
@@ -79,21 +115,14 @@ def assert_one_moves_at_most(stage: ViewStage) -> None:
 @settings(max_examples=40, deadline=None)
 @given(
     data=st.data(),
-    places=st.sampled_from([QUEUE, SCATTERED]),
-    crash_at=st.one_of(st.none(), st.integers(0, STEPS_MAX - 1)),
-    robot=st.integers(1, 3),
-    again=st.booleans(),
+    places=st.sampled_from([QUEUE, SCATTERED, SCATTERED]),
+    crash=crashes,
 )
 def test_whatever_becomes_of_the_letters_of_views_one_fence_says_who_moves_and_a_strand_forms_in_the_end(
-    data: st.DataObject,
-    places: Places,
-    crash_at: int | None,
-    robot: int,
-    *,
-    again: bool,
+    data: st.DataObject, places: Places, crash: Crash | None
 ) -> None:
     stage = ViewStage.begun(places)
-    play(stage, data, crash_at=crash_at, robot=robot, again=again)
+    play(stage, data, crash)
     stage.run(lambda: stage.fence.may is May.ALL, s_max=SETTLES_S)
 
     # Formations of one epoch are equal byte for byte.
