@@ -217,8 +217,7 @@ class Draft:
         """Who would lead the next order and stands in front: nearer to the goal than the leader of this."""
         if self.mission.goal is None or not self._may_try_another(places):
             return None
-        led = self._next_led()
-        waiting = {robot: pose for robot, pose in places.items() if robot not in led}
+        waiting = {robot: pose for robot, pose in places.items() if robot not in self.led}
         nearest = nearest_to(self.mission.goal, waiting or places)
         return None if nearest == self.order[0] else nearest
 
