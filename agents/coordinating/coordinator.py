@@ -3,11 +3,13 @@
 Rule 1: it puts the next turn only when its own odometry has told this one, and one content for each (F4).
 Rule 2: a formation is made once, from places that each were read from an odometry of a later turn than the
         last one that was put for that robot. After that it puts nothing but ALL.
-Rule 3: a robot that is lost before that is dropped, and the draft begins again with those in place.
+Rule 3: a robot that is lost before that is dropped, and the draft begins again with those in place: when
+        nobody has a turn any more, and all places are newer than all turns. Else what robots see of their
+        legs may be of where a robot stood before its turn.
 Rule 4: it goes by phases (`agents.coordinating.phases`).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from agents.commands import Command, Note, Say
 from agents.coordinating.agreeing import Agreement, Intent, newest_map
@@ -69,9 +71,11 @@ class Coordinator:
 
     def hear(self, robot: int, report: Report, now_s: float) -> None:
         """Take in a report; it is answered at the next `act`, whatever it says."""
+        known = self._reports.get(robot)
+        if known is not None and known.life != report.life and report.turn < known.turn:
+            return  # it is of an older life, and comes late
         self._due.add(robot)
         self._heard_s[robot], self._said[robot] = now_s, report
-        known = self._reports.get(robot)
         if self.phase is Phase.FORMED or robot in self._suspicion.suppressed(now_s):
             return
         if known is not None and known.life == report.life and known.number >= report.number:
@@ -104,6 +108,12 @@ class Coordinator:
         self._drop_lost(now_s)
         if self._robot not in self._reports:
             return commands
+        if self.phase is Phase.GATHERING and fence.may is May.ONE:
+            return self._turns.put(fence, now_s, may=May.NOBODY)  # nobody drives while a draft begins
+        if self.phase is Phase.GATHERING:
+            self._drop_silent(now_s)
+            if self._waits_for_places(self._reports):
+                return commands
         if self.phase is Phase.GATHERING and not self._expects(now_s):
             plan = self._agreement.turned(self._reports, turn=fence.turn + 1)
             if plan is not None and self._turns.newest is None:
@@ -213,10 +223,8 @@ class Coordinator:
         assert draft is not None
         if fence.may is May.ONE:
             return self._turns.put(fence, now_s, may=May.NOBODY)
-        for robot in draft.strand:
-            if self._reports[robot].turn <= self._turns.put_for(robot) > 0:
-                self._due.add(robot)
-                return []
+        if self._waits_for_places(draft.strand):
+            return []
         if not self._has_map(draft.strand[0], now_s):
             return []
         driven = frozenset(draft.driven)
@@ -227,6 +235,22 @@ class Coordinator:
             if robot not in plan.order
         ]
         return stranded + self._make(plan, fence, now_s)
+
+    def _old(self, robots: Iterable[int]) -> set[int]:
+        """The robots of these whose place may be older than their own last turn."""
+        return {robot for robot in robots if self._reports[robot].turn <= self._turns.put_for(robot) > 0}
+
+    def _waits_for_places(self, robots: Iterable[int]) -> bool:
+        """Whether the place of one of these may be old; each such one is asked."""
+        old = self._old(robots)
+        self._due |= old
+        return bool(old)
+
+    def _drop_silent(self, now_s: float) -> None:
+        """A draft does not wait for long for the place of a robot that is not heard."""
+        for robot in self._old(self._reports.keys() - {self._robot}):
+            if now_s - self._heard_s[robot] > self._timing.coordinator_s:
+                self._drop(robot)
 
     def _make(self, plan: Plan, fence: Fence, now_s: float) -> list[Command]:
         self._enter(Phase.FORMED)
