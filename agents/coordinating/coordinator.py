@@ -110,10 +110,6 @@ class Coordinator:
             return commands
         if self.phase is Phase.GATHERING and fence.may is May.ONE:
             return self._turns.put(fence, now_s, may=May.NOBODY)  # nobody drives while a draft begins
-        if self.phase is Phase.GATHERING:
-            self._drop_silent(now_s)
-            if self._waits_for_places(self._reports):
-                return commands
         if self.phase is Phase.GATHERING and not self._expects(now_s):
             plan = self._agreement.turned(self._reports, turn=fence.turn + 1)
             if plan is not None and self._turns.newest is None:
@@ -134,7 +130,10 @@ class Coordinator:
         return commands
 
     def _expects(self, now_s: float) -> bool:
-        """Whether robots that show a token have not reported yet, and are still waited for."""
+        """Whether robots are still waited for: their reports, or newer ones than their own last turns."""
+        self._drop_silent(now_s)
+        if self._waits_for_places(self._reports):
+            return True
         if now_s - self._began_s > self._timing.reports_s:
             return False
         showing = self._suspicion.presence.robots | {self._robot}

@@ -11,6 +11,7 @@ from agents.coordinating.coordinator import Coordinator
 from agents.coordinating.phases import Phase
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
+from clew.explore.moments import WORLD
 from clew.explore.setting import SCATTERED
 from protocol.fence import Cause, Epoch, Fence, May, Turn
 from protocol.files.reading import understand
@@ -21,7 +22,7 @@ from protocol.wire.messages import Drive, Odometry
 from protocol.wire.messages import Phase as RunPhase
 from protocol.wire.view import Answer, Counters, Former, Look, Report
 from tests.support.stages.one_step import under
-from tests.support.stages.view_stage import WORLD, Post, ViewStage, of
+from tests.support.stages.view_stage import Post, ViewStage, of
 from tests.unit.agents.conversations.test_turns import in_turn
 from world.scenario.scenario import Scenario
 
