@@ -18,7 +18,7 @@ from protocol.files.reading import understand
 from protocol.frames import Point, Pose
 from protocol.mission import Law
 from protocol.timeline import StrandFormed
-from protocol.wire.messages import Drive, Odometry
+from protocol.wire.messages import Drive, Odometry, Scan
 from protocol.wire.messages import Phase as RunPhase
 from protocol.wire.view import Answer, Counters, Former, Look, Report
 from tests.support.stages.one_step import under
@@ -209,6 +209,17 @@ def test_a_robot_that_has_the_turn_twice_and_misses_what_was_between_drives_in_t
     stage.run(lambda: stage.fence.may is May.ALL, s_max=5.0)
     assert stage.formed is not None
     assert 3 in stage.formed.order
+
+
+def test_a_coordinator_that_could_not_use_its_own_turn_uses_the_next_one() -> None:
+    """Its own turn is followed by its own turn: before the mend nobody moved for 300 s."""
+    stage = in_turn(3, 3, SCATTERED)
+    stage.lose(of(Scan, receiver=3))
+    stage.lose(lambda post: of(Drive, sender=3)(post) and post.thing.target is not None)
+    stage.run(lambda: stage.fence.turn == 2)
+    assert (stage.fence.may, stage.fence.robot) == (May.ONE, 3)
+    stage.heal()
+    stage.run(lambda: stage.fence.may is May.ALL, s_max=15.0)
 
 
 def test_a_late_report_of_a_robots_older_life_replaces_no_newer_one() -> None:
