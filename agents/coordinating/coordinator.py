@@ -3,10 +3,10 @@
 Rule 1: it puts the next turn only when its own odometry has told this one, and one content for each (F4).
 Rule 2: a formation is made once, from places that each were read from an odometry of a later turn than the
         last one that was put for that robot. After that it puts nothing but ALL.
-Rule 3: a robot that is lost before that is dropped, and the draft begins again with those in place; so it does
-        between two turns when another robot has reported. It begins when nobody has a turn any more, and all
-        places are newer than all turns. Else what robots see of their legs may be of where a robot stood
-        before its turn.
+Rule 3: a robot that is lost before that is dropped, and the draft begins again with those in place; it does
+        so, too, when another robot has reported. It begins when nobody has a turn any more, and all places
+        are newer than all turns. Else what robots see of their legs may be of where a robot stood before its
+        turn.
 Rule 4: it goes by phases (`agents.coordinating.phases`).
 """
 

@@ -115,6 +115,7 @@ class Fleet:
             timing=timing,
             suspicion=self.suspicion,
             intent=Intent(Cause.NO_WAY, 2),
+            neighbours={},
             now_s=0.0,
         )
         led = Counters(led_in_vain=(1, 3))
