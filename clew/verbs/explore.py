@@ -42,10 +42,11 @@ def explore_verb(
 ) -> None:
     """Try every schedule with few faults, on the real cores, in a small world without noise.
 
-    Messages are delivered in order and at once; each lost, late or repeated message, each kill, cut and restart
-    is one fault. The verb explores without faults, then with one, and so on, and says what was covered. It exits
-    with 1 when a promise is broken, and prints a schedule with as few faults as possible. With --without a rule
-    is removed first, in the setting that shows it; then it exits with 1 if nothing breaks.
+    By default messages are delivered in order and at once. Each lost, late or repeated message, each kill,
+    cut and restart is one fault. The verb explores without faults, then with one, and so on, and says what
+    was covered. It exits with 1 when a promise is broken, and prints a schedule with as few faults as
+    possible. With --without a rule is removed first, in the setting that shows it; then it exits with 1 if
+    nothing breaks.
     """
     if rule is not None:
         chosen, rounds = RULES[rule].setting, explore_without(rule, seconds)
