@@ -7,14 +7,14 @@ from clew.explore.explore import Round, explore, story
 from clew.explore.search import Ended
 from clew.explore.setting import SETTINGS, Setting, adjusted
 from clew.explore.without import RULES, explore_without
-from clew.verbs.options import AS_JSON, Word
+from clew.verbs.options import AS_JSON, Word, robots_option
 from clew.verbs.say import console, say_json, warn
 from protocol.exit_codes import ExitCode
 
 
 @click.command("explore")
 @click.argument("setting", type=Word(list(SETTINGS)), default="start")
-@click.option("--robots", type=click.IntRange(2, 3), help="Number of robots, instead of the setting's.")
+@robots_option("Number of robots, at most the setting's.")
 @click.option(
     "--faults", type=click.IntRange(0, 4), help="Explore all schedules with so many faults at most."
 )
@@ -25,7 +25,13 @@ from protocol.exit_codes import ExitCode
 )
 @click.option("--skip", type=click.IntRange(0, 10_000), help="Faults strike after so many messages.")
 @click.option("--without", "rule", type=Word(list(RULES)), help="Remove this rule from a copy of the source.")
-@click.option("--seconds", type=click.FloatRange(0.0, min_open=True), default=60.0, show_default=True)
+@click.option(
+    "--seconds",
+    type=click.FloatRange(0.0, min_open=True),
+    default=60.0,
+    show_default=True,
+    help="CPU time for all of it.",
+)
 @AS_JSON
 @click.pass_context
 def explore_verb(
