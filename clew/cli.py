@@ -17,6 +17,7 @@ from clew.verbs.bench_healing import healing
 from clew.verbs.bench_loss import loss
 from clew.verbs.campaign import campaign
 from clew.verbs.chaos import chaos
+from clew.verbs.explore import explore_verb
 from clew.verbs.fault import fault
 from clew.verbs.field import field
 from clew.verbs.figures import figures
@@ -52,6 +53,7 @@ SECTIONS = {
         shrink_verb,
         chaos,
         mutants,
+        explore_verb,
         bench,
         field,
     ),

@@ -8,12 +8,12 @@ Rule 3: where nobody finds a way, the last in place makes way, once: it gives it
         after the others. A leader that stands alone takes one step to where others can come.
 Rule 4: where that is in vain, others lead, the nearest to the goal first, so many at most; at once, if all
         robots are there and the one that would lead stands in front and finds no way. Then those in place go
-        on without the others. They do at once if they are several and nobody is nearer to the goal, and
-        when others have been tried for long.
+        on without the others. On their way they do at once, if they are several and nobody is nearer to the
+        goal; else when others have been tried for long.
 Rule 5: robots that are left out and were there lately may stand in the way, and come back: they are waited
         for before anybody makes way, and for longer before the strand goes on.
-Rule 6: rules 3 to 5 do not hold for a robot that asks a strand to let it in: where it finds no way, the
-        strand goes on as it was.
+Rule 6: rules 3 to 5 do not hold for a robot that asks a strand on its way to let it in: where it finds no
+        way, the strand goes on as it was.
 """
 
 from collections.abc import Callable, Collection, Mapping
@@ -157,7 +157,8 @@ class Draft:
             places = places_of(reports)
             off_m = np.hypot(*(positions(places, free) - positions(places, self.strand[-1:])).T)
             return Give(free[int(np.argmin(off_m))])
-        if self.lets_in and self._stayed and set(self._stayed) <= set(self.strand):
+        goes_on = self.lets_in and not reports[self.strand[0]].arrived
+        if goes_on and self._stayed and set(self._stayed) <= set(self.strand):
             return Done()
         return self._give_up(reports, waiting, now_s, others_may_come_back=others_may_come_back)
 
@@ -183,7 +184,8 @@ class Draft:
             return self._make_way()
         goal = self.mission.goal
         leads_best = goal is not None and nearest_to(goal, places) == self.strand[0]
-        if self._is_last_try or (leads_best and len(self.strand) > 1):
+        has_arrived = reports[self.strand[0]].arrived
+        if self._is_last_try or (leads_best and len(self.strand) > 1 and not has_arrived):
             return Done()
         tried_s = now_s - self._stuck_at_s
         if tried_s <= self.timing.tries_s and self._may_try_another(places):
@@ -215,8 +217,7 @@ class Draft:
         """Who would lead the next order and stands in front: nearer to the goal than the leader of this."""
         if self.mission.goal is None or not self._may_try_another(places):
             return None
-        led = self._next_led()
-        waiting = {robot: pose for robot, pose in places.items() if robot not in led}
+        waiting = {robot: pose for robot, pose in places.items() if robot not in self.led}
         nearest = nearest_to(self.mission.goal, waiting or places)
         return None if nearest == self.order[0] else nearest
 

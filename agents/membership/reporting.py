@@ -105,7 +105,8 @@ class Reporter:
     @property
     def _every_s(self) -> float:
         assert self._said is not None
-        waits = self._answered < self._said.number or self._is_named
+        is_answered = self._answered >= self._said.number and self._waits_since_s is None
+        waits = self._is_named or not is_answered
         return self.timing.report_s if waits else self.timing.ping_s
 
     def be_named(self, *, named: bool) -> None:

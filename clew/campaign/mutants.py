@@ -111,7 +111,7 @@ def by(outcome: Outcome) -> str:
 def outcomes_in(folder: Path, worker: str, first: int, last: int) -> Iterator[Outcome]:
     """The outcomes of these seeds with the source in the folder, as this module there plays them."""
     command = [sys.executable, "-m", worker, str(first), str(last)]
-    with _started(command, folder) as process:
+    with started(command, folder) as process:
         assert process.stdout is not None, "opened as a pipe"
         for line in process.stdout:
             yield msgspec.json.decode(line, type=Outcome)
@@ -122,7 +122,7 @@ def outcomes_in(folder: Path, worker: str, first: int, last: int) -> Iterator[Ou
 
 
 @contextmanager
-def _started(command: Sequence[str], folder: Path) -> Iterator["subprocess.Popen[bytes]"]:
+def started(command: Sequence[str], folder: Path) -> Iterator["subprocess.Popen[bytes]"]:
     environment = {**os.environ, "PYTHONPATH": str(folder), "OPENBLAS_NUM_THREADS": "1"}
     process = subprocess.Popen(  # noqa: S603 - our own interpreter on our own module
         command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE

@@ -7,6 +7,8 @@ import traceback
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol, assert_never, get_args
 
+from msgspec import Struct
+
 from agents.commands import AskScan, Order, Put, Say, Tell
 from agents.commands import Command as RobotCommand
 from agents.commands import Note as RobotNote
@@ -38,17 +40,17 @@ class Core(Protocol):
         ...
 
 
-class Start(NamedTuple):
+class Start(Struct, frozen=True):
     """The start of a robot's process, as a letter to it."""
 
     robot: int
 
 
-class Tick(NamedTuple):
+class Tick(Struct, frozen=True):
     """Time goes on until the world tells odometry."""
 
 
-class Restart(NamedTuple):
+class Restart(Struct, frozen=True):
     """The world is killed and started again."""
 
 

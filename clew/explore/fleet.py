@@ -15,13 +15,13 @@ from agents.events import TokenWent as TokenMissed
 from agents.robot import Robot
 from clew.explore.cores import Cores, Restart, RobotStep, Start, Thing, Tick, WorldStep
 from clew.explore.explorable import Breach, Fault, Rank
-from clew.explore.judge import judge_member, judge_order, judge_piece, judge_places
+from clew.explore.judge import judge_member, judge_order, judge_piece, judge_places, judge_plan
 from clew.explore.moments import WORLD, Letter, Moment, Process
 from clew.explore.setting import NEVER_TICKS, Kind, Setting
 from protocol.fence import Fence, May
 from protocol.keys import robot_name
-from protocol.timeline import StrandFormed
-from protocol.wire.messages import Odometry, Phase
+from protocol.timeline import StepPlanned, StrandFormed
+from protocol.wire.messages import Odometry, Phase, Scan
 from world.bodies.arena import TICK_S
 from world.core import World
 from world.events import TokenCame, TokenWent
@@ -225,10 +225,15 @@ class Fleet:
             if thing.t_s < process.now_s or thing.phase is not Phase.RUNNING:
                 return state  # its shell drops older odometry
             process = self._told(process, thing, state.ticks)
+        if isinstance(thing, Scan):
+            process = process._replace(seen=letter.thing)
         step = self.cores.robot_step(process.core, letter, process.now_s)
         told = None if process.told < 0 else self.cores.fences[process.told]
         for order in step.orders:
             judge_order(robot, process.life, order, told)
+        for note in step.notes:
+            if isinstance(note, StepPlanned):
+                judge_plan(robot, None if process.seen < 0 else self.cores.things[process.seen], told)
         state = self._with_formation(state, step)
         first = process.numbered
         sent = [

@@ -10,6 +10,7 @@ F3: the fence goes on by the next turn of its coordinator, or to the next genera
     Before ALL it names one robot at most, and ALL is the last.
 F4: an epoch has one formation. When its ALL is taken, all members stand where it says. Under ALL only they drive,
     in the lives that it names.
+F6 (a): what a robot has seen last when it plans a step was taken under the fence that its odometry tells.
 
 Nothing here uses the code that keeps the rules: a bug there cannot hide itself.
 """
@@ -26,7 +27,7 @@ from protocol.fence import Fence, May
 from protocol.frames import Pose
 from protocol.path import Path
 from protocol.timeline import OrderAccepted, PromiseBroken, Record, StrandFormed
-from protocol.wire.messages import Drive
+from protocol.wire.messages import Drive, Scan
 from protocol.wire.view import Formation
 from world.core import World
 
@@ -130,6 +131,18 @@ def judge_order(robot: int, life: int, order: Drive, told: Fence | None) -> None
     if bearing.life != life:
         raise Breach("F2", f"robot {robot} orders motion in life {bearing.life:x}, its own is {life:x}")
     _judge_named("F2", robot, life, told)
+
+
+def judge_plan(robot: int, seen: Scan | None, told: Fence | None) -> None:
+    """F6 (a), for a robot that plans a step: what it has seen last."""
+    if seen is None or told is None:
+        raise Breach("F6", f"robot {robot} plans a step and has seen nothing")
+    first = (seen.fence.epoch, seen.fence.turn, told.turn, told.may) == (told.epoch, 0, 1, May.ALL)
+    if (seen.fence.epoch, seen.fence.turn) != (told.epoch, told.turn) and not first:
+        raise Breach(
+            "F6",
+            f"robot {robot} plans under {_said(told)} with a scan that was taken under {_said(seen.fence)}",
+        )
 
 
 def judge_piece(piece: Formation, member: int, formed: StrandFormed | None) -> None:

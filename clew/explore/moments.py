@@ -31,6 +31,8 @@ class Process(NamedTuple):
     """The number of the newest fence that its odometry has told; -1: none."""
     told_n: int = -1
     """The number of that odometry."""
+    seen: int = -1
+    """The number of the newest scan that it has heard; -1: none."""
     numbered: int = 0
     """The number of its next message, at the least; see rule 4 of `clew.explore.fleet`."""
 

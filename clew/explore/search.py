@@ -155,6 +155,14 @@ class Exploration(Generic[State]):
         )
 
 
+def at_once(breach: Breach) -> Explored:
+    """The result where a promise breaks before there is anything to explore."""
+    broken = Broken(promise=breach.promise, why=breach.why, strikes=())
+    return Explored(
+        faults=0, ended=Ended.BREACH, states=0, transitions=0, depth=0, schedules=(), broken=broken
+    )
+
+
 def _in_order(strikes: _Chain | None) -> tuple[Strike, ...]:
     listed: list[Strike] = []
     while strikes is not None:

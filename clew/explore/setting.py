@@ -4,6 +4,7 @@ from enum import StrEnum
 from typing import Any
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from clew.explore.explorable import Fault
 from protocol.files.reading import understand
@@ -43,6 +44,8 @@ class Setting(Struct, frozen=True, kw_only=True):
     """And after so many letters more."""
     deliveries: int = 20
     """It is open for as long as so many letters take without faults."""
+    faults: int = 2
+    """How many faults a schedule has at most, unless somebody asks for more."""
     settle_ticks: int = 3 * TICKS_PER_S
     """How long the fleet goes on after that."""
     kinds: tuple[Kind, ...] = tuple(Kind)
@@ -79,6 +82,18 @@ class Setting(Struct, frozen=True, kw_only=True):
             ],
         }
         return understand(raw, Scenario, self.name)
+
+
+def adjusted(
+    setting: Setting, *, robots: int | None = None, deliveries: int | None = None, skips: int | None = None
+) -> Setting:
+    """The setting with other bounds."""
+    return replace(
+        setting,
+        places=setting.places[:robots],
+        deliveries=setting.deliveries if deliveries is None else deliveries,
+        skips=setting.skips if skips is None else skips,
+    )
 
 
 QUEUE = ((1.2, 1.5, 0.0), (0.85, 1.5, 0.0), (0.5, 1.5, 0.0))

@@ -9,29 +9,16 @@ PASSAGE_M = 2.4  # the queue of eight robots is 2.1 m long
 ROOM_M = 2.0
 
 
-def passage(robots: int, *, is_walled_up: bool = False) -> Scenario:
-    """All robots queue in the room on the left; the passage begins at x = 0, the goal is in the room beyond.
-
-    Args:
-        robots: how many.
-        is_walled_up: whether the room beyond is closed off from the goal, behind the first metre of it.
-    """
+def passage(robots: int) -> Scenario:
+    """All robots queue in the room on the left; the passage begins at x = 0, the goal is in the room beyond."""
     queue_m = SPACING_M * robots
     left = shapely.box(-queue_m - 1.0, -1.0, 0.0, 1.0)
     right = shapely.box(PASSAGE_M, -1.0, PASSAGE_M + ROOM_M + queue_m, 1.0)
     free = shapely.union_all([left, right, corridors([(-0.1, 0.0), (PASSAGE_M + 0.1, 0.0)])])
-    goal_x_m = PASSAGE_M + ROOM_M + queue_m - 1.0
-    if is_walled_up:
-        free = free.difference(shapely.box(PASSAGE_M + 1.0, -1.0, PASSAGE_M + 1.1, 1.0))
     return scene(
-        walls_round(free) if not is_walled_up else walls_round(max(shapely.get_parts(free), key=holds_start)),
+        walls_round(free),
         robots=robots,
         start=(-0.4, 0.0, 0.0),
-        goal=(goal_x_m, 0.0),
+        goal=(PASSAGE_M + ROOM_M + queue_m - 1.0, 0.0),
         time_s_max=300.0,
     )
-
-
-def holds_start(ground: shapely.Geometry) -> bool:
-    """Whether the robots start on this ground."""
-    return bool(ground.contains(shapely.Point(-0.4, 0.0)))

@@ -35,9 +35,7 @@ def test_v15_a_world_that_is_started_again_raises_the_fence_before_it_obeys_anyt
     stage = ViewStage.driving()
     stage.run(lambda: stage.moving() == {1, 2, 3})
     before = stage.fence
-    orders = [
-        stage.sent(lambda post, r=robot: moves(post) and post.sender == r)[-1] for robot in stage.robots
-    ]
+    orders = [[post for post in stage.sent(moves) if post.sender == robot][-1] for robot in stage.robots]
     stage.resume_world()
     epoch = stage.fence.epoch
     assert (epoch.generation, epoch.robot, stage.fence.may) == (2, 0, May.NOBODY)

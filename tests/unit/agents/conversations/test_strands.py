@@ -8,6 +8,7 @@ from msgspec.structs import replace
 from agents.membership.states import State
 from clew.explore.setting import SCATTERED, Setting
 from protocol.fence import Cause, Epoch, May, Raise
+from protocol.frames import Pose
 from protocol.timeline import FenceChanged, RobotHeld, SegmentChecked, ViewProposed
 from protocol.wire.messages import AheadState, BehindState, Drive, Odometry
 from protocol.wire.view import Answer, Formation, Report
@@ -159,7 +160,7 @@ def test_v13_robots_that_are_left_out_are_passed_at_the_greater_of_epsilon_and_t
     assert passed_m >= keep_m - scenario.law.mu0_m
 
 
-def _samples(stage: ViewStage, robot: int) -> list[Odometry]:
+def _samples(stage: ViewStage, robot: int) -> list[Pose]:
     return [post.thing.pose for post in stage.sent(of(Odometry, receiver=robot))]
 
 

@@ -1,0 +1,98 @@
+"""`clew explore`: every schedule with few faults, of the cores that ship, in a small world."""
+
+import click
+from rich.table import Table
+
+from clew.explore.explore import Round, explore, story
+from clew.explore.search import Ended
+from clew.explore.setting import SETTINGS, Setting, adjusted
+from clew.explore.without import RULES, explore_without
+from clew.verbs.options import AS_JSON, Word
+from clew.verbs.say import console, say_json, warn
+from protocol.exit_codes import ExitCode
+
+
+@click.command("explore")
+@click.argument("setting", type=Word(list(SETTINGS)), default="start")
+@click.option("--robots", type=click.IntRange(2, 3), help="Number of robots, instead of the setting's.")
+@click.option(
+    "--faults", type=click.IntRange(0, 4), help="Explore all schedules with so many faults at most."
+)
+@click.option(
+    "--deliveries",
+    type=click.IntRange(1, 10_000),
+    help="Faults strike while so many messages are delivered, counted without faults.",
+)
+@click.option("--skip", type=click.IntRange(0, 10_000), help="Faults strike after so many messages.")
+@click.option("--without", "rule", type=Word(list(RULES)), help="Remove this rule from a copy of the source.")
+@click.option("--seconds", type=click.FloatRange(0.0, min_open=True), default=60.0, show_default=True)
+@AS_JSON
+@click.pass_context
+def explore_verb(
+    ctx: click.Context,
+    setting: str,
+    *,
+    robots: int | None,
+    faults: int | None,
+    deliveries: int | None,
+    skip: int | None,
+    rule: str | None,
+    seconds: float,
+    as_json: bool,
+) -> None:
+    """Try every schedule with few faults, on the real cores, in a small world without noise.
+
+    Messages are delivered in order and at once; each lost, late or repeated message, each kill, cut and restart
+    is one fault. The verb explores without faults, then with one, and so on, and says what was covered. It exits
+    with 1 when a promise is broken, and prints a schedule with as few faults as possible. With --without a rule
+    is removed first, in the setting that shows it; then it exits with 1 if nothing breaks.
+    """
+    if rule is not None:
+        chosen, rounds = RULES[rule].setting, explore_without(rule, seconds)
+    else:
+        chosen = adjusted(SETTINGS[setting], robots=robots, deliveries=deliveries, skips=skip)
+        rounds = explore(chosen, chosen.faults if faults is None else faults, seconds)
+    done: list[Round] = []
+    for each in rounds:
+        done.append(each)
+        warn(f"explore: {_sentence(each)}")
+    last = done[-1].explored
+    if as_json:
+        say_json(done)
+    else:
+        console().print(_table(chosen, done))
+        if last.broken is not None and rule is None:
+            for line in story(chosen, last.broken.strikes):
+                click.echo(line)
+    broken = last.ended is Ended.BREACH
+    ctx.exit(ExitCode.FAILED if broken is (rule is None) else ExitCode.OK)
+
+
+def _sentence(each: Round) -> str:
+    explored = each.explored
+    if explored.broken is not None:
+        return f"{explored.broken.promise} breaks with {explored.faults} faults: {explored.broken.why}"
+    covered = "all" if explored.ended is Ended.COMPLETE else "not all, since time was up, of the"
+    return f"{covered} schedules with {explored.faults} faults at most: {explored.states:,} states, no breach"
+
+
+def _table(setting: Setting, done: list[Round]) -> Table:
+    drawn = Table(
+        "faults at most", "schedules", "states", "transitions", "depth", "ended", "CPU, s",
+        title=f"{setting.name}: {setting.about}; faults in {setting.deliveries} deliveries",
+    )  # fmt: skip
+    for each in done:
+        explored = each.explored
+        schedules = f"{sum(explored.schedules):,}" if explored.ended is Ended.COMPLETE else "-"
+        drawn.add_row(
+            str(explored.faults),
+            schedules,
+            f"{explored.states:,}",
+            f"{explored.transitions:,}",
+            str(explored.depth),
+            str(explored.ended),
+            f"{each.cpu_s:.1f}",
+        )
+    for column in drawn.columns[:5]:
+        column.justify = "right"
+    return drawn

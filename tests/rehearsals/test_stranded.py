@@ -1,0 +1,75 @@
+"""A robot that dies in a passage plugs it: those in front go on, the others are stranded, the run ends soon."""
+
+from functools import cache
+
+import pytest
+
+from clew.rehearsal.rehearsal import Rehearsal
+from protocol.exit_codes import ExitCode
+from protocol.faults.plan import NO_FAULTS, uniform
+from protocol.timeline import RobotStranded
+from tests.support.scenes.corridor import PASSAGE_M, passage
+from world.closing import Circumstances, verdict_of
+from world.judge.ending import Ending
+from world.judge.judgement import judge
+
+ROBOTS = 8
+ENDS_WITHIN_S = 90.0  # of the death: 43 s with three in front, 74 s with loss, 72 s with one; 292 s before there were views
+LOSSY = uniform(delay_s_max=0.1, loss=0.3, repeat=0.1)
+
+
+@cache
+def plugged(dies: int, *, lossy: bool = False) -> tuple[Rehearsal, float]:
+    """Eight robots, of which one dies in the middle of the passage; also returns when it died."""
+    rehearsal = Rehearsal(passage(ROBOTS), 1, LOSSY if lossy else NO_FAULTS)
+    died_s = None
+    for now_s in rehearsal.ticks():
+        if died_s is None and rehearsal.world.bodies.place_m[dies - 1, 0] > PASSAGE_M / 2.0:
+            rehearsal.kill(dies)
+            died_s = now_s
+    assert died_s is not None
+    return rehearsal, died_s
+
+
+def stranded(rehearsal: Rehearsal) -> list[RobotStranded]:
+    return [entry.record for _, entry in rehearsal.entries if isinstance(entry.record, RobotStranded)]
+
+
+@pytest.mark.parametrize(
+    ("dies", "lossy"), [(2, False), (4, False), (4, True)], ids=["one in front", "three", "three, 30 % lost"]
+)
+def test_robots_in_front_of_the_body_arrive_and_the_run_ends_soon(dies: int, *, lossy: bool) -> None:
+    rehearsal, died_s = plugged(dies, lossy=lossy)
+    world = rehearsal.world
+    assert judge(world.scenario, rehearsal.entries).breaches == ()
+    assert world.ending is Ending.STRANDED
+    assert world.tally.arrived == set(range(1, dies))
+    assert world.stranded == list(range(dies + 1, ROBOTS + 1))
+    assert world.over_s - died_s < ENDS_WITHIN_S
+
+
+def test_the_timeline_names_whose_body_is_in_the_way_and_the_verdict_as_well() -> None:
+    rehearsal, _ = plugged(4)
+    first = stranded(rehearsal)[: ROBOTS - 4]
+    assert [(each.robot, each.by) for each in first] == [(robot, 4) for robot in range(5, ROBOTS + 1)]
+    verdict = verdict_of(rehearsal.world, CIRCUMSTANCES)
+    assert verdict.exit_code == ExitCode.FAILED
+    told = "robot 5: it finds no way to a place behind the others (behind the body of robot 4)"
+    assert told in verdict.reason
+
+
+def test_behind_a_dead_leader_nobody_can_go_on_and_the_route_is_lost_soon() -> None:
+    rehearsal, died_s = plugged(1)
+    assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
+    assert rehearsal.world.ending is Ending.ROUTE_LOST
+    assert rehearsal.world.over_s - died_s < ENDS_WITHIN_S
+
+
+def test_a_body_behind_all_others_is_in_nobodys_way() -> None:
+    rehearsal, _ = plugged(ROBOTS)
+    assert rehearsal.world.ending is Ending.ARRIVED
+
+
+CIRCUMSTANCES = Circumstances(
+    seed=1, speed=None, started_at="", plan=NO_FAULTS, traffic=None, recorded=0, missing={}, wall_s=0.0, cpu_s=0.0
+)

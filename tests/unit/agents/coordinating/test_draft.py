@@ -1,0 +1,261 @@
+"""The strand that a coordinator drafts: each rule of `agents.coordinating.draft`."""
+
+from collections.abc import Callable
+
+import pytest
+
+from agents.coordinating.draft import Begin, Done, Draft, Give, Wait
+from agents.liveness.timing import Timing
+from protocol.fence import Epoch
+from protocol.frames import Point, Pose
+from protocol.mission import Law
+from protocol.wire.view import Former, Look, Report
+from tests.support.stages.one_step import under
+
+TIMING = Timing()
+GOAL = Point(x_m=9.0, y_m=0.0)
+EPOCH, BEFORE = Epoch(generation=2, robot=1, life=5), Epoch(generation=1, robot=1, life=5)
+QUEUE = {1: (3.0, 0.0), 2: (2.0, 0.0), 3: (1.0, 0.0), 4: (0.0, 0.0)}
+Reports = dict[int, Report]
+
+
+def drafted(*, robots: int = 4, keeps: bool = True, first: bool = False, lets_in: bool = False) -> Draft:
+    mission = under(Law.CERTIFIED, robots=robots, robot_radius_m=0.1, goal=GOAL, goal_tolerance_m=0.1)
+    return Draft(mission, TIMING, keeps=keeps, first=first, lets_in=lets_in)
+
+
+def reports(places: dict[int, tuple[float, float]], former: Epoch | None = None, *stayed: int) -> Reports:
+    """All have reported; these have stayed in a former strand, in this order."""
+    made: Reports = {}
+    for robot, (x_m, y_m) in places.items():
+        rank = stayed.index(robot) if robot in stayed else None
+        formers = () if former is None or rank is None else (Former(epoch=former, rank=rank, s_m=9.0 - rank),)
+        place = Pose(x_m=x_m, y_m=y_m, heading_rad=0.0)
+        made[robot] = Report(epoch=EPOCH, life=robot, number=1, turn=0, place=place, formers=formers)
+    return made
+
+
+def sees(*clear: int, driven: tuple[int, ...] = ()) -> Callable[[int], Look]:
+    """What robots see of their legs."""
+    return lambda robot: Look(number=1, clear=robot in {*clear, *driven}, driven=robot in driven)
+
+
+def settled(draft: Draft, there: Reports, *clear: int, driven: tuple[int, ...] = ()) -> Draft:
+    draft.begin(there, {})
+    assert draft.settle(there, sees(*clear, driven=driven))
+    return draft
+
+
+# --- rule 1: who is in place ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("clear", "strand"),
+    [((2, 3, 4), [1, 2, 3, 4]), ((2, 3), [1, 2, 3]), ((2, 4), [1, 2]), ((3, 4), [1]), ((), [1])],
+)
+def test_in_place_are_those_up_to_the_first_leg_that_is_not_clear(
+    clear: tuple[int, ...], strand: list[int]
+) -> None:
+    assert settled(drafted(), reports(QUEUE), *clear).strand == strand
+
+
+def test_in_place_are_those_up_to_the_first_that_folds_back() -> None:
+    folded = reports({1: (3.0, 0.0), 2: (2.0, 0.0), 3: (1.99, 0.5), 4: (3.0, 0.1)})
+    assert settled(drafted(), folded, 2, 3, 4).strand != [1, 2, 3, 4]
+
+
+def test_robots_whose_legs_were_driven_stay_in_place_though_the_strand_folds_back() -> None:
+    hairpin = reports({1: (0.0, 0.2), 2: (1.0, 0.2), 3: (1.0, 0.0), 4: (0.0, 0.0)}, BEFORE, 1, 2, 3, 4)
+    assert settled(drafted(), hairpin, driven=(2, 3, 4)).strand == [1, 2, 3, 4]
+
+
+def test_a_robot_that_came_to_a_place_by_a_turn_is_in_place_behind_those() -> None:
+    draft = settled(drafted(), reports(QUEUE), 2)
+    draft.end_turn(4, placed=True)
+    draft.end_turn(3, placed=True)
+    assert draft.strand == [1, 2, 4, 3]
+
+
+def test_places_in_the_newest_strand_or_draft_count_and_older_ones_do_not() -> None:
+    there = reports(QUEUE, EPOCH, 3, 4) | {
+        robot: report for robot, report in reports(QUEUE, BEFORE, 1, 2).items() if robot in (1, 2)
+    }
+    draft = drafted()
+    draft.begin(there, {})
+    assert [robot for robot in draft.order if robot in (3, 4)] == [3, 4]
+
+
+def test_where_a_strand_has_dissolved_no_places_count() -> None:
+    there = reports(QUEUE, BEFORE, 4, 3, 2, 1)
+    kept, dissolved = drafted(), drafted(keeps=False)
+    for draft in (kept, dissolved):
+        draft.begin(there, {})
+    assert (kept.order, dissolved.order) == ((4, 3, 2, 1), (1, 2, 3, 4))
+
+
+def test_a_robot_in_front_leads_those_that_have_stayed_only_if_nobody_has_to_move_for_that() -> None:
+    there = reports(QUEUE, BEFORE, 2, 3)
+    assert settled(drafted(), there, 2, 3, 4, driven=(3,)).strand == [1, 2, 3, 4]
+    draft = drafted()
+    draft.begin(there, {})
+    assert draft.order[:3] == (1, 2, 3)
+    assert not draft.settle(there, sees(4, driven=(3,))), "robot 2 does not see its way to robot 1"
+    draft.begin(there, {})
+    assert draft.order[:2] == (2, 3)
+
+
+# --- rule 2: turns --------------------------------------------------------------------------------------
+
+
+def test_the_turn_goes_to_the_nearest_that_is_not_in_place_and_has_not_had_one_in_vain() -> None:
+    there, draft = reports(QUEUE), drafted()
+    settled(draft, there, 2)
+    assert draft.next(there, 0.0, others_may_come_back=False) == Give(3)
+    draft.end_turn(3, placed=False)
+    assert draft.next(there, 0.0, others_may_come_back=False) == Give(4)
+
+
+def test_when_a_robot_comes_to_a_place_all_others_may_have_a_turn_again() -> None:
+    there, draft = reports(QUEUE), settled(drafted(), reports(QUEUE), 2)
+    draft.end_turn(3, placed=False)
+    draft.end_turn(4, placed=True)
+    assert draft.next(there, 0.0, others_may_come_back=False) == Give(3)
+
+
+def test_a_draft_is_done_when_all_are_in_place() -> None:
+    there = reports(QUEUE)
+    draft = settled(drafted(), there, 2, 3, 4)
+    assert draft.next(there, 0.0, others_may_come_back=False) == Done()
+
+
+# --- rule 3: making way ---------------------------------------------------------------------------------
+
+
+def in_vain(draft: Draft, *robots: int) -> Draft:
+    for robot in robots:
+        draft.end_turn(robot, placed=False)
+    return draft
+
+
+def test_where_nobody_finds_a_way_the_last_in_place_makes_way_once_and_has_a_turn_after_the_others() -> None:
+    there = reports(QUEUE)
+    draft = in_vain(settled(drafted(), there, 2), 3, 4)
+    assert draft.next(there, 0.0, others_may_come_back=False) == Wait()
+    assert draft.strand == [1]
+    given = []
+    for _ in range(3):
+        give = draft.next(there, 0.0, others_may_come_back=False)
+        assert isinstance(give, Give)
+        given.append(give.robot)
+        draft.end_turn(give.robot, placed=False)
+    assert given == [3, 4, 2]
+
+
+def test_a_leader_that_stands_alone_takes_one_step_to_where_others_can_come() -> None:
+    there = reports(QUEUE)
+    draft = in_vain(settled(drafted(), there), 2, 3, 4)
+    assert draft.next(there, 0.0, others_may_come_back=False) == Give(1, makes_way=True)
+    draft.end_turn(1, placed=True)
+    assert draft.strand == [1]
+    assert isinstance(draft.next(there, 0.0, others_may_come_back=False), Give), "the others may try again"
+
+
+# --- rule 4: other leaders ------------------------------------------------------------------------------
+
+
+def tried(draft: Draft, there: Reports, now_s: float = 0.0, clear: tuple[int, ...] = ()) -> list[int]:
+    """Who leads, until the draft is done, where all turns are in vain."""
+    led = []
+    draft.begin(there, {})
+    assert draft.settle(there, sees(*clear))
+    led.append(draft.strand[0])
+    for _ in range(200):
+        match draft.next(there, now_s, others_may_come_back=False):
+            case Give(robot, makes_way):
+                draft.end_turn(robot, placed=makes_way)
+            case Begin():
+                draft.begin(there, {})
+                draft.settle(there, sees(*clear))
+                led.append(draft.strand[0])
+            case Done():
+                return led
+            case Wait():
+                pass
+    raise AssertionError("it is never done")
+
+
+def test_where_that_is_in_vain_others_lead_the_nearest_to_the_goal_first_and_at_last_the_first_again() -> (
+    None
+):
+    assert tried(drafted(), reports(QUEUE)) == [1, 2, 3, 4, 1]
+
+
+def test_no_more_leaders_are_tried_than_the_limit() -> None:
+    many = reports({robot: (-1.0 * robot, 0.0) for robot in range(1, 11)})
+    led = tried(drafted(robots=10), many)
+    assert len(led) == TIMING.leaders_max + 1
+
+
+def test_those_in_place_go_on_at_once_if_they_are_several_and_nobody_is_nearer_to_the_goal() -> None:
+    there = reports(QUEUE)
+    draft = settled(drafted(), there, 2, 3)
+    in_vain(draft, 4)
+    assert draft.next(there, 0.0, others_may_come_back=False) == Wait(), "the last makes way"
+    draft.end_turn(4, placed=False)
+    draft.end_turn(3, placed=False)
+    assert draft.next(there, 0.0, others_may_come_back=False) == Done()
+    assert draft.strand == [1, 2]
+
+
+def test_one_that_would_lead_and_finds_no_way_is_tried_as_leader_at_once_if_all_are_there() -> None:
+    there = reports(QUEUE, BEFORE, 2, 3, 4)
+    draft = drafted()
+    draft.begin(there, {})
+    assert not draft.settle(there, sees(driven=(3, 4)))
+    settled(draft, there, driven=(3, 4))
+    in_vain(draft, 1)
+    assert draft.next(there, 0.0, others_may_come_back=False) == Begin()
+    draft.begin(there, {})
+    assert draft.order[0] == 1
+
+
+# --- rule 5: others are waited for ----------------------------------------------------------------------
+
+
+def test_robots_that_may_come_back_are_waited_for_before_anybody_makes_way() -> None:
+    there = reports({robot: QUEUE[robot] for robot in (1, 2, 3)})
+    draft = in_vain(settled(drafted(), there, 2), 3)
+    for now_s in (0.0, TIMING.makes_way_s - 0.1):
+        assert draft.next(there, now_s, others_may_come_back=True) == Wait()
+        assert draft.strand == [1, 2], "nobody has made way"
+    draft.next(there, TIMING.makes_way_s, others_may_come_back=True)
+    assert draft.strand == [1]
+
+
+def test_and_for_longer_before_the_strand_goes_on_without_them() -> None:
+    there = reports({robot: QUEUE[robot] for robot in (1, 2, 3)})
+    draft = in_vain(settled(drafted(), there, 2), 3)
+    draft.next(there, 0.0, others_may_come_back=True)
+    draft.next(there, TIMING.makes_way_s, others_may_come_back=True)
+    in_vain(draft, 2, 3)
+    assert draft.next(there, TIMING.comes_back_s - 0.1, others_may_come_back=True) == Wait()
+    assert draft.next(there, TIMING.comes_back_s, others_may_come_back=True) != Wait()
+
+
+def test_robots_that_have_gone_for_long_are_not_waited_for() -> None:
+    there = reports({robot: QUEUE[robot] for robot in (1, 2, 3)})
+    draft = in_vain(settled(drafted(), there, 2), 3)
+    draft.next(there, 0.0, others_may_come_back=False)
+    assert draft.strand == [1], "the last has made way at once"
+
+
+# --- rule 6: letting in -----------------------------------------------------------------------------------
+
+
+def test_a_strand_goes_on_as_it_was_if_a_robot_that_asks_to_be_let_in_finds_no_way() -> None:
+    there = reports(QUEUE, BEFORE, 1, 2, 3)
+    draft = settled(drafted(lets_in=True), there, driven=(2, 3))
+    assert draft.next(there, 0.0, others_may_come_back=True) == Give(4)
+    draft.end_turn(4, placed=False)
+    assert draft.next(there, 0.0, others_may_come_back=True) == Done()
+    assert draft.strand == [1, 2, 3]
