@@ -68,4 +68,4 @@ def test_a_fleet_is_in_the_cells_of_all_its_pairs() -> None:
 
 
 def test_cells_are_the_same_on_every_machine() -> None:
-    assert list(cells([ONE, TWO], NONE)) == [0x6800CEC7C7A75F84]
+    assert list(cells([ONE, TWO], NONE)) == [0xFB39C1AC07E98D71]
