@@ -3,12 +3,14 @@
 Rule 1: it puts the next turn only when its own odometry has told this one, and one content for each (F4).
 Rule 2: a formation is made once, from places that each were read from an odometry of a later turn than the
         last one that was put for that robot. After that it puts nothing but ALL.
-Rule 3: a robot that is lost before that is dropped, and the draft begins again with those in place. It also
-        begins again between two turns when another robot has reported.
+Rule 3: a robot that is lost before that is dropped, and the draft begins again with those in place; it does
+        so, too, when another robot has reported. It begins when nobody has a turn any more, and all places
+        are newer than all turns. Else what robots see of their legs may be of where a robot stood before its
+        turn.
 Rule 4: it goes by phases (`agents.coordinating.phases`).
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from agents.commands import Command, Note, Say
 from agents.coordinating.agreeing import Agreement, Intent, newest_map
@@ -74,9 +76,11 @@ class Coordinator:
 
     def hear(self, robot: int, report: Report, now_s: float) -> None:
         """Take in a report; it is answered at the next `act`, whatever it says."""
+        known = self._reports.get(robot)
+        if known is not None and known.life != report.life and report.turn < known.turn:
+            return  # it is of an older life, and comes late
         self._due.add(robot)
         self._heard_s[robot], self._said[robot] = now_s, report
-        known = self._reports.get(robot)
         if self.phase is Phase.FORMED or robot in self._suspicion.suppressed(now_s):
             return
         if known is not None and known.life == report.life and known.number >= report.number:
@@ -120,6 +124,8 @@ class Coordinator:
         self._drop_lost(now_s)
         if self._robot not in self._reports:
             return commands
+        if self.phase is Phase.GATHERING and fence.may is May.ONE:
+            return self._turns.put(fence, now_s, may=May.NOBODY)  # nobody drives while a draft begins
         if self.phase is Phase.GATHERING and not self._expects(now_s):
             plan = self._agreement.turned(self._reports, turn=fence.turn + 1)
             if plan is not None and self._turns.newest is None:
@@ -140,7 +146,10 @@ class Coordinator:
         return commands
 
     def _expects(self, now_s: float) -> bool:
-        """Whether robots that show a token have not reported yet, and are still waited for."""
+        """Whether robots are still waited for: their reports, or newer ones than their own last turns."""
+        self._drop_silent(now_s)
+        if self._waits_for_places(self._reports):
+            return True
         if now_s - self._began_s > self._timing.reports_s:
             return False
         showing = self._suspicion.presence.robots | {self._robot}
@@ -182,10 +191,9 @@ class Coordinator:
         assert draft is not None
         if fence.may is May.ONE and not self._has_ended(fence, now_s):
             return []
-        if self.phase is Phase.GATHERING:  # the robot was dropped
-            return self._turns.put(fence, now_s, may=May.NOBODY)
-        if self._has_news:
-            self._begin(now_s)
+        if self._has_news and self.phase is Phase.TURNING:
+            self._enter(Phase.GATHERING)
+        if self.phase is Phase.GATHERING:
             return self._turns.put(fence, now_s, may=May.NOBODY) if fence.may is May.ONE else []
         next_ = draft.next(self._reports, now_s, others_may_come_back=self._others_may_come_back(now_s))
         commands: list[Command] = []
@@ -199,7 +207,7 @@ class Coordinator:
                 life = self._reports[robot].life
                 return self._turns.put(fence, now_s, may=May.ONE, robot=robot, life=life)
             case Begin():
-                self._begin(now_s)
+                self._enter(Phase.GATHERING)
             case Done():
                 self._enter(Phase.CLOSING)
             case _:
@@ -249,10 +257,8 @@ class Coordinator:
         assert draft is not None
         if fence.may is May.ONE:
             return self._turns.put(fence, now_s, may=May.NOBODY)
-        for robot in draft.strand:
-            if self._reports[robot].turn <= self._turns.put_for(robot) > 0:
-                self._due.add(robot)
-                return []
+        if self._waits_for_places(draft.strand):
+            return []
         if not self._has_map(draft.strand[0], now_s):
             return []
         driven = frozenset(draft.driven)
@@ -269,6 +275,22 @@ class Coordinator:
             for robot in sorted(self._reports.keys() - set(plan.order))
         ]
         return stranded + self._make(plan, fence, now_s)
+
+    def _old(self, robots: Iterable[int]) -> set[int]:
+        """The robots of these whose place may be older than their own last turn."""
+        return {robot for robot in robots if self._reports[robot].turn <= self._turns.put_for(robot) > 0}
+
+    def _waits_for_places(self, robots: Iterable[int]) -> bool:
+        """Whether the place of one of these may be old; each such one is asked."""
+        old = self._old(robots)
+        self._due |= old
+        return bool(old)
+
+    def _drop_silent(self, now_s: float) -> None:
+        """A draft does not wait for long for the place of a robot that is not heard."""
+        for robot in self._old(self._reports.keys() - {self._robot}):
+            if now_s - self._heard_s[robot] > self._timing.coordinator_s:
+                self._drop(robot)
 
     def _make(self, plan: Plan, fence: Fence, now_s: float) -> list[Command]:
         self._enter(Phase.FORMED)

@@ -1,1 +1,1 @@
-"""Who belongs to the strand: presence, calls, and the lining up."""
+"""A robot's part in views: its state, its reports, its turn, and when it proposes a view."""

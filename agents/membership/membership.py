@@ -91,7 +91,9 @@ class Membership:
         commands = self._bind(now_s) if fence.epoch != before.epoch else []
         self._proposing.enter(fence, now_s)
         named = fence.may is May.ONE and fence.names(self._robot, self._life)
-        self._happen(Happening.NAMED if named else Happening.NOT_NAMED)
+        self._happen(Happening.NOT_NAMED)  # every fence ends the turn before, also where the next is its own
+        if named:
+            self._happen(Happening.NAMED)
         if self._reporter is not None:
             self._reporter.be_named(named=named)
         return commands

@@ -2,7 +2,7 @@
 
 Rule 1: it drives to the next vertex or to its authority, whichever comes first, and keeps off robots behind.
 Rule 2: it checks each segment against a scan of its own. Where obstacles move, its watch replaces that check,
-        except on its own leg.
+        except on its own leg, and where robots are left out on all of the path that the formation has laid.
 Rule 3: after a clear check it drives in the same event.
 """
 
@@ -52,7 +52,10 @@ class Advance:
 
     def _needs_check(self, strand: Strand, reach_m: float) -> bool:
         """Whether the segment needs a check (rule 2)."""
-        watched = self._mission.obstacles_move and self._driver.progress_m >= strand.own_leg_m - THERE_M
+        # The watch keeps off contact alone; a body that is left out may stand beside all that was laid.
+        left_out = strand.members < self._mission.robots
+        unsure_m = strand.laid_m if left_out else strand.own_leg_m
+        watched = self._mission.obstacles_move and self._driver.progress_m >= unsure_m - THERE_M
         return not watched and not self._follower.is_clear(reach_m)
 
     def _reach_m(self, strand: Strand, authority_m: float, *, ordered_m: float, final: bool) -> float | None:

@@ -4,9 +4,9 @@ Rule 1: it plans only where the path ends. If its body stands elsewhere, it want
 Rule 2: where the only way leads back, it wants the strand to turn round, `TURNS_MAX` times at most without a
         step towards the goal between them.
 Rule 3: where it knows no way on, it wants another robot to lead. The route is lost if `LEADERS_MAX` have led
-        in vain, or all, or this one before, or if no robot of the strand has a way in what is known. A strand
-        that has tried another leader does not turn round any more: any robot may lead. The first leader waits
-        before it says so where bodies or obstacles may move away.
+        in vain, or all, or this one before. A strand that has tried another leader does not turn round any
+        more: any robot may lead. The first leader waits before it says so where bodies or obstacles may move
+        away.
 """
 
 import math
@@ -166,9 +166,9 @@ class Leading:
                 return [Note(GoalReached(**self._here())), *self._arrive()]
             case LookCloser():
                 return self._senses.ask(now_s, revolutions=self._revolutions)
-            case NoStep(reason, everywhere) if self._is_lost(now_s):
+            case NoStep(reason) if self._is_lost(now_s):
                 self._plans_again_s = now_s + SETTLED_S
-                return self._lose(reason) if everywhere else self._give_up_lead(reason)
+                return self._give_up_lead(reason)
             case DeadEnd(back_to_m):
                 self._plans_again_s = now_s + SETTLED_S
                 return self._turn_back(back_to_m)

@@ -112,6 +112,11 @@ class Member:
         return self._formation
 
     @property
+    def fits(self) -> bool:
+        """Whether it stood at its place when it took it."""
+        return not self._misfit
+
+    @property
     def wish(self) -> Wish | None:
         """What it wants; None: nothing."""
         return self._wish

@@ -107,8 +107,7 @@ def _judge_ground(world: World) -> None:
     pairs = [pair for pair in combinations(range(len(starts_m)), 2) if moving[list(pair)].any()]
     first, second = np.array(pairs).T
     apart_m = segments_apart(starts_m[first], ends_m[first], starts_m[second], ends_m[second])
-    nearest = int(apart_m.argmin())
-    if apart_m[nearest] < keep_m:
+    if (nearest := int(apart_m.argmin())) is not None and apart_m[nearest] < keep_m:
         one, other = (each + 1 for each in pairs[nearest])
         why = f"robots {one} and {other} are ordered to come within {apart_m[nearest]:.3f} m, not {keep_m:.3f} m"
         raise Breach("S3", why)

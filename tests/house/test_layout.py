@@ -15,8 +15,8 @@ FLOORS: dict[str, dict[str, int]] = {
     # Rooms end with a slash; files beside the rooms are named one by one. On the same floor, files beside the
     # rooms may import each other; rooms may not.
     "protocol": {
-        **dict.fromkeys(("arrays", "epochs", "errors", "exit_codes", "frames", "keys", "plain", "root"), 0),
-        **dict.fromkeys(("asked", "ending", "mission", "path", "sweep", "files/"), 1),
+        **dict.fromkeys(("arrays", "errors", "exit_codes", "frames", "keys", "plain", "root"), 0),
+        **dict.fromkeys(("asked", "ending", "fence", "mission", "path", "sweep", "files/"), 1),
         "timeline/": 2,
         "faults/": 3,
         "run_settings": 4,
@@ -26,14 +26,16 @@ FLOORS: dict[str, dict[str, int]] = {
         "__init__": 7,
     },
     "agents": {
-        **dict.fromkeys(("commands", "due", "events", "navigation/", "refusing"), 0),
+        **dict.fromkeys(("commands", "due", "events", "navigation/"), 0),
         "body/": 1,
-        "strand/": 2,
-        "membership/": 3,
-        "robot": 4,
-        "process/": 5,
-        "__main__": 6,
-        "__init__": 7,
+        "liveness/": 2,
+        "strand/": 3,
+        "coordinating/": 4,
+        "membership/": 5,
+        "robot": 6,
+        "process/": 7,
+        "__main__": 8,
+        "__init__": 9,
     },
     "world": {
         **dict.fromkeys(("attendance", "chance", "commands", "control", "events", "faults"), 0),
@@ -55,7 +57,7 @@ FLOORS: dict[str, dict[str, int]] = {
         **dict.fromkeys(("coverage/", "story/", "swarm/"), 2),
         **dict.fromkeys(("export/", "fleet/", "page/"), 3),
         **dict.fromkeys(("campaign/", "page/serve/"), 4),
-        **dict.fromkeys(("figures/", "guided/"), 5),
+        **dict.fromkeys(("explore/", "figures/", "guided/"), 5),
         "bench/": 6,
         "manual/": 7,
         "verbs/": 8,

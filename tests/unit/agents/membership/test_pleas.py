@@ -21,6 +21,7 @@ def test_the_first_that_asks_is_the_one_that_the_view_is_about() -> None:
     pleas = Pleas(TIMING)
     pleas.hear(3, 10.0, stranded=False, arrived=False)
     pleas.hear(4, 11.0, stranded=False, arrived=False)
+    assert pleas.asking == [3, 4]
     reason = pleas.reason(12.0, stands=True)
     assert reason is not None
     assert reason.about == 3
@@ -37,7 +38,7 @@ def test_the_same_robot_is_let_in_again_after_a_time_that_doubles_to_a_limit() -
     pleas, now_s, waited = Pleas(TIMING), 0.0, []
     pleas.hear(3, now_s, stranded=False, arrived=False)
     for _ in range(8):
-        pleas.let_in(pleas.asking, now_s)
+        pleas.let_in([3], now_s)
         pleas.forget()
         wait_s = next(step / 2 for step in range(1000) if _asks(pleas, 3, now_s + step / 2))
         waited.append(wait_s)
@@ -51,7 +52,7 @@ def test_a_robot_that_was_let_in_often_keeps_no_other_waiting() -> None:
     pleas = Pleas(TIMING)
     pleas.hear(3, 0.0, stranded=False, arrived=False)
     for _ in range(5):
-        pleas.let_in(pleas.asking, 0.0)
+        pleas.let_in([3], 0.0)
     pleas.forget()
     pleas.hear(3, 1.0, stranded=False, arrived=False)
     assert pleas.reason(1.0, stands=True) is None
@@ -70,7 +71,7 @@ def test_a_stranded_robot_is_let_in_only_by_a_leader_that_has_arrived_and_not_of
     assert pleas.reason(1.0, stands=True) is None
     pleas.hear(3, 1.0, stranded=True, arrived=True)
     assert pleas.reason(1.0, stands=True) is not None
-    pleas.let_in(pleas.asking, 1.0)
+    pleas.let_in([3], 1.0)
     pleas.forget()
     pleas.hear(4, 1.0 + TIMING.plea_again_s_max - 0.1, stranded=True, arrived=True)
     assert pleas.reason(99.0, stands=True) is None, "nor any other that is stranded"
