@@ -15,7 +15,7 @@ from protocol.wire.link import Link
 from protocol.wire.messages import AheadState, BehindState
 
 HALF_LIFE_S = 30.0  # of a penalty
-SUPPRESS = 1.5  # two losses within half a minute
+SUPPRESS = 1.0  # one loss: for 12 s at first, for longer when it is lost again soon
 REUSE = 0.75
 USUAL_SILENCES = 8.0  # longer than so many usual ones, a silence is one in 3000
 

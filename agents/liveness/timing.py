@@ -46,7 +46,7 @@ class Timing:
     """Before anybody leaves its place: a process that is started again is there after two seconds."""
     comes_back_s: float = 15.0
     """Before a strand goes on without robots that were there lately."""
-    tries_s: float = 40.0
+    tries_s: float = 20.0
     """Other leaders are tried for so long."""
     plea_s: float = 1.0
     """A robot that is left out asks so often."""
