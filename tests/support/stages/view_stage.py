@@ -367,3 +367,11 @@ def _age(odometry: Odometry) -> tuple[tuple[int, int, int], int]:
 
 def _name(process: int) -> str:
     return robot_name(process) if process else "world"
+
+
+def in_turn(coordinator: int, robot: int, places: tuple[tuple[float, float, float], ...]) -> ViewStage:
+    """A stage on which the coordinator has given a robot the turn, and it drives."""
+    stage = ViewStage.begun(places)
+    stage.raised_by(coordinator)
+    stage.run(lambda: stage.fence.may is May.ONE and stage.fence.robot == robot and stage.moving() == {robot})
+    return stage

@@ -22,8 +22,7 @@ from protocol.wire.messages import Drive, Odometry, Scan
 from protocol.wire.messages import Phase as RunPhase
 from protocol.wire.view import Answer, Counters, Former, Look, Report
 from tests.support.stages.one_step import under
-from tests.support.stages.view_stage import Post, ViewStage, of
-from tests.unit.agents.conversations.test_turns import in_turn
+from tests.support.stages.view_stage import Post, ViewStage, in_turn, of
 from world.scenario.scenario import Scenario
 
 # --- a body beside a driven leg, where obstacles move ---------------------------------------------------

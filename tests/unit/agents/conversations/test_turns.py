@@ -8,18 +8,10 @@ from protocol.fence import May, Turn
 from protocol.timeline import FenceChanged, OrderAccepted, OrderRefused, RobotPlaced
 from protocol.wire.messages import Drive, Odometry, Scan
 from protocol.wire.view import Answer, Formation, Report
-from tests.support.stages.view_stage import Post, ViewStage, of
+from tests.support.stages.view_stage import Post, ViewStage, in_turn, of
 
 FAR = ((1.6, 1.5, 0.0), (0.4, 0.5, 0.0), (0.4, 2.5, 0.0))
 """Robot 1 leads; robots 2 and 3 have a turn each."""
-
-
-def in_turn(coordinator: int, robot: int, places: tuple[tuple[float, float, float], ...]) -> ViewStage:
-    """A stage on which the coordinator has given a robot the turn, and it drives."""
-    stage = ViewStage.begun(places)
-    stage.raised_by(coordinator)
-    stage.run(lambda: stage.fence.may is May.ONE and stage.fence.robot == robot and stage.moving() == {robot})
-    return stage
 
 
 def drives_after(stage: ViewStage, robot: int, first: int) -> list[Post]:
