@@ -1,4 +1,4 @@
-"""A robot that dies in a passage plugs it: those in front go on, the others are stranded, the run ends soon."""
+"""A robot that dies in a passage plugs it: those in front go on, the others are stranded."""
 
 from functools import cache
 
@@ -14,7 +14,8 @@ from world.judge.ending import Ending
 from world.judge.judgement import judge
 
 ROBOTS = 8
-ENDS_WITHIN_S = 90.0  # of the death: 43 s with three in front, 74 s with loss, 72 s with one; 292 s before there were views
+# Of the death: 43 s with three in front, 74 s with loss, 72 s with one; 292 s before there were views.
+ENDS_WITHIN_S = 90.0
 LOSSY = uniform(delay_s_max=0.1, loss=0.3, repeat=0.1)
 
 

@@ -33,7 +33,7 @@ def test_every_relation_holds_in_a_fleet_of_any_size(robots: int) -> None:
 @pytest.mark.parametrize("name", sorted(BREAKS))
 def test_a_timing_that_breaks_a_relation_is_seen(name: str) -> None:
     (field, value), *_ = BREAKS[name].items()
-    broken = replace(Timing(), **{field: value}).relations()  # type: ignore[arg-type]
+    broken = replace(Timing(), **{field: value}).relations()  # type: ignore[arg-type]  # the field is data
     assert [each for each, holds in broken.items() if not holds] == [name]
 
 
