@@ -168,7 +168,8 @@ MUTANTS = (
         "a change of the fence is in the timeline before it takes effect",
         "world/bodies/arena.py",
         "self.note(taken.as_record())]",
-        "*([self.note(taken.as_record())] if taken.cause else samples[:1] or [self.note(BodyStopped(robot=1))])]",
+        "*([self.note(taken.as_record())] if taken.cause else samples[:1] or "
+        "[self.note(BodyStopped(robot=1))])]",
     ),
     _mutant(
         "old-places",
