@@ -71,5 +71,13 @@ def test_a_body_behind_all_others_is_in_nobodys_way() -> None:
 
 
 CIRCUMSTANCES = Circumstances(
-    seed=1, speed=None, started_at="", plan=NO_FAULTS, traffic=None, recorded=0, missing={}, wall_s=0.0, cpu_s=0.0
+    seed=1,
+    speed=None,
+    started_at="",
+    plan=NO_FAULTS,
+    traffic=None,
+    recorded=0,
+    missing={},
+    wall_s=0.0,
+    cpu_s=0.0,
 )
