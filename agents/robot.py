@@ -6,6 +6,7 @@ Rule 2: every new odometry is answered with the newest drive order.
 Rule 3: its state in views decides what it does (`agents.membership.membership`).
 """
 
+from collections.abc import Sequence
 from typing import assert_never
 
 from agents.body.driver import Driver
@@ -25,6 +26,8 @@ from agents.membership.membership import Membership
 from agents.membership.states import State
 from protocol.fence import Fence, Life
 from protocol.mission import Mission
+from protocol.wire.link import Link
+from protocol.wire.messages import AheadState, BehindState
 
 
 class Robot:
@@ -34,6 +37,11 @@ class Robot:
         self._driver = Driver(speed_mps=mission.speed_mps, watched=mission.obstacles_move)
         self._senses = Senses(mission, self._driver)
         self._membership = Membership(robot, life, mission, self._driver, self._senses, again=again)
+
+    @property
+    def awake(self) -> bool:
+        """Whether it has had odometry."""
+        return self._driver.awake
 
     @property
     def state(self) -> State:
@@ -54,6 +62,17 @@ class Robot:
     def leads(self) -> bool:
         """Whether it is the first of the strand."""
         return self._membership.member is not None and self._membership.member.leads
+
+    @property
+    def reported(self) -> frozenset[int]:
+        """The robots whose reports it counts, as a coordinator."""
+        coordinator = self._membership.coordinator
+        return frozenset() if coordinator is None else coordinator.reported
+
+    @property
+    def links(self) -> Sequence[Link[AheadState] | Link[BehindState]]:
+        """Its links to its neighbours in the strand."""
+        return () if self._membership.member is None else self._membership.member.links
 
     def handle(self, event: Event, now_s: float) -> list[Command]:
         """Take in what happened; returns what is to be done, in order."""

@@ -29,20 +29,24 @@ class Seen(Protocol):
         """What it is in; robots without a process have a state, too."""
 
     @property
-    def epoch(self) -> int:
-        """What it acts in; newer is greater."""
+    def fence(self) -> tuple[int, int, int]:
+        """The fence that its odometry tells: generation and robot of the epoch, and the turn."""
 
     @property
     def role(self) -> str:
-        """Its part in that: first, last, or between."""
+        """Its part in the view and in the strand."""
 
     @property
     def drives(self) -> bool:
         """Whether its body is under way."""
 
     @property
+    def named(self) -> Collection[int]:
+        """The robots that may move by that fence."""
+
+    @property
     def bound(self) -> Collection[int]:
-        """The robots that it counts as being with it."""
+        """The robots that have reported to it, and its neighbours."""
 
     @property
     def silent(self) -> Collection[int]:
@@ -68,10 +72,10 @@ def cells(fleet: Sequence[Seen], troubles: Troubles) -> Iterator[Cell]:
 
 def _half(one: Seen, other: Seen, troubles: Troubles) -> Half:
     """The pair as seen from one of the two."""
-    newer = one.epoch > other.epoch
-    sees = (other.robot in one.bound, other.robot in one.silent)
+    newer = (one.fence[:2] > other.fence[:2], one.fence > other.fence)
+    sees = (other.robot in one.named, other.robot in one.bound, other.robot in one.silent)
     suffers = (troubles.of(one.robot), troubles.between(one.robot, other.robot))
-    return (one.state, one.role, one.drives, newer, *sees, *suffers)
+    return (one.state, one.role, one.drives, *newer, *sees, *suffers)
 
 
 @cache

@@ -2,13 +2,16 @@
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
+from typing import assert_never
 
+from agents.membership.states import State
 from agents.robot import Robot
 from clew.guided.cells import Cell, cells
 from clew.rehearsal.actor import Actor
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import Plan
 from protocol.faults.rules import ROUTER, MessageRule, Partition
+from protocol.fence import Fence, May
 from protocol.keys import WORLD, robot_name
 
 
@@ -18,9 +21,10 @@ class Sight:
 
     robot: int
     state: str
-    epoch: int = -1
+    fence: tuple[int, int, int] = (-1, 0, 0)
     role: str = ""
     drives: bool = False
+    named: Collection[int] = ()
     bound: Collection[int] = ()
     silent: Collection[int] = ()
 
@@ -30,7 +34,7 @@ def look(rehearsal: Rehearsal) -> set[Cell]:
     fleet = range(1, rehearsal.world.scenario.fleet.robots + 1)
     actors = rehearsal.processes.actors
     moving = rehearsal.world.bodies.moving
-    sights = [_sight(robot, actors.get(robot), moving=bool(moving[robot - 1])) for robot in fleet]
+    sights = [_sight(robot, actors.get(robot), fleet, moving=bool(moving[robot - 1])) for robot in fleet]
     return set(cells(sights, Faults(rehearsal)))
 
 
@@ -80,23 +84,42 @@ def _limits(rule: MessageRule) -> Sequence[str]:
     return (*rule.sender, *rule.receiver)
 
 
-def _sight(robot: int, actor: Actor | None, *, moving: bool) -> Sight:
+def _sight(robot: int, actor: Actor | None, fleet: Collection[int], *, moving: bool) -> Sight:
     if actor is None:
         return Sight(robot, "gone", drives=moving)
-    state, role, bound, silent = _state_of(actor.core)
-    return Sight(robot, state, actor.core.epoch, role, moving, bound, silent)
+    core = actor.core
+    return Sight(
+        robot,
+        _state_of(core),
+        core.fence.key,
+        _role_of(core),
+        moving,
+        _named(core.fence, fleet),
+        core.reported | {link.neighbour for link in core.links},
+        [link.neighbour for link in core.links if link.silent],
+    )
 
 
-def _state_of(core: Robot) -> tuple[str, str, Collection[int], Collection[int]]:
-    """State, role, who is with it, and whom it does not hear."""
-    member, lining = core._member, core._lining
-    if member is not None:
-        strand = member.strand
-        role = "leader" if strand.ahead is None else "tail" if strand.behind is None else "middle"
-        silent = [link.neighbour for link in strand.links if link.silent]
-        state = "dissolving" if member.dissolves else "turning" if strand.reversal else "member"
-        return state, role, strand.order, silent
-    if lining is None:
-        return "aside" if core._driver.awake else "waking", "", (), ()
-    state = "bound" if lining.all_are_bound else "called" if lining.is_called else "lining"
-    return state, "", lining.members, ()
+def _state_of(core: Robot) -> str:
+    return core.state.value if core.awake else "waking"
+
+
+def _role_of(core: Robot) -> str:
+    """Its part in the view and in the strand."""
+    place = ""
+    if core.state is State.MEMBER:
+        place = "leader" if core.leads else "middle" if len(core.links) == 2 else "tail"
+    return f"{place} coordinator".strip() if core.coordinates else place
+
+
+def _named(fence: Fence, fleet: Collection[int]) -> Collection[int]:
+    """The robots that may move by this fence."""
+    match fence.may:
+        case May.ONE:
+            return (fence.robot,)
+        case May.ALL:
+            return fleet
+        case May.NOBODY | May.STOPPED:
+            return ()
+        case _:
+            assert_never(fence.may)

@@ -10,7 +10,7 @@ ROOM_M = 2.0
 
 
 def passage(robots: int) -> Scenario:
-    """All robots queue in the room on the left; the passage begins at x = 0, the goal is in the room beyond."""
+    """All robots queue in the room on the left; the passage begins at x = 0, the goal lies beyond."""
     queue_m = SPACING_M * robots
     left = shapely.box(-queue_m - 1.0, -1.0, 0.0, 1.0)
     right = shapely.box(PASSAGE_M, -1.0, PASSAGE_M + ROOM_M + queue_m, 1.0)

@@ -12,7 +12,7 @@ from agents.process.journal import Given, Head, Journal, Recording, Turn, decisi
 from protocol.errors import UsageError
 from world.scenario.scenario import load
 
-HEAD = Head(robot=3, incarnation="0a1b", mission=load("paper").mission())
+HEAD = Head(robot=3, incarnation="0a1b", mission=load("paper").mission(), life=9)
 HEARD = Given(TokenCame(2, "1"), "alive/r2/1", 0)
 DECIDED = decision([AskScan(1)])
 

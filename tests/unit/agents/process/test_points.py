@@ -4,6 +4,7 @@ from agents.commands import AskScan, Command, Note, Order, Tell
 from agents.events import Event, OdometryHeard, ScanHeard, TokenCame
 from agents.process.points import Points
 from protocol.faults.rules import StepPoint
+from protocol.fence import Bearing, Epoch, Fence
 from protocol.frames import Point, Pose
 from protocol.timeline import RobotHeld
 from protocol.wire.messages import BehindState, Drive, Odometry, Phase, Scan
@@ -15,13 +16,17 @@ MID_DRIVE, BEFORE_ACK = StepPoint.MID_DRIVE, StepPoint.BEFORE_ACK
 
 def odometry(x_m: float, *, moving: bool = True) -> OdometryHeard:
     pose = Pose(x_m=x_m, y_m=0.0, heading_rad=0.0)
-    return OdometryHeard(Odometry(t_s=0.0, pose=pose, moving=moving, finished=0, phase=Phase.RUNNING))
+    return OdometryHeard(
+        Odometry(n=1, t_s=0.0, pose=pose, moving=moving, finished=0, fence=Fence(), phase=Phase.RUNNING)
+    )
 
 
 def order(number: int, x_m: float | None) -> Order:
     target = None if x_m is None else Point(x_m=x_m, y_m=0.0)
     return Order(
-        Drive(number=number, basis_s=0.0, target=target, speed_mps=0.5, epoch=1, step=1, reach_m=0.0)
+        Drive(
+            number=number, basis_s=0.0, target=target, speed_mps=0.5, bearing=Bearing(), step=1, reach_m=0.0
+        )
     )
 
 
@@ -29,17 +34,20 @@ def knows(vertices: int, *, epoch: int = 1) -> Tell:
     return Tell(
         1,
         BehindState(
-            epoch=epoch,
+            epoch=Epoch(generation=epoch, robot=1, life=5),
+            life=6,
+            t_s=0.0,
             vertices=vertices,
             progress_m=0.0,
             tail_progress_m=0.0,
             stand=True,
-            pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0),
         ),
     )
 
 
-SCAN = ScanHeard(Scan(t_s=0.0, pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), ranges_m=(1.0,) * 8))
+SCAN = ScanHeard(
+    Scan(t_s=0.0, pose=Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), ranges_m=(1.0,) * 8, fence=Fence())
+)
 QUIET = TokenCame(2, "1")
 
 

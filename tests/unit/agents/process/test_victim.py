@@ -9,18 +9,31 @@ from agents.process.victim import Victim
 from protocol.faults.plan import Plan
 from protocol.faults.process_faults import ProcessAction, ProcessFault
 from protocol.faults.rules import Freeze, Kill, Restart, Rule, StepPoint
+from protocol.fence import Fence
+from protocol.frames import Point
 from protocol.network.faulty_transport import Conditions
 from protocol.timeline import StrandFormed
 from protocol.wire.messages import Faults, Scan
 from tests.support.strategies.scans import ORIGIN
 
-SCANNED = ScanHeard(Scan(t_s=2.0, pose=ORIGIN, ranges_m=(4.0,) * 8))
+SCANNED = ScanHeard(Scan(t_s=2.0, pose=ORIGIN, ranges_m=(4.0,) * 8, fence=Fence()))
+FORMED = StrandFormed(
+    epoch=10_001,
+    turn=1,
+    order=(1, 2, 3),
+    lives=("a", "b", "c"),
+    places_m=(2.0, 1.0, 0.0),
+    laid=(Point(x_m=-2.0, y_m=0.0), Point(x_m=0.0, y_m=0.0)),
+    driven=(False, False, False),
+    back_by_m=0.0,
+    sensed=True,
+)
 AT_SCAN = Kill(target="leader", point=StepPoint.AFTER_SCAN)
 
 
 def victim(*rules: Rule, again: bool = False) -> Victim:
     made = Victim(1, Path(), Conditions(Plan(name="test", rules=rules)), again=again)
-    made.note(StrandFormed(epoch=1, sensed=True, order=(1, 2, 3), path_length_m=1.0), 0.5)
+    made.note(FORMED, 0.5)
     return made
 
 

@@ -7,9 +7,10 @@ from clew.guided.cells import cells
 class Robot:
     robot: int
     state: str = "member"
-    epoch: int = 3
+    fence: tuple[int, int, int] = (3, 1, 2)
     role: str = ""
     drives: bool = False
+    named: tuple[int, ...] = ()
     bound: tuple[int, ...] = ()
     silent: tuple[int, ...] = ()
 
@@ -31,7 +32,10 @@ NONE = Faults()
 
 
 def test_a_cell_does_not_tell_which_robots_are_in_it_nor_which_epoch() -> None:
-    others = [Robot(7, role="tail", epoch=9, bound=(7, 4)), Robot(4, role="leader", epoch=9, bound=(7, 4))]
+    others = [
+        Robot(7, role="tail", fence=(9, 5, 1), bound=(7, 4)),
+        Robot(4, role="leader", fence=(9, 5, 1), bound=(7, 4)),
+    ]
     assert set(cells([ONE, TWO], NONE)) == set(cells(others, NONE))
 
 
@@ -41,8 +45,10 @@ def test_each_thing_that_a_cell_tells_makes_another_cell() -> None:
         ([ONE, replace(TWO, state="aside")], NONE),
         ([ONE, replace(TWO, role="middle")], NONE),
         ([ONE, replace(TWO, drives=True)], NONE),
-        ([ONE, replace(TWO, epoch=4)], NONE),
-        ([ONE, replace(TWO, epoch=2)], NONE),
+        ([ONE, replace(TWO, fence=(4, 1, 2))], NONE),
+        ([ONE, replace(TWO, fence=(3, 1, 3))], NONE),
+        ([ONE, replace(TWO, fence=(2, 1, 2))], NONE),
+        ([ONE, replace(TWO, named=(1,))], NONE),
         ([ONE, replace(TWO, bound=(2,))], NONE),
         ([ONE, replace(TWO, silent=(1,))], NONE),
         ([ONE, TWO], Faults({2: "frozen"})),
@@ -62,4 +68,4 @@ def test_a_fleet_is_in_the_cells_of_all_its_pairs() -> None:
 
 
 def test_cells_are_the_same_on_every_machine() -> None:
-    assert list(cells([ONE, TWO], NONE)) == [0x6800CEC7C7A75F84]
+    assert list(cells([ONE, TWO], NONE)) == [0xFB39C1AC07E98D71]
