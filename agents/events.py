@@ -48,4 +48,10 @@ class TokenWent(Struct, frozen=True):
     incarnation: str
 
 
-Event = OdometryHeard | ScanHeard | ViewHeard | LinkHeard | TokenCame | TokenWent
+class TokensSeen(Struct, frozen=True):
+    """All tokens that a process sees when it connects, by process: as one event, since a fleet has many."""
+
+    shown: dict[int, str]
+
+
+Event = OdometryHeard | ScanHeard | ViewHeard | LinkHeard | TokenCame | TokenWent | TokensSeen

@@ -12,7 +12,16 @@ from typing import assert_never
 from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.commands import Command, Order
-from agents.events import Event, LinkHeard, OdometryHeard, ScanHeard, TokenCame, TokenWent, ViewHeard
+from agents.events import (
+    Event,
+    LinkHeard,
+    OdometryHeard,
+    ScanHeard,
+    TokenCame,
+    TokensSeen,
+    TokenWent,
+    ViewHeard,
+)
 from agents.membership.membership import Membership
 from agents.membership.states import State
 from protocol.fence import Fence, Life
@@ -90,6 +99,8 @@ class Robot:
                 return membership.hear_link(event, now_s)
             case TokenCame(robot, incarnation):
                 presence.come(robot, incarnation, now_s)
+            case TokensSeen(shown):
+                presence.see(shown, now_s)
             case TokenWent(robot, incarnation):
                 presence.go(robot, incarnation, now_s)
             case _:

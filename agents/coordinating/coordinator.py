@@ -8,6 +8,8 @@ Rule 3: a robot that is lost before that is dropped, and the draft begins again 
         are newer than all turns. Else what robots see of their legs may be of where a robot stood before its
         turn.
 Rule 4: it goes by phases (`agents.coordinating.phases`).
+Rule 5 (liveness): it repeats a question until it is answered, where the strand ends until the robot that has
+        the turn moves, and the formation for a moment: it does not wait for reports to answer.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -21,6 +23,7 @@ from agents.coordinating.order import positions
 from agents.coordinating.phases import PHASES, Phase
 from agents.coordinating.questions import Questions, points
 from agents.coordinating.turns import Turns
+from agents.due import is_due
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
 from protocol.fence import Cause, Epoch, Fence, May
@@ -31,6 +34,7 @@ from protocol.wire.messages import Odometry
 from protocol.wire.view import Answer, Join, Report
 
 SLOW_PENALTY = 2.0  # for a robot that does nothing in its turn: it is left out for half a minute
+NEWS_S = 1.0  # ten times: at 75 % loss a formation arrives in 94 % of cases; then it is asked for
 NO_WAY = "it finds no way to a place behind the others"
 
 
@@ -56,7 +60,7 @@ class Coordinator:
         self._suspicion = suspicion
         self._agreement = Agreement(robot, epoch, intent, mission.goal is None, neighbours)
         self._cause = intent.cause
-        self._began_s = self._moved_s = self._looked_s = now_s
+        self._began_s = self._moved_s = self._looked_s = self._news_at_s = self._made_s = now_s
         self._questions = Questions(mission, timing)
         self.phase = Phase.GATHERING
         self.plan: Plan | None = None
@@ -111,7 +115,7 @@ class Coordinator:
             commands += self._turns.repeat(now_s)
         elif self.phase is not Phase.FORMED:
             commands += self._go_on(fence, now_s)
-        return commands + list(self._answers())
+        return commands + list(self._answers(odometry, now_s))
 
     # --- phases -------------------------------------------------------------------------------------
 
@@ -295,6 +299,7 @@ class Coordinator:
     def _make(self, plan: Plan, fence: Fence, now_s: float) -> list[Command]:
         self._enter(Phase.FORMED)
         self.plan = plan
+        self._made_s = self._news_at_s = now_s
         told = [Say(robot, piece) for robot in plan.order for piece in plan.pieces(robot)]
         self._due -= set(plan.order)
         order = plan.order
@@ -313,7 +318,10 @@ class Coordinator:
 
     # --- answers ------------------------------------------------------------------------------------
 
-    def _answers(self) -> Iterator[Command]:
+    def _answers(self, odometry: Odometry, now_s: float) -> Iterator[Command]:
+        if is_due(last_s=self._news_at_s, every_s=self._timing.report_s, now_s=now_s):
+            self._news_at_s = now_s
+            self._due |= self._told_news(odometry, now_s)
         for robot in sorted(self._due):
             report = self._said[robot]
             if self.plan is not None and self.plan.lives.get(robot) == report.life:
@@ -321,6 +329,14 @@ class Coordinator:
             else:
                 yield Say(robot, self._answer(robot, report))
         self._due.clear()
+
+    def _told_news(self, odometry: Odometry, now_s: float) -> set[int]:
+        """Rule 5: who may not have heard its news."""
+        if self.plan is not None:
+            return set(self.plan.order) if now_s - self._made_s <= NEWS_S else set()
+        fence = odometry.fence
+        named = {fence.robot} & self._reports.keys() if not odometry.moving else set()
+        return named | {robot for robot in self._reports if self._questions.pending(robot) is not None}
 
     def _answer(self, robot: int, report: Report) -> Answer:
         draft = self._draft

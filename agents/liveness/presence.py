@@ -5,7 +5,7 @@ Rule 1: a token that has gone, or has come back as another process's, ends nothi
 Rule 2: a robot that does not see the world's token is cut off itself, and knows nothing of the others.
 """
 
-from collections.abc import Set
+from collections.abc import Mapping, Set
 
 from protocol.keys import WORLD_NUMBER
 
@@ -16,7 +16,7 @@ class Presence:
     """The tokens of a run."""
 
     def __init__(self) -> None:
-        self._tokens: dict[int, set[str]] = {}
+        self._tokens: dict[int, tuple[str, ...]] = {}
         self._newest: dict[int, str] = {}
         self._went_s: dict[int, float] = {}
         """When a robot's last process stopped showing its token."""
@@ -28,12 +28,23 @@ class Presence:
         else:
             self._went_s.setdefault(robot, now_s)  # another process: the one before is no more
         self._newest[robot] = incarnation
-        self._tokens.setdefault(robot, set()).add(incarnation)
+        others = tuple(other for other in self._tokens.get(robot, ()) if other != incarnation)
+        self._tokens[robot] = (*others, incarnation)
+
+    def see(self, shown: Mapping[int, str], now_s: float) -> None:
+        """All tokens that are shown, at the first look."""
+        if self._newest:
+            for robot, incarnation in shown.items():
+                self.come(robot, incarnation, now_s)
+            return
+        self._newest = dict(shown)
+        self._tokens = {robot: (incarnation,) for robot, incarnation in shown.items()}
 
     def go(self, robot: int, incarnation: str, now_s: float) -> None:
         """A token has gone."""
-        self._tokens.get(robot, set()).discard(incarnation)
-        if not self._tokens.get(robot):
+        left = tuple(other for other in self._tokens.get(robot, ()) if other != incarnation)
+        self._tokens[robot] = left
+        if not left:
             self._went_s[robot] = now_s
 
     @property

@@ -42,14 +42,20 @@ class Raising:
     """Why it proposed that."""
     _wanted_since_s: float | None = None
     _put_at_s: float = -float("inf")
-    _all_in: int = 0
-    """The newest generation that has come to ALL, as far as it was told."""
+    _all_in: int | None = None
+    """The newest generation that has come to ALL, as far as it was told; at first the one before."""
 
     def enter(self, fence: Fence) -> None:
         """Odometry tells a newer fence: whatever was wanted is to be wanted anew."""
         self._wanted_since_s = None
         if fence.may is May.ALL:
             self._all_in = fence.epoch.generation
+        elif self._all_in is None:
+            self._all_in = max(fence.epoch.generation - 1, 0)
+
+    def in_vain(self, generation: int) -> int:
+        """How many generations in a row, up to this one, have not come to ALL."""
+        return 0 if self._all_in is None else max(generation - self._all_in, 0)
 
     def want(self, reason: Reason | None, fence: Fence, now_s: float) -> list[Command]:
         """Propose a view if there is a reason to, and the drawn time has passed."""
@@ -75,7 +81,7 @@ class Raising:
         """Rule 1."""
         drawn = blake2b(f"{self.life}/{generation}".encode(), digest_size=4).digest()
         share = int.from_bytes(drawn) / 2**32
-        doubled = min(max(generation - self._all_in, 0), self.timing.doublings_max)
+        doubled = min(self.in_vain(generation), self.timing.doublings_max)
         once_s = (
             self.timing.shared_draws_s * share if reason.is_shared else self.timing.draws_s * (1.0 + share)
         )

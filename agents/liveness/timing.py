@@ -3,7 +3,7 @@
 No value here can break a safety rule: whatever they are, bodies obey the fence alone (docs/strand.md).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from protocol.mission import Mission
 
@@ -24,6 +24,8 @@ class Timing:
     """A raise waits for a drawn time in [1, 2] of these, so that most robots see the first one."""
     shared_draws_s: float = 0.5
     """What all robots may want at once waits for a drawn time in [0, 1] of these: an odometry for each."""
+    slower_max: int = 3
+    """Waiting for what a coordinator or a robot says doubles with each such epoch, so often at most."""
     doublings_max: int = 2
     """The drawn time doubles with each epoch in a row without ALL, so often at most."""
     gap_s: float = 0.8
@@ -71,6 +73,16 @@ class Timing:
             coordinator_s=3.0 * ping_s,
             reports_s=2.5 * ping_s,
             shared_draws_s=ODOMETRY_S * mission.robots,
+        )
+
+    def slower(self, in_vain: int) -> "Timing":
+        """The times after so many epochs in a row without ALL: most messages may be lost."""
+        times = 2.0 ** max(0, min(in_vain, self.slower_max))
+        return replace(
+            self,
+            coordinator_s=times * self.coordinator_s,
+            reports_s=times * self.reports_s,
+            looks_s=min(times * self.looks_s, self.stood_s / 2.0),
         )
 
     def relations(self) -> dict[str, bool]:

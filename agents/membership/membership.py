@@ -135,7 +135,7 @@ class Membership:
                 self._robot,
                 epoch,
                 mission=self._mission,
-                timing=self._timing,
+                timing=self._proposing.timing_in(epoch),
                 suspicion=self.suspicion,
                 intent=intent,
                 neighbours=self._past.neighbours,

@@ -17,7 +17,7 @@ from agents.liveness.timing import Timing
 from agents.membership.pleas import Pleas
 from agents.membership.reporting import Reporter
 from agents.strand.member import Member
-from protocol.fence import Cause, Fence, May
+from protocol.fence import Cause, Epoch, Fence, May
 from protocol.timeline import LinkBroken, StrandDissolved, StrandReversed
 from protocol.wire.messages import Odometry
 
@@ -45,6 +45,10 @@ class Proposing:
             self._epoch, self._epoch_s = fence.epoch, now_s
         if fence.may is May.ALL:
             self._led_by, self._leader_heard_s = fence.robot, now_s
+
+    def timing_in(self, epoch: Epoch) -> Timing:
+        """The times in this epoch."""
+        return self._timing.slower(self._raising.in_vain(epoch.generation) - 1)
 
     def leader_answers(self, now_s: float) -> None:
         """The leader has answered a plea."""
@@ -122,7 +126,7 @@ class Proposing:
     def _is_deaf(self, reporter: Reporter, now_s: float) -> bool:
         """Whether the coordinator answers nothing, and gives no turn."""
         waits_s = min(reporter.waits_s(now_s), now_s - self._turn_s)
-        return self._suspicion.judges(now_s) and waits_s > self._timing.coordinator_s
+        return self._suspicion.judges(now_s) and waits_s > self.timing_in(self._epoch).coordinator_s
 
     def _for_outsider(self, odometry: Odometry, reporter: Reporter | None, now_s: float) -> Reason | None:
         """Rule 4."""

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from agents.commands import Command, Note, Tell
 from agents.due import is_due
 from agents.events import LinkHeard
-from agents.strand.grants import Grants, may_be_seen
+from agents.strand.grants import GRANT_M_MIN, Grants, may_be_seen
 from agents.strand.growth import Growth
 from agents.strand.plausible import WRONG_SIDE, refused, wrong_ahead, wrong_behind
 from protocol.arrays import Floats
@@ -224,6 +224,7 @@ class Strand:
         news = (
             self.grants.granted_m,
             len(self.path),
+            round(own.progress_m / GRANT_M_MIN),
             own.arrived,
             own.handed.number,
             self.back_by_m > 0.0,

@@ -123,6 +123,7 @@ def outcomes_in(folder: Path, worker: str, first: int, last: int) -> Iterator[Ou
 
 @contextmanager
 def started(command: Sequence[str], folder: Path) -> Iterator["subprocess.Popen[bytes]"]:
+    """A process with the source in a folder; it ends with the context."""
     environment = {**os.environ, "PYTHONPATH": str(folder), "OPENBLAS_NUM_THREADS": "1"}
     process = subprocess.Popen(  # noqa: S603 - our own interpreter on our own module
         command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE

@@ -175,12 +175,13 @@ class Cores:
                     pass  # judged above
                 case _:
                     assert_never(command)
-        fence, bodies = world.arena.fence, world.bodies
+        fence, ticks = world.arena.fence, round(world.now_s / TICK_S)
+        poses = tuple(map(world.bodies.pose, range(len(world.bodies.place_m))))
         return WorldStep(
             world=self._worlds.add(world),
-            ticks=round(world.now_s / TICK_S),
+            ticks=ticks,
             fence=self.fences.add(fence),
-            places=None if fence == before else tuple(map(bodies.pose, range(len(bodies.place_m)))),
+            places=None if fence == before else poses,
             sent=tuple(sent),
             ordered=tuple(ordered),
             notes=tuple(notes),

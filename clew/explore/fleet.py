@@ -133,23 +133,24 @@ class Fleet:
 
     def strike(self, state: Moment, fault: Fault) -> Moment:
         """The moment after a fault."""
-        kind = Kind(fault.kind)
-        match kind:
+        after = state._replace(handled=state.handled + 1)
+        rest = after._replace(now=state.now[1:])
+        match Kind(fault.kind):
             case Kind.LOSE:
-                return state._replace(handled=state.handled + 1, now=state.now[1:])
+                after = rest
             case Kind.LATE if fault.ticks == 0:
-                return state._replace(handled=state.handled + 1, now=(*state.now[1:], state.now[0]))
+                after = after._replace(now=(*state.now[1:], state.now[0]))
             case Kind.LATE:
-                rest = state._replace(handled=state.handled + 1, now=state.now[1:])
-                return _later(rest, fault.ticks, state.now[0])
+                after = _later(rest, fault.ticks, state.now[0])
             case Kind.TWICE:
-                return _later(self._step(state), fault.ticks, state.now[0])
+                after = _later(self._step(state), fault.ticks, state.now[0])
             case Kind.KILL:
-                return self._kill(state, fault.robot, fault.ticks)
+                after = self._kill(after, fault.robot, fault.ticks)
             case Kind.CUT:
-                return self._cut(state, fault.robot, fault.ticks)
+                after = self._cut(after, fault.robot, fault.ticks)
             case Kind.WORLD:
-                return self._restart_world(state)
+                after = self._restart_world(after)
+        return after
 
     def say(self, state: Moment) -> str:
         """The letter that arrives, and what comes of it; or that time passes."""
@@ -284,7 +285,7 @@ class Fleet:
     def _kill(self, state: Moment, robot: int, back_ticks: int) -> Moment:
         """A robot's process dies, before it hears the letter in line; it is started again later, or never."""
         count = str(state.lives[robot - 1])
-        state = state._replace(handled=state.handled + 1, robots=_put(state.robots, robot, None))
+        state = state._replace(robots=_put(state.robots, robot, None))
         missed = [(other, TokenMissed(robot, count)) for other in self._living(state)]
         state = self._with_tokens(state, [(WORLD, TokenWent(robot, count)), *missed])
         if back_ticks == NEVER_TICKS:
@@ -294,7 +295,7 @@ class Fleet:
 
     def _cut(self, state: Moment, robot: int, ticks: int) -> Moment:
         """A robot is cut off from all others and the world. After a second it and they see that."""
-        state = state._replace(handled=state.handled + 1, cut=_put(state.cut, robot, state.ticks + ticks))
+        state = state._replace(cut=_put(state.cut, robot, state.ticks + ticks))
         if ticks <= LEASE_TICKS:
             return state
         lives = state.lives
@@ -315,9 +316,7 @@ class Fleet:
 
     def _restart_world(self, state: Moment) -> Moment:
         """The world is killed and started again at once; what was on its way to it is lost."""
-        state = state._replace(
-            handled=state.handled + 1, now=tuple(letter for letter in state.now if letter.receiver != WORLD)
-        )
+        state = state._replace(now=tuple(letter for letter in state.now if letter.receiver != WORLD))
         state = self._after_world(state, self.cores.world_step(state.world, self._restart, WORLD))
         tokens = [(WORLD, TokenCame(robot, str(state.lives[robot - 1]))) for robot in self._living(state)]
         return self._with_tokens(state, tokens)

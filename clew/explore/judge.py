@@ -2,14 +2,14 @@
 
 S1, S2: the world's own monitor, in every tick.
 S3: the ground that bodies are ordered to drive over keeps the separation from all other hulls, and from the
-    ground that other bodies are ordered to drive over. So no order may rest on a scan, a place or a grant that
-    is not true any more: that is what F5 and F6 are for.
+    ground that other bodies are ordered to drive over. So no order may rest on a scan, a place or a grant
+    that is not true any more: that is what F5 and F6 are for.
 F1: a body moves only by an order that bears exactly the fence, from a robot and life that the fence names.
 F2: a robot orders motion only under the fence that its newest odometry has told, where that names it.
 F3: the fence goes on by the next turn of its coordinator, or to the next generation, where nobody may move.
     Before ALL it names one robot at most, and ALL is the last.
-F4: an epoch has one formation. When its ALL is taken, all members stand where it says. Under ALL only they drive,
-    in the lives that it names.
+F4: an epoch has one formation. When its ALL is taken, all members stand where it says. Under ALL only they
+    drive, in the lives that it names.
 F6 (a): what a robot has seen last when it plans a step was taken under the fence that its odometry tells.
 
 Nothing here uses the code that keeps the rules: a bug there cannot hide itself.
@@ -51,14 +51,14 @@ def judge_world(world: World, before: Fence, notes: Sequence[Record], put_by: in
             raise Breach(note.invariant, f"robot {note.robot}: {note.why} {note.measured_m}")
     fence = world.arena.fence
     if fence != before:
-        _judge_change(before, fence, put_by)
+        judge_change(before, fence, put_by)
     _judge_orders(world, fence)
     _judge_ground(world)
     return list(_accepted(world, notes))
 
 
-def _judge_change(before: Fence, after: Fence, put_by: int) -> None:
-    """F3."""
+def judge_change(before: Fence, after: Fence, put_by: int) -> None:
+    """F3, for a change of the fence that this robot has put; 0: nobody, or the operator."""
     old, new = before.epoch, after.epoch
     if new != old:
         next_generation = new.generation == old.generation + 1
@@ -107,9 +107,11 @@ def _judge_ground(world: World) -> None:
     pairs = [pair for pair in combinations(range(len(starts_m)), 2) if moving[list(pair)].any()]
     first, second = np.array(pairs).T
     apart_m = segments_apart(starts_m[first], ends_m[first], starts_m[second], ends_m[second])
-    if (nearest := int(apart_m.argmin())) is not None and apart_m[nearest] < keep_m:
+    nearest = int(apart_m.argmin())
+    if apart_m[nearest] < keep_m:
         one, other = (each + 1 for each in pairs[nearest])
-        why = f"robots {one} and {other} are ordered to come within {apart_m[nearest]:.3f} m, not {keep_m:.3f} m"
+        near_m = float(apart_m[nearest])
+        why = f"robots {one} and {other} are ordered to come within {near_m:.3f} m, not {keep_m:.3f} m"
         raise Breach("S3", why)
 
 

@@ -4,7 +4,6 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import msgspec
 from msgspec import Struct
@@ -24,8 +23,23 @@ class Without(Struct, frozen=True, kw_only=True):
     setting: Setting
 
 
-def _in(name: str, **bounds: Any) -> Setting:
-    return replace(SETTINGS[name], **bounds)
+def _in(
+    name: str,
+    *,
+    deliveries: int = 1,
+    skips: int = 0,
+    kinds: tuple[Kind, ...] = (),
+    delays_ticks: tuple[int, ...] = (5,),
+) -> Setting:
+    """A setting with few faults, so that what is wrong is found soon; nobody is started again."""
+    return replace(
+        SETTINGS[name],
+        deliveries=deliveries,
+        skips=skips,
+        kinds=kinds,
+        delays_ticks=delays_ticks,
+        restarts_ticks=(NEVER_TICKS,),
+    )
 
 
 def _without(name: str, rule: str, setting: Setting, *edits: tuple[str, str, str]) -> Without:
@@ -33,9 +47,7 @@ def _without(name: str, rule: str, setting: Setting, *edits: tuple[str, str, str
 
 
 # An order is late, and its robot dies: the others propose a view, and the order arrives.
-LATE_ORDER = _in(
-    "drive", deliveries=12, kinds=(Kind.LATE, Kind.KILL), delays_ticks=(20,), restarts_ticks=(NEVER_TICKS,)
-)
+LATE_ORDER = _in("drive", deliveries=12, kinds=(Kind.LATE, Kind.KILL), delays_ticks=(20,))
 # The put of ALL is late, after the members have been told the formation.
 LATE_ALL = _in("start", skips=31, deliveries=4, kinds=(Kind.LATE,))
 # A turn that names nobody arrives once more, after the ALL that follows it.
@@ -97,13 +109,9 @@ RULES = {
             _in("turns", deliveries=1),
             (
                 "agents/coordinating/coordinator.py",
-                "from enum import StrEnum\n",
-                "from enum import StrEnum\n\nfrom msgspec.structs import replace as changed\n",
-            ),
-            (
-                "agents/coordinating/coordinator.py",
                 "        self._reports[robot] = report\n",
-                "        self._reports[robot] = changed(report, place=(known or report).place)\n",
+                "        kept = {} if known is None else {'place': known.place}\n"
+                "        self._reports[robot] = __import__('msgspec').structs.replace(report, **kept)\n",
             ),
         ),
         _without(

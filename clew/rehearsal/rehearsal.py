@@ -17,7 +17,7 @@ from agents.commands import AskScan, Order, Put, Say, Tell
 from agents.commands import Command as RobotCommand
 from agents.commands import Note as RobotNote
 from agents.events import Event as RobotEvent
-from agents.events import OdometryHeard
+from agents.events import OdometryHeard, TokensSeen
 from agents.events import TokenCame as TokenSeen
 from agents.events import TokenWent as TokenMissed
 from agents.process.failure import failed
@@ -29,7 +29,8 @@ from clew.rehearsal.exchange import Exchange
 from clew.rehearsal.logbook import Logbook
 from clew.rehearsal.mail import Mail
 from clew.rehearsal.processes import Processes, check_rehearsable
-from clew.rehearsal.tokens import Change
+from clew.rehearsal.token_events import key_of, to_robot, to_world
+from clew.rehearsal.tokens import Change, FirstLook
 from protocol.errors import MessageRefusedError
 from protocol.exit_codes import ExitCode
 from protocol.faults.message_faults import MessageFaults
@@ -42,7 +43,7 @@ from protocol.wire.messages import Message, Phase, ScanQuery
 from world.commands import Command as WorldCommand
 from world.commands import Note, ServeScan, TellOdometry
 from world.core import World
-from world.events import EntryWritten, MessageDropped, StopAsked, TokenCame, TokenWent
+from world.events import EntryWritten, MessageDropped, StopAsked
 from world.events import Event as WorldEvent
 from world.judge.books import Account
 from world.scenario.scenario import Scenario
@@ -192,14 +193,13 @@ class Rehearsal:
         started = RobotStarted(pid=NO_PROCESS, incarnation=actor.incarnation)
         self._write(actor.name, actor.come_s, started)
 
-    def _show_change(self, change: Change) -> None:
+    def _show_change(self, change: Change | FirstLook) -> None:
         observer = self._processes.find(change.observer)
         if isinstance(observer, Desk) and not observer.ended:
-            come_or_gone = TokenCame if change.came else TokenWent
-            self._tell_world(come_or_gone(change.process, change.incarnation))
+            for event in to_world(change):
+                self._tell_world(event)
         elif isinstance(observer, Actor):
-            seen_or_missed = TokenSeen if change.came else TokenMissed
-            self._give(observer, seen_or_missed(change.process, change.incarnation))
+            self._give(observer, to_robot(change))
 
     def _give(self, actor: Actor, item: Arrival | RobotEvent) -> None:
         if actor.attends(self.world.now_s):
@@ -309,8 +309,8 @@ class Rehearsal:
                 mail = self._undamaged(actor, item)
                 event = None if mail is None else mail.to_robot()
                 return None if mail is None or event is None else Given(event, mail.key, mail.number)
-            case TokenSeen(process, incarnation) | TokenMissed(process, incarnation):
-                return Given(item, addresses.alive(process, incarnation), 0)
+            case TokenSeen() | TokenMissed() | TokensSeen():
+                return Given(item, key_of(item), 0)
             case _:
                 return None  # no other event arrives by itself
 

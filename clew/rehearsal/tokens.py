@@ -4,6 +4,8 @@ Rule 1: when a process ends, its token goes at once, since its connection is clo
 Rule 2: a process that is frozen or cut off from the router loses its token when the router's lease expires.
         By then, a process that is cut off sees no tokens. Both come back at once.
 Rule 3: no process sees its own token.
+Rule 4: a process that sees nothing yet sees all tokens at one look: a fleet has too many pairs of processes
+        for a change of each.
 """
 
 import math
@@ -20,6 +22,14 @@ class Change:
     process: int
     incarnation: str
     came: bool
+
+
+@dataclass(frozen=True, slots=True)
+class FirstLook:
+    """All tokens that one observer sees when it connects."""
+
+    observer: int
+    shown: dict[int, str]
 
 
 class Tokens:
@@ -68,7 +78,7 @@ class Tokens:
         self._cut_s = {process: self._cut_s.get(process, now_s) for process in sorted(processes)}
         self._look_at_s = -math.inf
 
-    def changes(self, now_s: float) -> list[Change]:
+    def changes(self, now_s: float) -> list[Change | FirstLook]:
         """The changes since the last call, in an order that does not depend on hashes."""
         if now_s < self._look_at_s:
             return []
@@ -80,11 +90,15 @@ class Tokens:
             if not self._is_lost(self._frozen_s.get(process), now_s)
             and not self._is_lost(self._cut_s.get(process), now_s)
         }
-        changes: list[Change] = []
+        changes: list[Change | FirstLook] = []
         for observer in sorted(self._seen):
             alone = self._is_lost(self._cut_s.get(observer), now_s)
-            sees = {} if alone else {each: listed[each] for each in listed if each != observer}
-            changes += _differences(observer, self._seen[observer], sees)
+            sees = {} if alone else dict(listed)
+            sees.pop(observer, None)
+            if sees and not self._seen[observer]:
+                changes.append(FirstLook(observer, sees))
+            elif sees != self._seen[observer]:
+                changes += _differences(observer, self._seen[observer], sees)
             self._seen[observer] = sees
         return changes
 

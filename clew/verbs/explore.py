@@ -7,14 +7,14 @@ from clew.explore.explore import Round, explore, story
 from clew.explore.search import Ended
 from clew.explore.setting import SETTINGS, Setting, adjusted
 from clew.explore.without import RULES, explore_without
-from clew.verbs.options import AS_JSON, Word
+from clew.verbs.options import AS_JSON, Word, robots_option
 from clew.verbs.say import console, say_json, warn
 from protocol.exit_codes import ExitCode
 
 
 @click.command("explore")
 @click.argument("setting", type=Word(list(SETTINGS)), default="start")
-@click.option("--robots", type=click.IntRange(2, 3), help="Number of robots, instead of the setting's.")
+@robots_option("Number of robots, at most the setting's.")
 @click.option(
     "--faults", type=click.IntRange(0, 4), help="Explore all schedules with so many faults at most."
 )
@@ -25,7 +25,13 @@ from protocol.exit_codes import ExitCode
 )
 @click.option("--skip", type=click.IntRange(0, 10_000), help="Faults strike after so many messages.")
 @click.option("--without", "rule", type=Word(list(RULES)), help="Remove this rule from a copy of the source.")
-@click.option("--seconds", type=click.FloatRange(0.0, min_open=True), default=60.0, show_default=True)
+@click.option(
+    "--seconds",
+    type=click.FloatRange(0.0, min_open=True),
+    default=60.0,
+    show_default=True,
+    help="CPU time for all of it.",
+)
 @AS_JSON
 @click.pass_context
 def explore_verb(
@@ -42,10 +48,11 @@ def explore_verb(
 ) -> None:
     """Try every schedule with few faults, on the real cores, in a small world without noise.
 
-    Messages are delivered in order and at once; each lost, late or repeated message, each kill, cut and restart
-    is one fault. The verb explores without faults, then with one, and so on, and says what was covered. It exits
-    with 1 when a promise is broken, and prints a schedule with as few faults as possible. With --without a rule
-    is removed first, in the setting that shows it; then it exits with 1 if nothing breaks.
+    By default messages are delivered in order and at once. Each lost, late or repeated message, each kill,
+    cut and restart is one fault. The verb explores without faults, then with one, and so on, and says what
+    was covered. It exits with 1 when a promise is broken, and prints a schedule with as few faults as
+    possible. With --without a rule is removed first, in the setting that shows it; then it exits with 1 if
+    nothing breaks.
     """
     if rule is not None:
         chosen, rounds = RULES[rule].setting, explore_without(rule, seconds)

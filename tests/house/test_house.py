@@ -43,6 +43,7 @@ ONLY_IN = {
     "time": {
         "agents/process/shell.py",
         "clew/campaign/episode.py",
+        "clew/explore/explore.py",
         "clew/guided/search.py",
         "clew/fleet/live.py",
         "clew/log/vigil.py",

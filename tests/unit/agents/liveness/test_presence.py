@@ -111,3 +111,15 @@ def test_a_robot_that_is_cut_off_holds_nobody_for_lost() -> None:
 
 def test_a_robot_whose_token_never_came_is_not_lost() -> None:
     assert not connected(1).is_lost(2, 0.0, 99.0)
+
+
+def test_a_first_look_tells_the_same_as_all_tokens_one_by_one() -> None:
+    at_once, one_by_one = Presence(), Presence()
+    shown = {WORLD_NUMBER: "a", 1: "b", 2: "c"}
+    at_once.see(shown, 1.0)
+    for robot, incarnation in shown.items():
+        one_by_one.come(robot, incarnation, 1.0)
+    assert vars(at_once) == vars(one_by_one)
+    at_once.see({1: "d"}, 2.0)
+    one_by_one.come(1, "d", 2.0)
+    assert vars(at_once) == vars(one_by_one)

@@ -1,9 +1,11 @@
 """Liveliness tokens in rehearsal: which process sees which token, and when that changes."""
 
+from collections.abc import Iterable, Iterator
+
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clew.rehearsal.tokens import Change, Tokens
+from clew.rehearsal.tokens import Change, FirstLook, Tokens
 
 
 def fleet(robots: int = 3) -> Tokens:
@@ -14,9 +16,18 @@ def fleet(robots: int = 3) -> Tokens:
     return tokens
 
 
-def said(changes: list[Change]) -> list[str]:
+def one_by_one(changes: Iterable[Change | FirstLook]) -> Iterator[Change]:
+    for change in changes:
+        if isinstance(change, FirstLook):
+            yield from (Change(change.observer, *each, came=True) for each in change.shown.items())
+        else:
+            yield change
+
+
+def said(changes: list[Change | FirstLook]) -> list[str]:
     return [
-        f"{each.observer}{'+' if each.came else '-'}{each.process}.{each.incarnation}" for each in changes
+        f"{each.observer}{'+' if each.came else '-'}{each.process}.{each.incarnation}"
+        for each in one_by_one(changes)
     ]
 
 
@@ -103,7 +114,7 @@ class Stage:
                 pass  # it is alive already
 
     def look(self, at_s: float) -> None:
-        for change in self.tokens.changes(at_s):
+        for change in one_by_one(self.tokens.changes(at_s)):
             told = self.seen[change.observer]
             if change.came:
                 told[change.process] = change.incarnation
@@ -126,3 +137,10 @@ def test_after_any_sequence_of_faults_each_process_sees_exactly_the_live_tokens(
     listed = stage.living - stage.frozen - stage.cut
     expected = {each: set() if each in stage.cut else listed - {each} for each in stage.living}
     assert {each: set(told) for each, told in stage.seen.items()} == expected
+
+
+def test_a_first_look_is_one_change_for_each_process() -> None:
+    tokens = Tokens()
+    for process in range(3):
+        tokens.show(process, "1")
+    assert [type(change) for change in tokens.changes(0.0)] == [FirstLook] * 3

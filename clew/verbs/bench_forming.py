@@ -1,0 +1,48 @@
+"""`clew bench forming`: measures how much work it takes until a fleet drives as one strand."""
+
+import time
+
+import click
+from rich.table import Table
+
+from clew.bench.forming import BOUND_CPU_S, BOUND_ROBOTS, FLEETS, Forming, forming, is_quick
+from clew.verbs.options import AS_JSON
+from clew.verbs.say import console, say_json
+from protocol.exit_codes import ExitCode
+from protocol.frames import ROBOTS_MAX
+
+
+@click.command(name="forming")
+@click.argument("fleets", nargs=-1, type=click.IntRange(1, ROBOTS_MAX))
+@AS_JSON
+@click.pass_context
+def forming_(ctx: click.Context, fleets: tuple[int, ...], *, as_json: bool) -> None:
+    """Rehearse queues of FLEETS robots until they have formed a strand. Default: 5, 50, 200 and 1000.
+
+    Prints the CPU seconds, and how many messages each robot has sent until then. Exits with 1 when a queue
+    did not form, or one of up to 200 robots took more than 10 CPU seconds.
+    """
+    rows: list[Forming] = []
+    for robots in fleets or FLEETS:
+        rows.append(forming(robots, cpu=time.process_time))
+        click.echo(f"{robots} robots: {rows[-1].cpu_s:.2f} CPU s", err=True)
+    if as_json:
+        say_json(rows)
+    else:
+        _print(rows)
+    ctx.exit(ExitCode.OK if is_quick(rows) else ExitCode.FAILED)
+
+
+def _print(rows: list[Forming]) -> None:
+    table = Table(title=f"Queues until formed; bound: {BOUND_ROBOTS} robots in {BOUND_CPU_S:g} CPU s")
+    for column in ("robots", "formed at [s]", "CPU [s]", "messages per robot", "of the coordinator"):
+        table.add_column(column, justify="right")
+    for row in rows:
+        table.add_row(
+            f"{row.robots}",
+            "never" if row.formed_s is None else f"{row.formed_s:.2f}",
+            f"{row.cpu_s:.2f}",
+            f"{row.messages_per_robot:.1f}",
+            f"{row.coordinator_messages}",
+        )
+    console().print(table)

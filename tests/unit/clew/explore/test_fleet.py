@@ -1,0 +1,123 @@
+"""The real cores and the real world as a system; short forms of what `clew explore` does."""
+
+import pytest
+from msgspec.structs import replace
+
+from clew.explore.explorable import Fault
+from clew.explore.explore import explore
+from clew.explore.fleet import Fleet
+from clew.explore.moments import Moment
+from clew.explore.search import Ended, Exploration, Strike, retell
+from clew.explore.setting import NEVER_TICKS, SETTINGS, Kind, adjusted
+from protocol.fence import May
+
+START = SETTINGS["start"]
+SHORT = replace(START, deliveries=4, settle_ticks=50, delays_ticks=(5,), restarts_ticks=(5, NEVER_TICKS))
+
+
+def after(fleet: Fleet, moment: Moment, ticks: int) -> Moment:
+    while moment.ticks < ticks:
+        following = fleet.follow(moment)
+        assert following is not None
+        moment = following
+    return moment
+
+
+def test_without_faults_three_robots_form_a_strand_and_drive() -> None:
+    fleet = Fleet(START)
+    moment = after(fleet, fleet.start(), 100)
+    fence = fleet.cores.fences[moment.fence]
+    assert (fence.may, fence.members) == (May.ALL, 3)
+    poses = fleet.cores.world(moment.world).bodies.place_m
+    assert all(x_m > start[0] + 0.5 for (x_m, _), start in zip(poses, START.places, strict=True))
+
+
+def test_a_fleet_goes_on_from_equal_moments_in_the_same_way() -> None:
+    one, other = (Exploration(Fleet(SHORT), 1).run(lambda: True) for _ in range(2))
+    assert one == other
+
+
+def test_all_schedules_with_a_fault_in_the_first_deliveries_keep_all_promises() -> None:
+    found = Exploration(Fleet(SHORT), 1).run(lambda: True)
+    assert (found.ended, found.broken) == (Ended.COMPLETE, None)
+    assert found.schedules[1] > 3 * SHORT.deliveries
+
+
+def test_remembered_steps_are_the_computed_ones() -> None:
+    fleet = Fleet(SHORT)
+    first = after(fleet, fleet.start(), 50)
+    computed = fleet.cores.computed
+    assert after(fleet, fleet.start(), 50) == first
+    assert fleet.cores.computed == computed
+
+
+def test_a_lost_letter_does_not_arrive_and_a_late_one_arrives_later() -> None:
+    fleet = Fleet(START)
+    start = fleet.start()
+    while not start.now or not start.now[0].is_fault_prone:
+        following = fleet.follow(start)
+        assert following is not None
+        start = following
+    letter = start.now[0]
+    lost = fleet.strike(start, Fault(Kind.LOSE))
+    late = fleet.strike(start, Fault(Kind.LATE, 0, 5))
+    twice = fleet.strike(start, Fault(Kind.TWICE, 0, 5))
+    assert letter not in lost.now
+    assert (late.now, late.later) == (lost.now, ((start.ticks + 5, letter),))
+    assert (twice.robots != lost.robots, twice.later) == (True, late.later)
+
+
+def test_a_killed_robot_is_down_until_it_is_started_again_in_another_life() -> None:
+    fleet = Fleet(START)
+    moment = after(fleet, fleet.start(), 50)
+    killed = fleet.strike(moment, Fault(Kind.KILL, 2, 10))
+    assert [process is None for process in killed.robots] == [False, True, False]
+    back = after(fleet, killed, 70)
+    assert back.lives == (1, 2, 1)
+    assert back.robots[1] is not None
+
+
+def test_a_robot_that_is_cut_off_is_heard_again_later() -> None:
+    fleet = Fleet(START)
+    moment = after(fleet, fleet.start(), 50)
+    cut = after(fleet, fleet.strike(moment, Fault(Kind.CUT, 2, 25)), 70)
+    process, same = cut.robots[1], moment.robots[1]
+    assert process is not None
+    assert same is not None
+    assert process.now_s == same.now_s
+    healed = after(fleet, cut, 90).robots[1]
+    assert healed is not None
+    assert healed.now_s > 1.5
+
+
+def test_a_world_that_is_started_again_raises_the_fence() -> None:
+    fleet = Fleet(START)
+    moment = after(fleet, fleet.start(), 50)
+    again = fleet.strike(moment, Fault(Kind.WORLD))
+    before, now = (fleet.cores.fences[each.fence] for each in (moment, again))
+    assert now.epoch == before.epoch.next(0, 0)
+
+
+def test_a_schedule_is_retold_with_its_faults() -> None:
+    fleet = Fleet(SHORT)
+    rank = fleet.rank(fleet.start())
+    told = list(retell(fleet, [Strike(rank, Fault(Kind.WORLD))]))
+    assert told[0][2] == Fault(Kind.WORLD)
+    assert all(fault is None for _, _, fault in told[1:])
+
+
+def test_a_setting_has_other_bounds_if_they_are_asked_for() -> None:
+    two = adjusted(START, robots=2, deliveries=5, skips=3)
+    assert (len(two.places), two.deliveries, two.skips) == (2, 5, 3)
+    assert adjusted(START) == START
+
+
+def test_time_that_is_up_is_said() -> None:
+    *_, last = explore(START, 2, 0.0)
+    assert last.explored.ended is Ended.TIME
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_every_setting_keeps_all_promises_without_faults(name: str) -> None:
+    found = Exploration(Fleet(SETTINGS[name]), 0).run(lambda: True)
+    assert (found.ended, found.schedules) == (Ended.COMPLETE, (1,))
