@@ -77,21 +77,26 @@ def test_a_robot_that_does_not_see_the_world_judges_nobody() -> None:
 # --- penalties --------------------------------------------------------------------------------------
 
 
-def test_a_robot_that_is_lost_again_and_again_is_left_out_until_its_penalty_has_decayed() -> None:
+def test_a_robot_that_is_lost_is_left_out_for_a_while() -> None:
     suspicion = awake(2)
     suspicion.blame(2, 0.0)
-    assert suspicion.suppressed(0.0) == frozenset()
+    assert suspicion.suppressed(0.0) == {2}
+    assert suspicion.suppressed(0.5 * HALF_LIFE_S) == frozenset()
+
+
+def test_a_robot_that_is_lost_again_soon_is_left_out_for_longer() -> None:
+    suspicion = awake(2)
+    suspicion.blame(2, 0.0)
     suspicion.blame(2, 1.0)
-    assert suspicion.suppressed(1.0) == {2}
     assert suspicion.suppressed(1.0 + HALF_LIFE_S) == {2}
     assert suspicion.suppressed(1.0 + 2.0 * HALF_LIFE_S) == frozenset()
 
 
-def test_two_losses_that_lie_far_apart_leave_nobody_out() -> None:
+def test_losses_that_lie_far_apart_leave_a_robot_out_for_less_than_a_half_life_each() -> None:
     suspicion = awake(2)
     suspicion.blame(2, 0.0)
     suspicion.blame(2, 2.0 * HALF_LIFE_S)
-    assert suspicion.suppressed(2.0 * HALF_LIFE_S) == frozenset()
+    assert suspicion.suppressed(3.0 * HALF_LIFE_S) == frozenset()
 
 
 def test_one_that_keeps_the_others_waiting_is_left_out_at_once() -> None:
