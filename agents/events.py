@@ -51,7 +51,8 @@ class TokenWent(Struct, frozen=True):
 class TokensSeen(Struct, frozen=True):
     """All tokens that a process sees when it connects, by process: as one event, since a fleet has many."""
 
-    shown: dict[int, str]
+    shown: tuple[tuple[int, str], ...]
+    """Each robot, or 0 for the world, and its incarnation."""
 
 
 Event = OdometryHeard | ScanHeard | ViewHeard | LinkHeard | TokenCame | TokenWent | TokensSeen

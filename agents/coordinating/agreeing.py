@@ -83,7 +83,11 @@ class Agreement:
         own = reports[self.robot]
         newest = max(reports.values(), key=lambda report: report.counted.number)
         counters = own.counters if own.counted == newest.counted else newest.counters
-        return replace(counters, steps=max(report.counters.steps for report in reports.values()))
+        return replace(
+            counters,
+            steps=max(report.counters.steps for report in reports.values()),
+            heals=counters.heals + self.intent.heals,
+        )
 
     def _plan(
         self,

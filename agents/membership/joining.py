@@ -175,6 +175,8 @@ class Joining:
 
     def _step(self, view: View, stands: Stands) -> Step | NoStep:
         places, walls = self._places(stands), self._walls(view, stands)
+        # Where it stands it is not in place, whatever is remembered.
+        places = places[np.hypot(*(places - view.position).T) > GAIN_M]
         ground = deepcopy(self._map)
         ground.remember(self._outlines(stands.all))
         berth_m = self._mission.obstacle_keep_m

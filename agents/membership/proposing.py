@@ -4,7 +4,8 @@ Rule 1: where nobody coordinates, anybody does.
 Rule 2: a bound robot proposes one when its coordinator is lost: its token has gone, it is silent, or it does
         nothing though nobody moves.
 Rule 3: a member proposes one for what it wishes (`agents.strand.wish`), for a neighbour that is lost, and, if
-        it leads, for a robot that asks to be let in.
+        it leads, for a robot that asks to be let in. A leader without a way on lets such a robot in first: it
+        may be what stands in the way.
 Rule 4: a robot that is left out, and has no answer from the leader, proposes one as an outsider; where nobody
         moves, as anybody.
 """
@@ -97,13 +98,14 @@ class Proposing:
 
     def _for_member(self, member: Member, odometry: Odometry, now_s: float) -> Reason | None:
         """Rule 3."""
-        if member.wish is not None:
-            return Reason(member.wish.cause, member.wish.why, member.wish.about)
+        wish, plea = member.wish, self._pleas.reason(now_s, stands=not odometry.moving)
+        if wish is not None and (plea is None or wish.cause not in {Cause.DEAD_END, Cause.NO_WAY}):
+            return Reason(wish.cause, wish.why, wish.about)
         for link in member.links:
             why = self._suspicion.why_lost(link, now_s)
             if why is not None:
                 return Reason(Cause.NEIGHBOUR_LOST, why, link.neighbour)
-        return self._pleas.reason(now_s, stands=not odometry.moving)
+        return plea
 
     def _for_bound(
         self, fence: Fence, odometry: Odometry, reporter: Reporter | None, now_s: float

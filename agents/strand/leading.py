@@ -3,10 +3,10 @@
 Rule 1: it plans only where the path ends. If its body stands elsewhere, it wants a new formation.
 Rule 2: where the only way leads back, it wants the strand to turn round, `TURNS_MAX` times at most without a
         step towards the goal between them.
-Rule 3: where it knows no way on, it wants another robot to lead. The route is lost if `LEADERS_MAX` have led
-        in vain, or all, or this one before. A strand that has tried another leader does not turn round any
-        more: any robot may lead. The first leader waits before it says so where bodies or obstacles may move
-        away.
+Rule 3: where it knows no way on, and the strand has lost some, it wants another robot to lead. The route is
+        lost if `LEADERS_MAX` have led in vain, or all, or this one before. A strand that has tried another
+        leader does not turn round any more: any robot may lead. The first leader waits before it says so
+        where bodies or obstacles may move away.
 """
 
 import math
@@ -209,7 +209,8 @@ class Leading:
         """Rule 3."""
         led = self._strand.counters.led_in_vain
         has_led = self._strand.robot in led
-        if has_led or len(led) + 1 >= min(LEADERS_MAX, self._mission.robots):
+        lost_some = self._strand.counters.heals > 0 or self._some_are_left_out
+        if not lost_some or has_led or len(led) + 1 >= min(LEADERS_MAX, self._mission.robots):
             return self._lose(reason)
         self._wish = Wish(Cause.NO_WAY, reason)
         return []

@@ -44,6 +44,8 @@ class Counters(Struct, frozen=True, kw_only=True):
     """How often a strand has dissolved so far."""
     led_in_vain: Robots = ()
     """Who has led since the last step, and knew no way on."""
+    heals: Count = 0
+    """How often a strand has formed again after a loss."""
 
 
 class Question(Struct, frozen=True, kw_only=True):

@@ -202,12 +202,15 @@ def test_after_too_many_dissolutions_a_blocked_robot_says_that_the_route_is_lost
     assert [robot for robot, record in stage.told if isinstance(record, RouteLost)] == [2]
 
 
-@pytest.mark.parametrize(("in_vain", "cause"), [((), Cause.NO_WAY), ((3,), Cause.NO_WAY), ((3, 2), None)])
-def test_a_leader_that_knows_no_way_on_wants_another_to_lead_unless_all_have(
-    in_vain: tuple[int, ...], cause: Cause | None
+@pytest.mark.parametrize(
+    ("in_vain", "heals", "cause"),
+    [((), 1, Cause.NO_WAY), ((3,), 1, Cause.NO_WAY), ((3, 2), 1, None), ((), 0, None)],
+)
+def test_a_leader_that_knows_no_way_on_after_a_loss_wants_another_to_lead_unless_all_have(
+    in_vain: tuple[int, ...], heals: int, cause: Cause | None
 ) -> None:
     mission = replace(MISSION, law=Law.PRINTED)  # without two obstacles in sight, this law knows no way
-    stage = MemberStage(mission, row(3), ORDER, counters=Counters(steps=4, led_in_vain=in_vain))
+    stage = MemberStage(mission, row(3), ORDER, counters=Counters(steps=4, led_in_vain=in_vain, heals=heals))
     stage.run(10.0)
     wish, counters = stage.leader.wish, stage.leader.counters
     assert (None if wish is None else wish.cause) == cause
