@@ -41,6 +41,7 @@ class Desk:
     @property
     def account(self) -> Account:
         """Its message counts."""
+<<<<<<< HEAD
         ours = self.traffic
         return Account(
             sent=ours.sent,
@@ -48,6 +49,15 @@ class Desk:
             newest=ours.newest,
             injected=ours.injected_by_fault(),
             refused=ours.refused,
+=======
+        traffic = self.traffic
+        return Account(
+            sent=traffic.sent,
+            received=traffic.received,
+            newest=traffic.newest,
+            injected=traffic.injected_by_fault(),
+            refused=traffic.refused,
+>>>>>>> views
         )
 
 
@@ -80,6 +90,7 @@ class Actor:
 
     @property
     def counted(self) -> TrafficCounted:
+<<<<<<< HEAD
         """Its message counts, as it records them."""
         ours = self.traffic
         return TrafficCounted(
@@ -89,6 +100,17 @@ class Actor:
             injected=ours.injected_by_fault(),
             refused=dict(ours.refused),
             overflowed=ours.overflowed_count,
+=======
+        """The record of its message counts; in a rehearsal no entry is lost."""
+        traffic = self.traffic
+        return TrafficCounted(
+            sent=dict(traffic.sent),
+            received=dict(traffic.received),
+            newest=traffic.newest,
+            injected=traffic.injected_by_fault(),
+            refused=dict(traffic.refused),
+            overflowed=traffic.overflowed_count,
+>>>>>>> views
             unrecorded=0,
         )
 
