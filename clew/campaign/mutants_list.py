@@ -113,12 +113,7 @@ MUTANTS = (
         "a change of the fence is in the timeline before it takes effect",
         "world/bodies/arena.py",
         "self.note(taken.as_record())]",
-<<<<<<< HEAD
         "*([self.note(taken.as_record())] if taken.cause else self.sample())]",
-=======
-        "*([self.note(taken.as_record())] if taken.cause else samples[:1] or "
-        "[self.note(BodyStopped(robot=1))])]",
->>>>>>> views
     ),
     _mutant(
         "old-places",

@@ -41,15 +41,6 @@ class Desk:
     @property
     def account(self) -> Account:
         """Its message counts."""
-<<<<<<< HEAD
-        ours = self.traffic
-        return Account(
-            sent=ours.sent,
-            received=ours.received,
-            newest=ours.newest,
-            injected=ours.injected_by_fault(),
-            refused=ours.refused,
-=======
         traffic = self.traffic
         return Account(
             sent=traffic.sent,
@@ -57,7 +48,6 @@ class Desk:
             newest=traffic.newest,
             injected=traffic.injected_by_fault(),
             refused=traffic.refused,
->>>>>>> views
         )
 
 
@@ -90,17 +80,6 @@ class Actor:
 
     @property
     def counted(self) -> TrafficCounted:
-<<<<<<< HEAD
-        """Its message counts, as it records them."""
-        ours = self.traffic
-        return TrafficCounted(
-            sent=dict(ours.sent),
-            received=dict(ours.received),
-            newest=ours.newest,
-            injected=ours.injected_by_fault(),
-            refused=dict(ours.refused),
-            overflowed=ours.overflowed_count,
-=======
         """The record of its message counts; in a rehearsal no entry is lost."""
         traffic = self.traffic
         return TrafficCounted(
@@ -110,7 +89,6 @@ class Actor:
             injected=traffic.injected_by_fault(),
             refused=dict(traffic.refused),
             overflowed=traffic.overflowed_count,
->>>>>>> views
             unrecorded=0,
         )
 
