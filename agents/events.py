@@ -49,9 +49,10 @@ class TokenWent(Struct, frozen=True):
 
 
 class TokensSeen(Struct, frozen=True):
-    """All tokens that a process sees when it connects, by process: as one event, since a fleet has many."""
+    """All tokens that a process sees when it connects: as one event, since a fleet has many."""
 
-    shown: dict[int, str]
+    shown: tuple[tuple[int, str], ...]
+    """Pairs of robot and incarnation; a journal takes no numbers as keys."""
 
 
 Event = OdometryHeard | ScanHeard | ViewHeard | LinkHeard | TokenCame | TokenWent | TokensSeen

@@ -100,7 +100,7 @@ class Robot:
             case TokenCame(robot, incarnation):
                 presence.come(robot, incarnation, now_s)
             case TokensSeen(shown):
-                presence.see(shown, now_s)
+                presence.see(dict(shown), now_s)
             case TokenWent(robot, incarnation):
                 presence.go(robot, incarnation, now_s)
             case _:

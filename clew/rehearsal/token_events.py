@@ -14,7 +14,7 @@ ALL_ALIVE = "alive"  # a first look is at all keys of tokens
 def to_robot(change: Change | FirstLook) -> TokenEvent:
     """The event for a robot."""
     if isinstance(change, FirstLook):
-        return TokensSeen(change.shown)
+        return TokensSeen(tuple(change.shown.items()))
     event = TokenSeen if change.came else TokenMissed
     return event(change.process, change.incarnation)
 
