@@ -12,7 +12,6 @@ MAY_FOLLOW = {
     (Phase.LOOKING, Phase.LOOKING),  # another order
     (Phase.LOOKING, Phase.TURNING),
     (Phase.LOOKING, Phase.GATHERING),
-    (Phase.TURNING, Phase.LOOKING),
     (Phase.TURNING, Phase.CLOSING),
     (Phase.TURNING, Phase.GATHERING),
     (Phase.CLOSING, Phase.FORMED),
