@@ -49,10 +49,10 @@ class TokenWent(Struct, frozen=True):
 
 
 class TokensSeen(Struct, frozen=True):
-    """All tokens that a process sees when it connects, by process: as one event, since a fleet has many."""
+    """All tokens that a process sees when it connects: as one event, since a fleet has many."""
 
     shown: tuple[tuple[int, str], ...]
-    """Each robot, or 0 for the world, and its incarnation."""
+    """Pairs of robot and incarnation; a journal takes no numbers as keys."""
 
 
 Event = OdometryHeard | ScanHeard | ViewHeard | LinkHeard | TokenCame | TokenWent | TokensSeen

@@ -119,8 +119,8 @@ MUTANTS = (
         "old-places",
         "F4: a place in the formation is read after the last turn of its robot",
         "agents/coordinating/coordinator.py",
-        "            if self._reports[robot].turn <= self._turns.put_for(robot) > 0:\n",
-        "            if False:\n",
+        " if self._reports[robot].turn <= self._turns.put_for(robot) > 0}\n",
+        " if False}\n",
     ),
     Mutant(
         "acts-before-all",
