@@ -21,7 +21,7 @@ from agents.events import LinkHeard
 from agents.strand.advance import Advance
 from agents.strand.follower import Follower
 from agents.strand.following import Following
-from agents.strand.leading import Leading
+from agents.strand.leading import SETTLED_S, Leading
 from agents.strand.memory import Memory
 from agents.strand.reversing import Reversing
 from agents.strand.strand import Own, Strand
@@ -155,6 +155,11 @@ class Member:
     def arrived(self) -> bool:
         """Whether it has come to its place at the goal, behind the robots ahead."""
         return self._leading.arrived if self.leads else self._following.arrived
+
+    @property
+    def rests(self) -> bool:
+        """Whether it has arrived, and the robots behind it, as last heard, have stood for a while."""
+        return self.arrived and self._strand.quiet_s >= SETTLED_S
 
     @property
     def leaves_dead_end(self) -> bool:
