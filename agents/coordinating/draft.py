@@ -83,6 +83,8 @@ class Draft:
     legs: dict[int, tuple[Point, ...]] = field(default_factory=dict)
     driven: set[int] = field(default_factory=set)
     """Whose leg the robot ahead has driven."""
+    _led_before: tuple[int, ...] = ()
+    """Who had led in vain before this view."""
     _front: tuple[int, ...] = ()
     _stayed: tuple[int, ...] = ()
     _trial: bool = True
@@ -92,13 +94,16 @@ class Draft:
     _stuck_at_s: float | None = None
     """When nobody found a way for the first time in this view: others are waited for once."""
 
+    def __post_init__(self) -> None:
+        self._led_before = self.led
+
     def begin(self, reports: Mapping[int, Report], obstacle_m: Mapping[int, float]) -> None:
         """Compute the order of those that have reported; who is in place is known when they have looked."""
         places = places_of(reports)
         stayed = [robot for robot in self.strand if robot in reports] or self._former_order(reports)
         self._front = self._stayed = ()
         if self._is_last_try:
-            self.order = other_order(places, (), self.mission.goal)
+            self.order = other_order(places, self._led_before, self.mission.goal)
         elif self.led and not self.strand:
             self.order = other_order(places, self.led, self.mission.goal)
         elif stayed:

@@ -209,7 +209,7 @@ class Leading:
         """Rule 3."""
         led = self._strand.counters.led_in_vain
         has_led = self._strand.robot in led
-        if has_led or len(led) + 1 >= min(LEADERS_MAX, self._strand.members):
+        if has_led or len(led) + 1 >= min(LEADERS_MAX, self._mission.robots):
             return self._lose(reason)
         self._wish = Wish(Cause.NO_WAY, reason)
         return []

@@ -108,68 +108,12 @@ MUTANTS = (
         "        if (epoch.robot, epoch.life) == (self._robot, self._life):\n",
         "        if epoch.robot == self._robot:\n",
     ),
-    Mutant(
-        "any-life-has-the-turn",
-        "F3: a turn names one life of a robot",
-        (
-            Edit(
-                "protocol/fence.py",
-                "        one = self.may is May.ONE and (self.robot, self.life) == (robot, life)\n",
-                "        one = self.may is May.ONE and self.robot == robot\n",
-            ),
-            Edit(
-                "agents/coordinating/coordinator.py",
-                "        if report is None or report.life != fence.life:\n",
-                "        if report is None:\n",
-            ),
-            Edit(
-                "agents/coordinating/coordinator.py",
-                "        if known is not None and known.life != report.life:\n",
-                "        if False:\n",
-            ),
-        ),
-    ),
-    Mutant(
-        "two-contents",
-        "F4: one turn number has one content, put until it is told",
-        (
-            Edit(
-                "agents/coordinating/turns.py",
-                "        return self._newest is None or fence.turn >= self._newest.turn\n",
-                "        return True\n",
-            ),
-            Edit(
-                "agents/coordinating/turns.py",
-                "        assert not again or ",
-                "        assert again or not again or ",
-            ),
-        ),
-    ),
-    _mutant(
-        "dropped-is-done",
-        "F1: an order that a fence has dropped is not finished",
-        "agents/body/driver.py",
-        "            there = self._is_finished and self._drive.target is not None\n",
-        "            there = self.standing and self._drive.target is not None\n",
-    ),
-    Mutant(
-        "resumed-as-it-was",
-        "a world that is started again raises the fence first",
-        (
-            Edit(
-                "world/core.py",
-                "        return [*self.arena.restart_fence(), *self._tell_all()]\n",
-                "        return self._tell_all()\n",
-            ),
-        ),
-    ),
     _mutant(
         "fence-unwritten",
         "a change of the fence is in the timeline before it takes effect",
         "world/bodies/arena.py",
         "self.note(taken.as_record())]",
-        "*([self.note(taken.as_record())] if taken.cause else samples[:1] or "
-        "[self.note(BodyStopped(robot=1))])]",
+        "*([self.note(taken.as_record())] if taken.cause else self.sample())]",
     ),
     _mutant(
         "old-places",

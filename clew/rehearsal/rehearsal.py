@@ -38,7 +38,7 @@ from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.faults.process_faults import ProcessAction, ProcessFault, ProcessFaults
 from protocol.faults.rules import ROUTER, StepPoint
 from protocol.keys import WORLD, WORLD_NUMBER
-from protocol.timeline import Entry, MessageRefused, Record, RobotSettled, RobotStarted, TrafficCounted
+from protocol.timeline import Entry, MessageRefused, Record, RobotSettled, RobotStarted
 from protocol.wire.messages import Message, Phase, ScanQuery
 from world.commands import Command as WorldCommand
 from world.commands import Note, ServeScan, TellOdometry
@@ -92,14 +92,7 @@ class Rehearsal:
     @property
     def account(self) -> Account:
         """The message counts of the world's own process."""
-        ours = self._processes.desk.traffic
-        return Account(
-            sent=ours.sent,
-            received=ours.received,
-            newest=ours.newest,
-            injected=ours.injected_by_fault(),
-            refused=ours.refused,
-        )
+        return self._processes.desk.account
 
     def run(self) -> "Rehearsal":
         """Run until the run has been judged."""
@@ -353,21 +346,11 @@ class Rehearsal:
 
     def _close(self, actor: Actor, before: Phase) -> None:
         """Record the counts of sent messages; when all robots have, record the received ones and end."""
-        traffic = actor.traffic
         if before is Phase.RUNNING:
             actor.journal.end("the run is over")
-            self._write(actor.name, actor.come_s, RobotSettled(sent=dict(traffic.sent)))
+            self._write(actor.name, actor.come_s, RobotSettled(sent=dict(actor.traffic.sent)))
         if actor.phase is Phase.CLOSING:
-            counted = TrafficCounted(
-                sent=dict(traffic.sent),
-                received=dict(traffic.received),
-                newest=traffic.newest,
-                injected=traffic.injected_by_fault(),
-                refused=dict(traffic.refused),
-                overflowed=traffic.overflowed_count,
-                unrecorded=0,
-            )
-            self._write(actor.name, actor.come_s, counted)
+            self._write(actor.name, actor.come_s, actor.counted)
             self._processes.end(actor.robot)
 
     def _execute_robot(self, actor: Actor, command: RobotCommand) -> None:

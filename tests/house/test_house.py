@@ -49,6 +49,7 @@ ONLY_IN = {
         "clew/log/vigil.py",
         "clew/rehearsal/recorded.py",
         "clew/verbs/bench.py",
+        "clew/verbs/bench_forming.py",
         "protocol/network/faulty_transport.py",
         "world/shell.py",
     },

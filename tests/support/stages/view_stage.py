@@ -369,7 +369,7 @@ def _name(process: int) -> str:
     return robot_name(process) if process else "world"
 
 
-def in_turn(coordinator: int, robot: int, places: tuple[tuple[float, float, float], ...]) -> ViewStage:
+def in_turn(coordinator: int, robot: int, places: Places) -> ViewStage:
     """A stage on which the coordinator has given a robot the turn, and it drives."""
     stage = ViewStage.begun(places)
     stage.raised_by(coordinator)

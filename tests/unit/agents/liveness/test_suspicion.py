@@ -77,21 +77,15 @@ def test_a_robot_that_does_not_see_the_world_judges_nobody() -> None:
 # --- penalties --------------------------------------------------------------------------------------
 
 
-def test_a_robot_that_is_lost_again_and_again_is_left_out_until_its_penalty_has_decayed() -> None:
-    suspicion = awake(2)
-    suspicion.blame(2, 0.0)
-    assert suspicion.suppressed(0.0) == frozenset()
-    suspicion.blame(2, 1.0)
-    assert suspicion.suppressed(1.0) == {2}
-    assert suspicion.suppressed(1.0 + HALF_LIFE_S) == {2}
-    assert suspicion.suppressed(1.0 + 2.0 * HALF_LIFE_S) == frozenset()
-
-
-def test_two_losses_that_lie_far_apart_leave_nobody_out() -> None:
-    suspicion = awake(2)
-    suspicion.blame(2, 0.0)
-    suspicion.blame(2, 2.0 * HALF_LIFE_S)
-    assert suspicion.suppressed(2.0 * HALF_LIFE_S) == frozenset()
+def test_a_robot_that_is_lost_is_left_out_for_a_while_and_for_longer_when_lost_again() -> None:
+    once, again = awake(2), awake(2)
+    once.blame(2, 0.0)
+    again.blame(2, 0.0)
+    again.blame(2, 1.0)
+    assert once.suppressed(0.0) == again.suppressed(1.0) == {2}
+    assert once.suppressed(HALF_LIFE_S / 2.0) == frozenset()
+    assert again.suppressed(1.0 + HALF_LIFE_S) == {2}
+    assert again.suppressed(1.0 + 2.0 * HALF_LIFE_S) == frozenset()
 
 
 def test_one_that_keeps_the_others_waiting_is_left_out_at_once() -> None:
