@@ -224,6 +224,7 @@ class Membership:
             formation=formation,
             path=path,
             now_s=now_s,
+            usual_s=self._past.usual_s,
         )
 
     @property

@@ -63,6 +63,7 @@ class Member:
         formation: Formation,
         path: Path,
         now_s: float,
+        usual_s: float = 0.0,
     ) -> None:
         """Take a place in a strand.
 
@@ -76,6 +77,7 @@ class Member:
             formation: any piece of it.
             path: all of its path, as told; it grows from here on.
             now_s: the time.
+            usual_s: the mean time between two states of a neighbour, in the last strand.
         """
         self._robot = robot
         self._mission = mission
@@ -85,7 +87,7 @@ class Member:
         bearing = Bearing(epoch=formation.epoch, turn=formation.turn, life=life)
         driver.begin(formation.s_m, bearing)
         memory.take(formation)
-        self._strand = Strand(robot, formation, path, mission, now_s)
+        self._strand = Strand(robot, formation, path, mission, now_s, usual_s=usual_s)
         left_out = formation.members < mission.robots
         self._follower = Follower(mission, formation.s_m, some_are_left_out=left_out)
         self._advance = Advance(mission, driver, senses, self._follower)
