@@ -4,7 +4,8 @@ Rule 1: simulated time advances only by ticks. Wall-clock time is an argument an
         processes: which are missing, which have died, and how long the last messages may take.
 Rule 2: `running` ends on the first of these:
         - every living robot has arrived;
-        - every living robot has arrived or is stranded, for `STRANDED_S`;
+        - every living robot has arrived or is stranded, for `STRANDED_S`, or has been found stranded again
+          after an arrival;
         - the leader has lost its route;
         - a death or a broken link has not healed within `HEAL_S_MAX`;
         - the time limit of the scenario;
@@ -63,7 +64,7 @@ from world.scenario.scenario import Scenario
 MUSTER_WALL_S = 10.0
 LAST_WORDS_WALL_S = 2.0
 HEAL_S_MAX = 60.0
-STRANDED_S = 10.0  # by then the leader has let those in three times that ask: after 2, 4 and 8 s
+STRANDED_S = 10.0  # by then a leader that has arrived has let those in that ask: they do so every second
 SEEN_LIVE = {"S1", "S2"}  # recorded at the moment of the violation
 ROUTER_PATIENCE_WALL_S = 10.0
 ROBOTS_PATIENCE_WALL_S = 10.0  # a cut between world and robots looks like the death of all robots
@@ -327,7 +328,7 @@ class World:
             return Ending.ARRIVED
         if living and tally.arrived | tally.stranded.keys() >= living:
             since_s = max(tally.arrived_s, tally.stranded_s, tally.disturbed_s or 0.0)
-            if self.now_s - since_s >= STRANDED_S:
+            if tally.stranded_again or self.now_s - since_s >= STRANDED_S:
                 return Ending.STRANDED
         if tally.route_lost is not None:
             return Ending.ROUTE_LOST

@@ -187,7 +187,7 @@ class Membership:
         if member is None or not member.leads:
             return []
         if robot not in self.suspicion.suppressed(now_s) and not member.leaves_dead_end:
-            self._pleas.hear(robot, now_s, stranded=plea.stranded, arrived=member.arrived)
+            self._pleas.hear(robot, now_s, stranded=plea.stranded, arrived=member.rests)
         return [Say(robot, Answer(epoch=plea.epoch, life=plea.life, heard=0, out=True))]
 
     # --- acting -------------------------------------------------------------------------------------
@@ -224,6 +224,7 @@ class Membership:
             formation=formation,
             path=path,
             now_s=now_s,
+            usual_s=self._past.usual_s,
         )
 
     @property

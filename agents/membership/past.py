@@ -23,6 +23,8 @@ class Past:
     """Whether the robot stood at its place at the goal."""
     neighbours: Mapping[int, Point] = field(default_factory=dict)
     """Where its neighbours were when it last heard them."""
+    usual_s: float = 0.0
+    """The mean time between two states of a neighbour."""
 
     def with_places(self, places: Places) -> Self:
         """After a view: the robot may have left its places, or have one in the draft."""
@@ -34,4 +36,5 @@ class Past:
         berth = Berth(formation.epoch, formation.rank, member.progress_m, member.path)
         places = self.places.with_berth(berth, moved=member.has_moved) if member.fits else Places()
         neighbours = {**self.neighbours, **member.neighbours}
-        return type(self)(places, member.counters, formation.epoch, member.arrived, neighbours)
+        usual_s = max((link.usual_s for link in member.links), default=self.usual_s)
+        return type(self)(places, member.counters, formation.epoch, member.arrived, neighbours, usual_s)

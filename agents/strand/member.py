@@ -21,7 +21,7 @@ from agents.events import LinkHeard
 from agents.strand.advance import Advance
 from agents.strand.follower import Follower
 from agents.strand.following import Following
-from agents.strand.leading import Leading
+from agents.strand.leading import SETTLED_S, Leading
 from agents.strand.memory import Memory
 from agents.strand.reversing import Reversing
 from agents.strand.strand import Own, Strand
@@ -63,6 +63,7 @@ class Member:
         formation: Formation,
         path: Path,
         now_s: float,
+        usual_s: float = 0.0,
     ) -> None:
         """Take a place in a strand.
 
@@ -76,6 +77,7 @@ class Member:
             formation: any piece of it.
             path: all of its path, as told; it grows from here on.
             now_s: the time.
+            usual_s: the mean time between two states of a neighbour, in the last strand.
         """
         self._robot = robot
         self._mission = mission
@@ -85,7 +87,7 @@ class Member:
         bearing = Bearing(epoch=formation.epoch, turn=formation.turn, life=life)
         driver.begin(formation.s_m, bearing)
         memory.take(formation)
-        self._strand = Strand(robot, formation, path, mission, now_s)
+        self._strand = Strand(robot, formation, path, mission, now_s, usual_s=usual_s)
         left_out = formation.members < mission.robots
         self._follower = Follower(mission, formation.s_m, some_are_left_out=left_out)
         self._advance = Advance(mission, driver, senses, self._follower)
@@ -155,6 +157,11 @@ class Member:
     def arrived(self) -> bool:
         """Whether it has come to its place at the goal, behind the robots ahead."""
         return self._leading.arrived if self.leads else self._following.arrived
+
+    @property
+    def rests(self) -> bool:
+        """Whether it has arrived, and the robots behind it, as last heard, have stood for a while."""
+        return self.arrived and self._strand.quiet_s >= SETTLED_S
 
     @property
     def leaves_dead_end(self) -> bool:

@@ -51,7 +51,16 @@ class Own:
 class Strand:
     """One robot's view of the strand, in one epoch."""
 
-    def __init__(self, robot: int, formation: Formation, path: Path, mission: Mission, now_s: float) -> None:
+    def __init__(
+        self,
+        robot: int,
+        formation: Formation,
+        path: Path,
+        mission: Mission,
+        now_s: float,
+        *,
+        usual_s: float = 0.0,
+    ) -> None:
         self._mission = mission
         self._formation = formation
         self.robot = robot
@@ -63,9 +72,9 @@ class Strand:
         self.ahead: Link[AheadState] | None = None
         self.behind: Link[BehindState] | None = None
         if (ahead := formation.ahead) is not None:
-            self.ahead = Link(ahead.robot, ahead.life, formation.epoch, now_s)
+            self.ahead = Link(ahead.robot, ahead.life, formation.epoch, now_s, usual_s=usual_s)
         if (behind := formation.behind) is not None:
-            self.behind = Link(behind.robot, behind.life, formation.epoch, now_s)
+            self.behind = Link(behind.robot, behind.life, formation.epoch, now_s, usual_s=usual_s)
         self.links: tuple[Link[AheadState] | Link[BehindState], ...] = tuple(
             link for link in (self.ahead, self.behind) if link is not None
         )

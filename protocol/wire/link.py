@@ -37,7 +37,7 @@ class Link(Generic[State]):
     silent_share: float = 0.0
     """Rule 4."""
     usual_s: float = 0.0
-    """The mean time between two states that were heard, lately."""
+    """The mean time between two states that were heard, lately; at first, as in the last strand."""
     _noted_s: float = -math.inf
     _number: int = 0
 

@@ -63,7 +63,7 @@ def queue(robots: int, spacing_m: float) -> list[tuple[str, str]]:
 TIME_FOR_ALL_ORDERS = (
     "time_s_max = 120.0",
     "time_s_max = 240.0",
-)  # other leaders have been tried after 160 s
+)  # other leaders are tried until 160 s
 
 
 def closing(from_s: float) -> tuple[str, str]:

@@ -52,6 +52,8 @@ class Tally:
     """The robots that the newest formation has no way for, with the newest entry about each."""
     stranded_s: float = 0.0
     """When a robot was last said to be stranded, or a formation was made."""
+    stranded_again: bool = False
+    """Whether, after an arrival, a formation has found no way for the same robots as the one before."""
     route_lost: tuple[float, RouteLost] | None = None
     goal_reached: bool = False
     switching_steps: int = 0
@@ -64,6 +66,8 @@ class Tally:
     """The rules of fault plans that struck at least once."""
     _formed: int = 0
     """The epoch of the newest formation."""
+    _left_out: frozenset[int] = frozenset()
+    """The robots that the newest formation has no way for, if nothing has happened since."""
     _removed: dict[tuple[Book, int], str] = field(default_factory=dict)
     """The fault that removed a message, by book and number."""
 
@@ -155,6 +159,9 @@ class Tally:
         if epoch > self._formed:
             self._formed, self.stranded_s = epoch, max(self.stranded_s, t_s)
             self.stranded = {robot: each for robot, each in self.stranded.items() if each.epoch >= epoch}
+            before, self._left_out = self._left_out, frozenset(self.stranded)
+            self.stranded_again = self.arrived_s > 0.0 and bool(before) and before == self._left_out
 
     def _disturb(self, t_s: float) -> None:
         self.disturbed_s = max(self.disturbed_s or 0.0, t_s)
+        self.stranded_again, self._left_out = False, frozenset()

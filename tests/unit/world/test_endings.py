@@ -14,7 +14,7 @@ from protocol.timeline import (
     ViewJoined,
 )
 from tests.support.scenes.world_scenarios import scenario
-from tests.support.stages.world_stage import Stage
+from tests.support.stages.world_stage import Stage, life_of
 from world.bodies.arena import TICK_S
 from world.core import (
     HEAL_S_MAX,
@@ -191,6 +191,19 @@ def test_a_robot_of_which_the_newest_formation_says_it_stays_stranded() -> None:
     strand(stage, 1, 2)
     stage.write(1, RobotArrived(progress_m=1.0))
     assert ends_within(stage, STRANDED_S + 1.0) is Ending.STRANDED
+
+
+def test_robots_that_are_stranded_again_after_an_arrival_are_not_waited_for() -> None:
+    stage = running(time={"time_s_max": 500.0})
+    stage.tick(SECOND)
+    endings = []
+    for _ in range(2):
+        epoch = stage.fence.epoch.next(1, life_of(1)).number
+        stage.write(1, RobotStranded(epoch=epoch, robot=2, reason="a body plugs the way"))
+        stage.form()
+        stage.write(1, RobotArrived(progress_m=1.0))
+        endings.append(ends_within(stage, 1.0))
+    assert endings == [None, Ending.STRANDED]
 
 
 def test_robots_that_join_another_view_have_not_arrived() -> None:
