@@ -24,6 +24,8 @@ class Reason:
     cause: Cause
     why: str
     about: int | None = None
+    how: str = ""
+    """NEIGHBOUR_LOST: `token` or `silence`."""
     outsider: bool = False
     is_shared: bool = False
     """Whether all robots may have the same reason."""

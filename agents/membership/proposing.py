@@ -102,9 +102,9 @@ class Proposing:
         if wish is not None and (plea is None or wish.cause not in {Cause.DEAD_END, Cause.NO_WAY}):
             return Reason(wish.cause, wish.why, wish.about)
         for link in member.links:
-            why = self._suspicion.why_lost(link, now_s)
-            if why is not None:
-                return Reason(Cause.NEIGHBOUR_LOST, why, link.neighbour)
+            how = self._suspicion.why_lost(link, now_s)
+            if how is not None:
+                return Reason(Cause.NEIGHBOUR_LOST, f"robot {link.neighbour} is lost", link.neighbour, how)
         return plea
 
     def _for_bound(
@@ -114,9 +114,9 @@ class Proposing:
         coordinator, timing = fence.epoch.robot, self._timing
         heard_s = max(self._turn_s, 0.0 if reporter is None else reporter.heard_at_s)
         if self._suspicion.has_gone(coordinator, heard_s, now_s):
-            why = "its token has gone"
+            why = f"robot {coordinator} coordinated, and its token has gone"
         elif reporter is not None and self._is_deaf(reporter, now_s):
-            why = "it is silent"
+            why = f"robot {coordinator} coordinates, and is silent"
         elif min(odometry.stood_s, now_s - self._turn_s) > timing.stood_s:
             why = "nobody has moved, and there was no turn"
         elif now_s - self._epoch_s > timing.view_s:
@@ -151,13 +151,13 @@ class Proposing:
                 return [Note(turned)]
             case Reason(Cause.BLOCKED, about=blocked):
                 return [Note(StrandDissolved(epoch=epoch, blocked=blocked or self._robot))]
-            case Reason(Cause.NEIGHBOUR_LOST, why=why, about=int(neighbour)):
+            case Reason(Cause.NEIGHBOUR_LOST, about=int(neighbour), how=how):
                 link = next(link for link in member.links if link.neighbour == neighbour)
                 others = [other for other in member.links if other is not link]
-                if why == "silence" and not any(other.silent for other in others):
+                if how == "silence" and not any(other.silent for other in others):
                     self._suspicion.blame(neighbour, now_s)
                 silent_s = link.silent_s(now_s)
-                return [Note(LinkBroken(neighbour=neighbour, cause=why, silent_s=silent_s))]
+                return [Note(LinkBroken(neighbour=neighbour, cause=how, silent_s=silent_s))]
             case Reason(Cause.PLEA):
                 self._pleas.let_in(self._pleas.asking, now_s)
             case _:
