@@ -231,13 +231,13 @@ class Leader:
         # The leader can go back the way it came, even if hulls stand all around it now.
         come_m = cost_to_go.at(ground.path.between(0.0, ground.path.end_m))
         if not len(ground.taken) or not (has_way(view, alone, cost_to_go) or np.isfinite(come_m).any()):
-            return self._no_way("no way to the goal is left in what is known")
+            return self._no_way("no way to the goal is left in what is known", everywhere=True)
         if not settled:
             return Wait()
         back_to_m = way_back_m(ground, self._mission.obstacle_keep_m, reachable)
         return DeadEnd(0.0 if back_to_m is None else back_to_m)
 
-    def _no_way(self, reason: str) -> NoStep:
+    def _no_way(self, reason: str, *, everywhere: bool = False) -> NoStep:
         """Report that no way is left. Where obstacles move, refused spots may be free at the next scan.
 
         They are reopened only here: a spot that reopens with every scan is approached and refused for ever.
@@ -248,7 +248,7 @@ class Leader:
         if self._bodies_may_move and not self._forgot:
             self._forgot = True
             self.map.forget()
-        return NoStep(reason)
+        return NoStep(reason, everywhere)
 
     @property
     def _world_changes(self) -> bool:

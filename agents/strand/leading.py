@@ -4,7 +4,8 @@ Rule 1: it plans only where the path ends. If its body stands elsewhere, it want
 Rule 2: where the only way leads back, it wants the strand to turn round, `TURNS_MAX` times at most without a
         step towards the goal between them.
 Rule 3: where it knows no way on, and the strand has lost some, it wants another robot to lead. The route is
-        lost if `LEADERS_MAX` have led in vain, or all, or this one before. A strand that has tried another
+        lost if `LEADERS_MAX` have led in vain, or all, or this one before; or where another has and the map
+        shows this one no way from any place of the strand. A strand that has tried another
         leader does not turn round any more: any robot may lead. The first leader waits before it says so
         where bodies or obstacles may move away.
 """
@@ -166,9 +167,9 @@ class Leading:
                 return [Note(GoalReached(**self._here())), *self._arrive()]
             case LookCloser():
                 return self._senses.ask(now_s, revolutions=self._revolutions)
-            case NoStep(reason) if self._is_lost(now_s):
+            case NoStep(reason, everywhere) if self._is_lost(now_s):
                 self._plans_again_s = now_s + SETTLED_S
-                return self._give_up_lead(reason)
+                return self._give_up_lead(reason, everywhere=everywhere)
             case DeadEnd(back_to_m):
                 self._plans_again_s = now_s + SETTLED_S
                 return self._turn_back(back_to_m)
@@ -205,12 +206,12 @@ class Leading:
             patience_s = max(patience_s, COMES_BACK_S)
         return now_s - self._stuck_at_s >= patience_s
 
-    def _give_up_lead(self, reason: str) -> list[Command]:
+    def _give_up_lead(self, reason: str, *, everywhere: bool = False) -> list[Command]:
         """Rule 3."""
         led = self._strand.counters.led_in_vain
-        has_led = self._strand.robot in led
+        is_sure = self._strand.robot in led or (everywhere and len(led) > 0)
         lost_some = self._strand.counters.heals > 0 or self._some_are_left_out
-        if not lost_some or has_led or len(led) + 1 >= min(LEADERS_MAX, self._mission.robots):
+        if not lost_some or is_sure or len(led) + 1 >= min(LEADERS_MAX, self._mission.robots):
             return self._lose(reason)
         self._wish = Wish(Cause.NO_WAY, reason)
         return []
