@@ -209,7 +209,7 @@ class Leading:
     def _give_up_lead(self, reason: str, *, everywhere: bool = False) -> list[Command]:
         """Rule 3."""
         led = self._strand.counters.led_in_vain
-        is_sure = self._strand.robot in led or (everywhere and len(led) > 0)
+        is_sure = self._strand.robot in led or (everywhere and self._some_are_left_out and len(led) > 0)
         lost_some = self._strand.counters.heals > 0 or self._some_are_left_out
         if not lost_some or is_sure or len(led) + 1 >= min(LEADERS_MAX, self._mission.robots):
             return self._lose(reason)

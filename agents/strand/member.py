@@ -215,7 +215,7 @@ class Member:
         formation, number = self._formation, self._formation.epoch.number
         joined = StrandJoined(epoch=number, rank=formation.rank, members=formation.members)
         notes: list[Command] = [Note(joined)]
-        if self.leads and formation.led_by not in (0, self._robot):
+        if self.leads and formation.heals and formation.led_by not in (0, self._robot):
             notes.append(Note(LeaderSucceeded(epoch=number, before=formation.led_by)))
         if self.leads and formation.heals:
             notes.append(Note(StrandHealed(epoch=number, robots=formation.members)))
