@@ -3,9 +3,16 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from protocol.frames import Point, Pose, Vertex
+
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Indices = NDArray[np.intp]
+
+
+def xy(at: Point | Pose | Vertex) -> Floats:
+    """A place as an array (2,)."""
+    return np.array([at.x_m, at.y_m])
 
 
 def scan_bearings_rad(directions: int) -> Floats:

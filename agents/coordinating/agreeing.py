@@ -12,7 +12,7 @@ from agents.coordinating.legs import Legs
 from agents.coordinating.order import positions
 from agents.coordinating.turnabout import turned_round
 from agents.strand.wish import Turnabout
-from protocol.arrays import Floats, distances_to_segments
+from protocol.arrays import distances_to_segments, xy
 from protocol.fence import Cause, Epoch
 from protocol.frames import Point
 from protocol.path import Path
@@ -75,7 +75,7 @@ class Agreement:
         """Whose body stands between two robots, as far as is known: the nearest of those that are lost."""
         lost = [(each, place) for each, place in self.neighbours.items() if each not in reports]
         way = positions(places_of(reports), (robot, ahead))
-        off_m = [float(distances_to_segments(_xy(place), *way)) for _, place in lost]
+        off_m = [float(distances_to_segments(xy(place), *way)) for _, place in lost]
         return lost[int(np.argmin(off_m))][0] if lost else None
 
     def counters(self, reports: Reports) -> Counters:
@@ -115,10 +115,6 @@ class Agreement:
             seen=newest.seen if newest.map_number > reports[order[0]].map_number else None,
             sensed=self.sensed,
         )
-
-
-def _xy(point: Point) -> Floats:
-    return np.array([point.x_m, point.y_m])
 
 
 def newest_map(reports: Reports) -> Report:

@@ -131,8 +131,9 @@ class Coordinator:
         if self.phase is Phase.GATHERING and fence.may is May.ONE:
             return self._turns.put(fence, now_s, may=May.NOBODY)  # nobody drives while a draft begins
         if self.phase is Phase.GATHERING and not self._expects(now_s):
-            plan = self._agreement.turned(self._reports, turn=fence.turn + 1)
-            if plan is not None and self._turns.newest is None:
+            is_first = self._turns.newest is None  # no place is older than a turn
+            plan = self._agreement.turned(self._reports, turn=fence.turn + 1) if is_first else None
+            if plan is not None:
                 self._enter(Phase.CLOSING)
                 return self._make(plan, fence, now_s)
             self._begin(now_s)
@@ -177,7 +178,7 @@ class Coordinator:
             self._draft.admit()
         self._enter(Phase.LOOKING)
         if self._mission.goal is None:
-            self._draft.order = ()
+            self._draft.forget_order()
             self._due.update(self._questions.ask_about_obstacles(self._reports, now_s))
         else:
             self._draft.begin(self._reports, {})
@@ -372,6 +373,6 @@ class Coordinator:
         del self._reports[robot]
         self._questions.forget({robot})
         if self._draft is not None and self.phase is not Phase.FORMED:
-            self._draft.strand = [each for each in self._draft.strand if each != robot]
+            self._draft.drop(robot)
             if self.phase is not Phase.GATHERING:
                 self._enter(Phase.GATHERING)

@@ -115,6 +115,10 @@ class Draft:
         self.strand = []
         self._blocked, self._made_way = set(), None
 
+    def forget_order(self) -> None:
+        """The order is to be computed anew, when robots have looked around."""
+        self.order = ()
+
     def admit(self) -> None:
         """Another robot has reported: it may stand in front."""
         self._trial = True
@@ -204,11 +208,12 @@ class Draft:
         self._blocked = set()
         if len(self.strand) == 1:
             return Give(self.strand[0], makes_way=True)
-        self._drop(self.strand[-1])
+        self.drop(self.strand[-1])
         return Wait()
 
-    def _drop(self, robot: int) -> None:
-        self.strand.remove(robot)
+    def drop(self, robot: int) -> None:
+        """A robot is in place no more, if it was."""
+        self.strand = [each for each in self.strand if each != robot]
         self.driven.discard(robot)
         self.legs.pop(robot, None)
 

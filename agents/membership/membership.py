@@ -10,8 +10,6 @@ Rule 4: a process that follows a dead one first has its body stand, by an order 
 
 from collections.abc import Iterable
 
-import numpy as np
-
 from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.commands import Command, Note, Say
@@ -30,6 +28,7 @@ from agents.membership.states import Happening, State, after
 from agents.membership.turn import TurnTaker
 from agents.strand.member import Member
 from agents.strand.memory import Memory
+from protocol.arrays import xy
 from protocol.fence import Bearing, Fence, May, in_force
 from protocol.mission import Mission
 from protocol.timeline import ViewJoined, ViewLeft
@@ -260,7 +259,7 @@ class Membership:
             return self._report(now_s)
         if self._taker is None:
             driver.begin(0.0, self._bearing)
-            here = np.array([driver.odometry.pose.x_m, driver.odometry.pose.y_m])
+            here = xy(driver.odometry.pose)
             self._joining = joining = self._joining or Joining(self._mission, here)
             joining.begin(here, epoch=self._fence.epoch.number, robots=len(join.strand) + len(join.waiting))
             self._taker = TurnTaker(self._mission, driver, self._senses, joining, join)

@@ -5,7 +5,7 @@ from typing import Self
 
 import numpy as np
 
-from protocol.arrays import nearest_on_segments
+from protocol.arrays import nearest_on_segments, xy
 from protocol.fence import Epoch
 from protocol.frames import Point, Pose
 from protocol.path import THERE_M, Path
@@ -29,7 +29,7 @@ class Berth:
         until_m = min(self.progress_m + COASTS_M, self.path.end_m)
         corners = self.path.between(self.progress_m, until_m)
         lengths_m = np.hypot(*np.diff(corners, axis=0).T)
-        place = np.array([pose.x_m, pose.y_m])
+        place = xy(pose)
         nearest = nearest_on_segments(place, corners[:-1], corners[1:])
         segment = int(np.argmin(np.hypot(*(nearest - place).T)))
         along_m = float(lengths_m[:segment].sum() + np.hypot(*(nearest[segment] - corners[segment])))

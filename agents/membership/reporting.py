@@ -8,7 +8,6 @@ Rule 2: it looks when it is asked to, from where it stands. A leg that has been 
 
 from dataclasses import dataclass
 
-import numpy as np
 from msgspec.structs import replace
 
 from agents.body.driver import Driver
@@ -19,9 +18,10 @@ from agents.liveness.timing import Timing
 from agents.membership.joining import leg_is_clear, without_hulls
 from agents.membership.past import Past
 from agents.membership.places import Places
-from agents.membership.turn import Ended, xy
+from agents.membership.turn import Ended, places_xy
 from agents.navigation.scan import View
 from agents.strand.memory import Memory
+from protocol.arrays import xy
 from protocol.fence import Epoch
 from protocol.frames import Pose
 from protocol.mission import Mission
@@ -159,10 +159,10 @@ class Reporter:
         return []
 
     def _judge(self, question: Question, scan: View) -> Look:
-        seen = without_hulls(scan, xy(question.others), self.mission)
+        seen = without_hulls(scan, places_xy(question.others), self.mission)
         if question.place is None:
             nearest_m = seen.nearest_m
             range_m = self.mission.range_m_max
             return Look(number=question.number, obstacle_m=range_m if nearest_m is None else nearest_m)
-        ahead = np.array([question.place.x_m, question.place.y_m])
-        return Look(number=question.number, clear=leg_is_clear(seen, ahead, self.mission))
+        clear = leg_is_clear(seen, xy(question.place), self.mission)
+        return Look(number=question.number, clear=clear)

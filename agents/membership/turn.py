@@ -137,9 +137,9 @@ class TurnTaker:
 
 
 def _stands(join: Join) -> Stands:
-    return Stands(xy(join.strand), xy(join.waiting), xy(join.line), join.last_leg)
+    return Stands(places_xy(join.strand), places_xy(join.waiting), places_xy(join.line), join.last_leg)
 
 
-def xy(points: tuple[Point, ...]) -> Floats:
+def places_xy(points: tuple[Point, ...]) -> Floats:
     """Points as an array (n, 2)."""
     return np.array([(point.x_m, point.y_m) for point in points]).reshape(-1, 2)

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from agents.navigation.ground import Ground
-from protocol.arrays import Floats
+from protocol.arrays import Floats, xy
 
 PLACES_APART_BERTHS = 1.0  # how fine the path is searched, in least distances of a centre
 
@@ -29,8 +29,7 @@ def way_back_m(ground: Ground, berth_m: float, reachable: Callable[[Floats, Floa
     places_m = np.append(np.arange(0.0, ground.path.end_m, PLACES_APART_BERTHS * berth_m), ground.path.end_m)
 
     def reaches(index: int) -> bool:
-        at = ground.path.at(places_m[index])
-        return reachable(np.array([at.x_m, at.y_m]), ground.taken_from(places_m[index]))
+        return reachable(xy(ground.path.at(places_m[index])), ground.taken_from(places_m[index]))
 
     good, bad = -1, len(places_m) - 1
     while bad - good > 1:

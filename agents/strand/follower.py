@@ -22,8 +22,8 @@ import numpy as np
 
 from agents.navigation.leg import certain_clearance_m, certain_clearance_m_min, seen_clearance_m
 from agents.navigation.scan import View, on_ground
-from protocol.arrays import Floats
-from protocol.frames import Point, Vertex
+from protocol.arrays import Floats, xy
+from protocol.frames import Point
 from protocol.mission import Mission
 from protocol.path import THERE_M, Path
 from protocol.timeline import SegmentChecked
@@ -100,10 +100,10 @@ class Follower:
         """
         vertex = path[path.next_vertex(progress_m + THERE_M)]
         seen = self._without(view, robots)
-        clearance_m = seen_clearance_m(seen, _xy(vertex), self._mission)
+        clearance_m = seen_clearance_m(seen, xy(vertex), self._mission)
         clear = clearance_m >= self._clear_m_min
         if progress_m < own_leg_m - THERE_M:
-            end = _xy(path.at(min(vertex.s_m, own_leg_m)))
+            end = xy(path.at(min(vertex.s_m, own_leg_m)))
             certain_m = certain_clearance_m(seen, end, self._mission)
             clear = clear and certain_m >= certain_clearance_m_min(self._mission)
             clearance_m = min(clearance_m, certain_m)
@@ -119,7 +119,3 @@ class Follower:
         for ground in robots:
             seen |= on_ground(view.points, ground, within_m=self._mission.hull_reach_m)
         return view.without(seen)
-
-
-def _xy(at: Point | Vertex) -> Floats:
-    return np.array([at.x_m, at.y_m])

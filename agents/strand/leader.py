@@ -35,7 +35,7 @@ from agents.navigation.step import (
     refused_at,
 )
 from agents.strand.dead_end import way_back_m
-from protocol.arrays import Flags, Floats
+from protocol.arrays import Flags, Floats, xy
 from protocol.frames import Point, Pose
 from protocol.mission import Law, Mission
 from protocol.timeline import SeenGap, SeenObstacle, StepPlanned
@@ -78,8 +78,8 @@ class Leader:
     def __init__(self, mission: Mission, start: Pose) -> None:
         self._mission = mission
         self._onward_rad = start.heading_rad
-        self._goal = None if mission.goal is None else _xy(mission.goal)
-        self.map = Map(mission, np.array([start.x_m, start.y_m]))
+        self._goal = None if mission.goal is None else xy(mission.goal)
+        self.map = Map(mission, xy(start))
         self._steps = 0
         self._planned_in = 0
         self._planned_at: list[Floats] = []
@@ -295,14 +295,9 @@ class Leader:
 
 
 def _path_end(ground: Ground) -> Floats:
-    end = ground.path.at(ground.path.end_m)
-    return np.array([end.x_m, end.y_m])
+    return xy(ground.path.at(ground.path.end_m))
 
 
-def point(xy: Floats) -> Point:
+def point(place: Floats) -> Point:
     """A point with Python floats, as messages need it."""
-    return Point(x_m=float(xy[0]), y_m=float(xy[1]))
-
-
-def _xy(at: Point) -> Floats:
-    return np.array([at.x_m, at.y_m])
+    return Point(x_m=float(place[0]), y_m=float(place[1]))

@@ -12,8 +12,6 @@ Rule 3: where it knows no way on, and the strand has lost some, it wants another
 
 import math
 
-import numpy as np
-
 from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.commands import Command, Note
@@ -22,7 +20,7 @@ from agents.strand.leader import DeadEnd, LookCloser, Plan, Wait
 from agents.strand.memory import Memory
 from agents.strand.strand import Strand
 from agents.strand.wish import Turnabout, Wish
-from protocol.arrays import Floats
+from protocol.arrays import Floats, xy
 from protocol.fence import Cause
 from protocol.mission import Mission
 from protocol.timeline import GoalReached, RobotArrived, RouteLost, StepAbandoned, StepPlanned
@@ -231,8 +229,7 @@ class Leading:
         return [Note(RobotArrived(progress_m=self._driver.progress_m))]
 
     def _position(self) -> Floats:
-        pose = self._driver.odometry.pose
-        return np.array([pose.x_m, pose.y_m])
+        return xy(self._driver.odometry.pose)
 
     def _here(self) -> dict[str, float]:
         pose = self._driver.odometry.pose

@@ -1,4 +1,4 @@
-"""A planned switching step, for tests that only need its number."""
+"""A planned switching step, for tests that need little of it."""
 
 from protocol.frames import Point
 from protocol.mission import Law

@@ -5,9 +5,10 @@ Robot 2 coordinates epoch 10002. Robot 3 joins in turn 1, at x = -1.2 m. From tu
 way, as robot 3 proposes epoch 20003. Nobody has to join there, so ALL is turn 1, and scans of turn 0 serve.
 """
 
+from msgspec.structs import replace
+
 from protocol.fence import Cause, May
 from protocol.frames import Point
-from protocol.mission import Law
 from protocol.timeline import (
     AuthorityGranted,
     Entry,
@@ -24,6 +25,7 @@ from protocol.timeline import (
     ViewJoined,
     ViewProposed,
 )
+from tests.support.planned import planned
 from world.judge.evidence import Evidence
 from world.judge.invariants import judge_invariants
 from world.judge.motion import Tolerance
@@ -96,21 +98,12 @@ def order(
 def plan(
     x_m: float, y_m: float = 0.0, *, step: int = 1, epoch: int = FIRST, joins: bool = False
 ) -> StepPlanned:
-    return StepPlanned(
-        step=step,
+    return replace(
+        planned(step),
         epoch=epoch,
-        law=Law.CERTIFIED,
-        x_m=0.0,
-        y_m=0.0,
-        obstacles=(),
-        gaps=(),
-        gap=None,
-        heading_rad=0.0,
         length_m=0.0,
         target=Point(x_m=x_m, y_m=y_m),
         reach_m=0.0,
-        promised_clearance_m=None,
-        cost_to_go_m=None,
         joins=joins,
     )
 

@@ -3,13 +3,15 @@
 import math
 from itertools import pairwise
 
+from msgspec.structs import replace
+
 from protocol.fence import Bearing, Cause, Change, Fence, May, Raise, Turn
 from protocol.frames import Point
 from protocol.keys import WORLD, robot_name
-from protocol.mission import Law
 from protocol.timeline import Entry, Record, StepPlanned, StrandFormed
 from protocol.wire.messages import Drive, Odometry, Phase, Scan
 from tests.support.logs.logs import HEADER
+from tests.support.planned import planned as one_planned
 from world.commands import Command, Note, ServeScan, TellOdometry
 from world.core import World
 from world.events import EntryWritten, Event, FencePut, OrderHeard, ScanAsked, TokenCame
@@ -28,22 +30,7 @@ def life_of(robot: int) -> int:
 
 def planned(target: Point, *, step: int = 1, epoch: int = EPOCH, reach_m: float = 0.0) -> StepPlanned:
     """A switching step planned by a leader; only its target matters."""
-    return StepPlanned(
-        step=step,
-        epoch=epoch,
-        law=Law.CERTIFIED,
-        x_m=0.0,
-        y_m=0.0,
-        obstacles=(),
-        gaps=(),
-        gap=None,
-        heading_rad=0.0,
-        length_m=0.0,
-        target=target,
-        reach_m=reach_m,
-        promised_clearance_m=None,
-        cost_to_go_m=None,
-    )
+    return replace(one_planned(step), epoch=epoch, length_m=0.0, target=target, reach_m=reach_m)
 
 
 def formed(
