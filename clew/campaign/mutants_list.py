@@ -233,8 +233,8 @@ MUTANTS = (
             ),
             Edit(
                 "agents/membership/reporting.py",
-                "clear=leg_is_clear(seen, ahead, self.mission))",
-                "clear=True)",
+                "        clear = leg_is_clear(seen, xy(question.place), self.mission)\n",
+                "        clear = True\n",
             ),
         ),
     ),
