@@ -25,6 +25,7 @@ from protocol.exit_codes import ExitCode
 
 Watch = Callable[[int, int, int], None]
 
+JUDGE_EVERY = 100  # costs a thousandth of a campaign
 REPORTS = 20  # lines of progress if stderr is no terminal: one for each 5 %
 
 
@@ -75,6 +76,13 @@ REPORTS = 20  # lines of progress if stderr is no terminal: one for each 5 %
     show_default=True,
     help="Limit for one episode [wall-clock s].",
 )
+@click.option(
+    "--judge-every",
+    type=click.IntRange(0),
+    default=JUDGE_EVERY,
+    show_default=True,
+    help="Judge the first of every so many episodes a second time (clew judge); 0: none.",
+)
 @AS_JSON
 @click.pass_context
 def campaign(
@@ -94,6 +102,7 @@ def campaign(
     jobs: int | None,
     out: Path | None,
     wall_s_max: float,
+    judge_every: int,
     as_json: bool,
 ) -> None:
     """Rehearse every scene with every seed, and report surprises by family.
@@ -117,6 +126,7 @@ def campaign(
         jobs=jobs or cores(),
         out=out or RUNS / f"campaign-{datetime.now(UTC):%Y%m%dT%H%M%SZ}",
         wall_s_max=wall_s_max,
+        judge_every=judge_every,
     )
     with _watching() as watch:
         result = run(request, watch, guided_outcomes if guided else outcomes_of)
