@@ -82,7 +82,7 @@ def judge(scene: Scene, run: Run) -> Finding:
         *_jumps(scene, run),
     ]
     places_m = {robot: (float(rows[-1, 1]), float(rows[-1, 2])) for robot, rows in run.poses.items()}
-    goal_m, chain = _chain(scene, places_m)
+    goal_m, chain = _chain(scene, run.harmed, places_m)
     return Finding(
         clearance=clearance,
         moving_clearance=moving,
@@ -127,7 +127,7 @@ def _then(instants_s: Floats, leg: int, share: float) -> float:
 
 def _stretched(rows: Floats) -> Floats:
     """At least two rows, so that there is a leg."""
-    return rows if len(rows) > 1 else np.vstack([rows, rows])
+    return rows if len(rows) > 1 else np.concatenate([rows, rows])
 
 
 def _clearance(scene: Scene, robot: int, rows: Floats) -> Least | None:
@@ -192,16 +192,19 @@ def _jumps(scene: Scene, run: Run) -> Iterator[str]:
             yield f"S3: robot {robot} jumps {legs_m[leg]:.4f} m at t={rows[leg, 0]:.2f} s"
 
 
-def _chain(scene: Scene, places_m: dict[int, tuple[float, float]]) -> tuple[float | None, tuple[int, ...]]:
-    """How near to the goal somebody stands, and the longest chain from there on.
+def _chain(
+    scene: Scene, harmed: frozenset[int], places_m: dict[int, tuple[float, float]]
+) -> tuple[float | None, tuple[int, ...]]:
+    """How near to the goal somebody stands, and the chain from there on with most robots that nobody harmed.
 
-    The nearest may be dead, and others may stand in a chain of their own, within the goal's tolerance, too.
+    The nearest may be dead, and others stand in a chain of their own, within the goal's tolerance, too.
     """
     goal_m = scene.goal_m
     off_m = {robot: 0.0 if goal_m is None else math.dist(at, goal_m) for robot, at in places_m.items()}
     heads = [robot for robot in places_m if off_m[robot] <= scene.goal_m_max + ROUNDING_M]
-    chains = (_chain_from(scene, places_m, head) for head in heads)
-    return None if goal_m is None else min(off_m.values(), default=math.inf), max(chains, key=len, default=())
+    chains = [_chain_from(scene, places_m, head) for head in heads]
+    longest = max(chains, key=lambda chain: (len(set(chain) - harmed), len(chain)), default=())
+    return None if goal_m is None else min(off_m.values(), default=math.inf), longest
 
 
 def _chain_from(scene: Scene, places_m: dict[int, tuple[float, float]], head: int) -> tuple[int, ...]:
