@@ -109,8 +109,12 @@ def run(request: Request, watch: Callable[[int, int, int], None], source: Source
         if not request.out.is_dir():
             make_folder(request.out)  # a refused campaign leaves no folder
         path = request.out / EPISODES_FILE
-        keys = {episode.key for episode in episodes}
-        done = {key: outcome for key, outcome in read_outcomes(path).items() if key in keys}
+        judged = {episode.key: episode.judged for episode in episodes}
+        done = {
+            key: outcome
+            for key, outcome in read_outcomes(path).items()
+            if key in judged and (outcome.judged or not judged[key])
+        }
         interrupted = False
         try:
             _play(episodes, done, request, watch, source)
@@ -181,9 +185,9 @@ def _episodes(request: Request, source_hash: str) -> Iterator[Episode]:
 
 
 def _with_judges(episodes: Iterable[Episode], every: int) -> list[Episode]:
-    """The first of every so many episodes is judged twice; an outcome that was not is another one."""
+    """The first of every so many episodes is judged twice."""
     return [
-        replace(each, key=f"{each.key}-judged", judged=True) if every and index % every == 0 else each
+        replace(each, judged=True) if every and index % every == 0 else each
         for index, each in enumerate(episodes)
     ]
 

@@ -105,6 +105,7 @@ class Outcome(Struct, frozen=True, kw_only=True):
     ending: str
     reason: str
     surprise: Surprise
+    judged: bool = False
     mode: str | None = None
     classes: tuple[str, ...] = ()
     injected: dict[str, int] = {}
@@ -253,6 +254,7 @@ def outcome_of(episode: Episode, stage: Stage, rehearsal: Rehearsal, *, wall_s: 
         sim_s=verdict.sim_s,
         wall_s=verdict.wall_s,
         replay=episode.replay,
+        judged=episode.judged,
         branches=episode.branches or "",
     )
     if stage.plan is not NO_FAULTS:
@@ -299,6 +301,7 @@ def failed(episode: Episode, ending: str, reason: str, wall_s: float) -> Outcome
         ending=ending,
         reason=reason,
         surprise=Surprise.CRASHED,
+        judged=episode.judged,
         wall_s=wall_s,
         replay=episode.replay,
     )

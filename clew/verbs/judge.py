@@ -39,6 +39,8 @@ def judge_verb(ctx: click.Context, run: Path, scene: Path | None, *, as_json: bo
         wrong = list(disagreements(finding, _verdict(folder))) if (folder / VERDICT_FILE).exists() else None
     except UnreadableError as error:
         raise UsageError(f"{run}: {error}") from error
+    except KeyError as error:
+        raise UsageError(f"{folder / VERDICT_FILE}: lacks {error}") from error
     except OSError as error:
         raise UsageError(f"{run}: cannot be read: {error.strerror}") from error
     ok = finding.ok and not wrong

@@ -45,7 +45,7 @@ def poses(robot: int, *rows: Row, source: str = "world") -> list[dict[str, Any]]
     ]
 
 
-def written(entries: list[dict[str, Any]], said: dict[str, Any], faults: Any = None) -> list[bytes]:  # noqa: ANN401
+def written(entries: list[dict[str, Any]], said: dict[str, Any], faults: object = None) -> list[bytes]:
     """The lines of a run's file."""
     header = {"kind": "run.started", "source": "world", "t_s": 0.0, "scenario": said, "faults": faults}
     return [json.dumps(each, separators=(",", ":")).encode() + b"\n" for each in (header, *entries)]
