@@ -24,6 +24,9 @@ Floats = NDArray[np.float64]
 
 ELLIPSE_CORNERS = 2048  # the polygon is off the ellipse by a millionth of its longer axis
 HARM = {"kill", "freeze"}
+IN_PLACE = 1.5
+"""In place, a robot keeps `separation + mu0` off the way on which the robots ahead stand. On a bend the nearest
+part of it may be halfway between two of them, so half of that more is allowed."""
 BOUNDS = ("x_m_min", "y_m_min", "x_m_max", "y_m_max")
 
 
@@ -162,8 +165,7 @@ def _scene(raw: dict[str, Any], law: str) -> Scene:
         radius_m=fleet["robot_radius_m"],
         clearance_m=raw["law"]["epsilon_m"] - mu0_m if promises else 0.0,
         separation_m=max(fleet["separation_m"] - mu0_m, 0.0) if promises else 0.0,
-        # In place, a robot is so far behind the one ahead that `separation + mu0` is between their hulls.
-        behind_m_max=2.0 * fleet["robot_radius_m"] + fleet["separation_m"] + 2.0 * mu0_m,
+        behind_m_max=IN_PLACE * (2.0 * fleet["robot_radius_m"] + fleet["separation_m"] + mu0_m),
         speed_mps_max=raw["drive"]["speed_mps_max"],
     )
 

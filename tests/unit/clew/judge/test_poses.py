@@ -120,7 +120,7 @@ def test_nobody_at_the_goal_is_no_arrival(short_m: float, arrived: bool) -> None
 
 
 def test_followers_that_stand_too_far_back_have_not_arrived() -> None:
-    finding = found(queue(4.0, 4.0 - KEEP_M, 4.0 - 2 * KEEP_M - 0.03, 1.0))
+    finding = found(queue(4.0, 4.0 - 1.49 * KEEP_M, 4.0 - 3.0 * KEEP_M, 1.0))
     assert finding.chain == (1, 2)
     assert [each[:7] for each in finding.missed] == ["robot 3", "robot 4"]
 
@@ -147,9 +147,9 @@ def test_a_dead_body_nearer_to_the_goal_does_not_hide_those_that_arrived() -> No
         "process": "r1",
         "t_s": 1.0,
     }
-    others = [*poses(2, (9.0, 4.0, 0.1)), *poses(3, (9.0, 4.0, 0.1 + KEEP_M))]
+    others = [*poses(2, (9.0, 4.0, 0.25)), *poses(3, (9.0, 4.0, 0.25 + KEEP_M))]
     goal = {"at_m": [4.0, 0.0], "tolerance_m": 0.3}
-    finding = found([*poses(1, (9.0, 4.0, -0.3)), *others, killed], scenario(goal=goal))
+    finding = found([*poses(1, (9.0, 4.0, -0.2)), *others, killed], scenario(goal=goal))
     assert finding.chain == (2, 3)
     assert not finding.missed
 
