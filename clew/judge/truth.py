@@ -25,8 +25,8 @@ Floats = NDArray[np.float64]
 ELLIPSE_CORNERS = 2048  # the polygon is off the ellipse by a millionth of its longer axis
 HARM = {"kill", "freeze"}
 IN_PLACE = 1.5
-"""In place, a robot keeps `separation + mu0` off the way on which the robots ahead stand. On a bend the nearest
-part of it may be halfway between two of them, so half of that more is allowed."""
+"""In place, a robot keeps `separation + mu0` off the way on which the robots ahead stand. On a bend its
+nearest part may be halfway between two of them, so half of that more is allowed."""
 BOUNDS = ("x_m_min", "y_m_min", "x_m_max", "y_m_max")
 
 
