@@ -22,6 +22,7 @@ from clew.verbs.explore import explore_verb
 from clew.verbs.fault import fault
 from clew.verbs.field import field
 from clew.verbs.figures import figures
+from clew.verbs.judge import judge_verb
 from clew.verbs.log import log
 from clew.verbs.log_cat import cat
 from clew.verbs.log_diff import diff
@@ -48,7 +49,7 @@ def schema(what: str) -> None:
 
 
 SECTIONS = {
-    "A run": (rehearse, fault, view, report, log, replay, figures, schema),
+    "A run": (rehearse, fault, view, report, log, judge_verb, replay, figures, schema),
     "Proving ground (many runs, mutants, benchmarks)": (
         campaign,
         shrink_verb,

@@ -7,7 +7,7 @@ Rule 3: `campaign.json` is written even if the user interrupts the campaign.
 """
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from hashlib import blake2b
 from pathlib import Path
@@ -65,6 +65,8 @@ class Request:
     jobs: int
     out: Path
     wall_s_max: float
+    judge_every: int = 0
+    """The second judge looks at every so many-th episode; 0: at none."""
 
 
 class Campaign(Struct, frozen=True, kw_only=True):
@@ -103,12 +105,16 @@ def run(request: Request, watch: Callable[[int, int, int], None], source: Source
     """
     source_hash = hash_of_source()
     try:
-        episodes = list(_episodes(request, source_hash))
+        episodes = _with_judges(_episodes(request, source_hash), request.judge_every)
         if not request.out.is_dir():
             make_folder(request.out)  # a refused campaign leaves no folder
         path = request.out / EPISODES_FILE
-        keys = {episode.key for episode in episodes}
-        done = {key: outcome for key, outcome in read_outcomes(path).items() if key in keys}
+        judged = {episode.key: episode.judged for episode in episodes}
+        done = {
+            key: outcome
+            for key, outcome in read_outcomes(path).items()
+            if key in judged and (outcome.judged or not judged[key])
+        }
         interrupted = False
         try:
             _play(episodes, done, request, watch, source)
@@ -176,6 +182,14 @@ def _episodes(request: Request, source_hash: str) -> Iterator[Episode]:
                 widest_path_radius_m=scene.widest_path_radius_m,
                 wall_s_max=request.wall_s_max,
             )
+
+
+def _with_judges(episodes: Iterable[Episode], every: int) -> list[Episode]:
+    """The first of every so many episodes is judged twice."""
+    return [
+        replace(each, judged=True) if every and index % every == 0 else each
+        for index, each in enumerate(episodes)
+    ]
 
 
 def drawn_episode(seed: int, out: Path, source_hash: str, *, wall_s_max: float) -> Episode:

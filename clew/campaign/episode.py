@@ -21,6 +21,7 @@ from msgspec.structs import replace
 
 from clew.campaign.liveness import liveness_failure
 from clew.campaign.scenes import solvable
+from clew.campaign.second import second_opinion
 from clew.coverage.counters import count_coverage
 from clew.rehearsal.recorded import EPOCH, verdict_on
 from clew.rehearsal.rehearsal import Rehearsal
@@ -52,6 +53,8 @@ class Surprise(StrEnum):
     LIVENESS = "liveness"
     """In liveness mode: the faults were over, but the fleet did not heal in time or did not arrive."""
     CRASHED = "crashed"
+    JUDGES = "judges"
+    """The second judge, of poses alone, contradicts the verdict."""
 
 
 class Episode(Struct, frozen=True, kw_only=True):
@@ -73,6 +76,8 @@ class Episode(Struct, frozen=True, kw_only=True):
     wall_s_max: float
     branches: str | None = None
     """Of a guided swarm: the branches of the future to play; empty: the seed's own faults."""
+    judged: bool = False
+    """Whether the second judge has to agree with the verdict."""
 
     @property
     def replay(self) -> str:
@@ -100,6 +105,7 @@ class Outcome(Struct, frozen=True, kw_only=True):
     ending: str
     reason: str
     surprise: Surprise
+    judged: bool = False
     mode: str | None = None
     classes: tuple[str, ...] = ()
     injected: dict[str, int] = {}
@@ -248,9 +254,15 @@ def outcome_of(episode: Episode, stage: Stage, rehearsal: Rehearsal, *, wall_s: 
         sim_s=verdict.sim_s,
         wall_s=verdict.wall_s,
         replay=episode.replay,
+        judged=episode.judged,
         branches=episode.branches or "",
     )
-    return outcome if stage.plan is NO_FAULTS else _with_faults(outcome, stage, rehearsal)
+    if stage.plan is not NO_FAULTS:
+        outcome = _with_faults(outcome, stage, rehearsal)
+    if not episode.judged or outcome.surprise is not Surprise.NONE:
+        return outcome
+    differs = second_opinion(world.scenario, rehearsal, verdict)
+    return outcome if differs is None else replace(outcome, surprise=Surprise.JUDGES, reason=differs)
 
 
 def _with_faults(outcome: Outcome, stage: Stage, rehearsal: Rehearsal) -> Outcome:
@@ -289,6 +301,7 @@ def failed(episode: Episode, ending: str, reason: str, wall_s: float) -> Outcome
         ending=ending,
         reason=reason,
         surprise=Surprise.CRASHED,
+        judged=episode.judged,
         wall_s=wall_s,
         replay=episode.replay,
     )

@@ -17,6 +17,7 @@ from tempfile import TemporaryDirectory
 
 import msgspec
 from msgspec import Struct
+from msgspec.structs import replace
 
 from clew.campaign.campaign import PACKAGES, drawn_episode
 from clew.campaign.episode import Outcome, Surprise, play
@@ -99,7 +100,8 @@ def apply(mutant: Mutant, folder: Path) -> None:
 
 def passes_unmutated(seed: int) -> bool:
     """Whether the seed's episode does not surprise without a mutant."""
-    return play(drawn_episode(seed, Path(), "", wall_s_max=WALL_S_MAX)).surprise is Surprise.NONE
+    episode = drawn_episode(seed, Path(), "", wall_s_max=WALL_S_MAX)
+    return play(replace(episode, judged=True)).surprise is Surprise.NONE
 
 
 def by(outcome: Outcome) -> str:

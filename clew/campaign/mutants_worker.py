@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
+from msgspec.structs import replace
 
 from clew.campaign.campaign import drawn_episode
 from clew.campaign.episode import play
@@ -20,7 +21,7 @@ def main(arguments: Sequence[str]) -> int:
     """Play the seeds; returns the exit code."""
     first, last = map(int, arguments)
     for seed in range(first, last + 1):
-        outcome = play(drawn_episode(seed, Path(), "", wall_s_max=WALL_S_MAX))
+        outcome = play(replace(drawn_episode(seed, Path(), "", wall_s_max=WALL_S_MAX), judged=True))
         sys.stdout.buffer.write(msgspec.json.encode(outcome) + b"\n")
         sys.stdout.flush()
     return 0

@@ -1,6 +1,7 @@
 """Rooms: each has one subject and a floor, imports point down, and no folder holds too many files."""
 
 import ast
+import sys
 from collections import Counter
 from collections.abc import Iterator
 from functools import cache
@@ -53,6 +54,7 @@ FLOORS: dict[str, dict[str, int]] = {
     },
     "clew": {
         "percentiles": 0,
+        "judge/": 0,
         **dict.fromkeys(("fields/", "log/", "rehearsal/"), 1),
         **dict.fromkeys(("coverage/", "story/", "swarm/"), 2),
         **dict.fromkeys(("export/", "fleet/", "page/"), 3),
@@ -152,6 +154,19 @@ def borrowing_complaints(root: Path) -> Iterator[str]:
         yield from (f"{name}: imports {other}, a test file" for other in wanted if is_test_file(other))
 
 
+def sharing_complaints(root: Path) -> Iterator[str]:
+    """Imports of the second judge beyond its own room and its libraries: it shares no code of ours."""
+    allowed = {*sys.stdlib_module_names, "msgpack", "numpy", "shapely"}
+    for name, tree in sources(root, "clew/judge").items():
+        for node in ast.walk(tree):
+            modules = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom):
+                modules = ["." if node.level else str(node.module)]
+            for module in modules:
+                if module.partition(".")[0] not in allowed and not module.startswith("clew.judge"):
+                    yield f"{name}: imports {module}, which the second judge must not share"
+
+
 def is_test_file(name: str) -> bool:
     return name.rpartition("/")[2].startswith("test_")
 
@@ -189,6 +204,10 @@ def test_every_floor_has_a_file() -> None:
 
 def test_no_test_file_imports_another() -> None:
     assert list(borrowing_complaints(ROOT)) == []
+
+
+def test_the_second_judge_imports_nothing_of_ours() -> None:
+    assert list(sharing_complaints(ROOT)) == []
 
 
 def test_no_folder_holds_too_many_files() -> None:
@@ -269,6 +288,24 @@ def test_planted_import_of_a_test_file_is_found(tmp_path: Path, source: str) -> 
     plant(tmp_path, {"tests/house/test_a.py": source, "tests/unit/test_b.py": ""})
     assert list(borrowing_complaints(tmp_path)) == [
         "tests/house/test_a.py: imports tests/unit/test_b.py, a test file"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("source", "module"),
+    [
+        ("from world.geometry.shapes import Circle", "world.geometry.shapes"),
+        ("def f():\n    import protocol.frames", "protocol.frames"),
+        ("from clew.log.log import Log", "clew.log.log"),
+        ("from clew import log", "clew"),
+        ("from ..log import Log", "."),
+        ("import msgspec", "msgspec"),  # it would read our types
+    ],
+)
+def test_planted_import_of_the_second_judge_is_found(tmp_path: Path, source: str, module: str) -> None:
+    plant(tmp_path, {"clew/judge/a.py": "import json\nfrom clew.judge.b import f", "clew/judge/b.py": source})
+    assert list(sharing_complaints(tmp_path)) == [
+        f"clew/judge/b.py: imports {module}, which the second judge must not share"
     ]
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from clew.rehearsal.recorded import rehearse
 from protocol.faults.plan import NO_FAULTS
 from protocol.faults.plan import load as load_plan
+from tests.support.judges import differences
 from world.judge.verdict import VERDICT_FILE
 from world.scenario.scenario import load
 
@@ -28,6 +29,7 @@ class Runs:
                 run.mkdir()
                 plan = load_plan(faults) if faults else NO_FAULTS
                 rehearse(load(scenario), seed, run, lambda _: None, plan)
+                assert differences(run) == [], "the second judge agrees"
         return run
 
     def copy(self, to: Path, scenario: str, *, faults: str = "", seed: int = 1) -> Path:

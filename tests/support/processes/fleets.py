@@ -16,6 +16,7 @@ from uuid import uuid4
 
 from protocol.root import ROOT
 from tests.support.deadline import DEADLINE_S
+from tests.support.judges import differences
 
 T = TypeVar("T")
 
@@ -78,6 +79,8 @@ class Fleet:
     def end(self, timeout_s: float = DEADLINE_S) -> Outcome:
         assert self.launcher is not None
         out, err = self.launcher.communicate(timeout=timeout_s)
+        if (self.cwd / "runs" / "latest").exists():
+            assert differences(self.folder()) == [], "the second judge agrees"
         return Outcome(self.launcher.returncode, out, err)
 
     def run(self, *arguments: str, timeout_s: float = DEADLINE_S) -> Outcome:

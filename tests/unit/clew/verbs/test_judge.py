@@ -1,0 +1,75 @@
+"""`clew judge` prints what true poses show, and exits as other verbs do."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.support.campaigns import clew
+from tests.support.judges import poses, scenario, written
+
+POST = {"shape": "circle", "centre_m": [4.0, 0.4], "radius_m": 0.2}
+SCENE = {
+    "schema": "clew-scene/1",
+    "robot_radius": 0.1,
+    "goal": [4.0, 0.0],
+    "goal_tol": 0.1,
+    "bounds": [0.0, -9.0, 9.0, 9.0],
+    "circles": [[4.0, 0.32, 0.2]],
+    "polygons": [],
+}
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    """A run without a verdict in which one robot has arrived."""
+    folder = tmp_path / "run"
+    folder.mkdir()
+    lines = written(poses(1, (0.0, 3.0, 0.0), (2.0, 4.0, 0.0)), scenario(obstacle=[POST]))
+    (folder / "events.jsonl").write_bytes(b"".join(lines))
+    return folder
+
+
+def test_it_prints_least_distances_places_and_the_judgement(run: Path) -> None:
+    said = clew("judge", run)
+    assert said.exit_code == 0
+    assert said.stdout.splitlines() == [
+        "least clearance: robot 1 and obstacle 1: 0.1000 m at t=2.00 s",
+        "least moving clearance: none",
+        "least separation: none",
+        "robot 1 stands at (4.0000, 0.0000), 1 in the chain",
+        "nearest to the goal: 0.0000 m",
+        "OK: promises kept, arrived; there is no verdict",
+    ]
+    assert clew("judge", run / "events.jsonl").stdout == said.stdout
+
+
+def test_another_scene_is_judged_instead_of_that_in_the_header(tmp_path: Path, run: Path) -> None:
+    path = tmp_path / "scene.json"
+    path.write_text(json.dumps(SCENE))
+    said = clew("judge", run, path)
+    assert said.exit_code == 1
+    assert "S1: robot 1 and obstacle 1: 0.0200 m at t=2.00 s, required 0.0450 m" in said.stdout
+    assert said.stdout.endswith("FAILED: promises broken, arrived; there is no verdict\n")
+
+
+def test_json_has_the_same(run: Path) -> None:
+    said = json.loads(clew("judge", run, "--json").stdout)
+    assert said["ok"]
+    assert said["clearance"]["distance_m"] == pytest.approx(0.1)
+    assert (said["places_m"], said["chain"], said["disagreements"]) == ({"1": [4.0, 0.0]}, [1], None)
+
+
+@pytest.mark.parametrize("name", ["run/verdict.json", "run/none.jsonl", "none"])
+def test_what_is_no_run_is_refused_in_one_line(tmp_path: Path, run: Path, name: str) -> None:
+    (run / "verdict.json").write_text("{")
+    for arguments in (("judge", tmp_path / name), ("judge", run)):
+        said = clew(*arguments)
+        assert said.exit_code == 2
+        assert said.stderr.count("\n") == 1
+
+
+def test_a_verdict_that_lacks_a_field_is_refused_in_one_line(run: Path) -> None:
+    (run / "verdict.json").write_text("{}")
+    said = clew("judge", run)
+    assert (said.exit_code, said.stderr.count("\n")) == (2, 1)
