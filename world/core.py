@@ -53,8 +53,7 @@ from world.events import (
     TokenWent,
 )
 from world.judge.ending import Ending
-from world.judge.evidence import Evidence
-from world.judge.judgement import Judgement, judge_evidence
+from world.judge.judgement import Judge, Judgement
 from world.judge.tally import Tally
 from world.record.resume import Past
 from world.routing import Routing
@@ -90,7 +89,7 @@ class World:
         """The robots alive at that time."""
         self.judgement: Judgement | None = None
         """The judgement; None until the run is done."""
-        self._evidence = Evidence()
+        self._judge = Judge(scenario)
         self._started = False
         self._routing = Routing()
         self._returned_wall_s = -math.inf
@@ -143,7 +142,7 @@ class World:
         if past.ended is not None:  # only the verdict is missing
             self.ending = next(ending for ending in Ending if past.ended.startswith(ending))
             self.over_s, self.survivors = past.newest_s, frozenset(self.attendance.living)
-            self.judgement = judge_evidence(self.scenario, self._evidence)
+            self.judgement = self._judge.close()
             return []
         self._returned_wall_s = wall_s
         self._started = bool(past.bodies)
@@ -156,7 +155,7 @@ class World:
 
     def _learn(self, source: str, entry: Entry) -> None:
         self.tally.hear(source, entry)
-        self._evidence.hear(source, entry)
+        self._judge.hear(source, entry)
 
     def restart(self, *, wall_s: float) -> list[Command]:
         """Go on as a world that was started again and has restored the state of the one that was killed."""
@@ -229,7 +228,7 @@ class World:
                 # All entries of a robot that ended were acknowledged: nothing more will arrive.
                 gone = not self.attendance.living & self.attendance.present
                 if self.judgement is None and (gone or waited_s >= LAST_WORDS_WALL_S):
-                    return self._judge()
+                    return self._end_judged()
         return []
 
     def _note_token(self, robot: int, incarnation: str, wall_s: float) -> list[Command]:
@@ -354,10 +353,10 @@ class World:
         self.phase, self._phase_began_wall_s = phase, wall_s
         return self._tell_all()
 
-    def _judge(self) -> list[Command]:
+    def _end_judged(self) -> list[Command]:
         """Judge the run by the timeline alone, so that others can repeat it; then record the end."""
         assert self.ending is not None, "judged before the run was over"
-        self.judgement = judge_evidence(self.scenario, self._evidence)
+        self.judgement = self._judge.close()
         unlawful = [each.broken for each in self.judgement.breaches if each.broken.invariant not in SEEN_LIVE]
         reason = str(self.ending)
         if self.ending is Ending.MISSING:

@@ -18,6 +18,7 @@ from world.judge.evidence import Evidence
 from world.judge.invariants import INVARIANTS, judge_invariants
 from world.judge.monitor import Least, Monitor
 from world.judge.motion import Tolerance
+from world.judge.rule import Dated, Rule
 from world.scenario.scenario import Scenario
 
 MOVES_AT_ONCE = 1000  # moves judged against obstacles in one call: more need memory and save no time
@@ -47,37 +48,74 @@ class Judgement(Struct, frozen=True, kw_only=True):
         return {invariant: counts[invariant] for invariant in INVARIANTS}
 
 
+class Judge:
+    """Judges one run as its entries come; the same object judges live runs, rehearsals and logs."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._whole = _Whole(scenario)
+        self._rules: tuple[Rule, ...] = (self._whole,)
+        self._breaches: list[Breach] = []
+
+    def hear(self, source: str, entry: Entry) -> list[Breach]:
+        """Process the next entry of the timeline; returns the violations that are certain now."""
+        return self._note(each for rule in self._rules for each in rule.hear(source, entry))
+
+    def close(self) -> Judgement:
+        """The judgement of the run: no entry follows."""
+        self._note(each for rule in self._rules for each in rule.close())
+        monitor = self._whole.monitor
+        return Judgement(
+            least_clearance=monitor.least_clearance,
+            least_separation=monitor.least_separation,
+            least_moving_clearance=monitor.least_moving_clearance,
+            path_m=self._whole.path_m,
+            breaches=tuple(sorted(self._breaches, key=lambda breach: breach.t_s)),
+        )
+
+    def _note(self, found: Iterable[Dated]) -> list[Breach]:
+        new = [Breach(t_s=t_s, broken=broken) for t_s, broken in found]
+        self._breaches += new
+        return new
+
+
 def judge(scenario: Scenario, lines: Iterable[tuple[str, Entry]]) -> Judgement:
     """Judge a timeline, given as sources and their entries in the recorder's order."""
-    evidence = Evidence()
+    judge = Judge(scenario)
     for source, entry in lines:
-        evidence.hear(source, entry)
-    return judge_evidence(scenario, evidence)
+        judge.hear(source, entry)
+    return judge.close()
 
 
-def judge_evidence(scenario: Scenario, evidence: Evidence) -> Judgement:
-    """Judge the evidence of a run."""
-    monitor = Monitor.of(scenario)
-    breaches: list[Breach] = []
-    path_m = 0.0
-    for t_s, starts_m, ends_m, clear_m in intervals(evidence, monitor.ground, scenario.fleet.robots):
-        broken = monitor.watch(starts_m, ends_m, t_s=t_s, clear_m=clear_m)
-        breaches += [Breach(t_s=t_s, broken=each) for each in broken]
-        path_m += float(np.hypot(*(ends_m - starts_m).T).sum())
-    tolerance = Tolerance(
-        mu0_m=scenario.law.mu0_m,
-        heading_error_rad=scenario.drive.heading_error_rad,
-        speed_mps_max=scenario.drive.speed_mps_max,
-    )
-    found = judge_invariants(evidence, tolerance, followers_sense=scenario.law.law.promises_clearance)
-    breaches += [Breach(t_s=t_s, broken=broken) for t_s, broken in found]
-    return Judgement(
-        least_clearance=monitor.least_clearance,
-        least_separation=monitor.least_separation,
-        least_moving_clearance=monitor.least_moving_clearance,
-        path_m=path_m,
-        breaches=tuple(sorted(breaches, key=lambda breach: breach.t_s)),
-    )
+class _Whole:
+    """All rules as they were: at the end."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.monitor = Monitor.of(scenario)
+        self.path_m = 0.0
+        self._scenario = scenario
+        self._evidence = Evidence()
+
+    def hear(self, source: str, entry: Entry) -> Iterable[Dated]:
+        """Process an entry."""
+        self._evidence.hear(source, entry)
+        return ()
+
+    def close(self) -> Iterable[Dated]:
+        """Every violation."""
+        scenario, monitor = self._scenario, self.monitor
+        for t_s, starts_m, ends_m, clear_m in intervals(
+            self._evidence, monitor.ground, scenario.fleet.robots
+        ):
+            for each in monitor.watch(starts_m, ends_m, t_s=t_s, clear_m=clear_m):
+                yield t_s, each
+            self.path_m += float(np.hypot(*(ends_m - starts_m).T).sum())
+        tolerance = Tolerance(
+            mu0_m=scenario.law.mu0_m,
+            heading_error_rad=scenario.drive.heading_error_rad,
+            speed_mps_max=scenario.drive.speed_mps_max,
+        )
+        followers_sense = scenario.law.law.promises_clearance
+        yield from judge_invariants(self._evidence, tolerance, followers_sense=followers_sense)
 
 
 def intervals(
