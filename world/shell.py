@@ -54,9 +54,9 @@ from world.judge.verdict import Verdict
 from world.pace import Pace
 from world.record.progress import progress
 from world.record.readback import Readback
-from world.record.recorder import Header, Recorder, open_events
+from world.record.recorder import EVENTS_FILE, Header, Recorder, RecordingFailedError, open_events
 from world.record.resume import Past, continue_events, read_past
-from world.record.run_files import check_unchanged, header_of, save_verdict
+from world.record.run_files import BEGUN_FILE, check_unchanged, header_of, save_verdict
 from world.scenario.scenario import Scenario
 
 log = logging.getLogger("world")
@@ -95,6 +95,9 @@ def run(request: Request) -> Verdict:
 
 async def _run(request: Request) -> Verdict:
     past = read_past(request.out) if request.resume else None
+    begun = request.private / BEGUN_FILE
+    if past is None and begun.exists():
+        raise RecordingFailedError(f"{request.out / EVENTS_FILE} was removed: a run cannot go on without it")
     if past is not None:
         check_unchanged(request.out, past.header)
     keys = request.session.keys
@@ -109,6 +112,7 @@ async def _run(request: Request) -> Verdict:
     ):
         header = _header(request, transport) if past is None else past.header
         recorder = Recorder(file, header if past is None else None)
+        begun.touch()
         with contextlib.closing(Readback(request.out, file)) as readback:
             life = _Life(request, transport, recorder, readback, past)
             async with heard(request.private, request.out, life.add_fault, life.halt):

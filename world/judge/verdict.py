@@ -168,6 +168,9 @@ def _flaws(facts: Facts, recovery: Recovery) -> Iterator[Flaw]:
         yield Flaw(f"{arrived} of {living} living robots arrived")
     if facts.events.missing > 0:
         yield Flaw(f"{facts.events.missing} entries of the timeline never came")
+    if disagreements := facts.messages.disagreements:
+        more = f" (and {len(disagreements) - 1} more)" if len(disagreements) > 1 else ""
+        yield Flaw(f"the books disagree: {disagreements[0]}{more}")
     if facts.events.lost > 0:
         yield Flaw(f"{facts.events.lost} entries that were written do not stand in the timeline")
 
