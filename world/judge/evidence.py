@@ -195,6 +195,6 @@ class Evidence:
         )
 
 
-def apart_m(one: Point | PoseSampled, other: Point) -> float:
+def apart_m(one: Point | PoseSampled, other: Point | PoseSampled) -> float:
     """The distance between two places."""
     return math.hypot(other.x_m - one.x_m, other.y_m - one.y_m)

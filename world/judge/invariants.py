@@ -37,7 +37,12 @@ from world.judge.fences import ROUNDING_S, judge_fences
 from world.judge.formations import Dated, broken, judge_formations, judge_rank
 from world.judge.motion import Tolerance, breach_of, judge_motion
 
-INVARIANTS = ("S1", "S2", "S3", "F1", "F2", "F3", "F4", "F5", "F6", "P1", "P2", "P3", "P4", "P5", "P6")
+INVARIANTS = (
+    *("S1", "S2", "S3", "S4"),
+    *("F1", "F2", "F3", "F4", "F5", "F6"),
+    *("P1", "P2", "P3", "P4", "P5", "P6", "P7"),
+    *("A1", "A2"),
+)
 """All invariants of a run, in the order of the verdict."""
 
 

@@ -19,6 +19,7 @@ from world.judge.invariants import INVARIANTS, judge_invariants
 from world.judge.monitor import Least, Monitor
 from world.judge.motion import Tolerance
 from world.judge.rule import Dated, Rule
+from world.judge.truth.truth import Truth
 from world.scenario.scenario import Scenario
 
 MOVES_AT_ONCE = 1000  # moves judged against obstacles in one call: more need memory and save no time
@@ -53,7 +54,7 @@ class Judge:
 
     def __init__(self, scenario: Scenario) -> None:
         self._whole = _Whole(scenario)
-        self._rules: tuple[Rule, ...] = (self._whole,)
+        self._rules: tuple[Rule, ...] = (self._whole, Truth(scenario))
         self._breaches: list[Breach] = []
 
     def hear(self, source: str, entry: Entry) -> list[Breach]:

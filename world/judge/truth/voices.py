@@ -1,0 +1,171 @@
+"""P1 and P7: an entry counts only from the source that it concerns. Pure; entry by entry.
+
+Rule 1 (P7): poses, orders, fences, deaths and all else of `WORLDS` are recorded by the world alone. A fault
+        of a process is recorded by the world, or by that process.
+Rule 2 (P7): a robot's entries count if the world has seen the liveliness token of the process that made them.
+        A log whose world recorded no incarnation shows nothing about that.
+Rule 3 (P1): the goal, a lost route, a healed strand and a new leader are recorded by the robot that leads: it
+        has joined the strand, and the fence ALL of that epoch names it.
+Rule 4 (P7): an arrival is recorded by a robot that has its place in a strand.
+Rule 5 (P7): a formation and those that it strands are recorded by the coordinator of that epoch.
+"""
+
+from protocol.fence import NUMBERS, May
+from protocol.keys import WORLD, robot_number
+from protocol.timeline import (
+    BodyStopped,
+    Entry,
+    FaultInjected,
+    FenceChanged,
+    GoalReached,
+    LeaderSucceeded,
+    OrderAccepted,
+    OrderFinished,
+    OrderRefused,
+    PoseSampled,
+    PromiseBroken,
+    Record,
+    RobotAppeared,
+    RobotArrived,
+    RobotDied,
+    RobotRestarted,
+    RobotReturned,
+    RobotStarted,
+    RobotStranded,
+    RouteLost,
+    RouterFound,
+    RouterLost,
+    RunEnded,
+    ScanServed,
+    StepFinished,
+    StrandFormed,
+    StrandHealed,
+    StrandJoined,
+    ViewJoined,
+    ViewLeft,
+    WorldResumed,
+)
+from world.judge.formations import broken
+
+WORLDS = (
+    RobotAppeared
+    | RobotDied
+    | RobotRestarted
+    | RobotReturned
+    | FenceChanged
+    | OrderAccepted
+    | OrderRefused
+    | OrderFinished
+    | StepFinished
+    | BodyStopped
+    | PoseSampled
+    | ScanServed
+    | PromiseBroken
+    | RouterLost
+    | RouterFound
+    | WorldResumed
+    | RunEnded
+)
+"""What the world alone may record."""
+
+LEADERS = GoalReached | RouteLost | LeaderSucceeded | StrandHealed
+"""What only the robot that leads may record."""
+
+COORDINATORS = StrandFormed | RobotStranded
+"""What only the coordinator of that epoch may record."""
+
+
+class Voices:
+    """What is known of who may record what."""
+
+    def __init__(self) -> None:
+        self._shown: dict[int, set[str]] = {}
+        self._unseen: set[int] = set()
+        """The robots whose present process showed no token."""
+        self._leaders: dict[int, int] = {}
+        """Who leads, by the fence ALL of each epoch."""
+        self._joined: dict[int, int] = {}
+        """The epoch of the strand in which each robot has its place."""
+
+    def epoch_of(self, robot: int) -> int | None:
+        """The epoch of the strand in which a robot has its place, by its own entries."""
+        return self._joined.get(robot)
+
+    def hear(self, source: str, entry: Entry) -> PromiseBroken | None:
+        """Process an entry; returns why it does not count, if it does not."""
+        record, robot = entry.record, robot_number(source)
+        if source == WORLD:
+            self._hear_world(record)
+            return None
+        if robot is None:
+            return None  # nobody reads the entries of other sources
+        breach = self._judge(robot, source, record)
+        if breach is None:
+            self._hear_robot(robot, record)
+        return breach
+
+    def _hear_world(self, record: Record) -> None:
+        match record:
+            case (
+                RobotAppeared(robot=robot, incarnation=str(shown))
+                | RobotRestarted(robot=robot, incarnation=str(shown))
+            ) if shown:
+                self._shown.setdefault(robot, set()).add(shown)
+            case FenceChanged(may=May.ALL) as change:
+                self._leaders.setdefault(change.epoch, change.named)
+            case _:
+                pass  # says nothing about who may record what
+
+    def _hear_robot(self, robot: int, record: Record) -> None:
+        match record:
+            case StrandJoined(epoch=epoch) if epoch in self._leaders:
+                self._joined[robot] = epoch
+            case RobotStarted() | ViewJoined() | ViewLeft() | StrandJoined():
+                self._joined.pop(robot, None)
+            case _:
+                pass  # does not change its place
+
+    def _judge(self, robot: int, source: str, record: Record) -> PromiseBroken | None:
+        if isinstance(record, RobotStarted):
+            self._look_at(robot, record)
+        does = f"records {record.__struct_config__.tag}"
+        if isinstance(record, LEADERS):
+            return self._judge_leader(robot, does, record)
+        why = self._foreign(robot, source, record)
+        return None if why is None else broken("P7", robot, f"{does}, {why}")
+
+    def _foreign(self, robot: int, source: str, record: Record) -> str | None:
+        """Rules 1, 2, 4 and 5: why an entry does not count."""
+        if isinstance(record, WORLDS):
+            return "which only the world may"
+        if robot in self._unseen:
+            return "as a process whose token the world has not seen"
+        match record:
+            case FaultInjected(process=str(process)) if process != source:
+                return f"of the process {process}"
+            case RobotArrived() if robot not in self._joined:
+                return "without a place in a strand"
+            case StrandFormed(epoch=epoch) | RobotStranded(epoch=epoch) if epoch % NUMBERS != robot:
+                return f"of epoch {epoch}, which robot {epoch % NUMBERS} coordinates"
+            case _:
+                return None
+
+    def _look_at(self, robot: int, started: RobotStarted) -> None:
+        """Rule 2."""
+        shown = self._shown.get(robot)
+        is_seen = not shown or not started.incarnation or started.incarnation in shown
+        (self._unseen.discard if is_seen else self._unseen.add)(robot)
+
+    def _judge_leader(self, robot: int, does: str, record: LEADERS) -> PromiseBroken | None:
+        """Rule 3."""
+        match record:
+            case GoalReached() | RouteLost():
+                epoch = self._joined.get(robot)
+            case LeaderSucceeded() | StrandHealed():
+                epoch = record.epoch
+        leader = None if epoch is None else self._leaders.get(epoch)
+        if leader == robot:
+            return None
+        led = "which another leads" if leader is not None else "which nobody leads"
+        where = "without a place in a strand" if epoch is None else f"in epoch {epoch}, {led}"
+        return broken("P1", robot, f"{does} {where}", leader)
