@@ -3,12 +3,15 @@
 from collections.abc import Iterator
 
 from protocol.keys import WORLD, robot_number
-from protocol.timeline import Entry
+from protocol.timeline import Entry, LeaderSucceeded, StrandFormed, StrandHealed
 from world.judge.rule import Dated
 from world.judge.truth.arrivals import Arrivals, Places
 from world.judge.truth.clearances import Clearances
 from world.judge.truth.voices import Voices
 from world.scenario.scenario import Scenario
+
+BY_FORMATION = LeaderSucceeded | StrandFormed | StrandHealed
+"""What P1 and F4 judge by the formation: here it only does not count."""
 
 
 class Truth:
@@ -30,7 +33,8 @@ class Truth:
         robot = robot_number(source)
         breach = self._voices.hear(source, entry)
         if breach is not None:
-            yield entry.t_s, breach
+            if not isinstance(entry.record, BY_FORMATION):
+                yield entry.t_s, breach
         elif source == WORLD:
             self._now_s = entry.t_s
             yield from self._arrivals.hear_world(entry)
@@ -43,6 +47,7 @@ class Truth:
 
     def close(self) -> Iterator[Dated]:
         """The violations that the end shows: there are no more entries."""
+        yield from self._voices.close()
         yield from self._arrivals.close()
         if self._clearances is not None:
             yield from self._clearances.close(self._now_s)

@@ -2,13 +2,17 @@
 
 Rule 1 (P7): poses, orders, fences, deaths and all else of `WORLDS` are recorded by the world alone. A fault
         of a process is recorded by the world, or by that process.
-Rule 2 (P7): a robot's entries count if the world has seen the liveliness token of the process that made them.
-        A log whose world recorded no incarnation shows nothing about that.
+Rule 2 (P7): the world has seen the liveliness token of each process of a robot that records more than its
+        start, or the process was killed before. The recorder takes no entry of a process before its token; a
+        rehearsal has no recorder, so the token may come later than the entry. A log whose world recorded no
+        incarnation shows nothing about that.
 Rule 3 (P1): the goal, a lost route, a healed strand and a new leader are recorded by the robot that leads: it
         has joined the strand, and the fence ALL of that epoch names it.
 Rule 4 (P7): an arrival is recorded by a robot that has its place in a strand.
 Rule 5 (P7): a formation and those that it strands are recorded by the coordinator of that epoch.
 """
+
+from collections.abc import Iterator
 
 from protocol.fence import NUMBERS, May
 from protocol.keys import WORLD, robot_number
@@ -71,17 +75,17 @@ WORLDS = (
 LEADERS = GoalReached | RouteLost | LeaderSucceeded | StrandHealed
 """What only the robot that leads may record."""
 
-COORDINATORS = StrandFormed | RobotStranded
-"""What only the coordinator of that epoch may record."""
-
 
 class Voices:
     """What is known of who may record what."""
 
     def __init__(self) -> None:
         self._shown: dict[int, set[str]] = {}
-        self._unseen: set[int] = set()
-        """The robots whose present process showed no token."""
+        """The incarnations whose tokens the world has seen."""
+        self._present: dict[int, str] = {}
+        """The incarnation of each robot's newest process."""
+        self._unseen: dict[tuple[int, str], float] = {}
+        """The others, with the time of the first entry after the start."""
         self._leaders: dict[int, int] = {}
         """Who leads, by the fence ALL of each epoch."""
         self._joined: dict[int, int] = {}
@@ -102,15 +106,28 @@ class Voices:
         breach = self._judge(robot, source, record)
         if breach is None:
             self._hear_robot(robot, record)
+        if not isinstance(record, RobotStarted):
+            self._speak(robot, entry.t_s)
         return breach
+
+    def close(self) -> Iterator[tuple[float, PromiseBroken]]:
+        """Rule 2: there are no more entries."""
+        for (robot, _), t_s in self._unseen.items() if self._shown else ():
+            yield t_s, broken("P7", robot, "records as a process whose token the world has not seen")
+
+    def _speak(self, robot: int, t_s: float) -> None:
+        present = self._present.get(robot)
+        if present and present not in self._shown.get(robot, ()):
+            self._unseen.setdefault((robot, present), t_s)
 
     def _hear_world(self, record: Record) -> None:
         match record:
-            case (
-                RobotAppeared(robot=robot, incarnation=str(shown))
-                | RobotRestarted(robot=robot, incarnation=str(shown))
-            ) if shown:
-                self._shown.setdefault(robot, set()).add(shown)
+            case RobotAppeared(robot=robot) | RobotRestarted(robot=robot) if record.incarnation:
+                self._shown.setdefault(robot, set()).add(record.incarnation)
+                self._unseen.pop((robot, record.incarnation), None)
+            case FaultInjected(fault="kill", process=str(process)):
+                killed = robot_number(process) or 0
+                self._unseen.pop((killed, self._present.get(killed, "")), None)
             case FenceChanged(may=May.ALL) as change:
                 self._leaders.setdefault(change.epoch, change.named)
             case _:
@@ -120,14 +137,15 @@ class Voices:
         match record:
             case StrandJoined(epoch=epoch) if epoch in self._leaders:
                 self._joined[robot] = epoch
-            case RobotStarted() | ViewJoined() | ViewLeft() | StrandJoined():
+            case RobotStarted(incarnation=incarnation):
+                self._present[robot] = incarnation
+                self._joined.pop(robot, None)
+            case ViewJoined() | ViewLeft() | StrandJoined():
                 self._joined.pop(robot, None)
             case _:
                 pass  # does not change its place
 
     def _judge(self, robot: int, source: str, record: Record) -> PromiseBroken | None:
-        if isinstance(record, RobotStarted):
-            self._look_at(robot, record)
         does = f"records {record.__struct_config__.tag}"
         if isinstance(record, LEADERS):
             return self._judge_leader(robot, does, record)
@@ -135,11 +153,9 @@ class Voices:
         return None if why is None else broken("P7", robot, f"{does}, {why}")
 
     def _foreign(self, robot: int, source: str, record: Record) -> str | None:
-        """Rules 1, 2, 4 and 5: why an entry does not count."""
+        """Rules 1, 4 and 5: why an entry does not count."""
         if isinstance(record, WORLDS):
             return "which only the world may"
-        if robot in self._unseen:
-            return "as a process whose token the world has not seen"
         match record:
             case FaultInjected(process=str(process)) if process != source:
                 return f"of the process {process}"
@@ -149,12 +165,6 @@ class Voices:
                 return f"of epoch {epoch}, which robot {epoch % NUMBERS} coordinates"
             case _:
                 return None
-
-    def _look_at(self, robot: int, started: RobotStarted) -> None:
-        """Rule 2."""
-        shown = self._shown.get(robot)
-        is_seen = not shown or not started.incarnation or started.incarnation in shown
-        (self._unseen.discard if is_seen else self._unseen.add)(robot)
 
     def _judge_leader(self, robot: int, does: str, record: LEADERS) -> PromiseBroken | None:
         """Rule 3."""
