@@ -12,6 +12,7 @@ P3: there is no ring, and each robot has one robot ahead: `world.judge.formation
 P4: stale or forged messages have no effect: no robot joins or leaves a view before its epoch is in force.
 P5: queues are bounded and long enough: no inbox or outbox overflows, and entry numbers have no gaps.
 P6: no core fails.
+`world.judge.truth` holds what robots record against true poses: S4, A1, A2, and for who may record it P1, P7.
 """
 
 from collections import defaultdict
@@ -37,11 +38,14 @@ from world.judge.fences import ROUNDING_S, judge_fences
 from world.judge.formations import Dated, broken, judge_formations, judge_rank
 from world.judge.motion import Tolerance, breach_of, judge_motion
 
+ARRIVAL = ("A1", "A2")
+"""What an arrival must keep to be one."""
+
 INVARIANTS = (
     *("S1", "S2", "S3", "S4"),
     *("F1", "F2", "F3", "F4", "F5", "F6"),
     *("P1", "P2", "P3", "P4", "P5", "P6", "P7"),
-    *("A1", "A2"),
+    *ARRIVAL,
 )
 """All invariants of a run, in the order of the verdict."""
 

@@ -11,11 +11,12 @@ import numpy as np
 from msgspec import Struct
 
 from protocol.arrays import Floats
+from protocol.errors import sentence_of
 from protocol.timeline import Entry, PromiseBroken
 from world.geometry.clearance import clearance
 from world.geometry.shapes import Ground
 from world.judge.evidence import Evidence
-from world.judge.invariants import INVARIANTS, judge_invariants
+from world.judge.invariants import ARRIVAL, INVARIANTS, judge_invariants
 from world.judge.monitor import Least, Monitor
 from world.judge.motion import Tolerance
 from world.judge.rule import Dated, Rule
@@ -41,12 +42,24 @@ class Judgement(Struct, frozen=True, kw_only=True):
     path_m: float
     """Metres driven by all robots."""
     breaches: tuple[Breach, ...]
+    failure: str | None = None
+    """Why the judge failed, which should never happen: then nothing is proved."""
+
+    @property
+    def untrue(self) -> frozenset[int]:
+        """The robots that recorded an arrival which their poses do not show."""
+        return untrue_in(self.breaches)
 
     @property
     def violations(self) -> dict[str, int]:
         """How often each promise was broken."""
         counts = Counter(breach.broken.invariant for breach in self.breaches)
         return {invariant: counts[invariant] for invariant in INVARIANTS}
+
+
+def untrue_in(breaches: Iterable[Breach]) -> frozenset[int]:
+    """The robots of broken arrivals."""
+    return frozenset(each.broken.robot for each in breaches if each.broken.invariant in ARRIVAL)
 
 
 class Judge:
@@ -56,14 +69,18 @@ class Judge:
         self._whole = _Whole(scenario)
         self._rules: tuple[Rule, ...] = (self._whole, Truth(scenario))
         self._breaches: list[Breach] = []
+        self._failure: str | None = None
 
     def hear(self, source: str, entry: Entry) -> list[Breach]:
         """Process the next entry of the timeline; returns the violations that are certain now."""
+        if self._failure is not None:
+            return []
         return self._note(each for rule in self._rules for each in rule.hear(source, entry))
 
     def close(self) -> Judgement:
         """The judgement of the run: no entry follows."""
-        self._note(each for rule in self._rules for each in rule.close())
+        if self._failure is None:
+            self._note(each for rule in self._rules for each in rule.close())
         monitor = self._whole.monitor
         return Judgement(
             least_clearance=monitor.least_clearance,
@@ -71,10 +88,15 @@ class Judge:
             least_moving_clearance=monitor.least_moving_clearance,
             path_m=self._whole.path_m,
             breaches=tuple(sorted(self._breaches, key=lambda breach: breach.t_s)),
+            failure=self._failure,
         )
 
     def _note(self, found: Iterable[Dated]) -> list[Breach]:
-        new = [Breach(t_s=t_s, broken=broken) for t_s, broken in found]
+        new: list[Breach] = []
+        try:
+            new.extend(Breach(t_s=t_s, broken=broken) for t_s, broken in found)
+        except Exception as error:  # a run that cannot be judged has failed, and says why
+            self._failure = sentence_of(error)
         self._breaches += new
         return new
 
