@@ -142,7 +142,8 @@ class World:
         if past.ended is not None:  # only the verdict is missing
             self.ending = next(ending for ending in Ending if past.ended.startswith(ending))
             self.over_s, self.survivors = past.newest_s, frozenset(self.attendance.living)
-            self.judgement = self._judge.close()
+            self._judge.close()
+            self.judgement = self._judge.judgement
             return []
         self._returned_wall_s = wall_s
         self._started = bool(past.bodies)
@@ -357,7 +358,8 @@ class World:
     def _end_judged(self) -> list[Command]:
         """Judge the run by the timeline alone, so that others can repeat it; then record the end."""
         assert self.ending is not None, "judged before the run was over"
-        self.judgement = self._judge.close()
+        self._judge.close()
+        self.judgement = self._judge.judgement
         unlawful = [each.broken for each in self.judgement.breaches if each.broken.invariant not in SEEN_LIVE]
         reason = str(self.ending)
         if self.ending is Ending.MISSING:

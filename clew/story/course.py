@@ -4,6 +4,7 @@ Rule 1: positions, clearances and recoveries come from what judges the run; noth
 Rule 2: a run that is cut off has a course as far as it goes.
 """
 
+from collections import defaultdict
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,10 +16,9 @@ from clew.story.steps import Step
 from clew.story.story import Story
 from protocol.arrays import Floats
 from protocol.frames import Point
-from protocol.keys import robot_number
-from protocol.timeline import RouteLost
-from world.judge.evidence import Evidence
-from world.judge.judgement import intervals
+from protocol.keys import WORLD, robot_number
+from protocol.timeline import PoseSampled, RouteLost
+from world.judge.moves import Interval, Moves
 from world.judge.recovery import Recovery
 from world.judge.tally import Tally
 from world.scenario.scenario import Scenario
@@ -88,21 +88,26 @@ def course_of(read: Timeline, stand_in: Scenario | None = None) -> Course:
         UsageError: the header's scenario is none, or of another version, and nothing stands in.
     """
     scenario = stand_in or scenario_of(read)
-    story, evidence, tally = Story(), Evidence(), Tally()
+    story, tally, moving = Story(), Tally(), Moves(scenario.ground, scenario.fleet.robots)
     lost: list[tuple[float, int]] = []
+    poses: defaultdict[int, list[tuple[float, PoseSampled]]] = defaultdict(list)
+    moves: list[Interval] = []
     for source, entry in read.lines:
-        for each in (story, evidence, tally):
+        for each in (story, tally):
             each.hear(source, entry)
+        if source == WORLD and isinstance(entry.record, PoseSampled):
+            poses[entry.record.robot].append((entry.t_s, entry.record))
+            moves += moving.hear(entry.t_s, entry.record)
         if isinstance(entry.record, RouteLost) and (robot := robot_number(source)) is not None:
             lost.append((entry.t_s, robot))
 
     def place_at(robot: int, t_s: float) -> Point | None:
-        poses = [pose for at_s, pose in evidence.poses[robot] if at_s <= t_s]
-        return Point(x_m=poses[-1].x_m, y_m=poses[-1].y_m) if poses else None
+        before = [pose for at_s, pose in poses[robot] if at_s <= t_s]
+        return Point(x_m=before[-1].x_m, y_m=before[-1].y_m) if before else None
 
+    moves += moving.close()
     steps = story.all_steps()
     strands = story.strands.formed.values()
-    moves = list(intervals(evidence, scenario.ground, scenario.fleet.robots))
     shape = (len(moves), scenario.fleet.robots)
     clear_m = np.array([clear_m for *_, clear_m in moves]).reshape(shape)
     return Course(

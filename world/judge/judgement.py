@@ -1,29 +1,32 @@
-"""The judgement of a run from its timeline alone: S1 and S2 by the same rules as live, and all others.
+"""The judge of a run: entries in, violations out. The same object judges live runs, rehearsals and logs.
 
-Between two samples a body moved straight at constant speed. So the samples of all bodies divide the run into
-intervals in which all bodies did; the monitor watches these intervals instead of ticks.
+Rule 1: an entry is judged when it comes, and costs the same late in a run as early. `close` costs the same
+        after an hour as after a minute: at most the last few seconds are judged there, and what robots that
+        died were still to say.
+Rule 2: what is kept does not grow with the entries, but for a few numbers for each step, fence and formation.
+Rule 3: the timeline is the only input.
 """
 
-from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Sequence
 
-import numpy as np
 from msgspec import Struct
 
-from protocol.arrays import Floats
 from protocol.errors import sentence_of
-from protocol.timeline import Entry, PromiseBroken
-from world.geometry.clearance import clearance
-from world.geometry.shapes import Ground
-from world.judge.evidence import Evidence
-from world.judge.invariants import ARRIVAL, INVARIANTS, judge_invariants
-from world.judge.monitor import Least, Monitor
-from world.judge.motion import Tolerance
-from world.judge.rule import Dated, Rule
+from protocol.keys import WORLD
+from protocol.timeline import Entry, FenceChanged, PromiseBroken
+from world.judge.monitor import Least
+from world.judge.rules.authority import Authority
+from world.judge.rules.claims import Claims
+from world.judge.rules.distances import Distances
+from world.judge.rules.evidence import Evidence
+from world.judge.rules.fences import FenceOrder
+from world.judge.rules.formations import Formations
+from world.judge.rules.invariants import ARRIVAL, INVARIANTS, Counting, Epochs, Granting, Leading, Numbers
+from world.judge.rules.motion import Motion, Tolerance
+from world.judge.rules.rule import Dated, Rule
 from world.judge.truth.truth import Truth
 from world.scenario.scenario import Scenario
-
-MOVES_AT_ONCE = 1000  # moves judged against obstacles in one call: more need memory and save no time
 
 
 class Breach(Struct, frozen=True, kw_only=True):
@@ -62,43 +65,125 @@ def untrue_in(breaches: Iterable[Breach]) -> frozenset[int]:
     return frozenset(each.broken.robot for each in breaches if each.broken.invariant in ARRIVAL)
 
 
+class Court:
+    """All rules that judge one run, and what they have found."""
+
+    def __init__(self, tolerance: Tolerance, *, followers_sense: bool, further: Sequence[Rule] = ()) -> None:
+        """`further`: rules that need the scenario."""
+        self._evidence, self._claims = evidence, claims = Evidence(), Claims()
+        self._numbers = Numbers()
+        self._rules: tuple[Rule, ...] = (
+            *further,
+            FenceOrder(),
+            Formations(evidence, claims),
+            Authority(evidence, claims, tolerance, followers_sense=followers_sense),
+            Motion(evidence, claims, tolerance),
+            Leading(evidence, claims),
+            Granting(evidence, claims),
+            Epochs(evidence, claims),
+            Counting(),
+        )
+        self._hearing: defaultdict[type, list[Rule]] = defaultdict(list)
+        for rule in self._rules:
+            for kind in rule.kinds:
+                self._hearing[kind].append(rule)
+        self._found: dict[tuple[PromiseBroken, float | None], Breach] = {}
+        self._epoch = 0
+
+    @property
+    def undecided(self) -> int:
+        """How many checks wait for entries of other sources."""
+        return len(self._claims)
+
+    @property
+    def breaches(self) -> tuple[Breach, ...]:
+        """All violations found so far, in order of time."""
+        return tuple(sorted(self._found.values(), key=lambda breach: breach.t_s))
+
+    def hear(self, source: str, entry: Entry) -> list[Breach]:
+        """Process the next entry; returns the violations that are certain now."""
+        self._evidence.hear(source, entry)
+        new = self._note(self._claims.hear(source, entry))
+        new += self._note(self._numbers.hear(source, entry))
+        for rule in self._hearing.get(type(entry.record), ()):
+            new += self._note(rule.hear(source, entry))
+        if source == WORLD and isinstance(entry.record, FenceChanged):
+            self._forget(entry.record.epoch)
+        return new
+
+    def close(self) -> list[Breach]:
+        """No entry follows: the violations that were not certain before."""
+        new = [each for rule in self._rules for each in self._note(rule.close())]
+        return new + self._note(self._claims.close())
+
+    def _forget(self, epoch: int) -> None:
+        """Another epoch is in force: forget those before, but for the last one and undecided checks."""
+        if epoch != self._epoch:
+            self._evidence.forget({self._epoch, epoch} | self._claims.epochs)
+            self._epoch = epoch
+
+    def _note(self, found: Iterable[Dated]) -> list[Breach]:
+        """Keep new violations: without a length, the same counts once."""
+        new: list[Breach] = []
+        for t_s, broken in found:
+            # Two motions that miss by the same length are two violations.
+            key = broken, None if broken.measured_m is None else t_s
+            if key not in self._found:
+                self._found[key] = Breach(t_s=t_s, broken=broken)
+                new.append(self._found[key])
+        return new
+
+
 class Judge:
-    """Judges one run as its entries come; the same object judges live runs, rehearsals and logs."""
+    """Judges one run as its entries come, in the order of the timeline's lines."""
 
     def __init__(self, scenario: Scenario) -> None:
-        self._whole = _Whole(scenario)
-        self._rules: tuple[Rule, ...] = (self._whole, Truth(scenario))
-        self._breaches: list[Breach] = []
+        law = scenario.law
+        tolerance = Tolerance(
+            mu0_m=law.mu0_m,
+            heading_error_rad=scenario.drive.heading_error_rad,
+            speed_mps_max=scenario.drive.speed_mps_max,
+        )
+        self._distances = Distances(scenario)
+        further = self._distances, Truth(scenario)
+        self._court = Court(tolerance, followers_sense=law.law.promises_clearance, further=further)
         self._failure: str | None = None
+
+    @property
+    def undecided(self) -> int:
+        """How many checks and moves wait for later entries."""
+        return self._court.undecided + self._distances.undecided
 
     def hear(self, source: str, entry: Entry) -> list[Breach]:
         """Process the next entry of the timeline; returns the violations that are certain now."""
+        return self._judge(lambda: self._court.hear(source, entry))
+
+    def close(self) -> list[Breach]:
+        """No entry follows: the violations that were not certain before."""
+        return self._judge(self._court.close)
+
+    def _judge(self, found: Callable[[], list[Breach]]) -> list[Breach]:
+        """What is found; a judge that has failed finds nothing more, and the run has failed."""
         if self._failure is not None:
             return []
-        return self._note(each for rule in self._rules for each in rule.hear(source, entry))
+        try:
+            return found()
+        except Exception as error:
+            self._failure = sentence_of(error)
+            return []
 
-    def close(self) -> Judgement:
-        """The judgement of the run: no entry follows."""
-        if self._failure is None:
-            self._note(each for rule in self._rules for each in rule.close())
-        monitor = self._whole.monitor
+    @property
+    def judgement(self) -> Judgement:
+        """The results so far."""
+        monitor = self._distances.monitor
         return Judgement(
             least_clearance=monitor.least_clearance,
             least_separation=monitor.least_separation,
             least_moving_clearance=monitor.least_moving_clearance,
-            path_m=self._whole.path_m,
-            breaches=tuple(sorted(self._breaches, key=lambda breach: breach.t_s)),
+            path_m=self._distances.path_m,
+            breaches=self._court.breaches,
             failure=self._failure,
         )
-
-    def _note(self, found: Iterable[Dated]) -> list[Breach]:
-        new: list[Breach] = []
-        try:
-            new.extend(Breach(t_s=t_s, broken=broken) for t_s, broken in found)
-        except Exception as error:  # a run that cannot be judged has failed, and says why
-            self._failure = sentence_of(error)
-        self._breaches += new
-        return new
 
 
 def judge(scenario: Scenario, lines: Iterable[tuple[str, Entry]]) -> Judgement:
@@ -106,61 +191,5 @@ def judge(scenario: Scenario, lines: Iterable[tuple[str, Entry]]) -> Judgement:
     judge = Judge(scenario)
     for source, entry in lines:
         judge.hear(source, entry)
-    return judge.close()
-
-
-class _Whole:
-    """All rules as they were: at the end."""
-
-    def __init__(self, scenario: Scenario) -> None:
-        self.monitor = Monitor.of(scenario)
-        self.path_m = 0.0
-        self._scenario = scenario
-        self._evidence = Evidence()
-
-    def hear(self, source: str, entry: Entry) -> Iterable[Dated]:
-        """Process an entry."""
-        self._evidence.hear(source, entry)
-        return ()
-
-    def close(self) -> Iterable[Dated]:
-        """Every violation."""
-        scenario, monitor = self._scenario, self.monitor
-        for t_s, starts_m, ends_m, clear_m in intervals(
-            self._evidence, monitor.ground, scenario.fleet.robots
-        ):
-            for each in monitor.watch(starts_m, ends_m, t_s=t_s, clear_m=clear_m):
-                yield t_s, each
-            self.path_m += float(np.hypot(*(ends_m - starts_m).T).sum())
-        tolerance = Tolerance(
-            mu0_m=scenario.law.mu0_m,
-            heading_error_rad=scenario.drive.heading_error_rad,
-            speed_mps_max=scenario.drive.speed_mps_max,
-        )
-        followers_sense = scenario.law.law.promises_clearance
-        yield from judge_invariants(self._evidence, tolerance, followers_sense=followers_sense)
-
-
-def intervals(
-    evidence: Evidence, ground: Ground, robots: int
-) -> Iterator[tuple[float, Floats, Floats, Floats]]:
-    """Simultaneous straight moves of all bodies: end time, starts, ends, and clearance from obstacles.
-
-    The first interval has no motion: it is the initial placement.
-    """
-    samples = [evidence.poses[robot] for robot in range(1, robots + 1)]
-    if not all(samples):
-        return  # the run ended before the bodies were placed: nothing moved
-    instants_s = np.unique([t_s for each in samples for t_s, _ in each])
-    places_m = np.empty((len(instants_s), robots, 2))
-    for row, each in enumerate(samples):
-        sampled_s = [t_s for t_s, _ in each]
-        places_m[:, row, 0] = np.interp(instants_s, sampled_s, [pose.x_m for _, pose in each])
-        places_m[:, row, 1] = np.interp(instants_s, sampled_s, [pose.y_m for _, pose in each])
-    starts_m = np.concatenate((places_m[:1], places_m[:-1]))
-    at_once = max(MOVES_AT_ONCE // robots, 1)
-    for first in range(0, len(instants_s), at_once):
-        chunk = slice(first, first + at_once)
-        moves_m = starts_m[chunk].reshape(-1, 2), places_m[chunk].reshape(-1, 2)
-        clear_m = clearance(ground, *moves_m).reshape(-1, robots)
-        yield from zip(instants_s[chunk].tolist(), starts_m[chunk], places_m[chunk], clear_m, strict=True)
+    judge.close()
+    return judge.judgement

@@ -26,9 +26,8 @@ from protocol.timeline import (
     ViewProposed,
 )
 from tests.support.planned import planned
-from world.judge.evidence import Evidence
-from world.judge.invariants import judge_invariants
-from world.judge.motion import Tolerance
+from world.judge.judgement import Court
+from world.judge.rules.motion import Tolerance
 
 Said = tuple[float, str, Record]
 
@@ -192,11 +191,12 @@ def breaches(
     said: list[Said], tolerance: Tolerance = EXACT, *, followers_sense: bool = True
 ) -> list[tuple[float, PromiseBroken]]:
     """What is broken in a run, but for S1 and S2."""
-    evidence, counts = Evidence(), dict[str, int]()
+    court, counts = Court(tolerance, followers_sense=followers_sense), dict[str, int]()
     for t_s, source, record in said:
         counts[source] = 1 if isinstance(record, RobotStarted) else counts.get(source, 0) + 1
-        evidence.hear(source, Entry(n=counts[source], t_s=t_s, hlc="", record=record))
-    return judge_invariants(evidence, tolerance, followers_sense=followers_sense)
+        court.hear(source, Entry(n=counts[source], t_s=t_s, hlc="", record=record))
+    court.close()
+    return [(breach.t_s, breach.broken) for breach in court.breaches]
 
 
 def broken(said: list[Said], tolerance: Tolerance = EXACT, *, followers_sense: bool = True) -> list[str]:

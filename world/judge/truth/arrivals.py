@@ -35,13 +35,13 @@ from protocol.timeline import (
     StepPlanned,
     StrandFormed,
 )
-from world.judge.evidence import ROUNDING_M, apart_m
-from world.judge.fences import ROUNDING_S
-from world.judge.formations import broken
-from world.judge.motion import breach_of
-from world.judge.rule import Dated
+from world.judge.rules.claims import ROUNDING_S
+from world.judge.rules.evidence import ROUNDING_M, apart_m
+from world.judge.rules.rule import Dated, breach_of, broken
 from world.judge.truth.track import Track
 from world.scenario.scenario import Scenario
+
+STRANDS_KEPT = 8  # late entries are of the strand before, or of one of few that were given up at once
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -207,8 +207,15 @@ class Arrivals:
             self._strands[self._epoch].until_s = t_s
             self._epoch = change.epoch
             self._stands.clear()
+            self._forget()
         if change.may is May.ALL:
             self._strands[change.epoch].leader = change.named
+
+    def _forget(self) -> None:
+        """Forget the oldest strands about which no claim waits."""
+        idle = [epoch for epoch, strand in self._strands.items() if not any(strand.waiting.values())]
+        for epoch in sorted(idle)[:-STRANDS_KEPT]:
+            del self._strands[epoch]
 
     def _judge_motion(self, t_s: float, pose: PoseSampled) -> Iterator[Dated]:
         """Rule 3, for a robot that is known to have arrived."""

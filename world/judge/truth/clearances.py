@@ -26,9 +26,8 @@ from protocol.timeline import (
 )
 from world.geometry.clearance import clearance
 from world.geometry.shapes import Ground
-from world.judge.evidence import ROUNDING_M
-from world.judge.motion import breach_of
-from world.judge.rule import Dated
+from world.judge.rules.evidence import ROUNDING_M
+from world.judge.rules.rule import Dated, breach_of
 
 JOINS = 0  # what the orders of robots that join bear
 PROMISES_KEPT = 8  # of a robot: it plans a step when the one before is over

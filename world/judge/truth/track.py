@@ -6,7 +6,7 @@ from itertools import islice
 
 from protocol.frames import Point
 from protocol.timeline import PoseSampled
-from world.judge.evidence import apart_m
+from world.judge.rules.evidence import apart_m
 
 Sampled = tuple[float, PoseSampled]
 

@@ -1,10 +1,11 @@
 """What robots record in one run, held against true poses: S4, A1, A2, and who may record it: P1, P7."""
 
 from collections.abc import Iterator
+from typing import get_args
 
 from protocol.keys import WORLD, robot_number
-from protocol.timeline import Entry, LeaderSucceeded, StrandFormed, StrandHealed
-from world.judge.rule import Dated
+from protocol.timeline import Entry, LeaderSucceeded, Record, StrandFormed, StrandHealed
+from world.judge.rules.rule import Dated
 from world.judge.truth.arrivals import Arrivals, Places
 from world.judge.truth.clearances import Clearances
 from world.judge.truth.voices import Voices
@@ -15,7 +16,9 @@ BY_FORMATION = LeaderSucceeded | StrandFormed | StrandHealed
 
 
 class Truth:
-    """A rule of the judge (`world.judge.rule`)."""
+    """What robots record: a rule of the judge."""
+
+    kinds = frozenset[type](get_args(Record))
 
     def __init__(self, scenario: Scenario) -> None:
         law, fleet = scenario.law, scenario.fleet

@@ -49,7 +49,7 @@ from protocol.timeline import (
     ViewLeft,
     WorldResumed,
 )
-from world.judge.formations import broken
+from world.judge.rules.rule import broken
 
 WORLDS = (
     RobotAppeared

@@ -15,7 +15,7 @@ from protocol.run_settings import SCENARIO_FILE
 from protocol.timeline import PoseSampled, PromiseBroken, Record
 from tests.support.logs.logs import AT_REST, numbered, recorded
 from tests.support.strands import driving, strand
-from world.judge.invariants import INVARIANTS
+from world.judge.rules.invariants import INVARIANTS
 from world.record.recorder import EVENTS_FILE
 from world.scenario.scenario import load
 

@@ -4,9 +4,11 @@ import pytest
 from msgspec.structs import replace
 
 from protocol.fence import Cause, May
-from protocol.timeline import FenceChanged
+from protocol.keys import WORLD
+from protocol.timeline import Entry, FenceChanged
 from tests.support.histories.fenced import FIRST, SECOND, fence
-from world.judge.fences import Fences, judge_fences
+from world.judge.rules.fences import FenceOrder, Fences
+from world.judge.rules.rule import Dated
 
 OPERATOR = 20_000  # generation 2, robot 0
 RAISED = fence(FIRST, 0, cause=Cause.START)
@@ -20,10 +22,9 @@ RESTARTED = fence(OPERATOR, 0, cause=Cause.WORLD_RESTARTED)
 
 
 def complaints(*changes: FenceChanged) -> list[str]:
-    fences = Fences()
-    for t_s, change in enumerate(changes, start=1):
-        fences.hear(float(t_s), change)
-    found = list(judge_fences(fences))
+    rule, found = FenceOrder(), list[Dated]()
+    for n, change in enumerate(changes, start=1):
+        found += rule.hear(WORLD, Entry(n=n, t_s=float(n), hlc="", record=change))
     assert {breach.invariant for _, breach in found} <= {"F3"}
     return [breach.why for _, breach in found]
 

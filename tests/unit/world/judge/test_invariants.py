@@ -13,8 +13,8 @@ from protocol.timeline import (
     ViewLeft,
 )
 from tests.support.histories.fenced import EXACT, FIRST, SECOND, Said, broken, grant, plan, run
-from world.judge.evidence import Evidence
-from world.judge.invariants import INVARIANTS, judge_invariants
+from world.judge.judgement import Court
+from world.judge.rules.invariants import INVARIANTS
 
 NEVER = 30_001
 """An epoch that no fence of the run has."""
@@ -86,11 +86,10 @@ def test_a_new_process_may_begin_with_the_epoch_of_the_one_before() -> None:
 
 
 def test_a_missing_entry_is_found_and_a_restarted_process_counts_from_one() -> None:
-    evidence = Evidence()
+    court = Court(EXACT, followers_sense=True)
     for n in (1, 2, 1, 2, 4):
-        evidence.hear("r2", Entry(n=n, t_s=1.0, hlc="", record=RobotStarted(pid=1)))
-    found = judge_invariants(evidence, EXACT, followers_sense=True)
-    assert [(breach.invariant, breach.why) for _, breach in found] == [
+        court.hear("r2", Entry(n=n, t_s=1.0, hlc="", record=RobotStarted(pid=1)))
+    assert [(breach.broken.invariant, breach.broken.why) for breach in court.breaches] == [
         ("P5", "its entries go on with number 4")
     ]
 

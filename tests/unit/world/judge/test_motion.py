@@ -18,7 +18,7 @@ from tests.support.histories.fenced import (
     run,
     scan,
 )
-from world.judge.motion import Tolerance
+from world.judge.rules.motion import Tolerance
 
 ORDER_2 = order(2, (-0.6, 0.0), (-0.2, 0.0), reach_m=1.0)
 OFF_COURSE: dict[str, list[Said]] = {

@@ -11,12 +11,11 @@ from bisect import bisect_left, bisect_right
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from itertools import pairwise
 
 from protocol.fence import NOBODY_NUMBER, NUMBERS, May
-from protocol.timeline import FenceChanged, PromiseBroken
-
-ROUNDING_S = 1e-9
+from protocol.timeline import Entry, FenceChanged, PromiseBroken
+from world.judge.rules.claims import ROUNDING_S
+from world.judge.rules.rule import Dated
 
 FIRST = FenceChanged(epoch=0, turn=0, may=May.NOBODY, coordinator=NOBODY_NUMBER, life="")
 """The fence of a run that begins; no entry tells of it."""
@@ -38,8 +37,13 @@ class Fences:
 
     @property
     def newest(self) -> int:
-        """The fence in force so far."""
+        """The index of the fence in force so far."""
         return len(self.changes) - 1
+
+    @property
+    def now(self) -> FenceChanged:
+        """The fence in force so far."""
+        return self.changes[-1]
 
     def hear(self, t_s: float, change: FenceChanged) -> None:
         """The world has changed the fence."""
@@ -64,13 +68,27 @@ class Fences:
         return self._driven.get(epoch)
 
 
-def judge_fences(fences: Fences) -> Iterator[tuple[float, PromiseBroken]]:
-    """Every violation of F3 in the sequence of fences, with its time."""
-    for (before, change), t_s in zip(pairwise(fences.changes), fences.times_s[1:], strict=True):
+class FenceOrder:
+    """F3 in the sequence of fences."""
+
+    kinds = frozenset[type]({FenceChanged})
+
+    def __init__(self) -> None:
+        self._before = FIRST
+
+    def hear(self, _: str, entry: Entry) -> Iterator[Dated]:
+        """Compare a fence to the one before."""
+        change = entry.record
+        assert isinstance(change, FenceChanged)
+        before, self._before = self._before, change
         same = change.epoch == before.epoch
         for why in _of_turn(before, change) if same else _of_epoch(before, change):
             # A violation names a robot; a fence of nobody is counted for the first.
-            yield t_s, PromiseBroken(invariant="F3", robot=max(change.coordinator, 1), why=why)
+            yield entry.t_s, PromiseBroken(invariant="F3", robot=max(change.coordinator, 1), why=why)
+
+    def close(self) -> Iterator[Dated]:
+        """Nothing is open."""
+        return iter(())
 
 
 def _of_turn(before: FenceChanged, change: FenceChanged) -> Iterator[str]:

@@ -1,0 +1,47 @@
+"""S1 and S2 along all moves, by the monitor that watches live runs, too; and the metres driven."""
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from protocol.keys import WORLD
+from protocol.timeline import Entry, PoseSampled
+from world.judge.monitor import Monitor
+from world.judge.moves import Interval, Moves
+from world.judge.rules.rule import Dated
+from world.scenario.scenario import Scenario
+
+MOVES_AT_ONCE = 200  # in a live run the world does nothing else meanwhile: about 10 ms
+
+
+class Distances:
+    """Judges the distances of all hulls."""
+
+    kinds = frozenset[type]({PoseSampled})
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.monitor = Monitor.of(scenario)
+        self.path_m = 0.0
+        """Metres driven by all robots."""
+        self._moves = Moves(self.monitor.ground, scenario.fleet.robots, at_once=MOVES_AT_ONCE)
+
+    @property
+    def undecided(self) -> int:
+        """How many moves are not certain yet."""
+        return len(self._moves)
+
+    def hear(self, source: str, entry: Entry) -> Iterator[Dated]:
+        """Process a sample."""
+        if source == WORLD and isinstance(entry.record, PoseSampled):
+            yield from self._watch(self._moves.hear(entry.t_s, entry.record))
+
+    def close(self) -> Iterator[Dated]:
+        """The last few seconds."""
+        yield from self._watch(self._moves.close())
+
+    def _watch(self, intervals: Iterable[Interval]) -> Iterator[Dated]:
+        for t_s, starts_m, ends_m, clear_m in intervals:
+            yield from (
+                (t_s, each) for each in self.monitor.watch(starts_m, ends_m, t_s=t_s, clear_m=clear_m)
+            )
+            self.path_m += float(np.hypot(*(ends_m - starts_m).T).sum())
