@@ -4,8 +4,8 @@ Rule 1 (A1): at `goal.reached` the robot stands within the goal's tolerance, and
         goal, within mu0 of its last switching position.
 Rule 2 (A2): at `robot.arrived` the robot stands at the arc length of the strand's path that it names, within
         mu0. The leader has reached the goal in that epoch. For any other robot, the one ahead has arrived in
-        that epoch, and the way up to that one is driven: `mu0` further on it would come nearer to the ground
-        that the robot ahead may still take than robots keep.
+        that epoch, and the way up to that one is driven: `mu0` further on it would come nearer to the rest of
+        that one's path than robots keep. It has not come nearer itself: only its place in the formation may.
 Rule 3 (A2): from then on it stands, as long as the epoch is in force.
 Rule 4: entries of different sources come in any order. So a claim waits for the world's next entry, which
         shows where the body stood; for the formation; and for the claim of the robot ahead. A robot that has
@@ -55,6 +55,8 @@ class Places:
     """The largest error of a drive as long as a scan reaches."""
     keep_m: float
     """The least distance between the centres of two robots for which ground is granted."""
+    is_kept: bool
+    """Whether the leader keeps that distance from all ground that was granted."""
 
     @classmethod
     def of(cls, scenario: Scenario) -> Self:
@@ -67,6 +69,7 @@ class Places:
             mu0_m=law.mu0_m,
             drive_error_m=0.0 if law.law.promises_clearance else error_m,
             keep_m=2.0 * fleet.robot_radius_m + fleet.separation_m + law.mu0_m,
+            is_kept=law.law.promises_clearance,
         )
 
     @property
@@ -113,6 +116,11 @@ class _Strand:
         assert self.formed is not None, "claims wait for the formation"
         rank = self.formed.order.index(robot)
         return self.formed.order[rank - 1] if rank else 0
+
+    def place_m(self, robot: int) -> float:
+        """The place of a member in the formation."""
+        assert self.formed is not None, "claims wait for the formation"
+        return self.formed.places_m[self.formed.order.index(robot)]
 
     @property
     def path(self) -> Path:
@@ -289,11 +297,22 @@ class Arrivals:
         elif ahead is None and robot not in strand.reached:
             yield claim.t_s, broken("A2", robot, "says that it has arrived, and not that the goal is reached")
         elif ahead is not None and ahead.progress_m is not None:
-            apart_m_least = _apart_m(path, claim.progress_m, ahead.progress_m, places.mu0_m)
-            allowed_m = places.keep_m + ROUNDING_M
-            if apart_m_least > allowed_m:
-                why = "says that it has arrived, and has not come up to the robot ahead"
-                yield claim.t_s, breach_of("A2", robot, apart_m_least, allowed_m, why, other=ahead.robot)
+            yield from self._judge_gap(strand, claim, claim.progress_m, ahead.robot, ahead.progress_m)
+
+    def _judge_gap(
+        self, strand: _Strand, claim: _Claim, progress_m: float, ahead: int, ahead_m: float
+    ) -> Iterator[Dated]:
+        """Rule 2, between a robot and the one ahead."""
+        places, path = self._places, strand.path
+        most_m, least_m = places.keep_m + ROUNDING_M, places.keep_m - ROUNDING_M
+        on_m = _apart_m(path, progress_m, ahead_m, places.mu0_m)
+        if on_m > most_m:
+            why = "says that it has arrived, and has not come up to the robot ahead"
+            yield claim.t_s, breach_of("A2", claim.robot, on_m, most_m, why, other=ahead)
+        apart_m = _apart_m(path, progress_m, ahead_m, 0.0)
+        if places.is_kept and apart_m < least_m and progress_m > strand.place_m(claim.robot) + ROUNDING_M:
+            why = "has come nearer to the robot ahead than robots keep"
+            yield claim.t_s, breach_of("A2", claim.robot, apart_m, least_m, why, other=ahead)
 
 
 def _apart_m(path: Path, progress_m: float, ahead_m: float, more_m: float) -> float:
