@@ -277,8 +277,8 @@ MUTANTS = (
         "reached-short",
         "A1: the goal is reached within its tolerance; here 0.33 m short of it",
         "agents/strand/leader.py",
-        "            return float(np.hypot(*(self._goal - position))) <= self._mission.goal_tolerance_m\n",
-        "            return float(np.hypot(*(self._goal - position))) <= self._mission.goal_tolerance_m + 0.33\n",
+        "(self._goal - position))) <= self._mission.goal_tolerance_m\n",
+        "(self._goal - position))) <= self._mission.goal_tolerance_m + 0.33\n",
     ),
     _mutant(
         "arrives-on-its-way",

@@ -95,12 +95,16 @@ class _Strand:
 
     leader: int = 0
     formed: StrandFormed | None = None
+    ranks: dict[int, int] = field(default_factory=dict)
+    """Of its members."""
     until_s: float = inf
     """When its epoch was no longer in force."""
     reached: set[int] = field(default_factory=set)
     """The robots that have claimed to have reached the goal in it."""
     arrived: dict[int, _Claim] = field(default_factory=dict)
     """The newest claim of each robot, if it has been judged."""
+    untrue: set[int] = field(default_factory=set)
+    """The robots that did not stand where they said: nobody behind is judged by that."""
     waiting: dict[int, list[_Claim]] = field(default_factory=lambda: defaultdict(list))
     """Claims, by the robot ahead, which has claimed nothing yet; 0: the formation is missing."""
     _targets: dict[int, Point] = field(default_factory=dict)
@@ -111,16 +115,20 @@ class _Strand:
         """The leader has planned a step, or ended it."""
         self._targets[step], self._path = end, None
 
+    def form(self, formed: StrandFormed) -> None:
+        """Its formation has been recorded."""
+        self.formed, self.ranks = formed, {robot: rank for rank, robot in enumerate(formed.order)}
+
     def waits_for(self, robot: int) -> int:
         """The robot ahead; 0 for the leader."""
         assert self.formed is not None, "claims wait for the formation"
-        rank = self.formed.order.index(robot)
+        rank = self.ranks[robot]
         return self.formed.order[rank - 1] if rank else 0
 
     def place_m(self, robot: int) -> float:
         """The place of a member in the formation."""
         assert self.formed is not None, "claims wait for the formation"
-        return self.formed.places_m[self.formed.order.index(robot)]
+        return self.formed.places_m[self.ranks[robot]]
 
     @property
     def path(self) -> Path:
@@ -187,7 +195,7 @@ class Arrivals:
                 self._strands[of].step_to(step, Point(x_m=end.x_m, y_m=end.y_m))
             case StrandFormed() as formed if self._strands[formed.epoch].formed is None:
                 strand = self._strands[formed.epoch]
-                strand.formed = formed
+                strand.form(formed)
                 for claim in strand.waiting.pop(0, ()):
                     yield from self._judge(strand, claim)
             case RobotStarted():
@@ -205,8 +213,9 @@ class Arrivals:
         claims, self._claims = self._claims, []
         yield from self._look_at(claims)
         for strand in self._strands.values():
+            also = {claim.robot for waiting in strand.waiting.values() for claim in waiting}
             for ahead, waiting in strand.waiting.items():
-                for claim in waiting if ahead in self._ended else ():
+                for claim in waiting if ahead in self._ended - also else ():
                     why = "says that it has arrived, and the robot ahead of it has not"
                     yield claim.t_s, broken("A2", claim.robot, why, ahead)
 
@@ -240,6 +249,7 @@ class Arrivals:
                 continue  # the run ended before the bodies were placed
             off_m = self._tracks[claim.robot].off_m(stood, claim.t_s, strand.until_s)
             if off_m > ROUNDING_M:
+                strand.untrue.add(claim.robot)
                 yield claim.t_s, _moved(claim.robot, off_m)
             elif claim.epoch == self._epoch:
                 self._stands[claim.robot] = stood
@@ -252,7 +262,7 @@ class Arrivals:
     def _judge(self, strand: _Strand, claim: _Claim) -> Iterator[Dated]:
         """Rules 1 and 2, for a claim and for those that wait for it."""
         assert strand.formed is not None, "claims wait for the formation"
-        if claim.robot not in strand.formed.order or not strand.formed.laid:
+        if claim.robot not in strand.ranks or not strand.formed.laid:
             return  # F4 and P3 judge that
         due = deque([claim])
         while due:
@@ -292,11 +302,12 @@ class Arrivals:
         robot, places, path = claim.robot, self._places, strand.path
         off_m = apart_m(path.at(claim.progress_m), claim.stood)
         if off_m > places.off_m_max:
+            strand.untrue.add(robot)
             why = "says that it has arrived, and does not stand there on its path"
             yield claim.t_s, breach_of("A2", robot, off_m, places.off_m_max, why)
         elif ahead is None and robot not in strand.reached:
             yield claim.t_s, broken("A2", robot, "says that it has arrived, and not that the goal is reached")
-        elif ahead is not None and ahead.progress_m is not None:
+        elif ahead is not None and ahead.progress_m is not None and ahead.robot not in strand.untrue:
             yield from self._judge_gap(strand, claim, claim.progress_m, ahead.robot, ahead.progress_m)
 
     def _judge_gap(
@@ -309,8 +320,8 @@ class Arrivals:
         if on_m > most_m:
             why = "says that it has arrived, and has not come up to the robot ahead"
             yield claim.t_s, breach_of("A2", claim.robot, on_m, most_m, why, other=ahead)
-        apart_m = _apart_m(path, progress_m, ahead_m, 0.0)
-        if places.is_kept and apart_m < least_m and progress_m > strand.place_m(claim.robot) + ROUNDING_M:
+        has_come = places.is_kept and progress_m > strand.place_m(claim.robot) + ROUNDING_M
+        if has_come and (apart_m := _apart_m(path, progress_m, ahead_m, 0.0)) < least_m:
             why = "has come nearer to the robot ahead than robots keep"
             yield claim.t_s, breach_of("A2", claim.robot, apart_m, least_m, why, other=ahead)
 
