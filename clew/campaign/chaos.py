@@ -100,7 +100,7 @@ def judge_run(swarm: Swarm, folder: Path, ended: Ended, *, replay: str, load: fl
         code=ended.code,
         ending=None if timeline is None else timeline.ended,
         reason=said if verdict is None else verdict.reason,
-        arrived=timeline is not None and has_arrived(timeline, swarm),
+        arrived=timeline is not None and finding is not None and has_arrived(timeline, finding, swarm),
         robots_arrived=0 if verdict is None else verdict.robots_arrived,
         process_faults={} if timeline is None else process_faults_in(timeline),
         violations=0 if verdict is None else verdict.violations,
@@ -149,8 +149,8 @@ def is_balanced(messages: Messages) -> bool:
     return messages.unaccounted >= 0 and messages.sent == accounted + messages.unaccounted
 
 
-def has_arrived(timeline: Timeline, swarm: Swarm) -> bool:
-    """Whether the robots that should arrive were all at the goal at the same time."""
+def has_arrived(timeline: Timeline, finding: Finding, swarm: Swarm) -> bool:
+    """Whether the robots that should arrive were all at the goal at the same time, by true poses."""
     living = set(range(1, swarm.scenario.fleet.robots + 1))
     for _, entry in timeline.lines:
         match entry.record:
@@ -162,7 +162,9 @@ def has_arrived(timeline: Timeline, swarm: Swarm) -> bool:
                 pass
     entries = sorted(timeline.lines, key=lambda line: line[1].t_s)
     core = sorted(living - swarm.outside - just_killed(entries))
-    return timeline.ended == Ending.ARRIVED or (core != [] and arrived_together(entries, core))
+    if timeline.ended == Ending.ARRIVED:
+        return not finding.untrue
+    return core != [] and arrived_together(entries, core, untrue=finding.untrue)
 
 
 def process_faults_in(timeline: Timeline) -> dict[str, int]:

@@ -18,7 +18,7 @@ from protocol.timeline import (
     StepFinished,
 )
 from tests.support.scenes.world_scenarios import scenario
-from tests.support.strands import ordered
+from tests.support.strands import ordered, strand
 from world.judge.books import Messages
 from world.judge.ending import Ending
 from world.judge.judgement import Breach, Judgement
@@ -45,7 +45,8 @@ BROKEN = PromiseBroken(invariant="S1", robot=2, measured_m=0.05, required_m=0.08
 
 def tally_of(lines: list[tuple[str, float, Record]]) -> Tally:
     tally = Tally()
-    for n, (source, t_s, record) in enumerate(lines, start=1):
+    begun = [(source, 0.0, record) for source, record in strand(10_001, 1, 2)]
+    for n, (source, t_s, record) in enumerate([*begun, *lines], start=1):
         tally.hear(source, Entry(n=n, t_s=t_s, hlc="", record=record))
     return tally
 
