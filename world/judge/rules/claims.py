@@ -33,6 +33,15 @@ class Claim:
     awaits: frozenset[str] = frozenset()
     """The sources under which it is kept."""
 
+    def look(self, *, last: bool) -> "Iterable[PromiseBroken] | frozenset[str]":
+        """Make the check; for the last time: then it decides."""
+        self.is_last = last
+        return self.check(self)
+
+    def await_under(self, sources: frozenset[str]) -> None:
+        """It is kept under these sources."""
+        self.awaits = sources
+
     def heard_after_s(self, source: str) -> float:
         """When the source was first heard after the claim's time; infinite if it was not."""
         return self.heard_s.get(source, math.inf)
@@ -81,11 +90,9 @@ class Claims:
             yield from self._look(claim)
 
     def _look(self, claim: Claim) -> Iterator[Dated]:
-        claim.is_last = self._is_over
-        found = claim.check(claim)
+        found = claim.look(last=self._is_over)
         if isinstance(found, frozenset) and not (awaited := self._awaited(claim, found)):
-            claim.is_last = True
-            found = claim.check(claim)
+            found = claim.look(last=True)
         if isinstance(found, frozenset):
             self._park(claim, awaited)
             return
@@ -106,7 +113,7 @@ class Claims:
             del self._waiting[source][claim]
         for source in sources - claim.awaits:
             self._waiting.setdefault(source, {})[claim] = None
-        claim.awaits = sources
+        claim.await_under(sources)
 
     def _all(self) -> list[Claim]:
         return list({claim: None for waiting in self._waiting.values() for claim in waiting})

@@ -65,6 +65,10 @@ class _Led:
             self.path = Path((*strand.laid, *(self.ends[step] for step in self.steps)))
         return self.path
 
+    def finish(self, step: int) -> None:
+        """The body has finished a step."""
+        self.finished = step
+
     @property
     def is_certain(self) -> bool:
         """Whether the newest step has ended for good."""
@@ -92,7 +96,7 @@ class Paths:
 
     def finish(self, robot: int, epoch: int, step: int) -> None:
         """The body of a leader has finished a step."""
-        self._of(robot, epoch).finished = step
+        self._of(robot, epoch).finish(step)
 
     def plans(self, robot: int, epoch: int, step: int) -> Sequence[Plan]:
         """What a robot has planned for a step, or as `JOINS`, in order of time."""

@@ -115,6 +115,18 @@ class _Strand:
         """The leader has planned a step, or ended it."""
         self._targets[step], self._path = end, None
 
+    def end(self, t_s: float) -> None:
+        """Its epoch is no longer in force."""
+        self.until_s = t_s
+
+    def lead(self, robot: int) -> None:
+        """This robot leads it."""
+        self.leader = robot
+
+    def arrive(self, claim: "_Claim") -> None:
+        """This is the newest claim of its robot."""
+        self.arrived[claim.robot] = claim
+
     def form(self, formed: StrandFormed) -> None:
         """Its formation has been recorded."""
         self.formed, self.ranks = formed, {robot: rank for rank, robot in enumerate(formed.order)}
@@ -221,12 +233,12 @@ class Arrivals:
 
     def _change_fence(self, t_s: float, change: FenceChanged) -> None:
         if change.epoch != self._epoch:
-            self._strands[self._epoch].until_s = t_s
+            self._strands[self._epoch].end(t_s)
             self._epoch = change.epoch
             self._stands.clear()
             self._forget()
         if change.may is May.ALL:
-            self._strands[change.epoch].leader = change.named
+            self._strands[change.epoch].lead(change.named)
 
     def _forget(self) -> None:
         """Forget the oldest strands about which no claim waits."""
@@ -274,7 +286,7 @@ class Arrivals:
             if ahead and ahead not in strand.arrived:
                 strand.waiting[ahead].append(each)
                 continue
-            strand.arrived[each.robot] = each
+            strand.arrive(each)
             yield from self._judge_place(strand, each, strand.arrived.get(ahead))
             due.extend(strand.waiting.pop(each.robot, ()))
 
