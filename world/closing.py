@@ -23,8 +23,11 @@ class Circumstances:
     traffic: Account | None
     """The world's own counts; None: the world was resumed, and the counts of its first process are lost."""
     recorded: int
+    """Entries that stand in the timeline."""
     missing: Mapping[str, int]
     """By source: the number of entries that are known to exist and are not recorded."""
+    lost: int = 0
+    """Entries that were recorded and do not stand in the timeline."""
     wall_s: float
     cpu_s: float
 
@@ -55,6 +58,7 @@ def verdict_of(world: World, circumstances: Circumstances) -> Verdict:
             events=Events(
                 recorded=circumstances.recorded,
                 missing=missing + len(untold) + tally.unrecorded_count,
+                lost=circumstances.lost,
             ),
             unstruck=tuple(name for name in circumstances.plan.names if name not in tally.struck),
             sim_s=world.over_s,

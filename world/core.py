@@ -15,7 +15,9 @@ Rule 2: `running` ends on the first of these:
 Rule 3: without a router no robot can be heard, and no robot is declared dead for that silence.
 Rule 4: a change of the fence is told to all robots at once. A resumed world raises the fence before it obeys
         or tells anything.
-Rule 5: in lock-step the world waits for the answer of every living robot to its last odometry.
+Rule 5: the world acts on entries when they are written, and judges them when they are read from the timeline.
+        Once the run is over, the shell reads all that is written before each look.
+Rule 6: in lock-step the world waits for the answer of every living robot to its last odometry.
 """
 
 import math
@@ -27,8 +29,8 @@ from protocol.exit_codes import ExitCode
 from protocol.fence import NOBODY_NUMBER, Change
 from protocol.keys import robot_name, robot_number
 from protocol.timeline import (
-    Entry,
     MessageRefused,
+    PromiseBroken,
     RobotAppeared,
     RobotDied,
     RobotRestarted,
@@ -42,6 +44,7 @@ from world.bodies.arena import Arena
 from world.bodies.bodies import Bodies
 from world.commands import Command, Note, ServeScan, TellOdometry
 from world.events import (
+    EntryRead,
     EntryWritten,
     Event,
     FencePut,
@@ -90,6 +93,8 @@ class World:
         self.judgement: Judgement | None = None
         """The judgement; None until the run is done."""
         self._judge = Judge(scenario)
+        self._unlawful: list[PromiseBroken] = []
+        """Violations that the judge has found and that are not recorded yet."""
         self._started = False
         self._routing = Routing()
         self._returned_wall_s = -math.inf
@@ -136,14 +141,13 @@ class World:
         past = self._past
         assert past is not None, "a run without a past starts"
         for source, entry in past.lines:
-            self._learn(source, entry)
+            self.tally.hear(source, entry)
         gone = self.tally.counted.keys()
         self.attendance.recall(past.come, past.dead, gone, past.incarnations, wall_s=wall_s)
         if past.ended is not None:  # only the verdict is missing
             self.ending = next(ending for ending in Ending if past.ended.startswith(ending))
             self.over_s, self.survivors = past.newest_s, frozenset(self.attendance.living)
-            self._judge.close()
-            self.judgement = self._judge.judgement
+            self.phase = Phase.CLOSING
             return []
         self._returned_wall_s = wall_s
         self._started = bool(past.bodies)
@@ -153,10 +157,6 @@ class World:
         )
         begun = [*self.arena.place(), *self.arena.restart_fence()] if self._started else []
         return [*notes, *begun]
-
-    def _learn(self, source: str, entry: Entry) -> None:
-        self.tally.hear(source, entry)
-        self._judge.hear(source, entry)
 
     def restart(self, *, wall_s: float) -> list[Command]:
         """Go on as a world that was started again and has restored the state of the one that was killed."""
@@ -182,10 +182,12 @@ class World:
             case TokenWent():
                 self.attendance.vanish(event.robot, event.incarnation)
             case EntryWritten():
-                self._learn(event.source, event.entry)
+                self.tally.hear(event.source, event.entry)
                 robot = robot_number(event.source)
                 if robot is not None:
                     self.attendance.hear(robot, wall_s=wall_s)
+            case EntryRead():
+                self._unlawful += [each.broken for each in self._judge.hear(event.source, event.entry)]
             case MessageDropped():
                 return [self.arena.note(MessageRefused(key=event.key, reason=event.reason))]
             case StopAsked():
@@ -203,14 +205,17 @@ class World:
             wall_s: the wall clock.
             router: the connected router; None: there is none, so a silent robot need not have died.
         """
+        if self._past is not None and self._past.ended is not None:
+            return self._judge_again()
         news = [self.arena.note(each) for each in self._routing.look(router, wall_s=wall_s)]
         if router is None or news:
             self.attendance.restart_silence(wall_s=wall_s)
             self._returned_wall_s = wall_s
+        unlawful = self._take_unlawful()
         if not self._is_cut_off(wall_s):
-            return [*news, *self._look(wall_s)]
+            return [*news, *unlawful, *self._look(wall_s)]
         patient = self.phase is not Phase.RUNNING or self._routing.away_s(wall_s) < ROUTER_PATIENCE_WALL_S
-        return [*news, *([] if patient else self._end(Ending.CUT_OFF, wall_s))]
+        return [*news, *unlawful, *([] if patient else self._end(Ending.CUT_OFF, wall_s))]
 
     def _look(self, wall_s: float) -> list[Command]:
         waited_s = wall_s - max(self._phase_began_wall_s, self._returned_wall_s)
@@ -355,15 +360,28 @@ class World:
         self.phase, self._phase_began_wall_s = phase, wall_s
         return self._tell_all()
 
+    def _take_unlawful(self) -> list[Command]:
+        """The violations to record: S1 and S2 are recorded live, and a resumed world finds old ones again."""
+        known = set[PromiseBroken]() if self._past is None else self._past.unlawful
+        found, self._unlawful = self._unlawful, []
+        return [
+            self.arena.note(each) for each in found if each.invariant not in SEEN_LIVE and each not in known
+        ]
+
     def _end_judged(self) -> list[Command]:
         """Judge the run by the timeline alone, so that others can repeat it; then record the end."""
         assert self.ending is not None, "judged before the run was over"
-        self._judge.close()
+        self._unlawful += [each.broken for each in self._judge.close()]
         self.judgement = self._judge.judgement
-        unlawful = [each.broken for each in self.judgement.breaches if each.broken.invariant not in SEEN_LIVE]
         reason = str(self.ending)
         if self.ending is Ending.MISSING:
             reason += f": {', '.join(map(robot_name, self.attendance.missing))}"
         if self.ending is Ending.STRANDED:
             reason += f": {', '.join(map(robot_name, self.stranded))}"
-        return [*map(self.arena.note, unlawful), self.arena.note(RunEnded(reason=reason))]
+        return [*self._take_unlawful(), self.arena.note(RunEnded(reason=reason))]
+
+    def _judge_again(self) -> list[Command]:
+        """The killed world had recorded the end: only its verdict is missing."""
+        self._judge.close()
+        self.judgement = self._judge.judgement
+        return []

@@ -50,6 +50,13 @@ class EntryWritten(Struct, frozen=True):
     entry: Entry
 
 
+class EntryRead(Struct, frozen=True):
+    """An entry was read from the timeline: each once, in the order of the lines."""
+
+    source: str
+    entry: Entry
+
+
 class MessageDropped(Struct, frozen=True):
     """An arriving message broke the protocol."""
 
@@ -63,4 +70,14 @@ class StopAsked(Struct, frozen=True):
     exit_code: ExitCode
 
 
-Event = OrderHeard | FencePut | ScanAsked | TokenCame | TokenWent | EntryWritten | MessageDropped | StopAsked
+Event = (
+    OrderHeard
+    | FencePut
+    | ScanAsked
+    | TokenCame
+    | TokenWent
+    | EntryWritten
+    | EntryRead
+    | MessageDropped
+    | StopAsked
+)

@@ -2,9 +2,12 @@
 
 Rule 1: an entry of the world is written before any message that depends on it is sent.
 Rule 2: the verdict is written however the run ends, as long as the timeline could be written.
+Rule 3: the timeline is read back as it is written. The world judges what stands in the file, and the verdict
+        says what does not stand there.
 """
 
 import asyncio
+import contextlib
 import logging
 import secrets
 import time
@@ -34,6 +37,7 @@ from world.commands import Command, Note, ServeScan, TellOdometry
 from world.control import heard
 from world.core import World
 from world.events import (
+    EntryRead,
     EntryWritten,
     Event,
     FencePut,
@@ -49,14 +53,16 @@ from world.judge.books import Account
 from world.judge.verdict import Verdict
 from world.pace import Pace
 from world.record.progress import progress
-from world.record.recorder import Header, Recorder, open_events
+from world.record.readback import Readback
+from world.record.recorder import EVENTS_FILE, Header, Recorder, RecordingFailedError, open_events
 from world.record.resume import Past, continue_events, read_past
-from world.record.run_files import check_unchanged, header_of, save_verdict
+from world.record.run_files import BEGUN_FILE, check_unchanged, header_of, save_verdict
 from world.scenario.scenario import Scenario
 
 log = logging.getLogger("world")
 
 STRUCK_S = 0.2  # wall: the launcher acts within about 5 ms
+CHECK_WALL_S = 0.5  # a folder that was removed is noticed within a second
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,6 +95,9 @@ def run(request: Request) -> Verdict:
 
 async def _run(request: Request) -> Verdict:
     past = read_past(request.out) if request.resume else None
+    begun = request.private / BEGUN_FILE
+    if past is None and begun.exists():
+        raise RecordingFailedError(f"{request.out / EVENTS_FILE} was removed: a run cannot go on without it")
     if past is not None:
         check_unchanged(request.out, past.header)
     keys = request.session.keys
@@ -103,9 +112,11 @@ async def _run(request: Request) -> Verdict:
     ):
         header = _header(request, transport) if past is None else past.header
         recorder = Recorder(file, header if past is None else None)
-        life = _Life(request, transport, recorder, past)
-        async with heard(request.private, request.out, life.add_fault, life.halt):
-            verdict = await life.run(ending, header.started_at)
+        begun.touch()
+        with contextlib.closing(Readback(request.out, file)) as readback:
+            life = _Life(request, transport, recorder, readback, past)
+            async with heard(request.private, request.out, life.add_fault, life.halt):
+                verdict = await life.run(ending, header.started_at)
     save_verdict(verdict, request.out)
     return verdict
 
@@ -125,7 +136,14 @@ def _header(request: Request, transport: Transport) -> Header:
 class _Life:
     """The state of the world's shell."""
 
-    def __init__(self, request: Request, transport: Transport, recorder: Recorder, past: Past | None) -> None:
+    def __init__(
+        self,
+        request: Request,
+        transport: Transport,
+        recorder: Recorder,
+        readback: Readback,
+        past: Past | None,
+    ) -> None:
         self._request = request
         self._keys = request.session.keys
         conditions = Conditions(request.plan, request.seed, request.speed or 1.0)
@@ -134,6 +152,9 @@ class _Life:
         )
         self._faults = RunFaults(request.plan, request.seed, robots=request.scenario.fleet.robots)
         self._recorder = recorder
+        self._readback = readback
+        self._check_wall_s = 0.0
+        """When the run's folder is checked next."""
         self._mission = request.scenario.mission()
         self._started_wall_s = self._over_wall_s = time.monotonic()
         self._past = past
@@ -144,13 +165,16 @@ class _Life:
         world, pace = self._world, Pace(self._request.speed)
         if self._past is not None:
             self._resume(self._past)
-        while world.judgement is None:
+        while True:
             wait_s = pace.wait_s(world, wall_s=time.monotonic())
             for arrival in await self._transport.arrivals(wait_s):
                 self._take(arrival)
             if ending.done():
                 self._handle(StopAsked(ending.result()))
+            self._read_back()
             self._obey(world.look(wall_s=time.monotonic(), router=self._transport.router))
+            if world.judgement is not None:
+                break  # the run has its end: nothing follows
             for _ in range(ODOMETRY_TICKS):  # then arrivals are processed
                 if not world.started or pace.wait_s(world, wall_s=time.monotonic()) > 0.0:
                     break
@@ -160,7 +184,19 @@ class _Life:
                 self._obey(world.remind())
             self._note_wall_times()
             self._inject_faults()
+        self._read_back()
         return self._verdict(started_at)
+
+    def _read_back(self) -> None:
+        """Let the world judge what stands in the timeline: a part of it while the run goes on, else all."""
+        if time.monotonic() >= self._check_wall_s:
+            self._check_wall_s = time.monotonic() + CHECK_WALL_S
+            self._readback.check()
+        for source, entry in self._readback.read():
+            self._handle(EntryRead(source, entry))
+        while self._world.phase is not Phase.RUNNING and self._readback.is_behind:
+            for source, entry in self._readback.read():
+                self._handle(EntryRead(source, entry))
 
     def _resume(self, past: Past) -> None:
         """Restore the state that the killed world had recorded."""
@@ -317,8 +353,9 @@ class _Life:
                     },
                     refused=self._counted(ours.refused),
                 ),
-                recorded=self._recorder.recorded_count,
+                recorded=self._readback.read_count,
                 missing=self._recorder.missing,
+                lost=self._readback.lost(self._recorder.written),
                 wall_s=self._over_wall_s - self._started_wall_s,
                 cpu_s=time.process_time(),
             ),

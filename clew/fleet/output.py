@@ -11,13 +11,14 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+import msgspec
+
 from clew.fleet.parts.command_lines import SAID_FILE
 from clew.fleet.prepare import Prepared, Shows
 from clew.fleet.table_said import PROGRESS
 from protocol.errors import UsageError
 from protocol.plain import plain
-from world.judge.verdict import VERDICT_FILE
-from world.record.recorder import EVENTS_FILE
+from world.judge.verdict import VERDICT_FILE, Verdict
 
 STDOUT, STDERR = 1, 2
 SHOW_CURSOR = b"\x1b[?25h"
@@ -65,19 +66,26 @@ def _words(said: Path) -> Iterator[bytes]:
                 yield f"{plain(line.decode(errors='replace').rstrip())}\n".encode()
 
 
-def say_result(run: Prepared) -> bool:
-    """Print the verdict or say that there is none; returns whether the run has left a log or a verdict."""
+def say_result(run: Prepared, stand_in: Verdict | None = None) -> bool:
+    """Print the verdict; returns whether the run has one, or has left a log.
+
+    Args:
+        run: the run, which has ended.
+        stand_in: the verdict by the launcher, if the world has not written one.
+    """
     from clew.fleet.summary import summary_of  # noqa: PLC0415 - not needed at the start of a run
 
     verdict, stderr = run.folder / VERDICT_FILE, Output(STDERR)
-    if has_content(verdict):
+    if stand_in is not None:
+        if run.as_json:
+            _write_all(msgspec.json.format(msgspec.json.encode(stand_in)) + b"\n")
+        stderr.say(f"FAILED: {stand_in.reason}. Run: {run.folder}")
+    elif has_content(verdict):
         try:
             text = verdict.read_text(encoding="utf-8") if run.as_json else summary_of(str(run.folder))
             _write_all(text.encode())
         except UsageError as error:
             stderr.say(str(error))
-    elif has_content(run.folder / EVENTS_FILE):
-        stderr.say(f"no verdict was written; the log up to then is in {run.folder}")
     else:
         return False
     return True

@@ -25,7 +25,7 @@ from protocol.network.interlink import PROTOCOL
 from protocol.network.session import INPUTS, Session, read_session, unix_socket_endpoint, write_sessions
 from protocol.run_settings import Settings
 from world.record.run_files import prepare_folder
-from world.scenario.scenario import load
+from world.scenario.scenario import Scenario, load
 
 FLEET = "clew"  # every key also has the run's name, which tells two fleets apart
 
@@ -55,12 +55,20 @@ class Prepared:
     """The folders that were created for it, deepest first."""
     latest: Path | None
     """The link to the newest run."""
-    robots: int
+    scenario: Scenario
+    settings: Settings
+    started_at: str
+    """UTC."""
     own_routers: int
     """0: the user runs the router."""
     as_json: bool
     view: bool
     shows: Shows
+
+    @property
+    def robots(self) -> int:
+        """How many robots the fleet has."""
+        return self.scenario.fleet.robots
 
 
 def shows(request: Request, environment: Mapping[str, str], *, terminal: bool) -> Shows:
@@ -134,9 +142,10 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
     )
     if request.connect is not None:
         asyncio.run(probe(read_session(private / f"{WORLD}.json")))
+    settings = Settings(seed=request.seed, speed=request.speed)
     made = make_folder(folder.absolute())
     try:
-        prepare_folder(folder, scenario, plan, Settings(seed=request.seed, speed=request.speed))
+        prepare_folder(folder, scenario, plan, settings)
     except UsageError:
         drop_folder(folder, made, latest=None)
         raise
@@ -145,7 +154,9 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
         folder=folder,
         made=tuple(made),
         latest=None if request.out else LATEST,
-        robots=robots,
+        scenario=scenario,
+        settings=settings,
+        started_at=now.isoformat(timespec="seconds"),
         own_routers=request.routers if request.connect is None else 0,
         as_json=request.as_json,
         view=request.view,

@@ -20,6 +20,7 @@ from clew.fleet.parts.private import private_folder
 from clew.fleet.parts.processes import READ_BYTES_MAX, Processes, orphans_adopted
 from clew.fleet.prepare import Prepared, Shows, prepare
 from clew.fleet.request import Request
+from clew.fleet.stand_in import stand_in
 from clew.fleet.supervision.events import (
     Activate,
     Asked,
@@ -64,7 +65,7 @@ def run_fleet(request: Request, hear: Hear) -> int:
         run = prepare(request, private.folder, terminal=terminal)
         with orphans_adopted(), output(run) as words:
             code = asyncio.run(supervise(run, private.lifeline, words, hear))
-        if not say_result(run):
+        if not say_result(run, stand_in(run, code)):
             drop_folder(run.folder, run.made, run.latest)
         return code
 

@@ -43,7 +43,7 @@ from protocol.wire.messages import Message, Phase, ScanQuery
 from world.commands import Command as WorldCommand
 from world.commands import Note, ServeScan, TellOdometry
 from world.core import World
-from world.events import EntryWritten, MessageDropped, StopAsked
+from world.events import EntryRead, EntryWritten, MessageDropped, StopAsked
 from world.events import Event as WorldEvent
 from world.judge.books import Account
 from world.scenario.scenario import Scenario
@@ -390,3 +390,4 @@ class Rehearsal:
         entry = self._logbook.write(source, t_s, record)
         self._process_faults.hear(source, entry)
         self.world.handle(EntryWritten(source, entry), wall_s=self.world.now_s)
+        self.world.handle(EntryRead(source, entry), wall_s=self.world.now_s)

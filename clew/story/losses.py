@@ -13,7 +13,7 @@ from functools import lru_cache
 
 from protocol.keys import robot_number
 from protocol.timeline import Entry, FaultInjected, RobotRestarted, RobotSettled, TrafficCounted
-from world.judge.tally import TAKES_AWAY
+from world.judge.books import TAKES_AWAY
 
 KINDS = frozenset({FaultInjected, RobotRestarted, RobotSettled, TrafficCounted})
 IN_BOOKS = frozenset({"link", "view", "drive", "odometry"})  # the first or the last part of keys that are

@@ -28,8 +28,9 @@ from tests.support.pages.canvas import layer, record
 from tests.support.pages.chromium import chromium
 from tests.support.pages.pages import page_of
 from tests.support.runs import Runs
+from world.judge.books import TAKES_AWAY
 from world.judge.table import measure
-from world.judge.tally import TAKES_AWAY, Tally
+from world.judge.tally import Tally
 from world.judge.verdict import Verdict
 from world.record.run_files import read_verdict
 

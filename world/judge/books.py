@@ -7,18 +7,23 @@ Rule 3: a book without the counts of one side (a dead robot) is left out and lis
 Rule 4: messages that a fault plan removed were injected at the receiver. They are neither received nor
         unaccounted for; messages that the plan damaged are among them. Another refused message counts as a
         message of its key that was damaged on its way, if one is missing there, and else as foreign.
-Rule 5: the recorder's keys are not in the books: its entries have their own numbers, re-sending and check of
+Rule 5: every key is compared by itself: a message too many on one key does not make up for one that was lost
+        on another. What a receiver counted as removed by faults must be what it recorded, fault by fault.
+Rule 6: the recorder's keys are not in the books: its entries have their own numbers, re-sending and check of
         completeness. Queries are not in the books either.
 """
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from msgspec import Struct
 
 from protocol.keys import WORLD, robot_number
+
+TAKES_AWAY = ("drop", "partition", "corrupt")  # other faults leave a valid message
+DISAGREEMENTS_MAX = 20  # named in the verdict
 
 Book = tuple[str, str]
 """A key, and one of its receivers."""
@@ -37,6 +42,8 @@ class Messages(Struct, frozen=True, kw_only=True):
     """Sent, but neither received, removed nor refused: truly lost."""
     left_out: tuple[str, ...]
     """Books with the counts of one side only, as `key > receiver`."""
+    disagreements: tuple[str, ...] = ()
+    """Books whose two sides, or whose counts and entries, contradict each other (rule 5); the first ones."""
     injected_left_out: dict[str, int] = {}
     """Messages of those books that a fault plan is known to have removed, by fault; not in `injected`."""
 
@@ -64,7 +71,8 @@ def balance(
         accounts: the account of each source.
         removed: recorded removals by fault plans, by book and fault.
     """
-    sent = received = refused = 0
+    sent = received = refused = unaccounted = 0
+    disagreements: list[str] = []
     injected: Counter[str] = Counter()
     elsewhere: Counter[str] = Counter()
     left_out: list[str] = []
@@ -84,18 +92,41 @@ def balance(
         sent_here = (heard.newest if sender == WORLD else accounts[sender].sent).get(key, 0)
         received_here = heard.received.get(key, 0)
         wanting = max(0, sent_here - received_here - away.total())
-        sent, received = sent + sent_here, received + received_here
-        refused += min(wanting, heard.refused.get(key, 0))
+        refused_here = min(wanting, heard.refused.get(key, 0))
+        sent, received, refused = sent + sent_here, received + received_here, refused + refused_here
+        unaccounted += wanting - refused_here
         injected.update(away)
+        disagreements += (
+            f"{key} > {receiver}: {each}"
+            for each in _disagreements(
+                sent=min(sent_here, accounts[sender].sent.get(key, 0)),
+                arrived=received_here + away.total(),
+                counted=+away,
+                recorded=removed.get((key, receiver), {}),
+            )
+        )
     return Messages(
         sent=sent,
         received=received,
         injected=dict(sorted((+injected).items())),
         refused=refused,
-        unaccounted=sent - received - injected.total() - refused,
+        unaccounted=unaccounted,
+        disagreements=tuple(disagreements[:DISAGREEMENTS_MAX]),
         left_out=tuple(left_out),
         injected_left_out=dict(sorted(elsewhere.items())),
     )
+
+
+def _disagreements(
+    *, sent: int, arrived: int, counted: Mapping[str, int], recorded: Mapping[str, int]
+) -> Iterator[str]:
+    """Rule 5, for one book."""
+    if arrived > sent:
+        yield f"{arrived} messages arrived of {sent} that were sent"
+    for fault in TAKES_AWAY:
+        count, entries = counted.get(fault, 0), recorded.get(fault, 0)
+        if count != entries:
+            yield f"{fault} took away {count} messages by its count and {entries} by its entries"
 
 
 def _ends(key: str) -> tuple[str, str] | None:

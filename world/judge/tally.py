@@ -27,11 +27,9 @@ from protocol.timeline import (
     TrafficCounted,
     ViewJoined,
 )
-from world.judge.books import Book
+from world.judge.books import TAKES_AWAY, Book
 from world.judge.recovery import Dated, is_relevant
 from world.judge.truth.voices import Voices
-
-TAKES_AWAY = ("drop", "partition", "corrupt")  # other faults leave a valid message
 
 
 @dataclass(slots=True)
@@ -70,21 +68,15 @@ class Tally:
     """The epoch of the newest formation."""
     _left_out: frozenset[int] = frozenset()
     """The robots that the newest formation has no way for, if nothing has happened since."""
-    _removed: dict[tuple[Book, int], str] = field(default_factory=dict)
-    """The fault that removed a message, by book and number."""
+    removed: defaultdict[Book, Counter[str]] = field(default_factory=lambda: defaultdict(Counter))
+    """Recorded removals of messages, by book and fault."""
+    _struck: dict[Book, tuple[int, str]] = field(default_factory=dict)
+    """The newest removed message of each book, and the fault that removed it last."""
 
     @property
     def unrecorded_count(self) -> int:
         """Entries that robots had to drop before they were recorded."""
         return sum(counted.unrecorded for counted in self.counted.values())
-
-    @property
-    def removed(self) -> dict[Book, Counter[str]]:
-        """Recorded removals of messages, by book and fault."""
-        counts: defaultdict[Book, Counter[str]] = defaultdict(Counter)
-        for (book, _), fault in self._removed.items():
-            counts[book][fault] += 1
-        return dict(counts)
 
     def hear(self, source: str, entry: Entry) -> None:
         """Process an entry."""
@@ -103,7 +95,17 @@ class Tally:
     def _hear_fault(self, source: str, injected: FaultInjected) -> None:
         self.struck.add(injected.rule)
         if injected.key is not None and injected.number and injected.fault in TAKES_AWAY:
-            self._removed[(injected.key, source), injected.number] = injected.fault
+            self._remove((injected.key, source), injected.number, injected.fault)
+
+    def _remove(self, book: Book, number: int, fault: str) -> None:
+        """A fault has removed a message; of several in a row that did, the last one counts."""
+        before, by = self._struck.get(book, (0, fault))
+        self._struck[book] = number, fault
+        counts = self.removed[book]
+        counts[fault] += 1
+        if number == before:
+            counts.subtract([by])
+            self.removed[book] = +counts
 
     def _hear_world(self, entry: Entry) -> None:
         match entry.record:

@@ -27,7 +27,11 @@ class Events(Struct, frozen=True, kw_only=True):
     """The completeness of the timeline."""
 
     recorded: int
+    """Entries that were read back from the file."""
     missing: int
+    """Entries that were to be written and were not."""
+    lost: int = 0
+    """Entries that were written and do not stand in the file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,6 +191,11 @@ def _flaws(facts: Facts, recovery: Recovery) -> Iterator[Flaw]:
         yield Flaw(f"{arrived} of {living} living robots arrived")
     if facts.events.missing > 0:
         yield Flaw(f"{facts.events.missing} entries of the timeline never came")
+    if disagreements := facts.messages.disagreements:
+        more = f" (and {len(disagreements) - 1} more)" if len(disagreements) > 1 else ""
+        yield Flaw(f"the books disagree: {disagreements[0]}{more}")
+    if facts.events.lost > 0:
+        yield Flaw(f"{facts.events.lost} entries that were written do not stand in the timeline")
 
 
 def _flaws_of_ending(facts: Facts) -> Iterator[Flaw]:

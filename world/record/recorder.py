@@ -56,15 +56,21 @@ class Recorder:
     def __init__(self, file: FileIO, header: Header | None) -> None:
         """Begin the file with the header; None: the file has one, and `recall` gets its entries."""
         self._file = file
-        self.recorded_count = 0
-        """The number of entries written, of all sources."""
+        self.written: Counter[str] = Counter()
+        """The number of entries written, by source."""
         self._written: Counter[tuple[str, str]] = Counter()
+        """The newest entry written, by source and incarnation."""
         self._newest: Counter[tuple[str, str]] = Counter()
         self._speaks: dict[str, str] = {}
         """The incarnation of each source that is being written."""
         self._gone: set[tuple[str, str]] = set()
         if header is not None:
             self._write(msgspec.json.encode(header) + b"\n")
+
+    @property
+    def recorded_count(self) -> int:
+        """The number of entries written, of all sources."""
+        return self.written.total()
 
     @property
     def missing(self) -> dict[str, int]:
@@ -100,7 +106,7 @@ class Recorder:
         self._hand_over(source, incarnation)
         self._written[source, incarnation] = entry.n
         self._newest[source, incarnation] = max(self._newest[source, incarnation], entry.n)
-        self.recorded_count += 1
+        self.written[source] += 1
 
     def _hand_over(self, source: str, incarnation: str) -> None:
         """Rule 4."""

@@ -27,6 +27,7 @@ from protocol.timeline import (
     OrderAccepted,
     OrderFinished,
     PoseSampled,
+    PromiseBroken,
     RobotAppeared,
     RobotDied,
     RobotRestarted,
@@ -102,6 +103,8 @@ class Past:
     come: set[int] = field(default_factory=set)
     dead: set[int] = field(default_factory=set)
     incarnations: dict[int, str] = field(default_factory=dict)
+    unlawful: set[PromiseBroken] = field(default_factory=set)
+    """The violations that were recorded."""
     ended: str | None = None
     """The reason for the end, if everything but the verdict was written."""
 
@@ -126,6 +129,8 @@ class Past:
                 self.fence = _fence_of(changed)
             case WorldResumed(life=life):
                 self.life = life + 1
+            case PromiseBroken() as broken:
+                self.unlawful.add(broken)
             case RunEnded(reason=reason):
                 self.ended = reason
             case (

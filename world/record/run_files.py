@@ -18,6 +18,8 @@ from world.judge.verdict import VERDICT_FILE, Verdict
 from world.record.recorder import Header, RecordingFailedError
 from world.scenario.scenario import Scenario, load
 
+BEGUN_FILE = "begun"
+"""In the private folder of a live run: it has had a timeline. Only the timeline can say how it goes on."""
 VERSIONS_OF = {"zenoh": "eclipse-zenoh", "clew": "clew"}  # distribution names
 
 

@@ -14,7 +14,7 @@ from tests.support.logs.logs import HEADER
 from tests.support.planned import planned as one_planned
 from world.commands import Command, Note, ServeScan, TellOdometry
 from world.core import World
-from world.events import EntryWritten, Event, FencePut, OrderHeard, ScanAsked, TokenCame
+from world.events import EntryRead, EntryWritten, Event, FencePut, OrderHeard, ScanAsked, TokenCame
 from world.judge.ending import Ending
 from world.record.resume import Past
 from world.scenario.scenario import Scenario
@@ -69,6 +69,8 @@ class Stage:
         again.wall_s, again.lines = self.wall_s, list(self.lines)
         past = Past(HEADER, self.lines, whole_bytes=0, torn_bytes=0)
         again.world = World(self.world.scenario, seed=1, wall_s=again.wall_s, past=past)
+        for source, entry in self.lines:
+            again.world.handle(EntryRead(source, entry), wall_s=again.wall_s)
         again._obey(again.world.resume(wall_s=again.wall_s))
         return again
 
@@ -184,3 +186,4 @@ class Stage:
         entry = Entry(n=n, t_s=t_s, hlc="", record=record)
         self.lines.append((source, entry))
         self.world.handle(EntryWritten(source, entry), wall_s=self.wall_s)
+        self.world.handle(EntryRead(source, entry), wall_s=self.wall_s)

@@ -10,22 +10,30 @@ import pytest
 
 from clew.fleet.output import BEGIN_LINE, SHOW_CURSOR, output, say_result
 from clew.fleet.prepare import Prepared, Shows
+from clew.fleet.stand_in import stand_in
+from protocol.exit_codes import ExitCode
 from protocol.root import ROOT
+from protocol.run_settings import Settings
 from tests.support.deadline import DEADLINE_S
-from tests.support.logs.logs import AT_REST, GOOD, numbered, recorded
-from world.judge.verdict import VERDICT_FILE
+from tests.support.logs.logs import AT_REST, GOOD, PAPER, numbered, recorded
+from world.judge.verdict import VERDICT_FILE, Verdict
+from world.record.run_files import BEGUN_FILE, read_verdict
 
 SAID = b"router: ready\nworld: t=   0.4 s  strand formed\nworld: ok: all have arrived\nrobot 3: lost\n"
 CURSOR, LINE = SHOW_CURSOR.decode(), BEGIN_LINE.decode()
 
 
-def prepared(folder: Path, shows: Shows = Shows.LINES, *, as_json: bool = False) -> Prepared:
+def prepared(
+    folder: Path, shows: Shows = Shows.LINES, *, as_json: bool = False, private: Path | None = None
+) -> Prepared:
     return Prepared(
-        private=folder,
+        private=private or folder,
         folder=folder,
         made=(),
         latest=None,
-        robots=5,
+        scenario=PAPER,
+        settings=Settings(seed=1),
+        started_at="2026-11-20T00:00:00+00:00",
         own_routers=1,
         as_json=as_json,
         view=False,
@@ -99,9 +107,39 @@ def test_result_is_the_verdict_as_a_sentence_or_as_json(
 def test_run_without_a_verdict_names_its_log(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     run = judged(tmp_path)
     (run / VERDICT_FILE).write_bytes(b"")
-    assert say_result(prepared(run))
-    said = f"clew: no verdict was written; the log up to then is in {run}\n"
+    killed = prepared(run)
+    assert say_result(killed, stand_in(killed, ExitCode.FAILED))
+    said = f"clew: FAILED: the run ended without a verdict of its world. Run: {run}\n"
     assert capfd.readouterr() == ("", said)
+    verdict = read_verdict(run)
+    assert (verdict.ok, verdict.exit_code, verdict.robots) == (False, 1, 5)
+
+
+def test_verdict_of_a_world_is_never_replaced(tmp_path: Path) -> None:
+    run = judged(tmp_path)
+    assert stand_in(prepared(run), ExitCode.FAILED) is None
+    assert read_verdict(run).ok
+
+
+def test_stand_in_keeps_the_exit_code_and_is_printed_as_json(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    killed = prepared(recorded(tmp_path / "run", numbered(AT_REST)), as_json=True)
+    assert say_result(killed, stand_in(killed, ExitCode.TERMINATED))
+    printed = msgspec.json.decode(capfd.readouterr().out, type=Verdict)
+    assert (printed.ok, printed.exit_code, printed) == (False, 143, read_verdict(killed.folder))
+
+
+def test_run_whose_folder_was_removed_still_has_a_printed_verdict(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    gone = prepared(tmp_path / "gone", private=tmp_path, as_json=True)
+    (tmp_path / BEGUN_FILE).touch()
+    assert say_result(gone, stand_in(gone, ExitCode.FAILED))
+    out, err = capfd.readouterr()
+    assert msgspec.json.decode(out, type=Verdict).reason == "the run's folder was removed"
+    assert err == f"clew: FAILED: the run's folder was removed. Run: {gone.folder}\n"
+    assert not gone.folder.exists()
 
 
 def test_run_that_never_began_has_no_result(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

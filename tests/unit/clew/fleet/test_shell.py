@@ -20,8 +20,10 @@ from clew.fleet.supervision.limits import Limits
 from clew.fleet.supervisor import Supervisor
 from protocol.exit_codes import ExitCode
 from protocol.faults.process_commands import PIPE
+from protocol.run_settings import Settings
 from tests.support.deadline import DEADLINE_S
 from tests.support.processes.fleets import wait_until
+from world.scenario.scenario import load
 
 HELP = """
 import os, pathlib, signal, sys, time
@@ -63,7 +65,9 @@ class Toys:
             folder=self.folder,
             made=(),
             latest=None,
-            robots=1,
+            scenario=load("grove", robots=1),
+            settings=Settings(seed=1),
+            started_at="2026-11-20T00:00:00+00:00",
             own_routers=1,
             as_json=False,
             view=False,

@@ -110,6 +110,41 @@ def test_removed_messages_of_omitted_books_are_counted_separately() -> None:
     assert (alive.injected, alive.injected_left_out) == ({"drop": 4}, {})
 
 
+def test_a_message_too_many_on_one_key_does_not_make_up_for_one_that_was_lost_on_another() -> None:
+    there, back = "link/r1/r2", "link/r2/r1"
+    messages = books(
+        r1=account(sent={there: 5}, received={back: 4}), r2=account(sent={back: 3}, received={there: 4})
+    )
+    assert messages.unaccounted == 1
+    assert messages.disagreements == (f"{back} > r1: 4 messages arrived of 3 that were sent",)
+
+
+def test_what_the_world_never_sent_cannot_arrive() -> None:
+    odometry = "body/r1/odometry"
+    messages = books(
+        world=account(sent={odometry: 3}), r1=account(received={odometry: 4}, newest={odometry: 4})
+    )
+    assert messages.disagreements == (f"{odometry} > r1: 4 messages arrived of 3 that were sent",)
+
+
+def test_counts_and_entries_of_faults_are_compared_key_by_key() -> None:
+    link = "link/r1/r2"
+    accounts = {
+        "r1": account(sent={link: 9}),
+        "r2": account(
+            received={link: 5}, newest={link: 9}, injected={"drop": {link: 3}, "router": {link: 1}}
+        ),
+    }
+    assert balance(accounts, removed={(link, "r2"): {"drop": 3}}).disagreements == ()
+    fewer = balance(accounts, removed={(link, "r2"): {"drop": 2}})
+    assert fewer.disagreements == (
+        f"{link} > r2: drop took away 3 messages by its count and 2 by its entries",
+    )
+    none = balance({**accounts, "r2": account(received={link: 9})}, removed={(link, "r2"): {"corrupt": 1}})
+    told = "corrupt took away 0 messages by its count and 1 by its entries"
+    assert none.disagreements == (f"{link} > r2: {told}",)
+
+
 def test_the_recorders_keys_and_queries_are_in_no_book() -> None:
     keys = {"log/r1": 5, "logged/r1": 5, "body/r1/scan": 5, "mission": 1}
     messages = books(r1=account(sent=keys, received=keys))

@@ -19,6 +19,7 @@ from protocol.timeline import (
     FenceChanged,
     OrderFinished,
     PoseSampled,
+    PromiseBroken,
     RobotArrived,
     RobotStarted,
     RunEnded,
@@ -216,9 +217,20 @@ def test_a_world_that_died_before_its_verdict_only_passes_the_verdict() -> None:
         ("world", Entry(n=9999, t_s=9.0, hlc="", record=RunEnded(reason=str(Ending.ARRIVED))))
     )
     after = before.resumed()
+    after.look()
     assert after.world.judgement is not None
     assert after.at()[2] is Ending.ARRIVED
     assert after.records == []
+
+
+def test_a_resumed_world_does_not_record_a_violation_again() -> None:
+    before = led(ticks=SECOND)
+    before.order(2, Point(x_m=-1.0, y_m=0.0))  # its body was never scanned
+    before.look()
+    after = before.resumed()
+    after.look(after_wall_s=SILENCE_S)
+    recorded = [each.record.invariant for _, each in after.lines if isinstance(each.record, PromiseBroken)]
+    assert recorded == ["F6"]
 
 
 def test_each_life_has_its_own_number() -> None:
