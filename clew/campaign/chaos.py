@@ -24,6 +24,7 @@ from protocol.exit_codes import ExitCode
 from protocol.timeline import FaultInjected, RobotDied, RobotRestarted, RobotReturned
 from world.judge.books import Messages
 from world.judge.ending import Ending
+from world.judge.truth.voices import concerned
 from world.judge.verdict import Verdict
 from world.record.run_files import read_verdict
 
@@ -160,7 +161,7 @@ def has_arrived(timeline: Timeline, finding: Finding, swarm: Swarm) -> bool:
                 living.add(robot)
             case _:
                 pass
-    entries = sorted(timeline.lines, key=lambda line: line[1].t_s)
+    entries = sorted(concerned(timeline.lines), key=lambda line: line[1].t_s)
     core = sorted(living - swarm.outside - just_killed(entries))
     if timeline.ended == Ending.ARRIVED:
         return not finding.untrue

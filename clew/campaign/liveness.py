@@ -19,6 +19,7 @@ from protocol.keys import robot_number
 from protocol.timeline import Entry, FaultInjected, RobotArrived, RobotStranded, StrandJoined
 from world.core import HEAL_S_MAX, World
 from world.geometry.clearance import clearance
+from world.judge.truth.voices import concerned
 from world.scenario.scenario import Scenario
 
 CELL_M = 0.03  # a fifth of the radius of a swarm's robots
@@ -30,7 +31,7 @@ ASKEW_M = 0.001  # no cell lies exactly sideways: even the best may come half a 
 def liveness_failure(
     world: World, entries: Iterable[tuple[str, Entry]], *, quiet_s: float, outside: frozenset[int]
 ) -> str | None:
-    """What the fleet failed to do, in a sentence; None where it did not fail.
+    """What the fleet failed to do, in a sentence; None where it did not fail. Poses say who has arrived.
 
     Args:
         world: the world of a run that is over.
@@ -38,7 +39,7 @@ def liveness_failure(
         quiet_s: when all faults were over, except for permanent ones.
         outside: the robots with a permanent fault.
     """
-    entries = list(entries)
+    entries = list(concerned(entries))
     core = sorted(world.survivors - outside - just_killed(entries))
     if not core or _is_done(world, entries, core, quiet_s):
         return None

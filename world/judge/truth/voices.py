@@ -12,7 +12,7 @@ Rule 4 (P7): an arrival is recorded by a robot that has its place in a strand.
 Rule 5 (P7): a formation and those that it strands are recorded by the coordinator of that epoch.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from protocol.fence import NUMBERS, May
 from protocol.keys import WORLD, robot_number
@@ -74,6 +74,12 @@ WORLDS = (
 
 LEADERS = GoalReached | RouteLost | LeaderSucceeded | StrandHealed
 """What only the robot that leads may record."""
+
+
+def concerned(lines: Iterable[tuple[str, Entry]]) -> Iterator[tuple[str, Entry]]:
+    """The entries of a timeline that count."""
+    voices = Voices()
+    return ((source, entry) for source, entry in lines if voices.hear(source, entry) is None)
 
 
 class Voices:
