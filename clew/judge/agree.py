@@ -31,7 +31,7 @@ def disagreements(finding: Finding, verdict: Mapping[str, Any]) -> Iterator[str]
             yield f"{promise} counts as broken, by true poses it is not"
     if verdict["ok"]:
         yield from (f"ok, by true poses {each}" for each in finding.missed)
-    if verdict["goal_reached"] and finding.goal_m is not None and not finding.chain:
-        yield f"goal_reached, by true poses {finding.missed[0]}"
+    if verdict["goal_reached"] and not finding.reached:
+        yield "goal_reached, by true poses nobody ever was at the goal"
     if verdict["robots_arrived"] > len(finding.chain):
         yield f"robots_arrived is {verdict['robots_arrived']}, by true poses {len(finding.chain)}"
