@@ -19,6 +19,8 @@ def disagreements(finding: Finding, verdict: Mapping[str, Any]) -> Iterator[str]
         "moving_clearance_m_min": finding.moving_clearance,
         "separation_m_min": finding.separation,
     }
+    if not verdict["ok"] and all(verdict[name] is None for name in lengths):
+        return  # a failed run that nobody could judge
     for name, least in lengths.items():
         said_m = verdict[name]
         if (least is None) != (said_m is None) or (least and abs(least.distance_m - said_m) > APART_M):
