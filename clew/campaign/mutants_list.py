@@ -192,6 +192,29 @@ MUTANTS = (
         "        return self.robot_radius_m + max(self.clear_m, ",
         "        return self.robot_radius_m + max(0.0, ",
     ),
+    Mutant(
+        "lenient-monitor",
+        "S1, S2: the world counts each breach, however small; robots keep 15 mm less than they promise",
+        (
+            Edit(
+                "world/judge/monitor.py",
+                "    return (distance_m <= 0.0) | (distance_m < required_m - ROUNDING_M)\n",
+                "    return distance_m < required_m - 0.02\n",
+            ),
+            Edit(
+                "protocol/mission.py",
+                "        return self.robot_radius_m + max(self.clear_m, ",
+                "        return self.robot_radius_m + max(self.clear_m - 0.015, ",
+            ),
+        ),
+    ),
+    _mutant(
+        "neighbours-uncompared",
+        "S2: the world compares all pairs of robots, also those that follow each other",
+        "world/judge/monitor.py",
+        "np.triu(apart_m <= near_m + self._slack_m, k=1)",
+        "np.triu(apart_m <= near_m + self._slack_m, k=2)",
+    ),
     _mutant(
         "grants-to-the-tail",
         "a robot grants ground to the robot directly behind it",
@@ -258,29 +281,6 @@ MUTANTS = (
         "agents/body/driver.py",
         "        number = max(self.odometry.ordered, int(self.odometry.t_s * NUMBERS_PER_S)) + LATE_ORDERS\n",
         "        number = self.odometry.ordered + (LATE_ORDERS if self.odometry.ordered else 0)\n",
-    ),
-    Mutant(
-        "lenient-monitor",
-        "S1, S2: the world counts each breach, however small; robots keep 15 mm less than they promise",
-        (
-            Edit(
-                "world/judge/monitor.py",
-                "    return (distance_m <= 0.0) | (distance_m < required_m - ROUNDING_M)\n",
-                "    return distance_m < required_m - 0.02\n",
-            ),
-            Edit(
-                "protocol/mission.py",
-                "        return self.robot_radius_m + max(self.clear_m, ",
-                "        return self.robot_radius_m + max(self.clear_m - 0.015, ",
-            ),
-        ),
-    ),
-    _mutant(
-        "neighbours-uncompared",
-        "S2: the world compares all pairs of robots, also those that follow each other",
-        "world/judge/monitor.py",
-        "np.triu(apart_m <= near_m + self._slack_m, k=1)",
-        "np.triu(apart_m <= near_m + self._slack_m, k=2)",
     ),
     _mutant(
         "promises-more",

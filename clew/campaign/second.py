@@ -21,8 +21,11 @@ from world.scenario.scenario import Scenario
 
 def second_opinion(scenario: Scenario, rehearsal: Rehearsal, verdict: Verdict) -> str | None:
     """In what true poses contradict the verdict first; None: in nothing."""
-    run = read_run(_lines(scenario, rehearsal))
-    finding = judge(scene_of(run), run)
+    try:
+        run = read_run(_lines(scenario, rehearsal))
+        finding = judge(scene_of(run), run)
+    except Exception as error:  # an episode has an outcome even if the judge has a bug
+        return f"the second judge fails: {type(error).__name__}: {error}"
     return next(disagreements(finding, msgspec.to_builtins(verdict)), None)
 
 

@@ -19,6 +19,8 @@ def disagreements(finding: Finding, verdict: Mapping[str, Any]) -> Iterator[str]
         "moving_clearance_m_min": finding.moving_clearance,
         "separation_m_min": finding.separation,
     }
+    if not verdict["ok"] and all(verdict[name] is None for name in lengths):
+        return  # a failed run that nobody could judge
     for name, least in lengths.items():
         said_m = verdict[name]
         if (least is None) != (said_m is None) or (least and abs(least.distance_m - said_m) > APART_M):
@@ -31,7 +33,7 @@ def disagreements(finding: Finding, verdict: Mapping[str, Any]) -> Iterator[str]
             yield f"{promise} counts as broken, by true poses it is not"
     if verdict["ok"]:
         yield from (f"ok, by true poses {each}" for each in finding.missed)
-    if verdict["goal_reached"] and finding.goal_m is not None and not finding.chain:
-        yield f"goal_reached, by true poses {finding.missed[0]}"
+    if verdict["goal_reached"] and not finding.reached:
+        yield "goal_reached, by true poses nobody ever was at the goal"
     if verdict["robots_arrived"] > len(finding.chain):
         yield f"robots_arrived is {verdict['robots_arrived']}, by true poses {len(finding.chain)}"

@@ -47,6 +47,8 @@ class Finding:
     separation: Least | None
     goal_m: float | None
     """How near to the goal the nearest body stands at the end; None: there is no goal."""
+    reached: bool
+    """Whether a body was at the goal at any time."""
     places_m: dict[int, tuple[float, float]]
     """Where each body stands at the end."""
     chain: tuple[int, ...]
@@ -88,6 +90,8 @@ def judge(scene: Scene, run: Run) -> Finding:
         moving_clearance=moving,
         separation=separation,
         goal_m=goal_m,
+        reached=scene.goal_m is None
+        or any(_was_there(scene.goal_m, scene, rows) for rows in run.poses.values()),
         places_m=places_m,
         chain=chain,
         broken=tuple(broken),
@@ -205,6 +209,10 @@ def _chain(
     chains = [_chain_from(scene, places_m, head) for head in heads]
     longest = max(chains, key=lambda chain: (len(set(chain) - harmed), len(chain)), default=())
     return None if goal_m is None else min(off_m.values(), default=math.inf), longest
+
+
+def _was_there(goal_m: tuple[float, float], scene: Scene, rows: Floats) -> bool:
+    return bool(np.hypot(*(rows[:, 1:] - goal_m).T).min() <= scene.goal_m_max + ROUNDING_M)
 
 
 def _chain_from(scene: Scene, places_m: dict[int, tuple[float, float]], head: int) -> tuple[int, ...]:

@@ -57,5 +57,16 @@ def test_an_arrival_that_poses_do_not_show_is_named() -> None:
     assert [each.partition(",")[0] for each in said] == ["ok", "goal_reached", "robots_arrived is 2"]
 
 
+def test_a_goal_that_was_left_again_was_reached() -> None:
+    left = [*poses(1, (0.0, 4.0, 0.0), (9.0, 3.6, 0.0)), *poses(2, (0.0, 3.73, 0.0), (9.0, 3.33, 0.0))]
+    assert differs({"ok": False, "robots_arrived": 0}, left) == []
+
+
+@pytest.mark.parametrize("ok", [True, False])
+def test_a_failed_verdict_that_measured_nothing_is_not_compared(ok: bool) -> None:
+    nothing = dict.fromkeys(("clearance_m_min", "separation_m_min"))
+    assert bool(differs({**nothing, "ok": ok})) is ok
+
+
 def test_a_verdict_may_fail_for_what_poses_do_not_show() -> None:
     assert differs({"ok": False, "violations_by_invariant": {"S1": 0, "F1": 2}, "robots_arrived": 1}) == []
