@@ -104,7 +104,7 @@ async def _run(request: Request) -> Verdict:
         header = _header(request, transport) if past is None else past.header
         recorder = Recorder(file, header if past is None else None)
         life = _Life(request, transport, recorder, past)
-        async with heard(request.private, request.out, life.add_fault, life.halt):
+        async with heard(request.private, request.out, life.add_fault, life.end_fault, life.halt):
             verdict = await life.run(ending, header.started_at)
     save_verdict(verdict, request.out)
     return verdict
@@ -186,6 +186,15 @@ class _Life:
         """
         self._check_running()
         return self._faults.add(rule, now_s=self._world.now_s, for_s=for_s)
+
+    def end_fault(self, name: str) -> None:
+        """End a manual rule for messages.
+
+        Raises:
+            UsageError: the run is not active, or no such rule is.
+        """
+        self._check_running()
+        self._faults.end(name, now_s=self._world.now_s)
 
     def halt(self, *, stop: bool) -> str:
         """Stop the fleet as its operator, or release it; returns what it is in the timeline.

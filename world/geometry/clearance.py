@@ -136,8 +136,7 @@ def _to_edges(ground: Ground, starts: Floats, ends: Floats, moves_m: Floats) -> 
 def _turns(ground: Ground, points: Floats) -> Floats:
     """How often rings go around each point; not 0 within a polygon."""
     point, _, turn = winding(ground.edges, points)
-    turns: Floats = np.bincount(point, weights=turn, minlength=len(points))
-    return turns
+    return np.asarray(np.bincount(point, weights=turn, minlength=len(points)), dtype=np.float64)
 
 
 def _to_points(starts: Floats, points: Floats) -> Floats:
