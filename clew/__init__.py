@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     )
     from clew.api.fleet import Fleet, WaitFailedError
     from clew.api.launched import launch
-    from clew.api.rehearsed import rehearsal, rehearse
+    from clew.api.rehearsed import rehearse
     from clew.api.run import Run
     from clew.api.run import open_run as open  # noqa: A004 - `clew.open(run)`, as `tarfile.open` and others
     from protocol.errors import UsageError
@@ -51,7 +51,6 @@ __all__ = [
     "launch",
     "open",
     "partition",
-    "rehearsal",
     "rehearse",
     "reorder",
     "restart",
@@ -80,7 +79,6 @@ _PLACES = {
     "compare": ("clew.api.compare", "compare"),
     "launch": ("clew.api.launched", "launch"),
     "open": ("clew.api.run", "open_run"),
-    "rehearsal": ("clew.api.rehearsed", "rehearsal"),
     "rehearse": ("clew.api.rehearsed", "rehearse"),
 }
 """Where each name is."""

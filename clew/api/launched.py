@@ -23,7 +23,7 @@ import msgspec
 from msgspec import structs
 
 from clew.api.fleet import Asked, Fleet, WaitFailedError
-from clew.api.rehearsed import asked_of
+from clew.api.rehearsed import RehearsedFleet, asked_of
 from clew.fleet.folder import RUNS, make_latest
 from clew.fleet.live import Launched
 from clew.fleet.options import speed_of
@@ -61,28 +61,34 @@ def launch(
     speed: Speed = 1.0,
     faults: Sequence[Rule] = (),
     out: Path | str | None = None,
+    stage: Literal["live", "rehearsal"] = "live",
     **scenario_options: Any,  # noqa: ANN401 - `law` and `deployment`, as `rehearse` takes them
-) -> "LaunchedFleet":
-    """A fleet of real processes, which begins at the first wait; `with` ends it.
+) -> Fleet:
+    """A fleet to wait for and to break, which begins at the first wait; `with` ends it.
 
-        with clew.launch("grove", speed="max") as fleet:
-            fleet.until("step.planned", step=2, timeout_s=20)
-            run = fleet.finish()
+    >>> with launch("grove", robots=3, stage="rehearsal") as fleet:
+    ...     planned = fleet.until("step.planned", step=2, timeout_s=20)
+    ...     with fleet.partition([1, 2], [3]):
+    ...         view = fleet.until("view.proposed")
+    ...     run = fleet.finish()
+    >>> planned.step, run.ok
+    (2, True)
 
     Args:
-        scenario: as of `rehearse`, like all but `speed`.
+        scenario: as of `rehearse`, like all others but two.
         robots: likewise.
         seed: likewise.
-        speed: times real time; `max`: as fast as the robots answer.
+        speed: of live fleets, times real time; `max`: as fast as the robots answer.
         faults: likewise.
         out: likewise.
+        stage: `live`, real processes; or `rehearsal`, virtual time, which passes only in waits.
         scenario_options: likewise.
 
     Raises:
         UsageError: it cannot run as asked.
     """
     asked = asked_of(scenario, robots=robots, seed=seed, faults=faults, out=out, **scenario_options)
-    return LaunchedFleet(asked, speed)
+    return RehearsedFleet(asked) if stage == "rehearsal" else LaunchedFleet(asked, speed)
 
 
 class LaunchedFleet(Fleet):

@@ -47,31 +47,9 @@ def rehearse(
     Raises:
         UsageError: it cannot be rehearsed as asked.
     """
-    with rehearsal(scenario, robots=robots, seed=seed, faults=faults, out=out, **scenario_options) as fleet:
-        return fleet.finish()
-
-
-def rehearsal(
-    scenario: str | Scenario = "grove",
-    *,
-    robots: int | None = None,
-    seed: int = 1,
-    faults: Sequence[Rule] = (),
-    out: Path | str | None = None,
-    **scenario_options: Any,  # noqa: ANN401 - as above
-) -> "RehearsedFleet":
-    """A rehearsed fleet that goes on only while it is waited for; arguments as of `rehearse`.
-
-    >>> with rehearsal("grove", robots=3) as fleet:
-    ...     planned = fleet.until("step.planned", step=2)
-    ...     with fleet.partition([1, 2], [3]):
-    ...         view = fleet.until("view.proposed")
-    ...     run = fleet.finish()
-    >>> planned.step, run.ok
-    (2, True)
-    """
     asked = asked_of(scenario, robots=robots, seed=seed, faults=faults, out=out, **scenario_options)
-    return RehearsedFleet(asked)
+    with RehearsedFleet(asked) as fleet:
+        return fleet.finish()
 
 
 def asked_of(
