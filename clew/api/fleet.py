@@ -255,6 +255,8 @@ class Fleet(ABC):
             raise UsageError(f"{name} is a rule of the plan: say there until when it acts")
         if self.is_over:
             return  # nothing acts any more
+        if not any(rule.name == name and acts(rule) for rule in self._given):
+            raise UsageError(f"no rule {name} for messages is active")
         self._end(name)
         self._given = [ended(rule, self.now_s) if rule.name == name else rule for rule in self._given]
         self._seen = len(self.lines)
@@ -367,6 +369,11 @@ class Link:
         ends = (self.one, self.other)
         sender, receiver = ((self.one,), (self.other,)) if self.one_way else (ends, ends)
         return self.fleet.inject(replace(rule, sender=sender, receiver=receiver))
+
+
+def acts(rule: Rule) -> bool:
+    """Whether a rule that was given is one for messages, and has not been ended."""
+    return isinstance(rule, MessageRule) and rule.until_s is None and rule.probability > 0.0
 
 
 def ended(rule: Rule, now_s: float) -> Rule:
