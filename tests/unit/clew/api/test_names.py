@@ -12,6 +12,8 @@ import pytest
 
 import clew
 from protocol.root import ROOT
+from tests.support.docs import example
+from tests.support.notebook import played
 
 FLAGS = doctest.ELLIPSIS
 NAMES_MAX = 20  # about a dozen, and a name for each fault
@@ -83,6 +85,14 @@ def test_the_examples_of_the_page_are_true(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.chdir(tmp_path)
     found = doctest.testfile(str(ROOT / "docs" / "python.md"), module_relative=False, optionflags=FLAGS)
     assert (found.failed, found.attempted > 15) == (0, True)
+
+
+def test_the_plot_of_the_page_is_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("pandas")
+    monkeypatch.chdir(tmp_path)
+    clew.rehearse("grove", robots=2)
+    [shown] = played(iter([example("python.md", "py")]))
+    assert "image/png" in shown[-1]["data"]
 
 
 def test_the_page_names_every_function_and_every_part_of_a_run_and_a_fleet() -> None:
