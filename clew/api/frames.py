@@ -10,6 +10,8 @@ from typing import Any
 import msgspec
 
 from clew.api.messages import Message
+from clew.export.columns import Plain
+from clew.export.columns import columns_of as typed_columns
 from clew.export.tables import TYPES
 from clew.story.story import Story
 from protocol.errors import UsageError
@@ -23,6 +25,8 @@ Columns = dict[str, list[Any]]
 
 LIBRARIES = ("pandas", "polars")
 DICTS = "dicts"
+STAMPED = ("t_s", "hlc", "source", "n", "kind")
+"""The first columns of every kind, before its own."""
 
 
 def frame_of(columns: Columns, to: str | None) -> Any:  # noqa: ANN401 - a frame of a library that may be absent
@@ -72,10 +76,10 @@ def _of_kind(
     for name in stamp:
         columns[name] = [source for source, _ in chosen] if name == "source" else _each(name, chosen)
     records = [entry.record for _, entry in chosen]
-    for name in kind.__struct_fields__:
-        values = list(map(attrgetter(name), records))
-        is_plain = all(isinstance(value, float | int | None) or type(value) is str for value in values)
-        columns[name] = values if is_plain else [msgspec.to_builtins(value) for value in values]
+    for column in typed_columns(kind)[len(STAMPED) :]:
+        values = list(map(attrgetter(column.name), records))
+        is_plain = isinstance(column.type, Plain)
+        columns[column.name] = values if is_plain else [msgspec.to_builtins(value) for value in values]
     return columns
 
 
@@ -119,11 +123,12 @@ def _states(lines: Iterable[Line]) -> Columns:
 
 
 def _entries(lines: Sequence[Line]) -> Columns:
+    kinds = {kind: name for name, kind in TYPES.items()}
     return {
         "t_s": [entry.t_s for _, entry in lines],
         "source": [source for source, _ in lines],
         "n": [entry.n for _, entry in lines],
-        "kind": [str(entry.record.__struct_config__.tag) for _, entry in lines],
+        "kind": [kinds[type(entry.record)] for _, entry in lines],
         "sentence": [sentence(source, entry.record) for source, entry in lines],
     }
 
