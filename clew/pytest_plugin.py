@@ -75,7 +75,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
     report: Any = yield
     fleets = item.stash.get(_FLEETS, {})
     if call.when == "call" and report.failed and call.excinfo is not None and fleets:
-        from clew.api.failing import told  # noqa: PLC0415 - rule 3
+        from clew.api.failing import told  # noqa: PLC0415 - late, by rule 3
 
         for name, fleet in fleets.items():
             try:
@@ -97,10 +97,10 @@ def _made(
     item: pytest.Item, stage: str, seed: int, folder: Path, without: frozenset[int] = frozenset()
 ) -> "Fleet":
     """The fleet that the marker of a test asks for."""
-    from dataclasses import replace  # noqa: PLC0415 - rule 3
+    from dataclasses import replace  # noqa: PLC0415 - late, by rule 3
 
-    from clew.api.launched import LaunchedFleet  # noqa: PLC0415 - rule 3
-    from clew.api.rehearsed import RehearsedFleet, asked_of  # noqa: PLC0415 - rule 3
+    from clew.api.launched import LaunchedFleet  # noqa: PLC0415 - late, by rule 3
+    from clew.api.rehearsed import RehearsedFleet, asked_of  # noqa: PLC0415 - late, by rule 3
 
     said = _asked(item)
     asked = asked_of(
@@ -131,14 +131,14 @@ def _asked(node: pytest.Item) -> dict[str, Any]:
     return said
 
 
-def _test(item: pytest.Item, name: str, fleet: "Fleet", error: BaseException) -> Any:  # noqa: ANN401 - see rule 3
+def _test(item: pytest.Item, name: str, fleet: "Fleet", error: BaseException) -> Any:  # noqa: ANN401 - its type is loaded late
     """The test, to be played again with fewer faults."""
-    from clew.api.failing import Test  # noqa: PLC0415 - rule 3
+    from clew.api.failing import Test  # noqa: PLC0415 - late, by rule 3
 
     def play(without: frozenset[int], folder: Path) -> "tuple[Fleet, BaseException | None]":
         again = _made(item, REHEARSAL, fleet.asked.seed, folder, without)
         function = item.obj  # type: ignore[attr-defined] # of every test function
-        arguments = {each: item.funcargs[each] for each in signature(function).parameters}  # type: ignore[attr-defined] # likewise
+        arguments = {each: item.funcargs[each] for each in signature(function).parameters}  # type: ignore[attr-defined] # of every test function, too
         failed: BaseException | None = None
         try:
             function(**arguments | {name: again})

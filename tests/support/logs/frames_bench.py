@@ -22,9 +22,8 @@ def main(entries: int = ENTRIES) -> None:
             for name in ("poses", "entries"):
                 opened = [clew.open(run) for _ in range(ROUNDS)]
                 read, kept = ([_timed(each, name, to) for each in opened] for _ in range(2))
-                sys.stdout.write(
-                    f"{name} of {entries} entries as {to}: from the file {_told(read)}; from memory {_told(kept)}\n"
-                )
+                times = f"from the file {_told(read)}; from memory {_told(kept)}"
+                sys.stdout.write(f"{name} of {entries} entries as {to}: {times}\n")
 
 
 def _timed(run: clew.Run, name: str, to: str) -> tuple[float, float]:

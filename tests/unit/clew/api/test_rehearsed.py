@@ -1,5 +1,6 @@
 """A fleet in virtual time: waits, faults while it goes on, and the plan that they make."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -7,7 +8,7 @@ import pytest
 from clew.api import faults
 from clew.api.fleet import Fleet, WaitFailedError
 from clew.api.launched import launch
-from clew.api.rehearsed import rehearse
+from clew.api.rehearsed import RehearsedFleet, asked_of, rehearse
 from clew.api.run import open_run
 from protocol.errors import UsageError
 from protocol.faults.rules import Partition
@@ -147,10 +148,6 @@ def test_each_target_and_each_kind_of_fault_strikes(tmp_path: Path) -> None:
 
 
 def test_a_fault_that_is_left_out_keeps_the_draws_of_the_others(tmp_path: Path) -> None:
-    from dataclasses import replace  # noqa: PLC0415 - of the private way in which a failing test is shrunk
-
-    from clew.api.rehearsed import RehearsedFleet, asked_of  # noqa: PLC0415 - likewise
-
     asked = asked_of(
         "grove", robots=3, seed=1, faults=[faults.kill(3), faults.drop(p=0.1)], out=tmp_path / "run"
     )
