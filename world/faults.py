@@ -1,6 +1,6 @@
 """The faults of a run as the world injects them: by the plan, and by hand while it runs. Pure.
 
-Rule 1: a manual rule gets its window and its name here.
+Rule 1: a manual rule gets its window and its name here. One for messages can be ended by that name.
 Rule 2: the world sends robots the whole state repeatedly, so one message that arrives is enough.
 Rule 3: a resumed world continues from the timeline of a world that was killed. It uses no rule name again.
         Its message numbers start beyond all that the killed world can have used, because robots keep the
@@ -106,27 +106,33 @@ class RunFaults:
         Raises:
             UsageError: the rule does not fit the fleet, or is not possible while a run is active.
         """
+        name, rules = self.resolve(rule, now_s=now_s, for_s=for_s)
+        if isinstance(rule, ProcessRule):
+            self._manual.append(ProcessFaults(Plan(name=name, rules=rules), self._seed))
+        else:
+            kept = [each for each in self._rules if each.until_s is None or each.until_s > now_s]
+            if len(kept) == GIVEN_MAX:
+                raise UsageError(f"no more than {GIVEN_MAX} rules may be given at once")
+            self._rules = (*kept, *rules)
+            self._ended.expect(rules)
+            for each in (self._planned, *self._manual):
+                each.expect(rules)
+            self._news += 1
+        return name
+
+    def resolve(self, rule: Rule, *, now_s: float, for_s: float | None) -> tuple[str, tuple[Rule, ...]]:
+        """The name of a rule that is given now, and what it says in a plan: roles become robots.
+
+        Raises:
+            UsageError: as `add`.
+        """
         for misfit in misfits(rule, robots=self._robots):
             raise UsageError(f"fault {rule.fault}: ${misfit}")
         self._given += 1
         name = f"given-{self._given}"
-        if isinstance(rule, ProcessRule):
-            self._manual.append(self._process_faults(rule, name))
-        elif isinstance(rule, MessageRule):
+        if isinstance(rule, MessageRule):
             until_s = None if for_s is None else now_s + for_s
-            rule = replace(rule, name=name, from_s=now_s, until_s=until_s)
-            kept = [each for each in self._rules if each.until_s is None or each.until_s > now_s]
-            if len(kept) == GIVEN_MAX:
-                raise UsageError(f"no more than {GIVEN_MAX} rules may be given at once")
-            self._rules = (*kept, rule)
-            self._ended.expect((rule,))
-            for each in (self._planned, *self._manual):
-                each.expect((rule,))
-            self._news += 1
-        return name
-
-    def _process_faults(self, rule: ProcessRule, name: str) -> ProcessFaults:
-        """The process faults of a rule, for the robots that have its roles now."""
+            return name, (replace(rule, name=name, from_s=now_s, until_s=until_s),)
         if rule.point is not None:
             raise UsageError(
                 "only a plan that a robot has from its start can strike it at a point of its step"
@@ -136,8 +142,20 @@ class RunFaults:
             raise UsageError(f"nobody is {rule.target} yet, or fewer than {rule.robots} stand from there on")
         for each in found:
             self._check(rule, each)
-        rules = tuple(replace(rule, name=f"{name}.{each}", target=each, robots=1) for each in found)
-        return ProcessFaults(Plan(name=name, rules=rules), self._seed)
+        named = (replace(rule, name=f"{name}.{each}", target=each, robots=1) for each in found)
+        return name, tuple(replace(each, from_s=max(each.from_s, now_s)) for each in named)
+
+    def end(self, name: str, *, now_s: float) -> None:
+        """End a rule for messages that was given.
+
+        Raises:
+            UsageError: no such rule is active.
+        """
+        active = [each for each in self._rules if each.name == name and each.holds(now_s, self._planned.step)]
+        if not active:
+            raise UsageError(f"no rule {name} for messages is active")
+        self._rules = tuple(each for each in self._rules if each.name != name)
+        self._news += 1
 
     def _check(self, rule: ProcessRule, process: str) -> None:
         """Refuse a rule that cannot affect a process: a dead process can only be restarted."""

@@ -115,7 +115,7 @@ async def _run(request: Request) -> Verdict:
         begun.touch()
         with contextlib.closing(Readback(request.out, file)) as readback:
             life = _Life(request, transport, recorder, readback, past)
-            async with heard(request.private, request.out, life.add_fault, life.halt):
+            async with heard(request.private, request.out, life.add_fault, life.end_fault, life.halt):
                 verdict = await life.run(ending, header.started_at)
     save_verdict(verdict, request.out)
     return verdict
@@ -222,6 +222,15 @@ class _Life:
         """
         self._check_running()
         return self._faults.add(rule, now_s=self._world.now_s, for_s=for_s)
+
+    def end_fault(self, name: str) -> None:
+        """End a manual rule for messages.
+
+        Raises:
+            UsageError: the run is not active, or no such rule is.
+        """
+        self._check_running()
+        self._faults.end(name, now_s=self._world.now_s)
 
     def halt(self, *, stop: bool) -> str:
         """Stop the fleet as its operator, or release it; returns what it is in the timeline.

@@ -6,7 +6,7 @@ Rule 2: remove rules first, in halves, then one by one. Then reduce windows and 
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 from msgspec.structs import replace
 
@@ -14,6 +14,8 @@ from clew.campaign.failures import Case
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Burst, MessageRule, Partition, Rule
 from protocol.keys import robot_name
+
+T = TypeVar("T")
 
 WINDOW_S_MIN = 0.2  # two odometry periods: narrower windows do not explain more
 HALVES_MAX = 12
@@ -37,19 +39,23 @@ def _changed(case: Case, **changes: Any) -> Case:  # noqa: ANN401 - fields of a 
     return Case(**(said | changes))
 
 
-def _with_fewer_rules(case: Case, fails: Callable[[Case], bool]) -> Case:
-    """Delta debugging: leave out smaller and smaller parts of the rules, until no rule can be removed."""
-    rules = list(case.plan.rules)
-    size = max(len(rules) // 2, 1)
+def fewest(items: Sequence[T], fails: Callable[[list[T]], bool]) -> list[T]:
+    """Delta debugging: leave out smaller and smaller parts, until nothing more can be left out."""
+    kept = list(items)
+    size = max(len(kept) // 2, 1)
     while size > 0:
-        before = len(rules)
+        before = len(kept)
         for first in range(before - size, -1, -size):
-            without = rules[:first] + rules[first + size :]
-            if fails(_with_rules(case, without)):
-                rules = without
-        if len(rules) == before:
+            without = kept[:first] + kept[first + size :]
+            if fails(without):
+                kept = without
+        if len(kept) == before:
             size //= 2
-    return _with_rules(case, rules)
+    return kept
+
+
+def _with_fewer_rules(case: Case, fails: Callable[[Case], bool]) -> Case:
+    return _with_rules(case, fewest(case.plan.rules, lambda rules: fails(_with_rules(case, rules))))
 
 
 def _with_smaller_rules(case: Case, fails: Callable[[Case], bool]) -> Case:

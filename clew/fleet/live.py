@@ -14,9 +14,10 @@ import signal
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 from protocol.asked import AskedToEnd, asked_to_end
 from protocol.root import ROOT
@@ -41,6 +42,51 @@ class Ended:
     """Command lines of processes and names of files."""
 
 
+class Launched:
+    """A launcher that was started, with all that it starts."""
+
+    def __init__(
+        self, command: Sequence[str | Path], environment: Mapping[str, str] = MappingProxyType({})
+    ) -> None:
+        """Start it; `environment` adds to ours."""
+        self._since_s = time.monotonic()
+        self._ended: Ended | None = None
+        with contextlib.ExitStack() as stack:
+            self._stderr = stack.enter_context(tempfile.TemporaryFile())
+            temporary = stack.enter_context(tempfile.TemporaryDirectory(prefix="clew-live."))
+            self._temporary = Path(temporary)
+            self._launcher = subprocess.Popen(  # noqa: S603 - our own launcher, without a shell
+                command,
+                env={**os.environ, **environment, "TMPDIR": temporary},
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=self._stderr,
+                start_new_session=True,
+            )
+            self._files = stack.pop_all()
+
+    @property
+    def wall_s(self) -> float:
+        """For how long it has run."""
+        return time.monotonic() - self._since_s if self._ended is None else self._ended.wall_s
+
+    def has_ended(self, within_s: float = LOOK_S) -> bool:
+        """Whether it ends by itself within this time."""
+        return self._ended is not None or _has_ended(self._launcher, within_s)
+
+    def end(self) -> Ended:
+        """End it if it still runs; kills what it has left behind."""
+        if self._ended is None:
+            code = _end(self._launcher)
+            wall_s = self.wall_s
+            leftovers = left_behind(self._temporary)
+            self._stderr.seek(0)
+            said = tuple(self._stderr.read().decode(errors="replace").splitlines())
+            self._ended = Ended(code=code, said=said, wall_s=wall_s, leftovers=leftovers)
+            self._files.close()
+        return self._ended
+
+
 def run_fleet(
     arguments: Sequence[str], *, wall_s_max: float, until: Callable[[], bool] = lambda: False
 ) -> Ended:
@@ -49,32 +95,16 @@ def run_fleet(
     Raises:
         AskedToEnd: we were asked to end; the fleet has ended.
     """
-    since_s = time.monotonic()
-    with (
-        asked_to_end() as asked,
-        tempfile.TemporaryFile() as stderr,
-        tempfile.TemporaryDirectory(prefix="clew-live.") as temporary,
-    ):
-        launcher = subprocess.Popen(  # noqa: S603 - our own launcher, without a shell
-            [LAUNCHER, *arguments],
-            env={**os.environ, "TMPDIR": temporary},
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=stderr,
-            start_new_session=True,
-        )
+    with asked_to_end() as asked:
+        launched = Launched([LAUNCHER, *arguments])
         try:
-            while not (asked or _has_ended(launcher) or until() or time.monotonic() - since_s > wall_s_max):
+            while not (asked or launched.has_ended() or until() or launched.wall_s > wall_s_max):
                 pass
         finally:
-            code = _end(launcher)
-            wall_s = time.monotonic() - since_s
-            leftovers = left_behind(Path(temporary))
+            ended = launched.end()
         if asked:
             raise AskedToEnd(asked[0])
-        stderr.seek(0)
-        said = tuple(stderr.read().decode(errors="replace").splitlines())
-        return Ended(code=code, said=said, wall_s=wall_s, leftovers=leftovers)
+        return ended
 
 
 def processes_of(temporary: Path) -> dict[int, str]:
@@ -90,7 +120,7 @@ def processes_of(temporary: Path) -> dict[int, str]:
     return found
 
 
-def _has_ended(launcher: subprocess.Popen[bytes], within_s: float = LOOK_S) -> bool:
+def _has_ended(launcher: subprocess.Popen[bytes], within_s: float) -> bool:
     try:
         launcher.wait(within_s)
     except subprocess.TimeoutExpired:

@@ -7,11 +7,12 @@ Rule 2: SIGINT, SIGTERM and SIGHUP end the rehearsed run as they end a live one:
 
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Self
 
-from clew.rehearsal.rehearsal import Rehearsal
+from clew.rehearsal.rehearsal import Asked, Rehearsal, nobody_asks
 from protocol.asked import asked_to_end
 from protocol.faults.plan import NO_FAULTS, Plan
 from protocol.keys import WORLD
@@ -37,21 +38,69 @@ def rehearse(
         UsageError: the folder already holds a run, or the fault plan does not fit the fleet.
         RecordingFailedError: the timeline or the verdict cannot be written.
     """
-    started_at, started_wall_s = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
-    rehearsal = Rehearsal(scenario, seed, plan, inputs=folder / INPUTS)
-    with open_events(folder) as file, asked_to_end() as asked:
-        prepare_folder(folder, scenario, plan, Settings(seed=seed))
-        recorder = Recorder(file, _header(scenario, plan, seed))
-        lives: Counter[str] = Counter()
+    with asked_to_end() as asked, Recorded(scenario, seed, folder, plan, say) as recorded:
+        for _ in recorded.ticks(lambda: asked[-1] if asked else None):
+            pass
+        return recorded.judge()
+
+
+class Recorded:
+    """A rehearsal that is written into an existing folder while it goes on.
+
+    Raises:
+        UsageError, RecordingFailedError: as `rehearse`.
+    """
+
+    def __init__(
+        self, scenario: Scenario, seed: int, folder: Path, plan: Plan, say: Callable[[str], None]
+    ) -> None:
+        self._started_at = datetime.now(UTC).isoformat(timespec="seconds")
+        self._started_wall_s = time.monotonic()
+        self._seed, self._folder, self._say = seed, folder, say
+        self.rehearsal = Rehearsal(scenario, seed, plan, inputs=folder / INPUTS)
+        self._file = open_events(folder)
+        self._lives: Counter[str] = Counter()
         try:
-            for _ in rehearsal.ticks(lambda: asked[-1] if asked else None):
-                _record(rehearsal, recorder, lives, say)
+            prepare_folder(folder, scenario, plan, Settings(seed=seed))
+            self._recorder = Recorder(self._file, _header(scenario, plan, seed))
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def ticks(self, asked: Asked = nobody_asks) -> Iterator[float]:
+        """Run tick by tick, as `Rehearsal.ticks`; what has happened is written before each time."""
+        try:
+            for now_s in self.rehearsal.ticks(asked):
+                self._record()
+                yield now_s
         finally:  # if a core fails, the last entries say why
-            _record(rehearsal, recorder, lives, say)
-            rehearsal.close()
-    verdict = verdict_on(rehearsal, seed, started_at=started_at, wall_s=time.monotonic() - started_wall_s)
-    save_verdict(verdict, folder)
-    return verdict
+            self._record()
+
+    def judge(self) -> Verdict:
+        """Write the verdict on the rehearsal, which has ended."""
+        wall_s = time.monotonic() - self._started_wall_s
+        verdict = verdict_on(self.rehearsal, self._seed, started_at=self._started_at, wall_s=wall_s)
+        save_verdict(verdict, self._folder)
+        return verdict
+
+    def close(self) -> None:
+        """Close all files."""
+        self.rehearsal.close()
+        self._file.close()
+
+    def _record(self) -> None:
+        """Write the new entries. A source that counts from 1 again was restarted."""
+        for source, entry in self.rehearsal.entries[self._recorder.recorded_count :]:
+            self._lives[source] += entry.n == 1
+            self._recorder.take(source, [entry], str(self._lives[source]))
+            if (sentence := progress(source, entry)) is not None:
+                self._say(sentence)
 
 
 def verdict_on(rehearsal: Rehearsal, seed: int, *, started_at: str, wall_s: float) -> Verdict:
@@ -70,17 +119,6 @@ def verdict_on(rehearsal: Rehearsal, seed: int, *, started_at: str, wall_s: floa
             cpu_s=time.process_time(),
         ),
     )
-
-
-def _record(
-    rehearsal: Rehearsal, recorder: Recorder, lives: Counter[str], say: Callable[[str], None]
-) -> None:
-    """Write the new entries. A source that counts from 1 again was restarted."""
-    for source, entry in rehearsal.entries[recorder.recorded_count :]:
-        lives[source] += entry.n == 1
-        recorder.take(source, [entry], str(lives[source]))
-        if (sentence := progress(source, entry)) is not None:
-            say(sentence)
 
 
 def _header(scenario: Scenario, plan: Plan, seed: int) -> Header:

@@ -11,7 +11,7 @@ import click
 
 from clew.verbs.log import RUN
 from clew.verbs.options import robots_option
-from protocol.faults.manual_faults import FaultRequest, HaltRequest, request_fault
+from protocol.faults.manual_faults import EndRequest, FaultRequest, HaltRequest, request_fault
 from protocol.faults.rules import Rule
 from protocol.files.names import did_you_mean
 from protocol.files.reading import understand
@@ -145,6 +145,14 @@ _add_message_fault(
     _some("--others", "others", "A process on the other side; default: all the rest", type=process),
     click.option("--one-way", is_flag=True, help="Lose only messages from GROUP to the others."),
 )
+
+
+@fault.command
+@click.argument("name")
+@click.pass_obj
+def end(run: Path, *, name: str) -> None:
+    """End a message fault that was given before, by the NAME that was printed then."""
+    click.echo(request_fault(run, understand({"name": name}, EndRequest, "fault end")))
 
 
 @fault.command

@@ -15,7 +15,7 @@ import msgspec
 from msgspec import Meta, Struct
 
 from protocol.errors import UsageError
-from protocol.faults.rules import Rule, SomeSeconds
+from protocol.faults.rules import Name, Rule, SomeSeconds
 from protocol.files.opening import read_bytes
 
 SOCKET = "world.sock"
@@ -32,13 +32,19 @@ class FaultRequest(Struct, frozen=True, kw_only=True, tag="fault"):
     """How long a rule for messages is active; None: to the end of the run."""
 
 
+class EndRequest(Struct, frozen=True, kw_only=True, tag="end"):
+    """End a rule for messages that was given before."""
+
+    name: Name
+
+
 class HaltRequest(Struct, frozen=True, kw_only=True, tag="halt"):
     """Stop the fleet, or release it, as its operator."""
 
     stop: bool
 
 
-Request = FaultRequest | HaltRequest
+Request = FaultRequest | EndRequest | HaltRequest
 
 
 class Answer(Struct, frozen=True, kw_only=True):

@@ -11,9 +11,9 @@ from protocol.errors import UsageError
 from protocol.faults.rules import Delay, Drop, Duplicate, Name, Rule
 from protocol.files.names import did_you_mean
 from protocol.files.reading import read, understand
-from protocol.root import ROOT
+from protocol.root import LAUNCH
 
-PLANS = ROOT / "launch" / "faults"
+PLANS = LAUNCH / "faults"
 
 
 class Plan(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -77,6 +77,17 @@ class PoseSampled(Kind, frozen=True, kw_only=True, tag="pose.sampled"):
     x_m: Metres
     y_m: Metres
     heading_rad: Radians
+    clearance_m: Annotated[
+        Metres | None,
+        Meta(
+            description="of its hull here, to the nearest obstacle that never moves, to the micrometre; "
+            "null: there is none, or the log is older than this field"
+        ),
+    ] = None
+    separation_m: Annotated[
+        Metres | None,
+        Meta(description="likewise, to the nearest other hull; null: the robot is alone, or as above"),
+    ] = None
 
 
 class ScanServed(Kind, frozen=True, kw_only=True, tag="scan.served"):

@@ -44,6 +44,7 @@ ONLY_IN = {
     },
     "time": {
         "agents/process/shell.py",
+        "clew/api/launched.py",
         "clew/campaign/episode.py",
         "clew/explore/explore.py",
         "clew/guided/search.py",
@@ -56,6 +57,7 @@ ONLY_IN = {
         "world/shell.py",
     },
     "datetime": {
+        "clew/api/rehearsed.py",
         "clew/export/times.py",
         "clew/fleet/folder.py",
         "clew/fleet/prepare.py",

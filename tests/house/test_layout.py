@@ -60,10 +60,10 @@ FLOORS: dict[str, dict[str, int]] = {
         **dict.fromkeys(("export/", "fleet/", "page/"), 3),
         **dict.fromkeys(("campaign/", "page/serve/"), 4),
         **dict.fromkeys(("explore/", "figures/", "guided/"), 5),
-        "bench/": 6,
+        **dict.fromkeys(("api/", "bench/"), 6),
         "manual/": 7,
         "verbs/": 8,
-        **dict.fromkeys(("__init__", "cli"), 9),
+        **dict.fromkeys(("__init__", "cli", "pytest_plugin"), 9),
     },
 }
 

@@ -9,6 +9,7 @@ Rule 5: odometry of a body is numbered. A resumed world continues above every nu
 """
 
 import math
+from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
@@ -33,7 +34,7 @@ from world.bodies.fence import Register, Taken
 from world.bodies.sensor import Sensor
 from world.chance import stream
 from world.commands import Note
-from world.geometry.clearance import clearance
+from world.geometry.clearance import clearance, clearance_at
 from world.judge.monitor import Monitor
 from world.record.resume import QUIET_S, BodyPast, Past
 from world.scenario.scenario import Scenario
@@ -115,7 +116,7 @@ class Arena:
         for robot, known in past.bodies.items():
             self._stand_as(robot - 1, known)
             if not known.sampled:  # the body was there at that time, before the next recorded one
-                notes.append(self.note(_sample(robot - 1, self.bodies.place_m, self.bodies.heading_rad)))
+                notes += self._samples([robot - 1])
         instants = math.ceil((past.newest_s + QUIET_S - ROUNDING_S) / (TICK_S * ODOMETRY_TICKS))
         self._go_to(instants * ODOMETRY_TICKS)
         self._noted_s = self.moved_s = self.now_s
@@ -135,8 +136,7 @@ class Arena:
     def _change(self, taken: Taken) -> list[Note]:
         """Rule 4; the poses are those at which bodies stop in the middle of a motion."""
         moving = np.flatnonzero(self.bodies.moving).tolist()
-        places_m, headings_rad = self.bodies.place_m, self.bodies.heading_rad
-        samples = [self.note(_sample(body, places_m, headings_rad)) for body in moving]
+        samples = self._samples(moving)
         if moving:
             self.moved_s = self.now_s
         self._sampled = self._sampled | self.bodies.moving
@@ -149,8 +149,36 @@ class Arena:
 
     def sample(self) -> list[Note]:
         """Record the poses of all bodies."""
-        places_m, headings_rad = self.bodies.place_m, self.bodies.heading_rad
-        return [self.note(_sample(body, places_m, headings_rad)) for body in range(len(places_m))]
+        return self._samples(range(len(self.bodies.place_m)))
+
+    def _samples(self, bodies: Sequence[int]) -> list[Note]:
+        """The poses of these bodies now."""
+        poses = self._poses(bodies, self.bodies.place_m, self.bodies.heading_rad)
+        return [self.note(each) for each in poses]
+
+    def _poses(self, bodies: Sequence[int], places_m: Floats, headings_rad: Floats) -> list[PoseSampled]:
+        """The entries of these bodies, with how near each is to obstacles and to other bodies."""
+        if not bodies:
+            return []
+        here_m = places_m[bodies]
+        clear_m = clearance_at(self._ground, here_m) - self._radius_m
+        x, y = (np.subtract.outer(column[bodies], column) for column in places_m.T)
+        squares = x * x + y * y
+        squares[np.arange(len(bodies)), bodies] = math.inf
+        near_m = np.sqrt(squares.min(axis=1)) - 2.0 * self._radius_m
+        return [
+            PoseSampled(
+                robot=body + 1,
+                x_m=x_m,
+                y_m=y_m,
+                heading_rad=float(headings_rad[body]),
+                clearance_m=_to_the_micrometre(clear),
+                separation_m=_to_the_micrometre(near),
+            )
+            for body, (x_m, y_m), clear, near in zip(
+                bodies, here_m.tolist(), clear_m.tolist(), near_m.tolist(), strict=True
+            )
+        ]
 
     def order(self, robot: int, drive: Drive) -> list[Note]:
         """Give a body an order; raises `MessageRefusedError` if it is void."""
@@ -238,11 +266,8 @@ class Arena:
         veered = np.flatnonzero(moves.veered).tolist()
         for body in veered:
             self._corners_m[body].append(moves.starts_m[body])
-        notes = [
-            Note(began_s, _sample(body, moves.starts_m, headings_rad))
-            for body in veered
-            if not self._sampled[body]
-        ]
+        unsampled = [body for body in veered if not self._sampled[body]]
+        notes = [Note(began_s, each) for each in self._poses(unsampled, moves.starts_m, headings_rad)]
         self._go_to(self._ticks + 1)
         notes += self._sample_moved(moving)
         notes += [self.note(BodyStopped(robot=body + 1)) for body in moves.stopped]
@@ -274,9 +299,7 @@ class Arena:
         self._sampled = moved
         if not moved.any() and self.now_s - self._noted_s >= QUIET_S - ROUNDING_S:
             self._sampled = self._first
-        places_m, headings_rad = self.bodies.place_m, self.bodies.heading_rad
-        rows = np.flatnonzero(self._sampled).tolist()
-        return [self.note(_sample(body, places_m, headings_rad)) for body in rows]
+        return self._samples(np.flatnonzero(self._sampled).tolist())
 
     def _watch(self, moves: Moves) -> list[Note]:
         """Rule 3."""
@@ -318,9 +341,9 @@ class Arena:
         return [done, step]
 
 
-def _sample(body: int, places_m: Floats, headings_rad: Floats) -> PoseSampled:
-    x_m, y_m = places_m[body].tolist()
-    return PoseSampled(robot=body + 1, x_m=x_m, y_m=y_m, heading_rad=float(headings_rad[body]))
+def _to_the_micrometre(distance_m: float) -> float | None:
+    """The distance as recorded; None: there was nothing to measure to."""
+    return round(distance_m, 6) if distance_m < math.inf else None
 
 
 def _told(scan: Scan) -> tuple[float, ...]:

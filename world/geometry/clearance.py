@@ -24,6 +24,29 @@ def clearance(ground: Ground, starts: Floats, ends: Floats) -> Floats:
     return np.minimum(least_m, _to_ellipses(ground, starts, ends, moves_m, others_m=least_m))
 
 
+def clearance_at(ground: Ground, points: Floats) -> Floats:
+    """The distance of each point, `(n, 2)`, to any obstacle; inf without any. Faster than `clearance`."""
+    discs = ground.discs
+    if len(discs) == 0:
+        return np.full(len(points), math.inf)
+    to_centres_m = _to_points(points, discs[:, :2])
+    off_m = to_centres_m - discs[:, 2]
+    # An obstacle whose disc is further than what lies within another cannot be the nearest.
+    body, disc = np.nonzero(off_m <= (to_centres_m - ground.inner_radii_m).min(axis=1)[:, None] + ROUNDING_M)
+    apart_m = off_m[body, disc]
+    first_ellipse, first_edge = len(ground.circles), len(ground.circles) + len(ground.ellipses)
+    at_edge, at_circle = disc >= first_edge, disc < first_ellipse
+    if at_edge.any():
+        edges = ground.edges[disc[at_edge] - first_edge]
+        apart_m[at_edge] = distances_to_segments(points[body[at_edge]], edges[:, :2], edges[:, 2:])
+    if not (at_edge | at_circle).all():
+        of_ellipse = ~(at_edge | at_circle)
+        rows = ground.ellipses[disc[of_ellipse] - first_ellipse]
+        apart_m[of_ellipse] = ellipses.point_distances(rows, points[body[of_ellipse]])
+    least_m = _least(len(points), body, np.maximum(apart_m, 0.0))
+    return least_m if len(ground.edges) == 0 else np.where(_turns(ground, points) != 0.0, 0.0, least_m)
+
+
 def keep_off(ground: Ground, starts: Floats, ends: Floats, apart_m: float) -> bool:
     """Whether straight moves that start outside all obstacles keep more than this distance from all."""
     discs = ground.discs
@@ -107,9 +130,13 @@ def _to_edges(ground: Ground, starts: Floats, ends: Floats, moves_m: Floats) -> 
     if len(body) > 0:
         apart_m = segments_apart(starts[body], ends[body], edges[edge, :2], edges[edge, 2:])
         np.minimum.at(least_m, body, apart_m)
-    point, _, turn = winding(edges, starts)
-    turns = np.bincount(point, weights=turn, minlength=len(starts))
-    return np.where(turns != 0.0, 0.0, least_m)
+    return np.where(_turns(ground, starts) != 0.0, 0.0, least_m)
+
+
+def _turns(ground: Ground, points: Floats) -> Floats:
+    """How often rings go around each point; not 0 within a polygon."""
+    point, _, turn = winding(ground.edges, points)
+    return np.asarray(np.bincount(point, weights=turn, minlength=len(points)), dtype=np.float64)
 
 
 def _to_points(starts: Floats, points: Floats) -> Floats:

@@ -123,6 +123,12 @@ class Ground:
         return (starts + ends) / 2.0, np.hypot(*(ends - starts).T) / 2.0
 
     @cached_property
+    def inner_radii_m(self) -> Floats:
+        """`(k,)`: of a disc within each of what `discs` are around; an edge is as near as its midpoint."""
+        of_edges = np.zeros(len(self.edges))
+        return np.concatenate((self.circles[:, 2], self.ellipse_reach_m[1], of_edges))
+
+    @cached_property
     def discs(self) -> Floats:
         """`(k, 3)`: x, y, radius of a disc around each circle, then each ellipse, then each edge."""
         middles, half_lengths_m = self.edge_middles

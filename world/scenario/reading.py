@@ -4,9 +4,9 @@ from pathlib import Path
 
 from protocol.errors import UsageError
 from protocol.files.names import did_you_mean
-from protocol.root import ROOT
+from protocol.root import LAUNCH
 
-SCENARIOS = ROOT / "launch" / "scenarios"
+SCENARIOS = LAUNCH / "scenarios"
 
 
 def find(name_or_path: str) -> Path:

@@ -63,7 +63,8 @@ def _records(entries: int) -> Iterator[tuple[str, Record]]:
             ranges_m = tuple(round(0.5 + ray / 300, 3) for ray in range(360))
             yield "world", ScanServed(robot=robot, **where, revolutions=1, hits=360, ranges_m=ranges_m)
         elif place % 10 < POSES_OF_TEN:
-            yield "world", PoseSampled(robot=robot, x_m=at.x_m, y_m=at.y_m, heading_rad=at.heading_rad)
+            where = {"x_m": at.x_m, "y_m": at.y_m, "heading_rad": at.heading_rad}
+            yield "world", PoseSampled(robot=robot, **where, clearance_m=0.123456, separation_m=0.234567)
         else:
             speaker, record = next(turns)
             yield f"r{speaker}", record

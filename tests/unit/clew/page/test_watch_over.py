@@ -108,6 +108,10 @@ def test_a_run_that_was_written_recently_may_continue(run: Path) -> None:
     assert watch.look() == []
 
 
+def never_ended(name: str) -> None:
+    raise AssertionError(f"asked to end {name}")
+
+
 def never_asked(*, stop: bool) -> str:
     raise AssertionError(f"asked to stop: {stop}")
 
@@ -115,7 +119,7 @@ def never_asked(*, stop: bool) -> str:
 async def test_a_quiet_run_whose_world_is_reachable_is_not_over(run: Path, tmp_path: Path) -> None:
     let_rest(run)
     vigil = Vigil(run / EVENTS_FILE)
-    async with heard(tmp_path, run, lambda _rule, _for_s: "never asked", never_asked):
+    async with heard(tmp_path, run, lambda _rule, _for_s: "never asked", never_ended, never_asked):
         assert not vigil.is_over(ended=False)
         assert vigil.is_over(ended=True)
     assert Vigil(run / EVENTS_FILE).is_over(ended=False)

@@ -6,7 +6,14 @@ from pathlib import Path
 import pytest
 
 from protocol.errors import UsageError
-from protocol.faults.manual_faults import WHERE_FILE, FaultRequest, HaltRequest, Request, request_fault
+from protocol.faults.manual_faults import (
+    WHERE_FILE,
+    EndRequest,
+    FaultRequest,
+    HaltRequest,
+    Request,
+    request_fault,
+)
 from protocol.faults.plan import Plan
 from protocol.faults.process_faults import ProcessAction, ProcessFault
 from protocol.faults.rules import Drop, Freeze, Kill, Partition, Restart, Rule, Slow, StepPoint, Thaw
@@ -183,6 +190,30 @@ def no_halt(*, stop: bool) -> str:
     raise UsageError(f"a test without a fence was asked: stop={stop}")
 
 
+def nothing_to_end(name: str) -> None:
+    raise UsageError(f"no rule {name} for messages is active")
+
+
+def test_a_manual_rule_for_messages_is_ended_by_its_name_and_only_once() -> None:
+    faults = without_plan()
+    cut, lost = (faults.add(rule, now_s=5.0, for_s=None) for rule in (Partition(group=("r1",)), Drop()))
+    before = faults.of("r1").number
+    faults.end(cut, now_s=6.0)
+    assert [rule.name for rule in faults.of("r1").rules] == [lost]
+    assert faults.of("r1").number > before
+    with pytest.raises(UsageError, match="no rule given-1 for messages is active"):
+        faults.end(cut, now_s=6.0)
+
+
+def test_a_manual_rule_says_what_it_is_in_a_plan() -> None:
+    faults = without_plan()
+    name, (kill, after) = faults.resolve(Kill(target="leader", robots=2), now_s=5.0, for_s=None)
+    assert name == "given-1"
+    assert kill == Kill(name="given-1.r2", target="r2", from_s=5.0)
+    assert after == Kill(name="given-1.r1", target="r1", from_s=5.0)
+    assert faults.due(5.0) == []
+
+
 async def ask(run: Path, request: Request) -> str:
     return await asyncio.to_thread(request_fault, run, request)
 
@@ -191,6 +222,7 @@ async def test_a_fault_request_is_answered_with_the_rules_name_or_the_reason_of_
     tmp_path: Path,
 ) -> None:
     asked: list[tuple[Rule, float | None]] = []
+    ended: list[str] = []
 
     def add(rule: Rule, for_s: float | None) -> str:
         asked.append((rule, for_s))
@@ -198,11 +230,13 @@ async def test_a_fault_request_is_answered_with_the_rules_name_or_the_reason_of_
             raise UsageError("not him")
         return "given-7"
 
-    async with heard(tmp_path, tmp_path, add, no_halt):
+    async with heard(tmp_path, tmp_path, add, ended.append, no_halt):
         assert await ask(tmp_path, FaultRequest(rule=Drop(probability=0.5), for_s=5.0)) == "given-7"
         with pytest.raises(UsageError, match="not him"):
             await ask(tmp_path, FaultRequest(rule=Kill(target="r3")))
+        assert await ask(tmp_path, EndRequest(name="given-7")) == "given-7"
     assert asked == [(Drop(probability=0.5), 5.0), (Kill(target="r3"), None)]
+    assert ended == ["given-7"]
     with pytest.raises(UsageError, match="no run goes on there"):
         await ask(tmp_path, FaultRequest(rule=Drop()))
 
@@ -215,7 +249,7 @@ async def test_the_operators_stop_and_release_are_answered_with_the_fence_or_the
             return "30000"
         raise UsageError("it does not stand")
 
-    async with heard(tmp_path, tmp_path, lambda *_: "given-1", halt):
+    async with heard(tmp_path, tmp_path, lambda *_: "given-1", nothing_to_end, halt):
         assert await ask(tmp_path, HaltRequest(stop=True)) == "30000"
         with pytest.raises(UsageError, match="it does not stand"):
             await ask(tmp_path, HaltRequest(stop=False))
@@ -228,7 +262,7 @@ async def test_a_fault_request_to_a_killed_world_reports_the_end_of_the_run(tmp_
 
 
 async def test_an_invalid_request_is_refused_and_the_next_one_is_served(tmp_path: Path) -> None:
-    async with heard(tmp_path, tmp_path, lambda *_: "given-1", no_halt):
+    async with heard(tmp_path, tmp_path, lambda *_: "given-1", nothing_to_end, no_halt):
         reader, writer = await asyncio.open_unix_connection((tmp_path / WHERE_FILE).read_text())
         writer.write(b"garbage\n")
         assert b'"error":"' in await reader.readline()

@@ -15,7 +15,7 @@ from tests.support.strategies.shape_strategies import (
     patiently,
     points,
 )
-from world.geometry.clearance import clearance, distances, keep_off, separations
+from world.geometry.clearance import clearance, clearance_at, distances, keep_off, separations
 from world.geometry.ellipses import point_distances
 from world.geometry.shapes import Ellipse, Polygon, Shape, ground_of
 
@@ -63,6 +63,13 @@ def test_a_body_at_rest_has_the_clearance_of_its_place(shapes: list[Shape], poin
     ground, place = ground_of(shapes), np.array([point])
     expected = distances(ground, place[0]).min(initial=math.inf)
     assert clearance(ground, place, place)[0] == pytest.approx(expected, abs=1e-12)
+
+
+@patiently
+@given(grounds, st.lists(points, min_size=1, max_size=6))
+def test_the_clearance_of_points_is_that_of_bodies_at_rest(shapes: list[Shape], places: list[Place]) -> None:
+    ground, here = ground_of(shapes), np.array(places)
+    assert clearance_at(ground, here) == pytest.approx(clearance(ground, here, here), abs=1e-12)
 
 
 def test_a_move_through_a_polygon_has_no_clearance() -> None:

@@ -1,0 +1,53 @@
+"""An entry of the timeline, and a message, as users see them."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+
+from clew.log.timeline import kind_of
+from protocol.plain import plain
+from protocol.timeline import Entry as Written
+from protocol.timeline import Record
+from protocol.timeline.sentences import sentence
+from world.record.lines import Line
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """An entry; the fields of its kind (docs/timeline.md) are attributes as well: `entry.step`."""
+
+    source: str
+    """`world`, or `r3`."""
+    written: Written
+
+    @property
+    def t_s(self) -> float:
+        """Simulated time."""
+        return self.written.t_s
+
+    @property
+    def kind(self) -> str:
+        """As `step.planned`."""
+        return kind_of(self.written.record)
+
+    @property
+    def record(self) -> Record:
+        """Its fields, typed."""
+        return self.written.record
+
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - a field of any kind
+        return getattr(self.written.record, name)
+
+    def as_dict(self) -> dict[str, Any]:
+        """All fields as plain data, as in the log."""
+        stamp = {"t_s": self.t_s, "source": self.source, "n": self.written.n, "kind": self.kind}
+        return {**stamp, **msgspec.to_builtins(self.written.record)}
+
+    def __str__(self) -> str:
+        return plain(f"t={self.t_s:.3f} s {self.source}: {sentence(self.source, self.record)}")
+
+
+def entry_of(line: Line) -> Entry:
+    """The entry of a line."""
+    return Entry(*line)

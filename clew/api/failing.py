@@ -1,0 +1,121 @@
+"""What a failing test says of its fleet: what broke first, its seed, the faults that matter, the replay.
+
+Rule 1: a rehearsed test is played again with fewer faults, as long as it fails at the same line with the same
+        exception. So the plan that is left holds the faults that matter to the test, whatever it claims.
+Rule 2: a live run is not played again: another one would differ.
+"""
+
+import shlex
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import count
+from pathlib import Path
+from traceback import walk_tb
+
+from clew.api.fleet import Fleet
+from clew.api.rehearsed import RehearsedFleet
+from clew.campaign.shrink import fewest
+from protocol.faults.plan import Plan
+from protocol.faults.plan_text import plan_text
+from protocol.files.writing import write_whole
+from protocol.plain import plain
+from protocol.run_settings import SCENARIO_FILE
+
+TRIALS_MAX = 24  # a rehearsal of a few robots takes half a second
+PLAN_FILE, TRIAL = "shrunk.toml", "trial"
+
+
+@dataclass(frozen=True, slots=True)
+class Test:
+    """A test that has failed."""
+
+    path: Path
+    """Its file."""
+    replay: str
+    """The command line that runs it again."""
+    error: BaseException
+    play: Callable[[frozenset[int], Path], tuple[Fleet, BaseException | None]]
+    """Runs it again without these faults, in this folder; returns its fleet, closed, and how it failed."""
+
+
+def told(test: Test, fleet: Fleet) -> Iterator[str]:
+    """The lines about the fleet of a failed test; stops it if it goes on."""
+    if not fleet.has_begun:
+        yield "the fleet had not begun"
+        return
+    was_over = fleet.is_over
+    fleet.close()
+    folder = fleet.asked.folder
+    yield f"what broke first: {_first(fleet, was_over=was_over)}"
+    yield f"seed: {fleet.asked.seed}"
+    plan, note = _least(test, fleet)
+    yield f"faults: {note}"
+    if plan.rules:
+        yield from (f"    {line}" for line in plan_text(plan).splitlines() if line)
+    write_whole(folder / PLAN_FILE, plan_text(plan).encode())
+    rehearse = ["clew", "rehearse", str(folder / SCENARIO_FILE), "--seed", str(fleet.asked.seed)]
+    if plan.rules:
+        rehearse += ["--faults", str(folder / PLAN_FILE)]
+    yield f"run the test again:      {test.replay}"
+    yield f"rehearse its fleet:      {shlex.join(rehearse)}"
+    yield f"page:                    {fleet.run.report()}"
+
+
+def _first(fleet: Fleet, *, was_over: bool) -> str:
+    """The first thing that went wrong in the run."""
+    verdict = fleet.run.verdict
+    if verdict is None:
+        return "the run has no verdict"
+    if was_over and not verdict.ok:
+        return plain(verdict.reason)
+    if verdict.violations:
+        return plain(verdict.reason)
+    return f"the test's own claim, at t={fleet.now_s:.1f} s; until then the fleet kept all promises"
+
+
+def _least(test: Test, fleet: Fleet) -> tuple[Plan, str]:
+    """The faults that matter, and what is known of them (rules 1 and 2)."""
+    if fleet.given_count == 0:
+        return fleet.plan, "none were given"
+    if not isinstance(fleet, RehearsedFleet):
+        return fleet.plan, "all that were given; a live run is not shrunk, --clew-stage=rehearsal is"
+    trials, folders, plans = count(1), fleet.asked.folder.parent, {frozenset[int](): fleet.plan}
+
+    def fails(kept: list[int]) -> bool:
+        without = frozenset(range(1, fleet.given_count + 1)) - frozenset(kept)
+        if (trial := next(trials)) > TRIALS_MAX:
+            return False
+        folder = folders / f"{TRIAL}-{fleet.asked.folder.name}-{trial}"
+        again, error = test.play(without, folder)
+        plans[without] = again.plan
+        shutil.rmtree(folder, ignore_errors=True)
+        return _is_same(test, error)
+
+    everything = list(range(1, fleet.given_count + 1))
+    if not fails(everything):
+        return (
+            fleet.plan,
+            "all that were given; the test does not fail in the same way when it is played again",
+        )
+    kept = fewest(everything, fails)
+    plan = plans[frozenset(everything) - frozenset(kept)]
+    if not kept:
+        return plan, "it fails without any"
+    return plan, f"{len(kept)} of {len(everything)} that were given matter:"
+
+
+def _is_same(test: Test, error: BaseException | None) -> bool:
+    """Whether the test has failed at the same line with the same exception."""
+    return error is not None and (type(error), _line(test, error)) == (
+        type(test.error),
+        _line(test, test.error),
+    )
+
+
+def _line(test: Test, error: BaseException) -> int | None:
+    """The line of the test's own file that led to the exception."""
+    lines = [
+        line for frame, line in walk_tb(error.__traceback__) if Path(frame.f_code.co_filename) == test.path
+    ]
+    return lines[-1] if lines else None

@@ -1,0 +1,144 @@
+"""Tables of a run, as pandas or polars frames where one of them is installed, else as lists of dicts."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict
+from importlib import import_module
+from importlib.util import find_spec
+from operator import attrgetter
+from typing import Any
+
+import msgspec
+
+from clew.api.messages import Message
+from clew.export.columns import Plain
+from clew.export.columns import columns_of as typed_columns
+from clew.export.tables import TYPES
+from clew.story.story import Story
+from protocol.errors import UsageError
+from protocol.files.names import did_you_mean
+from protocol.timeline import FaultInjected, PoseSampled
+from protocol.timeline.base import Kind
+from protocol.timeline.sentences import sentence
+from world.record.lines import Line
+
+Columns = dict[str, list[Any]]
+
+LIBRARIES = ("pandas", "polars")
+DICTS = "dicts"
+STAMPED = ("t_s", "hlc", "source", "n", "kind")
+"""The first columns of every kind, before its own."""
+
+
+def frame_of(columns: Columns, to: str | None) -> Any:  # noqa: ANN401 - a frame of a library that may be absent
+    """The columns as a table.
+
+    Raises:
+        UsageError: the library that was asked for is not installed.
+    """
+    if to is None:
+        to = next((each for each in LIBRARIES if find_spec(each) is not None), DICTS)
+    if to == DICTS:
+        return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    if to not in LIBRARIES or find_spec(to) is None:
+        raise UsageError(f"frame: to must be one of {', '.join((*LIBRARIES, DICTS))} and installed, got {to}")
+    more = {"strict": False} if to == "polars" else {}  # fields of a table may be lists of any length
+    return import_module(to).DataFrame(columns, **more)
+
+
+def columns_of(name: str, lines: Sequence[Line], messages: Callable[[], Iterable[Message]]) -> Columns:
+    """The columns of a table of a run.
+
+    Raises:
+        UsageError: there is no such table.
+    """
+    if name in TYPES:
+        return _of_kind(TYPES[name], lines)
+    makers: dict[str, Callable[[], Columns]] = {
+        "poses": lambda: _of_kind(PoseSampled, lines, stamp=("t_s",)),
+        "steps": lambda: _steps(lines),
+        "messages": lambda: _by_name(Message.__dataclass_fields__, [asdict(each) for each in messages()]),
+        "faults": lambda: _of_kind(FaultInjected, lines),
+        "states": lambda: _states(lines),
+        "entries": lambda: _entries(lines),
+    }
+    if name not in makers:
+        near = did_you_mean(name, (*makers, *TYPES))
+        raise UsageError(f"frame: must be one of {', '.join(makers)} or a kind of entry, got {name!r}{near}")
+    return makers[name]()
+
+
+def _of_kind(
+    kind: type[Kind], lines: Iterable[Line], stamp: Sequence[str] = ("t_s", "source", "n")
+) -> Columns:
+    """Column by column, since 100,000 rows one by one would take a second."""
+    chosen = [line for line in lines if type(line[1].record) is kind]
+    columns: Columns = {}
+    for name in stamp:
+        columns[name] = [source for source, _ in chosen] if name == "source" else _each(name, chosen)
+    records = [entry.record for _, entry in chosen]
+    for column in typed_columns(kind)[len(STAMPED) :]:
+        values = list(map(attrgetter(column.name), records))
+        is_plain = isinstance(column.type, Plain)
+        columns[column.name] = values if is_plain else [msgspec.to_builtins(value) for value in values]
+    return columns
+
+
+def _each(name: str, chosen: Sequence[Line]) -> list[Any]:
+    get = attrgetter(name)
+    return [get(entry) for _, entry in chosen]
+
+
+def _steps(lines: Iterable[Line]) -> Columns:
+    story = _story(lines)
+    rows = []
+    for step in story.all_steps():
+        plan, end = step.plan, step.end
+        rows.append(
+            {
+                "number": step.number,
+                "robot": step.robot,
+                "planned_s": step.t_s,
+                "begun_s": None if step.begun is None else step.begun.t_s,
+                "ended_s": None if end is None else end.t_s,
+                "how": None if end is None else str(end.how),
+                "x_m": plan.x_m,
+                "y_m": plan.y_m,
+                "target_x_m": plan.target.x_m,
+                "target_y_m": plan.target.y_m,
+                "length_m": plan.length_m,
+                "promised_clearance_m": plan.promised_clearance_m,
+                "clearance_m": None if end is None else end.clearance_m,
+            }
+        )
+    return _by_name(rows[0] if rows else (), rows)
+
+
+def _states(lines: Iterable[Line]) -> Columns:
+    changes = sorted(_story(lines).robots.changes, key=lambda change: change.t_s)
+    return {
+        "t_s": [change.t_s for change in changes],
+        "robot": [change.robot for change in changes],
+        "state": [change.state.name.lower().replace("_", " ") for change in changes],
+    }
+
+
+def _entries(lines: Sequence[Line]) -> Columns:
+    kinds = {kind: name for name, kind in TYPES.items()}
+    return {
+        "t_s": [entry.t_s for _, entry in lines],
+        "source": [source for source, _ in lines],
+        "n": [entry.n for _, entry in lines],
+        "kind": [kinds[type(entry.record)] for _, entry in lines],
+        "sentence": [sentence(source, entry.record) for source, entry in lines],
+    }
+
+
+def _by_name(names: Iterable[str], rows: Sequence[Mapping[str, Any]]) -> Columns:
+    return {name: [row[name] for row in rows] for name in names}
+
+
+def _story(lines: Iterable[Line]) -> Story:
+    story = Story()
+    for source, entry in lines:
+        story.hear(source, entry)
+    return story

@@ -1,0 +1,217 @@
+"""A fleet of real processes: started by the launcher, followed by its log, with faults by its world. A shell.
+
+Rule 1: each fleet has its own folder, and its own private folder with its sockets; so many may run at once.
+Rule 2: it waits for entries in the log. A wait ends when simulated time has passed its limit and a grace,
+        since live processes notice a loss by the wall clock; or when far more wall-clock time has passed than
+        a machine should take. Then it says how late the machine was.
+Rule 3: when it is closed, no process and no socket is left behind. If one was, it is killed, and that is an
+        error.
+"""
+
+import argparse
+import math
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Literal
+
+import msgspec
+from msgspec import structs
+
+from clew.api.fleet import Asked, Fleet, WaitFailedError
+from clew.api.rehearsed import RehearsedFleet, asked_of
+from clew.fleet.folder import RUNS, make_latest
+from clew.fleet.live import Launched
+from clew.fleet.options import speed_of
+from clew.log.follow import Follower, look
+from protocol.errors import UsageError
+from protocol.faults.manual_faults import EndRequest, FaultRequest, request_fault
+from protocol.faults.plan import Plan
+from protocol.faults.plan_text import plan_text
+from protocol.faults.rules import Rule
+from protocol.files.toml_text import toml_text
+from protocol.files.writing import write_whole
+from protocol.plain import plain
+from protocol.root import IS_CHECKOUT, ROOT
+from protocol.timeline import PoseSampled
+from world.record.lines import Line
+from world.record.recorder import EVENTS_FILE
+from world.record.run_files import read_verdict
+from world.scenario.scenario import Scenario
+
+Speed = float | Literal["max"]
+
+GRACE_WALL_S = 3.0  # a lost process is noticed after its lease of 1 s, and on a loaded machine later
+WALL_S = 60.0  # to start, to be judged and to end on a loaded machine
+SLOWEST = 0.5  # simulated s per wall-clock s of `max`, at least: 50 robots on two cores reach 1
+LOOK_S = 0.02  # between two reads of the log: a world writes every 0.1 s
+LATE = 4.0  # so many times what a wait takes on an idle machine
+SAID_LINES = 3  # of stderr: the refusal is the last
+
+
+def launch(
+    scenario: str | Scenario = "grove",
+    *,
+    robots: int | None = None,
+    seed: int = 1,
+    speed: Speed = 1.0,
+    faults: Sequence[Rule] = (),
+    out: Path | str | None = None,
+    stage: Literal["live", "rehearsal"] = "live",
+    **scenario_options: Any,  # noqa: ANN401 - `law` and `deployment`, as `rehearse` takes them
+) -> Fleet:
+    """A fleet to wait for and to break, which begins at the first wait; `with` ends it.
+
+    >>> with launch("grove", robots=3, stage="rehearsal") as fleet:
+    ...     planned = fleet.until("step.planned", step=2, timeout_s=20)
+    ...     with fleet.partition([1, 2], [3]):
+    ...         view = fleet.until("view.proposed")
+    ...     run = fleet.finish()
+    >>> planned.step, run.ok
+    (2, True)
+
+    Args:
+        scenario: as of `rehearse`, like all others but two.
+        robots: likewise.
+        seed: likewise.
+        speed: of live fleets, times real time; `max`: as fast as the robots answer.
+        faults: likewise.
+        out: likewise.
+        stage: `live`, real processes; or `rehearsal`, virtual time, which passes only in waits.
+        scenario_options: likewise.
+
+    Raises:
+        UsageError: it cannot run as asked.
+    """
+    asked = asked_of(scenario, robots=robots, seed=seed, faults=faults, out=out, **scenario_options)
+    return RehearsedFleet(asked) if stage == "rehearsal" else LaunchedFleet(asked, speed)
+
+
+class LaunchedFleet(Fleet):
+    """A fleet of real processes."""
+
+    def __init__(self, asked: Asked, speed: Speed = 1.0) -> None:
+        try:
+            speed_of(str(speed))
+        except argparse.ArgumentTypeError as error:
+            raise UsageError(f"speed: {error}") from error
+        self.speed = speed
+        self._launched: Launched | None = None
+        self._path = asked.folder.absolute() / EVENTS_FILE
+        self._follower = Follower(self._path)
+        self._lines: list[Line] = []
+        self._now_s = 0.0
+        super().__init__(replace(asked, folder=asked.folder.absolute()))
+
+    @property
+    def is_over(self) -> bool:
+        """Whether its launcher has ended."""
+        return self._launched is not None and self._launched.has_ended(0.0)
+
+    @property
+    def lines(self) -> Sequence[Line]:
+        """All entries up to now."""
+        while self.has_begun and (news := look(self._path, self._follower)):
+            for each in news.heard:
+                self._lines.append((each.source, each.entry))
+                self._now_s = max(self._now_s, each.entry.t_s)
+        return self._lines
+
+    @property
+    def now_s(self) -> float:
+        """The newest simulated time in the log."""
+        return self._now_s
+
+    def _start(self, plan: Plan) -> None:
+        asked = self.asked
+        scenario, speed = toml_text(msgspec.to_builtins(asked.scenario)), str(self.speed)
+        with tempfile.TemporaryDirectory(prefix="clew-asked.") as folder:
+            files = {"scenario.toml": scenario, "plan.toml": plan_text(plan)}
+            paths = {name: Path(folder) / name for name in files}
+            for name, text in files.items():
+                write_whole(paths[name], text.encode())
+            options = ["--seed", str(asked.seed), "--speed", speed, "--out", str(asked.folder), "--quiet"]
+            if plan.rules:
+                options += ["--faults", str(paths["plan.toml"])]
+            command = [sys.executable, "-m", "clew.fleet", str(paths["scenario.toml"]), *options]
+            self._launched = Launched(command, _environment())
+            self._wait_for_start()
+        if asked.folder.parent == RUNS.absolute():
+            make_latest(asked.folder)
+
+    def _wait_for_start(self) -> None:
+        """Wait until the bodies are placed: before, no fault can be given."""
+        passed = self._deadline(math.inf)
+        while not any(isinstance(entry.record, PoseSampled) for _, entry in self.lines):
+            if self.is_over:
+                raise WaitFailedError(f"the fleet did not start: {self._ending}")
+            if (why := passed()) is not None:
+                raise WaitFailedError(f"the fleet did not start: {why}")
+            self._advance()
+
+    def _advance(self) -> None:
+        assert self._launched is not None, "waited for before the start"
+        self._launched.has_ended(LOOK_S)
+
+    def _deadline(self, timeout_s: float) -> Callable[[], str | None]:
+        """Rule 2."""
+        began_s, began_wall_s = self.now_s, time.monotonic()
+        speed = SLOWEST if self.speed == "max" else self.speed
+        grace_s = (
+            0.0 if self.speed == "max" else GRACE_WALL_S * speed
+        )  # of `max`, time stands still meanwhile
+        needed_wall_s = 0.0 if math.isinf(timeout_s) else timeout_s / speed
+        wall_s_max = WALL_S + LATE * needed_wall_s
+
+        def passed() -> str | None:
+            waited_s, wall_s = self.now_s - began_s, time.monotonic() - began_wall_s
+            if waited_s <= timeout_s + grace_s and wall_s <= wall_s_max:
+                return None
+            late_s = wall_s - waited_s / speed
+            load = f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores"
+            late = f"the machine was {late_s:.1f} s late, {load}" if late_s > GRACE_WALL_S else load
+            return f"{waited_s:.1f} simulated s in {wall_s:.1f} s of wall clock have passed ({late})"
+
+        return passed
+
+    @property
+    def _ending(self) -> str:
+        try:
+            return read_verdict(self.asked.folder).reason
+        except (OSError, msgspec.MsgspecError):
+            assert self._launched is not None, "ended before the start"
+            return plain(" / ".join(self._launched.end().said[-SAID_LINES:])) or "it said nothing"
+
+    def _give(self, rule: Rule) -> tuple[str, tuple[Rule, ...]]:
+        name = request_fault(self.asked.folder, FaultRequest(rule=rule))
+        return name, (structs.replace(rule, name=name, from_s=max(rule.from_s, self.now_s)),)
+
+    def _end(self, name: str) -> None:
+        request_fault(self.asked.folder, EndRequest(name=name))
+
+    def close(self) -> None:
+        """Stop, if the run goes on (rule 3).
+
+        Raises:
+            WaitFailedError: it had to be killed, or has left something behind.
+        """
+        if self._launched is None:
+            return
+        ended = self._launched.end()
+        if ended.code is None or ended.leftovers:
+            how = "had to be killed" if ended.code is None else f"ended with {ended.code}"
+            raise WaitFailedError(
+                f"the fleet {how} and left behind: {', '.join(ended.leftovers) or 'nothing'}"
+            )
+
+
+def _environment() -> Mapping[str, str]:
+    """Ours come first, whatever is in the folder that we are called in; as launch/setup.sh has it."""
+    paths = [str(ROOT)] if IS_CHECKOUT else []
+    paths += [path for path in [os.environ.get("PYTHONPATH")] if path]
+    threads = {"OPENBLAS_NUM_THREADS": "1", "PYTHONSAFEPATH": "1"}
+    return {**threads, **({"PYTHONPATH": os.pathsep.join(paths)} if paths else {})}

@@ -1,0 +1,163 @@
+"""A fleet in virtual time, in this process: the same seed and calls give the same run, to the byte."""
+
+import secrets
+from collections.abc import Callable, Iterator, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from msgspec.structs import replace
+
+from clew.api.fleet import Asked, Fleet, ended
+from clew.api.run import Run
+from clew.fleet.folder import RUNS, folder_name, make_folder, make_latest
+from clew.rehearsal.processes import check_rehearsable
+from clew.rehearsal.recorded import Recorded
+from protocol.exit_codes import ExitCode
+from protocol.faults.plan import Plan
+from protocol.faults.rules import Rule
+from world.faults import RunFaults
+from world.record.lines import Line
+from world.scenario.scenario import Scenario, load
+
+
+def rehearse(
+    scenario: str | Scenario = "grove",
+    *,
+    robots: int | None = None,
+    seed: int = 1,
+    faults: Sequence[Rule] = (),
+    out: Path | str | None = None,
+    **scenario_options: Any,  # noqa: ANN401 - `law` and `deployment`, as `load` takes them
+) -> Run:
+    """Rehearse a fleet to its end, as `clew rehearse` does; returns the run.
+
+    >>> run = rehearse("grove", robots=3, seed=7)
+    >>> run.ok, run.verdict.robots_arrived
+    (True, 3)
+
+    Args:
+        scenario: a name in `launch/scenarios/`, a file, or a scenario.
+        robots: how many, instead of the scenario's.
+        seed: decides every random draw.
+        faults: what goes wrong, as `clew.drop("ahead", p=0.3)`.
+        out: the run's folder, new or empty; default: a new one in `runs/`.
+        scenario_options: `law` and `deployment`, as the options of `clew rehearse`.
+
+    Raises:
+        UsageError: it cannot be rehearsed as asked.
+    """
+    asked = asked_of(scenario, robots=robots, seed=seed, faults=faults, out=out, **scenario_options)
+    with RehearsedFleet(asked) as fleet:
+        return fleet.finish()
+
+
+def asked_of(
+    scenario: str | Scenario,
+    *,
+    robots: int | None,
+    seed: int,
+    faults: Sequence[Rule],
+    out: Path | str | None,
+    law: str | None = None,
+    deployment: str | None = None,
+) -> Asked:
+    """What was asked for, with the run's folder, which is made when the fleet begins.
+
+    Raises:
+        UsageError: there is no such scenario, or the options do not fit it.
+    """
+    name = scenario if isinstance(scenario, str) else scenario.name
+    if isinstance(scenario, str):
+        scenario = load(scenario, robots=robots, law=law, deployment=deployment, seed=seed)
+    elif robots is not None:
+        scenario = replace(scenario, fleet=replace(scenario.fleet, robots=robots))
+    folder = RUNS / folder_name(datetime.now(UTC), name, secrets.token_hex(2)) if out is None else Path(out)
+    return Asked(scenario=scenario, seed=seed, folder=folder, rules=tuple(faults))
+
+
+class RehearsedFleet(Fleet):
+    """A fleet in virtual time."""
+
+    def __init__(self, asked: Asked) -> None:
+        self._recorded: Recorded | None = None
+        self._ticks: Iterator[float] = iter(())
+        self._heard = 0
+        self._is_over = False
+        super().__init__(asked)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the run has ended and is judged."""
+        return self._is_over
+
+    @property
+    def lines(self) -> Sequence[Line]:
+        """All entries up to now."""
+        return [] if self._recorded is None else self._recorded.rehearsal.entries
+
+    @property
+    def now_s(self) -> float:
+        """Simulated time."""
+        return 0.0 if self._recorded is None else self._recorded.rehearsal.world.now_s
+
+    def _start(self, plan: Plan) -> None:
+        asked, folder = self.asked, self.asked.folder
+        check_rehearsable(plan, robots=asked.scenario.fleet.robots)
+        make_folder(folder)
+        if folder.parent == RUNS:
+            make_latest(folder)
+        self._faults = RunFaults(plan, asked.seed, robots=asked.scenario.fleet.robots)
+        self._recorded = Recorded(asked.scenario, asked.seed, folder, plan, lambda _: None)
+        self._ticks = self._recorded.ticks()
+
+    def _advance(self) -> None:
+        if next(self._ticks, None) is None and self._recorded is not None and not self._is_over:
+            self._is_over = True
+            if self._recorded.rehearsal.world.judgement is not None:  # else a bug of ours ended it
+                self._recorded.judge()
+
+    def _deadline(self, timeout_s: float) -> Callable[[], str | None]:
+        began_s = self.now_s
+
+        def passed() -> str | None:
+            waited_s = self.now_s - began_s
+            return None if waited_s <= timeout_s else f"{waited_s:.1f} simulated s have passed"
+
+        return passed
+
+    @property
+    def _ending(self) -> str:
+        verdict = self.run.verdict
+        return "a core of ours failed" if verdict is None else verdict.reason
+
+    def _give(self, rule: Rule) -> tuple[str, tuple[Rule, ...]]:
+        """The world of a live run makes the same rules of it, and refuses the same."""
+        assert self._recorded is not None, "nothing is given before the start"
+        rehearsal = self._recorded.rehearsal
+        for source, entry in rehearsal.entries[self._heard :]:
+            self._faults.hear(source, entry)
+        self._heard = len(rehearsal.entries)
+        name, rules = self._faults.resolve(rule, now_s=self.now_s, for_s=None)
+        plan = replace(rehearsal.plan, rules=(*rehearsal.plan.rules, *rules))
+        check_rehearsable(plan, robots=self.asked.scenario.fleet.robots)
+        rehearsal.turn_to(plan)
+        return name, rules
+
+    def _end(self, name: str) -> None:
+        assert self._recorded is not None, "nothing is given before the start"
+        rehearsal = self._recorded.rehearsal
+        rules = tuple(ended(rule, self.now_s) if rule.name == name else rule for rule in rehearsal.plan.rules)
+        rehearsal.turn_to(replace(rehearsal.plan, rules=rules))
+
+    def close(self) -> None:
+        """Stop, if the run goes on."""
+        if self._recorded is None:
+            return
+        try:
+            if not self._is_over:
+                self._recorded.rehearsal.stop(ExitCode.TERMINATED)
+            while not self._is_over:
+                self._advance()
+        finally:
+            self._recorded.close()

@@ -1,0 +1,202 @@
+"""A run as an object: live or rehearsed, finished or going on.
+
+    run = clew.open("runs/latest")
+    run.verdict, run.steps, run.at(12.3)
+    run.entries(kind="step.*", robot=3, t=(2, 9))
+    run.frame("poses")
+
+Rule 1: it only reads. Of a run that goes on it shows what has been recorded up to now, and more with each
+        look; of an unfinished one it has no verdict.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from clew.api.entries import Entry
+from clew.api.frames import columns_of, frame_of
+from clew.api.messages import Message, messages_of
+from clew.api.moment import Moment, moment_of
+from clew.api.picture import html_of
+from clew.api.reading import Reading
+from clew.fleet.summary import figures_line, recovery_lines, verdict_sentence
+from clew.log.check import Finding, check, scenario_of
+from clew.log.replay import Replay, replay
+from clew.log.timeline import Choice, Timeline
+from clew.page.report import write_report
+from clew.story.steps import Step
+from clew.story.story import Story
+from protocol.plain import plain
+from world.judge.verdict import Verdict
+from world.record.recorder import Header
+from world.scenario.scenario import Scenario
+
+
+def open_run(run: Path | str) -> "Run":
+    """Open a run: its folder, or its `events.jsonl`.
+
+    Raises:
+        UsageError: there is no run.
+    """
+    return Run(run)
+
+
+class Run:
+    """A run, as far as it has been recorded."""
+
+    def __init__(self, run: Path | str) -> None:
+        self._reading = Reading(Path(run))
+
+    @property
+    def folder(self) -> Path:
+        """The folder with its files."""
+        return self._reading.path.parent
+
+    @property
+    def header(self) -> Header:
+        """What was asked for: scenario, seed, speed, fault plan."""
+        return self._reading.header
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario, as it was run.
+
+        Raises:
+            UsageError: the header has none that this version can read.
+        """
+        return scenario_of(self._timeline)
+
+    @property
+    def seed(self) -> int:
+        """The seed that decided all random draws."""
+        return self.header.seed
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """The verdict (docs/verdict.md); None: the run goes on, or its world died before it could judge."""
+        return self._reading.verdict
+
+    @property
+    def ok(self) -> bool:
+        """Whether the run has ended, and has kept every promise."""
+        return self.verdict is not None and self.verdict.ok
+
+    @property
+    def flaws(self) -> tuple[str, ...]:
+        """What is missing from the log or cannot be read, in sentences."""
+        return self._timeline.flaws
+
+    @property
+    def last_s(self) -> float:
+        """The newest simulated time of an entry."""
+        return max((entry.t_s for _, entry in self._reading.lines), default=0.0)
+
+    # --- what happened ------------------------------------------------------------------------------
+
+    def entries(
+        self,
+        kind: str | tuple[str, ...] = (),
+        *,
+        robot: int | None = None,
+        step: int | None = None,
+        source: str | tuple[str, ...] = (),
+        t: tuple[float, float] | None = None,
+    ) -> list[Entry]:
+        """Entries in the recorder's order, chosen as `clew log cat` does.
+
+        Args:
+            kind: as `"step.*"`, or several; default: all.
+            robot: only entries from this robot, or about it.
+            step: only entries of this switching step.
+            source: `"world"`, `"r3"`, or several.
+            t: from when to when [simulated s], both included.
+        """
+        from_s, to_s = t or (None, None)
+        choice = Choice(
+            kind=(kind,) if isinstance(kind, str) else kind,
+            source=(source,) if isinstance(source, str) else source,
+            robot=robot,
+            step=step,
+            from_s=from_s,
+            to_s=to_s,
+        )
+        return [Entry(*line) for line in self._reading.lines if choice.takes(*line)]
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The switching steps that leaders planned, with when and where each began and ended."""
+        story = Story()
+        for source, entry in self._reading.lines:
+            story.hear(source, entry)
+        return story.all_steps()
+
+    @property
+    def poses(self) -> list[Entry]:
+        """All true poses, with clearance and separation."""
+        return self.entries("pose.sampled")
+
+    @property
+    def faults(self) -> list[Entry]:
+        """All injections of faults."""
+        return self.entries("fault.injected")
+
+    @property
+    def messages(self) -> list[Message]:
+        """What robots received, and what was lost or refused; of orders to the world only the latter."""
+        return messages_of(self.folder, self._reading.lines)
+
+    def at(self, t_s: float) -> Moment:
+        """Where everybody was at that time, what everybody did, and who led."""
+        return moment_of(self._reading.lines, t_s)
+
+    def frame(self, name: str, *, to: str | None = None) -> Any:  # noqa: ANN401 - of a library that may be absent
+        """A table: `poses`, `steps`, `messages`, `faults`, `states`, `entries`, or a kind of entry.
+
+        Args:
+            name: the table.
+            to: `pandas`, `polars` or `dicts`; default: the first of them that is installed.
+        """
+        return frame_of(columns_of(name, self._reading.lines, lambda: self.messages), to)
+
+    # --- what is made of it -------------------------------------------------------------------------
+
+    def check(self) -> Finding:
+        """Judge the run again from its log alone."""
+        return check(self._timeline)
+
+    def replay(self, robot: int | None = None) -> Replay:
+        """Replay every decision of every robot, or of one: new cores must decide as recorded."""
+        return replay(self.folder, robot)
+
+    def report(self, path: Path | str | None = None) -> Path:
+        """Write one HTML file that shows the run; default: `report.html` beside the log. Returns its path.
+
+        Raises:
+            UsageError: it cannot be written, or another file is there.
+        """
+        written, _flaws = write_report(self._reading.path, None if path is None else Path(path))
+        return written
+
+    @property
+    def sentences(self) -> list[str]:
+        """The run in a few sentences, its verdict first."""
+        return [plain(sentence) for sentence in self._sentences()]
+
+    def _sentences(self) -> Iterator[str]:
+        if self.verdict is None:
+            yield f"no verdict; recorded up to t={self.last_s:.1f} s"
+            return
+        yield verdict_sentence(self.verdict, self.scenario)
+        yield figures_line(self.verdict)
+        yield from recovery_lines(self.verdict)
+
+    def __repr__(self) -> str:
+        return f"<clew.Run {self.folder}: {self.sentences[0]}>"
+
+    def _repr_html_(self) -> str:
+        return html_of(self._timeline, self.sentences, self.verdict)
+
+    @property
+    def _timeline(self) -> Timeline:
+        lines = self._reading.lines
+        return Timeline(self.header, tuple(lines), self._reading.flaws)

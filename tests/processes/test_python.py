@@ -1,0 +1,112 @@
+"""Clew in Python with real processes, in this tree and installed elsewhere."""
+
+import os
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+
+import pytest
+
+import clew
+from clew.fleet.live import processes_of
+from protocol.root import ROOT
+from tests.support.deadline import DEADLINE_S
+from tests.support.docs import example
+
+
+def test_a_live_fleet_is_waited_for_broken_and_read(tmp_path: Path) -> None:
+    with clew.launch("grove", robots=4, seed=3, speed="max", out=tmp_path / "run") as fleet:
+        fleet.leader.freeze(at="after_plan", step=2, for_s=0.5, name="planned")
+        planned = fleet.until("step.planned", step=2)
+        assert (fleet.run.verdict, fleet.run.entries("step.planned", step=2)[0]) == (None, planned)
+        with fleet.partition([1, 2], [3]) as cut:
+            fleet.until("view.proposed")
+        fleet.leader.kill()
+        succeeded = fleet.until("leader.succeeded")
+        run = fleet.finish()
+    assert run.verdict is not None
+    assert (run.verdict.violations, run.flaws) == (0, ())
+    assert {each.rule for each in run.faults if each.process} == {"planned", "given-2.r1"}
+    cuts = [each.t_s for each in run.faults if each.rule == cut.name]
+    assert cuts
+    assert max(cuts) <= succeeded.t_s  # the partition had healed
+    assert {each.fate for each in run.messages} >= {"delivered", "partition"}
+    assert [rule.fault for rule in fleet.plan.rules] == ["freeze", "partition", "kill"]
+
+
+def test_a_live_fleet_that_is_left_early_is_stopped_and_leaves_nothing(tmp_path: Path) -> None:
+    with clew.launch("grove", robots=2, speed=2.0, out=tmp_path / "run") as fleet:
+        fleet.until("step.planned", step=1)
+        with pytest.raises(clew.WaitFailedError, match=r"router.lost did not come: .* have passed \(.*load"):
+            fleet.until("router.lost", timeout_s=0.5)
+    run = clew.open(tmp_path / "run")
+    assert run.verdict is not None
+    assert run.verdict.reason == "the run was told to end"
+    assert processes_of(tmp_path) == {}
+
+
+def test_a_live_fleet_that_cannot_start_says_why(tmp_path: Path) -> None:
+    (tmp_path / "something").touch()
+    with (
+        clew.launch("grove", robots=2, out=tmp_path) as fleet,
+        pytest.raises(clew.WaitFailedError, match=r"did not start: .*it is not empty"),
+    ):
+        fleet.begin()
+
+
+@pytest.fixture(scope="module")
+def elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The Python of a fresh environment, in which this checkout is installed by pip.
+
+    What we need of others is taken from our own environment: tests download nothing.
+    """
+    folder = tmp_path_factory.mktemp("elsewhere")
+    subprocess.run([sys.executable, "-m", "venv", folder / "env"], check=True)
+    python = folder / "env" / "bin" / "python"
+    [packages] = (folder / "env").glob("lib/python*/site-packages")
+    (packages / "ours.pth").write_text(f"{sysconfig.get_path('purelib')}\n", encoding="utf-8")
+    options = ["--no-deps", "--no-build-isolation", "--no-index", "--disable-pip-version-check", "--quiet"]
+    subprocess.run([python, "-m", "pip", "install", *options, str(ROOT)], cwd=folder, env=bare(), check=True)
+    return python
+
+
+def bare() -> dict[str, str]:
+    """The environment without any trace of this tree and of this session of pytest."""
+    ours = ("PYTHON", "PYTEST", "CLEW", "COV")
+    return {name: value for name, value in os.environ.items() if not name.startswith(ours)}
+
+
+def there(python: Path, *arguments: str) -> str:
+    """What a command says in a folder outside of the checkout; checks that it succeeds."""
+    said = subprocess.run(
+        [python, *arguments],
+        cwd=python.parents[2],
+        env=bare(),
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=3 * DEADLINE_S,
+        check=False,
+    )
+    assert said.returncode == 0, said.stdout + said.stderr
+    return said.stdout
+
+
+def test_an_installed_package_has_all_its_files_and_its_command(elsewhere: Path) -> None:
+    at = there(
+        elsewhere, "-c", "import clew, protocol.root as root; print(clew.__file__, root.LAUNCH)"
+    ).split()
+    assert all(Path(path).is_relative_to(elsewhere.parents[1]) for path in at)
+    clew_ = [str(elsewhere.with_name("clew"))]
+    said = there(elsewhere, *clew_, "rehearse", "grove", "-n", "2", "--faults", "tail-killed", "--out", "run")
+    assert "OK: every living robot has arrived" in said
+    assert there(elsewhere, *clew_, "report", "run") == "run/report.html\n"
+
+
+def test_the_three_tests_of_the_page_pass_elsewhere_on_both_stages(elsewhere: Path) -> None:
+    (elsewhere.parents[2] / "test_fleet.py").write_text(example("testing.md", "python"), encoding="utf-8")
+    pytest_ = ["-m", "pytest", "-q", "-p", "no:cacheprovider", "test_fleet.py"]
+    assert "5 passed" in there(elsewhere, *pytest_, "-n", "2")
+    assert "1 passed" in there(elsewhere, *pytest_, "--clew-stage=live", "-k", "partition")
+    assert "1 passed" in there(elsewhere, *pytest_, "--clew-stage=rehearsal", "-k", "frozen")

@@ -1,0 +1,144 @@
+"""A run as an object: what it says is what the log says."""
+
+import shutil
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from clew.api.run import Run, open_run
+from clew.log import timeline
+from clew.log.log import Log
+from protocol.errors import UsageError
+from protocol.timeline import FaultInjected, PoseSampled, TrafficCounted
+from tests.support.runs import Runs
+from world.judge.verdict import VERDICT_FILE
+from world.record.recorder import EVENTS_FILE
+
+LINES_OF_A_BEGUN_RUN = 400
+
+
+@pytest.fixture
+def run(runs: Runs) -> Run:
+    """To read: half of all messages are lost."""
+    return open_run(runs.of("grove", faults="loss-50"))
+
+
+def test_entries_are_those_of_the_log_in_its_order(run: Run) -> None:
+    lines = list(Log(run.folder).lines)
+    assert [(each.source, each.written) for each in run.entries()] == lines
+    chosen = [line for line in lines if 2.0 <= line[1].t_s <= 5.0 and line[0] == "r2"]
+    assert [(each.source, each.written) for each in run.entries(source="r2", t=(2.0, 5.0))] == chosen
+    assert {each.kind for each in run.entries("step.*")} == {"step.planned", "step.finished"}
+    assert {each.kind for each in run.entries(("pose.sampled", "fault.injected"))} == {
+        "pose.sampled",
+        "fault.injected",
+    }
+
+
+def test_the_fields_of_an_entry_are_its_attributes(run: Run) -> None:
+    [first] = run.entries("step.planned", step=1)
+    assert (first.step, first.kind, first.source) == (1, "step.planned", "r1")
+    assert first.as_dict()["target"]["x_m"] == first.target.x_m
+    assert str(first).startswith(f"t={first.t_s:.3f} s r1: r1 plans step 1")
+    with pytest.raises(AttributeError):
+        _ = first.no_such_field
+
+
+def test_a_run_knows_its_verdict_its_seed_and_its_steps(run: Run) -> None:
+    assert run.verdict is not None
+    assert (run.ok, run.seed, run.flaws) == (True, 1, ())
+    assert len([step for step in run.steps if step.end]) == run.verdict.switching_steps
+    assert run.scenario.name == "grove"
+    assert repr(run) == f"<clew.Run {run.folder}: {run.sentences[0]}>"
+
+
+def test_messages_balance_with_the_books_of_the_robots(run: Run) -> None:
+    delivered: Counter[str] = Counter()
+    lost: Counter[str] = Counter()
+    for message in run.messages:
+        (delivered if message.fate == "delivered" else lost)[message.key] += 1
+    told: Counter[str] = Counter()
+    for entry in run.entries("fault.injected"):
+        assert isinstance(entry.record, FaultInjected)
+        told[str(entry.record.key)] += 1
+    assert lost == told
+    links = 0
+    for entry in run.entries("traffic.counted"):
+        assert isinstance(entry.record, TrafficCounted)
+        for key, received in entry.record.received.items():
+            if key.startswith("link/"):
+                links += 1
+                assert delivered[key] == received
+    assert links == 8
+
+
+def test_a_moment_is_between_two_samples_and_before_what_comes_later(run: Run) -> None:
+    poses = [each for each in run.poses if each.robot == 2]
+    one, other = poses[20], poses[21]
+    then = run.at((one.t_s + other.t_s) / 2.0)
+    assert then.robots[2].x_m == pytest.approx((one.x_m + other.x_m) / 2.0)
+    assert then.robots[2].clearance_m == one.clearance_m
+    assert then.order == (1, 2, 3, 4, 5)
+    assert (then.leader, then.may_move, then.robots[5].place) == (1, "all", 4)
+    assert run.at(-1.0).robots == {}
+    assert run.at(1e6).robots[1].state == "arrived"
+
+
+def test_it_judges_replays_and_reports(run: Run, tmp_path: Path) -> None:
+    assert run.check().ok
+    assert run.replay(2).ok
+    assert run.report(tmp_path / "why.html").read_text(encoding="utf-8").startswith("<!doctype html>")
+    (tmp_path / "mine.html").write_text("mine")
+    with pytest.raises(UsageError, match="no report that could be replaced"):
+        run.report(tmp_path / "mine.html")
+
+
+def test_in_a_notebook_it_shows_its_verdict_and_its_map(run: Run) -> None:
+    shown = run._repr_html_()
+    assert "OK: every living robot has arrived" in shown
+    assert "<svg" in shown
+
+
+def test_a_run_that_goes_on_shows_more_with_each_look(run: Run, tmp_path: Path) -> None:
+    whole = (run.folder / EVENTS_FILE).read_bytes().splitlines(keepends=True)
+    begun = tmp_path / EVENTS_FILE
+    begun.write_bytes(b"".join(whole[:LINES_OF_A_BEGUN_RUN]) + whole[LINES_OF_A_BEGUN_RUN][:20])
+    growing = open_run(tmp_path)
+    assert (len(growing.entries()), growing.verdict, growing.ok) == (LINES_OF_A_BEGUN_RUN - 1, None, False)
+    assert "no verdict; recorded up to t=" in repr(growing)
+    begun.write_bytes(b"".join(whole))
+    assert len(growing.entries()) == len(whole) - 1
+    shutil.copy(run.folder / VERDICT_FILE, tmp_path)
+    assert growing.ok
+    assert growing.flaws == ()
+
+
+def test_a_damaged_line_is_a_flaw_and_the_rest_is_read(run: Run, tmp_path: Path) -> None:
+    whole = (run.folder / EVENTS_FILE).read_bytes().splitlines(keepends=True)
+    for name in (EVENTS_FILE, "copy.jsonl"):
+        (tmp_path / name).write_bytes(b"".join([*whole[:50], b"garbage\n", *whole[50:]]))
+    shutil.copy(run.folder / VERDICT_FILE, tmp_path)
+    damaged = open_run(tmp_path)
+    assert len(damaged.entries()) == len(whole) - 1
+    assert "line 51 cannot be read" in damaged.flaws[0]
+    assert open_run(tmp_path / "copy.jsonl").verdict is None  # it may be of another run
+
+
+def test_no_run_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=f"no run in {tmp_path}"):
+        open_run(tmp_path)
+
+
+def test_an_old_log_without_distances_is_read(run: Run, tmp_path: Path) -> None:
+    text = (run.folder / EVENTS_FILE).read_text(encoding="utf-8")
+    old = "\n".join(
+        line.split(',"clearance_m":')[0] + "}" if "pose.sampled" in line else line
+        for line in text.splitlines()
+    )
+    (tmp_path / EVENTS_FILE).write_text(f"{old}\n")
+    poses = open_run(tmp_path).poses
+    assert len(poses) == len(run.poses)
+    assert isinstance(poses[0].record, PoseSampled)
+    assert poses[0].record.clearance_m is None
+    assert timeline.read(tmp_path).flaws == ()

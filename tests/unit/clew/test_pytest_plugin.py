@@ -1,0 +1,166 @@
+"""The plugin, in sessions of pytest of their own: what tests get, and what they say when they fail."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from protocol.root import ROOT
+from tests.support.deadline import DEADLINE_S
+
+HEAD = "import clew\nimport pytest\n\n"
+
+
+def played(folder: Path, test: str, *options: str) -> tuple[int, str]:
+    """Run a file of tests with the plugin; returns the exit code and the output."""
+    (folder / "test_mine.py").write_text(HEAD + test, encoding="utf-8")
+    said = subprocess.run(
+        [sys.executable, "-m", "pytest", "-p", "clew.pytest_plugin", "-p", "xdist", *options],
+        cwd=folder,
+        env={
+            **{name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")},
+            "PYTHONPATH": str(ROOT),
+            "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",  # the environment may have an older one of ours
+        },
+        capture_output=True,
+        text=True,
+        timeout=2 * DEADLINE_S,
+        check=False,
+    )
+    return said.returncode, said.stdout + said.stderr
+
+
+def test_each_seed_is_a_test_of_its_own_with_its_own_folder_also_in_parallel(tmp_path: Path) -> None:
+    test = """
+@pytest.mark.clew(robots=1, seeds=range(3))
+def test_arrives(clew_rehearsal, clew_seed, tmp_path):
+    run = clew_rehearsal.finish()
+    assert run.seed == clew_seed
+    assert run.folder.parent == tmp_path
+    assert run.ok
+"""
+    code, said = played(tmp_path, test, "-v", "-n", "2")
+    assert code == 0, said
+    assert all(f"test_arrives[seed={seed}]" in said for seed in range(3))
+    code, said = played(tmp_path, test, "-v", "--clew-seed=7")
+    assert code == 0, said
+    assert "test_arrives[seed=7] PASSED" in said
+    assert "1 passed" in said
+
+
+def test_the_markers_of_a_class_and_of_a_test_add_up_the_nearest_first(tmp_path: Path) -> None:
+    test = """
+@pytest.mark.clew(scenario="paper", robots=2)
+class TestPaper:
+    @pytest.mark.clew(robots=1, law="certified", faults=[clew.drop(p=0.1)])
+    def test_arrives(self, clew_rehearsal):
+        fleet = clew_rehearsal.asked.scenario
+        assert (fleet.name, fleet.fleet.robots, fleet.law.law.value) == ("paper", 1, "certified")
+        assert clew_rehearsal.plan.names == ["drop-1"]
+"""
+    code, said = played(tmp_path, test)
+    assert code == 0, said
+
+
+def test_a_stage_can_be_chosen_for_all_fleets(tmp_path: Path) -> None:
+    test = """
+@pytest.mark.clew(robots=1)
+def test_stage(clew_rehearsal, clew_fleet):
+    assert type(clew_rehearsal).__name__ == type(clew_fleet).__name__ == "{stage}Fleet"
+"""
+    for stage, option in (("Rehearsed", "rehearsal"), ("Launched", "live")):
+        code, said = played(tmp_path, test.format(stage=stage), f"--clew-stage={option}")
+        assert code == 0, said
+
+
+def test_a_failing_test_says_what_broke_the_seed_the_faults_that_matter_the_replay_and_the_page(
+    tmp_path: Path,
+) -> None:
+    test = """
+@pytest.mark.clew(robots=3)
+def test_all_arrive(clew_rehearsal):
+    fleet = clew_rehearsal
+    fleet.link(1, 2).drop(0.1)
+    fleet.tail.kill(step=2)
+    fleet.until("step.planned", step=1)
+    fleet.link(2, 3).delay(0.1)
+    run = fleet.finish()
+    assert run.verdict.robots_arrived == 3
+"""
+    code, said = played(tmp_path, test, "--clew-seed=5", f"--basetemp={tmp_path / 'base'}")
+    assert code == 1, said
+    section = said.partition(" clew_rehearsal, seed 5 ")[2].partition("short test summary")[0]
+    assert "what broke first: the test's own claim" in section
+    assert "seed: 5\n" in section
+    assert "faults: 1 of 3 that were given matter:" in section
+    assert 'name = "kill-2"' in section
+    assert "drop" not in section
+    assert "run the test again:      pytest test_mine.py::test_all_arrive --clew-seed=5" in section
+    [folder] = (tmp_path / "base").glob("*0/clew_rehearsal")
+    assert f"clew rehearse {folder}/scenario.toml --seed 5 --faults {folder}/shrunk.toml" in section
+    assert f"page:                    {folder}/report.html" in section
+    assert {each.name for each in folder.parent.iterdir()} == {"clew_rehearsal"}  # trials leave nothing
+    shrunk = (folder / "shrunk.toml").read_text(encoding="utf-8")
+    assert "kill-2" in shrunk
+
+
+def test_a_run_that_broke_its_promises_says_so_first(tmp_path: Path) -> None:
+    test = """
+@pytest.mark.clew(robots=2, faults=[clew.kill(1, from_s=2.0), clew.kill(2, from_s=2.0)])
+def test_survives(clew_rehearsal):
+    assert clew_rehearsal.finish().ok
+
+def test_waits_in_vain(clew_rehearsal):
+    clew_rehearsal.until("router.lost", timeout_s=0.5)
+"""
+    code, said = played(tmp_path, test)
+    assert code == 1, said
+    assert "what broke first: every robot has died" in said
+    assert re.search(r"router.lost did not come: 0\.\d simulated s have passed", said)
+    assert "faults: none were given" in said
+    assert "def until" not in said  # the line of the test is shown, and not ours
+
+
+def test_a_test_that_fails_only_once_keeps_its_whole_plan(tmp_path: Path) -> None:
+    test = """
+played = []
+
+@pytest.mark.clew(robots=1)
+def test_once(clew_rehearsal):
+    clew_rehearsal.robot(1).slow(by_s=0.01, from_s=1.0)
+    clew_rehearsal.finish()
+    played.append(1)
+    assert len(played) > 1
+"""
+    code, said = played(tmp_path, test)
+    assert code == 1, said
+    assert "does not fail in the same way when it is played again" in said
+    assert 'fault = "slow"' in said
+
+
+@pytest.mark.parametrize(
+    ("marker", "complaint"),
+    [
+        ("robot=4", "@pytest.mark.clew takes scenario, robots, seeds"),
+        ('scenario="groove"', "unknown scenario 'groove'"),
+        ("faults=[clew.kill(9)]", "must be a robot of the fleet, r1 to r5, got r9"),
+    ],
+)
+def test_a_wrong_marker_fails_the_test_and_says_why(tmp_path: Path, marker: str, complaint: str) -> None:
+    code, said = played(tmp_path, f"@pytest.mark.clew({marker})\ndef test_a(clew_rehearsal): pass\n")
+    assert code in {1, 2}
+    assert complaint in said
+
+
+def test_tests_without_a_fleet_load_nothing_of_ours(tmp_path: Path) -> None:
+    test = """
+import sys
+
+def test_a(clew_seed):
+    assert not [each for each in sys.modules if each.startswith(("clew.api", "world", "agents", "protocol"))]
+"""
+    code, said = played(tmp_path, test)
+    assert code == 0, said

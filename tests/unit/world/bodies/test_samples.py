@@ -1,0 +1,44 @@
+"""What the samples of poses tell of distances, by an independent measurement."""
+
+import math
+from itertools import chain
+
+import pytest
+import shapely
+from msgspec.structs import replace
+
+from clew.log import timeline
+from clew.log.check import scenario_of
+from protocol.timeline import PoseSampled
+from tests.support.runs import Runs
+from tests.support.strategies.shape_strategies import as_shapely
+from world.bodies.arena import Arena
+from world.judge.evidence import Evidence
+from world.scenario.scenario import load
+
+ROUNDED_M = 1e-6  # half a micrometre of rounding, and as much of where the others are between two samples
+
+
+def test_every_sample_tells_the_clearance_and_the_separation_of_its_hull(runs: Runs) -> None:
+    read = timeline.read(runs.of("grove"))
+    scenario, evidence = scenario_of(read), Evidence()
+    for source, entry in read.lines:
+        evidence.hear(source, entry)
+    shapes = [as_shapely(shape) for shape in scenario.obstacles]
+    radius_m, robots = scenario.fleet.robot_radius_m, set(evidence.poses)
+    samples = list(chain(*evidence.poses.values()))
+    assert len(samples) > 500
+    for t_s, pose in samples:
+        here = shapely.Point(pose.x_m, pose.y_m)
+        clear_m = min(shape.distance(here) for shape in shapes) - radius_m
+        others = [evidence.place_at(other, t_s) for other in robots - {pose.robot}]
+        apart_m = min(math.hypot(each.x_m - pose.x_m, each.y_m - pose.y_m) for each in others if each)
+        assert pose.clearance_m == pytest.approx(clear_m, abs=ROUNDED_M)
+        assert pose.separation_m == pytest.approx(apart_m - 2.0 * radius_m, abs=ROUNDED_M)
+
+
+def test_without_obstacles_and_others_there_is_nothing_to_measure_to() -> None:
+    alone = replace(load("grove", robots=1), obstacles=())
+    [sampled] = Arena(alone, seed=1).sample()
+    assert isinstance(sampled.record, PoseSampled)
+    assert (sampled.record.clearance_m, sampled.record.separation_m) == (None, None)
