@@ -14,7 +14,7 @@ from protocol.faults.message_faults import sender_of
 from protocol.keys import robot_name
 from protocol.network.session import INPUTS
 from protocol.timeline import FaultInjected, MessageRefused
-from world.judge.tally import TAKES_AWAY
+from world.judge.books import TAKES_AWAY
 from world.record.lines import Line
 
 DELIVERED, REFUSED = "delivered", "refused"

@@ -1,11 +1,12 @@
 """One instant of a run: where everybody was, what everybody did, and who led. Pure."""
 
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from clew.story.story import Story
 from protocol.timeline import FenceChanged, PoseSampled
-from world.judge.evidence import Evidence
+from world.judge.truth.track import Track
 from world.record.lines import Line
 
 
@@ -52,12 +53,12 @@ class Moment:
 
 def moment_of(lines: Sequence[Line], t_s: float) -> Moment:
     """The instant, by all entries of up to then; between two samples a body moved straight."""
-    story, evidence = Story(), Evidence()
+    story, tracks = Story(), defaultdict[int, Track](Track)
     epoch, may_move = 0, ""
     newest: dict[int, PoseSampled] = {}
     for source, entry in lines:
         if isinstance(entry.record, PoseSampled):
-            evidence.hear(source, entry)
+            tracks[entry.record.robot].hear(entry.t_s, entry.record)
         if entry.t_s > t_s:
             continue
         story.hear(source, entry)
@@ -71,7 +72,7 @@ def moment_of(lines: Sequence[Line], t_s: float) -> Moment:
     robots: dict[int, RobotThen] = {}
     for robot in sorted({*newest, *story.robots.each}):
         told, sampled = story.robots.of(robot), newest.get(robot)
-        here = None if sampled is None else evidence.place_at(robot, t_s)
+        here = None if sampled is None else tracks[robot].at(t_s)
         robots[robot] = RobotThen(
             robot=robot,
             x_m=None if here is None else here.x_m,

@@ -1,7 +1,7 @@
 """What the samples of poses tell of distances, by an independent measurement."""
 
 import math
-from itertools import chain
+from collections import defaultdict
 
 import pytest
 import shapely
@@ -13,7 +13,7 @@ from protocol.timeline import PoseSampled
 from tests.support.runs import Runs
 from tests.support.strategies.shape_strategies import as_shapely
 from world.bodies.arena import Arena
-from world.judge.evidence import Evidence
+from world.judge.truth.track import Track
 from world.scenario.scenario import load
 
 ROUNDED_M = 1e-6  # half a micrometre of rounding, and as much of where the others are between two samples
@@ -21,17 +21,17 @@ ROUNDED_M = 1e-6  # half a micrometre of rounding, and as much of where the othe
 
 def test_every_sample_tells_the_clearance_and_the_separation_of_its_hull(runs: Runs) -> None:
     read = timeline.read(runs.of("grove"))
-    scenario, evidence = scenario_of(read), Evidence()
-    for source, entry in read.lines:
-        evidence.hear(source, entry)
+    scenario, tracks = scenario_of(read), defaultdict[int, Track](Track)
+    samples = [(entry.t_s, entry.record) for _, entry in read.lines if isinstance(entry.record, PoseSampled)]
+    for t_s, pose in samples:
+        tracks[pose.robot].hear(t_s, pose)
     shapes = [as_shapely(shape) for shape in scenario.obstacles]
-    radius_m, robots = scenario.fleet.robot_radius_m, set(evidence.poses)
-    samples = list(chain(*evidence.poses.values()))
+    radius_m = scenario.fleet.robot_radius_m
     assert len(samples) > 500
     for t_s, pose in samples:
         here = shapely.Point(pose.x_m, pose.y_m)
         clear_m = min(shape.distance(here) for shape in shapes) - radius_m
-        others = [evidence.place_at(other, t_s) for other in robots - {pose.robot}]
+        others = [track.at(t_s) for other, track in tracks.items() if other != pose.robot]
         apart_m = min(math.hypot(each.x_m - pose.x_m, each.y_m - pose.y_m) for each in others if each)
         assert pose.clearance_m == pytest.approx(clear_m, abs=ROUNDED_M)
         assert pose.separation_m == pytest.approx(apart_m - 2.0 * radius_m, abs=ROUNDED_M)
