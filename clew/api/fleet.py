@@ -31,6 +31,7 @@ from world.record.lines import Line
 from world.scenario.scenario import Scenario
 
 PLAN = "given"
+END_S = 10.0  # simulated: after the time limit of a scenario, two phases of 2 s follow
 TIMEOUT_S = 30.0  # simulated: a view after a death takes 5 s, a switching step of grove 4 s
 
 
@@ -164,9 +165,10 @@ class Fleet(ABC):
         kinds = (kind,) if isinstance(kind, str) else kind
         choice, passed = Choice(kind=kinds, robot=robot, step=step), self._deadline(timeout_s)
         while True:
-            while self._seen < len(self.lines):
+            lines = self.lines
+            while self._seen < len(lines):
                 self._seen += 1
-                entry = Entry(*self.lines[self._seen - 1])
+                entry = Entry(*lines[self._seen - 1])
                 if choice.takes(entry.source, entry.written) and (where is None or where(entry)):
                     return entry
             why = passed()
@@ -183,7 +185,7 @@ class Fleet(ABC):
             WaitFailedError: it does not end.
         """
         self.begin()
-        passed = self._deadline(self.asked.scenario.time.time_s_max)
+        passed = self._deadline(self.asked.scenario.time.time_s_max + END_S)
         while not self.is_over:
             if (why := passed()) is not None:
                 raise WaitFailedError(f"the run did not end: {why}")

@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import msgspec
 from msgspec.structs import replace
 
 from clew.api.fleet import Asked, Fleet, ended
@@ -13,9 +14,11 @@ from clew.api.run import Run
 from clew.fleet.folder import RUNS, folder_name, make_folder, make_latest
 from clew.rehearsal.processes import check_rehearsable
 from clew.rehearsal.recorded import Recorded
+from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Rule
+from protocol.files.reading import understand
 from world.faults import RunFaults
 from world.record.lines import Line
 from world.scenario.scenario import Scenario, load
@@ -70,8 +73,12 @@ def asked_of(
     name = scenario if isinstance(scenario, str) else scenario.name
     if isinstance(scenario, str):
         scenario = load(scenario, robots=robots, law=law, deployment=deployment, seed=seed)
+    elif law is not None or deployment is not None:
+        raise UsageError("law and deployment are for scenarios that are given by their names")
     elif robots is not None:
-        scenario = replace(scenario, fleet=replace(scenario.fleet, robots=robots))
+        raw = msgspec.to_builtins(scenario)
+        raw["fleet"]["robots"] = robots
+        scenario = understand(raw, Scenario, name)
     folder = RUNS / folder_name(datetime.now(UTC), name, secrets.token_hex(2)) if out is None else Path(out)
     return Asked(scenario=scenario, seed=seed, folder=folder, rules=tuple(faults))
 

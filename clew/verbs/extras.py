@@ -6,12 +6,13 @@ from importlib import import_module
 from importlib.util import find_spec
 
 from protocol.errors import UsageError
-from protocol.root import ROOT
+from protocol.root import IS_CHECKOUT, ROOT
 
 
 def install_line(extra: str) -> str:
     """The command that installs an extra. An environment made by uv has no pip."""
-    python, ours = shlex.quote(sys.executable), shlex.quote(f"{ROOT}[{extra}]")
+    place = ROOT if IS_CHECKOUT else "PATH-OF-A-CHECKOUT"
+    python, ours = shlex.quote(sys.executable), shlex.quote(f"{place}[{extra}]")
     if find_spec("pip") is None:
         return f"uv pip install --python {python} --editable {ours}"
     return f"{python} -m pip install --editable {ours}"

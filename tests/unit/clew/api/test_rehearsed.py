@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from clew.api import faults
@@ -162,6 +163,15 @@ def test_a_scenario_of_ones_own_is_rehearsed(tmp_path: Path) -> None:
     assert scenario().fleet.robots == rehearse(scenario(), out=tmp_path / "bare").scenario.fleet.robots
 
 
+def test_a_run_that_meets_its_time_limit_is_judged(tmp_path: Path) -> None:
+    grove = load("grove", robots=1)
+    run = rehearse(
+        msgspec.structs.replace(grove, time=type(grove.time)(time_s_max=2.0)), out=tmp_path / "run"
+    )
+    assert run.verdict is not None
+    assert run.verdict.reason.startswith("the time was up")
+
+
 def test_without_a_folder_the_run_is_the_latest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     run = rehearse("grove", robots=1)
@@ -172,5 +182,11 @@ def test_without_a_folder_the_run_is_the_latest(tmp_path: Path, monkeypatch: pyt
 def test_a_wrong_stage_speed_or_scenario_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="unknown scenario 'groove'"):
         rehearse("groove")
+    with pytest.raises(
+        UsageError, match="law and deployment are for scenarios that are given by their names"
+    ):
+        rehearse(load("grove"), law="printed")
+    with pytest.raises(UsageError, match=r"\$.fleet.robots: must be >= 1, got 0"):
+        rehearse(scenario(), robots=0)
     with pytest.raises(UsageError, match=r"speed: must be max or a number in \(0, 1000\], got fast"):
         launch("grove", speed="fast", out=tmp_path)  # type: ignore[arg-type] # as it may be given
