@@ -96,7 +96,7 @@ def good_for_s(view: View, target: Floats, robots: Flags, mission: Mission) -> f
         mission: the robot's mission.
     """
     walls = scan_walls(view, mission, leave_out=robots)
-    hull_m = walls.keep_m - mission.obstacle_keep_m + mission.robot_radius_m + mission.mu0_m
+    hull_m = mission.robot_radius_m + mission.mu0_m
     off = target - view.position
     length_m = float(np.hypot(*off))
 

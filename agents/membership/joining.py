@@ -23,9 +23,10 @@ from agents.navigation.certificate import (
     scan_walls,
 )
 from agents.navigation.guidance import Map, shown_free
-from agents.navigation.leg import certain_clearance_m, certain_clearance_m_min
+from agents.navigation.leg import certain_clearance_m_min, is_unsure_of_leg, leg_is_certain
 from agents.navigation.scan import View, on_discs
-from agents.navigation.step import NoStep, Step, certified_step_to, certified_step_to_goal, refused_at
+from agents.navigation.sure import CLOSER, closer
+from agents.navigation.step import LookCloser, NoStep, Step, certified_step_to, certified_step_to_goal, refused_at
 from protocol.arrays import Flags, Floats, distances_to_segments, segments_apart
 from protocol.frames import Point, wrap
 from protocol.mission import Law, Mission
@@ -95,11 +96,22 @@ def without_hulls(view: View, robots: Floats, mission: Mission) -> View:
 
 def leg_is_clear(seen: View, ahead: Floats, mission: Mission) -> bool:
     """Whether the straight way to the robot ahead (2,) is, in a scan without hulls."""
+    return _leg_may_be_clear(seen, ahead, mission) and leg_is_certain(seen, ahead, mission)
+
+
+def leg_needs_closer_look(seen: View, ahead: Floats, mission: Mission) -> bool:
+    """Whether only what the scan may have missed stands against that way, and a closer look may show it."""
+    return (
+        closer(mission, len(seen.ranges_m)) is not None
+        and _leg_may_be_clear(seen, ahead, mission)
+        and is_unsure_of_leg(seen, ahead, mission)
+    )
+
+
+def _leg_may_be_clear(seen: View, ahead: Floats, mission: Mission) -> bool:
     if not np.hypot(*(ahead - seen.position)) <= mission.leg_m_max:
         return False
-    if hides_way(seen, ahead, mission):
-        return False
-    return certain_clearance_m(seen, ahead, mission) >= certain_clearance_m_min(mission)
+    return not hides_way(seen, ahead, mission)
 
 
 def hides_way(seen: View, ahead: Floats, mission: Mission) -> bool:
@@ -137,19 +149,23 @@ class Joining:
             self._map = Map(self._mission, here)
             self._hits = np.empty((0, 2))
 
-    def plan(self, view: View, stands: Stands) -> StepPlanned | InPlace | NoStep:
+    def plan(self, view: View, stands: Stands) -> StepPlanned | InPlace | NoStep | LookCloser:
         """What to do from here: rule 1, else rule 2."""
         here = view.position[None]
         admitted = bool(stands.admit(here, self._mission.robot_keep_m)[0])
         seen = without_hulls(view, stands.all, self._mission)
         if admitted and leg_is_clear(seen, stands.strand[-1], self._mission):
             return InPlace()
+        if admitted and leg_needs_closer_look(seen, stands.strand[-1], self._mission):
+            return LookCloser()
         if self._mission.obstacles_move:
             self._map.forget_where_free(view)
             self._hits = self._hits[~shown_free(self._hits, view, short_m=self._map.cell_m)]
         self._remember(seen.hit_points)
         step = self._step(view, stands)
-        return self._record(step, view, view.hits & ~seen.hits) if isinstance(step, Step) else step
+        if isinstance(step, Step):
+            return self._record(step, view, view.hits & ~seen.hits)
+        return step if closer(self._mission, len(view.ranges_m)) is None else LookCloser()
 
     def clear(self, view: View, robots: Floats) -> StepPlanned | NoStep:
         """The shortest step to where a robot that follows could come; for the leader."""
@@ -205,7 +221,11 @@ class Joining:
         places = places[stands.admit(places, mission.robot_keep_m + SLACK_M)]
         near = self._hits[np.hypot(*(self._hits - ahead).T) < lengths[-1] + mission.obstacle_keep_m + 1.0]
         off = distances_to_segments(near[:, None], places, ahead)
-        off -= mission.blind_per_range * np.hypot(*np.moveaxis(near[:, None] - places, -1, 0))
+        # What may be hidden beside a hit lies along the ray to it, and one spacing beside it.
+        rays = CLOSER * mission.directions * mission.revolutions
+        spacing_rad = 2.0 * np.pi / rays
+        off *= mission.sure_share_in(rays)
+        off -= spacing_rad * np.hypot(*np.moveaxis(near[:, None] - places, -1, 0))
         open_m = off.min(axis=0, initial=np.inf) - mission.range_error_m_max
         least_open_m = mission.robot_radius_m + certain_clearance_m_min(mission) + 2.0 * HIT_M
         return np.asarray(places[open_m >= least_open_m])

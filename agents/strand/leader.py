@@ -23,6 +23,7 @@ from agents.navigation.guidance import CostToGo, Map
 from agents.navigation.scan import View, on_ground
 from agents.navigation.step import (
     Crossed,
+    LookCloser,
     NoStep,
     Sight,
     Step,
@@ -34,26 +35,20 @@ from agents.navigation.step import (
     paper_step,
     refused_at,
 )
+from agents.navigation.sure import closer
 from agents.strand.dead_end import way_back_m
 from protocol.arrays import Flags, Floats, xy
 from protocol.frames import Point, Pose
 from protocol.mission import Law, Mission
 from protocol.timeline import SeenGap, SeenObstacle, StepPlanned
-from protocol.wire.messages import RAYS_MAX
 
 SEEN_MAX = 250  # obstacles and gaps in a timeline entry, which must fit into one message
 GAIN_M = 0.01  # a step that shortens the way by less is not worth a stop
-CLOSER = 4  # factor for the revolutions: the unseen part of an obstacle is a quarter then
 WAY_CELLS = 4000  # longer than any way of which a scan shows a part
 ROOM_STEPS_MAX = 5  # some steps round a hairpin free no ground behind; steps to and fro never do
 AGAIN_CELLS = 2.0  # cells of the map: within this distance it is the same place
 AGAIN_MAX = 12  # ten steps of `GAIN_M` leave the place; sound leaders plan at most 4 times from one place
 SPOTS_MAX = 100  # closed from one place: after so many refusals there is no way
-
-
-@dataclass(frozen=True)
-class LookCloser:
-    """The scan has too few rays to decide."""
 
 
 @dataclass(frozen=True)
@@ -100,11 +95,6 @@ class Leader:
     def count_on(self, steps: int) -> None:
         """Count on from another leader's steps."""
         self._steps = max(self._steps, steps)
-
-    @property
-    def closer(self) -> int:
-        """Revolutions of the scanner for a closer look."""
-        return min(CLOSER * self._mission.revolutions, RAYS_MAX // self._mission.directions)
 
     def is_done(self, position: Floats) -> bool:
         """Whether this is the last switching position: at the goal, or the last one requested."""
@@ -197,7 +187,7 @@ class Leader:
                 return step
             if not has_way(view, walls, cost_to_go):
                 return self._turn_back(goal, view, ground, settled=settled)
-            if len(view.ranges_m) < self._mission.directions * self.closer:
+            if closer(self._mission, len(view.ranges_m)) is not None:
                 return LookCloser()
             self._close(view, walls, cost_to_go)
         return self._no_way("no certified step comes nearer to the goal")

@@ -20,7 +20,8 @@ from world.geometry.movers import Movers
 from world.geometry.moving import Moving
 from world.geometry.shapes import Ground, Shape, ground_of
 from world.scenario import checks, scene
-from world.scenario.budget import NOISE_SIGMAS, Budget, blind_per_range, budget, revolutions, sure_range_m
+from world.scenario.budget import NOISE_SIGMAS, Budget, budget, revolutions, sure_range_m
+from world.scenario.corners import sharpest_corner_rad
 from world.scenario.deployment import deployed, is_undeployed
 from world.scenario.reading import find
 from world.scenario.sections import DriveSection, Fleet, Goal, LawSection, SensorSection, Text, TimeSection
@@ -135,9 +136,9 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
         return NOISE_SIGMAS * self.sensor.range_sigma_m
 
     @cached_property
-    def blind_per_range(self) -> float:
-        """How far an obstacle can extend unseen past a ray that hit it, per metre of range."""
-        return blind_per_range(self.seen_shapes, self.rays)
+    def sharpest_corner_rad(self) -> float:
+        """The least angle of any corner that a ray can meet, at most a right angle."""
+        return sharpest_corner_rad(self.obstacles, [each.outline for each in self.moving])
 
     @property
     def error_budget(self) -> Budget:
@@ -167,7 +168,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
             revolutions=self.revolutions,
             range_m_max=self.range_m_used,
             range_error_m_max=self.range_error_m_max,
-            blind_per_range=self.blind_per_range,
+            sharpest_corner_rad=self.sharpest_corner_rad,
             link_length_m_max=self.fleet.link_length_m_max,
             goal=None if goal is None else Point(x_m=goal.at_m[0], y_m=goal.at_m[1]),
             goal_tolerance_m=0.0 if goal is None else goal.tolerance_m,

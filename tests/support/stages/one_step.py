@@ -33,7 +33,7 @@ MISSION = Mission(
     revolutions=1,
     range_m_max=4.0,
     range_error_m_max=0.0,
-    blind_per_range=2.0 * np.pi / 1440,
+    sharpest_corner_rad=np.pi / 2.0,
     link_length_m_max=1.0,
 )
 
@@ -96,8 +96,8 @@ def plan(
 ) -> Plan:
     """The leader's plan among these shapes; it may scan again for a closer look."""
     planned = leader.plan(look_around(shapes, mission, at), ground, epoch=1, settled=settled)
-    if isinstance(planned, LookCloser):
-        closer = look_around(shapes, mission, at, revolutions=leader.closer)
+    while isinstance(planned, LookCloser):
+        closer = look_around(shapes, mission, at, revolutions=planned.revolutions)
         planned = leader.plan(closer, ground, epoch=1, settled=settled)
     return planned
 
