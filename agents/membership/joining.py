@@ -26,7 +26,14 @@ from agents.navigation.guidance import Map, shown_free
 from agents.navigation.leg import certain_clearance_m_min, is_unsure_of_leg, leg_is_certain
 from agents.navigation.scan import View, on_discs
 from agents.navigation.sure import CLOSER, closer
-from agents.navigation.step import LookCloser, NoStep, Step, certified_step_to, certified_step_to_goal, refused_at
+from agents.navigation.step import (
+    LookCloser,
+    NoStep,
+    Step,
+    certified_step_to,
+    certified_step_to_goal,
+    refused_at,
+)
 from protocol.arrays import Flags, Floats, distances_to_segments, segments_apart
 from protocol.frames import Point, wrap
 from protocol.mission import Law, Mission

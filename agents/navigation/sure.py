@@ -5,21 +5,23 @@ Premises, which the loader checks against the world (`world/scenario/budget.py`)
 Premise 1: no corner that a ray can meet is sharper than the mission's `sharpest_corner_rad`, called gamma here.
 Premise 2: within the range in use no obstacle, and no part of one but a corner, fits between two rays.
 
-Between two neighbouring rays from P, with hits A and B, let K be a connected part of an obstacle that lies in the
-triangle P A B. It touches neither ray before its hit, else the hit would be there. By premise 2 it is no whole
-obstacle, so it enters through the chord A B, and its convex hull is a triangle on that chord with one corner of
-the obstacle, T, on top. Both sides of the hull leave the triangle P A B through the chord. So T sees the chord at an
-angle of at least gamma, and so does every point of K, since all are in the triangle A B T.
+Between two neighbouring rays from P, with hits A and B, let K be a connected part of an obstacle that lies in
+the triangle P A B. It touches neither ray before its hit, else the hit would be there. By premise 2 it is no
+whole obstacle, so it enters through the chord A B, and its convex hull is a triangle on that chord with one
+corner of the obstacle, T, on top. Both sides of the hull leave the triangle P A B through the chord. So T sees
+the chord at an angle of at least gamma, and so does every point of K, since all are in the triangle A B T.
 
 The place nearest to P from which A and B are seen at gamma is the apex over equal ranges: a hit that is moved
-back along its ray, away from P, is seen at a smaller angle. So with m the nearer one of both ranges and s the spacing
+back along its ray, away from P, is seen at a smaller angle. So with m the nearer one of both ranges and s the
+spacing of the rays,
 
     no point of K is nearer to P than  m * sin((gamma - s) / 2) / sin(gamma / 2).
 
-Rule 1: what is nearer than that between two rays is free. This is a property of the ground there: it scales with
-        the distance of the two hits, and it lies along the rays. Beside a wall that the rays graze it costs little.
+Rule 1: what is nearer than that between two rays is free. This is a property of the ground there: it scales
+        with the distance of the two hits, and it lies along the rays. Beside a wall that the rays graze it
+        costs little, however sharp a corner is anywhere else.
 Rule 2: a hit may be wrong by the range error, along its ray. A range-limit point counts as a hit.
-Rule 3: the bound takes nothing else from the world. It holds with any shapes that keep both premises.
+Rule 3: nothing else is taken from the world: the bound holds with any shapes that keep both premises.
 """
 
 from dataclasses import dataclass
@@ -31,6 +33,7 @@ from protocol.arrays import Flags, Floats
 from protocol.mission import Mission
 from protocol.wire.messages import RAYS_MAX
 
+LEAST_M = 1e-6  # so that a wall has a direction: at the sensor's own place it would forbid nothing
 CLOSER = 4  # factor for the revolutions of a closer look: what two rays can hide is a quarter then
 
 
@@ -58,7 +61,8 @@ def sure(view: View, mission: Mission, *, leave_out: Flags | None = None) -> Sur
     true_m = np.maximum(view.ranges_m - mission.range_error_m_max, 0.0)
     if leave_out is not None:
         true_m = np.where(leave_out, np.inf, true_m)
-    ranges_m = mission.sure_share_in(len(true_m)) * np.minimum(true_m, np.roll(true_m, -1))
+    nearer_m = np.minimum(true_m, np.roll(true_m, -1))
+    ranges_m = np.maximum(mission.sure_share_in(len(true_m)) * nearer_m, LEAST_M)
     finite_m = np.where(np.isfinite(ranges_m), ranges_m, 0.0)[:, None]
     rays = np.stack([np.cos(view.bearings_rad), np.sin(view.bearings_rad)], axis=1)
     starts, ends = (view.position + finite_m * each for each in (rays, np.roll(rays, -1, axis=0)))

@@ -1,7 +1,7 @@
 """The sharpest corner that a ray can meet: what robots are told of the obstacles' shapes, and nothing else.
 
-Rule 1: a corner that lies inside another obstacle is not met. What reaches nearest to a sensor there is the other
-        obstacle. A moving obstacle covers none, since it may leave the corner bare.
+Rule 1: a corner that lies inside another obstacle is not met. What reaches nearest to a sensor there is the
+        other obstacle. A moving obstacle covers none, since it may leave the corner bare.
 Rule 2: the limit of a premise may only be too sharp: ellipses cover nothing, nor do two obstacles together.
 """
 
