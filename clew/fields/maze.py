@@ -9,21 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from clew.fields.shapes import DECIMALS
+from clew.fields.built import Built, Ring, rectangle
 from protocol.arrays import Flags
 
 Cell = tuple[int, int]
-Ring = list[tuple[float, float]]
-
-
-@dataclass(frozen=True, slots=True)
-class Maze:
-    """Walls, and both ends of the way through [m; world frame]."""
-
-    size_m: tuple[float, float]
-    walls: list[Ring]
-    entrance_y_m: float
-    exit_y_m: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +37,9 @@ class _Grid:
             self.level[one[0], max(one[1], other[1])] = stands
 
 
-def maze(columns: int, rows: int, chance: Generator, *, width_m: float, wall_m: float, plugged: bool) -> Maze:
+def maze(
+    columns: int, rows: int, chance: Generator, *, width_m: float, wall_m: float, plugged: bool
+) -> Built:
     """A maze that is entered on the left and left on the right.
 
     Args:
@@ -61,7 +52,7 @@ def maze(columns: int, rows: int, chance: Generator, *, width_m: float, wall_m: 
     """
     entrance, way_out = (0, int(chance.integers(rows))), (columns - 1, int(chance.integers(rows)))
     grid = _Grid.closed(columns, rows)
-    came_from = _tree(entrance, columns, rows, chance)
+    came_from = tree(entrance, columns, rows, chance)
     for cell, before in came_from.items():
         grid.set_wall(cell, before, stands=False)
     grid.set_wall((-1, entrance[1]), entrance, stands=False)
@@ -71,15 +62,15 @@ def maze(columns: int, rows: int, chance: Generator, *, width_m: float, wall_m: 
         plug = way[int(chance.integers(len(way)))]
         grid.set_wall(plug, came_from[plug], stands=True)
     pitch_m = width_m + wall_m
-    return Maze(
-        size_m=(round(columns * pitch_m + wall_m, DECIMALS), round(rows * pitch_m - wall_m, DECIMALS)),
+    return Built(
+        size_m=(columns * pitch_m + wall_m, rows * pitch_m - wall_m),
         walls=_walls(grid, width_m, wall_m),
-        entrance_y_m=round(entrance[1] * pitch_m + width_m / 2.0, DECIMALS),
-        exit_y_m=round(way_out[1] * pitch_m + width_m / 2.0, DECIMALS),
+        entrance_y_m=entrance[1] * pitch_m + width_m / 2.0,
+        exit_y_m=way_out[1] * pitch_m + width_m / 2.0,
     )
 
 
-def _tree(root: Cell, columns: int, rows: int, chance: Generator) -> dict[Cell, Cell]:
+def tree(root: Cell, columns: int, rows: int, chance: Generator) -> dict[Cell, Cell]:
     """The previous cell of each cell but the root, by a depth-first walk, which makes long dead ends."""
     came_from: dict[Cell, Cell] = {}
     stack = [root]
@@ -135,9 +126,3 @@ def _runs(stands: Flags) -> list[tuple[int, int]]:
     """The first index of each run of walls, and the index after its last."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], stands, [False]]).astype(int)))
     return [(int(first), int(end)) for first, end in edges.reshape(-1, 2)]
-
-
-def rectangle(left_m: float, right_m: float, low_m: float, high_m: float) -> Ring:
-    """A rectangle, anti-clockwise, with rounded coordinates."""
-    corners = [(left_m, low_m), (right_m, low_m), (right_m, high_m), (left_m, high_m)]
-    return [(round(x_m, DECIMALS), round(y_m, DECIMALS)) for x_m, y_m in corners]

@@ -93,6 +93,7 @@ DRAWS: dict[str, tuple[Draw, ...]] = {
     "ellipses": (ellipse,),
     "convex": (convex,),
     "nonconvex": (angle, pocket, star, comb),
+    "stars": (star,),
     "mixed": (circle, ellipse, convex, angle, pocket, star, comb),
 }
 """The shapes of each kind of field."""

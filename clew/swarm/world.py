@@ -7,8 +7,8 @@ Rule 1: in the open, passages are wide enough for a fleet to pass one dead body.
 from enum import StrEnum
 from typing import Any
 
+from clew.fields.built import rectangle
 from clew.fields.field import Field, Kind, scene
-from clew.fields.maze import rectangle
 from clew.swarm.draws import Draws
 from protocol.files.reading import understand
 from world.scenario.deployment import deployed

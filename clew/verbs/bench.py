@@ -11,7 +11,7 @@ from rich.table import Table
 from clew.bench.plan import PlanFigures, Sample, figures, samples
 from clew.bench.rehearsal import speed
 from clew.campaign.scenes import find_scenes
-from clew.fields.field import Field, Kind, scene
+from clew.fields.field import BUILDERS, Field, Kind, scene
 from clew.verbs.options import AS_JSON, runs_option
 from clew.verbs.say import say_json
 from protocol.errors import UsageError
@@ -104,7 +104,7 @@ def _asked(roots: Sequence[Path]) -> Iterator[tuple[str, Scenario]]:
 
 
 def _fields() -> Iterator[tuple[str, Scenario]]:
-    for kind in Kind:
+    for kind in (kind for kind in Kind if kind not in BUILDERS):
         name = f"field {kind} --seed {FIELD_SEED}"
         field = scene(Field(kind=kind, seed=FIELD_SEED))
         yield name, understand(as_scenario(field, name), Scenario, name)

@@ -1,6 +1,5 @@
 """`clew campaign`: rehearses many scenes with several seeds, and prints a table by family."""
 
-import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -19,26 +18,14 @@ from clew.campaign.pool import outcomes_of
 from clew.fleet.folder import RUNS
 from clew.guided.batches import guided_outcomes
 from clew.swarm.futures import read_branches
-from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, robots_option
+from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, robots_option, seeds_option
 from clew.verbs.say import console, say
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
-from protocol.run_settings import SEED_MAX
 
 Watch = Callable[[int, int, int], None]
 
 REPORTS = 20  # lines of progress if stderr is no terminal: one for each 5 %
-
-
-def _seeds(_ctx: click.Context, _param: click.Parameter, said: str) -> tuple[int, ...]:
-    """The seeds in a text such as 1,4-6, each once."""
-    seeds: list[int] = []
-    for part in said.split(","):
-        match = re.fullmatch(r"(\d{1,16})(?:-(\d{1,16}))?", part, re.ASCII)
-        if match is None or not int(match[1]) <= int(match[2] or match[1]) <= SEED_MAX:
-            raise click.BadParameter(f"must be like 1, 1-3 or 1,4-6, up to 2**53 - 1, got {said}")
-        seeds += range(int(match[1]), int(match[2] or match[1]) + 1)
-    return tuple(dict.fromkeys(seeds))
 
 
 @click.command()
@@ -51,7 +38,7 @@ def _seeds(_ctx: click.Context, _param: click.Parameter, said: str) -> tuple[int
 )
 @click.argument("more", metavar="[SCENES]...", nargs=-1, type=click.Path(path_type=Path))
 @robots_option("Number of robots, instead of each scenario's; a scene has 5 by default.")
-@click.option("--seeds", callback=_seeds, default="1", show_default=True, help="Seeds, as 1, 1-3 or 1,4-6.")
+@seeds_option("Seeds, as 1, 1-3 or 1,4-6.")
 @LAW
 @DEPLOYMENT
 @click.option(

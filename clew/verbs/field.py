@@ -1,30 +1,39 @@
-"""`clew field`: prints a random obstacle world as a scene."""
+"""`clew field`: prints a random obstacle world as a scene, or writes many."""
 
 import json
+from itertools import product
+from pathlib import Path
 
 import click
 
 from clew.fields.field import DENSITY, ROBOT_RADIUS_M, SIZE_M, WIDTH_RADII, Field, Kind, scene
-from clew.verbs.options import SEED, Word
+from clew.verbs.options import Word, seeds_option
+from protocol.errors import UsageError
 from protocol.files.reading import understand
+from protocol.files.writing import make_folder, write_whole
 
 
 @click.command()
-@click.argument("kind", type=Word([kind.value for kind in Kind]))
-@click.option("--seed", type=SEED, default=1, show_default=True, help="Decides every random draw.")
+@click.argument("kinds", metavar="KIND...", nargs=-1, required=True, type=Word([kind.value for kind in Kind]))
+@seeds_option("Decides every random draw; with --out several, as 1-3 or 1,4-6.", "--seed")
 @click.option(
     "--density",
     type=float,
     default=DENSITY,
     show_default=True,
-    help="Share of the ground that obstacles cover, approximately; corridors ignore it.",
+    help="Share of the ground that obstacles cover, approximately; built ground ignores it.",
 )
 @click.option(
     "--least-width",
     "least_width_m",
     type=float,
-    help=f"Least gap between obstacles (0: they may overlap), or width of corridors [m]; "
+    help=f"Least gap between obstacles (0: they may overlap), or width of built ways [m]; "
     f"default: {WIDTH_RADII:g} robot radii.",
+)
+@click.option(
+    "--spare",
+    type=float,
+    help="Instead of --least-width: how much wider than 2 (r + epsilon), as a share.",
 )
 @click.option(
     "--robot-radius",
@@ -45,9 +54,32 @@ from protocol.files.reading import understand
 @click.option(
     "--plugged", is_flag=True, help="Close the only way through the corridors, so that there is no route."
 )
-def field(**asked: object) -> None:
-    """Print a random world as a scene, which other verbs can run.
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    help="Folder to write scenes to, one folder a kind, as a campaign takes them.",
+)
+def field(kinds: tuple[str, ...], *, seeds: tuple[int, ...], out: Path | None, **asked: object) -> None:
+    """Print a random world as a scene, which other verbs can run, or write many worlds with --out.
+
+    Circles, ellipses, convex, nonconvex, mixed and stars are scattered. Corridors (a perfect maze), zigzag,
+    comb, spiral, rings, rooms and pillars are built with ways of one width.
 
     The same options print the same scene on any machine. Example: clew field corridors --seed 3 > maze.json
     """
-    click.echo(json.dumps(scene(understand(asked, Field, "clew field"))))
+    drawn = (
+        (kind, seed, scene(understand({**asked, "kind": kind, "seed": seed}, Field, "clew field")))
+        for kind, seed in product(kinds, seeds)
+    )
+    if out is None:
+        if len(kinds) * len(seeds) > 1:
+            raise UsageError("clew field: one kind and one seed are printed; for several, give --out")
+        click.echo(json.dumps(next(drawn)[2]))
+        return
+    try:
+        for kind, seed, world in drawn:
+            make_folder(out / kind)
+            write_whole(out / kind / f"{kind}-{seed}.json", json.dumps(world).encode() + b"\n")
+    except OSError as error:
+        raise UsageError(f"cannot write into {out}: {error.strerror or error}") from error
+    click.echo(str(out))

@@ -1,5 +1,6 @@
 """Options that several verbs of the command line take."""
 
+import re
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -37,6 +38,24 @@ def robots_option(said: str, default: int | None = None) -> Callable[[Verb], Ver
         default=default,
         show_default=default is not None,
         help=said,
+    )
+
+
+def _seeds(_ctx: click.Context, _param: click.Parameter, said: str) -> tuple[int, ...]:
+    """The seeds in a text such as 1,4-6, each once."""
+    seeds: list[int] = []
+    for part in said.split(","):
+        match = re.fullmatch(r"(\d{1,16})(?:-(\d{1,16}))?", part, re.ASCII)
+        if match is None or not int(match[1]) <= int(match[2] or match[1]) <= SEED_MAX:
+            raise click.BadParameter(f"must be like 1, 1-3 or 1,4-6, up to 2**53 - 1, got {said}")
+        seeds += range(int(match[1]), int(match[2] or match[1]) + 1)
+    return tuple(dict.fromkeys(seeds))
+
+
+def seeds_option(said: str, *more_names: str) -> Callable[[Verb], Verb]:
+    """The option for seeds, the same in every verb."""
+    return click.option(
+        "--seeds", *more_names, "seeds", callback=_seeds, default="1", show_default=True, help=said
     )
 
 
