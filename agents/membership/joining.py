@@ -25,7 +25,6 @@ from agents.navigation.certificate import (
 from agents.navigation.guidance import Map, shown_free
 from agents.navigation.leg import certain_clearance_m_min, is_unsure_of_leg, leg_is_certain
 from agents.navigation.scan import View, on_discs
-from agents.navigation.sure import CLOSER, closer
 from agents.navigation.step import (
     LookCloser,
     NoStep,
@@ -34,6 +33,7 @@ from agents.navigation.step import (
     certified_step_to_goal,
     refused_at,
 )
+from agents.navigation.sure import CLOSER, closer
 from protocol.arrays import Flags, Floats, distances_to_segments, segments_apart
 from protocol.frames import Point, wrap
 from protocol.mission import Law, Mission

@@ -1,7 +1,7 @@
 """The certificate: the clearance that holds along a whole step, promised before the step is driven.
 
-Rule 1: ground is free as far as the scan is sure of it (`agents/navigation/sure.py`). Where that ends is a wall,
-        since nothing is known beyond: an arc between two rays, and a side along a ray between two arcs.
+Rule 1: ground is free as far as the scan is sure of it (`agents/navigation/sure.py`). Where that ends is a
+        wall, since nothing is known beyond: an arc between two rays, and a side along a ray between two arcs.
 Rule 2: a step is certified if the disc of radius r + epsilon, swept along it, stays inside.
 Rule 3: a step keeps the robots' distance from ground that robots behind may still reach. From the bounds of
         the region it keeps the hull's radius and the tolerance.

@@ -2,12 +2,12 @@
 
 Premises, which the loader checks against the world (`world/scenario/budget.py`):
 
-Premise 1: no corner that a ray can meet is sharper than the mission's `sharpest_corner_rad`, called gamma here.
+Premise 1: no corner that a ray can meet is sharper than the mission's `sharpest_corner_rad`, here gamma.
 Premise 2: within the range in use no obstacle, and no part of one but a corner, fits between two rays.
 
 Between two neighbouring rays from P, with hits A and B, let K be a connected part of an obstacle that lies in
-the triangle P A B. It touches neither ray before its hit, else the hit would be there. By premise 2 it is no
-whole obstacle, so it enters through the chord A B, and its convex hull is a triangle on that chord with one
+the triangle P A B. It touches neither ray before its hit, else the hit would be there. By premise 2 it is
+no whole obstacle, so it enters through the chord A B, and its convex hull is a triangle on that chord with one
 corner of the obstacle, T, on top. Both sides of the hull leave the triangle P A B through the chord. So T sees
 the chord at an angle of at least gamma, and so does every point of K, since all are in the triangle A B T.
 

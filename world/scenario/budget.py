@@ -2,9 +2,9 @@
 
 The certificate covers what finite directions leave unseen: it takes for free only what the scan is sure of
 (`agents/navigation/sure.py`). So ray quantisation costs room in narrow gaps, and almost nothing of the
-tolerance mu0. A small share remains: a robot at that distance may drive along the obstacle, and what two rays hide may
-then be one ray spacing ahead. Noise differs between scans, and drive errors between drives. mu0 has to cover
-all of these shares.
+tolerance mu0. A small share remains: a robot at that distance may drive along the obstacle, and what two rays
+hide may then be one ray spacing ahead. Noise differs between scans, and drive errors between drives. mu0 has
+to cover all of these shares.
 """
 
 import math

@@ -104,7 +104,7 @@ def test_nor_where_a_tip_points_at_the_sensor_from_as_far_as_it_is_sure_to_be_se
     assert_is_sure([Polygon(vertices_m=tuple((float(x), float(y)) for x, y in there))], rays)
 
 
-@pytest.mark.parametrize("degrees", [90.0, 30.0, 10.0, 4.0])
+@pytest.mark.parametrize("degrees", [60.0, 30.0, 10.0, 4.0])
 def test_a_tip_between_two_rays_reaches_as_near_as_is_allowed_for(degrees: float) -> None:
     half_rad, spacing_rad = math.radians(degrees) / 2.0, math.tau / 360
     ray_rad = spacing_rad / 2.0  # the tip is half-way between two rays, and points at the sensor
