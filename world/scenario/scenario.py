@@ -188,6 +188,7 @@ def load(
     robots: int | None = None,
     law: str | None = None,
     deployment: str | None = None,
+    time_s_max: float | None = None,
     seed: int = 1,
 ) -> Scenario:
     """Load the scenario with that name in launch/scenarios, or from that .toml or clew-scene/1 .json file.
@@ -197,6 +198,7 @@ def load(
         robots: overrides the scenario's number of robots.
         law: overrides the scenario's law.
         deployment: overrides the scenario's places.
+        time_s_max: overrides the scenario's time limit.
         seed: the run's seed; it decides a random deployment.
 
     Raises:
@@ -210,6 +212,7 @@ def load(
         ("-n", "fleet", "robots", robots),
         ("--law", "law", "law", law),
         ("--deployment", "fleet", "deployment", deployment),
+        ("--time-s-max", "time", "time_s_max", time_s_max),
     )
     try:
         if deployment is not None or is_undeployed(raw):
@@ -220,7 +223,7 @@ def load(
         raise UsageError(f"{line} ({', '.join(changes)})" if changes else line) from error
 
 
-def _override(raw: dict[str, Any], *options: tuple[str, str, str, str | int | None]) -> list[str]:
+def _override(raw: dict[str, Any], *options: tuple[str, str, str, str | float | None]) -> list[str]:
     """Apply options of the command line (option, section, field, value); returns the changes as text."""
     changes = []
     for option, section, key, value in options:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
-from agents.navigation.sure import closer, sure
+from agents.navigation.sure import LEAST_M, closer, sure
 from protocol.arrays import Floats
 from protocol.mission import Law, Mission
 from protocol.wire.messages import RAYS_MAX
@@ -49,7 +49,7 @@ def assert_is_sure(world: list[Shape], rays: int) -> None:
     told = mission(world, rays)
     seen = look_around(world, told)
     assume(seen.ranges_m.min() > 0.0)
-    assert (nearest_m(world, told) >= sure(seen, told).ranges_m - 1e-9).all()
+    assert (nearest_m(world, told) >= sure(seen, told).ranges_m - LEAST_M).all()
 
 
 @patiently
