@@ -10,6 +10,7 @@ from protocol.frames import ROBOTS_MAX, Length, Metres, Point, Seconds, Speed
 
 DEADMAN_S = 1.0  # ten odometry periods: docs/run.md
 WATCH_S = 0.3  # odometry, scan, order: a robot whose motion is safe for this long never has to stop
+BRIEF_S = 0.06  # three of the world's ticks: scan, order, and one to move in
 
 
 class Law(StrEnum):
@@ -62,6 +63,8 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
     """Without a goal the leader stops after this many switching positions (the paper stops at 11)."""
     obstacle_speed_mps_max: Speed = 0.0
     """The top speed of any obstacle; 0: nothing moves."""
+    watch_s: Seconds = WATCH_S
+    """Where obstacles move, a step is planned so that a motion on it is safe for this long at any time."""
 
     @property
     def obstacles_move(self) -> bool:
@@ -79,7 +82,7 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
 
         It is larger where obstacles move: closer to a hit, no motion is safe for long enough.
         """
-        moved_m = WATCH_S * self.obstacle_speed_mps_max if self.obstacles_move else 0.0
+        moved_m = self.watch_s * self.obstacle_speed_mps_max if self.obstacles_move else 0.0
         return self.robot_radius_m + max(self.clear_m, moved_m + self.mu0_m + self.range_error_m_max)
 
     @property

@@ -6,10 +6,11 @@ Premise 1: no corner that a ray can meet is sharper than the mission's `sharpest
 Premise 2: within the range in use no obstacle, and no part of one but a corner, fits between two rays.
 
 Between two neighbouring rays from P, with hits A and B, let K be a connected part of an obstacle that lies in
-the triangle P A B. It touches neither ray before its hit, else the hit would be there. By premise 2 it is
-no whole obstacle, so it enters through the chord A B, and its convex hull is a triangle on that chord with one
-corner of the obstacle, T, on top. Both sides of the hull leave the triangle P A B through the chord. So T sees
-the chord at an angle of at least gamma, and so does every point of K, since all are in the triangle A B T.
+the triangle P A B. It touches neither ray before its hit, else the hit would be there. By premise 2 it is no
+whole obstacle, so it enters through the chord A B, and its convex hull is a triangle on that chord with one
+corner of the obstacle, T, on top. Both sides of the hull leave the triangle P A B through the chord. So T
+sees the chord at an angle of at least gamma, and so does every point of K, since all are in the triangle
+A B T.
 
 The place nearest to P from which A and B are seen at gamma is the apex over equal ranges: a hit that is moved
 back along its ray, away from P, is seen at a smaller angle. So with m the nearer one of both ranges and s the

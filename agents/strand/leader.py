@@ -10,11 +10,15 @@ Rule 3: if only the strand itself is in the way, the leader waits until the stra
 Rule 4: if there is no way, the leader reports it (`NoStep`) and does not wander in search of one. Under the
         certified law, if no obstacle moves, planning from one place again and again counts as wandering.
 Rule 5: where bodies may have moved and no way is left, the map is cleared, once per epoch.
+Rule 6: where obstacles move, a step keeps off what they can do while a motion is to be safe
+        (`Mission.watch_s`). If that leaves no way past what stands, it plans a step that keeps off what they
+        can do in a moment: the body then drives by moments (`agents/body/watch.py`).
 """
 
 import math
 from dataclasses import dataclass, replace
 
+import msgspec
 import numpy as np
 
 from agents.navigation.certificate import Walls, bounds_walls, promised_clearance_m, scan_walls
@@ -39,7 +43,7 @@ from agents.navigation.sure import closer
 from agents.strand.dead_end import way_back_m
 from protocol.arrays import Flags, Floats, xy
 from protocol.frames import Point, Pose
-from protocol.mission import Law, Mission
+from protocol.mission import BRIEF_S, Law, Mission
 from protocol.timeline import SeenGap, SeenObstacle, StepPlanned
 
 SEEN_MAX = 250  # obstacles and gaps in a timeline entry, which must fit into one message
@@ -86,6 +90,10 @@ class Leader:
         self._room_steps = 0
         """Steps planned to make room since then."""
         self._bodies_may_move = False
+        self._brief: Leader | None = None
+        """It plans steps that are driven by moments (rule 6)."""
+        if mission.obstacles_move and mission.watch_s > BRIEF_S:
+            self._brief = Leader(msgspec.structs.replace(mission, watch_s=BRIEF_S), start)
 
     @property
     def steps(self) -> int:
@@ -103,7 +111,14 @@ class Leader:
         return self._steps + 1 == self._mission.switching_positions_max
 
     def plan(
-        self, view: View, ground: Ground, *, epoch: int, settled: bool, bodies_may_move: bool = False
+        self,
+        view: View,
+        ground: Ground,
+        *,
+        epoch: int,
+        settled: bool,
+        bodies_may_move: bool = False,
+        all_stand: bool = False,
     ) -> Plan:
         """The next switching step from a scan, as a timeline entry; or why there is none.
 
@@ -113,6 +128,7 @@ class Leader:
             epoch: the strand's epoch.
             settled: whether the robots behind have closed up.
             bodies_may_move: whether a body in the way may move away again, from now on.
+            all_stand: whether what was in the way has not gone for a while.
         """
         self._bodies_may_move |= bodies_may_move
         if self._planned_in != epoch:
@@ -126,7 +142,11 @@ class Leader:
         elif self._goal is None:
             step = certified_step_onward(sight, walls, onward_rad=self._onward_rad, gain_m=GAIN_M)
         else:
-            step = self._step_to(self._goal, view.without(robots), walls, ground, settled=settled)
+            seen = view.without(robots)
+            step = self._step_to(self._goal, seen, walls, ground, settled=settled)
+            is_blocked = isinstance(step, DeadEnd) or (all_stand and isinstance(step, NoStep | Wait))
+            if self._brief is not None and is_blocked:
+                step = self._brief.brief_step(self._goal, seen, self.map, ground) or step
         if not isinstance(step, Step):
             return step
         if self._wanders(view.position):
@@ -134,6 +154,14 @@ class Leader:
         self._steps += 1
         behind = on_ground(view.points, ground.behind, within_m=hull_reach_m)
         return self._record(step, sight, ground, behind, epoch)
+
+    def brief_step(self, goal: Floats, view: View, known: Map, ground: Ground) -> Step | LookCloser | None:
+        """Rule 6: a step that is driven by moments, with what another leader's map knows."""
+        self.map.forget()
+        self.map.remember(known.hits)
+        walls = Walls.joined(scan_walls(view, self._mission), ground.walls, *self._bounds())
+        step = self._step_to(goal, view, walls, ground, settled=True)
+        return step if isinstance(step, Step | LookCloser) else None
 
     def _wanders(self, here: Floats) -> bool:
         """Whether it has planned from here too often (rule 4). If not, the place is noted."""

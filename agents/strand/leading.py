@@ -28,6 +28,7 @@ from protocol.timeline import GoalReached, RobotArrived, RouteLost, StepAbandone
 PATIENCE_S = 30.0  # with what stands in all ways on: who walks to and fro has come and gone by then
 COMES_BACK_S = 15.0  # with robots that are left out: who has gone for so long does not come back
 TURNS_MAX = 8  # with no step towards the goal between them
+STANDS_S = 2.0  # in the way for so long: no passer-by
 LEADERS_MAX = 5  # tried from one place, one after the other
 SETTLED_S = 2.0  # who moves is heard of within a heartbeat a robot; between two of them another has begun
 
@@ -138,6 +139,7 @@ class Leading:
             epoch=strand.number,
             settled=strand.quiet_s >= SETTLED_S,
             bodies_may_move=self._some_are_left_out,
+            all_stand=now_s - self._stuck_at_s >= STANDS_S,
         )
         if room_m is not None and isinstance(planned, StepPlanned):
             strand.lead_on()

@@ -27,6 +27,7 @@ from protocol.timeline import (
     TrafficCounted,
     ViewJoined,
 )
+from world.judge.attempt import Attempt
 from world.judge.books import Book
 from world.judge.recovery import Dated, is_relevant
 
@@ -62,6 +63,8 @@ class Tally:
     planning_events: int = 0
     """Scans served to robots: each is queried to decide on a motion."""
     scans: int = 0
+    attempt: Attempt = field(default_factory=Attempt)
+    """What the fleet was trying last."""
     struck: set[str] = field(default_factory=set)
     """The rules of fault plans that struck at least once."""
     _formed: int = 0
@@ -88,6 +91,7 @@ class Tally:
         """Process an entry."""
         if isinstance(entry.record, FaultInjected):
             self._hear_fault(source, entry.record)
+        self.attempt.hear(source, entry)
         robot = robot_number(source)
         if is_relevant(source, entry.record):
             self.recovery.append((entry.t_s, source, entry.record))

@@ -25,9 +25,7 @@ RANGE_RADII = 20.0  # for large robots: range in radii
 SPACING_RADII = 3.0  # the rule of the scenes for places of robots
 LINK_RADII = 10.0  # three places, and some slack
 ERROR_SHARE = 0.25  # of the tolerance, for noise and drive each; about half remains as reserve
-TIME_FACTOR = (
-    8.0  # times the longest way at full speed: twice the most of 25 combs, which turn round in each tooth
-)
+TIME_FACTOR = 8.0  # times the longest way at full speed: twice the most of 25 combs of dead ends
 WALL_SHARE = 1.0  # the width of walls between ways, in widths of a way
 
 OWN_PATHS = {
@@ -127,7 +125,7 @@ def as_scenario(raw: dict[str, Any], source: str) -> dict[str, Any]:
 def time_s(scene: Scene, closest_m: float) -> float:
     """The time limit by the size of the ground: for the longest way that fits into it.
 
-    A way takes up its own width and that of a wall, all over the ground. The straight way may be longer still.
+    A way takes up its own width and that of a wall, all over the ground. The straight way may be longer.
     """
     x_m_min, y_m_min, x_m_max, y_m_max = scene.bounds
     width_m = 2.0 * closest_m * (1.0 + WALL_SHARE)

@@ -237,6 +237,7 @@ def test_no_outcome_is_lost_when_a_worker_dies_or_gets_an_interrupt(
             robots_left_out=0,
             law=None,
             deployment=None,
+            time_s_max=None,
             widest_path_radius_m=None,
             wall_s_max=0.5 if path == far else 100.0,
         )
