@@ -4,6 +4,7 @@ import contextlib
 import json
 import multiprocessing
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -161,6 +162,19 @@ def test_random_deployment_gives_each_seed_other_starts_and_is_in_the_replay_lin
     before = played(scenes / "posts")
     campaign(scenes / "posts", "--seeds", "1-2")
     assert len(played(scenes / "posts")) == len(before) + 2, "other starts make another episode"
+
+
+def test_the_time_limit_of_all_episodes_is_in_the_replay_line_and_the_reason_says_what_was_tried(
+    scenes: Path,
+) -> None:
+    said = campaign(scenes / "posts", "--time-s-max", "2.5", "--json")
+    assert said.exit_code == 1
+    (one,) = json.loads(said.stdout)["episodes"]
+    assert one["sim_s"] == pytest.approx(2.5, abs=0.1)
+    assert re.match(
+        r"the time was up with 0 of \d living robots arrived: r1 was driving step 1", one["reason"]
+    )
+    assert one["replay"].endswith("posts/one.json -n 1 --time-s-max 2.5 --seed 1")
 
 
 def test_tight_refuses_a_scene_without_its_widest_path(scenes: Path) -> None:
