@@ -22,13 +22,15 @@ Rule 1: what is nearer than that between two rays is free. This is a property of
         with the distance of the two hits, and it lies along the rays. Beside a wall that the rays graze it
         costs little, however sharp a corner is anywhere else.
 Rule 2: a hit may be wrong by the range error, along its ray. A range-limit point counts as a hit.
-Rule 3: nothing else is taken from the world: the bound holds with any shapes that keep both premises.
+Rule 3: rays from other places narrow that further (`agents/navigation/crossing.py`).
+Rule 4: nothing else is taken from the world: the bound holds with any shapes that keep both premises.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from agents.navigation.crossing import divided_m
 from agents.navigation.scan import View
 from protocol.arrays import Flags, Floats
 from protocol.mission import Mission
@@ -60,10 +62,11 @@ class Sure:
 def sure(view: View, mission: Mission, *, leave_out: Flags | None = None) -> Sure:
     """What a scan is sure of (rules 1 and 2); a ray that is left out says nothing of the gaps beside it."""
     true_m = np.maximum(view.ranges_m - mission.range_error_m_max, 0.0)
-    if leave_out is not None:
-        true_m = np.where(leave_out, np.inf, true_m)
-    nearer_m = np.minimum(true_m, np.roll(true_m, -1))
+    known_m = true_m if leave_out is None else np.where(leave_out, np.inf, true_m)
+    nearer_m = np.minimum(known_m, np.roll(known_m, -1))
     ranges_m = np.maximum(mission.sure_share_in(len(true_m)) * nearer_m, LEAST_M)
+    for other in view.earlier:
+        ranges_m = np.maximum(ranges_m, divided_m(view, true_m, other, mission.range_error_m_max))
     finite_m = np.where(np.isfinite(ranges_m), ranges_m, 0.0)[:, None]
     rays = np.stack([np.cos(view.bearings_rad), np.sin(view.bearings_rad)], axis=1)
     starts, ends = (view.position + finite_m * each for each in (rays, np.roll(rays, -1, axis=0)))

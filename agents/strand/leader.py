@@ -13,6 +13,8 @@ Rule 5: where bodies may have moved and no way is left, the map is cleared, once
 Rule 6: where obstacles move, a step keeps off what they can do while a motion is to be safe
         (`Mission.watch_s`). If that leaves no way past what stands, it plans a step that keeps off what they
         can do in a moment: the body then drives by moments (`agents/body/watch.py`).
+Rule 7: where nothing but the strand moves, scans of the same epoch from other places narrow what the closest
+        look may have missed. In another epoch bodies may have moved (F6 of docs/strand.md).
 """
 
 import math
@@ -49,6 +51,7 @@ from protocol.timeline import SeenGap, SeenObstacle, StepPlanned
 SEEN_MAX = 250  # obstacles and gaps in a timeline entry, which must fit into one message
 GAIN_M = 0.01  # a step that shortens the way by less is not worth a stop
 WAY_CELLS = 4000  # longer than any way of which a scan shows a part
+EARLIER_MAX = 8  # scans of other places that are kept: some metres of a narrow way
 ROOM_STEPS_MAX = 5  # some steps round a hairpin free no ground behind; steps to and fro never do
 AGAIN_CELLS = 2.0  # cells of the map: within this distance it is the same place
 AGAIN_MAX = 12  # ten steps of `GAIN_M` leave the place; sound leaders plan at most 4 times from one place
@@ -90,6 +93,8 @@ class Leader:
         self._room_steps = 0
         """Steps planned to make room since then."""
         self._bodies_may_move = False
+        self._earlier: tuple[View, ...] = ()
+        """The newest scans that it has planned from in that epoch, one a place."""
         self._brief: Leader | None = None
         """It plans steps that are driven by moments (rule 6)."""
         if mission.obstacles_move and mission.watch_s > BRIEF_S:
@@ -133,6 +138,8 @@ class Leader:
         self._bodies_may_move |= bodies_may_move
         if self._planned_in != epoch:
             self._planned_in, self._planned_at, self._forgot = epoch, [], False
+            self._earlier = ()
+        view = self._with_earlier(view)
         sight, hull_reach_m = look(view, self._mission), self._mission.hull_reach_m
         walls = Walls.joined(scan_walls(view, self._mission), ground.walls, *self._bounds())
         # For guidance alone, which only ranks: the certificate takes no hit for a robot.
@@ -154,6 +161,15 @@ class Leader:
         self._steps += 1
         behind = on_ground(view.points, ground.behind, within_m=hull_reach_m)
         return self._record(step, sight, ground, behind, epoch)
+
+    def _with_earlier(self, view: View) -> View:
+        """The scan, which is kept; the closest one is narrowed by those from other places (rule 7)."""
+        if self._world_changes:
+            return view
+        others = tuple(each for each in self._earlier if (each.position != view.position).any())
+        self._earlier = (*others[-EARLIER_MAX:], view)
+        is_closest = closer(self._mission, len(view.ranges_m)) is None
+        return replace(view, earlier=others) if is_closest else view
 
     def brief_step(self, goal: Floats, view: View, known: Map, ground: Ground) -> Step | LookCloser | None:
         """Rule 6: a step that is driven by moments, with what another leader's map knows."""

@@ -70,6 +70,19 @@ def test_a_sharp_corner_elsewhere_does_not_close_a_corridor_with_6_percent_to_sp
     assert placed == [], "a queue in a corridor is a strand"
 
 
+def test_scans_from_other_places_leave_open_what_one_scan_cannot() -> None:
+    """A corner of 1 degree: what one scan of 7,200 rays may miss beside it closes the corridor."""
+    room = [(-SPACING_M * 2, 0.0), (0.5, 0.0)]
+    bend = (2.0 + LEG_M * math.cos(TURN_RAD), LEG_M * math.sin(TURN_RAD))
+    narrow = [room[-1], (2.0, 0.0), bend, (bend[0] + LEG_M, bend[1])]
+    ground = shapely.union(corridors(room, half_width_m=0.5), corridors(narrow, half_width_m=HALF_WIDTH_M))
+    walls = [*walls_round(ground), wedge(ASIDE, 1.0, 1.5)]
+    rehearsal = Rehearsal(scene(walls, robots=1, start=(0.0, 0.0, 0.0), goal=narrow[-1]), seed=1)
+    rehearsal.run()
+    assert rehearsal.world.ending is Ending.ARRIVED
+    assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
+
+
 def test_a_corridor_with_nothing_to_spare_is_refused_however_closely_it_is_looked_at() -> None:
     line = [(-SPACING_M * (ROBOTS + 1), 0.0), (0.5, 0.0)]
     wide, narrow = corridors(line), corridors([line[-1], (3.0, 0.0)], half_width_m=RADIUS_M + EPSILON_M)

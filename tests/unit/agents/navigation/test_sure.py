@@ -1,6 +1,7 @@
 """What a scan is sure of: between two rays nothing is nearer, whatever shapes there are."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 
 from agents.navigation.sure import LEAST_M, closer, sure
 from protocol.arrays import Floats
+from protocol.frames import Pose
 from protocol.mission import Law, Mission
 from protocol.wire.messages import RAYS_MAX
 from tests.support.stages.one_step import look_around, under
@@ -119,6 +121,60 @@ def test_a_tip_between_two_rays_reaches_as_near_as_is_allowed_for(degrees: float
     gap = 180  # between bearing 0 and the next one
     assert seen.ranges_m[gap] == pytest.approx(hit_m), "both rays pass the tip and hit its sides"
     assert sure(seen, told).ranges_m[gap] == pytest.approx(nearest_m(wedge, told)[gap], rel=1e-9)
+
+
+def at(place: tuple[float, float]) -> Pose:
+    return Pose(x_m=place[0], y_m=place[1], heading_rad=0.0)
+
+
+places = st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5))
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    st.lists(shapes, min_size=1, max_size=4), st.lists(places, min_size=1, max_size=3), st.sampled_from(RAYS)
+)
+def test_nor_do_rays_from_other_places_make_it_too_sure(
+    world: list[Shape], others: list[tuple[float, float]], rays: int
+) -> None:
+    told = mission(world, rays)
+    seen = look_around(world, told)
+    earlier = tuple(look_around(world, told, at(place), revolutions=4) for place in others)
+    assume(seen.ranges_m.min() > 0.0 and all(each.ranges_m.min() > 0.0 for each in earlier))
+    narrowed = sure(replace(seen, earlier=earlier), told)
+    assert (nearest_m(world, told) >= narrowed.ranges_m - LEAST_M).all()
+    assert (narrowed.ranges_m >= sure(seen, told).ranges_m).all()
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.floats(0.03, 0.4), st.floats(-1.2, 1.2), places, st.sampled_from(RAYS))
+def test_nor_where_a_tip_sticks_out_of_a_wall_between_two_rays(
+    half_rad: float, lean_rad: float, place: tuple[float, float], rays: int
+) -> None:
+    """The tip reaches as near as the bound allows, and rays from the other place pass it on both sides."""
+    spacing_rad = math.tau / rays
+    towards = np.array([math.cos(spacing_rad / 2.0), math.sin(spacing_rad / 2.0)])
+    long_m = 0.9 * math.sin(spacing_rad / 2.0) / math.tan(half_rad)
+    tip, turn = (1.0 - long_m) * towards, spacing_rad / 2.0 + lean_rad * half_rad
+    sides = [tip + 2.0 * np.array([math.cos(turn + s), math.sin(turn + s)]) for s in (half_rad, -half_rad)]
+    wall = Polygon(vertices_m=((1.0, -3.0), (1.6, -3.0), (1.6, 3.0), (1.0, 3.0)))
+    world: list[Shape] = [wall, Polygon(vertices_m=tuple((float(x), float(y)) for x, y in (tip, *sides)))]
+    told = mission(world, rays)
+    assume(long_m < 1.0 and told.range_m_max > 1.7)
+    seen, other = look_around(world, told), look_around(world, told, at(place), revolutions=4)
+    assume(other.ranges_m.min() > 0.0)
+    narrowed = sure(replace(seen, earlier=(other,)), told)
+    assert (nearest_m(world, told) >= narrowed.ranges_m - LEAST_M).all()
+
+
+def test_rays_from_beside_cut_off_what_may_point_at_the_sensor() -> None:
+    wall: list[Shape] = [Polygon(vertices_m=((1.0, -3.0), (1.5, -3.0), (1.5, 3.0), (1.0, 3.0)))]
+    told = under(Law.CERTIFIED, directions=360, sharpest_corner_rad=math.radians(3.0))
+    seen, beside = look_around(wall, told), look_around(wall, told, at((0.7, -1.0)), revolutions=4)
+    alone_m = sure(seen, told).ranges_m[180]
+    narrowed_m = sure(replace(seen, earlier=(beside,)), told).ranges_m[180]
+    assert alone_m < 0.7, "a tip of 3 degrees may point at the sensor"
+    assert narrowed_m > 0.97, "but not through the rays along the wall"
 
 
 def test_beside_a_corner_that_two_rays_may_hide_whole_nothing_is_sure() -> None:
