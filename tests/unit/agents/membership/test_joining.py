@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from agents.membership import turn
 from agents.membership.joining import CLEAR_M, InPlace, Joining, Stands
 from agents.navigation.step import LookCloser, NoStep
+from agents.navigation.sure import closer
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import NO_FAULTS, uniform
 from protocol.mission import Law
@@ -232,10 +233,16 @@ def test_in_a_queue_nobody_moves_before_the_strand_has_formed_and_every_leg_is_l
 MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1)
 
 
-def plan(shapes: list[Shape], stands: Stands) -> StepPlanned | InPlace | NoStep | LookCloser:
+def plan(shapes: list[Shape], stands: Stands) -> StepPlanned | InPlace | NoStep:
+    """What a robot plans, after closer looks if it wants them."""
     hulls: list[Shape] = [Circle(centre_m=(x, y), radius_m=0.1) for x, y in stands.all.tolist()]
     view = look_around([*shapes, *hulls], MISSION)
-    return Joining(MISSION, view.position).plan(view, stands)
+    joining = Joining(MISSION, view.position)
+    while isinstance(planned := joining.plan(view, stands), LookCloser):
+        revolutions = closer(MISSION, len(view.ranges_m))
+        assert revolutions is not None, "there is no closer look"
+        view = look_around([*shapes, *hulls], MISSION, revolutions=revolutions)
+    return planned
 
 
 def stand(strand: list[Place], waiting: list[Place]) -> Stands:
