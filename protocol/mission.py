@@ -1,5 +1,6 @@
 """The mission: everything that a robot knows before it starts. It contains no obstacles."""
 
+import math
 from enum import StrEnum
 from typing import Annotated
 
@@ -9,9 +10,7 @@ from protocol.frames import ROBOTS_MAX, Length, Metres, Point, Seconds, Speed
 
 DEADMAN_S = 1.0  # ten odometry periods: docs/run.md
 WATCH_S = 0.3  # odometry, scan, order: a robot whose motion is safe for this long never has to stop
-
-BLIND_PER_RANGE_MAX = 10.0
-"""More than any range: beside a corner that two rays may hide whole, nothing is certified."""
+BRIEF_S = 0.06  # three of the world's ticks: scan, order, and one to move in
 
 
 class Law(StrEnum):
@@ -53,8 +52,8 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
     range_m_max: Length
     range_error_m_max: Length
     """The largest error of a range."""
-    blind_per_range: Annotated[float, Meta(ge=0.0, le=BLIND_PER_RANGE_MAX)]
-    """How far an obstacle can extend unseen past a ray that hit it, per metre of range, in such a scan."""
+    sharpest_corner_rad: Annotated[float, Meta(gt=0.0, le=math.pi / 2)]
+    """No corner of an obstacle that a ray can meet is sharper; a right angle if all are blunt."""
     link_length_m_max: Length
     """A robot waits while its follower is further than this behind its movement authority."""
     goal: Point | None = None
@@ -64,6 +63,8 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
     """Without a goal the leader stops after this many switching positions (the paper stops at 11)."""
     obstacle_speed_mps_max: Speed = 0.0
     """The top speed of any obstacle; 0: nothing moves."""
+    watch_s: Seconds = WATCH_S
+    """Where obstacles move, a step is planned so that a motion on it is safe for this long at any time."""
 
     @property
     def obstacles_move(self) -> bool:
@@ -81,7 +82,7 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
 
         It is larger where obstacles move: closer to a hit, no motion is safe for long enough.
         """
-        moved_m = WATCH_S * self.obstacle_speed_mps_max if self.obstacles_move else 0.0
+        moved_m = self.watch_s * self.obstacle_speed_mps_max if self.obstacles_move else 0.0
         return self.robot_radius_m + max(self.clear_m, moved_m + self.mu0_m + self.range_error_m_max)
 
     @property
@@ -89,9 +90,13 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
         """The longest way between neighbours in a strand that forms: what a robot sees, and may lag."""
         return min(self.link_length_m_max, self.range_m_max)
 
-    def blind_per_range_in(self, rays: int) -> float:
-        """How far an obstacle can extend unseen, per metre of range, in a scan with this many rays."""
-        return self.blind_per_range * self.directions * self.revolutions / rays
+    def sure_share_in(self, rays: int) -> float:
+        """How near the sensor a corner can reach unseen between two rays: at this share of the nearer one.
+
+        `agents/navigation/sure.py` derives it. Rays that a whole corner fits between show nothing: 0.
+        """
+        half_rad, half_spacing_rad = self.sharpest_corner_rad / 2.0, math.pi / rays
+        return max(0.0, math.sin(half_rad - half_spacing_rad) / math.sin(half_rad))
 
     @property
     def robot_keep_m(self) -> float:

@@ -6,12 +6,15 @@ stands somewhere else.
 Rule 1: a scan of a standing robot is valid only where it was taken.
 Rule 2 (F6 of docs/strand.md): a scan serves only under the very fence that it bears, turn included, and only
         if that is in force. Under an older one, other robots may have moved since.
+Rule 3: a scan that shows too little to decide may be followed by a closer one from there, with more
+        revolutions of the scanner. The scan after that has as many as usual.
 """
 
 from agents.body.driver import Driver
 from agents.commands import AskScan, Command
 from agents.due import is_due
 from agents.navigation.scan import View, view
+from agents.navigation.sure import closer
 from protocol.fence import in_force
 from protocol.mission import Mission
 from protocol.wire.messages import Scan
@@ -27,6 +30,8 @@ class Senses:
         self._driver = driver
         self._scan: Scan | None = None
         self._asked_at_s = -float("inf")
+        self._revolutions = mission.revolutions
+        """Of the scan that is wanted next."""
 
     def hear(self, scan: Scan) -> None:
         """Adopt an answer of the sensor."""
@@ -41,12 +46,18 @@ class Senses:
         fence = self._driver.odometry.fence
         return scan.fence == fence and in_force(fence)
 
-    def ask(self, now_s: float, *, revolutions: int | None = None) -> list[Command]:
-        """Ask for a scan, unless just asked; with the usual number of revolutions or with this one."""
+    def look_closer(self, than: View) -> bool:
+        """Whether there is a closer look than this scan; if so, the next scan is one (rule 3)."""
+        revolutions = closer(self._mission, len(than.ranges_m))
+        self._revolutions = revolutions or self._mission.revolutions
+        return revolutions is not None
+
+    def ask(self, now_s: float) -> list[Command]:
+        """Ask for a scan, unless just asked."""
         if not is_due(last_s=self._asked_at_s, every_s=RETRY_S, now_s=now_s):
             return []
         self._asked_at_s = now_s
-        return [AskScan(revolutions or self._mission.revolutions)]
+        return [AskScan(self._revolutions)]
 
     def look(self, now_s: float) -> list[Command]:
         """Ask for a scan even if a query is pending: where obstacles move, a robot scans while it drives."""
@@ -60,12 +71,12 @@ class Senses:
             return None
         return view(scan, range_m_max=self._mission.range_m_max), scan.t_s
 
-    def take(self, *, revolutions: int = 1) -> View | None:
+    def take(self) -> View | None:
         """The scan that has arrived, if taken here with enough revolutions. Each is used once."""
         scan, self._scan = self._scan, None
         if scan is None or scan.pose != self._driver.odometry.pose or not self._serves(scan):
             return None
-        if len(scan.ranges_m) < revolutions * self._mission.directions:
+        if len(scan.ranges_m) < self._revolutions * self._mission.directions:
             return None
-        self._asked_at_s = -float("inf")
+        self._asked_at_s, self._revolutions = -float("inf"), self._mission.revolutions
         return view(scan, range_m_max=self._mission.range_m_max)

@@ -4,7 +4,9 @@ Rule 1: no obstacle is faster than the mission says. So at any time after a scan
         and anything hidden beyond, is no nearer than that speed allows.
 Rule 2: a motion is permitted until a time if the hull, wherever it may be by then, keeps off all of that.
         After that time the body stops by itself, so no robot is in contact while it moves.
-Rule 3: a motion towards something must be permitted for a while, so that the robot stops with room to leave.
+Rule 3: a motion towards something must be permitted for a while, so that the robot stops with room to leave;
+        or, if it passes all that is seen as it stands, for a moment: it costs the time in which the robot
+        stands between two moments.
 Rule 4: a driving robot asks for a scan at every odometry, whether it follows, leads or joins.
 """
 
@@ -20,10 +22,11 @@ from agents.navigation.certificate import scan_walls
 from agents.navigation.scan import View, on_ground
 from protocol.arrays import Flags, Floats, segments_apart
 from protocol.frames import Pose
-from protocol.mission import WATCH_S, Mission
+from protocol.mission import BRIEF_S, WATCH_S, Mission
 from protocol.sweep import TOUCHING_M
 
 HORIZONS_S = (4.0 * WATCH_S, 2.0 * WATCH_S, WATCH_S, WATCH_S / 2.0)  # the first that is clear is used
+MOMENTS_S = (WATCH_S / 3.0, 0.08, BRIEF_S)  # where it passes something close that stands
 AWAY_S = (WATCH_S / 4.0, WATCH_S / 8.0)  # tried next: short moves away from something that has come too near
 GIVE_UP_S = 2.0  # without permission: a pedestrian has passed by then
 STILL_S_MAX = 10.0  # a body with permission stands less, even with 30 % loss and 0.5 s delay of all messages
@@ -96,7 +99,7 @@ def good_for_s(view: View, target: Floats, robots: Flags, mission: Mission) -> f
         mission: the robot's mission.
     """
     walls = scan_walls(view, mission, leave_out=robots)
-    hull_m = walls.keep_m - mission.obstacle_keep_m + mission.robot_radius_m + mission.mu0_m
+    hull_m = mission.robot_radius_m + mission.mu0_m
     off = target - view.position
     length_m = float(np.hypot(*off))
 
@@ -107,9 +110,16 @@ def good_for_s(view: View, target: Floats, robots: Flags, mission: Mission) -> f
     def in_the_way(horizon_s: float) -> Flags:
         return swept_m(horizon_s) < hull_m + mission.obstacle_speed_mps_max * horizon_s
 
+    def passes_too_close(horizon_s: float) -> Flags:
+        """What would leave no moment of this length somewhere on the rest of the way, if it stands."""
+        apart_m = segments_apart(view.position, target, walls.starts, walls.ends)
+        return apart_m < hull_m + mission.obstacle_speed_mps_max * horizon_s
+
     for horizon_s in HORIZONS_S:
         if not in_the_way(horizon_s).any():
             return horizon_s
+    if length_m > 0.0 and not passes_too_close(BRIEF_S).any():
+        return next((horizon_s for horizon_s in MOMENTS_S if not in_the_way(horizon_s).any()), 0.0)
     near = in_the_way(HORIZONS_S[-1])
     if (swept_m(HORIZONS_S[-1])[near] < swept_m(0.0)[near] - TOUCHING_M).any():
         return 0.0

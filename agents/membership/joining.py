@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agents.membership.legs import leg_is_clear, without_hulls
+from agents.membership.legs import leg_is_clear, leg_needs_closer_look, without_hulls
 from agents.navigation.certificate import (
     Walls,
     bounds_walls,
@@ -26,7 +26,15 @@ from agents.navigation.certificate import (
 from agents.navigation.guidance import Map, shown_free
 from agents.navigation.leg import certain_clearance_m_min
 from agents.navigation.scan import View, on_discs
-from agents.navigation.step import NoStep, Step, certified_step_to, certified_step_to_goal, refused_at
+from agents.navigation.step import (
+    LookCloser,
+    NoStep,
+    Step,
+    certified_step_to,
+    certified_step_to_goal,
+    refused_at,
+)
+from agents.navigation.sure import CLOSER, closer
 from protocol.arrays import Flags, Floats, distances_to_segments, segments_apart
 from protocol.frames import Point, wrap
 from protocol.mission import Law, Mission
@@ -109,19 +117,23 @@ class Joining:
             self._map = Map(self._mission, here)
             self._hits = np.empty((0, 2))
 
-    def plan(self, view: View, stands: Stands) -> StepPlanned | InPlace | NoStep:
+    def plan(self, view: View, stands: Stands) -> StepPlanned | InPlace | NoStep | LookCloser:
         """What to do from here: rule 1, else rule 2."""
         here = view.position[None]
         admitted = bool(stands.admit(here, self._mission.robot_keep_m)[0])
         seen = without_hulls(view, stands.all, self._mission)
         if admitted and leg_is_clear(seen, stands.strand[-1], self._mission):
             return InPlace()
+        if admitted and leg_needs_closer_look(seen, stands.strand[-1], self._mission):
+            return LookCloser()
         if self._mission.obstacles_move:
             self._map.forget_where_free(view)
             self._hits = self._hits[~shown_free(self._hits, view, short_m=self._map.cell_m)]
         self._remember(seen.hit_points)
         step = self._step(view, stands)
-        return self._record(step, view, view.hits & ~seen.hits) if isinstance(step, Step) else step
+        if isinstance(step, Step):
+            return self._record(step, view, view.hits & ~seen.hits)
+        return step if closer(self._mission, len(view.ranges_m)) is None else LookCloser()
 
     def clear(self, view: View, robots: Floats) -> StepPlanned | NoStep:
         """The shortest step to where a robot that follows could come; for the leader."""
@@ -177,7 +189,11 @@ class Joining:
         places = places[stands.admit(places, mission.robot_keep_m + SLACK_M)]
         near = self._hits[np.hypot(*(self._hits - ahead).T) < lengths[-1] + mission.obstacle_keep_m + 1.0]
         off = distances_to_segments(near[:, None], places, ahead)
-        off -= mission.blind_per_range * np.hypot(*np.moveaxis(near[:, None] - places, -1, 0))
+        # What may be hidden beside a hit lies along the ray to it, and one spacing beside it.
+        rays = CLOSER * mission.directions * mission.revolutions
+        spacing_rad = 2.0 * np.pi / rays
+        off *= mission.sure_share_in(rays)
+        off -= spacing_rad * np.hypot(*np.moveaxis(near[:, None] - places, -1, 0))
         open_m = off.min(axis=0, initial=np.inf) - mission.range_error_m_max
         least_open_m = mission.robot_radius_m + certain_clearance_m_min(mission) + 2.0 * HIT_M
         return np.asarray(places[open_m >= least_open_m])

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from agents.navigation.leg import certain_clearance_m, certain_clearance_m_min
+from agents.navigation.leg import certain_clearance_m_min, is_unsure_of_leg, leg_is_certain
 from agents.navigation.scan import View, on_discs
+from agents.navigation.sure import closer
 from protocol.arrays import Floats, distances_to_segments
 from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
@@ -16,11 +17,22 @@ def without_hulls(view: View, robots: Floats, mission: Mission) -> View:
 
 def leg_is_clear(seen: View, ahead: Floats, mission: Mission) -> bool:
     """Whether the straight way to the robot ahead (2,) is, in a scan without hulls."""
+    return _leg_may_be_clear(seen, ahead, mission) and leg_is_certain(seen, ahead, mission)
+
+
+def leg_needs_closer_look(seen: View, ahead: Floats, mission: Mission) -> bool:
+    """Whether only what the scan may have missed stands against that way, and a closer look may show it."""
+    return (
+        closer(mission, len(seen.ranges_m)) is not None
+        and _leg_may_be_clear(seen, ahead, mission)
+        and is_unsure_of_leg(seen, ahead, mission)
+    )
+
+
+def _leg_may_be_clear(seen: View, ahead: Floats, mission: Mission) -> bool:
     if not np.hypot(*(ahead - seen.position)) <= mission.leg_m_max:
         return False
-    if hides_way(seen, ahead, mission):
-        return False
-    return certain_clearance_m(seen, ahead, mission) >= certain_clearance_m_min(mission)
+    return not hides_way(seen, ahead, mission)
 
 
 def hides_way(seen: View, ahead: Floats, mission: Mission) -> bool:

@@ -3,7 +3,8 @@
 Rule 1: it reports standing: its newest order has ended. It repeats a report until it is answered, and after
         that less often, since the answer shows that the coordinator is there.
 Rule 2: it looks when it is asked to, from where it stands. A leg that has been driven is not looked at: who
-        drives on it looks anew (`agents.strand.follower`).
+        drives on it looks anew (`agents.strand.follower`). It looks closer where a leg is clear of all that
+        was hit, but not of what may be hidden.
 """
 
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from agents.body.senses import Senses
 from agents.commands import Command, Say
 from agents.due import is_due
 from agents.liveness.timing import Timing
-from agents.membership.legs import leg_is_clear, without_hulls
+from agents.membership.legs import leg_is_clear, leg_needs_closer_look, without_hulls
 from agents.membership.past import Past
 from agents.membership.places import Places
 from agents.membership.turn import Ended, places_xy
@@ -152,14 +153,17 @@ class Reporter:
             if not self.mission.law.promises_clearance:
                 self._look = Look(number=question.number, clear=True)
                 return []
-        scan = senses.take(revolutions=self.mission.revolutions)
+        scan = senses.take()
         if scan is None:
             return senses.ask(now_s)
-        self._look = self._judge(question, scan)
+        seen = without_hulls(scan, places_xy(question.others), self.mission)
+        if question.place is not None and leg_needs_closer_look(seen, xy(question.place), self.mission):
+            senses.look_closer(scan)
+            return senses.ask(now_s)
+        self._look = self._judge(question, seen)
         return []
 
-    def _judge(self, question: Question, scan: View) -> Look:
-        seen = without_hulls(scan, places_xy(question.others), self.mission)
+    def _judge(self, question: Question, seen: View) -> Look:
         if question.place is None:
             nearest_m = seen.nearest_m
             range_m = self.mission.range_m_max

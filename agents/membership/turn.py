@@ -20,7 +20,7 @@ from agents.body.watch import Watch
 from agents.commands import Command, Note
 from agents.membership.joining import InPlace, Joining, Stands
 from agents.navigation.scan import View
-from agents.navigation.step import NoStep
+from agents.navigation.step import LookCloser, NoStep
 from protocol.arrays import Floats
 from protocol.frames import Point
 from protocol.mission import Mission
@@ -83,13 +83,13 @@ class TurnTaker:
         self._step, self._gives_up = None, False
         if now_s < self._looks_again_s:
             return commands
-        scan = self._senses.take(revolutions=self._mission.revolutions)
+        scan = self._senses.take()
         if scan is None:
             return commands + self._senses.ask(now_s)
         return commands + self._plan(scan, now_s)
 
     def _plan(self, scan: View, now_s: float) -> list[Command]:
-        planned: StepPlanned | InPlace | NoStep
+        planned: StepPlanned | InPlace | NoStep | LookCloser
         if self._join.makes_way and self.has_moved:
             planned = InPlace()
         elif self._join.makes_way:
@@ -107,6 +107,9 @@ class TurnTaker:
             case InPlace():
                 self.ended = Ended(turn, placed=True)
                 return [Note(RobotPlaced(rank=rank, turn=turn, **here))]
+            case LookCloser():
+                self._senses.look_closer(scan)
+                return self._senses.ask(now_s)
             case NoStep() if patient:
                 self._looks_again_s = now_s + LOOKS_AGAIN_S
                 return []

@@ -1,10 +1,8 @@
 """The certificate: the clearance that holds along a whole step, promised before the step is driven.
 
-Rule 1: the free polygon of a scan joins consecutive hits and range-limit points. Every edge counts as a
-        wall: surface, occlusion or range limit, since nothing is known beyond it.
-Rule 2: a step is certified if the disc of radius r + epsilon, swept along it, stays inside. Each edge is
-        widened by the uncertainty of the scan there: the range error, and how far an obstacle may reach past
-        its last ray, which grows with range.
+Rule 1: ground is free as far as the scan is sure of it (`agents/navigation/sure.py`). Where that ends is a
+        wall, since nothing is known beyond: an arc between two rays, and a side along a ray between two arcs.
+Rule 2: a step is certified if the disc of radius r + epsilon, swept along it, stays inside.
 Rule 3: a step keeps the robots' distance from ground that robots behind may still reach. From the bounds of
         the region it keeps the hull's radius and the tolerance.
 Rule 4: an edge that is already nearer than its distance only forbids motion towards it.
@@ -15,12 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from agents.navigation.scan import View
-from protocol.arrays import Flags, Floats, Indices, distances_to_segments, nearest_on_segments
+from agents.navigation.sure import sure
+from protocol.arrays import Flags, Floats, distances_to_segments, nearest_on_segments
 from protocol.mission import Bounds, Mission
 from protocol.sweep import travel_m
-
-PIECE = 1.25  # so an edge is at most a quarter wider than necessary
-NEAR_M = 0.01  # nearer than this, the uncertainty of a scan is negligible beside the clearance
 
 
 @dataclass(frozen=True)
@@ -49,52 +45,19 @@ class Walls:
 
 
 def scan_walls(view: View, mission: Mission, *, leave_out: Flags | None = None) -> Walls:
-    """The edges of the free polygon as walls (rules 1 and 2); long ones are split into pieces.
+    """Where the ground ends that a scan is sure of, as walls (rule 1).
 
-    If a direction is left out, the edges on both sides of it are left out, but not their other ends.
+    If a direction is left out, the gaps on both sides of it are as its other neighbours say.
     """
-    edge, starts, ends, far = _pieces(view)
-    blind_per_range = mission.blind_per_range_in(len(view.ranges_m))
-    unsure = mission.range_error_m_max + blind_per_range * far
-    walls = Walls(starts, ends, mission.obstacle_keep_m + unsure)
-    if leave_out is None:
-        return walls
-    kept = ~(leave_out | np.roll(leave_out, -1))[edge]
-    lone = ~leave_out & (np.roll(leave_out, 1) | np.roll(leave_out, -1))
-    lone_keep_m = mission.obstacle_keep_m + mission.range_error_m_max + blind_per_range * view.ranges_m[lone]
-    return Walls.joined(
-        Walls(walls.starts[kept], walls.ends[kept], walls.keep_m[kept]),
-        Walls(view.points[lone], view.points[lone], lone_keep_m),
-    )
-
-
-def _pieces(view: View) -> tuple[Indices, Floats, Floats, Floats]:
-    """The edges, split into pieces along which the range grows at most by `PIECE`.
-
-    An edge behind an obstacle reaches far away. Near the obstacle it must not be as wide as at its far end.
-
-    Returns:
-        For each piece: the index of its edge, its two ends, and its far range.
-    """
-    ranges = np.maximum(view.ranges_m, NEAR_M)
-    near, far = np.sort(np.stack([ranges, np.roll(ranges, -1)]), axis=0)
-    counts = np.maximum(np.ceil(np.log(far / near) / np.log(PIECE)), 1.0).astype(int)
-    edge = np.repeat(np.arange(len(counts)), counts)
-    piece = np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)
-    count, near, far = counts[edge], near[edge], far[edge]
-
-    def at(index: Floats) -> tuple[Floats, Floats]:
-        """Range at the index-th joint from the near end of each edge, and its share of the edge's length."""
-        range_m = near * (far / near) ** (index / count)
-        spread = far - near
-        return range_m, np.where(spread > 0.0, (range_m - near) / np.where(spread > 0.0, spread, 1.0), index)
-
-    (_, share_0), (range_m, share_1) = at(piece.astype(np.float64)), at(piece + 1.0)
-    here, there = view.points[edge], np.roll(view.points, -1, axis=0)[edge]
-    near_first = (ranges <= np.roll(ranges, -1))[edge][:, None]
-    from_point, to_point = np.where(near_first, here, there), np.where(near_first, there, here)
-    along = to_point - from_point
-    return edge, from_point + share_0[:, None] * along, from_point + share_1[:, None] * along, range_m
+    seen = sure(view, mission, leave_out=leave_out)
+    is_known = np.isfinite(seen.ranges_m)
+    # The side at the end of a gap: from its arc to the next one's.
+    sided = is_known & np.roll(is_known, -1) & (seen.ranges_m != np.roll(seen.ranges_m, -1))
+    if leave_out is not None:
+        sided &= ~np.roll(leave_out, -1)
+    starts = np.concatenate([seen.starts[is_known], seen.ends[sided]])
+    ends = np.concatenate([seen.ends[is_known], np.roll(seen.starts, -1, axis=0)[sided]])
+    return Walls(starts, ends, np.full(len(starts), mission.obstacle_keep_m))
 
 
 def ground_walls(corners: Floats, keep_m: float) -> Walls:
@@ -128,8 +91,7 @@ def promised_clearance_m(view: View, target: Floats, robots: Flags, mission: Mis
         mission: the robot's mission.
     """
     walls = scan_walls(view, mission, leave_out=robots)
-    margin = walls.keep_m - mission.obstacle_keep_m
     off_ends = distances_to_segments(walls.starts, view.position, target)
     off_edges = [distances_to_segments(end, walls.starts, walls.ends) for end in (view.position, target)]
     apart = np.minimum(off_ends, np.minimum(*off_edges))
-    return max(0.0, float((apart - margin).min()) - mission.robot_radius_m)
+    return max(0.0, float(apart.min()) - mission.robot_radius_m)

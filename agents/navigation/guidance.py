@@ -114,6 +114,11 @@ class Map:
             self._build(start - self._margin_m, start + self._margin_m)
 
     @property
+    def hits(self) -> Floats:
+        """What has been seen (n, 2) [m; world frame]."""
+        return self._hits
+
+    @property
     def cell_m(self) -> float:
         """The size of a cell."""
         return self._grid.cell_m

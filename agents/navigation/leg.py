@@ -7,20 +7,22 @@ alone are enough.
 import numpy as np
 
 from agents.navigation.scan import View
-from protocol.arrays import Floats, distances_to_segments
+from agents.navigation.sure import sure
+from protocol.arrays import Floats, distances_to_segments, segments_apart
 from protocol.mission import Mission
 from protocol.sweep import TOUCHING_M
 
 
 def seen_clearance_m(seen: View, end: Floats, mission: Mission) -> float:
     """The clearance of the hull, swept from the scan's position to `end` (2,), to the nearest hit [m]."""
-    return _clearance_m(seen, end, mission, np.zeros(int(seen.hits.sum())))
+    return _clearance_m(seen, end, mission, seen.hit_points, seen.hit_points)
 
 
 def certain_clearance_m(seen: View, end: Floats, mission: Mission) -> float:
-    """The same clearance, minus the uncertainty of the scan [m]."""
-    unsure_m = mission.range_error_m_max + mission.blind_per_range * seen.ranges_m[seen.hits]
-    return _clearance_m(seen, end, mission, np.asarray(unsure_m))
+    """The same clearance to where an obstacle may be that was hit [m]."""
+    known = sure(seen, mission, leave_out=~seen.hits)
+    beside_hits = np.isfinite(known.ranges_m)
+    return _clearance_m(seen, end, mission, known.starts[beside_hits], known.ends[beside_hits])
 
 
 def certain_clearance_m_min(mission: Mission) -> float:
@@ -28,11 +30,21 @@ def certain_clearance_m_min(mission: Mission) -> float:
     return mission.clear_m - mission.mu0_m / 2.0
 
 
-def _clearance_m(seen: View, end: Floats, mission: Mission, unsure_m: Floats) -> float:
-    off_m = distances_to_segments(seen.hit_points, seen.position, end)
-    here_m = np.hypot(*(seen.hit_points - seen.position).T)
-    # Hits that are too near already must not keep the robot there if the way leads away from them.
-    near = here_m - unsure_m < mission.robot_radius_m + mission.clear_m
+def leg_is_certain(seen: View, end: Floats, mission: Mission) -> bool:
+    """Whether a way that no leader has certified is clear."""
+    return certain_clearance_m(seen, end, mission) >= certain_clearance_m_min(mission)
+
+
+def is_unsure_of_leg(seen: View, end: Floats, mission: Mission) -> bool:
+    """Whether such a way is clear of all hits, but not of what the scan may have missed."""
+    is_seen_clear = seen_clearance_m(seen, end, mission) >= certain_clearance_m_min(mission)
+    return is_seen_clear and not leg_is_certain(seen, end, mission)
+
+
+def _clearance_m(seen: View, end: Floats, mission: Mission, starts: Floats, ends: Floats) -> float:
+    off_m = segments_apart(seen.position, end, starts, ends)
+    here_m = distances_to_segments(seen.position, starts, ends)
+    # What is too near already must not keep the robot there if the way leads away from it.
+    near = here_m < mission.robot_radius_m + mission.clear_m
     left = near & (off_m >= here_m - TOUCHING_M)
-    least_m = float((off_m - unsure_m)[~left].min(initial=mission.range_m_max))
-    return least_m - mission.robot_radius_m
+    return float(off_m[~left].min(initial=mission.range_m_max)) - mission.robot_radius_m

@@ -24,6 +24,8 @@ class View:
     """Whether there was a hit within the range (n,)."""
     t_s: float
     """The time of the scan."""
+    earlier: tuple["View", ...] = ()
+    """Scans from other places that still hold: nothing has moved since but robots of the strand."""
 
     @cached_property
     def points(self) -> Floats:

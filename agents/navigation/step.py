@@ -65,6 +65,11 @@ class NoStep:
 
 
 @dataclass(frozen=True)
+class LookCloser:
+    """The scan has too few rays to decide."""
+
+
+@dataclass(frozen=True)
 class Crossed:
     """Without a goal: no gap is left ahead, so the region has been crossed."""
 

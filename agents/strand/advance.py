@@ -11,6 +11,7 @@ import math
 from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.commands import Command, Note
+from agents.navigation.step import LookCloser
 from agents.strand.follower import Follower
 from agents.strand.strand import Strand
 from protocol.mission import Mission
@@ -69,7 +70,7 @@ class Advance:
 
     def _check(self, strand: Strand, now_s: float) -> list[Command]:
         """Check the segment that begins where the robot stands; it waits for the scan."""
-        scan = self._senses.take(revolutions=self._mission.revolutions)
+        scan = self._senses.take()
         if scan is None:
             return self._senses.ask(now_s) if self._follower.may_check(now_s) else []
         checked = self._follower.check(
@@ -80,4 +81,7 @@ class Advance:
             robots=strand.robots_in_sight(now_s),
             now_s=now_s,
         )
+        if isinstance(checked, LookCloser):
+            self._senses.look_closer(scan)
+            return self._senses.ask(now_s)
         return [Note(checked)]

@@ -20,8 +20,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from agents.navigation.leg import certain_clearance_m, certain_clearance_m_min, seen_clearance_m
+from agents.navigation.leg import certain_clearance_m, is_unsure_of_leg, leg_is_certain, seen_clearance_m
 from agents.navigation.scan import View, on_ground
+from agents.navigation.step import LookCloser
+from agents.navigation.sure import closer
 from protocol.arrays import Floats, xy
 from protocol.frames import Point
 from protocol.mission import Mission
@@ -87,8 +89,8 @@ class Follower:
         own_leg_m: float,
         robots: Sequence[Floats],
         now_s: float,
-    ) -> SegmentChecked:
-        """Check the segment that begins here (rule 2).
+    ) -> SegmentChecked | LookCloser:
+        """Check the segment that begins here (rule 2), if the scan shows enough.
 
         Args:
             view: a scan taken here.
@@ -104,9 +106,11 @@ class Follower:
         clear = clearance_m >= self._clear_m_min
         if progress_m < own_leg_m - THERE_M:
             end = xy(path.at(min(vertex.s_m, own_leg_m)))
-            certain_m = certain_clearance_m(seen, end, self._mission)
-            clear = clear and certain_m >= certain_clearance_m_min(self._mission)
-            clearance_m = min(clearance_m, certain_m)
+            is_closest = closer(self._mission, len(view.ranges_m)) is None
+            if clear and not is_closest and is_unsure_of_leg(seen, end, self._mission):
+                return LookCloser()
+            clear = clear and leg_is_certain(seen, end, self._mission)
+            clearance_m = min(clearance_m, certain_clearance_m(seen, end, self._mission))
         self._checked_at_s, self.refused_at_s = now_s, min(self.refused_at_s, now_s)
         if clear:
             self._clear_until_m = vertex.s_m

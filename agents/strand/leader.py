@@ -10,11 +10,17 @@ Rule 3: if only the strand itself is in the way, the leader waits until the stra
 Rule 4: if there is no way, the leader reports it (`NoStep`) and does not wander in search of one. Under the
         certified law, if no obstacle moves, planning from one place again and again counts as wandering.
 Rule 5: where bodies may have moved and no way is left, the map is cleared, once per epoch.
+Rule 6: where obstacles move, a step keeps off what they can do while a motion is to be safe
+        (`Mission.watch_s`). If that leaves no way past what stands, it plans a step that keeps off what they
+        can do in a moment: the body then drives by moments (`agents/body/watch.py`).
+Rule 7: where nothing but the strand moves, scans of the same epoch from other places narrow what the closest
+        look may have missed. In another epoch bodies may have moved (F6 of docs/strand.md).
 """
 
 import math
 from dataclasses import dataclass, replace
 
+import msgspec
 import numpy as np
 
 from agents.navigation.certificate import Walls, bounds_walls, promised_clearance_m, scan_walls
@@ -23,6 +29,7 @@ from agents.navigation.guidance import CostToGo, Map
 from agents.navigation.scan import View, on_ground
 from agents.navigation.step import (
     Crossed,
+    LookCloser,
     NoStep,
     Sight,
     Step,
@@ -34,26 +41,21 @@ from agents.navigation.step import (
     paper_step,
     refused_at,
 )
+from agents.navigation.sure import closer
 from agents.strand.dead_end import way_back_m
 from protocol.arrays import Flags, Floats, xy
 from protocol.frames import Point, Pose
-from protocol.mission import Law, Mission
+from protocol.mission import BRIEF_S, Law, Mission
 from protocol.timeline import SeenGap, SeenObstacle, StepPlanned
-from protocol.wire.messages import RAYS_MAX
 
 SEEN_MAX = 250  # obstacles and gaps in a timeline entry, which must fit into one message
 GAIN_M = 0.01  # a step that shortens the way by less is not worth a stop
-CLOSER = 4  # factor for the revolutions: the unseen part of an obstacle is a quarter then
 WAY_CELLS = 4000  # longer than any way of which a scan shows a part
+EARLIER_MAX = 8  # scans of other places that are kept: some metres of a narrow way
 ROOM_STEPS_MAX = 5  # some steps round a hairpin free no ground behind; steps to and fro never do
 AGAIN_CELLS = 2.0  # cells of the map: within this distance it is the same place
 AGAIN_MAX = 12  # ten steps of `GAIN_M` leave the place; sound leaders plan at most 4 times from one place
 SPOTS_MAX = 100  # closed from one place: after so many refusals there is no way
-
-
-@dataclass(frozen=True)
-class LookCloser:
-    """The scan has too few rays to decide."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +93,12 @@ class Leader:
         self._room_steps = 0
         """Steps planned to make room since then."""
         self._bodies_may_move = False
+        self._earlier: tuple[View, ...] = ()
+        """The newest scans that it has planned from in that epoch, one a place."""
+        self._brief: Leader | None = None
+        """It plans steps that are driven by moments (rule 6)."""
+        if mission.obstacles_move and mission.watch_s > BRIEF_S:
+            self._brief = Leader(msgspec.structs.replace(mission, watch_s=BRIEF_S), start)
 
     @property
     def steps(self) -> int:
@@ -101,11 +109,6 @@ class Leader:
         """Count on from another leader's steps."""
         self._steps = max(self._steps, steps)
 
-    @property
-    def closer(self) -> int:
-        """Revolutions of the scanner for a closer look."""
-        return min(CLOSER * self._mission.revolutions, RAYS_MAX // self._mission.directions)
-
     def is_done(self, position: Floats) -> bool:
         """Whether this is the last switching position: at the goal, or the last one requested."""
         if self._goal is not None:
@@ -113,7 +116,14 @@ class Leader:
         return self._steps + 1 == self._mission.switching_positions_max
 
     def plan(
-        self, view: View, ground: Ground, *, epoch: int, settled: bool, bodies_may_move: bool = False
+        self,
+        view: View,
+        ground: Ground,
+        *,
+        epoch: int,
+        settled: bool,
+        bodies_may_move: bool = False,
+        all_stand: bool = False,
     ) -> Plan:
         """The next switching step from a scan, as a timeline entry; or why there is none.
 
@@ -123,10 +133,13 @@ class Leader:
             epoch: the strand's epoch.
             settled: whether the robots behind have closed up.
             bodies_may_move: whether a body in the way may move away again, from now on.
+            all_stand: whether what was in the way has not gone for a while.
         """
         self._bodies_may_move |= bodies_may_move
         if self._planned_in != epoch:
             self._planned_in, self._planned_at, self._forgot = epoch, [], False
+            self._earlier = ()
+        view = self._with_earlier(view)
         sight, hull_reach_m = look(view, self._mission), self._mission.hull_reach_m
         walls = Walls.joined(scan_walls(view, self._mission), ground.walls, *self._bounds())
         # For guidance alone, which only ranks: the certificate takes no hit for a robot.
@@ -136,7 +149,11 @@ class Leader:
         elif self._goal is None:
             step = certified_step_onward(sight, walls, onward_rad=self._onward_rad, gain_m=GAIN_M)
         else:
-            step = self._step_to(self._goal, view.without(robots), walls, ground, settled=settled)
+            seen = view.without(robots)
+            step = self._step_to(self._goal, seen, walls, ground, settled=settled)
+            is_blocked = isinstance(step, DeadEnd) or (all_stand and isinstance(step, NoStep | Wait))
+            if self._brief is not None and is_blocked:
+                step = self._brief.brief_step(self._goal, seen, self.map, ground) or step
         if not isinstance(step, Step):
             return step
         if self._wanders(view.position):
@@ -144,6 +161,23 @@ class Leader:
         self._steps += 1
         behind = on_ground(view.points, ground.behind, within_m=hull_reach_m)
         return self._record(step, sight, ground, behind, epoch)
+
+    def _with_earlier(self, view: View) -> View:
+        """The scan, which is kept; the closest one is narrowed by those from other places (rule 7)."""
+        if self._world_changes:
+            return view
+        others = tuple(each for each in self._earlier if (each.position != view.position).any())
+        self._earlier = (*others[-EARLIER_MAX:], view)
+        is_closest = closer(self._mission, len(view.ranges_m)) is None
+        return replace(view, earlier=others) if is_closest else view
+
+    def brief_step(self, goal: Floats, view: View, known: Map, ground: Ground) -> Step | LookCloser | None:
+        """Rule 6: a step that is driven by moments, with what another leader's map knows."""
+        self.map.forget()
+        self.map.remember(known.hits)
+        walls = Walls.joined(scan_walls(view, self._mission), ground.walls, *self._bounds())
+        step = self._step_to(goal, view, walls, ground, settled=True)
+        return step if isinstance(step, Step | LookCloser) else None
 
     def _wanders(self, here: Floats) -> bool:
         """Whether it has planned from here too often (rule 4). If not, the place is noted."""
@@ -197,7 +231,7 @@ class Leader:
                 return step
             if not has_way(view, walls, cost_to_go):
                 return self._turn_back(goal, view, ground, settled=settled)
-            if len(view.ranges_m) < self._mission.directions * self.closer:
+            if closer(self._mission, len(view.ranges_m)) is not None:
                 return LookCloser()
             self._close(view, walls, cost_to_go)
         return self._no_way("no certified step comes nearer to the goal")

@@ -15,8 +15,8 @@ import math
 from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.commands import Command, Note
-from agents.navigation.step import Crossed, NoStep
-from agents.strand.leader import DeadEnd, LookCloser, Plan, Wait
+from agents.navigation.step import Crossed, LookCloser, NoStep
+from agents.strand.leader import DeadEnd, Plan, Wait
 from agents.strand.memory import Memory
 from agents.strand.strand import Strand
 from agents.strand.wish import Turnabout, Wish
@@ -28,6 +28,7 @@ from protocol.timeline import GoalReached, RobotArrived, RouteLost, StepAbandone
 PATIENCE_S = 30.0  # with what stands in all ways on: who walks to and fro has come and gone by then
 COMES_BACK_S = 15.0  # with robots that are left out: who has gone for so long does not come back
 TURNS_MAX = 8  # with no step towards the goal between them
+STANDS_S = 2.0  # in the way for so long: no passer-by
 LEADERS_MAX = 5  # tried from one place, one after the other
 SETTLED_S = 2.0  # who moves is heard of within a heartbeat a robot; between two of them another has begun
 
@@ -45,7 +46,6 @@ class Leading:
         self._strand = strand
         self._step: StepPlanned | None = None
         self._gives_up = False
-        self._revolutions = mission.revolutions
         self._plans_again_s = -math.inf
         self._stuck_at_s = math.inf
         self._lost = self._arrived = False
@@ -129,9 +129,9 @@ class Leading:
             why = f"robot {strand.robot} stands {self._off_path_m:.3f} m off the path's end"
             self._wish = Wish(Cause.MISFIT, why, about=strand.robot)
             return []
-        scan = self._senses.take(revolutions=self._revolutions)
+        scan = self._senses.take()
         if scan is None:
-            return self._senses.ask(now_s, revolutions=self._revolutions)
+            return self._senses.ask(now_s)
         ground = strand.grants.ground(now_s)
         planned = leader.plan(
             scan,
@@ -139,6 +139,7 @@ class Leading:
             epoch=strand.number,
             settled=strand.quiet_s >= SETTLED_S,
             bodies_may_move=self._some_are_left_out,
+            all_stand=now_s - self._stuck_at_s >= STANDS_S,
         )
         if room_m is not None and isinstance(planned, StepPlanned):
             strand.lead_on()
@@ -146,7 +147,8 @@ class Leading:
             planned = leader.make_room(scan, ground, epoch=strand.number, room_m=room_m)
         behind = strand.behind
         self._memory.hand_on(0 if behind is None or behind.state is None else behind.state.handed)
-        self._revolutions = leader.closer if isinstance(planned, LookCloser) else self._mission.revolutions
+        if isinstance(planned, LookCloser):
+            self._senses.look_closer(scan)
         return self._carry_out(planned, now_s)
 
     @property
@@ -164,7 +166,7 @@ class Leading:
             case Crossed():
                 return [Note(GoalReached(**self._here())), *self._arrive()]
             case LookCloser():
-                return self._senses.ask(now_s, revolutions=self._revolutions)
+                return self._senses.ask(now_s)
             case NoStep(reason, everywhere) if self._is_lost(now_s):
                 self._plans_again_s = now_s + SETTLED_S
                 return self._give_up_lead(reason, everywhere=everywhere)

@@ -53,6 +53,7 @@ class Request:
     seeds: tuple[int, ...]
     law: str | None
     deployment: str | None
+    time_s_max: float | None
     tight: float | None
     faults: str | None
     """A fault plan, or `swarm`; with `swarm` there are no roots."""
@@ -79,6 +80,7 @@ class Campaign(Struct, frozen=True, kw_only=True):
     seeds: tuple[int, ...]
     law: str | None
     deployment: str | None
+    time_s_max: float | None
     tight: float | None
     faults: str | None
     guided: bool = False
@@ -179,6 +181,7 @@ def _episodes(request: Request, source_hash: str) -> Iterator[Episode]:
                 robots_left_out=scene.robots_left_out,
                 law=request.law,
                 deployment=request.deployment,
+                time_s_max=request.time_s_max,
                 widest_path_radius_m=scene.widest_path_radius_m,
                 wall_s_max=request.wall_s_max,
             )
@@ -204,6 +207,7 @@ def drawn_episode(seed: int, out: Path, source_hash: str, *, wall_s_max: float) 
         robots_left_out=0,
         law=None,
         deployment=None,
+        time_s_max=None,
         widest_path_radius_m=None,
         wall_s_max=wall_s_max,
     )
@@ -226,7 +230,7 @@ def _with_drawn(outcome: Outcome, out: Path) -> Outcome:
 
 
 def _key(scene: Scene, seed: int, request: Request, plan: bytes, source_hash: str) -> str:
-    options = [seed, scene.robots, request.law, request.deployment, plan]
+    options = [seed, scene.robots, request.law, request.deployment, request.time_s_max, plan]
     said = msgspec.json.encode([scene.family, scene.path.stem, *options, source_hash])
     return blake2b(scene.path.read_bytes() + said, digest_size=16).hexdigest()
 
@@ -281,6 +285,7 @@ def _sum_up(
         seeds=request.seeds,
         law=request.law,
         deployment=request.deployment,
+        time_s_max=request.time_s_max,
         tight=request.tight,
         faults=request.faults,
         guided=request.guided,

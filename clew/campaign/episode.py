@@ -72,6 +72,7 @@ class Episode(Struct, frozen=True, kw_only=True):
     robots_left_out: int
     law: str | None
     deployment: str | None
+    time_s_max: float | None
     widest_path_radius_m: float | None
     wall_s_max: float
     branches: str | None = None
@@ -88,8 +89,10 @@ class Episode(Struct, frozen=True, kw_only=True):
         robots = "" if self.robots is None else f" -n {self.robots}"
         law = "" if self.law is None else f" --law {self.law}"
         deployment = "" if self.deployment is None else f" --deployment {self.deployment}"
+        time = "" if self.time_s_max is None else f" --time-s-max {self.time_s_max:g}"
         faults = "" if self.faults is None else f" --faults {self.faults}"
-        return f"./launch/clew rehearse {self.path}{robots}{law}{deployment}{faults} --seed {self.seed}"
+        options = f"{robots}{law}{deployment}{time}{faults}"
+        return f"./launch/clew rehearse {self.path}{options} --seed {self.seed}"
 
 
 class Outcome(Struct, frozen=True, kw_only=True):
@@ -214,6 +217,7 @@ def set_stage(episode: Episode) -> Stage:
         robots=episode.robots,
         law=episode.law,
         deployment=episode.deployment,
+        time_s_max=episode.time_s_max,
         seed=episode.seed,
     )
     return Stage(scenario, NO_FAULTS if episode.faults is None else plans.load(episode.faults))

@@ -5,6 +5,7 @@ import math
 from importlib import metadata
 
 from protocol.run_settings import SEED_MAX, SPEED_MAX
+from world.scenario.sections import TIME_S_MAX
 
 DEPLOYMENTS = ("random",)  # the values of `--deployment`
 
@@ -33,6 +34,21 @@ def speed_of(text: str) -> float | None:
     if speed is not None and not 0.0 < speed <= SPEED_MAX:
         raise argparse.ArgumentTypeError(f"must be max or a number in (0, 1000], got {text}")
     return speed
+
+
+def time_of(text: str) -> float:
+    """The time limit in a text [s].
+
+    Raises:
+        argparse.ArgumentTypeError: the text is invalid.
+    """
+    try:
+        time_s = float(text)
+    except ValueError:
+        time_s = math.nan
+    if not 0.0 < time_s <= TIME_S_MAX:
+        raise argparse.ArgumentTypeError(f"must be a number in (0, {TIME_S_MAX:g}], got {text}")
+    return time_s
 
 
 def version() -> str:

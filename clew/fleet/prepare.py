@@ -123,6 +123,7 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
         robots=request.robots,
         law=request.law,
         deployment=request.deployment,
+        time_s_max=request.time_s_max,
         seed=request.seed,
     )
     robots = scenario.mission().robots

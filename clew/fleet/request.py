@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
-from clew.fleet.options import DEPLOYMENTS, seed_of, speed_of, version
+from clew.fleet.options import DEPLOYMENTS, seed_of, speed_of, time_of, version
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.files.names import did_you_mean
@@ -26,6 +26,7 @@ class Request:
     seed: int
     law: str | None
     deployment: str | None
+    time_s_max: float | None
     speed: float | None
     """Times real time; None: as fast as the robots answer."""
     faults: str | None
@@ -97,6 +98,12 @@ def _add_what_is_run(parser: argparse.ArgumentParser) -> None:
     )
     _add_word(parser, "--law", [law.value for law in Law], "instead of the scenario's")
     _add_word(parser, "--deployment", DEPLOYMENTS, "free places drawn by the seed, instead of the scenario's")
+    parser.add_argument(
+        "--time-s-max",
+        type=time_of,
+        metavar="SECONDS",
+        help="simulated time after which the run fails, instead of the scenario's",
+    )
     parser.add_argument("--speed", type=speed_of, default=1.0, help="times real time, or max; default: 1")
     parser.add_argument(
         "--faults",

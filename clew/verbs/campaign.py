@@ -18,7 +18,7 @@ from clew.campaign.pool import outcomes_of
 from clew.fleet.folder import RUNS
 from clew.guided.batches import guided_outcomes
 from clew.swarm.futures import read_branches
-from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, robots_option, seeds_option
+from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, TIME, robots_option, seeds_option
 from clew.verbs.say import console, say
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
@@ -42,6 +42,7 @@ REPORTS = 20  # lines of progress if stderr is no terminal: one for each 5 %
 @seeds_option("Seeds, as 1, 1-3 or 1,4-6.")
 @LAW
 @DEPLOYMENT
+@TIME
 @click.option(
     "--tight",
     type=click.FloatRange(0.0, 2.0, min_open=True),
@@ -94,6 +95,7 @@ def campaign(
     seeds: tuple[int, ...],
     law: str | None,
     deployment: str | None,
+    time_s_max: float | None,
     tight: float | None,
     faults: str | None,
     guided: bool,
@@ -110,7 +112,7 @@ def campaign(
     A surprise is an outcome that no sound fleet has, such as a broken promise. With --faults swarm, each seed
     draws its own small world and the faults in it. Exits with 1 when there was a surprise.
     """
-    _check(bool(roots), faults, (robots, law, deployment, tight))
+    _check(bool(roots), faults, (robots, law, deployment, time_s_max, tight))
     _check_futures(faults, guided=guided, future=future)
     request = Request(
         roots=(*roots, *more),
@@ -118,6 +120,7 @@ def campaign(
         seeds=seeds,
         law=law,
         deployment=deployment,
+        time_s_max=time_s_max,
         tight=tight,
         faults=faults,
         guided=guided,
@@ -149,8 +152,8 @@ def _check(has_scenes: bool, faults: str | None, of_scenes: tuple[object, ...]) 
         return
     if has_scenes or any(each is not None for each in of_scenes):
         raise UsageError(
-            "--faults swarm: each seed draws its own world, so --scenes, --robots, --law, --deployment and"
-            " --tight must not be given"
+            "--faults swarm: each seed draws its own world, so --scenes, --robots, --law, --deployment,"
+            " --time-s-max and --tight must not be given"
         )
 
 

@@ -11,6 +11,7 @@ from protocol.files.names import did_you_mean
 from protocol.frames import ROBOTS_MAX
 from protocol.mission import Law
 from protocol.run_settings import SEED_MAX, SPEED_MAX
+from world.scenario.sections import TIME_S_MAX
 
 Verb = TypeVar("Verb", bound=Callable[..., Any])
 
@@ -81,6 +82,11 @@ DEPLOYMENT = click.option(
     "--deployment",
     type=Word(DEPLOYMENTS),
     help="Start at random free places, drawn by the seed, instead of the scenario's places.",
+)
+TIME = click.option(
+    "--time-s-max",
+    type=click.FloatRange(0.0, TIME_S_MAX, min_open=True),
+    help="Simulated time after which a run fails [s], instead of the scenario's.",
 )
 FAULTS = click.option(
     "--faults", metavar="PLAN", help="Fault plan: a name in launch/faults/, or a .toml file."

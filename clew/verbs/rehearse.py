@@ -11,7 +11,7 @@ from clew.fleet.summary import report
 from clew.log import timeline
 from clew.rehearsal.processes import check_rehearsable
 from clew.rehearsal.recorded import rehearse as rehearse_into
-from clew.verbs.options import AS_JSON, DEPLOYMENT, FAULTS, LAW, SEED, robots_option
+from clew.verbs.options import AS_JSON, DEPLOYMENT, FAULTS, LAW, SEED, TIME, robots_option
 from clew.verbs.say import warn
 from protocol.faults.plan import NO_FAULTS
 from protocol.faults.plan import load as load_plan
@@ -25,6 +25,7 @@ from world.scenario.scenario import load
 @click.option("--seed", type=SEED, default=1, show_default=True, help="Decides every random draw.")
 @LAW
 @DEPLOYMENT
+@TIME
 @FAULTS
 @click.option(
     "--out", type=click.Path(path_type=Path), help="Folder of the run; default: a new one in runs/."
@@ -39,6 +40,7 @@ def rehearse(
     seed: int,
     law: str | None,
     deployment: str | None,
+    time_s_max: float | None,
     faults: str | None,
     out: Path | None,
     as_json: bool,
@@ -48,7 +50,7 @@ def rehearse(
     The same seed gives the same timeline, to the byte. SCENARIO is a name in launch/scenarios/ or a file. The
     run's folder, the summary and the exit code are those of launch/fleet.sh.
     """
-    loaded = load(scenario, robots=robots, law=law, deployment=deployment, seed=seed)
+    loaded = load(scenario, robots=robots, law=law, deployment=deployment, time_s_max=time_s_max, seed=seed)
     plan = NO_FAULTS if faults is None else load_plan(faults)
     check_rehearsable(plan, robots=loaded.fleet.robots)
     folder = out or RUNS / folder_name(datetime.now(UTC), scenario, secrets.token_hex(2))

@@ -45,7 +45,7 @@ def is_simple(ring: Floats) -> bool:
 
 
 def corners_rad(ring: Floats) -> Floats:
-    """The interior angle at each vertex, in (0, 2 pi)."""
+    """The interior angle at each vertex of the ring in anti-clockwise order, in (0, 2 pi)."""
     ring = anticlockwise(ring)
     edges = np.roll(ring, -1, axis=0) - ring
     before = np.roll(edges, 1, axis=0)

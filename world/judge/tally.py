@@ -27,6 +27,7 @@ from protocol.timeline import (
     TrafficCounted,
     ViewJoined,
 )
+from world.judge.attempt import Attempt
 from world.judge.books import TAKES_AWAY, Book
 from world.judge.recovery import Dated, is_relevant
 from world.judge.truth.voices import Voices
@@ -61,6 +62,8 @@ class Tally:
     planning_events: int = 0
     """Scans served to robots: each is queried to decide on a motion."""
     scans: int = 0
+    attempt: Attempt = field(default_factory=Attempt)
+    """What the fleet was trying last."""
     struck: set[str] = field(default_factory=set)
     """The rules of fault plans that struck at least once."""
     _voices: Voices = field(default_factory=Voices)
@@ -84,6 +87,7 @@ class Tally:
             return
         if isinstance(entry.record, FaultInjected):
             self._hear_fault(source, entry.record)
+        self.attempt.hear(source, entry)
         robot = robot_number(source)
         if is_relevant(source, entry.record):
             self.recovery.append((entry.t_s, source, entry.record))

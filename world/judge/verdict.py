@@ -211,7 +211,8 @@ def _flaws_of_ending(facts: Facts) -> Iterator[Flaw]:
             yield Flaw(f"robots never came: {facts.absent}")
         case Ending.TIMED_OUT:
             arrived, living = len(facts.arrived), len(facts.living)
-            yield Flaw(f"the time was up with {arrived} of {living} living robots arrived")
+            tried = facts.tally.attempt.sentence
+            yield Flaw(f"the time was up with {arrived} of {living} living robots arrived: {tried}")
         case Ending.STRANDED:
             yield Flaw(f"no way for {_stranded_sentence(facts)}")
         case Ending.STUCK:

@@ -1,17 +1,16 @@
 """The error budget: finite directions, sensor noise and drive errors.
 
-The certificate covers what finite directions leave unseen: it keeps a larger distance from each hit, growing
-with the range of the hit. So ray quantisation costs room in narrow gaps, and almost nothing of the tolerance
-mu0. A small share remains: a robot at that distance may drive along the obstacle, and what two rays hide may
-then be one ray spacing ahead. Noise differs between scans, and drive errors between drives. mu0 has to cover
-all of these shares.
+The certificate covers what finite directions leave unseen: it takes for free only what the scan is sure of
+(`agents/navigation/sure.py`). So ray quantisation costs room in narrow gaps, and almost nothing of the
+tolerance mu0. A small share remains: a robot at that distance may drive along the obstacle, and what two rays
+hide may then be one ray spacing ahead. Noise differs between scans, and drive errors between drives. mu0 has
+to cover all of these shares.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from protocol.mission import BLIND_PER_RANGE_MAX
 from world.geometry.shapes import Shape
 
 NOISE_SIGMAS = 3.0
@@ -35,23 +34,6 @@ class Budget:
     def total_m(self) -> float:
         """The sum that mu0 has to cover."""
         return self.quantisation_m + self.range_noise_m + self.drive_m
-
-
-def blind_per_range(shapes: Sequence[Shape], directions: int) -> float:
-    """How far an obstacle can extend unseen past a ray that hit it, per metre of range.
-
-    Sideways past its last ray it extends by up to the ray spacing. At a corner of angle gamma, one ray can
-    hit the near side while the next ray just misses along the far side. In the triangle of sensor, hit and
-    corner the angle at the hit is then gamma - spacing, so by the law of sines the corner extends beyond the
-    hit by `sin(spacing) / sin(gamma - spacing)` of its range; a blunt corner by at most the spacing.
-    """
-    spacing_rad = math.tau / directions
-    sharpest_rad = min((shape.sharpest_corner_rad for shape in shapes), default=math.pi / 2)
-    if sharpest_rad >= math.pi / 2:
-        return spacing_rad
-    if sharpest_rad <= spacing_rad:
-        return BLIND_PER_RANGE_MAX
-    return min(math.sin(spacing_rad) / math.sin(sharpest_rad - spacing_rad), BLIND_PER_RANGE_MAX)
 
 
 def sure_range_m(shapes: Sequence[Shape], directions: int) -> float:

@@ -20,7 +20,8 @@ from world.geometry.movers import Movers
 from world.geometry.moving import Moving
 from world.geometry.shapes import Ground, Shape, ground_of
 from world.scenario import checks, scene
-from world.scenario.budget import NOISE_SIGMAS, Budget, blind_per_range, budget, revolutions, sure_range_m
+from world.scenario.budget import NOISE_SIGMAS, Budget, budget, revolutions, sure_range_m
+from world.scenario.corners import sharpest_corner_rad
 from world.scenario.deployment import deployed, is_undeployed
 from world.scenario.reading import find
 from world.scenario.sections import DriveSection, Fleet, Goal, LawSection, SensorSection, Text, TimeSection
@@ -135,9 +136,9 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
         return NOISE_SIGMAS * self.sensor.range_sigma_m
 
     @cached_property
-    def blind_per_range(self) -> float:
-        """How far an obstacle can extend unseen past a ray that hit it, per metre of range."""
-        return blind_per_range(self.seen_shapes, self.rays)
+    def sharpest_corner_rad(self) -> float:
+        """The least angle of any corner that a ray can meet, at most a right angle."""
+        return sharpest_corner_rad(self.obstacles, [each.outline for each in self.moving])
 
     @property
     def error_budget(self) -> Budget:
@@ -167,7 +168,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
             revolutions=self.revolutions,
             range_m_max=self.range_m_used,
             range_error_m_max=self.range_error_m_max,
-            blind_per_range=self.blind_per_range,
+            sharpest_corner_rad=self.sharpest_corner_rad,
             link_length_m_max=self.fleet.link_length_m_max,
             goal=None if goal is None else Point(x_m=goal.at_m[0], y_m=goal.at_m[1]),
             goal_tolerance_m=0.0 if goal is None else goal.tolerance_m,
@@ -187,6 +188,7 @@ def load(
     robots: int | None = None,
     law: str | None = None,
     deployment: str | None = None,
+    time_s_max: float | None = None,
     seed: int = 1,
 ) -> Scenario:
     """Load the scenario with that name in launch/scenarios, or from that .toml or clew-scene/1 .json file.
@@ -196,6 +198,7 @@ def load(
         robots: overrides the scenario's number of robots.
         law: overrides the scenario's law.
         deployment: overrides the scenario's places.
+        time_s_max: overrides the scenario's time limit.
         seed: the run's seed; it decides a random deployment.
 
     Raises:
@@ -209,6 +212,7 @@ def load(
         ("-n", "fleet", "robots", robots),
         ("--law", "law", "law", law),
         ("--deployment", "fleet", "deployment", deployment),
+        ("--time-s-max", "time", "time_s_max", time_s_max),
     )
     try:
         if deployment is not None or is_undeployed(raw):
@@ -219,7 +223,7 @@ def load(
         raise UsageError(f"{line} ({', '.join(changes)})" if changes else line) from error
 
 
-def _override(raw: dict[str, Any], *options: tuple[str, str, str, str | int | None]) -> list[str]:
+def _override(raw: dict[str, Any], *options: tuple[str, str, str, str | float | None]) -> list[str]:
     """Apply options of the command line (option, section, field, value); returns the changes as text."""
     changes = []
     for option, section, key, value in options:

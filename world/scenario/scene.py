@@ -12,7 +12,7 @@ from protocol.frames import Metres, wrap
 from world.geometry.moving import Name, Track
 from world.geometry.shapes import Extent, Position, Shape
 from world.scenario.budget import HEADING_ERRORS, NOISE_SIGMAS
-from world.scenario.sections import SomeMetres
+from world.scenario.sections import TIME_S_MAX, SomeMetres
 
 ROBOTS = 5  # the paper's fleet
 EPSILON_M_MAX, EPSILON_RADII = 0.05, 0.5  # half the radius, at most 5 cm
@@ -25,7 +25,8 @@ RANGE_RADII = 20.0  # for large robots: range in radii
 SPACING_RADII = 3.0  # the rule of the scenes for places of robots
 LINK_RADII = 10.0  # three places, and some slack
 ERROR_SHARE = 0.25  # of the tolerance, for noise and drive each; about half remains as reserve
-TIME_FACTOR = 20.0  # times the straight way at full speed: for detours, turns, and five robots one by one
+TIME_FACTOR = 8.0  # times the longest way at full speed: twice the most of 25 combs of dead ends
+WALL_SHARE = 1.0  # the width of walls between ways, in widths of a way
 
 OWN_PATHS = {
     "$.fleet.start": "$.start",
@@ -62,6 +63,7 @@ class Scene(Struct, frozen=True, kw_only=True):
     polygons: tuple[Annotated[tuple[Position, ...], Meta(min_length=3)], ...]
     walls: tuple[Annotated[tuple[Position, ...], Meta(min_length=3)], ...] = ()
     moving: tuple[_Mover, ...] = ()
+    time_s_max: Annotated[float, Meta(gt=0.0, le=TIME_S_MAX)] | None = None
 
 
 class _Obstacles(Struct, frozen=True, kw_only=True):
@@ -86,7 +88,6 @@ def as_scenario(raw: dict[str, Any], source: str) -> dict[str, Any]:
     mu0_m = MU0_SHARE * epsilon_m
     share_m = ERROR_SHARE * mu0_m
     x_m_min, y_m_min, x_m_max, y_m_max = scene.bounds
-    way_m = math.dist(scene.start[:2], scene.goal)
     return {
         "name": scene.name,
         "fleet": {
@@ -112,13 +113,25 @@ def as_scenario(raw: dict[str, Any], source: str) -> dict[str, Any]:
             "turn_rate_radps": TURN_RATE_RADPS,
             "heading_error_rad": share_m / (HEADING_ERRORS * range_m_max),
         },
-        "time": {"time_s_max": TIME_FACTOR * max(way_m, RANGE_M_MAX) / SPEED_MPS},
+        "time": {"time_s_max": scene.time_s_max or time_s(scene, radius_m + epsilon_m)},
         "obstacle": obstacles,
         "moving": [
             {"shape": "circle", "id": str(each.id), "radius_m": each.radius, "track": each.track}
             for each in scene.moving
         ],
     }
+
+
+def time_s(scene: Scene, closest_m: float) -> float:
+    """The time limit by the size of the ground: for the longest way that fits into it.
+
+    A way takes up its own width and that of a wall, all over the ground. The straight way may be longer.
+    """
+    x_m_min, y_m_min, x_m_max, y_m_max = scene.bounds
+    width_m = 2.0 * closest_m * (1.0 + WALL_SHARE)
+    winding_m = (x_m_max - x_m_min) * (y_m_max - y_m_min) / width_m
+    straight_m = max(math.dist(scene.start[:2], scene.goal), RANGE_M_MAX)
+    return min(TIME_FACTOR * max(winding_m, straight_m) / SPEED_MPS, TIME_S_MAX)
 
 
 def in_own_words(refusal: str, raw: dict[str, Any]) -> str:

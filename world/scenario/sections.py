@@ -14,6 +14,7 @@ Place = Annotated[
 ]
 Places = Annotated[tuple[Place, ...], Meta(min_length=1, max_length=ROBOTS_MAX)]
 SomeMetres = Annotated[float, Meta(gt=0.0, le=1e4, description="m")]
+TIME_S_MAX = 1e6  # twelve days
 SomeSpeed = Annotated[float, Meta(gt=0.0, le=100.0)]
 
 
@@ -105,5 +106,8 @@ class TimeSection(_Section, frozen=True, kw_only=True):
     """The time limit of a run."""
 
     time_s_max: Annotated[
-        float, Meta(gt=0.0, le=1e6, description="s, simulated; the run fails after this time")
+        float,
+        Meta(
+            gt=0.0, le=TIME_S_MAX, description="s, simulated; the run fails after this time; `--time-s-max`"
+        ),
     ]

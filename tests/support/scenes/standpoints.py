@@ -18,7 +18,8 @@ from protocol.wire.messages import Scan
 from tests.support.stages.one_step import under
 from world.geometry.rays import cast
 from world.geometry.shapes import Circle, Polygon, Shape, ground_of
-from world.scenario.budget import blind_per_range, sure_range_m
+from world.scenario.budget import sure_range_m
+from world.scenario.corners import sharpest_corner_rad
 
 RADIUS_M, EPSILON_M = 0.15, 0.05
 BERTH_M = RADIUS_M + EPSILON_M
@@ -54,7 +55,7 @@ class Standpoint:
             directions=self.directions,
             range_m_max=min(RANGE_M_MAX, sure_range_m(self.shapes, self.directions)),
             range_error_m_max=self.range_error_m,
-            blind_per_range=blind_per_range(self.shapes, self.directions),
+            sharpest_corner_rad=sharpest_corner_rad(self.shapes),
         )
 
     @cached_property

@@ -8,8 +8,9 @@ from msgspec.structs import replace
 
 from agents.navigation.ground import Ground
 from agents.navigation.scan import View, view
-from agents.navigation.step import Crossed, NoStep
-from agents.strand.leader import DeadEnd, Leader, LookCloser, Plan, Wait
+from agents.navigation.step import Crossed, LookCloser, NoStep
+from agents.navigation.sure import closer
+from agents.strand.leader import DeadEnd, Leader, Plan, Wait
 from protocol.arrays import scan_bearings_rad
 from protocol.fence import Fence
 from protocol.frames import Point, Pose
@@ -33,7 +34,7 @@ MISSION = Mission(
     revolutions=1,
     range_m_max=4.0,
     range_error_m_max=0.0,
-    blind_per_range=2.0 * np.pi / 1440,
+    sharpest_corner_rad=np.pi / 2.0,
     link_length_m_max=1.0,
 )
 
@@ -95,10 +96,9 @@ def plan(
     settled: bool = True,
 ) -> Plan:
     """The leader's plan among these shapes; it may scan again for a closer look."""
-    planned = leader.plan(look_around(shapes, mission, at), ground, epoch=1, settled=settled)
-    if isinstance(planned, LookCloser):
-        closer = look_around(shapes, mission, at, revolutions=leader.closer)
-        planned = leader.plan(closer, ground, epoch=1, settled=settled)
+    seen = look_around(shapes, mission, at)
+    while isinstance(planned := leader.plan(seen, ground, epoch=1, settled=settled), LookCloser):
+        seen = look_around(shapes, mission, at, revolutions=closer(mission, len(seen.ranges_m)) or 1)
     return planned
 
 

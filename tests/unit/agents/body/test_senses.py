@@ -9,7 +9,7 @@ from agents.commands import AskScan
 from protocol.fence import Epoch, Fence, May
 from protocol.frames import Pose
 from protocol.mission import Law
-from protocol.wire.messages import Odometry, Phase, Scan
+from protocol.wire.messages import RAYS_MAX, Odometry, Phase, Scan
 from tests.support.stages.one_step import under
 
 MISSION = under(Law.CERTIFIED, directions=8, revolutions=2)
@@ -44,9 +44,25 @@ def test_a_query_is_repeated_only_if_no_answer_has_come_for_a_while() -> None:
     assert asked == [[AskScan(MISSION.revolutions)], [], [AskScan(MISSION.revolutions)]]
 
 
-def test_a_closer_look_is_a_query_with_more_revolutions() -> None:
+def test_a_closer_look_is_one_scan_with_four_times_the_revolutions() -> None:
     senses, _ = standing()
-    assert senses.ask(0.0, revolutions=8) == [AskScan(8)]
+    senses.hear(scan(revolutions=MISSION.revolutions))
+    seen = senses.take()
+    assert seen is not None
+    assert senses.look_closer(seen)
+    assert senses.ask(0.0) == [AskScan(4 * MISSION.revolutions)]
+    senses.hear(scan(revolutions=4 * MISSION.revolutions))
+    assert senses.take() is not None
+    assert senses.ask(0.0) == [AskScan(MISSION.revolutions)], "the next one is as usual"
+
+
+def test_there_is_no_closer_look_than_one_that_fills_a_message() -> None:
+    senses, _ = standing()
+    senses.hear(scan(revolutions=RAYS_MAX // MISSION.directions))
+    seen = senses.take()
+    assert seen is not None
+    assert not senses.look_closer(seen)
+    assert senses.ask(0.0) == [AskScan(MISSION.revolutions)]
 
 
 def test_an_answer_is_used_once_and_then_the_next_query_may_be_sent_at_once() -> None:
@@ -100,10 +116,14 @@ def test_a_scan_is_void_under_a_fence_that_is_not_in_force(monkeypatch: pytest.M
 
 def test_a_scan_with_too_few_revolutions_is_a_late_answer_to_another_query() -> None:
     senses, _ = standing()
-    senses.hear(scan(revolutions=2))
-    assert senses.take(revolutions=8) is None
-    senses.hear(scan(revolutions=8))
-    assert senses.take(revolutions=8) is not None
+    senses.hear(scan(revolutions=MISSION.revolutions))
+    seen = senses.take()
+    assert seen is not None
+    senses.look_closer(seen)
+    senses.hear(scan(revolutions=MISSION.revolutions))
+    assert senses.take() is None
+    senses.hear(scan(revolutions=4 * MISSION.revolutions))
+    assert senses.take() is not None
 
 
 def test_hits_beyond_the_range_count_as_not_seen() -> None:

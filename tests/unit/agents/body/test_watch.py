@@ -1,15 +1,21 @@
 """How long a step is kept while the scans do not permit the body to move."""
 
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from agents.body.driver import Driver
 from agents.body.senses import Senses
-from agents.body.watch import STILL_S_MAX, Watch
+from agents.body.watch import HORIZONS_S, STILL_S_MAX, Watch, good_for_s
 from protocol.fence import Fence
 from protocol.frames import Point, Pose
-from protocol.mission import Law
+from protocol.mission import BRIEF_S, Law
 from protocol.wire.messages import Odometry, Phase
-from tests.support.stages.one_step import under
+from tests.support.stages.one_step import look_around, under
+from world.geometry.clearance import clearance
+from world.geometry.shapes import Circle, ground_of
 
 MISSION = replace(under(Law.CERTIFIED, robots=2, robot_radius_m=0.1), obstacle_speed_mps_max=0.5)
 AHEAD = Point(x_m=2.0, y_m=0.0)
@@ -78,3 +84,38 @@ def test_standing_by_order_neither_counts_nor_resets_the_limit() -> None:
     assert not body.wait(5.0)
     body.go()
     assert [body.wait(1.5), body.wait(1.0)] == [False, True]
+
+
+# --- how long a motion is safe ---------------------------------------------------------------------
+
+RUNNER = replace(MISSION, obstacle_speed_mps_max=2.5)
+TARGET = np.array([2.0, 0.0])
+NOBODY = np.zeros(RUNNER.directions, dtype=np.bool_)
+HULL_M = RUNNER.robot_radius_m + RUNNER.mu0_m
+MOMENT_M = BRIEF_S * RUNNER.obstacle_speed_mps_max
+
+
+def good_s(x_m: float, y_m: float, *, radius_m: float = 0.25) -> float:
+    """How long the way is safe beside somebody there."""
+    somebody = Circle(centre_m=(x_m, y_m), radius_m=radius_m)
+    return good_for_s(look_around([somebody], RUNNER), TARGET, NOBODY, RUNNER)
+
+
+@pytest.mark.parametrize("x_m", [-0.1, 0.0, 0.1, 0.3])
+def test_somebody_beside_the_way_is_passed_by_moments(x_m: float) -> None:
+    good = good_s(x_m, 0.25 + HULL_M + MOMENT_M + 0.02)
+    assert BRIEF_S <= good < HORIZONS_S[-1]
+
+
+@pytest.mark.parametrize("x_m", [0.1, 0.3, 0.5])
+def test_who_leaves_no_moment_somewhere_on_the_way_is_not_approached(x_m: float) -> None:
+    assert good_s(x_m, 0.25 + HULL_M + MOMENT_M - 0.02) == 0.0
+
+
+@given(st.floats(-0.5, 1.5), st.floats(0.0, 1.5))
+def test_within_the_time_nobody_can_touch_the_moving_hull(x_m: float, y_m: float) -> None:
+    good = good_s(x_m, y_m + 0.36)
+    ground = ground_of([Circle(centre_m=(x_m, y_m + 0.36), radius_m=0.25)])
+    driven = np.array([[min(RUNNER.speed_mps * good, 2.0), 0.0]])
+    apart_m = float(clearance(ground, np.zeros((1, 2)), driven)[0]) - RUNNER.robot_radius_m
+    assert good == 0.0 or apart_m > RUNNER.obstacle_speed_mps_max * good

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from agents.membership import turn
 from agents.membership.joining import CLEAR_M, InPlace, Joining, Stands
-from agents.navigation.step import NoStep
+from agents.navigation.step import LookCloser, NoStep
+from agents.navigation.sure import closer
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import NO_FAULTS, uniform
 from protocol.mission import Law
@@ -233,9 +234,15 @@ MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1)
 
 
 def plan(shapes: list[Shape], stands: Stands) -> StepPlanned | InPlace | NoStep:
+    """What a robot plans, after closer looks if it wants them."""
     hulls: list[Shape] = [Circle(centre_m=(x, y), radius_m=0.1) for x, y in stands.all.tolist()]
     view = look_around([*shapes, *hulls], MISSION)
-    return Joining(MISSION, view.position).plan(view, stands)
+    joining = Joining(MISSION, view.position)
+    while isinstance(planned := joining.plan(view, stands), LookCloser):
+        revolutions = closer(MISSION, len(view.ranges_m))
+        assert revolutions is not None, "there is no closer look"
+        view = look_around([*shapes, *hulls], MISSION, revolutions=revolutions)
+    return planned
 
 
 def stand(strand: list[Place], waiting: list[Place]) -> Stands:

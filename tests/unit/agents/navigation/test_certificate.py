@@ -24,7 +24,7 @@ ROBOT = under(
     Law.CERTIFIED,
     robot_radius_m=0.1,
     directions=720,
-    blind_per_range=2.0 * np.pi / 720 / math.sin(math.pi / 3),
+    sharpest_corner_rad=math.pi / 3,
 )
 KEEP_M = ROBOT.robot_radius_m + ROBOT.epsilon_m
 HEADINGS_RAD = np.linspace(-np.pi, np.pi, 72, endpoint=False)
@@ -101,9 +101,9 @@ def test_no_step_beyond_the_seen_region_is_certified(shapes: list[Shape]) -> Non
 
 def test_in_the_open_a_step_ends_before_the_range_limit() -> None:
     walls = scan_walls(look_around([], ROBOT), ROBOT)
-    unsure_m = ROBOT.blind_per_range * ROBOT.range_m_max
+    sure_m = ROBOT.sure_share_in(720) * ROBOT.range_m_max
     lengths = certified_lengths_m(NOWHERE, HEADINGS_RAD, walls)
-    assert lengths == pytest.approx(ROBOT.range_m_max - KEEP_M - unsure_m, abs=1e-3)
+    assert lengths == pytest.approx(sure_m - KEEP_M, abs=1e-3)
 
 
 def test_an_opening_too_narrow_for_robot_and_clearance_is_not_entered() -> None:
@@ -129,9 +129,8 @@ def test_an_edge_that_is_too_near_only_forbids_motion_towards_it() -> None:
 def test_an_edge_that_reaches_far_away_is_narrower_near_the_obstacle() -> None:
     shapes: list[Shape] = [wall((1.0, 3.0), (1.0, 0.22)), wall((1.0, -0.22), (1.0, -3.0))]
     walls = scan_walls(look_around(shapes, ROBOT), ROBOT)
-    assert ROBOT.blind_per_range * ROBOT.range_m_max > 0.02, (
-        "with the width of its far end it would close the opening"
-    )
+    unsure_m = (1.0 - ROBOT.sure_share_in(720)) * ROBOT.range_m_max
+    assert unsure_m > 0.02, "with the width of its far end it would close the opening"
     assert certified_lengths_m(NOWHERE, np.array([0.0]), walls)[0] > 1.2
 
 

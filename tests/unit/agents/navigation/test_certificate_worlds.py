@@ -7,7 +7,7 @@ import pytest
 import shapely
 from hypothesis import given, settings
 
-from agents.navigation.certificate import NEAR_M, PIECE, certified_lengths_m, promised_clearance_m, scan_walls
+from agents.navigation.certificate import certified_lengths_m, promised_clearance_m, scan_walls
 from protocol.arrays import Floats
 from tests.support.scenes.standpoints import (
     BERTH_M,
@@ -81,14 +81,15 @@ def test_the_disc_of_a_certified_step_stays_in_the_free_polygon(there: Standpoin
 @given(standpoints())
 def test_each_refused_step_could_touch_something_hidden_from_the_scan(there: Standpoint) -> None:
     lengths_m = certified_m(there)
-    places = shapely.get_coordinates(shapely.segmentize(there.free.exterior, SAMPLE_M))
-    off_m = np.hypot(*(places - there.position).T)
-    # A piece of an edge has the width of its far end, and a chord is nearer in the middle than at its ends.
-    hidden_m = PIECE * there.mission.blind_per_range * np.maximum(off_m, NEAR_M)
-    hidden_m /= math.cos(math.pi / there.directions)
-    keep_m = BERTH_M + there.range_error_m + hidden_m + SAMPLE_M
+    true_m = np.maximum(there.view.ranges_m - there.range_error_m, 0.0)
+    share = there.mission.sure_share_in(there.directions)
+    gap_m = share * np.minimum(true_m, np.roll(true_m, -1))
+    ends_rad = there.view.bearings_rad[:, None] + (0.0, math.tau / there.directions)
+    corners = gap_m[:, None, None] * np.stack([np.cos(ends_rad), np.sin(ends_rad)], axis=2)
+    outline = shapely.LinearRing((there.position + corners).reshape(-1, 2))
+    places = shapely.get_coordinates(shapely.segmentize(outline, SAMPLE_M))
     longer = there.moves(lengths_m + BEYOND_M)
-    touched = shapely.distance(longer[:, None], shapely.points(places)[None, :]) <= keep_m
+    touched = shapely.distance(longer[:, None], shapely.points(places)[None, :]) <= BERTH_M + SAMPLE_M
     ahead = HEADINGS @ (places - there.position).T >= -SAMPLE_M
     assert (touched & ahead).any(axis=1).all()
 

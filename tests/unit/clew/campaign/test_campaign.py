@@ -4,6 +4,7 @@ import contextlib
 import json
 import multiprocessing
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -163,6 +164,19 @@ def test_random_deployment_gives_each_seed_other_starts_and_is_in_the_replay_lin
     assert len(played(scenes / "posts")) == len(before) + 2, "other starts make another episode"
 
 
+def test_the_time_limit_of_all_episodes_is_in_the_replay_line_and_the_reason_says_what_was_tried(
+    scenes: Path,
+) -> None:
+    said = campaign(scenes / "posts", "--time-s-max", "2.5", "--json")
+    assert said.exit_code == 1
+    (one,) = json.loads(said.stdout)["episodes"]
+    assert one["sim_s"] == pytest.approx(2.5, abs=0.1)
+    assert re.match(
+        r"the time was up with 0 of \d living robots arrived: r1 was driving step 1", one["reason"]
+    )
+    assert one["replay"].endswith("posts/one.json -n 1 --time-s-max 2.5 --seed 1")
+
+
 def test_tight_refuses_a_scene_without_its_widest_path(scenes: Path) -> None:
     scene(scenes / "posts" / "one.json", stats={})
     said = campaign(scenes, "--tight", "0.9")
@@ -237,6 +251,7 @@ def test_no_outcome_is_lost_when_a_worker_dies_or_gets_an_interrupt(
             robots_left_out=0,
             law=None,
             deployment=None,
+            time_s_max=None,
             widest_path_radius_m=None,
             wall_s_max=0.5 if path == far else 100.0,
         )

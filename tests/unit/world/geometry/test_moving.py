@@ -76,7 +76,7 @@ def test_robots_get_the_top_speed_of_obstacles_from_the_scenario_or_the_tracks(t
 
 def test_the_sensor_must_be_sure_to_see_moving_obstacles_too(tmp_path: Path) -> None:
     still, sled = _load(tmp_path, GROVE), _load(tmp_path, GROVE + SLED)
-    assert sled.blind_per_range > still.blind_per_range  # its corner is sharper than any of the grove
+    assert sled.sharpest_corner_rad < still.sharpest_corner_rad  # its corner is sharper than any of the grove
     thin = _load(tmp_path, GROVE + SLED.replace("[0.2, 0.05]", "[0.2, 0.01]"))
     assert thin.revolutions > still.revolutions
     thinner = _load(tmp_path, GROVE + SLED.replace("[0.2, 0.05]", "[0.2, 0.003]"))

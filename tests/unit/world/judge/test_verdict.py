@@ -120,7 +120,8 @@ PROMISES = {
     "somebody lives": (verdict([], ending=Ending.EXTINCT, living=frozenset()), "every robot has died"),
     "in time": (
         verdict(ALL_WELL[:2], ending=Ending.TIMED_OUT),
-        "the time was up with 1 of 2 living robots arrived",
+        "the time was up with 1 of 2 living robots arrived: "
+        "the leader had reached the goal, and others were on the way to their places",
     ),
     "all come": (verdict([], ending=Ending.MISSING), "robots never came: r2"),
     "the goal": (verdict(ALL_WELL[1:]), "the goal was not reached"),

@@ -70,6 +70,27 @@ def test_the_heading_of_the_start_may_be_any_angle(tmp_path: Path) -> None:
     assert _load(tmp_path, {"start": [-2.0, 0.0, 6.283185307179586]}).fleet.poses()[0].heading_rad == 0.0
 
 
+def test_the_time_limit_is_for_the_longest_way_that_fits_into_the_ground(tmp_path: Path) -> None:
+    width_m = 2.0 * (0.12 + 0.05)
+    winding_m = 8.0 * 4.0 / (2.0 * width_m)  # walls are as wide as ways
+    assert _load(tmp_path, {}).time.time_s_max == pytest.approx(8.0 * winding_m / 0.5)
+
+
+def test_a_narrow_ground_has_time_for_the_straight_way(tmp_path: Path) -> None:
+    lane = {"bounds": [-4.0, -0.3, 40.0, 0.3], "goal": [38.0, 0.0], "circles": [], "polygons": []}
+    assert _load(tmp_path, {**lane, "walls": None}).time.time_s_max == pytest.approx(8.0 * 40.0 / 0.5)
+
+
+def test_a_scene_or_the_caller_may_say_the_time_limit(tmp_path: Path) -> None:
+    assert _load(tmp_path, {"time_s_max": 77.0}).time.time_s_max == 77.0
+    path = tmp_path / "posts.json"
+    assert load(str(path), time_s_max=88.0).time.time_s_max == 88.0
+    with pytest.raises(UsageError, match=r"time_s_max: must be > 0.0 s, got -1.0 .*--time-s-max -1.0"):
+        load(str(path), time_s_max=-1.0)
+    with pytest.raises(UsageError, match=r"\$.time_s_max: must be > 0.0 s, got 0"):
+        _load(tmp_path, {"time_s_max": 0})
+
+
 @pytest.mark.parametrize("corner_m", [0.5, 0.1, 0.05])
 def test_noise_and_drive_errors_use_half_of_the_tolerance_for_any_corners(
     tmp_path: Path, corner_m: float

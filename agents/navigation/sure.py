@@ -1,0 +1,73 @@
+"""What a scan is sure to have seen: how near to the sensor an obstacle can reach unseen between two rays.
+
+Premises, which the loader checks against the world (`world/scenario/budget.py`):
+
+Premise 1: no corner that a ray can meet is sharper than the mission's `sharpest_corner_rad`, here gamma.
+Premise 2: within the range in use no obstacle, and no part of one but a corner, fits between two rays.
+
+Between two neighbouring rays from P, with hits A and B, let K be a connected part of an obstacle that lies in
+the triangle P A B. It touches neither ray before its hit, else the hit would be there. By premise 2 it is no
+whole obstacle, so it enters through the chord A B, and its convex hull is a triangle on that chord with one
+corner of the obstacle, T, on top. Both sides of the hull leave the triangle P A B through the chord. So T
+sees the chord at an angle of at least gamma, and so does every point of K, since all are in the triangle
+A B T.
+
+The place nearest to P from which A and B are seen at gamma is the apex over equal ranges: a hit that is moved
+back along its ray, away from P, is seen at a smaller angle. So with m the nearer one of both ranges and s the
+spacing of the rays,
+
+    no point of K is nearer to P than  m * sin((gamma - s) / 2) / sin(gamma / 2).
+
+Rule 1: what is nearer than that between two rays is free. This is a property of the ground there: it scales
+        with the distance of the two hits, and it lies along the rays. Beside a wall that the rays graze it
+        costs little, however sharp a corner is anywhere else.
+Rule 2: a hit may be wrong by the range error, along its ray. A range-limit point counts as a hit.
+Rule 3: rays from other places narrow that further (`agents/navigation/crossing.py`).
+Rule 4: nothing else is taken from the world: the bound holds with any shapes that keep both premises.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from agents.navigation.crossing import divided_m
+from agents.navigation.scan import View
+from protocol.arrays import Flags, Floats
+from protocol.mission import Mission
+from protocol.wire.messages import RAYS_MAX
+
+LEAST_M = 1e-6  # so that a wall has a direction: at the sensor's own place it would forbid nothing
+CLOSER = 4  # factor for the revolutions of a closer look: what two rays can hide is a quarter then
+
+
+def closer(mission: Mission, rays: int) -> int | None:
+    """The revolutions of a closer look than one with so many rays; None if there is no closer one."""
+    most = RAYS_MAX // mission.directions
+    revolutions = min(CLOSER * (rays // mission.directions), most)
+    return revolutions if revolutions * mission.directions > rays else None
+
+
+@dataclass(frozen=True)
+class Sure:
+    """The sure range in each gap between a ray and the next one, and where it ends [m; world frame]."""
+
+    ranges_m: Floats
+    """(n,); infinite where both rays are left out."""
+    starts: Floats
+    """Where it ends on the ray (n, 2)."""
+    ends: Floats
+    """Where it ends on the next ray (n, 2)."""
+
+
+def sure(view: View, mission: Mission, *, leave_out: Flags | None = None) -> Sure:
+    """What a scan is sure of (rules 1 and 2); a ray that is left out says nothing of the gaps beside it."""
+    true_m = np.maximum(view.ranges_m - mission.range_error_m_max, 0.0)
+    known_m = true_m if leave_out is None else np.where(leave_out, np.inf, true_m)
+    nearer_m = np.minimum(known_m, np.roll(known_m, -1))
+    ranges_m = np.maximum(mission.sure_share_in(len(true_m)) * nearer_m, LEAST_M)
+    for other in view.earlier:
+        ranges_m = np.maximum(ranges_m, divided_m(view, true_m, other, mission.range_error_m_max))
+    finite_m = np.where(np.isfinite(ranges_m), ranges_m, 0.0)[:, None]
+    rays = np.stack([np.cos(view.bearings_rad), np.sin(view.bearings_rad)], axis=1)
+    starts, ends = (view.position + finite_m * each for each in (rays, np.roll(rays, -1, axis=0)))
+    return Sure(ranges_m, starts, ends)

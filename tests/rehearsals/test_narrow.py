@@ -1,0 +1,131 @@
+"""Whole fleets in ways that have little to spare: no corner elsewhere, and nobody who stands, closes them."""
+
+import math
+from typing import Any
+
+import msgspec
+import pytest
+import shapely
+
+from clew.rehearsal.rehearsal import Rehearsal
+from protocol.timeline import RobotPlaced
+from tests.support.scenes.dead_ends import (
+    EPSILON_M,
+    RADIUS_M,
+    SPACING_M,
+    WALL_M,
+    corridors,
+    scene,
+    walls_round,
+)
+from world.judge.ending import Ending
+from world.judge.judgement import judge
+from world.scenario.scenario import Scenario
+from world.scenario.scene import as_scenario
+
+SPARE = 0.06
+ROBOTS = 5
+LEG_M = 1.2
+TURN_RAD = math.radians(50.0)
+
+
+def zigzag(*more: shapely.Polygon, half_width_m: float) -> Scenario:
+    """A corridor one robot wide in which the queue stands already, and other obstacles."""
+    line = [(-SPACING_M * (ROBOTS + 1), 0.0), (0.5, 0.0)]
+    for turn in (1, 0, -1, 0, 1):
+        x_m, y_m = line[-1]
+        line.append((x_m + LEG_M * math.cos(turn * TURN_RAD), y_m + LEG_M * math.sin(turn * TURN_RAD)))
+    walls = walls_round(corridors(line, half_width_m=half_width_m))
+    return scene([*walls, *more], robots=ROBOTS, start=(0.0, 0.0, 0.0), goal=line[-1])
+
+
+def wedge(tip: tuple[float, float], degrees: float, long_m: float) -> shapely.Polygon:
+    """A triangle whose tip points to the left."""
+    half_m = long_m * math.tan(math.radians(degrees) / 2.0)
+    return shapely.Polygon([tip, (tip[0] + long_m, tip[1] - half_m), (tip[0] + long_m, tip[1] + half_m)])
+
+
+HALF_WIDTH_M = (1.0 + SPARE) * (RADIUS_M + EPSILON_M)
+IN_THE_WALL = (-1.0, HALF_WIDTH_M + WALL_M / 2.0)
+ASIDE = (-1.0, HALF_WIDTH_M + 3.0)
+
+CORNERS: dict[str, list[shapely.Polygon]] = {
+    "none": [],
+    "10 degrees inside a wall": [wedge(IN_THE_WALL, 10.0, 0.4)],
+    "10 degrees elsewhere": [wedge(ASIDE, 10.0, 1.0)],
+    "5 degrees elsewhere": [wedge(ASIDE, 5.0, 1.0)],
+    "3 degrees elsewhere": [wedge(ASIDE, 3.0, 1.5)],
+}
+
+
+@pytest.mark.parametrize("corners", CORNERS.values(), ids=CORNERS.keys())
+def test_a_sharp_corner_elsewhere_does_not_close_a_corridor_with_6_percent_to_spare(
+    corners: list[shapely.Polygon],
+) -> None:
+    rehearsal = Rehearsal(zigzag(*corners, half_width_m=HALF_WIDTH_M), seed=1)
+    rehearsal.run()
+    assert rehearsal.world.ending is Ending.ARRIVED
+    assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
+    placed = [entry for _, entry in rehearsal.entries if isinstance(entry.record, RobotPlaced)]
+    assert placed == [], "a queue in a corridor is a strand"
+
+
+def test_scans_from_other_places_leave_open_what_one_scan_cannot() -> None:
+    """A corner of 1 degree: what one scan of 7,200 rays may miss beside it closes the corridor."""
+    room = [(-SPACING_M * 2, 0.0), (0.5, 0.0)]
+    bend = (2.0 + LEG_M * math.cos(TURN_RAD), LEG_M * math.sin(TURN_RAD))
+    narrow = [room[-1], (2.0, 0.0), bend, (bend[0] + LEG_M, bend[1])]
+    ground = shapely.union(corridors(room, half_width_m=0.5), corridors(narrow, half_width_m=HALF_WIDTH_M))
+    walls = [*walls_round(ground), wedge(ASIDE, 1.0, 1.5)]
+    rehearsal = Rehearsal(scene(walls, robots=1, start=(0.0, 0.0, 0.0), goal=narrow[-1]), seed=1)
+    rehearsal.run()
+    assert rehearsal.world.ending is Ending.ARRIVED
+    assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
+
+
+def test_a_corridor_with_nothing_to_spare_is_refused_however_closely_it_is_looked_at() -> None:
+    line = [(-SPACING_M * (ROBOTS + 1), 0.0), (0.5, 0.0)]
+    wide, narrow = corridors(line), corridors([line[-1], (3.0, 0.0)], half_width_m=RADIUS_M + EPSILON_M)
+    walls = walls_round(shapely.union(wide, narrow))
+    rehearsal = Rehearsal(scene(walls, robots=ROBOTS, start=(0.0, 0.0, 0.0), goal=(2.8, 0.0)), seed=1)
+    rehearsal.run()
+    assert rehearsal.world.ending is Ending.ROUTE_LOST
+    assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
+
+
+# --- people who have stopped -----------------------------------------------------------------------
+
+PEOPLE_RADIUS_M, GAP_M = 0.25, 0.66  # r + epsilon of a scene is 0.2 m: the gap is 3.3 times as wide
+SPEED_MPS, STOP_S = 2.5, 0.8
+
+
+def room(*, people: bool) -> Scenario:
+    """A room that a row of people divides, who came at 2.5 m/s; or posts instead of them."""
+    half_m = PEOPLE_RADIUS_M + GAP_M / 2.0
+    rows_m = [1.5 + side * (half_m + 0.6 * number) for number in range(2) for side in (-1.0, 1.0)]
+    raw: dict[str, Any] = {
+        "schema": "clew-scene/1",
+        "name": "people",
+        "robot_radius": 0.15,
+        "start": (2.4, 1.5, 0.0),
+        "goal": (8.5, 1.5),
+        "goal_tol": 0.3,
+        "bounds": (0.0, 0.0, 9.5, 3.0),
+        "circles": [] if people else [(5.0, y_m, PEOPLE_RADIUS_M) for y_m in rows_m],
+        "polygons": [],
+    }
+    if people:
+        come_m = SPEED_MPS * STOP_S
+        raw["moving"] = [
+            {"id": index, "radius": PEOPLE_RADIUS_M, "track": [(0.0, 5.0 + come_m, y_m), (STOP_S, 5.0, y_m)]}
+            for index, y_m in enumerate(rows_m)
+        ]
+    return msgspec.convert(as_scenario(raw, "people"), Scenario)
+
+
+@pytest.mark.parametrize("people", [False, True])
+def test_people_who_have_stopped_are_passed_as_posts_are(people: bool) -> None:
+    rehearsal = Rehearsal(room(people=people), seed=1)
+    rehearsal.run()
+    assert rehearsal.world.ending is Ending.ARRIVED
+    assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
