@@ -14,8 +14,7 @@ Rule 4: entries of different sources come in any order. So a claim waits for the
 
 from collections import defaultdict, deque
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, replace
-from math import inf
+from dataclasses import dataclass, replace
 from typing import Self
 
 from protocol.arrays import segments_apart
@@ -38,6 +37,7 @@ from protocol.timeline import (
 from world.judge.rules.claims import ROUNDING_S
 from world.judge.rules.evidence import ROUNDING_M, apart_m
 from world.judge.rules.rule import Dated, breach_of, broken
+from world.judge.truth.strand import Claim, Strand
 from world.judge.truth.track import Track
 from world.scenario.scenario import Scenario
 
@@ -78,104 +78,25 @@ class Places:
         return self.mu0_m + self.drive_error_m + ROUNDING_M
 
 
-@dataclass(frozen=True, slots=True)
-class _Claim:
-    t_s: float
-    robot: int
-    epoch: int
-    progress_m: float | None
-    """Along the strand's path; None: the goal is reached."""
-    stood: Point | None = None
-    """Where its body was."""
-
-
-@dataclass(slots=True)
-class _Strand:
-    """What is known of the strand of one epoch."""
-
-    leader: int = 0
-    formed: StrandFormed | None = None
-    ranks: dict[int, int] = field(default_factory=dict)
-    """Of its members."""
-    until_s: float = inf
-    """When its epoch was no longer in force."""
-    reached: set[int] = field(default_factory=set)
-    """The robots that have claimed to have reached the goal in it."""
-    arrived: dict[int, _Claim] = field(default_factory=dict)
-    """The newest claim of each robot, if it has been judged."""
-    untrue: set[int] = field(default_factory=set)
-    """The robots that did not stand where they said: nobody behind is judged by that."""
-    waiting: dict[int, list[_Claim]] = field(default_factory=lambda: defaultdict(list))
-    """Claims, by the robot ahead, which has claimed nothing yet; 0: the formation is missing."""
-    _targets: dict[int, Point] = field(default_factory=dict)
-    """The ends of the leader's steps."""
-    _path: Path | None = None
-
-    def step_to(self, step: int, end: Point) -> None:
-        """The leader has planned a step, or ended it."""
-        self._targets[step], self._path = end, None
-
-    def end(self, t_s: float) -> None:
-        """Its epoch is no longer in force."""
-        self.until_s = t_s
-
-    def lead(self, robot: int) -> None:
-        """This robot leads it."""
-        self.leader = robot
-
-    def arrive(self, claim: "_Claim") -> None:
-        """This is the newest claim of its robot."""
-        self.arrived[claim.robot] = claim
-
-    def form(self, formed: StrandFormed) -> None:
-        """Its formation has been recorded."""
-        self.formed, self.ranks = formed, {robot: rank for rank, robot in enumerate(formed.order)}
-
-    def waits_for(self, robot: int) -> int:
-        """The robot ahead; 0 for the leader."""
-        assert self.formed is not None, "claims wait for the formation"
-        rank = self.ranks[robot]
-        return self.formed.order[rank - 1] if rank else 0
-
-    def place_m(self, robot: int) -> float:
-        """The place of a member in the formation."""
-        assert self.formed is not None, "claims wait for the formation"
-        return self.formed.places_m[self.ranks[robot]]
-
-    @property
-    def path(self) -> Path:
-        """What the formation laid, and then the leader's steps."""
-        assert self.formed is not None, "claims wait for the formation"
-        if self._path is None:
-            self._path = Path(self.formed.laid)
-            for step in sorted(self._targets):
-                self._path.extend(self._targets[step])
-        return self._path
-
-    @property
-    def end_m(self) -> float:
-        """The arc length of the leader's last switching position."""
-        assert self.formed is not None, "claims wait for the formation"
-        return self.path.end_m if self._targets else self.formed.places_m[0]
-
-
 class Arrivals:
     """Judges the arrivals of one run."""
 
     def __init__(self, places: Places) -> None:
         self._places = places
         self._tracks: dict[int, Track] = defaultdict(Track)
-        self._strands: dict[int, _Strand] = defaultdict(_Strand)
+        self._strands: dict[int, Strand] = defaultdict(Strand)
         self._epoch = 0
         """The epoch in force."""
         self._stands: dict[int, Point] = {}
         """Where the robots stand that have arrived in that epoch."""
-        self._claims: list[_Claim] = []
+        self._claims: list[Claim] = []
         """Those that wait for the world."""
         self._told_s: dict[int, float] = {}
         """The time of each robot's newest entry."""
         self._ended: set[int] = set()
         """The robots of which no claim can be missing."""
+        self._again: set[int] = set()
+        """The robots that were started again: the last entries of the process before may be missing."""
 
     def hear_world(self, entry: Entry) -> Iterator[Dated]:
         """Process an entry of the world."""
@@ -198,9 +119,9 @@ class Arrivals:
         match entry.record:
             case GoalReached() if epoch is not None:
                 self._strands[epoch].reached.add(robot)
-                self._claims.append(_Claim(t_s, robot, epoch, None))
+                self._claims.append(Claim(t_s, robot, epoch, None))
             case RobotArrived(progress_m=progress_m) if epoch is not None:
-                self._claims.append(_Claim(t_s, robot, epoch, progress_m))
+                self._claims.append(Claim(t_s, robot, epoch, progress_m))
             case StepPlanned(joins=False) as plan if robot == self._strands[plan.epoch].leader:
                 self._strands[plan.epoch].step_to(plan.step, plan.target)
             case StepAbandoned(epoch=of, step=step) as end if robot == self._strands[of].leader:
@@ -210,9 +131,9 @@ class Arrivals:
                 strand.form(formed)
                 for claim in strand.waiting.pop(0, ()):
                     yield from self._judge(strand, claim)
-            case RobotStarted():
-                self._ended.discard(robot)
-            case RobotSettled():
+            case RobotStarted() if robot in self._told_s:
+                self._again.add(robot)
+            case RobotSettled() if robot not in self._again:
                 self._ended.add(robot)
             case _:
                 pass  # says nothing about arrivals
@@ -253,7 +174,7 @@ class Arrivals:
             del self._stands[pose.robot]
             yield t_s, _moved(pose.robot, off_m)
 
-    def _look_at(self, claims: Iterable[_Claim]) -> Iterator[Dated]:
+    def _look_at(self, claims: Iterable[Claim]) -> Iterator[Dated]:
         """Where the bodies stood, and whether they have moved since."""
         for claim in claims:
             stood, strand = self._tracks[claim.robot].at(claim.t_s), self._strands[claim.epoch]
@@ -271,7 +192,7 @@ class Arrivals:
             else:
                 yield from self._judge(strand, seen)
 
-    def _judge(self, strand: _Strand, claim: _Claim) -> Iterator[Dated]:
+    def _judge(self, strand: Strand, claim: Claim) -> Iterator[Dated]:
         """Rules 1 and 2, for a claim and for those that wait for it."""
         assert strand.formed is not None, "claims wait for the formation"
         if claim.robot not in strand.ranks or not strand.formed.laid:
@@ -286,11 +207,10 @@ class Arrivals:
             if ahead and ahead not in strand.arrived:
                 strand.waiting[ahead].append(each)
                 continue
-            strand.arrive(each)
+            due.extend(strand.judge(each))
             yield from self._judge_place(strand, each, strand.arrived.get(ahead))
-            due.extend(strand.waiting.pop(each.robot, ()))
 
-    def _judge_goal(self, strand: _Strand, claim: _Claim) -> Iterator[Dated]:
+    def _judge_goal(self, strand: Strand, claim: Claim) -> Iterator[Dated]:
         """Rule 1."""
         places = self._places
         assert claim.stood is not None, "it has been looked at"
@@ -307,7 +227,7 @@ class Arrivals:
             why = f"says that it has reached {what}, and stands elsewhere"
             yield claim.t_s, breach_of("A1", claim.robot, off_m, allowed_m, why)
 
-    def _judge_place(self, strand: _Strand, claim: _Claim, ahead: _Claim | None) -> Iterator[Dated]:
+    def _judge_place(self, strand: Strand, claim: Claim, ahead: Claim | None) -> Iterator[Dated]:
         """Rule 2."""
         assert claim.stood is not None, "it has been looked at"
         assert claim.progress_m is not None, "it claims a place"
@@ -323,7 +243,7 @@ class Arrivals:
             yield from self._judge_gap(strand, claim, claim.progress_m, ahead.robot, ahead.progress_m)
 
     def _judge_gap(
-        self, strand: _Strand, claim: _Claim, progress_m: float, ahead: int, ahead_m: float
+        self, strand: Strand, claim: Claim, progress_m: float, ahead: int, ahead_m: float
     ) -> Iterator[Dated]:
         """Rule 2, between a robot and the one ahead."""
         places, path = self._places, strand.path

@@ -12,6 +12,7 @@ from protocol.timeline import (
     Record,
     RobotArrived,
     RobotDied,
+    RobotStarted,
     StepAbandoned,
     StepPlanned,
     StrandJoined,
@@ -134,6 +135,9 @@ LAWFUL: dict[str, list[Said]] = {
     ),
     "the robot ahead died before it could record it": run(
         (6.0, "world", RobotDied(robot=2, silent_since_s=5.8)), without=("arrived 2", "settled 2")
+    ),
+    "the robot ahead was started again": run(
+        (6.0, "r2", RobotStarted(pid=2, incarnation="i")), without=("arrived 2",)
     ),
     "the formation was never recorded": run(without=("formed",)),
 }
