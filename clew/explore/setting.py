@@ -40,6 +40,8 @@ class Setting(Struct, frozen=True, kw_only=True):
     size_m: tuple[float, float] = (4.0, 3.0)
     separation_m: float = 0.05
     link_length_m_max: float = 1.0
+    has_way_for_all: bool = True
+    """Whether all robots can be in one strand."""
     opens_ticks: int = 0
     """The window for faults opens then."""
     before: tuple[tuple[int, Fault], ...] = ()
@@ -108,6 +110,7 @@ POCKET = (
     *((2.04, 1.14 + 0.16 * post, 0.08) for post in range(6)),
 )
 """Posts around a pocket that is open at the left."""
+WALL = tuple((2.0, 0.1 + 0.16 * post, 0.08) for post in range(18))
 
 SETTINGS = {
     setting.name: setting
@@ -130,11 +133,19 @@ SETTINGS = {
             opens_ticks=148,
         ),
         Setting(
-            name="orders",
+            name="middle",
             about="the robot in the middle has died, and the last one finds another way to the leader",
             places=QUEUE,
             before=((80, Fault(Kind.KILL, 2, NEVER_TICKS)),),
             opens_ticks=100,
+        ),
+        Setting(
+            name="orders",
+            about="a wall is between the robots, which try several orders in vain",
+            places=((2.6, 1.5, 0.0), (1.4, 1.2, 0.0), (1.0, 1.8, 0.0)),
+            obstacles=WALL,
+            opens_ticks=226,
+            has_way_for_all=False,
         ),
         Setting(
             name="rejoin",

@@ -58,6 +58,8 @@ def explore_verb(
     possible. With --without a rule is removed first, in the setting that shows it; then it exits with 1 if
     nothing breaks.
     """
+    if recovers and (rule is not None or not SETTINGS[setting].has_way_for_all):
+        raise click.UsageError("--recovers is for settings with a way for all robots, and not for --without")
     if rule is not None:
         chosen, rounds = RULES[rule].setting, explore_without(rule, seconds)
     else:
