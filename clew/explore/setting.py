@@ -161,6 +161,7 @@ SETTINGS = {
             goal_m=(3.0, 1.5),
             obstacles=POCKET,
             opens_ticks=206,
+            has_way_for_all=False,  # the body of one that dies may plug the pocket
         ),
         Setting(
             name="late",
