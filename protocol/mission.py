@@ -11,6 +11,7 @@ from protocol.frames import ROBOTS_MAX, Length, Metres, Point, Seconds, Speed
 DEADMAN_S = 1.0  # ten odometry periods: docs/run.md
 WATCH_S = 0.3  # odometry, scan, order: a robot whose motion is safe for this long never has to stop
 BRIEF_S = 0.06  # three of the world's ticks: scan, order, and one to move in
+SEEN_SHARE = 0.75  # of the tolerance; a quarter remains for the drive, whose error in a swarm is far less
 
 
 class Law(StrEnum):
@@ -107,12 +108,18 @@ class Mission(Struct, frozen=True, kw_only=True, tag="mission"):
         return 2.0 * self.robot_radius_m + self.separation_m + self.mu0_m
 
     @property
-    def hull_reach_m(self) -> float:
-        """The largest distance between a robot's place on the path and a hit on its hull.
+    def seen_less_m(self) -> float:
+        """How much nearer to a way a hit may be seen than it is to be kept off; the rest is the drive's."""
+        return SEEN_SHARE * self.mu0_m - self.range_error_m_max
 
-        It is the radius and twice the tolerance: the robot and the scan's position may both be off.
+    @property
+    def hull_reach_m(self) -> float:
+        """How far off the ground where a robot may be hits are taken for its hull.
+
+        Its radius and more than it can be off (F6 of docs/strand.md). A robot that keeps `robot_keep_m` from
+        that ground keeps the separation, less `seen_less_m`, from a hit that is another's.
         """
-        return self.robot_radius_m + 2.0 * self.mu0_m
+        return self.robot_radius_m + self.mu0_m + self.seen_less_m
 
     @property
     def way_of_heartbeats_m(self) -> float:

@@ -31,7 +31,6 @@ from protocol.path import THERE_M, Path
 from protocol.timeline import SegmentChecked
 
 RECHECK_S = 1.0
-DRIVE_SHARE = 0.75  # of the tolerance; a quarter remains for the drive, whose error in a swarm is far less
 DRIVE_M_MIN = 0.05  # a smaller grant, short of a vertex, waits for the next grant
 
 
@@ -40,11 +39,7 @@ class Follower:
 
     def __init__(self, mission: Mission, start_m: float, *, some_are_left_out: bool = False) -> None:
         self._mission = mission
-        less_m = (
-            DRIVE_SHARE * mission.mu0_m - mission.range_error_m_max
-            if some_are_left_out
-            else 2.0 * mission.mu0_m
-        )
+        less_m = mission.seen_less_m if some_are_left_out else 2.0 * mission.mu0_m
         self._clear_m_min = mission.clear_m - less_m
         """The clearance to be seen beside a segment that another robot has driven (rule 2)."""
         self._clear_until_m = start_m

@@ -4,7 +4,7 @@ Most schedules differ in what one robot has heard: the steps of all others are t
 """
 
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import Any, NamedTuple, Protocol, assert_never, get_args
 
 from msgspec import Struct
@@ -16,10 +16,12 @@ from agents.events import Event as RobotEvent
 from agents.events import LinkHeard, OdometryHeard, ScanHeard, ViewHeard
 from agents.events import TokenCame as TokenSeen
 from agents.events import TokenWent as TokenMissed
+from agents.navigation.grid import Lattice
 from clew.explore.explorable import Breach
 from clew.explore.judge import judge_world
 from clew.explore.moments import WORLD, Letter
 from clew.explore.store import Numbers, Snapshots
+from clew.explore.trails import Trails
 from protocol.fence import Change, Fence, Raise, Release, Stop, Turn
 from protocol.frames import Pose
 from protocol.timeline import Record
@@ -57,6 +59,8 @@ class Restart(Struct, frozen=True):
 Thing = Any
 """What a letter can hold: a message, a token event, `Start`."""
 MESSAGES = get_args(Message)
+FIXED = (Lattice,)
+"""Large objects in cores that nothing changes."""
 
 
 class RobotStep(NamedTuple):
@@ -95,16 +99,17 @@ class Cores:
         self.things = Numbers[Thing]()
         self.fences = Numbers[Fence]()
         self._make = make
-        self._robots = Snapshots[Core](constants, self.things, MESSAGES)
-        self._worlds = Snapshots[World](constants, self.things, MESSAGES)
+        self._robots = Trails[Core, tuple[Letter, float]](
+            Snapshots(constants, self.things, MESSAGES, FIXED), self._let_robot_go_on
+        )
+        self._worlds = Trails[World, tuple[int, int]](
+            Snapshots(constants, self.things, MESSAGES), self._let_world_go_on
+        )
         self.first_world = self._worlds.add(world)
-        self._robot_steps: dict[tuple[int, int, int, int, float], RobotStep] = {}
-        self._world_steps: dict[tuple[int, int], WorldStep] = {}
-
-    @property
-    def computed(self) -> int:
+        self._robot_steps: dict[tuple[int, Letter, float], RobotStep] = {}
+        self._world_steps: dict[tuple[int, int, int], WorldStep] = {}
+        self.computed = 0
         """How many steps of single cores were computed."""
-        return len(self._robot_steps) + len(self._world_steps)
 
     def begin(self, robot: int, life: int, *, again: bool) -> int:
         """A new core of a robot."""
@@ -114,9 +119,34 @@ class Cores:
         """A copy of the world, to look at."""
         return self._worlds.load(number)
 
+    def settle_robot(self, number: int) -> int:
+        """The number of a core's content: two cores with one content have one number."""
+        return self._robots.settle(number)
+
+    def settle_world(self, number: int) -> int:
+        """The number of a world's content."""
+        return self._worlds.settle(number)
+
+    def __len__(self) -> int:
+        return len(self._robots) + len(self._worlds)
+
+    def keep_only(self, robots: Collection[int], worlds: Collection[int]) -> None:
+        """Forget all cores but these, and all steps."""
+        self._robots.keep_only(robots)
+        self._worlds.keep_only({*worlds, self.first_world})
+        self._robot_steps, self._world_steps = {}, {}
+
+    def _let_robot_go_on(self, core: Core, event: tuple[Letter, float]) -> list[RobotCommand]:
+        letter, now_s = event
+        return _handled(core, to_robot(self.things[letter.thing], letter), now_s)
+
+    def _let_world_go_on(self, world: World, event: tuple[int, int]) -> list[WorldCommand]:
+        thing, sender = event
+        return act(world, self.things[thing], sender)
+
     def robot_step(self, core: int, letter: Letter, now_s: float) -> RobotStep:
         """The step of a robot's core that hears a letter."""
-        key = (core, letter.sender, letter.number, letter.thing, now_s)
+        key = (core, letter, now_s)
         step = self._robot_steps.get(key)
         if step is None:
             step = self._robot_steps[key] = self._compute_robot(core, letter, now_s)
@@ -124,11 +154,12 @@ class Cores:
 
     def _compute_robot(self, number: int, letter: Letter, now_s: float) -> RobotStep:
         core = self._robots.load(number)
+        self.computed += 1
         sent: list[tuple[int, int]] = []
         orders: list[Drive] = []
         pieces: list[tuple[int, Formation]] = []
         notes: list[Record] = []
-        for command in _handled(core, to_robot(self.things[letter.thing], letter), now_s):
+        for command in self._let_robot_go_on(core, (letter, now_s)):
             match command:
                 case Say(receiver, said):
                     sent.append((receiver, self.things.add(said)))
@@ -148,20 +179,22 @@ class Cores:
                     notes.append(record)
                 case _:
                     assert_never(command)
-        return RobotStep(self._robots.add(core), tuple(sent), tuple(orders), tuple(pieces), tuple(notes))
+        after = self._robots.follow(number, (letter, now_s), core)
+        return RobotStep(after, tuple(sent), tuple(orders), tuple(pieces), tuple(notes))
 
     def world_step(self, number: int, thing: int, sender: int) -> WorldStep:
         """The step of the world that hears a letter, or in which time passes. Raises `Breach`."""
-        key = (number, thing * 64 + sender)
+        key = (number, thing, sender)
         step = self._world_steps.get(key)
         if step is None:
-            step = self._world_steps[key] = self._compute_world(number, self.things[thing], sender)
+            step = self._world_steps[key] = self._compute_world(number, thing, sender)
         return step
 
-    def _compute_world(self, number: int, thing: Thing, sender: int) -> WorldStep:
+    def _compute_world(self, number: int, thing: int, sender: int) -> WorldStep:
         world = self._worlds.load(number)
+        self.computed += 1
         before = world.arena.fence
-        commands = act(world, thing, sender)
+        commands = self._let_world_go_on(world, (thing, sender))
         notes = [command.record for command in commands if isinstance(command, Note)]
         ordered = judge_world(world, before, notes, sender)
         sent: list[tuple[int, int]] = []
@@ -178,7 +211,7 @@ class Cores:
         fence, ticks = world.arena.fence, round(world.now_s / TICK_S)
         poses = tuple(map(world.bodies.pose, range(len(world.bodies.place_m))))
         return WorldStep(
-            world=self._worlds.add(world),
+            world=self._worlds.follow(number, (thing, sender), world),
             ticks=ticks,
             fence=self.fences.add(fence),
             places=None if fence == before else poses,

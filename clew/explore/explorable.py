@@ -1,6 +1,6 @@
 """What can be explored: a system with one usual next step, and all the faults that may strike instead."""
 
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterable, Iterator
 from typing import NamedTuple, Protocol, TypeVar
 
 State = TypeVar("State", bound=Hashable)
@@ -40,12 +40,24 @@ class Explorable(Protocol[State]):
         """The state after the usual next step; None where the system ends."""
         ...
 
+    def hurry(self, state: State) -> State | None:
+        """The state after one or more usual steps, where only such are left; None where the system ends."""
+        ...
+
+    def is_open(self, state: State) -> bool:
+        """Whether faults may strike in this state or a later one; once not, never again."""
+        ...
+
     def faults(self, state: State) -> Iterator[Fault]:
-        """The faults that may strike now instead of the usual step."""
+        """The faults that may strike now instead of the usual step, in a state that is open."""
         ...
 
     def strike(self, state: State, fault: Fault) -> State:
         """The state after a fault."""
+        ...
+
+    def keep_only(self, states: Iterable[State]) -> None:
+        """Only these states, the first one and what follows from them will be asked for."""
         ...
 
     def say(self, state: State) -> str:

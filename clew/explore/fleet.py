@@ -6,9 +6,11 @@ Rule 2: a fault strikes at the first letter in line, or when none is left. See `
 Rule 3: faults strike while the window is open. Then the fleet goes on without more, until the end.
 Rule 4: two moments that are equal as values go on in the same way. So message numbers come from the time at
         which they are sent: a message more or less at some time does not change all later ones.
+Rule 5: contents of cores are compared when all letters have arrived, before time passes; that is where
+        schedules meet. Until then cores are what they have heard (`clew.explore.trails`).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from agents.events import TokenCame as TokenSeen
 from agents.events import TokenWent as TokenMissed
@@ -21,13 +23,14 @@ from clew.explore.setting import NEVER_TICKS, Kind, Setting
 from protocol.fence import Fence, May
 from protocol.keys import robot_name
 from protocol.timeline import StepPlanned, StrandFormed
-from protocol.wire.messages import Odometry, Phase, Scan
+from protocol.wire.messages import Drive, Odometry, Phase, Scan
 from world.bodies.arena import TICK_S
 from world.core import World
 from world.events import TokenCame, TokenWent
 
 NUMBERS_PER_TICK = 4096  # of the messages of one process
 LEASE_TICKS = 50  # 1 s: by then the router has dropped the token of a process that is cut off
+FORGETS_FROM = 100_000  # cores and steps: some 500 MB
 LIVES = 1000  # a robot's lives are apart from those of any other
 
 
@@ -73,11 +76,20 @@ class Fleet:
         )
         script = list(self.setting.before)
         while moment.ticks < self.setting.opens_ticks:
-            if not moment.now and script and moment.ticks >= script[0][0]:
+            if script and moment.ticks >= script[0][0] and self._is_time_for(script[0][1], moment):
                 moment = self.strike(moment, script.pop(0)[1])
             else:
                 moment = self._step(moment)
+        assert not script, "the window opens before all has happened"
         return moment
+
+    def _is_time_for(self, fault: Fault, moment: Moment) -> bool:
+        """Whether a fault that comes before the window can strike now."""
+        if fault.kind != Kind.LATE:
+            return not moment.now
+        letter = moment.now[0] if moment.now else None
+        thing = None if letter is None or letter.sender != fault.robot else self.cores.things[letter.thing]
+        return isinstance(thing, Drive) and thing.target is not None
 
     def _passed(self, moment: Moment, letters: int) -> Moment:
         """The moment after so many letters of those that faults may strike, without faults."""
@@ -100,10 +112,30 @@ class Fleet:
         """The first letter in line arrives, or time passes."""
         return None if state.ticks >= self._ends_ticks else self._step(state)
 
+    def is_open(self, state: Moment) -> bool:
+        """Rule 3."""
+        return self.rank(state) < self.window
+
+    def hurry(self, state: Moment) -> Moment | None:
+        """All usual steps until time has passed: schedules hardly meet between."""
+        after: Moment | None = state
+        while after is not None and after.ticks == state.ticks:
+            after = self.follow(after)
+        return after
+
+    def keep_only(self, states: Iterable[Moment]) -> None:
+        """Forget what no schedule can come to any more, if it is much."""
+        if len(self.cores) < FORGETS_FROM:
+            return
+        robots: set[int] = set()
+        worlds: set[int] = set()
+        for state in (self._first, *states):
+            robots.update(process.core for process in state.robots if process is not None)
+            worlds.add(state.world)
+        self.cores.keep_only(robots, worlds)
+
     def faults(self, state: Moment) -> Iterator[Fault]:
         """Rule 2."""
-        if self.rank(state) >= self.window:
-            return
         kinds, delays = self.setting.kinds, self.setting.delays_ticks
         if not state.now:
             yield from self._faults_of_processes(state)
@@ -150,7 +182,7 @@ class Fleet:
                 after = self._cut(after, fault.robot, fault.ticks)
             case Kind.WORLD:
                 after = self._restart_world(after)
-        return after
+        return self._settled(after)
 
     def say(self, state: Moment) -> str:
         """The letter that arrives, and what comes of it; or that time passes."""
@@ -165,6 +197,19 @@ class Fleet:
     # --- steps --------------------------------------------------------------------------------------
 
     def _step(self, state: Moment) -> Moment:
+        return self._settled(self._next(state))
+
+    def _settled(self, state: Moment) -> Moment:
+        """Rule 5."""
+        if state.now:
+            return state
+        robots = tuple(
+            process and process._replace(core=self.cores.settle_robot(process.core))
+            for process in state.robots
+        )
+        return state._replace(robots=robots, world=self.cores.settle_world(state.world))
+
+    def _next(self, state: Moment) -> Moment:
         if not state.now:
             return self._after_world(state, self.cores.world_step(state.world, self._tick, WORLD))
         letter, rest = state.now[0], state._replace(handled=state.handled + 1, now=state.now[1:])

@@ -53,8 +53,10 @@ def judge_world(world: World, before: Fence, notes: Sequence[Record], put_by: in
     if fence != before:
         judge_change(before, fence, put_by)
     _judge_orders(world, fence)
-    _judge_ground(world)
-    return list(_accepted(world, notes))
+    ordered = list(_accepted(world, notes))
+    if ordered:  # what is left of a course is a part of it
+        _judge_ground(world)
+    return ordered
 
 
 def judge_change(before: Fence, after: Fence, put_by: int) -> None:
@@ -139,8 +141,7 @@ def judge_plan(robot: int, seen: Scan | None, told: Fence | None) -> None:
     """F6 (a), for a robot that plans a step: what it has seen last."""
     if seen is None or told is None:
         raise Breach("F6", f"robot {robot} plans a step and has seen nothing")
-    first = (seen.fence.epoch, seen.fence.turn, told.turn, told.may) == (told.epoch, 0, 1, May.ALL)
-    if (seen.fence.epoch, seen.fence.turn) != (told.epoch, told.turn) and not first:
+    if (seen.fence.epoch, seen.fence.turn) != (told.epoch, told.turn):
         raise Breach(
             "F6",
             f"robot {robot} plans under {_said(told)} with a scan that was taken under {_said(seen.fence)}",

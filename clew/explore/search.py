@@ -4,13 +4,16 @@ Rule 1: states are expanded in the order of their ranks, each once, however many
 Rule 2: with a state comes the number of schedules that reach it, by their number of faults. So what was
         covered is counted, though most of it was never run.
 Rule 3: the faults of a state are tried if some schedule reaches it with fewer faults than may strike.
-Rule 4: the first breach ends the exploration. With ever more faults (`deepen`) it has as few as possible.
+Rule 4: where no fault may strike any more, one state leads to one other. So several steps are taken at once,
+        and the states between are judged but not remembered (`Explorable.hurry`).
+Rule 5: the first breach ends the exploration. With ever more faults (`deepen`) it has as few as possible.
 """
 
 import heapq
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from itertools import chain
 from typing import Generic, NamedTuple
 
 from msgspec import Struct
@@ -94,7 +97,11 @@ class Exploration(Generic[State]):
     def run(self, may_go_on: Callable[[], bool]) -> Explored:
         """Explore until all is covered, a promise breaks, or time is up."""
         self._add(self._system.start(), _Reached([1] + [0] * self._faults_max, None, 0))
+        began = 0
         while self._ranks:
+            if self._ranks[0][0] > began:
+                began = self._ranks[0][0]
+                self._system.keep_only(chain.from_iterable(self._levels.values()))
             level = self._levels.pop(heapq.heappop(self._ranks))
             while level:
                 state, reached = level.popitem()
@@ -110,13 +117,14 @@ class Exploration(Generic[State]):
         self._states += 1
         self._depth = max(self._depth, reached.depth)
         strikes = reached.strikes
+        strikes_more = reached.faults < self._faults_max and system.is_open(state)
         try:
-            usual = system.follow(state)
+            usual = system.follow(state) if strikes_more else system.hurry(state)
             if usual is None:
                 self._schedules = [sum(both) for both in zip(self._schedules, ways, strict=True)]
             else:
                 self._add(usual, _Reached(list(ways), strikes, reached.depth + 1))
-            if reached.faults == self._faults_max:
+            if not strikes_more:
                 return None
             more, rank = [0, *ways[:-1]], system.rank(state)
             for fault in system.faults(state):

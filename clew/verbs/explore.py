@@ -24,6 +24,9 @@ from protocol.exit_codes import ExitCode
     help="Faults strike while so many messages are delivered, counted without faults.",
 )
 @click.option("--skip", type=click.IntRange(0, 10_000), help="Faults strike after so many messages.")
+@click.option(
+    "--recovers", is_flag=True, help="After the faults all robots that live have to form a strand and drive."
+)
 @click.option("--without", "rule", type=Word(list(RULES)), help="Remove this rule from a copy of the source.")
 @click.option(
     "--seconds",
@@ -42,6 +45,7 @@ def explore_verb(
     faults: int | None,
     deliveries: int | None,
     skip: int | None,
+    recovers: bool,
     rule: str | None,
     seconds: float,
     as_json: bool,
@@ -54,11 +58,13 @@ def explore_verb(
     possible. With --without a rule is removed first, in the setting that shows it; then it exits with 1 if
     nothing breaks.
     """
+    if recovers and (rule is not None or not SETTINGS[setting].has_way_for_all):
+        raise click.UsageError("--recovers is for settings with a way for all robots, and not for --without")
     if rule is not None:
         chosen, rounds = RULES[rule].setting, explore_without(rule, seconds)
     else:
         chosen = adjusted(SETTINGS[setting], robots=robots, deliveries=deliveries, skips=skip)
-        rounds = explore(chosen, chosen.faults if faults is None else faults, seconds)
+        rounds = explore(chosen, chosen.faults if faults is None else faults, seconds, recovers=recovers)
     done: list[Round] = []
     for each in rounds:
         done.append(each)
@@ -69,7 +75,7 @@ def explore_verb(
     else:
         console().print(_table(chosen, done))
         if last.broken is not None and rule is None:
-            for line in story(chosen, last.broken.strikes):
+            for line in story(chosen, last.broken.strikes, recovers=recovers):
                 click.echo(line)
     broken = last.ended is Ended.BREACH
     ctx.exit(ExitCode.FAILED if broken is (rule is None) else ExitCode.OK)
@@ -80,7 +86,11 @@ def _sentence(each: Round) -> str:
     if explored.broken is not None:
         return f"{explored.broken.promise} breaks with {explored.faults} faults: {explored.broken.why}"
     covered = "all" if explored.ended is Ended.COMPLETE else "not all, since time was up, of the"
-    return f"{covered} schedules with {explored.faults} faults at most: {explored.states:,} states, no breach"
+    sentence = (
+        f"{covered} schedules with {explored.faults} faults at most: {explored.states:,} states, no breach"
+    )
+    slowest = "" if each.slowest_s is None else f", recovered within {each.slowest_s:.1f} s"
+    return sentence + slowest
 
 
 def _table(setting: Setting, done: list[Round]) -> Table:

@@ -2,7 +2,7 @@
 
 Robot 2 coordinates epoch 10002. Robot 3 joins in turn 1, at x = -1.2 m. From turn 3 on the strand of robots
 1, 2 and 3 drives along the x axis, on which arc length is x + 1.2 m. Robot 1 leads a step. It stops on its
-way, as robot 3 proposes epoch 20003. Nobody has to join there, so ALL is turn 1, and scans of turn 0 serve.
+way, as robot 3 proposes epoch 20003. Nobody has to join there, so ALL is turn 1.
 """
 
 from msgspec.structs import replace
@@ -161,10 +161,10 @@ RUN: dict[str, Said] = {
     "there 1": (3.92, "world", pose(1, 0.8)),
     "proposed again": (3.9, "r3", ViewProposed(epoch=SECOND, cause=Cause.PLEA, why="robot 4 asks")),
     "raised again": (3.92, "world", fence(SECOND, 0, cause=Cause.PLEA)),
-    "scan 1 again": (4.0, "world", scan(1)),
     "joined 1 again": (4.0, "r1", ViewJoined(epoch=SECOND)),
     "formed again": (4.4, "r3", formation(SECOND, 1, 2.0, 1.0, 0.0)),
     "all again": (4.5, "world", fence(SECOND, 1, May.ALL, named=1, members=3)),
+    "scan 1 again": (4.55, "world", scan(1)),
     "plan 1 again": (4.6, "r1", plan(1.0, step=2, epoch=SECOND)),
     "order 1 again": (
         4.62,

@@ -1,7 +1,5 @@
 """Schedules that a reviewer found, by which a promise was broken or a fleet waited for nothing."""
 
-from typing import Any
-
 import pytest
 from msgspec.structs import replace
 
@@ -12,9 +10,8 @@ from agents.coordinating.phases import Phase
 from agents.liveness.suspicion import Suspicion
 from agents.liveness.timing import Timing
 from clew.explore.moments import WORLD
-from clew.explore.setting import SCATTERED
+from clew.explore.setting import SCATTERED, Setting
 from protocol.fence import Cause, Epoch, Fence, May, Turn
-from protocol.files.reading import understand
 from protocol.frames import Point, Pose
 from protocol.mission import Law
 from protocol.timeline import StrandFormed
@@ -32,32 +29,18 @@ def beside_a_wall(obstacle_speed_mps_max: float) -> Scenario:
     """Robots 1 and 2 on one side of a wall of posts; robot 3 comes round its end, across their leg."""
     posts = [(0.9 + 0.12 * index, 3.55) for index in range(12)]
     posts += [(0.85, 2.4 + 0.12 * index) for index in range(10)]
-    raw: dict[str, Any] = {
-        "name": "beside-a-wall",
-        "fleet": {
-            "robots": 3,
-            "robot_radius_m": 0.1,
-            "separation_m": 0.2,
-            "link_length_m_max": 1.4,
-            "places": [[2.0, 3.0, 0.0], [1.55, 3.0, 0.0], [2.2, 4.3, 0.0]],
-        },
-        "law": {"law": "certified", "epsilon_m": 0.1, "mu0_m": 0.01},
-        "goal": {"at_m": [3.3, 3.0], "tolerance_m": 0.15},
-        "bounds": {"x_m_min": 0.0, "x_m_max": 10.0, "y_m_min": 0.0, "y_m_max": 6.0},
-        "sensor": {"directions": 360, "range_m_max": 3.0, "range_sigma_m": 0.0},
-        "drive": {
-            "speed_mps": 0.5,
-            "speed_mps_min": 0.05,
-            "speed_mps_max": 1.0,
-            "turn_rate_radps": 3.0,
-            "heading_error_rad": 0.0,
-        },
-        "time": {"time_s_max": 600.0},
-        "obstacle": [{"shape": "circle", "centre_m": [x, y], "radius_m": 0.06} for x, y in posts],
-    }
-    if obstacle_speed_mps_max:
-        raw["obstacle_speed_mps_max"] = obstacle_speed_mps_max
-    return understand(raw, Scenario, "beside-a-wall")
+    setting = Setting(
+        name="beside-a-wall",
+        about="a robot comes round a wall, across the leg of the others",
+        places=((2.0, 3.0, 0.0), (1.55, 3.0, 0.0), (2.2, 4.3, 0.0)),
+        goal_m=(3.3, 3.0),
+        obstacles=tuple((x_m, y_m, 0.06) for x_m, y_m in posts),
+        obstacle_speed_mps_max=obstacle_speed_mps_max,
+        size_m=(10.0, 6.0),
+        separation_m=0.2,
+        link_length_m_max=1.4,
+    )
+    return setting.scenario()
 
 
 @pytest.mark.parametrize("obstacle_speed_mps_max", [0.0, 0.1])

@@ -5,8 +5,8 @@ An order to stand is always lawful. Of the others:
 Rule 1 (F1): a body accepts an order only if it bears exactly the fence in force, and the fence names its
         robot: as the one that may move, in that life, or with all.
 Rule 2 (F2): no order bears a fence that is not in force yet.
-Rule 3 (F6): the body has been scanned under that very fence. A scan of turn 0 also serves under ALL, if ALL
-        is turn 1. Followers do not sense under a law that promises no clearance.
+Rule 3 (F6): the body has been scanned under that very fence. Followers do not sense under a law that promises
+        no clearance.
 Rule 4 (S3): a robot that joins orders its body only to the target of a step that it had planned in the epoch.
 Rule 5 (F4): under ALL, an order is of the life that the formation names, and its robot stood at its place in
         the formation, within mu0, when ALL came into force.
@@ -95,11 +95,7 @@ class Authority:
         fences = self._evidence.fences
         if fences.now.may is May.ALL and order.step == 0 and not self._followers_sense:
             return True
-        index = self._evidence.scanned.get(order.robot)
-        if index is None or index == fences.newest:
-            return index is not None
-        scanned, fence = fences[index], fences.now
-        return fence.may is May.ALL and (scanned.epoch, scanned.turn, fence.turn) == (fence.epoch, 0, 1)
+        return self._evidence.scanned.get(order.robot) == fences.newest
 
     def _as_planned(self, invariant: str, order: OrderAccepted, step: int) -> Check:
         def check(claim: Claim) -> Found:

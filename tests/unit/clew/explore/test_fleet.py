@@ -3,12 +3,14 @@
 import pytest
 from msgspec.structs import replace
 
+from clew.explore import fleet
 from clew.explore.explorable import Fault
 from clew.explore.explore import explore
 from clew.explore.fleet import Fleet
 from clew.explore.moments import Moment
-from clew.explore.search import Ended, Exploration, Strike, retell
+from clew.explore.search import Ended, Exploration, Strike, deepen, retell
 from clew.explore.setting import NEVER_TICKS, SETTINGS, Kind, adjusted
+from clew.explore.without import RULES
 from protocol.fence import May
 
 START = SETTINGS["start"]
@@ -49,6 +51,40 @@ def test_remembered_steps_are_the_computed_ones() -> None:
     computed = fleet.cores.computed
     assert after(fleet, fleet.start(), 50) == first
     assert fleet.cores.computed == computed
+
+
+class StepByStep(Fleet):
+    """Without what makes an exploration fast: every moment is compared, and every step taken alone."""
+
+    def _settled(self, state: Moment) -> Moment:
+        cores = self.cores
+        robots = tuple(
+            process and process._replace(core=cores.settle_robot(process.core)) for process in state.robots
+        )
+        return state._replace(robots=robots, world=cores.settle_world(state.world))
+
+    def hurry(self, state: Moment) -> Moment | None:
+        return self.follow(state)
+
+
+@pytest.mark.parametrize("forgets_from", [0, fleet.FORGETS_FROM])
+def test_an_exploration_that_hurries_and_forgets_covers_the_same_schedules(
+    forgets_from: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    slow = Exploration(StepByStep(SHORT), 1).run(lambda: True)
+    monkeypatch.setattr(fleet, "FORGETS_FROM", forgets_from)
+    fast = Exploration(Fleet(SHORT), 1).run(lambda: True)
+    assert (fast.ended, fast.schedules) == (slow.ended, slow.schedules)
+    assert fast.states < slow.states / 5
+
+
+def test_an_exploration_that_hurries_finds_the_same_breach(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("world.bodies.bodies.obeys", lambda *_: True)  # without F1
+    setting = replace(RULES["F1"].setting, settle_ticks=25)
+    (*_, slow), (*_, fast) = (deepen(kind(setting), 2, lambda: True) for kind in (StepByStep, Fleet))
+    assert slow.broken is not None
+    assert fast.broken is not None
+    assert (fast.faults, fast.broken.promise) == (slow.faults, slow.broken.promise) == (2, "F1")
 
 
 def test_a_lost_letter_does_not_arrive_and_a_late_one_arrives_later() -> None:

@@ -62,6 +62,7 @@ UNSEEN: dict[str, list[Said]] = {
     "scanned before its turn": run(scan_3=(0.3, "world", scan(3))),
     "scanned before ALL": run(scan_2=(1.9, "world", scan(2))),
     "scanned in turn 0, where ALL is turn 3": run(scan_2=(0.25, "world", scan(2))),
+    "scanned in turn 0, where ALL is turn 1": run(scan_1_again=(4.0, "world", scan(1))),
     "another body was scanned": run(scan_2=(2.4, "world", scan(3))),
     "the leader, in the epoch before": run(without=("scan 1 again",)),
 }
@@ -221,7 +222,7 @@ def back(to_x_m: float, *, beside_m: float = 0.0) -> Sequence[Said]:
     """Robot 3 leads back, beyond its place, along a path of 2.4 m."""
     target = Point(x_m=to_x_m, y_m=beside_m)
     drive = order(3, (-1.2, 0.0), (0.0, 0.0), epoch=SECOND, turn=1, reach_m=0.8 - to_x_m)
-    return (4.2, "world", scan(3)), accepted(4.6, replace(drive, target=target))
+    return (4.52, "world", scan(3)), accepted(4.6, replace(drive, target=target))
 
 
 def turned(*more: Said) -> list[Said]:
@@ -238,7 +239,7 @@ def test_a_strand_that_has_turned_round_may_drive_back_along_its_old_path() -> N
     assert broken(turned(*back(-1.5))) == []
     follows = order(2, (-0.2, 0.0), (-0.8, 0.0), epoch=SECOND, turn=1, reach_m=1.6)
     more: list[Said] = [
-        (4.2, "world", scan(2)),
+        (4.52, "world", scan(2)),
         (4.7, "r3", grant(1.6, epoch=SECOND)),
         accepted(4.8, follows),
         (4.8, "world", pose(2, -0.2)),
@@ -255,11 +256,11 @@ def test_the_new_leader_may_drive_back_only_as_far_as_the_path_goes() -> None:
 def test_the_new_leader_goes_on_with_its_own_steps_from_the_end_of_the_path() -> None:
     step = order(3, (-1.2, 0.0), (-1.6, 0.5), epoch=SECOND, turn=1, step=1, reach_m=2.9)
     after: list[Said] = [
-        (4.2, "world", scan(3)),
+        (4.52, "world", scan(3)),
         (4.55, "r3", plan(-1.6, 0.5, epoch=SECOND)),
         accepted(4.6, step),
         (4.7, "r3", grant(2.9, epoch=SECOND)),
-        (4.2, "world", scan(2)),
+        (4.52, "world", scan(2)),
         accepted(4.8, order(2, (-0.2, 0.0), (-1.6, 0.5), epoch=SECOND, turn=1, reach_m=2.9)),
     ]
     assert broken(turned(*after)) == []

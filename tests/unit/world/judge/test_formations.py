@@ -154,7 +154,7 @@ def test_orders_in_a_misshapen_formation_are_judged_as_far_as_it_goes(strand: St
     last = strand.order[2]
     drive = order(last, (-1.2, 0.0), (-1.2, 0.0), epoch=SECOND, turn=1)
     more: list[Said] = [
-        (4.2, "world", scan(last)),
+        (4.52, "world", scan(last)),
         (4.8, "world", drive),
         (4.75, "r2", grant(0.5, to=last, epoch=SECOND)),
     ]
