@@ -8,6 +8,7 @@ Rule 3: a step keeps the robots' distance from ground that robots behind may sti
 Rule 4: an edge that is already nearer than its distance only forbids motion towards it.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -87,11 +88,28 @@ def promised_clearance_m(view: View, target: Floats, robots: Flags, mission: Mis
         view: the scan that the step was planned from.
         target: where the step ends (2,) [m; world frame].
         robots: the directions of the scan that hit the robot directly behind. It is no obstacle: grants keep
-            the distance to it. Robots further behind count as obstacles; they are further away.
+            the distance to it. What it hides may be one. Robots further behind count as obstacles.
         mission: the robot's mission.
     """
     walls = scan_walls(view, mission, leave_out=robots)
     off_ends = distances_to_segments(walls.starts, view.position, target)
     off_edges = [distances_to_segments(end, walls.starts, walls.ends) for end in (view.position, target)]
-    apart = np.minimum(off_ends, np.minimum(*off_edges))
-    return max(0.0, float(apart.min()) - mission.robot_radius_m)
+    apart = np.minimum(off_ends, np.minimum(*off_edges)).min(initial=np.inf)
+    behind, unsure_m = _behind_hulls(view, robots, mission)
+    off_hidden = (distances_to_segments(behind, view.position, target) - unsure_m).min(initial=np.inf)
+    return max(0.0, float(min(apart, off_hidden)) - mission.robot_radius_m)
+
+
+def _behind_hulls(view: View, robots: Flags, mission: Mission) -> tuple[Floats, Floats]:
+    """Where the nearest obstacle may be that a hull hides: a point a ray (n, 2), and how wide it is (n,) [m].
+
+    A robot keeps epsilon, less mu0, from obstacles. So behind a hit on its hull there is none for at least the
+    part of a tangent that lies within that distance of the hull.
+    """
+    radius_m = mission.robot_radius_m
+    kept_m = radius_m + max(0.0, mission.epsilon_m - mission.mu0_m)
+    ranges_m = np.maximum(view.ranges_m[robots] - mission.range_error_m_max, 0.0)
+    ranges_m += math.sqrt(kept_m**2 - radius_m**2)
+    bearings_rad = view.bearings_rad[robots]
+    rays = np.stack([np.cos(bearings_rad), np.sin(bearings_rad)], axis=1)
+    return view.position + ranges_m[:, None] * rays, ranges_m * np.pi / len(view.ranges_m)

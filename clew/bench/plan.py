@@ -109,10 +109,19 @@ def samples(scenario: Scenario, *, cpu: Clock, wall: Clock) -> list[Sample]:
         epoch: int,
         settled: bool,
         bodies_may_move: bool = False,
+        all_stand: bool = False,
     ) -> leader.Plan:
         stopwatch.spent_s.clear()
         since_cpu_s, since_wall_s = cpu(), wall()
-        planned = plan(self, view, ground, epoch=epoch, settled=settled, bodies_may_move=bodies_may_move)
+        planned = plan(
+            self,
+            view,
+            ground,
+            epoch=epoch,
+            settled=settled,
+            bodies_may_move=bodies_may_move,
+            all_stand=all_stand,
+        )
         cpu_s, wall_s, since_cpu_s = cpu() - since_cpu_s, wall() - since_wall_s, cpu()
         textbook.plan(view)
         parts_s = {part: stopwatch.spent_s[part] for part in PARTS}

@@ -51,8 +51,9 @@ def _values(info: inspect.Type) -> st.SearchStrategy[Any]:  # noqa: C901, PLR091
         case inspect.IntType():
             return st.integers(info.ge, info.le)
         case inspect.FloatType():
-            low, high = info.ge, info.le
-            return st.floats(-math.inf if low is None else low, math.inf if high is None else high)
+            low, high = info.gt if info.ge is None else info.ge, info.le
+            least, most = -math.inf if low is None else low, math.inf if high is None else high
+            return st.floats(least, most, exclude_min=info.gt is not None)
         case inspect.StrType(pattern=None):
             return st.text(max_size=min(info.max_length or 20, 20))
         case inspect.StrType():
