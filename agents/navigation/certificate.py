@@ -101,10 +101,10 @@ def promised_clearance_m(view: View, target: Floats, robots: Flags, mission: Mis
 
 
 def _behind_hulls(view: View, robots: Flags, mission: Mission) -> tuple[Floats, Floats]:
-    """Where the nearest obstacle may be that a hull hides: a point a ray (n, 2), and how wide it is (n,) [m].
+    """Where the nearest obstacle may be that a hull hides: points (n, 2), and how wide each is (n,) [m].
 
-    A robot keeps epsilon, less mu0, from obstacles. So behind a hit on its hull there is none for at least the
-    part of a tangent that lies within that distance of the hull.
+    A robot keeps epsilon, less mu0, from obstacles. So behind a hit on its hull there is none for at least
+    the part of a tangent that lies within that distance of the hull.
     """
     radius_m = mission.robot_radius_m
     kept_m = radius_m + max(0.0, mission.epsilon_m - mission.mu0_m)

@@ -175,3 +175,11 @@ def test_the_promise_covers_an_obstacle_of_which_one_ray_shows_beside_a_robot() 
     robots[lone] = False
     promised_m = promised_clearance_m(view, np.array([-0.5, 0.0]), robots, ROBOT)
     assert promised_m == pytest.approx(1.5 - ROBOT.robot_radius_m, abs=0.03)
+
+
+def test_the_promise_covers_an_obstacle_that_a_robot_hides() -> None:
+    hull = Circle(centre_m=(0.5, 0.0), radius_m=ROBOT.robot_radius_m)
+    hidden_m = 0.5 + ROBOT.robot_radius_m + ROBOT.epsilon_m
+    view = look_around([hull, wall((hidden_m, 0.05), (hidden_m, -0.05))], ROBOT)
+    promised_m = promised_clearance_m(view, np.array([-0.5, 0.0]), view.hits, ROBOT)
+    assert promised_m <= hidden_m - ROBOT.robot_radius_m
