@@ -166,7 +166,8 @@ class _Life:
         if self._past is not None:
             self._resume(self._past)
         while True:
-            wait_s = pace.wait_s(world, wall_s=time.monotonic())
+            # A resumed world reads the whole timeline again, as fast as its other work allows.
+            wait_s = 0.0 if self._readback.is_behind else pace.wait_s(world, wall_s=time.monotonic())
             for arrival in await self._transport.arrivals(wait_s):
                 self._take(arrival)
             if ending.done():
@@ -205,6 +206,7 @@ class _Life:
             self._faults.hear(source, entry)
         ran_s = (datetime.now(UTC) - datetime.fromisoformat(past.header.started_at)).total_seconds()
         self._obey(self._world.resume(wall_s=time.monotonic()))
+        past.forget_lines()
         if self._world.started:
             self._started_wall_s -= ran_s
 

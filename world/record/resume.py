@@ -143,6 +143,10 @@ class Past:
             case _:
                 pass  # the tally and the evidence process all entries
 
+    def forget_lines(self) -> None:
+        """Free the memory of the lines: all that a resumed world needs of them is known."""
+        self.lines = ()
+
     def entries(self) -> Iterator[tuple[str, str, Entry]]:
         """All entries, each with its source and the incarnation of the source."""
         lives: dict[str, str] = {}

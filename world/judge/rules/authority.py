@@ -109,19 +109,20 @@ class Authority:
 
     def _in_place(self, order: OrderAccepted) -> Check:
         """Rule 5, for the first order of a robot under ALL."""
-        stood = self._evidence.standing.at(order.robot)
+        place: Point | None = None
 
         def check(claim: Claim) -> Found:
-            formed = self._evidence.formed.get(order.epoch)
-            if formed is None and not claim.is_last:
-                return frozenset({robot_name(order.epoch % NUMBERS)})
-            place = stood or self._evidence.standing.at(order.robot)
+            nonlocal place
+            place = place or self._evidence.standing.at(order.robot, order.epoch)
+            if place is None and claim.may_hear(WORLD):
+                return frozenset({WORLD})
             if place is None:  # not sampled since: it has not moved
-                if not claim.is_last:
-                    return frozenset({WORLD})
                 place = Point(x_m=order.x_m, y_m=order.y_m)
-            rank = None if formed is None else formed.ranks.get(order.robot)
-            if formed is None or rank is None:
+            formed = self._evidence.formed.get(order.epoch)
+            if formed is None:
+                return claim.awaiting(robot_name(order.epoch % NUMBERS))
+            rank = formed.ranks.get(order.robot)
+            if rank is None:
                 return []
             strand, path = formed.strand, self._evidence.paths.of(formed.strand)
             if path is None or rank >= len(strand.places_m):
@@ -145,7 +146,7 @@ def _as_planned(evidence: Evidence, invariant: str, order: OrderAccepted, step: 
     miss_m = min((apart_m(target, planned) for planned in by_then), default=math.inf)
     if miss_m <= ROUNDING_M:
         return []
-    if not claim.is_last:
+    if claim.may_hear(robot_name(robot)):
         return frozenset({robot_name(robot)})
     if evidence.may_have_said_more(robot, claim.t_s, claim.heard_after_s(robot_name(robot))):
         return []
@@ -169,7 +170,7 @@ class _InStrand:
         """Check the order."""
         order, formed = self.order, self.evidence.formed.get(self.order.epoch)
         if formed is None:  # F4 asks for the formation
-            return [] if claim.is_last else frozenset({robot_name(order.epoch % NUMBERS)})
+            return claim.awaiting(robot_name(order.epoch % NUMBERS))
         rank, lives = formed.ranks.get(order.robot), formed.strand.lives
         if rank is not None and rank < len(lives) and lives[rank] != order.life:
             why = f"ordered in life {order.life}, where the formation names {lives[rank]}"
@@ -188,16 +189,16 @@ class _InStrand:
             why = f"ordered in epoch {order.epoch}, whose strand has no path"
             return [broken("F5", order.robot, why)]
         if rank == 0:
-            granter, ahead, awaited = "the formation laid", order.robot, frozenset[str]()
+            granter, ahead = "the formation laid", order.robot
             self.granted_m = path[len(strand.laid) - 1].s_m
         else:
             ahead = strand.order[rank - 1]
-            granter, awaited = f"robot {ahead} granted", frozenset({robot_name(ahead)})
+            granter = f"robot {ahead} granted"
             granted_m = self.evidence.grants.by((ahead, order.robot, order.epoch), claim.t_s)
             self.granted_m = max(self.granted_m, granted_m)
         if order.reach_m > self.granted_m + ROUNDING_M:
-            if not claim.is_last and awaited:
-                return awaited
+            if rank > 0 and claim.may_hear(robot_name(ahead)):
+                return frozenset({robot_name(ahead)})
             if self._is_excused(claim, ahead):
                 return []
             why = f"ordered further than {granter}"
@@ -211,14 +212,15 @@ class _InStrand:
         path = self.evidence.paths.of(strand)
         assert path is not None, "checked before"
         assert target is not None, "checked before"
-        if order.reach_m > self.evidence.paths.certain_m(strand) + ROUNDING_M and not claim.is_last:
+        is_certain = order.reach_m <= self.evidence.paths.certain_m(strand) + ROUNDING_M
+        if not is_certain and claim.may_hear(robot_name(leader)):
             return frozenset({robot_name(leader)})
         length_m = math.hypot(target.x_m - order.x_m, target.y_m - order.y_m)
         allowed_m = self.tolerance.mu0_m + self.tolerance.drive_m(length_m)
         beside_m = apart_m(target, path.at(order.reach_m))
         if beside_m <= allowed_m:
             return []
-        if not claim.is_last:
+        if claim.may_hear(robot_name(leader)):
             return frozenset({robot_name(leader)})
         ahead = strand.order[max(formed.ranks[order.robot] - 1, 0)]
         if self._is_excused(claim, ahead, leader):

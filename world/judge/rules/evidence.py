@@ -83,7 +83,7 @@ class Evidence:
             case FenceChanged() as change:
                 self.fences.hear(entry.t_s, change)
                 if change.may is May.ALL:
-                    self.standing.all_may_move(entry.t_s)
+                    self.standing.all_may_move(entry.t_s, change.epoch)
             case PoseSampled() as pose:
                 self.standing.sampled(entry.t_s, pose)
             case ScanServed(robot=robot):

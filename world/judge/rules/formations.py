@@ -69,7 +69,7 @@ class Formations:
     def _of_making(self, formed: Formed) -> Check:
         def check(claim: Claim) -> list[PromiseBroken] | frozenset[str]:
             indices = self._evidence.fences.of_epoch.get(formed.strand.epoch)
-            if not indices and not claim.is_last:
+            if not indices and claim.may_hear(WORLD):
                 return frozenset({WORLD})
             return [broken("F4", formed.by, why) for why in self._unlawful(formed)]
 
@@ -111,7 +111,7 @@ class Formations:
 
         def check(claim: Claim) -> list[PromiseBroken] | frozenset[str]:
             formed = self._evidence.formed.get(epoch)
-            if formed is None and not claim.is_last:
+            if formed is None and claim.may_hear(robot_name(coordinator)):
                 return frozenset({robot_name(coordinator)})
             since_s = fences.times_s[earlier[-1]] if earlier else t_s
             heard_s = claim.heard_after_s(robot_name(coordinator))
@@ -130,9 +130,9 @@ class Formations:
             driven, formed = fences.all_of(epoch), self._evidence.formed.get(epoch)
             if driven is None or fences.times_s[driven] > claim.t_s + ROUNDING_S:
                 told = f"takes its place in epoch {epoch} before its strand may drive"
-                return [broken("F4", robot, told)] if claim.is_last else frozenset({WORLD})
+                return frozenset({WORLD}) if claim.may_hear(WORLD) else [broken("F4", robot, told)]
             if formed is None:  # rule 1 asks for the formation
-                return [] if claim.is_last else frozenset({robot_name(epoch % NUMBERS)})
+                return claim.awaiting(robot_name(epoch % NUMBERS))
             has = formed.ranks.get(robot)
             if has == joined.rank:
                 return []

@@ -83,7 +83,7 @@ class Leading:
         def check(claim: Claim) -> list[PromiseBroken] | frozenset[str]:
             formed = self._evidence.formed.get(epoch)
             if formed is None:
-                return [] if claim.is_last else frozenset({robot_name(epoch % NUMBERS)})
+                return claim.awaiting(robot_name(epoch % NUMBERS))
             first = formed.strand.order[0]
             why = f"{does} in epoch {epoch}, which another leads"
             return [] if first == robot else [broken("P1", robot, why, first)]
@@ -132,9 +132,9 @@ class Granting:
             driven, formed = fences.all_of(epoch), self._evidence.formed.get(epoch)
             if driven is None or fences.times_s[driven] > claim.t_s + ROUNDING_S:
                 why = f"grants ground {in_epoch} before its strand may drive"
-                return [broken("F5", robot, why, grant.to)] if claim.is_last else frozenset({WORLD})
+                return frozenset({WORLD}) if claim.may_hear(WORLD) else [broken("F5", robot, why, grant.to)]
             if formed is None:
-                return [] if claim.is_last else frozenset({robot_name(epoch % NUMBERS)})
+                return claim.awaiting(robot_name(epoch % NUMBERS))
             if not formed.is_behind(grant.to, robot):
                 why = f"grants ground {in_epoch} to a robot that is not directly behind it"
                 return [broken("F5", robot, why, grant.to)]
@@ -190,7 +190,7 @@ class Epochs:
         def check(claim: Claim) -> list[PromiseBroken] | frozenset[str]:
             if self._evidence.fences.begun_s(epoch) <= claim.t_s + ROUNDING_S:
                 return []
-            return [broken(invariant, robot, why)] if claim.is_last else frozenset({WORLD})
+            return frozenset({WORLD}) if claim.may_hear(WORLD) else [broken(invariant, robot, why)]
 
         return self._claims.judge(t_s, epoch, check)
 

@@ -140,8 +140,8 @@ class Motion:
 
     def _as_member(self, drive: _Drive, fence: FenceChanged) -> Check:
         def check(claim: Claim) -> list[PromiseBroken] | frozenset[str]:
-            if fence.epoch not in self._evidence.formed and not claim.is_last:
-                return frozenset({robot_name(fence.epoch % NUMBERS)})
+            if fence.epoch not in self._evidence.formed:  # F4 asks for it
+                return claim.awaiting(robot_name(fence.epoch % NUMBERS))
             robot = drive.start.robot
             return [] if _may_move(self._evidence, fence, robot) else [_moved_in(fence, drive)]
 
