@@ -59,13 +59,11 @@ def test_a_wait_gives_each_entry_once_in_order(fleet: Fleet) -> None:
 
 def test_a_fault_moves_the_wait_past_what_happened_before(fleet: Fleet) -> None:
     with fleet:
-        fleet.until("step.finished", step=1)
-        before = fleet.run.entries("view.proposed")
-        given_s = fleet.now_s
-        with fleet.partition([1, 2], [3]):
-            proposed = fleet.until("view.proposed", timeout_s=20)
-    assert before
-    assert proposed.t_s > given_s
+        fleet.until("robot.started", robot=1)
+        assert fleet.until("robot.started").source == "r2"
+        fleet.link(1, 2).drop(0.1)
+        with pytest.raises(WaitFailedError):
+            fleet.until("robot.started", timeout_s=0.5)  # r3 has started before the fault
 
 
 def test_a_partition_heals_when_the_block_is_left_whatever_happens(fleet: Fleet) -> None:
