@@ -12,7 +12,7 @@ from world.judge.ending import Ending
 from world.judge.judgement import Judgement
 from world.judge.monitor import Promises
 from world.judge.recovery import Death, Heal, Recovery, Succession
-from world.judge.table import measure, rms_m
+from world.judge.table import table_rms_m
 from world.judge.tally import Tally
 from world.scenario.scenario import Scenario
 
@@ -139,7 +139,7 @@ def pass_verdict(facts: Facts) -> Verdict:
         planning_events=tally.planning_events,
         scans=tally.scans,
         path_m=judgement.path_m,
-        table_rms_m=rms_m(measure(scenario, tally.switching_positions), scenario.table_m),
+        table_rms_m=table_rms_m(scenario, tally.switching_positions),
         sim_s=facts.sim_s,
         wall_s=facts.wall_s,
         cpu_s=facts.cpu_s,
