@@ -74,7 +74,7 @@ def figures_line(verdict: Verdict) -> str:
     return (
         f"{verdict.switching_steps} {steps} finished, {verdict.planning_events} planning events, "
         f"{verdict.path_m:.2f} m driven by all; {verdict.sim_s:.1f} s simulated in {verdict.wall_s:.1f} s; "
-        f"{verdict.events.recorded} events, {verdict.events.missing} missing; "
+        f"{verdict.events.recorded} events, {verdict.events.missing + verdict.events.lost} missing; "
         f"{verdict.messages.sent} messages, {verdict.messages.unaccounted} unaccounted for"
     )
 

@@ -22,6 +22,12 @@ def measure(scenario: Scenario, positions: Sequence[Point]) -> Rows:
     return tuple(tuple(distances(ground, np.array([place.x_m, place.y_m])).tolist()) for place in positions)
 
 
+def table_rms_m(scenario: Scenario, positions: Sequence[Point]) -> float | None:
+    """The error against the scenario's table; only as many positions are measured as it has rows."""
+    rows = len(scenario.table_m or ())
+    return rms_m(measure(scenario, positions[:rows]), scenario.table_m)
+
+
 def rms_m(measured: Rows, reference: Rows | None) -> float | None:
     """The root mean square of the differences to a reference table; None where rows are missing."""
     if reference is None or len(measured) < len(reference):

@@ -14,7 +14,7 @@ from world.judge.ending import Ending
 from world.judge.judgement import Judgement
 from world.judge.monitor import Promises
 from world.judge.recovery import Death, Heal, Recovery, Succession
-from world.judge.table import measure, rms_m
+from world.judge.table import table_rms_m
 from world.judge.tally import Tally
 from world.scenario.scenario import Scenario
 
@@ -125,14 +125,14 @@ def pass_verdict(facts: Facts) -> Verdict:
     """The verdict on a judged run; a failed one where it cannot be judged, which should never happen."""
     scenario, tally = facts.scenario, facts.tally
     try:
-        table_rms_m = rms_m(measure(scenario, tally.switching_positions), scenario.table_m)
-        return _verdict(facts, Recovery(tally.recovery), table_rms_m)
+        rms_m = table_rms_m(scenario, tally.switching_positions)
+        return _verdict(facts, Recovery(tally.recovery), rms_m)
     except Exception as error:
         failed = with_fields(facts.judgement, failure=sentence_of(error))
         return _verdict(replace(facts, judgement=failed), Recovery(()), None)
 
 
-def _verdict(facts: Facts, recovery: Recovery, table_rms_m: float | None) -> Verdict:
+def _verdict(facts: Facts, recovery: Recovery, rms_m: float | None) -> Verdict:
     scenario, tally, judgement = facts.scenario, facts.tally, facts.judgement
     promises = Promises.of(scenario)
     flaws = list(_flaws(facts, recovery))
@@ -160,7 +160,7 @@ def _verdict(facts: Facts, recovery: Recovery, table_rms_m: float | None) -> Ver
         planning_events=tally.planning_events,
         scans=tally.scans,
         path_m=judgement.path_m,
-        table_rms_m=table_rms_m,
+        table_rms_m=rms_m,
         sim_s=facts.sim_s,
         wall_s=facts.wall_s,
         cpu_s=facts.cpu_s,

@@ -1,8 +1,10 @@
 import re
+from collections.abc import Sequence
 
 import pytest
 from msgspec.structs import replace as with_fields
 
+from protocol.frames import Point
 from protocol.root import ROOT
 from protocol.timeline import (
     Entry,
@@ -19,13 +21,15 @@ from protocol.timeline import (
 )
 from tests.support.scenes.world_scenarios import scenario
 from tests.support.strands import ordered, strand
+from world.judge import table
 from world.judge.books import Messages
 from world.judge.ending import Ending
 from world.judge.judgement import Breach, Judgement
 from world.judge.monitor import Least
-from world.judge.table import measure, rms_m
+from world.judge.table import Rows, measure, rms_m
 from world.judge.tally import Tally
 from world.judge.verdict import Events, Facts, Verdict, pass_verdict
+from world.scenario.scenario import Scenario, load
 
 DOCS = ROOT / "docs" / "verdict.md"
 JUDGED = Judgement(
@@ -57,6 +61,8 @@ def verdict(
     ending: Ending = Ending.ARRIVED,
     judgement: Judgement = JUDGED,
     missing: int = 0,
+    lost: int = 0,
+    disagreements: tuple[str, ...] = (),
     living: frozenset[int] = frozenset({1, 2}),
 ) -> Verdict:
     facts = Facts(
@@ -69,8 +75,16 @@ def verdict(
         living=living,
         tally=tally_of(lines),
         judgement=judgement,
-        messages=Messages(sent=10, received=10, injected={}, refused=0, unaccounted=0, left_out=()),
-        events=Events(recorded=100, missing=missing),
+        messages=Messages(
+            sent=10,
+            received=10,
+            injected={},
+            refused=0,
+            unaccounted=0,
+            left_out=(),
+            disagreements=disagreements,
+        ),
+        events=Events(recorded=100, missing=missing, lost=lost),
         unstruck=(),
         sim_s=9.5,
         wall_s=1.0,
@@ -104,6 +118,14 @@ PROMISES = {
     "a way is found": (
         verdict([LOST], ending=Ending.ROUTE_LOST),
         "no_route: the leader lost its route at t=6.0 s: every gap is too narrow",
+    ),
+    "what was written stands in the timeline": (
+        verdict(ALL_WELL, lost=2),
+        "2 entries that were written do not stand in the timeline",
+    ),
+    "the books agree": (
+        verdict(ALL_WELL, disagreements=("link/r1/r2 > r2: 4 messages arrived of 3 that were sent", "more")),
+        "the books disagree: link/r1/r2 > r2: 4 messages arrived of 3 that were sent (and 1 more)",
     ),
     "the strand heals": (
         verdict(ALL_WELL, ending=Ending.STUCK),
@@ -181,6 +203,24 @@ def test_the_table_is_measured_at_the_leaders_switching_positions() -> None:
     first, second = measure(scenario(), positions)
     assert first == pytest.approx((1.2, (2.0**2 + 1.1**2) ** 0.5))
     assert second == pytest.approx(((0.5**2 + 1.6**2) ** 0.5 - 0.3, 1.0))
+
+
+def test_a_verdict_measures_only_as_many_positions_as_the_table_has_rows(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A run may have thousands of steps, and its end must not take longer for them."""
+    measured: list[int] = []
+
+    def counted(known: Scenario, positions: Sequence[Point]) -> Rows:
+        measured.append(len(positions))
+        return measure(known, positions)
+
+    monkeypatch.setattr(table, "measure", counted)
+    places = [Point(x_m=0.0, y_m=0.0)] * 1000
+    assert table.table_rms_m(scenario(), places) is None
+    paper = load("paper")
+    assert table.table_rms_m(paper, places) is not None
+    assert measured == [0, len(paper.table_m or ())]
 
 
 def test_the_rms_is_over_all_distances_and_none_without_a_whole_table() -> None:
