@@ -26,6 +26,7 @@ from protocol.errors import MessageRefusedError
 from protocol.exit_codes import ExitCode
 from protocol.fence import NOBODY_NUMBER, Change
 from protocol.keys import robot_name, robot_number
+from protocol.patience import start_wall_s
 from protocol.timeline import (
     Entry,
     MessageRefused,
@@ -61,7 +62,6 @@ from world.routing import Routing
 from world.scenario.scenario import Scenario
 
 # All of these are in docs/run.md.
-MUSTER_WALL_S = 10.0
 LAST_WORDS_WALL_S = 2.0
 HEAL_S_MAX = 60.0
 STRANDED_S = 10.0  # by then a leader that has arrived has let those in that ask: they do so every second
@@ -218,7 +218,8 @@ class World:
             case Phase.RUNNING if not self._started:
                 if not self.attendance.missing:
                     return self._start()
-                return self._end(Ending.MISSING, wall_s) if waited_s >= MUSTER_WALL_S else []
+                patience_s = start_wall_s(len(self.attendance.robots))
+                return self._end(Ending.MISSING, wall_s) if waited_s >= patience_s else []
             case Phase.RUNNING:
                 return self._look_after_robots(wall_s)
             case Phase.OVER:

@@ -40,6 +40,7 @@ from protocol.network.outbox import Outbox
 from protocol.network.session import Session
 from protocol.network.transport import Appeared, Arrival, Heard, Refused, Transport, Vanished
 from protocol.network.zenoh_transport import open_transport
+from protocol.patience import start_wall_s
 from protocol.timeline import MessageRefused, Record, RobotSettled, RobotStarted, TrafficCounted
 from protocol.wire.messages import (
     AheadState,
@@ -55,11 +56,10 @@ from protocol.wire.view import Answer, Formation, Plea, Report
 
 TURN_S = 0.1  # wall: the period of the outbox when nothing arrives
 MISSION_RETRY_S = 0.3  # wall
-MISSION_PATIENCE_S = 10.0  # wall: the time that docs/run.md gives a fleet to start
+MISSION_PATIENCE_S = 60.0  # wall: no robot gives up before the world does that starts beside it
 WORLD_SILENCE_S = 60.0  # wall: docs/run.md; longer than any partition that a fleet must survive
 LOOK_S_MAX = 1.0  # wall: a longer pause than ten turns is our own, not the world's silence
 FAULT_PATIENCE_S = 5.0  # wall: after this, a fault is injected even if it is not recorded
-START_PATIENCE_S = 20.0  # wall: the others have 10 s to start; twice that for a slow machine
 CLOSING_PATIENCE_S = 2.0  # wall: docs/run.md
 
 
@@ -125,7 +125,7 @@ class _Life:
         self._phase = Phase.RUNNING
         self._looked_s = time.monotonic()
         self._world_silent_s = 0.0
-        self._patience_s = START_PATIENCE_S
+        self._patience_s = WORLD_SILENCE_S
         self._kept: list[Arrival] = []  # arrived, and not handled by the robot yet
 
     async def mission(self) -> Mission | None:
@@ -143,6 +143,7 @@ class _Life:
                     case _:
                         self._kept.append(arrival)
             if mission is not None:
+                self._patience_s = WORLD_SILENCE_S + start_wall_s(mission.robots)
                 return mission
         return None
 
