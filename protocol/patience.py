@@ -1,4 +1,4 @@
-"""How long a fleet may take to start. Two processes must agree on it: the world waits, and robots wait for it."""
+"""How long a fleet may take to start: for so long the world waits for robots, and robots for the clock."""
 
 START_WALL_S = 30.0
 """Wall: with 40 busy processes on two cores, five robots take 15 s to come; on an idle machine 0.5 s."""

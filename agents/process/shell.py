@@ -5,6 +5,7 @@ Rule 1: among messages that arrive together, the newest odometry sets the time f
 Rule 2: timeline entries are repeated until the recorder has them, and the robot does not end before that.
         They are sent before the core's messages, so that others only react to what is on record.
 Rule 3: time in which the process did not run does not count as silence of the world.
+        The process says with every order how late it runs, so that the world can slow down.
 Rule 4: a robot injects a fault at a point of its step into itself. That happens after the core has decided,
         when the planned step is recorded and nothing else has been executed.
 """
@@ -14,6 +15,8 @@ import secrets
 import time
 from collections.abc import Sequence
 from pathlib import Path
+
+from msgspec.structs import replace
 
 from agents.commands import AskScan, Command, Note, Order, Put, Say, Tell
 from agents.events import (
@@ -34,6 +37,7 @@ from protocol.exit_codes import ExitCode
 from protocol.faults.process_faults import ProcessFault
 from protocol.fence import LIFE_BITS
 from protocol.keys import WORLD, WORLD_NUMBER, Keys, robot_name, robot_number
+from protocol.lateness import Lateness
 from protocol.mission import Mission
 from protocol.network.faulty_transport import Conditions, FaultyTransport
 from protocol.network.outbox import Outbox
@@ -126,6 +130,7 @@ class _Life:
         self._looked_s = time.monotonic()
         self._world_silent_s = 0.0
         self._patience_s = WORLD_SILENCE_S
+        self._lateness = Lateness()
         self._kept: list[Arrival] = []  # arrived, and not handled by the robot yet
 
     async def mission(self) -> Mission | None:
@@ -151,6 +156,7 @@ class _Life:
         """Give events to the robot and execute its commands, until the world closes the run."""
         while self._phase is Phase.RUNNING:
             self._flush()
+            self._lateness.turn(time.monotonic(), time.thread_time(), asked_s=TURN_S)
             arrivals = [*self._kept, *await self._transport.arrivals(TURN_S)]
             self._kept = []
             self._hear_world(arrivals)
@@ -260,7 +266,8 @@ class _Life:
             case Tell(robot, state):
                 self._transport.put(self._keys.link(self._name, robot_name(robot)), state)
             case Order(drive):
-                self._transport.put(self._keys.drive(self._name), drive)
+                late_s = round(self._lateness.now_s(time.monotonic()), 3)
+                self._transport.put(self._keys.drive(self._name), replace(drive, late_s=late_s))
             case AskScan(revolutions):
                 self._transport.ask(self._keys.scan(self._name), ScanQuery(revolutions=revolutions))
             case Note():

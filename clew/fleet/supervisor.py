@@ -76,10 +76,8 @@ class Supervisor:
     def _deadline_of(self, state: State, now_s: float) -> float | None:
         limits = self._limits
         match state:
-            case State.ROUTERS:
-                return now_s + limits.ready_s
-            case State.PAGE:
-                return now_s + limits.page_s
+            case State.ROUTERS | State.PAGE:
+                return now_s + (limits.ready_s if state is State.ROUTERS else limits.page_s)
             case State.GIVING_UP:
                 return now_s + limits.grace_s
             case State.ASKING_WORLD:

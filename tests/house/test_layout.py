@@ -16,7 +16,9 @@ FLOORS: dict[str, dict[str, int]] = {
     # rooms may import each other; rooms may not.
     "protocol": {
         **dict.fromkeys(("arrays", "errors", "exit_codes", "frames", "keys", "plain", "root"), 0),
-        **dict.fromkeys(("asked", "ending", "fence", "mission", "path", "sweep", "files/"), 1),
+        **dict.fromkeys(
+            ("asked", "ending", "fence", "lateness", "mission", "path", "patience", "sweep", "files/"), 1
+        ),
         "timeline/": 2,
         "faults/": 3,
         "run_settings": 4,
@@ -38,7 +40,7 @@ FLOORS: dict[str, dict[str, int]] = {
         "__init__": 9,
     },
     "world": {
-        **dict.fromkeys(("attendance", "chance", "commands", "control", "events", "faults"), 0),
+        **dict.fromkeys(("answers", "attendance", "chance", "commands", "control", "events", "faults"), 0),
         "routing": 0,
         "geometry/": 0,
         "scenario/": 1,
