@@ -77,7 +77,7 @@ class Membership:
 
     def enter(self, now_s: float) -> list[Command]:
         """New odometry has come: take in the fence that it tells."""
-        self.suspicion.enter(now_s)
+        self.suspicion.live(now_s)  # from the first odometry on
         if self._since_s is None:
             self._since_s = now_s
             odometry = self._driver.odometry
