@@ -2,8 +2,8 @@
 
 Rule 1: a token that has gone, or has come back as another process's, ends nothing by itself: whoever is
         heard of after that lives on.
-Rule 2: a robot that does not see the world's token is cut off itself, and knows nothing of the others. When it
-        sees it again, the others' tokens may still be on their way: they count as gone from then on.
+Rule 2: a robot that does not see the world's token is cut off itself, and knows nothing of the others. When
+        it sees that again, the tokens of the others may be on their way: they count as gone from then on.
 """
 
 from collections.abc import Mapping, Set

@@ -52,6 +52,8 @@ class Surprise(StrEnum):
     LIVENESS = "liveness"
     """In liveness mode: the faults were over, but the fleet did not heal in time or did not arrive."""
     CRASHED = "crashed"
+    STOPPED = "stopped"
+    """The wall-clock limit struck: nothing more is known of it, and the machine may be slow."""
 
 
 class Episode(Struct, frozen=True, kw_only=True):
@@ -288,7 +290,7 @@ def failed(episode: Episode, ending: str, reason: str, wall_s: float) -> Outcome
         ok=False,
         ending=ending,
         reason=reason,
-        surprise=Surprise.CRASHED,
+        surprise=Surprise.STOPPED if ending == OUT_OF_TIME else Surprise.CRASHED,
         wall_s=wall_s,
         replay=episode.replay,
     )
