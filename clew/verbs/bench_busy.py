@@ -75,10 +75,16 @@ def _arguments(scenario: str, robots: int | None, folder: Path) -> list[str]:
 
 @contextlib.contextmanager
 def _busy(processes: int) -> Iterator[None]:
-    """So many processes compute while the context lasts."""
+    """So many processes compute while the context lasts.
+
+    Each has a session of its own: Linux shares the processor among sessions, and all of them in one would
+    take no more than a single one.
+    """
     with contextlib.ExitStack() as stack:
         for _ in range(processes):
-            process = stack.enter_context(subprocess.Popen([sys.executable, "-ISc", COMPUTES]))  # noqa: S603 - ours
+            command = [sys.executable, "-ISc", COMPUTES]
+            process = subprocess.Popen(command, start_new_session=True)  # noqa: S603 - a loop of our own
+            stack.callback(process.wait)
             stack.callback(process.kill)
         yield
 

@@ -284,7 +284,9 @@ def going(scenes: Path, begun: subprocess.Popen[str]) -> subprocess.Popen[str]:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_workers_start_with_requests_to_end_blocked(begun: subprocess.Popen[str], number: signal.Signals) -> None:
+def test_workers_start_with_requests_to_end_blocked(
+    begun: subprocess.Popen[str], number: signal.Signals
+) -> None:
     children = Path(f"/proc/{begun.pid}/task/{begun.pid}/children")
 
     def blocked_by_a_worker() -> int | None:
