@@ -10,8 +10,18 @@ from protocol.frames import ROBOTS_MAX, Length, Metres, Point, Seconds, Speed
 DEADMAN_S = 1.0  # ten odometry periods: docs/run.md
 WATCH_S = 0.3  # odometry, scan, order: a robot whose motion is safe for this long never has to stop
 
+START_WALL_S = (
+    30.0  # five robots beside 40 busy processes on two cores came after 15 s; on idle ones in 0.5 s
+)
+START_WALL_S_PER_ROBOT = 0.5  # fifty robots come within 2 s on two idle cores
+
 BLIND_PER_RANGE_MAX = 10.0
 """More than any range: beside a corner that two rays may hide whole, nothing is certified."""
+
+
+def start_wall_s(robots: int) -> float:
+    """How long the robots of a fleet of this size may take to come [wall s]."""
+    return START_WALL_S + START_WALL_S_PER_ROBOT * robots
 
 
 class Law(StrEnum):

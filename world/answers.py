@@ -14,7 +14,7 @@ Rule 4: it waits for nobody whose messages or process a fault holds up: that is 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from protocol.lateness import Lateness
+from protocol.network.lateness import Lateness
 
 SLACK_S = 0.3  # simulated: less than the 0.35 s after which a robot without a token is lost (agents/liveness)
 PATIENCE_S = 10.0  # wall: five times the longest silence that was measured of a process on a busy machine

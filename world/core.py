@@ -28,7 +28,7 @@ from protocol.errors import MessageRefusedError
 from protocol.exit_codes import ExitCode
 from protocol.fence import NOBODY_NUMBER, Change
 from protocol.keys import robot_name, robot_number
-from protocol.patience import start_wall_s
+from protocol.mission import start_wall_s
 from protocol.timeline import (
     Entry,
     MessageRefused,

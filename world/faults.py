@@ -148,7 +148,8 @@ class RunFaults:
 
     def hold_up(self, process: str) -> bool:
         """Whether a process fault keeps a process from answering in time."""
-        return self._slow_s.get(process, 0.0) > 0.0 or self._last_action.get(process) == ProcessAction.FREEZE
+        stopped = self._last_action.get(process) in (ProcessAction.KILL, ProcessAction.FREEZE)
+        return stopped or self._slow_s.get(process, 0.0) > 0.0
 
     def of(self, process: str) -> Faults:
         """The state of faults to send to a process."""

@@ -37,14 +37,13 @@ from protocol.exit_codes import ExitCode
 from protocol.faults.process_faults import ProcessFault
 from protocol.fence import LIFE_BITS
 from protocol.keys import WORLD, WORLD_NUMBER, Keys, robot_name, robot_number
-from protocol.lateness import Lateness
-from protocol.mission import Mission
+from protocol.mission import Mission, start_wall_s
 from protocol.network.faulty_transport import Conditions, FaultyTransport
+from protocol.network.lateness import Lateness
 from protocol.network.outbox import Outbox
 from protocol.network.session import Session
 from protocol.network.transport import Appeared, Arrival, Heard, Refused, Transport, Vanished
 from protocol.network.zenoh_transport import open_transport
-from protocol.patience import start_wall_s
 from protocol.timeline import MessageRefused, Record, RobotSettled, RobotStarted, TrafficCounted
 from protocol.wire.messages import (
     AheadState,

@@ -5,7 +5,6 @@ import os
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -51,9 +50,8 @@ def busy(
     """
     runs: list[BusyRun] = []
     with tempfile.TemporaryDirectory(prefix="clew-busy.") as folder, _busy(processes):
-        until_s = time.monotonic() + for_s
         arguments = _arguments(scenario, robots, Path(folder))
-        while time.monotonic() < until_s:
+        while sum(run.launcher_s for run in runs) < for_s:
             runs.append(_run(arguments, Path(folder) / f"run-{len(runs) + 1}", len(runs) + 1))
             click.echo(f"{len(runs)}: {runs[-1]}", err=True)
     cores = os.cpu_count() or 1

@@ -16,9 +16,7 @@ FLOORS: dict[str, dict[str, int]] = {
     # rooms may import each other; rooms may not.
     "protocol": {
         **dict.fromkeys(("arrays", "errors", "exit_codes", "frames", "keys", "plain", "root"), 0),
-        **dict.fromkeys(
-            ("asked", "ending", "fence", "lateness", "mission", "path", "patience", "sweep", "files/"), 1
-        ),
+        **dict.fromkeys(("asked", "ending", "fence", "mission", "path", "sweep", "files/"), 1),
         "timeline/": 2,
         "faults/": 3,
         "run_settings": 4,

@@ -2,7 +2,7 @@ import pytest
 
 from protocol.exit_codes import ExitCode
 from protocol.frames import Point
-from protocol.patience import start_wall_s
+from protocol.mission import start_wall_s
 from protocol.timeline import (
     BodyStopped,
     MessageRefused,

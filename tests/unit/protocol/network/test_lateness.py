@@ -2,7 +2,8 @@
 
 import pytest
 
-from protocol.lateness import HALF_LIFE_S, PAUSE_S, Lateness
+from protocol.network.lateness import HALF_LIFE_S, Lateness
+from protocol.wire.messages import LATE_S_MAX
 
 
 def late(*turns: tuple[float, float]) -> Lateness:
@@ -26,7 +27,7 @@ def test_a_long_computation_is_no_lateness() -> None:
 
 
 def test_a_process_that_was_stopped_says_nothing_about_the_machine() -> None:
-    assert late((5.0, 1.0), (5.0 + PAUSE_S + 0.2, 1.0)).now_s(9.0) == 0.0
+    assert late((5.0, 1.0), (5.0 + LATE_S_MAX + 0.2, 1.0)).now_s(9.0) == 0.0
 
 
 def test_the_longest_delay_lately_counts_and_is_halved_with_time() -> None:

@@ -2,15 +2,16 @@
 
 Rule 1: a turn of the event loop is late by the time in which it neither computed nor was asked to wait. So a
         long computation is not lateness: only a machine that has no time for the process is.
-Rule 2: a turn that took longer than `PAUSE_S` was a stopped process, and says nothing about the machine.
+Rule 2: a turn that took longer than `LATE_S_MAX` was a stopped process, and says nothing about the machine.
 Rule 3: what counts is the longest delay lately: it is halved every `HALF_LIFE_S`.
 """
 
 import math
 from dataclasses import dataclass
 
+from protocol.wire.messages import LATE_S_MAX
+
 HALF_LIFE_S = 5.0  # wall: as long as some turns of the slowest loop that was measured
-PAUSE_S = 3.0  # wall: with a share of 1 % of a core, turns were late by up to 2 s
 
 
 @dataclass(slots=True)
@@ -27,7 +28,7 @@ class Lateness:
         if self._turned is not None:
             took_s = wall_s - self._turned[0]
             late_s = took_s - (cpu_s - self._turned[1]) - asked_s
-            if took_s <= PAUSE_S:
+            if took_s <= LATE_S_MAX:
                 self.hear(late_s, wall_s)
         self._turned = (wall_s, cpu_s)
 
