@@ -76,6 +76,8 @@ class Robot:
 
     def handle(self, event: Event, now_s: float) -> list[Command]:
         """Take in what happened; returns what is to be done, in order."""
+        if self._driver.awake:
+            self._membership.suspicion.live(now_s)
         before = self._driver.drive
         is_new = isinstance(event, OdometryHeard) and self._driver.hear(event.odometry)
         commands = self._take_in(event, now_s, is_new=is_new)

@@ -13,6 +13,7 @@ import click
 
 from clew.manual.parts import SCHEMAS, schema_line
 from clew.verbs.bench import bench
+from clew.verbs.bench_busy import busy
 from clew.verbs.bench_forming import forming_
 from clew.verbs.bench_healing import healing
 from clew.verbs.bench_loss import loss
@@ -123,7 +124,7 @@ for _verb in (verb for verbs in SECTIONS.values() for verb in verbs):
     main.add_command(_verb)
 for _verb in (cat, diff, export):
     log.add_command(_verb)
-for _verb in (forming_, healing, loss):
+for _verb in (busy, forming_, healing, loss):
     bench.add_command(_verb)
 
 

@@ -31,8 +31,8 @@ class AskedToEnd(KeyboardInterrupt):
 
 
 @contextmanager
-def terminable() -> Iterator[None]:
-    """The first signal raises `AskedToEnd`; also usable as a decorator of a verb."""
+def terminable() -> Iterator[list[ExitCode]]:
+    """The first signal raises `AskedToEnd`; also usable as a decorator. The list gets a code for each."""
     asked: list[ExitCode] = []
 
     def end(exit_code: ExitCode) -> None:
@@ -41,7 +41,7 @@ def terminable() -> Iterator[None]:
             raise AskedToEnd(exit_code)
 
     with _heard_by(end):
-        yield
+        yield asked
 
 
 @contextmanager

@@ -13,6 +13,16 @@ WATCH_S = 0.3  # odometry, scan, order: a robot whose motion is safe for this lo
 BRIEF_S = 0.06  # three of the world's ticks: scan, order, and one to move in
 SEEN_SHARE = 0.75  # of the tolerance; a quarter remains for the drive, whose error in a swarm is far less
 
+START_WALL_S = (
+    30.0  # five robots beside 40 busy processes on two cores came after 15 s; on idle ones in 0.5 s
+)
+START_WALL_S_PER_ROBOT = 0.5  # fifty robots come within 2 s on two idle cores
+
+
+def start_wall_s(robots: int) -> float:
+    """How long the robots of a fleet of this size may take to come [wall s]."""
+    return START_WALL_S + START_WALL_S_PER_ROBOT * robots
+
 
 class Law(StrEnum):
     """The rule that makes a switching step out of a scan."""

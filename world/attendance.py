@@ -1,8 +1,8 @@
 """The failure detector of the world: liveliness tokens and messages of robots [wall-clock seconds].
 
 Rule 1: a robot is present from its first token on.
-Rule 2: a robot has died when it shows no token and was silent for `SILENCE_S`. So a token that the router
-        loses for a moment is no death.
+Rule 2: a robot has died when it shows no token and was silent for `SILENCE_S`, and for longer than the
+        lateness of the machine may explain. So a token that the router loses for a moment is no death.
 Rule 3: a robot that ended as told, when the run was over, has not died. A resumed world finds these robots in
         the timeline.
 Rule 4: a dead robot that shows a token again is alive. With another incarnation it was restarted; with the
@@ -114,9 +114,15 @@ class Attendance:
         for robot in self._heard_s:
             self.hear(robot, wall_s=wall_s)
 
-    def find_deaths(self, *, wall_s: float) -> list[int]:
-        """Detect deaths; returns the robots that have died since the last call."""
+    def find_deaths(self, *, wall_s: float, excused_s: float = 0.0) -> list[int]:
+        """Detect deaths; returns the robots that have died since the last call.
+
+        Args:
+            wall_s: the wall clock.
+            excused_s: a silence that a machine as late as this one may explain.
+        """
         absent = self.come - self.present - self.dead - self.gone
-        newly_dead = sorted(robot for robot in absent if wall_s - self._heard_s[robot] >= SILENCE_S)
+        silence_s = max(SILENCE_S, excused_s)
+        newly_dead = sorted(robot for robot in absent if wall_s - self._heard_s[robot] >= silence_s)
         self.dead.update(newly_dead)
         return newly_dead

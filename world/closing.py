@@ -30,6 +30,8 @@ class Circumstances:
     """Entries that were recorded and do not stand in the timeline."""
     wall_s: float
     cpu_s: float
+    speed_reached: float | None = None
+    """Simulated seconds per wall-clock second of the world's clock; None: in lock-step or rehearsed."""
 
 
 def verdict_of(world: World, circumstances: Circumstances) -> Verdict:
@@ -64,6 +66,7 @@ def verdict_of(world: World, circumstances: Circumstances) -> Verdict:
             sim_s=world.over_s,
             wall_s=circumstances.wall_s,
             cpu_s=circumstances.cpu_s,
+            speed_reached=circumstances.speed_reached,
         )
     )
 

@@ -17,17 +17,20 @@ Rule 4: a change of the fence is told to all robots at once. A resumed world rai
         or tells anything.
 Rule 5: the world acts on entries when they are written, and judges them when they are read from the timeline.
         Once the run is over, the shell reads all that is written before each look.
-Rule 6: in lock-step the world waits for the answer of every living robot to its last odometry.
+Rule 6: in lock-step the world waits for the answer of every living robot to its last odometry. Otherwise it
+        waits for robots that are further behind than `world.answers` allows: time slows down, and no robot is
+        lost because the machine is slow.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Set
 from typing import assert_never
 
 from protocol.errors import MessageRefusedError
 from protocol.exit_codes import ExitCode
 from protocol.fence import NOBODY_NUMBER, Change
 from protocol.keys import robot_name, robot_number
+from protocol.mission import start_wall_s
 from protocol.timeline import (
     MessageRefused,
     PromiseBroken,
@@ -39,6 +42,7 @@ from protocol.timeline import (
     WorldResumed,
 )
 from protocol.wire.messages import Drive, Phase
+from world.answers import SLACK_S, Answers
 from world.attendance import Attendance, Coming
 from world.bodies.arena import Arena
 from world.bodies.bodies import Bodies
@@ -63,7 +67,6 @@ from world.routing import Routing
 from world.scenario.scenario import Scenario
 
 # All of these are in docs/run.md.
-MUSTER_WALL_S = 10.0
 LAST_WORDS_WALL_S = 2.0
 HEAL_S_MAX = 60.0
 STRANDED_S = 10.0  # by then a leader that has arrived has let those in that ask: they do so every second
@@ -100,8 +103,7 @@ class World:
         self._returned_wall_s = -math.inf
         """When present robots could last not be heard."""
         self._phase_began_wall_s = wall_s
-        self._told_s = dict.fromkeys(robots, -1.0)
-        self._answered_s = dict.fromkeys(robots, -1.0)
+        self.answers = Answers()
         self._refused = dict.fromkeys(robots, -1)
 
     @property
@@ -128,8 +130,18 @@ class World:
         """
         if self.phase is not Phase.RUNNING:
             return set()
-        owing = {robot for robot, told_s in self._told_s.items() if self._answered_s[robot] < told_s}
-        return owing & self.attendance.living
+        return self.answers.behind() & self.attendance.living
+
+    def held_up(self, is_excused: Callable[[int], bool], *, wall_s: float) -> set[int]:
+        """The robots that the clock waits for; it waits for nobody whom a fault holds up."""
+        if self.phase is not Phase.RUNNING:
+            return set()
+        answers, present = self.answers, self.attendance.present
+        return {
+            robot
+            for robot in answers.behind(slack_s=SLACK_S) & self.attendance.living
+            if answers.waits_for(robot, shows_token=robot in present, wall_s=wall_s) and not is_excused(robot)
+        }
 
     @property
     def stranded(self) -> list[int]:
@@ -151,6 +163,7 @@ class World:
             return []
         self._returned_wall_s = wall_s
         self._started = bool(past.bodies)
+        self.answers.begin(self.attendance.robots, wall_s=wall_s)
         notes = self.arena.resume(past) if self._started else []
         notes.append(
             self.arena.note(WorldResumed(life=past.life, entries=len(past.lines), torn_bytes=past.torn_bytes))
@@ -176,7 +189,7 @@ class World:
             case OrderHeard() | FencePut() | ScanAsked():
                 if event.robot != NOBODY_NUMBER:
                     self.attendance.hear(event.robot, wall_s=wall_s)
-                return self._hear_robot(event)
+                return self._hear_robot(event, wall_s)
             case TokenCame():
                 return self._note_token(event.robot, event.incarnation, wall_s)
             case TokenWent():
@@ -222,8 +235,9 @@ class World:
         match self.phase:
             case Phase.RUNNING if not self._started:
                 if not self.attendance.missing:
-                    return self._start()
-                return self._end(Ending.MISSING, wall_s) if waited_s >= MUSTER_WALL_S else []
+                    return self._start(wall_s)
+                patience_s = start_wall_s(len(self.attendance.robots))
+                return self._end(Ending.MISSING, wall_s) if waited_s >= patience_s else []
             case Phase.RUNNING:
                 return self._look_after_robots(wall_s)
             case Phase.OVER:
@@ -267,7 +281,8 @@ class World:
         return self._started and returning and bool(unseen)
 
     def _look_after_robots(self, wall_s: float) -> list[Command]:
-        deaths = [self._note_death(robot) for robot in self.attendance.find_deaths(wall_s=wall_s)]
+        dead = self.attendance.find_deaths(wall_s=wall_s, excused_s=self.answers.excused_s(wall_s=wall_s))
+        deaths = [self._note_death(robot) for robot in dead]
         ending = self._find_ending(wall_s)
         return [*deaths, *(self._end(ending, wall_s) if ending is not None else [])]
 
@@ -276,25 +291,25 @@ class World:
         notes, finished = self.arena.tick()
         return [*notes, *(self._tell_all() if self.arena.is_odometry_instant else self._tell(finished))]
 
-    def remind(self) -> list[Command]:
-        """Send odometry again to the robots that have not answered."""
-        return self._tell(sorted(self.awaited))
+    def remind(self, robots: Set[int]) -> list[Command]:
+        """Send odometry again to robots that have not answered."""
+        return self._tell(sorted(robots))
 
     def _tell(self, robots: Iterable[int]) -> list[Command]:
         told: list[Command] = []
         stood_s = self.arena.stood_s
         for robot in robots:
-            self._told_s[robot] = self.now_s
+            self.answers.tell(robot, self.now_s)
             told.append(TellOdometry(robot, self.arena.odometry(robot, self.phase, stood_s=stood_s)))
         return told
 
     def _tell_all(self) -> list[Command]:
         return self._tell(sorted(self.attendance.robots))
 
-    def _hear_robot(self, event: OrderHeard | FencePut | ScanAsked) -> list[Command]:
+    def _hear_robot(self, event: OrderHeard | FencePut | ScanAsked, wall_s: float) -> list[Command]:
         match event:
             case OrderHeard(robot, drive):
-                return self._hear_order(robot, drive)
+                return self._hear_order(robot, drive, wall_s)
             case FencePut(robot, change):
                 return self._change_fence(robot, change)
             case ScanAsked(robot, revolutions):
@@ -310,11 +325,11 @@ class World:
         notes = self.arena.put(robot, change)
         return [*notes, *self._tell_all()] if notes else []
 
-    def _hear_order(self, robot: int, drive: Drive) -> list[Command]:
+    def _hear_order(self, robot: int, drive: Drive, wall_s: float) -> list[Command]:
         if not self._started or self.phase is not Phase.RUNNING:
             return []  # the run is over: bodies stand, even if orders still arrive
         if drive.basis_s <= self.now_s:  # a void order is an answer too
-            self._answered_s[robot] = max(self._answered_s[robot], drive.basis_s)
+            self.answers.answer(robot, drive.basis_s, late_s=drive.late_s, wall_s=wall_s)
         try:
             return [*self.arena.order(robot, drive)]
         except MessageRefusedError as error:
@@ -344,9 +359,10 @@ class World:
                 return Ending.STUCK
         return Ending.TIMED_OUT if self.now_s >= self.scenario.time.time_s_max else None
 
-    def _start(self) -> list[Command]:
+    def _start(self, wall_s: float) -> list[Command]:
         """All robots have come: place the bodies and start the clock."""
         self._started = True
+        self.answers.begin(self.attendance.robots, wall_s=wall_s)
         return [*self.arena.place(), *self._tell_all()]
 
     def _end(self, ending: Ending, wall_s: float) -> list[Command]:

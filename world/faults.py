@@ -164,6 +164,11 @@ class RunFaults:
         if isinstance(rule, Thaw) and self._last_action.get(process) != ProcessAction.FREEZE:
             raise UsageError(f"{process} is not frozen")
 
+    def hold_up(self, process: str) -> bool:
+        """Whether a process fault keeps a process from answering in time."""
+        stopped = self._last_action.get(process) in (ProcessAction.KILL, ProcessAction.FREEZE)
+        return stopped or self._slow_s.get(process, 0.0) > 0.0
+
     def of(self, process: str) -> Faults:
         """The state of faults to send to a process."""
         return Faults(

@@ -2,11 +2,14 @@
 
 Rule 1: no tick is skipped; a late world runs slower. It catches up by at most one odometry period, since
         robots could not answer a longer burst in time.
-Rule 2: in lock-step the world ticks at once, unless answers of robots are missing. It waits `PATIENCE_S` for
+Rule 2: no tick is due while the world waits for robots that are late (`world.answers`). So the speed that
+        was asked for is an upper bound. Odometry is sent again every `REPEAT_S`: it may be lost.
+Rule 3: in lock-step the world ticks at once, unless answers of robots are missing. It waits `PATIENCE_S` for
         them at most. Odometry is state, so it is sent again to such a robot: a message may be lost.
-Rule 3: when the run is over robots do not answer, and the world ticks in real time.
+Rule 4: when the run is over robots do not answer, and the world ticks in real time.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from world.bodies.arena import ODOMETRY_TICKS, TICK_S
@@ -15,6 +18,7 @@ from world.core import World
 PATIENCE_S = 1.0  # docs/run.md
 GLANCE_S = 0.1  # wall: the longest delay in noticing a signal or a deadline
 REMIND_S = 0.05  # wall: far longer than an answer takes if no message is lost
+REPEAT_S = 0.5  # wall: a machine that is late already is not to be given more work
 
 
 @dataclass(slots=True)
@@ -22,8 +26,15 @@ class Pace:
     """The pace of one run; `speed` None means lock-step."""
 
     speed: float | None
+    is_excused: Callable[[int], bool] = lambda _: False
+    """Whether a fault holds a robot up: no tick waits for that."""
     _due_wall_s: float | None = None
     _told_wall_s: float = 0.0
+    _ran_s: float = 0.0
+    """Simulated time for which the clock has run."""
+    _took_s: float = 0.0
+    """How long that took [wall s]."""
+    _ticked_wall_s: float | None = None
 
     def wait_s(self, world: World, *, wall_s: float) -> float:
         """How long to wait for arrivals [wall s]; 0 when a tick is due."""
@@ -31,16 +42,22 @@ class Pace:
             return GLANCE_S
         if self._due_wall_s is None:
             self._due_wall_s = wall_s + (PATIENCE_S if self._in_lock_step(world) else 0.0)
-        if not self._in_lock_step(world):
-            return min(max(self._due_wall_s - wall_s, 0.0), GLANCE_S)
-        return min(max(self._due_wall_s - wall_s, 0.0), REMIND_S) if world.awaited else 0.0
+        left_s = max(self._due_wall_s - wall_s, 0.0)
+        if self._in_lock_step(world):
+            return min(left_s, REMIND_S) if world.awaited else 0.0
+        if left_s > 0.0:
+            return min(left_s, GLANCE_S)
+        return GLANCE_S if world.held_up(self.is_excused, wall_s=wall_s) else 0.0
 
-    def take_reminder(self, world: World, *, wall_s: float) -> bool:
-        """Whether to send odometry again to robots that have not answered; True restarts the period."""
-        if not (self._in_lock_step(world) and world.awaited and wall_s - self._told_wall_s >= REMIND_S):
-            return False
-        self._told_wall_s = wall_s
-        return True
+    def take_reminder(self, world: World, *, wall_s: float) -> set[int]:
+        """The robots to which odometry is to be sent again; naming them restarts the period."""
+        period_s = REMIND_S if self._in_lock_step(world) else REPEAT_S
+        if wall_s - self._told_wall_s < period_s or world.ending is not None:
+            return set()
+        late = world.awaited if self._in_lock_step(world) else world.held_up(self.is_excused, wall_s=wall_s)
+        if late:
+            self._told_wall_s = wall_s
+        return late
 
     def ticked(self, world: World, *, wall_s: float) -> None:
         """Note that a tick was made."""
@@ -51,6 +68,19 @@ class Pace:
             return
         period_s = TICK_S / (self.speed or 1.0)
         self._due_wall_s = max(self._due_wall_s + period_s, wall_s - ODOMETRY_TICKS * period_s)
+        if world.ending is None and self._ticked_wall_s is not None:
+            self._ran_s += TICK_S
+            self._took_s += wall_s - self._ticked_wall_s
+        self._ticked_wall_s = wall_s
+
+    def resume(self) -> None:
+        """The world's process was stopped on purpose: that time says nothing about the machine."""
+        self._ticked_wall_s = None
+
+    @property
+    def speed_reached(self) -> float | None:
+        """Simulated seconds per wall-clock second so far; None: too short to say, or in lock-step."""
+        return self._ran_s / self._took_s if self._took_s >= PATIENCE_S else None
 
     def _in_lock_step(self, world: World) -> bool:
         return self.speed is None and world.ending is None

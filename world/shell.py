@@ -159,15 +159,17 @@ class _Life:
         self._started_wall_s = self._over_wall_s = time.monotonic()
         self._past = past
         self._world = World(request.scenario, seed=request.seed, wall_s=self._started_wall_s, past=past)
+        self._pace = Pace(request.speed, self._is_held_up)
 
     async def run(self, ending: asyncio.Future[ExitCode], started_at: str) -> Verdict:
         """Run until the world has judged the run."""
-        world, pace = self._world, Pace(self._request.speed)
+        world, pace = self._world, self._pace
         if self._past is not None:
             self._resume(self._past)
         while True:
             # A resumed world reads the whole timeline again, as fast as its other work allows.
             wait_s = 0.0 if self._readback.is_behind else pace.wait_s(world, wall_s=time.monotonic())
+            world.answers.lateness.turn(time.monotonic(), time.thread_time(), asked_s=wait_s)
             for arrival in await self._transport.arrivals(wait_s):
                 self._take(arrival)
             if ending.done():
@@ -181,8 +183,7 @@ class _Life:
                     break
                 self._obey(world.tick())
                 pace.ticked(world, wall_s=time.monotonic())
-            if pace.take_reminder(world, wall_s=time.monotonic()):
-                self._obey(world.remind())
+            self._obey(world.remind(pace.take_reminder(world, wall_s=time.monotonic())))
             self._note_wall_times()
             self._inject_faults()
         self._read_back()
@@ -264,9 +265,15 @@ class _Life:
                 send_process_fault(self._request.private, fault, speed=self._request.speed or 1.0)
             if (fault.process, fault.action) == (WORLD, ProcessAction.FREEZE):
                 time.sleep(STRUCK_S)  # so that the world does nothing between its request and its stop
+                self._pace.resume()
         self._transport.have(self._faults.of(WORLD))
         for name, faults in self._faults.news(sorted(self._world.attendance.robots), now_s).items():
             self._transport.put(self._keys.fault(name), faults)
+
+    def _is_held_up(self, robot: int) -> bool:
+        """Whether a fault keeps a robot from answering in time."""
+        name = robot_name(robot)
+        return self._transport.hold_up(name) or self._faults.hold_up(name)
 
     def _take(self, arrival: Arrival) -> None:
         robot = self._robot(arrival.key)
@@ -368,6 +375,7 @@ class _Life:
                 missing=self._recorder.missing,
                 lost=self._readback.lost(self._recorder.written),
                 wall_s=self._over_wall_s - self._started_wall_s,
+                speed_reached=self._pace.speed_reached,
                 cpu_s=time.process_time(),
             ),
         )

@@ -145,7 +145,7 @@ class Coordinator:
         self._drop_silent(now_s)
         if self._waits_for_places(self._reports):
             return True
-        if now_s - self._began_s > self._timing.reports_s:
+        if self._suspicion.judges(now_s) and now_s - self._began_s > self._timing.reports_s:
             return False
         showing = self._suspicion.presence.robots | {self._robot}
         expected = showing - self._suspicion.suppressed(now_s)
@@ -219,7 +219,7 @@ class Coordinator:
         if report.ended >= fence.turn:
             draft.end_turn(fence.robot, placed=report.placed)
             return True
-        if now_s - self._moved_s <= self._timing.turn_s:
+        if now_s - self._moved_s <= self._timing.turn_s or not self._suspicion.judges(now_s):
             return False
         if fence.robot != self._robot:
             self._suspicion.blame(fence.robot, now_s, penalty=SLOW_PENALTY)
@@ -255,6 +255,8 @@ class Coordinator:
 
     def _drop_silent(self, now_s: float) -> None:
         """A draft does not wait for long for the place of a robot that is not heard."""
+        if not self._suspicion.judges(now_s):
+            return
         old = self._reported.old(self._reports.keys() - {self._robot}, self._turns)
         for robot in self._reported.silent(old, now_s, self._timing.coordinator_s):
             self._drop(robot)

@@ -2,7 +2,8 @@
 
 Rule 1: a token that has gone, or has come back as another process's, ends nothing by itself: whoever is
         heard of after that lives on.
-Rule 2: a robot that does not see the world's token is cut off itself, and knows nothing of the others.
+Rule 2: a robot that does not see the world's token is cut off itself, and knows nothing of the others. When
+        it sees that again, the tokens of the others may be on their way: they count as gone from then on.
 """
 
 from collections.abc import Mapping, Set
@@ -29,6 +30,8 @@ class Presence:
             self._went_s.setdefault(robot, now_s)  # another process: the one before is no more
         self._newest[robot] = incarnation
         others = tuple(other for other in self._tokens.get(robot, ()) if other != incarnation)
+        if robot == WORLD_NUMBER and not self.connected:
+            self._went_s.update((other, now_s) for other in self._went_s if not self.shows(other))
         self._tokens[robot] = (*others, incarnation)
 
     def see(self, shown: Mapping[int, str], now_s: float) -> None:

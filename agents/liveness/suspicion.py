@@ -2,7 +2,9 @@
 
 Rule 1: a neighbour is lost when its token has gone and it has not been heard since for a moment; or when it
         has been silent for longer than its own usual silences allow.
-Rule 2: a robot that has just had a gap of its own, or sees no token of the world, judges nobody.
+Rule 2: a robot that has just had a gap of its own, or sees no token of the world, judges nobody. It has had
+        one when its clock leaps: its process was late, or odometry was lost. It finds that before it handles
+        anything that has waited meanwhile.
 Rule 3: a neighbour that shows a token and is lost by silence again and again gets a penalty each time, which
         decays (route-flap damping, RFC 2439). While it is above the limit, this robot leaves it out of views.
 """
@@ -41,15 +43,15 @@ class Suspicion:
     silent_s_max: float
     """A neighbour with a token may be silent for so long where it is usually heard."""
     presence: Presence = field(default_factory=Presence)
-    _entered_s: float | None = None
+    _lived_s: float | None = None
     _awake_since_s: float = -float("inf")
     _penalties: dict[int, Penalty] = field(default_factory=dict)
 
-    def enter(self, now_s: float) -> None:
-        """The robot has had odometry."""
-        if self._entered_s is not None and now_s - self._entered_s > self.timing.gap_s:
+    def live(self, now_s: float) -> None:
+        """The robot's clock tells this time."""
+        if self._lived_s is not None and now_s - self._lived_s > self.timing.gap_s:
             self._awake_since_s = now_s
-        self._entered_s = now_s
+        self._lived_s = now_s
 
     def judges(self, now_s: float) -> bool:
         """Rule 2."""

@@ -75,7 +75,7 @@ class Membership:
 
     def enter(self, now_s: float) -> list[Command]:
         """New odometry has come: take in the fence that it tells."""
-        self.suspicion.enter(now_s)
+        self.suspicion.live(now_s)  # from the first odometry on
         if not self._has_begun:
             self._has_begun = True
             self._pleading.begin(now_s)

@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from agents.process.shell import run
+from protocol.asked import EXIT_CODES
 from protocol.ending import asked_to_end, until_ended
 from protocol.errors import SessionLostError, UsageError
 from protocol.exit_codes import ExitCode
@@ -206,8 +207,9 @@ def _forget_signals() -> None:
 
 
 def _how(exit_code: int) -> str:
-    if exit_code < 0:
-        return f"was ended by {signal.Signals(-exit_code).name}"
+    number = next((each for each, code in EXIT_CODES.items() if code == exit_code), -exit_code)
+    if number > 0:
+        return f"was ended by {signal.Signals(number).name}"
     return f"ended with exit code {exit_code}"
 
 

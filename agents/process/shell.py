@@ -5,6 +5,7 @@ Rule 1: among messages that arrive together, the newest odometry sets the time f
 Rule 2: timeline entries are repeated until the recorder has them, and the robot does not end before that.
         They are sent before the core's messages, so that others only react to what is on record.
 Rule 3: time in which the process did not run does not count as silence of the world.
+        The process says with every order how late it runs, so that the world can slow down.
 Rule 4: a robot injects a fault at a point of its step into itself. That happens after the core has decided,
         when the planned step is recorded and nothing else has been executed.
 """
@@ -14,6 +15,8 @@ import secrets
 import time
 from collections.abc import Sequence
 from pathlib import Path
+
+from msgspec.structs import replace
 
 from agents.commands import AskScan, Command, Note, Order, Put, Say, Tell
 from agents.events import (
@@ -34,8 +37,9 @@ from protocol.exit_codes import ExitCode
 from protocol.faults.process_faults import ProcessFault
 from protocol.fence import LIFE_BITS
 from protocol.keys import WORLD, WORLD_NUMBER, Keys, robot_name, robot_number
-from protocol.mission import Mission
+from protocol.mission import Mission, start_wall_s
 from protocol.network.faulty_transport import Conditions, FaultyTransport
+from protocol.network.lateness import Lateness
 from protocol.network.outbox import Outbox
 from protocol.network.session import Session
 from protocol.network.transport import Appeared, Arrival, Heard, Refused, Transport, Vanished
@@ -55,11 +59,10 @@ from protocol.wire.view import Answer, Formation, Plea, Report
 
 TURN_S = 0.1  # wall: the period of the outbox when nothing arrives
 MISSION_RETRY_S = 0.3  # wall
-MISSION_PATIENCE_S = 10.0  # wall: the time that docs/run.md gives a fleet to start
+MISSION_PATIENCE_S = 60.0  # wall: no robot gives up before the world does that starts beside it
 WORLD_SILENCE_S = 60.0  # wall: docs/run.md; longer than any partition that a fleet must survive
 LOOK_S_MAX = 1.0  # wall: a longer pause than ten turns is our own, not the world's silence
 FAULT_PATIENCE_S = 5.0  # wall: after this, a fault is injected even if it is not recorded
-START_PATIENCE_S = 20.0  # wall: the others have 10 s to start; twice that for a slow machine
 CLOSING_PATIENCE_S = 2.0  # wall: docs/run.md
 
 
@@ -125,7 +128,8 @@ class _Life:
         self._phase = Phase.RUNNING
         self._looked_s = time.monotonic()
         self._world_silent_s = 0.0
-        self._patience_s = START_PATIENCE_S
+        self._patience_s = WORLD_SILENCE_S
+        self._lateness = Lateness()
         self._kept: list[Arrival] = []  # arrived, and not handled by the robot yet
 
     async def mission(self) -> Mission | None:
@@ -143,6 +147,7 @@ class _Life:
                     case _:
                         self._kept.append(arrival)
             if mission is not None:
+                self._patience_s = WORLD_SILENCE_S + start_wall_s(mission.robots)
                 return mission
         return None
 
@@ -150,6 +155,7 @@ class _Life:
         """Give events to the robot and execute its commands, until the world closes the run."""
         while self._phase is Phase.RUNNING:
             self._flush()
+            self._lateness.turn(time.monotonic(), time.thread_time(), asked_s=TURN_S)
             arrivals = [*self._kept, *await self._transport.arrivals(TURN_S)]
             self._kept = []
             self._hear_world(arrivals)
@@ -259,7 +265,8 @@ class _Life:
             case Tell(robot, state):
                 self._transport.put(self._keys.link(self._name, robot_name(robot)), state)
             case Order(drive):
-                self._transport.put(self._keys.drive(self._name), drive)
+                late_s = round(self._lateness.now_s(time.monotonic()), 3)
+                self._transport.put(self._keys.drive(self._name), replace(drive, late_s=late_s))
             case AskScan(revolutions):
                 self._transport.ask(self._keys.scan(self._name), ScanQuery(revolutions=revolutions))
             case Note():

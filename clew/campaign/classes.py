@@ -27,6 +27,7 @@ class ClassFigures(Struct, frozen=True, kw_only=True):
     violations: int
     liveness_failures: int
     crashed: int
+    stopped: int
     safety_bound: float | None
     """Upper bound on the share of episodes that break an invariant or crash; None where one did."""
     liveness_bound: float | None
@@ -45,7 +46,8 @@ def by_class(outcomes: Sequence[Outcome]) -> dict[str, ClassFigures]:
 
 def _figures(outcomes: Sequence[Outcome]) -> ClassFigures:
     count = Counter(outcome.surprise for outcome in outcomes)
-    lively = sum(outcome.mode == Mode.LIVENESS for outcome in outcomes)
+    ended = [outcome for outcome in outcomes if outcome.surprise is not Surprise.STOPPED]
+    lively = sum(outcome.mode == Mode.LIVENESS for outcome in ended)
     crashed, broken = count[Surprise.CRASHED], count[Surprise.VIOLATION]
     return ClassFigures(
         episodes=len(outcomes),
@@ -53,7 +55,8 @@ def _figures(outcomes: Sequence[Outcome]) -> ClassFigures:
         violations=broken,
         liveness_failures=count[Surprise.LIVENESS],
         crashed=crashed,
-        safety_bound=None if broken or crashed else _bound(len(outcomes)),
+        stopped=count[Surprise.STOPPED],
+        safety_bound=None if broken or crashed or not ended else _bound(len(ended)),
         liveness_bound=None if count[Surprise.LIVENESS] or crashed or not lively else _bound(lively),
         cpu_s_mean=sum(outcome.cpu_s for outcome in outcomes) / len(outcomes),
     )

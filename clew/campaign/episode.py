@@ -55,6 +55,8 @@ class Surprise(StrEnum):
     CRASHED = "crashed"
     JUDGES = "judges"
     """The second judge, of poses alone, contradicts the verdict."""
+    STOPPED = "stopped"
+    """The wall-clock limit struck: nothing more is known of it, and the machine may be slow."""
 
 
 class Episode(Struct, frozen=True, kw_only=True):
@@ -304,7 +306,7 @@ def failed(episode: Episode, ending: str, reason: str, wall_s: float) -> Outcome
         ok=False,
         ending=ending,
         reason=reason,
-        surprise=Surprise.CRASHED,
+        surprise=Surprise.STOPPED if ending == OUT_OF_TIME else Surprise.CRASHED,
         judged=episode.judged,
         wall_s=wall_s,
         replay=episode.replay,

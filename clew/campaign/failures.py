@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from clew.campaign.episode import OUT_OF_TIME, Outcome, OutOfTimeError, Surprise, wall_clock_limit
+from clew.campaign.episode import Outcome, OutOfTimeError, Surprise, wall_clock_limit
 from clew.campaign.liveness import liveness_failure
 from clew.log.check import scenario_of
 from clew.log.timeline import Timeline
@@ -86,7 +86,7 @@ def failure_of_outcome(outcome: Outcome) -> Failure | None:
     match outcome.surprise:
         case Surprise.NONE:
             return None
-        case Surprise.CRASHED if outcome.ending == OUT_OF_TIME:
+        case Surprise.STOPPED:
             return Failure(NO_END, reason)
         case Surprise.CRASHED:
             return Failure(_raising(reason.removeprefix("a robot failed: ").partition(":")[0]), reason)

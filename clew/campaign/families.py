@@ -6,7 +6,7 @@ from msgspec import Struct
 from rich.table import Table
 from rich.text import Text
 
-from clew.campaign.episode import Outcome, Surprise
+from clew.campaign.episode import CRASHED, OUT_OF_TIME, Outcome, Surprise
 from clew.percentiles import percentile
 from protocol.plain import plain
 
@@ -22,6 +22,7 @@ class Figures(Struct, frozen=True, kw_only=True):
     no_route: int
     surprises: int
     crashed: int
+    stopped: int
     fewer_robots: int
     violations: int
     switching_steps_median: float | None
@@ -42,7 +43,8 @@ def figures_of(outcomes: Sequence[Outcome]) -> Figures:
         reached=sum(outcome.reached for outcome in outcomes),
         no_route=sum(outcome.no_route for outcome in outcomes),
         surprises=sum(outcome.surprise is not Surprise.NONE for outcome in outcomes),
-        crashed=sum(not outcome.ended for outcome in outcomes),
+        crashed=sum(outcome.ending == CRASHED for outcome in outcomes),
+        stopped=sum(outcome.ending == OUT_OF_TIME for outcome in outcomes),
         fewer_robots=sum(outcome.robots_left_out > 0 for outcome in outcomes),
         violations=sum(outcome.violations for outcome in outcomes),
         switching_steps_median=percentile(steps, 50) if steps else None,

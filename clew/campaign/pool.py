@@ -2,7 +2,8 @@
 
 Rule 1: an episode whose process dies has an outcome, too. All episodes that were running at that moment are
         played again, one at a time, to find the one that kills its process.
-Rule 2: workers do not see Ctrl-C; the campaign ends them. They end by themselves if the campaign is killed.
+Rule 2: workers do not see Ctrl-C, nor a SIGTERM to all our processes; the campaign ends them. An
+        episode that was stopped so has no outcome. They end by themselves if the campaign is killed.
 """
 
 import multiprocessing
@@ -17,6 +18,7 @@ from contextlib import contextmanager
 from typing import TypeVar
 
 from clew.campaign.episode import CRASHED, Episode, Outcome, failed, play
+from protocol.asked import EXIT_CODES
 
 T = TypeVar("T")
 Play = Callable[[Episode], T]
@@ -58,7 +60,7 @@ def _pooled(waiting: deque[Episode], running: list[Episode], jobs: int, play_one
             while waiting or futures:
                 while waiting and len(futures) < jobs:
                     running.append(waiting.popleft())
-                    with _interrupt_kept_from_children():
+                    with _requests_kept_from_children():
                         futures[pool.submit(play_one, running[-1])] = running[-1]
                 done, _ = wait(futures, return_when=FIRST_COMPLETED)
                 for future in done:
@@ -68,13 +70,13 @@ def _pooled(waiting: deque[Episode], running: list[Episode], jobs: int, play_one
         finally:
             if futures:  # interrupted or broken: the results are not needed
                 for worker in multiprocessing.active_children():
-                    worker.terminate()
+                    worker.kill()
 
 
 def _alone(episode: Episode, play_one: Play[T], lose_one: Play[T]) -> T:
     with _pool(1) as pool:
         try:
-            with _interrupt_kept_from_children():
+            with _requests_kept_from_children():
                 coming = pool.submit(play_one, episode)
             return coming.result()
         except BrokenProcessPool:
@@ -87,9 +89,9 @@ def _pool(jobs: int) -> ProcessPoolExecutor:
 
 
 @contextmanager
-def _interrupt_kept_from_children() -> Iterator[None]:
-    """Child processes started in the body ignore SIGINT, even while they import; we get it afterwards."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+def _requests_kept_from_children() -> Iterator[None]:
+    """Child processes started in the body never get requests to end; we get them afterwards."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, EXIT_CODES.keys())
     try:
         yield
     finally:

@@ -79,7 +79,7 @@ def lower_limit(successes: int, episodes: int) -> float:
 
 def is_safe(outcome: Outcome) -> bool:
     """Whether no promise was broken and nothing crashed."""
-    return outcome.surprise not in (Surprise.VIOLATION, Surprise.CRASHED)
+    return outcome.surprise not in (Surprise.VIOLATION, Surprise.CRASHED, Surprise.STOPPED)
 
 
 def has_arrived(outcome: Outcome) -> bool:

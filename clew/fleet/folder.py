@@ -2,7 +2,6 @@
 
 import contextlib
 import re
-import tempfile
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 from protocol.errors import UsageError
 from protocol.faults.plan_text import FAULTS_FILE
 from protocol.files.writing import make_folder as make_private
+from protocol.files.writing import open_private
 from protocol.run_settings import SCENARIO_FILE, SETTINGS_FILE
 
 RUNS = Path("runs")
@@ -23,7 +23,7 @@ def folder_name(now: datetime, scenario: str, token: str) -> str:
 
 
 def make_folder(folder: Path) -> list[Path]:
-    """Make the run's folder or use an empty one; returns the new folders, deepest first.
+    """Make the run's folder or use an empty one, and claim it; returns the new folders, deepest first.
 
     Raises:
         UsageError: it cannot be made or written to, or it is not empty.
@@ -35,13 +35,21 @@ def make_folder(folder: Path) -> list[Path]:
             make_private(folder)
         if any(folder.iterdir()):
             raise UsageError(f"--out {folder}: it is not empty, and a run never writes into another's folder")
-        with tempfile.TemporaryFile(dir=folder):
-            return missing
+        _claim(folder)
     except OSError as error:
         for path in missing:
             with contextlib.suppress(OSError):
                 path.rmdir()
         raise UsageError(f"cannot write a run into {folder}: {error.strerror or error}") from error
+    return missing
+
+
+def _claim(folder: Path) -> None:
+    """Write the first file, exclusively: of two fleets that begin here at once, the other is refused."""
+    try:
+        open_private(folder / SETTINGS_FILE, "x").close()
+    except FileExistsError as error:
+        raise UsageError(f"--out {folder}: another fleet begins there") from error
 
 
 def make_latest(folder: Path) -> None:

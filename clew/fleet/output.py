@@ -3,10 +3,12 @@
 Rule 1: with a live table or with --quiet, the output of the parts goes to a file. It is printed at the end,
         except for the progress lines, which the table has shown.
 Rule 2: the terminal is restored: a table that was killed has left the cursor hidden.
-Rule 3: a closed terminal or pipe does not make a run fail.
+Rule 3: a closed terminal or pipe does not make a run fail. A result that cannot be written, because a disk is
+        full for example, does.
 """
 
 import contextlib
+import errno
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,6 +23,7 @@ from protocol.plain import plain
 from world.judge.verdict import VERDICT_FILE, Verdict
 
 STDOUT, STDERR = 1, 2
+CLOSED = (errno.EPIPE, errno.EIO)  # a pipe without a reader; a terminal that was closed
 SHOW_CURSOR = b"\x1b[?25h"
 BEGIN_LINE = b"\x1b[0m\r\n\x1b[J"
 
@@ -72,6 +75,9 @@ def say_result(run: Prepared, stand_in: Verdict | None = None) -> bool:
     Args:
         run: the run, which has ended.
         stand_in: the verdict by the launcher, if the world has not written one.
+
+    Raises:
+        OSError: it cannot be written (rule 3).
     """
     from clew.fleet.summary import summary_of  # noqa: PLC0415 - not needed at the start of a run
 
@@ -97,8 +103,12 @@ def has_content(path: Path) -> bool:
 
 
 def _write_all(text: bytes) -> None:
-    with contextlib.suppress(OSError), open(STDOUT, "wb", closefd=False) as stdout:
-        stdout.write(text)
+    try:
+        with open(STDOUT, "wb", closefd=False) as stdout:
+            stdout.write(text)
+    except OSError as error:
+        if error.errno not in CLOSED:
+            raise
 
 
 def _write(descriptor: int, text: bytes) -> None:

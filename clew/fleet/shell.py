@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, assert_never
 
 from clew.fleet.folder import drop_folder, make_latest
-from clew.fleet.output import Output, has_content, output, say_result
+from clew.fleet.output import STDERR, Output, has_content, output, say_result
 from clew.fleet.parts.private import private_folder
 from clew.fleet.parts.processes import READ_BYTES_MAX, Processes, orphans_adopted
 from clew.fleet.prepare import Prepared, Shows, prepare
@@ -43,6 +43,7 @@ from clew.fleet.supervision.facts import name_of
 from clew.fleet.supervision.limits import Limits, Plan
 from clew.fleet.supervisor import Supervisor
 from protocol.exit_codes import ExitCode
+from protocol.faults.manual_faults import WHERE_FILE
 from protocol.faults.process_commands import PIPE
 from world.judge.verdict import VERDICT_FILE
 
@@ -65,9 +66,18 @@ def run_fleet(request: Request, hear: Hear) -> int:
         run = prepare(request, private.folder, terminal=terminal)
         with orphans_adopted(), output(run) as words:
             code = asyncio.run(supervise(run, private.lifeline, words, hear))
+        return finish(run, code)
+
+
+def finish(run: Prepared, code: int) -> int:
+    """Print the result of a run, or remove what a run that never began has made; returns the exit code."""
+    try:
         if not say_result(run, stand_in(run, code)):
             drop_folder(run.folder, run.made, run.latest)
-        return code
+    except OSError as error:
+        Output(STDERR).say(f"the result could not be written: {error.strerror}")
+        return code or ExitCode.FAILED
+    return code
 
 
 async def supervise(
@@ -85,6 +95,7 @@ async def supervise(
             return await shell.code
     finally:
         shell.processes.kill()
+        (run.folder / WHERE_FILE).unlink(missing_ok=True)  # a world that was killed has left it
 
 
 class _Shell:

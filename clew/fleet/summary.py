@@ -41,6 +41,8 @@ def _lines(run: str, read: Timeline, verdict: Verdict) -> Iterator[str]:
         yield rms_line(scenario.table_m, verdict)
         yield ""
     yield figures_line(verdict)
+    if verdict.slowness is not None:
+        yield verdict.slowness
     yield from recovery_lines(verdict)
     yield f"{verdict_sentence(verdict, scenario)} Run: {run}"
 

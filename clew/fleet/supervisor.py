@@ -50,6 +50,8 @@ class Supervisor:
         self._away_s: dict[str, float] = {}
         """How long a part that a process fault is killing stays down."""
         self._ending = Ending(self._facts)
+        self._lost: Happening | None = None
+        """The part that the run has lost, and the user has not been told of."""
 
     def wake_at(self) -> float | None:
         """The time of the next `Tick`."""
@@ -77,7 +79,7 @@ class Supervisor:
         limits = self._limits
         match state:
             case State.ROUTERS | State.PAGE:
-                return now_s + limits.ready_s
+                return now_s + (limits.ready_s if state is State.ROUTERS else limits.page_s)
             case State.GIVING_UP:
                 return now_s + limits.grace_s
             case State.ASKING_WORLD:
@@ -188,9 +190,16 @@ class Supervisor:
     # The reasons why a run ends.
 
     def _give_up(self, happening: Happening, now_s: float) -> Iterator[Command]:
-        late = "before the world" if happening.part == HOST else "once too often"
-        yield Say(f"{end_of(happening)} {late}")
-        self._ending.begin(now_s)
+        self._lost = happening
+        if happening.part != HOST or happening.status < 0:
+            yield from self._say_lost()
+        self._ending.begin(now_s)  # a host that has reaped all robots: the world may be about to end, too
+
+    def _say_lost(self) -> Iterator[Command]:
+        if self._lost is not None:
+            late = "before the world" if self._lost.part == HOST else "once too often"
+            yield Say(f"{end_of(self._lost)} {late}")
+        self._lost = None
 
     def _end_unready(self, happening: Happening, now_s: float) -> Iterator[Command]:
         if happening.what is What.TIME_UP:
@@ -216,6 +225,7 @@ class Supervisor:
         yield from self._ending.ask_world(happening.status, now_s, number)
 
     def _end_failed(self, _: Happening, now_s: float) -> Iterator[Command]:
+        yield from self._say_lost()
         yield from self._ending.ask_world(ExitCode.FAILED, now_s)
 
     # The end of a run.

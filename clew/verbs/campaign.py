@@ -20,6 +20,7 @@ from clew.guided.batches import guided_outcomes
 from clew.swarm.futures import read_branches
 from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, TIME, robots_option, seeds_option
 from clew.verbs.say import console, say
+from protocol.asked import terminable
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 
@@ -131,13 +132,13 @@ def campaign(
         wall_s_max=wall_s_max,
         judge_every=judge_every,
     )
-    with _watching() as watch:
+    with terminable() as asked, _watching() as watch:
         result = run(request, watch, guided_outcomes if guided else outcomes_of)
     if as_json:
         click.echo((request.out / CAMPAIGN_FILE).read_text(encoding="utf-8"), nl=False)
     else:
         _print(result, request.out)
-    ctx.exit(ExitCode.INTERRUPTED if result.interrupted else 0 if result.ok else ExitCode.FAILED)
+    ctx.exit(asked[0] if result.interrupted else 0 if result.ok else ExitCode.FAILED)
 
 
 def _check(has_scenes: bool, faults: str | None, of_scenes: tuple[object, ...]) -> None:

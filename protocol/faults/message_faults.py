@@ -121,11 +121,9 @@ class MessageFaults:
             now_s: simulated time.
             step: the newest switching step that is known to be planned.
         """
-        place = (key, kind, receiver)
-        if (cases := self._cases.get(place)) is None:
-            cases = self._cases[place] = tuple(self._find_cases(*place))
-        if not cases:
+        if not (cases := self._cases_of(key, kind, receiver)):
             return NO_EFFECT
+        place = (key, kind, receiver)
         if number == 0:
             self._unnumbered[place] += 1
             number = self._unnumbered[place]
@@ -143,6 +141,18 @@ class MessageFaults:
             rule.holds(now_s, step) and (rule.cuts(process, ROUTER) or rule.cuts(ROUTER, process))
             for rule in self._cuts
         )
+
+    def hold_up(self, robot: str, *, now_s: float, step: int) -> bool:
+        """Whether a rule that is active may delay or remove odometry of a robot, or its orders."""
+        ways = ((f"body/{robot}/odometry", "odometry", robot), (f"body/{robot}/drive", "drive", WORLD))
+        return any(case.rule.holds(now_s, step) for way in ways for case in self._cases_of(*way))
+
+    def _cases_of(self, key: str, kind: str, receiver: str) -> tuple[_Case, ...]:
+        """The rules that may ever affect such messages; they are looked for once."""
+        place = (key, kind, receiver)
+        if (cases := self._cases.get(place)) is None:
+            cases = self._cases[place] = tuple(self._find_cases(*place))
+        return cases
 
     def _find_cases(self, key: str, kind: str, receiver: str) -> Iterator[_Case]:
         sender = sender_of(key, receiver)

@@ -87,6 +87,10 @@ class FaultyTransport:
         """A new hybrid-logical-clock time stamp of this process."""
         return self._inner.timestamp()
 
+    def hold_up(self, robot: str) -> bool:
+        """Whether a fault rule may now delay or remove what a robot hears of its body, or tells it."""
+        return self._message_faults.hold_up(robot, now_s=self.now_s, step=self.faults.step)
+
     def tell_time(self, now_s: float) -> None:
         """Set the time of the run; a robot's transport reads it from the odometry."""
         self.now_s = max(self.now_s, now_s)

@@ -18,6 +18,8 @@ from protocol.wire.view import SEEN_BYTES_MAX, Answer, Formation, Plea, Report
 
 RAYS_MAX = 7200  # per scan: 58 kB on the wire
 REVOLUTIONS_MAX = 900  # the maximum for the smallest number of directions
+LATE_S_MAX = 3.0  # wall: with a share of 1 % of a core, turns of a process were late by up to 2 s
+Late = Annotated[float, Meta(ge=0.0, le=LATE_S_MAX)]
 Incarnation = Annotated[str, Meta(max_length=64)]  # a chunk of the key of its token
 
 
@@ -86,7 +88,7 @@ class BehindState(Struct, frozen=True, kw_only=True, tag="behind"):
     """Whether this robot and, as far as it knows, all robots behind it stand."""
 
 
-class Drive(Struct, frozen=True, kw_only=True, tag="drive"):
+class Drive(Struct, frozen=True, kw_only=True, omit_defaults=True, tag="drive"):
     """A robot's newest drive order: turn towards the target on the spot, drive straight to it, stop.
 
     Repeating an order changes nothing. No target means stand still.
@@ -108,6 +110,8 @@ class Drive(Struct, frozen=True, kw_only=True, tag="drive"):
 
     Where obstacles move, the robot's newest scan is valid until then.
     """
+    late_s: Late = 0.0
+    """How late the robot's process runs, by its own measurement [wall s]; its shell fills it in."""
 
 
 class Odometry(Struct, frozen=True, kw_only=True, tag="odometry"):

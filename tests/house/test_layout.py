@@ -39,7 +39,7 @@ FLOORS: dict[str, dict[str, int]] = {
         "__init__": 9,
     },
     "world": {
-        **dict.fromkeys(("attendance", "chance", "commands", "control", "events", "faults"), 0),
+        **dict.fromkeys(("answers", "attendance", "chance", "commands", "control", "events", "faults"), 0),
         "routing": 0,
         "geometry/": 0,
         "scenario/": 1,

@@ -19,6 +19,7 @@ from world.judge.tally import Tally
 from world.scenario.scenario import Scenario
 
 VERDICT_FILE = "verdict.json"
+KEPT_UP = 0.9  # of the speed: starting and a few long computations cost a short run some percent
 NO_ROUTE = "no_route: "
 """The beginning of the reason if the run ended because the leader found no way."""
 
@@ -64,6 +65,7 @@ class Facts:
     sim_s: float
     wall_s: float
     cpu_s: float
+    speed_reached: float | None = None
 
     @property
     def goal_reached(self) -> bool:
@@ -112,6 +114,10 @@ class Verdict(Struct, frozen=True, kw_only=True):
     wall_s: float
     cpu_s: float
     """Of the world's own process."""
+    speed_reached: float | None = None
+    """Simulated seconds per wall-clock second while the clock ran; null: in lock-step or rehearsed."""
+    slowness: str | None = None
+    """A sentence where that is much less than `speed`; null: the machine was fast enough."""
     messages: Messages
     events: Events
     deaths: tuple[Death, ...]
@@ -164,6 +170,8 @@ def _verdict(facts: Facts, recovery: Recovery, rms_m: float | None) -> Verdict:
         sim_s=facts.sim_s,
         wall_s=facts.wall_s,
         cpu_s=facts.cpu_s,
+        speed_reached=None if facts.speed_reached is None else round(facts.speed_reached, 3),
+        slowness=slowness(scenario.fleet.robots, facts.speed, facts.speed_reached),
         messages=facts.messages,
         events=facts.events,
         deaths=recovery.deaths,
@@ -171,6 +179,13 @@ def _verdict(facts: Facts, recovery: Recovery, rms_m: float | None) -> Verdict:
         heals=recovery.heals,
         unstruck=facts.unstruck,
     )
+
+
+def slowness(robots: int, speed: float | None, reached: float | None) -> str | None:
+    """What to say of a machine on which a run was much slower than asked; None: nothing."""
+    if speed is None or reached is None or reached >= KEPT_UP * speed:
+        return None
+    return f"the machine is too slow for {robots} robots at speed {speed:g}: ran at {reached:.2g}"
 
 
 def _flaws(facts: Facts, recovery: Recovery) -> Iterator[Flaw]:

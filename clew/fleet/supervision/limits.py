@@ -17,7 +17,8 @@ class Plan:
 class Limits:
     """How long a supervisor waits, by a clock that nobody sets, and how often it starts a part again."""
 
-    ready_s: float = 10.0  # for a router to listen: it takes 0.3 s; more only on a machine that is overloaded
+    ready_s: float = 60.0  # for a router to listen: it takes 0.3 s, and 12 s beside 40 busy processes
+    page_s: float = 10.0  # for the viewer to say where its page is: a run does not need it
     grace_s: float = 1.5  # for the world to notice by itself that robots have died: it takes 1 s to be sure
     world_s: float = 3.0  # for the world to close its books and write its verdict
     others_s: float = 0.4  # for router and robots, which have nothing left to do by then

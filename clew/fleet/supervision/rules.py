@@ -129,7 +129,7 @@ RULES = (
     Rule((What.FAULT,), _LIVE, Do.INJECT, None, "somebody asked for it"),
     Rule((What.THAW_DUE,), _LIVE, Do.THAW, None, "a process fault may name a time frozen"),
     # Why a run ends.
-    Rule((What.WORLD_ENDED,), (State.RUNNING,), Do.END_WITH_WORLD, State.ASKING_WORLD,
+    Rule((What.WORLD_ENDED,), (State.RUNNING, State.GIVING_UP), Do.END_WITH_WORLD, State.ASKING_WORLD,
          "its verdict is the run's"),
     Rule((What.ASKED,), _LIVE, Do.END_AS_ASKED, State.ASKING_WORLD, "the user decides"),
     Rule((What.ROUTER_REFUSED,), (State.ROUTERS,), Do.END_REFUSED, State.ASKING_WORLD,

@@ -95,6 +95,28 @@ ENDS = {
             (3.3, Gone(HOST), [Exit(1)]),
         ),
     ),
+    "a host that ends with a robot that somebody has ended does not end the run before the world": History(
+        ONE,
+        (
+            *UP,
+            (9.0, Ended(HOST, 143), []),
+            (9.0, Gone(HOST), []),
+            (9.2, Judged(), []),
+            (9.2, Ended(WORLD, 0), []),
+            (9.2, Gone(WORLD), stop(R1)),
+            (9.3, Ended(R1, 143), []),
+            (9.3, Gone(R1), [Exit(0)]),
+        ),
+    ),
+    "a host that ends before a world that goes on has failed": History(
+        ONE,
+        (
+            *UP,
+            (9.0, Ended(HOST, 2), []),
+            (9.0, Gone(HOST), []),
+            (10.5, Tick(), [Say("the host ended with exit code 2 before the world"), *WORLD_IS_ASKED]),
+        ),
+    ),
     "a host that fails while the world is down ends the run at once": History(
         ONE,
         (

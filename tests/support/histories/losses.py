@@ -140,15 +140,15 @@ LOSSES = {
             (0.2, Gone(R1), [Exit(1)]),
         ),
     ),
-    "a router that does not listen in 10 s ends the run": History(
+    "a router that does not listen in 60 s ends the run": History(
         Plan(routers=2),
         (
             *UP_WITH_TWO[:2],
-            (10.2, Tick(), []),
-            (10.3, Tick(), [Say("the router is not ready after 10 s"), *stop(R1), *stop(R2)]),
-            *gone(10.4, R2, 143),
-            (10.4, Ended(R1, 143), []),
-            (10.4, Gone(R1), [Exit(1)]),
+            (60.2, Tick(), []),
+            (60.3, Tick(), [Say("the router is not ready after 60 s"), *stop(R1), *stop(R2)]),
+            *gone(60.4, R2, 143),
+            (60.4, Ended(R1, 143), []),
+            (60.4, Gone(R1), [Exit(1)]),
         ),
     ),
     "the world waits for the page": History(

@@ -124,7 +124,7 @@ class Fleet:
 
     def step(self) -> None:
         self.now_s, self.told = round(self.now_s + 0.1, 6), self.told + 1
-        self.suspicion.enter(self.now_s)
+        self.suspicion.live(self.now_s)
         odometry = Odometry(
             n=self.told,
             t_s=self.now_s,

@@ -2,6 +2,7 @@ import pytest
 
 from protocol.exit_codes import ExitCode
 from protocol.frames import Point
+from protocol.mission import start_wall_s
 from protocol.timeline import (
     BodyStopped,
     MessageRefused,
@@ -22,7 +23,7 @@ from protocol.wire.messages import Phase
 from tests.support.scenes.world_scenarios import scenario
 from tests.support.stages.world_stage import Stage
 from world.bodies.arena import ODOMETRY_TICKS, TICK_S
-from world.core import LAST_WORDS_WALL_S, MUSTER_WALL_S
+from world.core import LAST_WORDS_WALL_S
 from world.events import MessageDropped, ScanAsked, StopAsked, TokenCame, TokenWent
 from world.judge.ending import Ending
 
@@ -56,7 +57,7 @@ def test_the_clock_starts_when_all_robots_have_come() -> None:
 def test_a_run_ends_and_names_robots_that_never_come() -> None:
     stage = Stage(scenario())
     stage.handle(TokenCame(2, "a"))
-    assert stage.look(after_wall_s=MUSTER_WALL_S) == []
+    assert stage.look(after_wall_s=start_wall_s(2)) == []
     assert stage.at()[2] is Ending.MISSING
     assert stage.odometry[2][-1].phase is Phase.OVER
     stage.look(after_wall_s=LAST_WORDS_WALL_S)

@@ -53,6 +53,24 @@ def test_a_robot_heard_at_the_very_odometry_at_which_another_process_took_its_pl
     assert not presence.is_lost(1, 5.1, 5.0 + GRACE_S), "it is the new one that was heard"
 
 
+def test_a_robot_that_was_cut_off_itself_waits_for_the_tokens_of_the_others_to_come_back() -> None:
+    presence = connected(1, 2)
+    for robot in (1, 2, WORLD_NUMBER):
+        presence.go(robot, "a", 5.0)
+    presence.come(WORLD_NUMBER, "a", 6.0)
+    assert not presence.is_lost(1, 4.9, 6.0), "its token is on the way"
+    presence.come(1, "a", 6.0)
+    assert [presence.is_lost(robot, 4.9, 6.0 + GRACE_S) for robot in (1, 2)] == [False, True]
+
+
+def test_that_the_world_came_back_says_nothing_of_a_process_that_was_replaced_before() -> None:
+    presence = connected(1)
+    presence.come(1, "b", 5.0)
+    presence.go(WORLD_NUMBER, "a", 6.0)
+    presence.come(WORLD_NUMBER, "a", 7.0)
+    assert not presence.is_lost(1, 6.5, 7.0 + GRACE_S)
+
+
 def test_who_has_gone_by_some_time_shows_no_token_and_has_shown_none_since() -> None:
     presence = Presence()
     presence.come(2, "a", 1.0)
@@ -106,7 +124,7 @@ def test_a_robot_that_is_cut_off_holds_nobody_for_lost() -> None:
     presence.go(WORLD_NUMBER, "a", 5.0)
     assert not presence.is_lost(1, 4.0, 99.0)
     presence.come(WORLD_NUMBER, "a", 100.0)
-    assert presence.is_lost(1, 4.0, 100.0)
+    assert [presence.is_lost(1, 4.0, now_s) for now_s in (100.0, 100.0 + GRACE_S)] == [False, True]
 
 
 def test_a_robot_whose_token_never_came_is_not_lost() -> None:

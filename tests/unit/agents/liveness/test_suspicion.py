@@ -20,7 +20,7 @@ def awake(*robots: int, until_s: float = 10.0) -> Suspicion:
     for robot in (0, *robots):
         suspicion.presence.come(robot, "a", 0.0)
     for tenth in range(round(10 * until_s) + 1):
-        suspicion.enter(tenth / 10)
+        suspicion.live(tenth / 10)
     return suspicion
 
 
@@ -53,7 +53,7 @@ def test_a_robot_that_has_had_a_gap_of_its_own_judges_nobody_until_it_has_listen
     suspicion = awake(2)
     back_s = 10.0 + TIMING.gap_s + 0.1
     suspicion.presence.go(2, "a", 10.0)
-    suspicion.enter(back_s)
+    suspicion.live(back_s)
     for late_s in (0.0, TIMING.listens_s - 0.01):
         assert not suspicion.judges(back_s + late_s)
         assert suspicion.why_lost(heard(0.0), back_s + late_s) is None
@@ -63,7 +63,7 @@ def test_a_robot_that_has_had_a_gap_of_its_own_judges_nobody_until_it_has_listen
 
 def test_a_gap_that_is_no_longer_than_may_be_is_none() -> None:
     suspicion = awake(2)
-    suspicion.enter(10.0 + TIMING.gap_s - 0.01)
+    suspicion.live(10.0 + TIMING.gap_s - 0.01)
     assert suspicion.judges(10.0 + TIMING.gap_s)
 
 

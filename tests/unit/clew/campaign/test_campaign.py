@@ -22,6 +22,7 @@ from clew.campaign.episode import Episode, Surprise, surprise_of
 from clew.campaign.families import by_family, figures_of
 from clew.campaign.pool import outcomes_of
 from clew.campaign.scenes import tight_radius_m
+from protocol.asked import EXIT_CODES
 from protocol.root import ROOT
 from tests.support.campaigns import clew, closed, outcome, refused, scene
 from tests.support.deadline import DEADLINE_S
@@ -227,10 +228,12 @@ def test_family_figures_count_ended_runs_and_rates_use_all_metres_together() -> 
         outcome(switching_steps=2, planning_events=10, path_m=10.0, robots_arrived=5, clearance_margin_m=0.2),
         outcome(switching_steps=6, planning_events=50, path_m=20.0, robots_arrived=4, clearance_margin_m=0.1),
         outcome(ending="crashed", surprise=Surprise.CRASHED),
+        outcome(ending="out of wall-clock time", surprise=Surprise.STOPPED),
         outcome(family="g", switching_steps=100),
     ]
     figures = figures_of(by_family(outcomes)["f"])
-    assert (figures.episodes, figures.reached, figures.surprises, figures.crashed) == (3, 1, 1, 1)
+    assert (figures.episodes, figures.reached, figures.surprises, figures.crashed) == (4, 1, 2, 1)
+    assert figures.stopped == 1
     assert (figures.switching_steps_median, figures.switching_steps_max) == (2, 6)
     assert (figures.events_per_m, figures.clearance_margin_m_min) == (2.0, 0.1)
 
@@ -263,7 +266,7 @@ def test_no_outcome_is_lost_when_a_worker_dies_or_gets_an_interrupt(
         assert worker.pid is not None
         os.kill(worker.pid, number)
     surprises = {each.key: each.surprise for each in (first, *coming)}
-    assert surprises == {"0": Surprise.NONE, "1": Surprise.CRASHED}, "the second does not end"
+    assert surprises == {"0": Surprise.NONE, "1": Surprise.STOPPED}, "the second does not end"
 
 
 @pytest.fixture
@@ -295,7 +298,10 @@ def going(scenes: Path, begun: subprocess.Popen[str]) -> subprocess.Popen[str]:
     return begun
 
 
-def test_workers_start_with_the_interrupt_blocked(begun: subprocess.Popen[str]) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_workers_start_with_requests_to_end_blocked(
+    begun: subprocess.Popen[str], number: signal.Signals
+) -> None:
     children = Path(f"/proc/{begun.pid}/task/{begun.pid}/children")
 
     def blocked_by_a_worker() -> int | None:
@@ -305,20 +311,22 @@ def test_workers_start_with_the_interrupt_blocked(begun: subprocess.Popen[str]) 
                 return int(status.partition("SigBlk:")[2].split()[0], base=16)
         return None
 
-    assert wait_until(blocked_by_a_worker) >> (signal.SIGINT - 1) & 1
-    os.killpg(begun.pid, signal.SIGINT)
+    assert wait_until(blocked_by_a_worker) >> (number - 1) & 1
+    os.killpg(begun.pid, number)
     _, complaints = begun.communicate(timeout=DEADLINE_S)
-    assert begun.returncode == 130
+    assert begun.returncode == EXIT_CODES[number]
     assert "Traceback" not in complaints
 
 
-def test_an_interrupted_campaign_exits_130_and_can_be_continued(
-    scenes: Path, going: subprocess.Popen[str]
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_campaign_says_so_and_can_be_continued(
+    scenes: Path, going: subprocess.Popen[str], number: signal.Signals
 ) -> None:
-    os.killpg(going.pid, signal.SIGINT)  # as a terminal does: the workers get it, too
+    os.killpg(going.pid, number)  # as a terminal does: the workers get it, too
     said, complaints = going.communicate(timeout=DEADLINE_S)
-    assert going.returncode == 130
+    assert going.returncode == EXIT_CODES[number]
     assert said.splitlines()[-1].startswith("INTERRUPTED: ")
+    assert {json.loads(line)["surprise"] for line in played(scenes)} == {"none"}
     assert "Traceback" not in complaints
     finished = played(scenes)
     assert (told(scenes)["interrupted"], told(scenes)["all"]["episodes"]) == (True, len(finished))

@@ -53,7 +53,7 @@ def test_healing_late_and_not_arriving_are_different_ways_to_fail() -> None:
         (Surprise.VIOLATION, "", "robot 2 died at t=1.0 s", {"S2": 0, "P4": 1}, "breaks P4"),
         (Surprise.CRASHED, "", "a robot failed: KeyError: 3 (strand.py:7)", {}, "raises KeyError"),
         (Surprise.CRASHED, CRASHED, "ValueError: no (world.py:9)", {}, "raises ValueError"),
-        (Surprise.CRASHED, OUT_OF_TIME, "the wall-clock limit struck", {}, "has no end"),
+        (Surprise.STOPPED, OUT_OF_TIME, "the wall-clock limit struck", {}, "has no end"),
     ],
 )
 def test_the_way_to_fail_is_the_invariant_the_exception_or_having_no_end(

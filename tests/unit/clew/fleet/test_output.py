@@ -169,3 +169,26 @@ assert say_result(prepared(Path({str(judged(tmp_path))!r})))
     finally:
         os.close(writing_end)
     assert (ended.returncode, ended.stderr) == (0, b"")
+
+
+def test_a_result_that_cannot_be_written_fails_a_run_that_was_well(tmp_path: Path) -> None:
+    script = f"""
+import sys
+from pathlib import Path
+from clew.fleet.shell import finish
+from tests.unit.clew.fleet.test_output import prepared
+sys.exit(finish(prepared(Path({str(judged(tmp_path))!r})), int(sys.argv[1])))
+"""
+    for code, expected in ((0, 1), (143, 143)):
+        with Path("/dev/full").open("wb") as full:
+            ended = subprocess.run(
+                [sys.executable, "-c", script, str(code)],
+                cwd=ROOT,
+                env={**os.environ, "PYTHONPATH": str(ROOT)},
+                stdout=full,
+                stderr=subprocess.PIPE,
+                text=True,
+                check=False,
+            )
+        said = "clew: the result could not be written: No space left on device\n"
+        assert (ended.returncode, ended.stderr) == (expected, said)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from clew.fleet.folder import LATEST, drop_folder, folder_name, make_latest
+from clew.fleet.folder import LATEST, drop_folder, folder_name, make_folder, make_latest
 from clew.fleet.prepare import Prepared, Shows, prepare, run_name, shows
 from clew.fleet.request import parse
 from protocol.errors import UsageError
@@ -92,6 +92,25 @@ def test_invalid_option_is_refused_by_name(arguments: list[str], complaint: str)
 def test_folder_that_is_not_empty_is_refused(private: Path, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="is not empty"):
         made(private, "--out", str(tmp_path))
+
+
+def test_of_two_fleets_that_begin_in_one_folder_at_once_the_second_is_refused(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    begun = make_folder(folder)
+    before = sorted(folder.iterdir())
+    with pytest.raises(UsageError, match="it is not empty"):
+        make_folder(folder)
+    assert (begun, sorted(folder.iterdir())) == ([folder], before)
+
+
+def test_of_two_fleets_that_have_both_found_the_folder_empty_one_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "run"
+    make_folder(folder)
+    monkeypatch.setattr(Path, "iterdir", lambda _: iter(()))
+    with pytest.raises(UsageError, match="another fleet begins there"):
+        make_folder(folder)
 
 
 def test_good_request_makes_the_folder_and_returns_the_run(private: Path, somewhere_else: Path) -> None:

@@ -19,6 +19,7 @@ from clew.fleet.supervision.events import HOST, WORLD, Command, Event, Ready, ro
 from clew.fleet.supervision.limits import Limits
 from clew.fleet.supervisor import Supervisor
 from protocol.exit_codes import ExitCode
+from protocol.faults.manual_faults import WHERE_FILE
 from protocol.faults.process_commands import PIPE
 from protocol.run_settings import Settings
 from tests.support.deadline import DEADLINE_S
@@ -107,6 +108,12 @@ def test_run_ends_with_its_world_and_leaves_nothing(toys: Toys) -> None:
     toys.be(WORLD, "sys.exit(7)")
     assert toys.run() == 7
     assert not is_there(toys.noted("router"))
+
+
+def test_where_manual_faults_are_taken_does_not_outlive_a_world_that_was_killed(toys: Toys) -> None:
+    toys.be(WORLD, f"(private / 'run' / '{WHERE_FILE}').write_text('socket'); os.kill(os.getpid(), 9)")
+    toys.run()
+    assert list(toys.folder.iterdir()) == []
 
 
 def test_each_part_has_its_own_process_group_and_the_lifeline_as_stdin(toys: Toys) -> None:

@@ -299,3 +299,13 @@ def test_a_robot_is_killed_once_if_a_plan_and_a_manual_rule_are_due_together() -
     run_faults.add(Kill(target="r3"), now_s=1.0, for_s=None)
     assert [fault.process for fault in run_faults.due(1.0)] == ["r3"]
     assert run_faults.due(2.0) == []
+
+
+def test_a_process_fault_holds_a_robot_up_until_it_is_undone() -> None:
+    faults = without_plan()
+    seen = []
+    for action in ("freeze", "thaw", "kill"):
+        faults.hear("world", entry(FaultInjected(fault=action, rule="given-1", process="r2")))
+        seen.append(faults.hold_up("r2"))
+    faults.hear("r2", entry(RobotStarted(pid=1, incarnation="b")))
+    assert [*seen, faults.hold_up("r2"), faults.hold_up("r1")] == [True, False, True, False, False]

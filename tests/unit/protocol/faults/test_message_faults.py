@@ -278,3 +278,22 @@ def test_a_plan_without_rules_has_no_effect() -> None:
     assert effect(MessageFaults(NO_FAULTS, 1), ("link/r1/r2", "ahead", 1, "r2")) is NO_EFFECT
     everything: Sequence[Rule] = uniform(loss=0.1, delay_s_max=0.2, repeat=0.1).rules
     assert [rule.fault for rule in everything] == ["drop", "duplicate", "delay"]
+
+
+@pytest.mark.parametrize(
+    ("rule", "held_up"),
+    [
+        (Drop(name="a", probability=0.1), {"r1", "r2"}),
+        (Delay(name="a", delay_s_max=1.0, kinds=("odometry",), receiver=("r2",)), {"r2"}),
+        (Delay(name="a", delay_s_max=1.0, kinds=("drive",), sender=("r1",)), {"r1"}),
+        (Partition(name="a", group=("r1",), others=("world",)), {"r1"}),
+        (Drop(name="a", kinds=("ahead",)), set()),
+        (Drop(name="a", until_s=5.0), set()),
+        (Drop(name="a", from_s=5.1), set()),
+    ],
+)
+def test_a_robot_is_held_up_while_a_rule_may_strike_its_odometry_or_its_orders(
+    rule: Rule, held_up: set[str]
+) -> None:
+    faults = message_faults(rule)
+    assert {robot for robot in ("r1", "r2") if faults.hold_up(robot, now_s=5.0, step=0)} == held_up

@@ -1,0 +1,123 @@
+"""`clew bench busy`: runs live fleets beside processes that keep the machine busy."""
+
+import contextlib
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+import msgspec
+from rich.table import Table
+
+from clew.bench.busy import BusyFigures, BusyRun, busy_run
+from clew.bench.forming import queue
+from clew.fleet.live import run_fleet
+from clew.verbs.options import AS_JSON, robots_option
+from clew.verbs.say import console, say_json
+from protocol.asked import terminable
+from protocol.exit_codes import ExitCode
+from protocol.files.toml_text import toml_text
+from world.judge.verdict import VERDICT_FILE
+from world.record.run_files import read_verdict
+
+BUSY_MAX = 200
+COMPUTES = "while True: pass"
+QUEUE_S_MAX = 1800.0  # of a run: fifty robots beside 16 busy processes on two cores took 160 s
+
+
+@click.command()
+@click.argument("scenario", default="grove")
+@robots_option("Robots of each fleet.")
+@click.option(
+    "--processes", type=click.IntRange(0, BUSY_MAX), default=16, show_default=True, help="Busy ones."
+)
+@click.option(
+    "--for-s", type=click.FloatRange(1.0), default=60.0, show_default=True, help="Start no fleet later."
+)
+@AS_JSON
+@click.pass_context
+@terminable()
+def busy(
+    ctx: click.Context, scenario: str, *, robots: int | None, processes: int, for_s: float, as_json: bool
+) -> None:
+    """Run live fleets beside busy processes, one after the other, and count the robots held for dead.
+
+    SCENARIO is one of `clew rehearse`, or `queue`: robots in a straight queue on open ground. Exits with 1
+    when a robot was held for dead, a promise was broken, or not all robots arrived.
+    """
+    runs: list[BusyRun] = []
+    with tempfile.TemporaryDirectory(prefix="clew-busy.") as folder, _busy(processes):
+        arguments = _arguments(scenario, robots, Path(folder))
+        while sum(run.launcher_s for run in runs) < for_s:
+            runs.append(_run(arguments, Path(folder) / f"run-{len(runs) + 1}", len(runs) + 1))
+            click.echo(f"{len(runs)}: {runs[-1]}", err=True)
+    cores = os.cpu_count() or 1
+    figures = BusyFigures(busy=processes, cores=cores, load=os.getloadavg()[0], runs=tuple(runs))
+    if as_json:
+        say_json(figures)
+    else:
+        _print(figures)
+    ctx.exit(ExitCode.OK if figures.ok else ExitCode.FAILED)
+
+
+def _arguments(scenario: str, robots: int | None, folder: Path) -> list[str]:
+    if scenario == "queue":
+        path = folder / "queue.toml"
+        path.write_text(toml_text(msgspec.to_builtins(queue(robots or 5))), encoding="utf-8")
+        return [str(path)]
+    return [scenario] if robots is None else [scenario, "-n", str(robots)]
+
+
+@contextlib.contextmanager
+def _busy(processes: int) -> Iterator[None]:
+    """So many processes compute while the context lasts.
+
+    Each has a session of its own: Linux shares the processor among sessions, and all of them in one would
+    take no more than a single one.
+    """
+    with contextlib.ExitStack() as stack:
+        for _ in range(processes):
+            command = [sys.executable, "-ISc", COMPUTES]
+            process = subprocess.Popen(command, start_new_session=True)  # noqa: S603 - a loop of our own
+            stack.callback(process.wait)
+            stack.callback(process.kill)
+        yield
+
+
+def _run(arguments: list[str], out: Path, seed: int) -> BusyRun:
+    ended = run_fleet([*arguments, "--seed", str(seed), "--out", str(out)], wall_s_max=QUEUE_S_MAX)
+    verdict = read_verdict(out) if (out / VERDICT_FILE).exists() else None
+    return busy_run(verdict, ended.said, launcher_s=ended.wall_s)
+
+
+def _print(figures: BusyFigures) -> None:
+    table = Table(title=f"Live fleets beside {figures.busy} busy processes on {figures.cores} cores")
+    for column in (
+        "run",
+        "robots",
+        "arrived",
+        "held for dead",
+        "violations",
+        "sim [s]",
+        "wall [s]",
+        "speed",
+        "in all [s]",
+    ):
+        table.add_column(column, justify="right")
+    for number, run in enumerate(figures.runs, start=1):
+        table.add_row(
+            f"{number}",
+            f"{run.robots}",
+            f"{run.robots_arrived}",
+            f"{run.false_deaths}",
+            f"{run.violations}",
+            f"{run.sim_s:.1f}",
+            f"{run.wall_s:.1f}",
+            "-" if run.speed_reached is None else f"{run.speed_reached:.2f}",
+            f"{run.launcher_s:.1f}",
+        )
+    console().print(table)
+    click.echo(f"{'OK' if figures.ok else 'FAILED'}; load average {figures.load:.1f}.")

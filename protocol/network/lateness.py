@@ -1,0 +1,41 @@
+"""How late a process runs, as it measures it itself. Pure: times are arguments.
+
+Rule 1: a turn of the event loop is late by the time in which it neither computed nor was asked to wait. So a
+        long computation is not lateness: only a machine that has no time for the process is.
+Rule 2: a turn that took longer than `LATE_S_MAX` was a stopped process, and says nothing about the machine.
+Rule 3: what counts is the longest delay lately: it is halved every `HALF_LIFE_S`.
+"""
+
+import math
+from dataclasses import dataclass
+
+from protocol.wire.messages import LATE_S_MAX
+
+HALF_LIFE_S = 5.0  # wall: as long as some turns of the slowest loop that was measured
+
+
+@dataclass(slots=True)
+class Lateness:
+    """The lateness of one process [wall s], or the greatest one that it was told."""
+
+    _late_s: float = 0.0
+    _at_s: float = 0.0
+    _turned: tuple[float, float] | None = None
+    """When the last turn began: by the wall clock, and by the time that this thread has computed."""
+
+    def turn(self, wall_s: float, cpu_s: float, *, asked_s: float) -> None:
+        """A turn of the loop has ended, in which it was asked to wait for so long at most."""
+        if self._turned is not None:
+            took_s = wall_s - self._turned[0]
+            late_s = took_s - (cpu_s - self._turned[1]) - asked_s
+            if took_s <= LATE_S_MAX:
+                self.hear(late_s, wall_s)
+        self._turned = (wall_s, cpu_s)
+
+    def hear(self, late_s: float, wall_s: float) -> None:
+        """So late was a turn, of this process or of another that tells it."""
+        self._late_s, self._at_s = max(self.now_s(wall_s), late_s), wall_s
+
+    def now_s(self, wall_s: float) -> float:
+        """How late it has been lately (rule 3)."""
+        return self._late_s * math.pow(0.5, (wall_s - self._at_s) / HALF_LIFE_S)

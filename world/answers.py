@@ -1,0 +1,64 @@
+"""How far the robots are behind the world's clock, and whom the clock waits for. Pure.
+
+All time-outs of robots are in simulated time, which is their only clock. So a clock that waits for a late
+robot keeps the time-outs of all robots, its own and those of the robots that would hold it for dead.
+
+Rule 1: the clock waits while a robot has not answered odometry that is older than `SLACK_S`.
+Rule 2: it waits for a robot that shows a token for `PATIENCE_S` after its last answer.
+Rule 3: it waits for a robot without a token only as long as the lateness of the machine may explain that: a
+        token also vanishes when a process has no time to keep its link alive. On an idle machine that is no
+        time at all, so a process that has died is noticed as soon as ever.
+Rule 4: it waits for nobody whose messages or process a fault holds up: that is meant.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from protocol.network.lateness import Lateness
+
+SLACK_S = 0.3  # simulated: less than the 0.35 s after which a robot without a token is lost (agents/liveness)
+PATIENCE_S = 10.0  # wall: five times the longest silence that was measured of a process on a busy machine
+LATE_TIMES = 10.0  # a link needs a turn every 0.25 s, and breaks after 1 s: a few late ones break it
+
+
+@dataclass(slots=True)
+class Answers:
+    """The newest odometry that was sent to each robot and the newest that it has answered."""
+
+    lateness: Lateness = field(default_factory=Lateness)
+    """The greatest of any process, the world's own included."""
+    _told_s: dict[int, float] = field(default_factory=dict)
+    _answered_s: dict[int, float] = field(default_factory=dict)
+    _answered_wall_s: dict[int, float] = field(default_factory=dict)
+
+    def begin(self, robots: Iterable[int], *, wall_s: float) -> None:
+        """The clock starts: robots owe answers from now on."""
+        self._answered_wall_s = dict.fromkeys(robots, wall_s)
+
+    def tell(self, robot: int, now_s: float) -> None:
+        """Odometry of this time is sent to a robot."""
+        self._told_s[robot] = now_s
+
+    def answer(self, robot: int, basis_s: float, *, late_s: float, wall_s: float) -> None:
+        """A robot has answered odometry of this time, and says how late it runs."""
+        self.lateness.hear(late_s, wall_s)
+        if basis_s > self._answered_s.get(robot, -1.0):
+            self._answered_s[robot] = basis_s
+            self._answered_wall_s[robot] = wall_s
+
+    def behind(self, *, slack_s: float = 0.0) -> set[int]:
+        """The robots that have not answered odometry that is older than this."""
+        return {
+            robot
+            for robot, told_s in self._told_s.items()
+            if told_s - self._answered_s.get(robot, -1.0) > slack_s
+        }
+
+    def excused_s(self, *, wall_s: float) -> float:
+        """For how long a process may be silent without a token because the machine is late [wall s]."""
+        return min(PATIENCE_S, LATE_TIMES * self.lateness.now_s(wall_s))
+
+    def waits_for(self, robot: int, *, shows_token: bool, wall_s: float) -> bool:
+        """Whether the clock still waits for the answer of a robot that is behind."""
+        patience_s = PATIENCE_S if shows_token else self.excused_s(wall_s=wall_s)
+        return wall_s - self._answered_wall_s[robot] < patience_s
