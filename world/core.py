@@ -13,13 +13,10 @@ Rule 2: `running` ends on the first of these:
         - a request to end.
         Then follow `over`, `closing`, and the judgement.
 Rule 3: without a router no robot can be heard, and no robot is declared dead for that silence.
-Rule 4: a change of the fence is told to all robots at once. A resumed world raises the fence before it obeys
-        or tells anything.
-Rule 5: the world acts on entries when they are written, and judges them when they are read from the timeline.
-        Once the run is over, the shell reads all that is written before each look.
-Rule 6: in lock-step the world waits for the answer of every living robot to its last odometry. Otherwise it
-        waits for robots that are further behind than `world.answers` allows: time slows down, and no robot is
-        lost because the machine is slow.
+Rule 4: a change of the fence is told to all robots at once. A resumed world raises the fence before all else.
+Rule 5: entries are judged when they are read from the timeline; once the run is over, before each look.
+Rule 6: in lock-step the world waits for every living robot's answer to its last odometry; else for robots
+        further behind than `world.answers` allows, so that none is lost because the machine is slow.
 """
 
 import math

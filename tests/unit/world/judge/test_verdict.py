@@ -259,7 +259,7 @@ def test_a_verdict_that_cannot_be_made_is_a_failed_one(monkeypatch: pytest.Monke
     def fail(*_: object) -> None:
         raise ZeroDivisionError("of distances")
 
-    monkeypatch.setattr("world.judge.verdict.measure", fail)
+    monkeypatch.setattr("world.judge.verdict.table_rms_m", fail)
     passed = verdict(ALL_WELL)
     assert (passed.ok, passed.exit_code, passed.robots_arrived) == (False, 1, 2)
     assert passed.reason.startswith("the judge failed: ZeroDivisionError: of distances (test_verdict.py:")
