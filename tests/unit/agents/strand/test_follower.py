@@ -4,7 +4,7 @@ import math
 
 import pytest
 import shapely
-from hypothesis import assume, example, given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
@@ -12,7 +12,6 @@ from agents.strand.follower import DRIVE_M_MIN, RECHECK_S, Follower
 from protocol.frames import Point, Pose
 from protocol.mission import Law, Mission
 from protocol.path import THERE_M, Path
-from protocol.sweep import TOUCHING_M
 from protocol.timeline import SegmentChecked
 from tests.support.stages.one_step import look_around, under
 from tests.support.strategies.path_strategies import paths
@@ -250,10 +249,10 @@ def test_if_robots_are_left_out_the_whole_promise_must_be_seen_beside_driven_gro
 
 
 @given(off=st.floats(0.0, 4.0))
-@example(off=1.78125)  # a hull whose nearest part is between two rays
 def test_a_body_beside_granted_ground_is_passed_at_the_separation_whoever_it_is_taken_for(off: float) -> None:
     """F6 (b): in a hairpin, the least distance from ground that was granted to the robot behind."""
-    mission = replace(MISSION, separation_m=0.15)
+    mission = replace(MISSION, separation_m=0.15, directions=7200)
+    unseen_m = 0.0002  # a metre away, of the side of a hull that so many rays just graze
     keep_m = mission.robot_keep_m
     corners = [(0.0, 0.0), (2.0, 0.0), (2.0, keep_m), (0.0, keep_m)]
     path = Path(Point(x_m=x_m, y_m=y_m) for x_m, y_m in corners)
@@ -269,10 +268,4 @@ def test_a_body_beside_granted_ground_is_passed_at_the_separation_whoever_it_is_
     assert isinstance(checked, SegmentChecked)
     gap_m = keep_m - off_m - 2.0 * RADIUS_M
     quarter_m = 0.25 * mission.mu0_m  # of the tolerance is the drive's
-    # Rays graze the hull where it is nearest; between two hits on it there may be a nearer part.
-    above_m = keep_m - off_m - RADIUS_M
-    range_m = math.hypot(1.0, above_m)
-    spacing_m = 2.0 * math.pi / mission.directions * range_m * range_m / above_m
-    between_m = RADIUS_M - math.sqrt(RADIUS_M**2 - (spacing_m / 2.0) ** 2)
-    least_m = mission.separation_m - mission.mu0_m + quarter_m - between_m
-    assert not checked.clear or gap_m >= least_m - TOUCHING_M
+    assert not checked.clear or gap_m >= mission.separation_m - mission.mu0_m + quarter_m - unseen_m
