@@ -118,8 +118,8 @@ MUTANTS = (
     _mutant(
         "old-places",
         "F4: a place in the formation is read after the last turn of its robot",
-        "agents/coordinating/coordinator.py",
-        " if self._reports[robot].turn <= self._turns.put_for(robot) > 0}\n",
+        "agents/coordinating/reported.py",
+        " if self.counted[robot].turn <= turns.put_for(robot) > 0}\n",
         " if False}\n",
     ),
     Mutant(

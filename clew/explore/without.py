@@ -109,9 +109,10 @@ RULES = {
             _in("turns", deliveries=1),
             (
                 "agents/coordinating/coordinator.py",
-                "        self._reports[robot] = report\n",
+                "        self._reported.count(robot, report)\n",
                 "        kept = {} if known is None else {'place': known.place}\n"
-                "        self._reports[robot] = __import__('msgspec').structs.replace(report, **kept)\n",
+                "        report = __import__('msgspec').structs.replace(report, **kept)\n"
+                "        self._reported.count(robot, report)\n",
             ),
         ),
         _without(
