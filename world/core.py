@@ -54,7 +54,7 @@ from world.events import (
 )
 from world.judge.ending import Ending
 from world.judge.evidence import Evidence
-from world.judge.judgement import Judgement, judge_evidence
+from world.judge.judgement import Breach, Judgement, judge_evidence
 from world.judge.tally import Tally
 from world.record.resume import Past
 from world.routing import Routing
@@ -83,6 +83,7 @@ class World:
         self.tally = Tally()
         self.attendance = Attendance(frozenset(robots))
         self.phase = Phase.RUNNING
+        self._time_s_max = scenario.time.time_s_max
         self.ending: Ending | None = None
         self.over_s = 0.0
         """Simulated time at the end of `running`."""
@@ -169,6 +170,14 @@ class World:
         """Continue after an absence; forget the tokens, since robots may have died meanwhile."""
         self.attendance.forget_tokens(wall_s=wall_s)
         self._returned_wall_s = wall_s
+
+    def breaches(self) -> tuple[Breach, ...]:
+        """What has been broken so far, by all that is known; takes some milliseconds."""
+        return judge_evidence(self.scenario, self._evidence).breaches
+
+    def limit(self, time_s_max: float) -> None:
+        """Use this time limit from now on, instead of the scenario's."""
+        self._time_s_max = time_s_max
 
     def handle(self, event: Event, *, wall_s: float) -> list[Command]:
         """Process an event."""
@@ -336,7 +345,7 @@ class World:
             last_s = max(tally.disturbed_s, tally.arrived_s, self.arena.moved_s)
             if self.now_s - last_s >= HEAL_S_MAX:
                 return Ending.STUCK
-        return Ending.TIMED_OUT if self.now_s >= self.scenario.time.time_s_max else None
+        return Ending.TIMED_OUT if self.now_s >= self._time_s_max else None
 
     def _start(self) -> list[Command]:
         """All robots have come: place the bodies and start the clock."""

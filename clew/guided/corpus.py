@@ -1,16 +1,19 @@
-"""The cells that a campaign has reached, how often, and which held run to go on from. Pure.
+"""The cells that a campaign has reached, how often, and how many futures an instant is worth. Pure.
 
-Rule 1: a held run is worth the rarity of its rarest cell, halved by each future that it has had: rare cells
-        first, and none is played for ever.
-Rule 2: the numbers of its cells, which are as good as drawn, make its worth differ by up to two times. Where
-        everything is new, the first seconds of an episode would otherwise have all futures.
+Rule 1: an instant is worth as much as its rarest cell is rare: two futures where that is new, one while few
+        runs have reached it, and after that one with a probability that falls with their number.
 """
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable, Mapping
 
 from clew.guided.cells import Cell
+from clew.swarm.draws import Draws
+
+NEW = 2  # futures of an instant at which a cell is new
+FEW = 4  # runs that have reached a cell, up to which each instant has a future
+
+ALWAYS = 0.25  # the least probability: each world is new, also where no cell is
 
 
 class Corpus:
@@ -34,41 +37,11 @@ class Corpus:
         """Count the cells of a whole search."""
         self.visits.update(visits)
 
-
-LUCK = 997  # a prime: sums of cells are spread evenly over it
-
-
-@dataclass(slots=True)
-class Held:
-    """A run that is held at an instant, to be gone on from."""
-
-    slot: int
-    from_s: float
-    cells: frozenset[Cell]
-    """The cells for which it was held."""
-    depth: int
-    played: int = 0
-
-    def worth(self, corpus: Corpus) -> float:
-        """Rules 1 and 2; the same for the same run in every search."""
-        rarest = min(corpus.visits[cell] for cell in self.cells)
-        luck = sum(self.cells) % LUCK / LUCK
-        return 0.5**self.played / max(1, rarest) * (1.0 + luck)
-
-
-@dataclass(slots=True)
-class Choice:
-    """The held runs of one search, and which is next."""
-
-    corpus: Corpus
-    futures_max: int
-    held: list[Held] = field(default_factory=list)
-
-    def best(self) -> Held | None:
-        """The run to go on from; None if each has had its futures."""
-        left = [each for each in self.held if each.played < self.futures_max]
-        return max(left, key=lambda each: each.worth(self.corpus), default=None)
-
-    def worst(self) -> Held | None:
-        """The run to give up first."""
-        return min(self.held, key=lambda each: each.worth(self.corpus), default=None)
+    def worth(self, cells: Collection[Cell], draws: Draws) -> int:
+        """Rule 1: how many futures to play from an instant at which these cells were reached."""
+        rarest = min((self.visits[cell] for cell in cells), default=None)
+        if rarest is None:
+            return 0
+        if rarest == 0:
+            return NEW
+        return int(rarest <= FEW or draws.chance(max(FEW / rarest, ALWAYS)))
