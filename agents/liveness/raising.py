@@ -1,8 +1,8 @@
 """How a robot proposes a view: it waits for a drawn time, and puts its raise until odometry tells it.
 
-Rule 1: the time is drawn from the robot's life and the generation, doubled with each epoch in a row that has
-        not come to ALL (common knowledge from the fence), so that two robots do not raise in turn for ever.
-        What all robots may want at once is drawn from a longer time in a larger fleet: one is the first.
+Rule 1: after an epoch that has not come to ALL (common knowledge from the fence) the time is drawn from the
+        robot's life and the generation, doubled with each such epoch in a row, so that two robots do not
+        raise in turn for ever. What all may want at once is drawn from a longer time in a larger fleet.
 Rule 2: nobody raises over a stop.
 Rule 3: over ALL a robot that is left out raises as an outsider: the register takes it when enough ask.
 """
@@ -84,7 +84,6 @@ class Raising:
         drawn = blake2b(f"{self.life}/{generation}".encode(), digest_size=4).digest()
         share = int.from_bytes(drawn) / 2**32
         doubled = min(self.in_vain(generation), self.timing.doublings_max)
-        once_s = (
-            self.timing.shared_draws_s * share if reason.is_shared else self.timing.draws_s * (1.0 + share)
-        )
-        return once_s * 2.0**doubled
+        if reason.is_shared:
+            return self.timing.shared_draws_s * share * 2.0**doubled
+        return self.timing.draws_s * (1.0 + share) * 2.0 ** (doubled - 1) if doubled else 0.0

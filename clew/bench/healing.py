@@ -4,7 +4,8 @@ Rule 1: times are differences of `hlc`, the wall clock of one machine. Simulated
         when the world is late.
 Rule 2: the cause is the entry that the world records just before the fault. Detection is the first
         `link.broken` that names the leader. Succession is the time from detection to `leader.succeeded`. The
-        strand drives again when the next leader's body has accepted the first order in its strand.
+        strand drives again when the body that leads has accepted the first order in its strand: the next
+        leader's, or, where the strand turns round first, the body's at its other end.
 Rule 3: each run has the fault at another moment, so that no single phase of a period is measured.
 """
 
@@ -24,6 +25,7 @@ from protocol.timeline import (
     LeaderSucceeded,
     LinkBroken,
     OrderAccepted,
+    StrandFormed,
     StrandHealed,
 )
 
@@ -63,7 +65,7 @@ class Healing(Struct, frozen=True, kw_only=True):
     detection_s: float | None = None
     succession_s: float | None = None
     ordered_s: float | None = None
-    """From the cause until the next leader's first order."""
+    """From the cause until the first order of a leader in the strand without the lost one."""
     healed_s: float | None = None
     """From the cause until the next leader said that the strand drives again."""
 
@@ -113,14 +115,16 @@ def healing_in(lines: Iterable[tuple[str, Entry]]) -> Healing | None:
     succeeded_s: float | None = None
     ordered_s: float | None = None
     healed_s: float | None = None
-    leads: tuple[int | None, int] | None = None
-    for source, entry in entries:
+    leads: tuple[int, int] | None = None
+    for _, entry in entries:
         at_s = wall_s(entry) - cause_s
         match entry.record:
             case LinkBroken(neighbour=neighbour) if neighbour == robot and broken_s is None and at_s > 0.0:
                 broken_s = at_s
-            case LeaderSucceeded(before=before, epoch=epoch) if before == robot and succeeded_s is None:
-                succeeded_s, leads = at_s, (robot_number(source), epoch)
+            case LeaderSucceeded(before=before) if before == robot and succeeded_s is None:
+                succeeded_s = at_s
+            case StrandFormed(epoch=epoch, order=(leader, *_)) if broken_s is not None:
+                leads = leader, epoch
             case OrderAccepted(target=target, epoch=epoch, robot=body) if ordered_s is None:
                 ordered_s = at_s if target is not None and (body, epoch) == leads else None
             case StrandHealed() if succeeded_s is not None and healed_s is None:

@@ -50,6 +50,10 @@ class Desk:
             refused=traffic.refused,
         )
 
+    def end(self) -> None:
+        """Close it: it hears and sends nothing more."""
+        self.ended = True
+
 
 @dataclass(slots=True)
 class Actor:
@@ -92,6 +96,36 @@ class Actor:
             unrecorded=0,
         )
 
+    def end(self) -> None:
+        """End the process."""
+        self.ended = True
+
+    def freeze(self) -> None:
+        """Stop it: what arrives waits."""
+        self.frozen = True
+
+    def thaw(self) -> None:
+        """Let it go on."""
+        self.frozen = False
+
+    def slow_down(self, delay_s: float) -> None:
+        """From now on it takes this long to handle each batch."""
+        self.delay_s = delay_s
+
+    def begin_batch(self, now_s: float) -> None:
+        """Begin to handle what has arrived."""
+        if self.delay_s > 0.0:
+            self.busy_until_s = now_s + self.delay_s
+
+    def leave_unfinished(self, commands: Sequence[Command]) -> None:
+        """Keep the commands that a fault has left."""
+        self.unfinished = commands
+
+    def take_unfinished(self) -> Sequence[Command]:
+        """Remove and return the commands that a fault had left."""
+        commands, self.unfinished = self.unfinished, ()
+        return commands
+
     def meet(self, message: Message) -> None:
         """Note the time of a message that has arrived, before the fault plan decides on it."""
         if isinstance(message, Odometry):
@@ -113,7 +147,7 @@ class Actor:
     def wait(self, item: Waiting) -> None:
         """Keep the item until the actor attends. A full inbox drops its oldest items and counts them."""
         self.inbox.append(item, _size_bytes(item))
-        self.traffic.overflowed_count = self.inbox.dropped_count
+        self.traffic.note_overflow(self.inbox.dropped_count)
 
     def take_waiting(self) -> list[Waiting]:
         """Remove and return all waiting items, in order."""

@@ -28,6 +28,10 @@ class Exchange:
         self.message_faults = MessageFaults(plan, seed)
         self.network: Network[tuple[Actor | Desk, Arrival]] = Network()
 
+    def use(self, faults: MessageFaults) -> None:
+        """Use these effects from now on; messages in transit are not affected."""
+        self.message_faults = faults
+
     def open(self, mail: Mail, receiver: Actor | Desk, *, now_s: float, step: int) -> Opened:
         """Let the fault plan decide on the mail, and count it at the receiver."""
         effect = self.message_faults.of(

@@ -54,7 +54,7 @@ class Processes:
     def end(self, robot: int) -> None:
         """End a robot's process; its body stays."""
         actor = self.actors.pop(robot)
-        actor.ended = True
+        actor.end()
         actor.journal.close()
         self.tokens.end(robot)
 
@@ -87,10 +87,10 @@ class Processes:
     def _inject_world(self, action: ProcessAction, now_s: float) -> None:
         match action:
             case ProcessAction.KILL:
-                self.desk.ended = True
+                self.desk.end()
                 self.tokens.end(WORLD_NUMBER)
             case ProcessAction.FREEZE:
-                self.desk.ended = True
+                self.desk.end()
                 self.tokens.freeze(WORLD_NUMBER, now_s)
             case ProcessAction.START:
                 self.desk = Desk(WORLD, self.desk.traffic)
@@ -107,13 +107,13 @@ class Processes:
             case ProcessAction.KILL:
                 self.end(actor.robot)
             case ProcessAction.FREEZE:
-                actor.frozen = True
+                actor.freeze()
                 self.tokens.freeze(actor.robot, now_s)
             case ProcessAction.THAW:
-                actor.frozen = False
+                actor.thaw()
                 self.tokens.thaw(actor.robot)
             case ProcessAction.SLOW:
-                actor.delay_s = fault.delay_s
+                actor.slow_down(fault.delay_s)
             case ProcessAction.START:
                 pass  # it is alive already
 

@@ -120,12 +120,12 @@ class Rehearsal:
 
     def inject(self, plan: Plan) -> None:
         """Use this plan for messages from now on; messages in transit are not affected."""
-        self._exchange.message_faults = MessageFaults(plan, self._seed)
+        self._exchange.use(MessageFaults(plan, self._seed))
 
     def turn_to(self, plan: Plan) -> None:
         """Use this plan from now on, for all faults. What the old plan has begun goes on."""
         self.plan = plan
-        self._exchange.message_faults = self._exchange.message_faults.turned_to(plan)
+        self._exchange.use(self._exchange.message_faults.turned_to(plan))
         self._process_faults.turn_to(plan)
 
     def kill(self, robot: int) -> None:
@@ -255,8 +255,7 @@ class Rehearsal:
 
     def _wake(self, actor: Actor) -> None:
         """Let it go on: first its unfinished commands, then all waiting items at once."""
-        unfinished, actor.unfinished = actor.unfinished, ()
-        for command in unfinished:
+        for command in actor.take_unfinished():
             self._execute_robot(actor, command)
         items: list[Arrival | RobotEvent | Given] = []
         for item in actor.take_waiting():
@@ -272,8 +271,7 @@ class Rehearsal:
 
     def _handle_batch(self, actor: Actor, items: Sequence[Arrival | RobotEvent | Given]) -> None:
         """Handle items that arrived together, in order. Only the newest odometry counts; it sets the time."""
-        if actor.delay_s > 0.0:
-            actor.busy_until_s = self.world.now_s + actor.delay_s
+        actor.begin_batch(self.world.now_s)
         before, all_given = actor.phase, [given for item in items if (given := self._read(actor, item))]
         for given in all_given:
             if isinstance(given.event, OdometryHeard):
@@ -341,7 +339,7 @@ class Rehearsal:
         """Whether a fault at these points ends or freezes it. A frozen robot keeps the rest for later."""
         for fault in self._process_faults.at_points(actor.name, points, self.world.now_s):
             self._inject(fault)
-        actor.unfinished = rest if actor.frozen else ()
+        actor.leave_unfinished(rest if actor.frozen else ())
         return actor.ended or actor.frozen
 
     def _close(self, actor: Actor, before: Phase) -> None:

@@ -8,8 +8,9 @@ Rule 3: a rule affects the recorder's messages only if it names their kind. Mess
 """
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from msgspec import Struct
 
@@ -91,12 +92,14 @@ class _Case:
 class MessageFaults:
     """The effects of a plan on all messages of a run, or on those that one process receives."""
 
-    def __init__(self, plan: Plan, seed: int) -> None:
+    def __init__(
+        self, plan: Plan, seed: int, *, counted: Mapping[tuple[str, str, str], int] = MappingProxyType({})
+    ) -> None:
         self._rules = tuple(rule for rule in plan.rules if isinstance(rule, MessageRule))
         self._cuts = tuple(rule for rule in self._rules if isinstance(rule, Partition) and _is_whole(rule))
         self._seed = seed
         self._cases: dict[tuple[str, str, str], tuple[_Case, ...]] = {}
-        self._unnumbered: Counter[tuple[str, str, str]] = Counter()
+        self._unnumbered = Counter(counted)
 
     @property
     def may_cut(self) -> bool:
@@ -105,9 +108,7 @@ class MessageFaults:
 
     def turned_to(self, plan: Plan) -> "MessageFaults":
         """The effects of another plan from now on, in the same run."""
-        turned = MessageFaults(plan, self._seed)
-        turned._unnumbered = self._unnumbered.copy()
-        return turned
+        return MessageFaults(plan, self._seed, counted=self._unnumbered)
 
     def of(self, key: str, kind: str, number: int, receiver: str, *, now_s: float, step: int) -> Effect:
         """The effect on a message.

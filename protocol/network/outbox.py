@@ -30,6 +30,10 @@ class _Kept:
     size_bytes: int
     sent_s: float | None = None
 
+    def send(self, now_s: float) -> None:
+        """Mark it as sent."""
+        self.sent_s = now_s
+
 
 class Outbox:
     """Numbers entries and selects the next ones to send."""
@@ -80,7 +84,7 @@ class Outbox:
             room_bytes -= kept.size_bytes
             if room_bytes < 0 or len(entries) == BATCH_ENTRIES_MAX:
                 break
-            kept.sent_s = now_s
+            kept.send(now_s)
             entries.append(kept.entry)
         return LogBatch(incarnation=self._incarnation, entries=tuple(entries)) if entries else None
 

@@ -26,6 +26,10 @@ class Traffic:
         self.sent[key] += 1
         return self.sent[key]
 
+    def note_overflow(self, count: int) -> None:
+        """Note how many messages the full inbox has dropped in all."""
+        self.overflowed_count = count
+
     def receive(self, key: str, number: int) -> None:
         """Count one received message."""
         self.received[key] += 1

@@ -68,7 +68,7 @@ class ZenohTransport:
     @property
     def traffic(self) -> Traffic:
         """Messages sent and received so far, by key."""
-        self._traffic.overflowed_count = self._inbox.dropped_count
+        self._traffic.note_overflow(self._inbox.dropped_count)
         return self._traffic
 
     @property

@@ -24,6 +24,8 @@ from protocol.timeline import (
     ScanServed,
     StepFinished,
     StepPlanned,
+    StrandFormed,
+    StrandHealed,
 )
 from tests.support.pages.browser import Sight, sight
 from tests.support.pages.canvas import Mark, drawn, layer, record
@@ -36,7 +38,8 @@ from world.scenario.scenario import Scenario
 NUMBER_PX = 13.0  # a narrower band has no room for its number
 BUSY = str(Path(__file__).with_name("busy.faults.toml"))
 KILLED = FaultInjected(fault="kill", rule="kill-4", process="r1")  # in the first step
-DRIVEN_S, HEALED_S = 1.83, 24.01  # five robots on their way; later three, after leader and tail died
+UNDER_WAY_S = 0.71  # after a step is planned followers are on their way, too
+STEP = 4  # of those planned after the strand formed or healed: the followers have followed by then
 Kind = TypeVar("Kind", bound=Record)
 
 OFF_M = 0.002  # the page has positions in whole millimetres, as sums of differences
@@ -51,6 +54,15 @@ def run(runs: Runs, tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def read(run: Path) -> Timeline:
     return timeline.read(run)
+
+
+@pytest.fixture(params=[StrandFormed, StrandHealed], ids=["five-robots", "three-after-two-died"])
+def t_s(request: pytest.FixtureRequest, read: Timeline) -> float:
+    """A moment at which the strand is under way."""
+    entries = [entry for _, entry in read.lines]
+    since_s = next(entry.t_s for entry in entries if isinstance(entry.record, request.param))
+    planned_s = [e.t_s for e in entries if isinstance(e.record, StepPlanned) and e.t_s >= since_s]
+    return planned_s[STEP - 1] + UNDER_WAY_S
 
 
 @pytest.fixture(scope="module")
@@ -132,7 +144,6 @@ def circles(marks: list[Mark]) -> list[tuple[float, ...]]:
     return sorted(arc for mark in marks for arc in mark.arcs)
 
 
-@pytest.mark.parametrize("t_s", [DRIVEN_S, HEALED_S])
 def test_robots_and_their_halos_are_at_the_poses_of_the_log(
     shown: Sight, read: Timeline, scenario: Scenario, t_s: float
 ) -> None:
@@ -149,7 +160,6 @@ def test_robots_and_their_halos_are_at_the_poses_of_the_log(
         )
 
 
-@pytest.mark.parametrize("t_s", [DRIVEN_S, HEALED_S])
 def test_the_leaders_scan_is_drawn_to_the_ends_of_its_rays(
     shown: Sight, read: Timeline, batch: dict[str, Any], t_s: float
 ) -> None:
@@ -164,7 +174,6 @@ def test_the_leaders_scan_is_drawn_to_the_ends_of_its_rays(
     assert ground.points == edge.points == [near(end) for end in ends]
 
 
-@pytest.mark.parametrize("t_s", [DRIVEN_S, HEALED_S])
 def test_the_certified_ground_has_the_width_of_hull_and_epsilon_and_the_steps_length(
     shown: Sight, read: Timeline, scenario: Scenario, batch: dict[str, Any], t_s: float
 ) -> None:
@@ -177,7 +186,6 @@ def test_the_certified_ground_has_the_width_of_hull_and_epsilon_and_the_steps_le
     assert circles([edge]) == [pytest.approx(each, abs=OFF_M) for each in expected]
 
 
-@pytest.mark.parametrize("t_s", [DRIVEN_S, HEALED_S])
 def test_the_path_goes_from_its_first_corner_to_its_leaders_target(
     shown: Sight, read: Timeline, batch: dict[str, Any], t_s: float
 ) -> None:
@@ -188,7 +196,6 @@ def test_the_path_goes_from_its_first_corner_to_its_leaders_target(
     assert line.points[-1] == near(pair(step.target))
 
 
-@pytest.mark.parametrize("t_s", [DRIVEN_S, HEALED_S])
 def test_a_trail_goes_through_all_past_places_of_its_robot_and_no_further(
     shown: Sight, read: Timeline, t_s: float
 ) -> None:
@@ -205,7 +212,6 @@ def test_a_trail_goes_through_all_past_places_of_its_robot_and_no_further(
         assert max(off_m) < OFF_M
 
 
-@pytest.mark.parametrize("t_s", [DRIVEN_S, HEALED_S])
 def test_authority_ends_at_the_arc_length_that_the_robot_ahead_has_granted(
     shown: Sight, read: Timeline, batch: dict[str, Any], t_s: float
 ) -> None:

@@ -19,6 +19,8 @@ MAY_IMPORT = {
     "clew": set(PACKAGES),
 }
 
+OWNERS = ("agents/", "protocol/", "world/", "clew/rehearsal/")
+
 ONLY_IN = {
     "zenoh": {"protocol/network/zenoh_transport.py", "protocol/network/router.py"},
     # The shells, and the two network ends that an event loop waits for. All other code gets the time as an
@@ -92,6 +94,7 @@ def complaints(root: Path, path: Path) -> Iterator[str]:
             length = node.end_lineno - node.lineno + 1
             if length > FUNCTION_LINES_MAX:
                 yield f"{name}: {node.name} has {length} lines, more than {FUNCTION_LINES_MAX}"
+    yield from ownership_complaints(name, tree)
     yield from ignore_complaints(name, text)
 
 
@@ -102,6 +105,26 @@ def import_complaints(name: str, tree: ast.AST) -> Iterator[str]:
             yield f"{name}: imports {module}, which is not below it"
         if module in ONLY_IN and name not in ONLY_IN[module]:
             yield f"{name}: imports {module}, which only {sorted(ONLY_IN[module])} may"
+
+
+def ownership_complaints(name: str, tree: ast.AST) -> Iterator[str]:
+    """Writes to attributes of anything but `self`: cores, shells and the rehearsal ask the owner instead."""
+    if not name.startswith(OWNERS):
+        return
+    for place in written(tree):
+        target = place
+        while isinstance(target, ast.Subscript):
+            target = target.value
+        if isinstance(target, ast.Attribute) and ast.unparse(target.value) != "self":
+            yield f"{name}:{target.lineno}: writes another object's attribute, {ast.unparse(target)}"
+
+
+def written(tree: ast.AST) -> Iterator[ast.expr]:
+    """What is assigned to or deleted, anywhere in the file."""
+    for node in ast.walk(tree):
+        context = getattr(node, "ctx", None)
+        if isinstance(node, ast.expr) and isinstance(context, ast.Store | ast.Del):
+            yield node
 
 
 def imported(tree: ast.AST) -> Iterator[str]:
@@ -148,6 +171,11 @@ def test_test_files_are_small_and_explain_their_ignores() -> None:
         ("clew/a.py", "import random", "imports random"),
         ("clew/a.py", "x = 1\n" * 401, "has 402 lines"),
         ("clew/a.py", "def f():\n" + "    x = 1\n" * 70, "f has 71 lines"),
+        ("agents/a.py", "def f(self, it):\n    it.x = 1", "another object's attribute, it.x"),
+        ("world/a.py", "def f(self):\n    self._a.x += 1", "another object's attribute, self._a.x"),
+        ("world/a.py", "def f(self, it):\n    it.rows[1] = 2", "another object's attribute, it.rows"),
+        ("protocol/a.py", "def f(it):\n    a, it.x = 1, 2", "another object's attribute, it.x"),
+        ("clew/rehearsal/a.py", "def f(it):\n    del it.x", "another object's attribute, it.x"),
         ("clew/a.py", "x = 1  # no" + "qa: E501", "without saying why"),
         ("clew/a.py", "x = 1  # type" + ": ignore[misc]", "without saying why"),
     ],

@@ -33,10 +33,10 @@ def waits_s(raising: Raising, told: Fence, reason: Reason = OWN) -> float:
 
 
 @given(lives, st.integers(0, 1000))
-def test_the_drawn_time_is_between_its_limits(life: int, generation: int) -> None:
+def test_after_a_view_in_vain_the_drawn_time_is_between_its_limits(life: int, generation: int) -> None:
     raising = Raising(2, life, TIMING)
     raising.enter(fence(generation, May.ALL))
-    waited_s = waits_s(raising, fence(generation))
+    waited_s = waits_s(raising, fence(generation + 1))
     assert TIMING.draws_s <= waited_s <= 2.0 * TIMING.draws_s + 0.001
 
 
@@ -47,13 +47,22 @@ def test_for_what_all_may_want_it_is_drawn_from_a_longer_time(life: int, generat
     assert waits_s(raising, fence(generation), SHARED) <= TIMING.shared_draws_s + 0.001
 
 
+@given(lives, st.integers(0, 1000))
+def test_over_a_strand_that_drives_a_robot_raises_at_once_for_what_few_may_want(
+    life: int, generation: int
+) -> None:
+    raising = Raising(2, life, TIMING)
+    assert waits_s(raising, fence(generation, May.ALL)) == 0.0
+
+
 def test_drawn_times_differ_by_life_and_by_generation() -> None:
     for reason in (OWN, SHARED):
-        drawn = {
-            (life, generation): Raising(2, life, TIMING)._draw_s(reason, generation)
-            for life in range(1, 6)
-            for generation in range(5)
-        }
+        drawn: dict[tuple[int, int], float] = {}
+        for life in range(1, 6):
+            for generation in range(5):
+                raising = Raising(2, life, TIMING)
+                raising.enter(fence(generation, May.ALL))
+                drawn[life, generation] = raising._draw_s(reason, generation + 1)
         assert len(set(drawn.values())) == len(drawn)
 
 
@@ -63,8 +72,8 @@ def test_the_drawn_time_doubles_with_each_view_in_vain_up_to_a_limit() -> None:
         raising, told = Raising(2, 77, TIMING), fence(10)
         raising.enter(fence(10 - in_vain, May.ALL))
         shares.append(raising._draw_s(OWN, told.epoch.generation))
-    once_s = shares[0]
-    assert shares == [once_s * 2.0 ** min(vain, TIMING.doublings_max) for vain in range(6)]
+    once_s = shares[1]
+    assert shares == [0.0, *(once_s * 2.0 ** (min(vain, TIMING.doublings_max) - 1) for vain in range(1, 6))]
 
 
 def test_nobody_raises_over_a_stop() -> None:

@@ -14,7 +14,7 @@ from protocol.faults.fit import check_fits
 from protocol.frames import Point
 from protocol.timeline import Entry, FaultInjected, LeaderSucceeded, LinkBroken, Record, StrandHealed
 from tests.support.campaigns import clew
-from tests.support.strands import ordered
+from tests.support.strands import formed, ordered
 from world.record.lines import Line
 
 KILLED = FaultInjected(fault="kill", rule="kill-1", process="r1")
@@ -39,8 +39,10 @@ def test_times_are_of_the_wall_clock_and_do_not_depend_on_the_order_of_recording
         at(6.05, "world", ordered(2, epoch=2)),
         at(5.95, "world", ordered(2, epoch=1, target=Point(x_m=1.0, y_m=0.0))),
         at(5.9, "r2", SUCCEEDED),
+        at(5.7, "r3", formed(2, 2, 3)),
         at(5.5, "r2", BROKEN),
         at(5.0, "world", KILLED),
+        at(4.5, "r1", formed(1, 1, 2, 3)),
         at(4.0, "world", FaultInjected(fault="drop", rule="drop-1", key="link/r1/r2", number=3)),
     ]
     healing = healing_in(lines)
@@ -48,6 +50,22 @@ def test_times_are_of_the_wall_clock_and_do_not_depend_on_the_order_of_recording
     assert healing.cause_s == 3.0
     assert (healing.detection_s, healing.succession_s) == pytest.approx((0.5, 0.4))
     assert (healing.ordered_s, healing.healed_s) == pytest.approx((1.1, 3.0))
+
+
+def test_where_the_strand_turns_round_first_the_robot_at_its_other_end_gives_the_first_order() -> None:
+    lines = [
+        at(5.0, "world", KILLED),
+        at(5.5, "r2", BROKEN),
+        at(5.7, "r3", formed(2, 2, 3)),
+        at(5.9, "r2", SUCCEEDED),
+        at(6.3, "r3", formed(3, 3, 2)),
+        at(6.4, "world", ordered(2, epoch=3, step=2, target=Point(x_m=1.0, y_m=0.0))),
+        at(6.5, "world", ordered(3, epoch=3, step=2, target=Point(x_m=1.0, y_m=0.0))),
+        at(6.6, "r3", HEALED),
+    ]
+    healing = healing_in(lines)
+    assert healing is not None
+    assert healing.ordered_s == pytest.approx(1.5)
 
 
 def test_entries_of_another_robot_or_from_before_the_fault_do_not_count() -> None:
