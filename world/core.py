@@ -54,7 +54,7 @@ from world.events import (
 )
 from world.judge.ending import Ending
 from world.judge.evidence import Evidence
-from world.judge.judgement import Breach, Judgement, judge_evidence
+from world.judge.judgement import Judgement, judge_evidence
 from world.judge.tally import Tally
 from world.record.resume import Past
 from world.routing import Routing
@@ -170,10 +170,6 @@ class World:
         """Continue after an absence; forget the tokens, since robots may have died meanwhile."""
         self.attendance.forget_tokens(wall_s=wall_s)
         self._returned_wall_s = wall_s
-
-    def breaches(self) -> tuple[Breach, ...]:
-        """What has been broken so far, by all that is known; takes some milliseconds."""
-        return judge_evidence(self.scenario, self._evidence).breaches
 
     def limit(self, time_s_max: float) -> None:
         """Use this time limit from now on, instead of the scenario's."""

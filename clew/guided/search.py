@@ -5,7 +5,7 @@ Rule 1: at such an instant the process forks, the fork plays a future to its end
 Rule 2: which futures are played depends on the seed and on the cells known before, on nothing else. So a
         search is the same every time.
 Rule 3: a future that surprises is played again from the start, without forks; that outcome counts.
-Rule 4: the seed's own run is judged as it goes, and stopped once something is broken.
+Rule 4: a run is judged as it goes, and ended once something is broken.
 Rule 5: a search leaves no process, whatever happens: a future whose parent is no more ends soon.
 """
 
@@ -41,8 +41,8 @@ from clew.rehearsal.rehearsal import Rehearsal
 from clew.swarm.draws import Draws
 from clew.swarm.futures import Branch, Branches, branch_at, branched, said
 from protocol.exit_codes import ExitCode
-from protocol.timeline import RobotFailed
 from world.bodies.arena import ODOMETRY_TICKS
+from world.judge.judgement import judge
 
 
 class Limits(Struct, frozen=True, kw_only=True):
@@ -76,7 +76,7 @@ class Found(Struct, frozen=True, kw_only=True):
     """In how many of its runs each cell was reached."""
 
 
-JUDGES_FROM_S, JUDGES_AGAIN = 1.0, 1.5  # a judgement takes as long as a future's tenth: ten in an episode
+JUDGES_FROM_S, JUDGES_AGAIN = 0.2, 1.5  # about twelve judgements of an episode, of some milliseconds each
 PLAYED = msgspec.msgpack.Decoder(Played)
 
 
@@ -135,6 +135,10 @@ class _Run:
         try:
             with wall_clock_limit(self._episode.wall_s_max):
                 self._go_on()
+                if self._rehearsal.world.judgement is None and self.surprise is None:
+                    self._rehearsal.stop(ExitCode.TERMINATED)  # broken
+                    for _ in self._ticks:
+                        pass
             if self.surprise is not None:
                 return None
             return outcome_of(self._episode, self._stage, self._rehearsal, wall_s=0.0)
@@ -146,12 +150,13 @@ class _Run:
     def _go_on(self) -> None:
         """Play to the end, or until a future surprises."""
         for tick, now_s in self._ticks:
-            if tick % ODOMETRY_TICKS == 0:  # most of what cells tell changes with odometry only
-                self._pass(now_s)
+            if tick % ODOMETRY_TICKS:
+                continue  # most of what cells tell changes with odometry only
+            if now_s >= self._judge_at_s and self._is_broken(now_s):
+                return
+            self._pass(now_s)
             if self.surprise is not None:
                 return
-            if not self._branches and now_s >= self._judge_at_s:
-                self._judge(now_s)
 
     def _ends_well(self) -> bool:
         """Play a future to its end; whether nothing surprises that was not there before."""
@@ -161,19 +166,14 @@ class _Run:
         except (OutOfTimeError, Exception):
             return False
         judgement = self._rehearsal.world.judgement
-        if self.surprise is not None or judgement is None:
-            return self.surprise is not None
-        return not judgement.breaches and not any(
-            isinstance(entry.record, RobotFailed) for _, entry in self._rehearsal.entries
-        )
+        if self.surprise is not None:
+            return True  # of a future of this one
+        return judgement is not None and not judgement.breaches
 
-    def _judge(self, now_s: float) -> None:
+    def _is_broken(self, now_s: float) -> bool:
         """Rule 4."""
         self._judge_at_s = now_s * JUDGES_AGAIN
-        if self._rehearsal.world.breaches():
-            self._judge_at_s = math.inf
-            self._left = 0
-            self._rehearsal.stop(ExitCode.TERMINATED)
+        return bool(judge(self._stage.scenario, self._rehearsal.entries).breaches)
 
     def _pass(self, now_s: float) -> None:
         """Play futures from here, as many as the instant is worth."""
