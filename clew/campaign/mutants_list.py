@@ -23,10 +23,17 @@ class Mutant:
     """The rule that it breaks."""
     edits: tuple[Edit, ...]
     seeds_max: int = SEEDS_MAX
+    check: str = ""
+    """The test that catches it, where no seed of a swarm has: what it needs, no swarm draws."""
 
 
-def _mutant(name: str, rule: str, file: str, before: str, after: str) -> Mutant:
-    return Mutant(name, rule, (Edit(file, before, after),))
+def mutant_named(name: str) -> Mutant:
+    """The mutant of this name."""
+    return next(mutant for mutant in MUTANTS if mutant.name == name)
+
+
+def _mutant(name: str, rule: str, file: str, before: str, after: str, *, check: str = "") -> Mutant:
+    return Mutant(name, rule, (Edit(file, before, after),), check=check)
 
 
 MUTANTS = (
@@ -137,6 +144,7 @@ MUTANTS = (
         "world/bodies/fence.py",
         "or epoch.life == 0 or now.may is May.STOPPED:",
         "or epoch.life == 0:",
+        check="tests/unit/world/test_fences.py::test_the_operator_stops_the_fleet_and_releases_it",
     ),
     _mutant(
         "world-returns-as-it-was",
@@ -144,6 +152,8 @@ MUTANTS = (
         "world/bodies/arena.py",
         "        return self._change(self._register.restart(now_s=self.now_s))\n",
         "        return []\n",
+        check="tests/unit/world/test_fences.py::"
+        "test_a_world_that_was_started_again_in_a_rehearsal_raises_the_fence_and_tells_it",
     ),
     _mutant(
         "any-life-coordinates",
@@ -199,6 +209,8 @@ MUTANTS = (
         "agents/membership/assembly.py",
         "len(vertices) != self._pieces[0].vertices",
         "0 not in self._pieces",
+        check="tests/unit/agents/coordinating/test_formation.py::"
+        "test_pieces_in_any_order_lost_and_repeated_make_the_formation_when_all_are_there",
     ),
     _mutant(
         "odometry-goes-back",
@@ -213,6 +225,8 @@ MUTANTS = (
         "agents/strand/grants.py",
         "            return self.behind_start_m\n        return self._behind.state.progress_m\n",
         "            return self.granted_m\n        return self._behind.state.progress_m\n",
+        check="tests/unit/agents/strand/test_member.py::"
+        "test_a_leader_that_hears_nobody_stops_when_the_strand_is_stretched",
     ),
     _mutant(
         "legs-of-two-epochs",
@@ -246,6 +260,8 @@ MUTANTS = (
         "agents/strand/grants.py",
         "    return not mission.obstacles_move or now_s - link.heard_at_s <= fresh_s\n",
         "    return True\n",
+        check="tests/unit/agents/strand/test_member.py::"
+        "test_where_obstacles_move_a_silent_robot_is_not_taken_out_of_a_scan",
     ),
     _mutant(
         "epsilon-only",

@@ -1,8 +1,8 @@
 """Cells: what a fleet is in, coarse enough to recur. Pure.
 
 Rule 1: a cell names no robot, no time and no place, so that different episodes reach the same cells.
-Rule 2: all that is known of a robot's core comes by `Seen`, and of the fence by `Register`. When the states of
-        a robot change, only what fills these in changes (`look`).
+Rule 2: all that is known of a robot's core comes by `Seen`, and of the fence by `View`. When the states of a
+        robot change, only what fills these in changes (`look`).
 Rule 3: there is a cell for each robot within its fleet, and one for each pair of which one is on the move or
         has a turn. A cell for each pair or for the whole fleet would make almost every instant a new one.
 """
@@ -58,7 +58,9 @@ def cells(view: View, fleet: Sequence[Seen]) -> Iterator[Cell]:
         yield _cell((view, moving, troubled, each))
     for one, other in permutations(fleet, 2):
         if one.drives or one.named:
-            yield _cell((view.may, one.state, one.behind, one.trouble, other.state, other.behind, other.trouble))
+            yield _cell(
+                (view.may, one.state, one.behind, one.trouble, other.state, other.behind, other.trouble)
+            )
 
 
 @cache

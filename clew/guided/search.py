@@ -12,6 +12,7 @@ Rule 5: a search leaves no process, whatever happens: a future whose parent is n
 import math
 import os
 import resource
+import signal
 import time
 from collections import Counter
 
@@ -48,8 +49,8 @@ from world.judge.judgement import judge
 class Limits(Struct, frozen=True, kw_only=True):
     """How much a search may play."""
 
-    futures_max: int = 24
-    """Of a seed: about three times the time of its own episode."""
+    futures_max: int = 16
+    """Of a seed: about three times the CPU time of its own episode."""
     below_max: int = 4
     """Futures of one future."""
     depth_max: int = 4
@@ -90,9 +91,7 @@ def search(episode: Episode, known: Corpus, limits: Limits) -> Found:
         outcome = _again(replace(episode, branches=run.surprise))
     new = sum(cell not in known for cell in run.visits)
     spent = {"cpu_s": _spent_s() - before, "wall_s": time.monotonic() - started_wall_s}
-    return Found(
-        outcome=replace(outcome, futures=run.futures, cells=new, **spent), visits=dict(run.visits)
-    )
+    return Found(outcome=replace(outcome, futures=run.futures, cells=new, **spent), visits=dict(run.visits))
 
 
 def _again(future: Episode) -> Outcome:
@@ -199,7 +198,9 @@ class _Run:
     def _fork(self, branch: Branch) -> None:
         """Rule 1."""
         branches = (*self._branches, branch)
+        left_s, _ = signal.setitimer(signal.ITIMER_REAL, 0.0)  # a fork has a wall-clock limit of its own
         told = in_a_fork(lambda: self._play_future(branches))
+        signal.setitimer(signal.ITIMER_REAL, left_s)
         played = Played(said(branches), 1, {}) if told is None else PLAYED.decode(told)
         self._left -= played.futures
         self.futures += played.futures

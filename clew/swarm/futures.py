@@ -75,7 +75,8 @@ def read_branches(text: str) -> Branches:
     try:
         parts = [part.split(":") for part in text.split(",") if part]
         branches = tuple(
-            Branch(float(from_s), int(robot.removeprefix("r")), int(future)) for from_s, robot, future in parts
+            Branch(float(from_s), int(robot.removeprefix("r")), int(future))
+            for from_s, robot, future in parts
         )
     except ValueError:
         branches = ()
@@ -111,7 +112,9 @@ def branched(swarm: Swarm, branches: Branches) -> Swarm:
     else:
         classes = list(dict.fromkeys(draws.pick(_POOL) for _ in range(draws.whole(1, CLASSES_MAX))))
         drawn = [
-            rule for each in classes for rule in draw_rules(each, Draws(swarm.seed, f"{purpose}/{each}"), window)
+            rule
+            for each in classes
+            for rule in draw_rules(each, Draws(swarm.seed, f"{purpose}/{each}"), window)
         ]
     named = [later(rule, from_s, f"{branches[-1]}-{place}") for place, rule in enumerate(drawn, start=1)]
     ends_s = round(from_s + HORIZON_S, DECIMALS)

@@ -146,4 +146,13 @@ def _world(aim: _Aim) -> Rule:
     return Restart(target=WORLD, after_s=aim.draws.scale(0.1, 1.0), from_s=aim.draws.between(*BEGINS_S))
 
 
-_PROCESSES: tuple[Callable[[_Aim], Rule], ...] = (_kill, _kill, _restart, _restart, _freeze, _cut, _cut, _world)
+_PROCESSES: tuple[Callable[[_Aim], Rule], ...] = (
+    _kill,
+    _kill,
+    _restart,
+    _restart,
+    _freeze,
+    _cut,
+    _cut,
+    _world,
+)
