@@ -197,6 +197,28 @@ MUTANTS = (
         "return True",
     ),
     _mutant(
+        "all-after-a-turn",
+        "F4: the last turn before ALL names nobody, unless none named a robot",
+        "agents/coordinating/coordinator.py",
+        "        if fence.may is May.ONE:\n            return self._turns.put(fence, now_s, may=May.NOBODY)\n"
+        "        if self._waits_for_places(draft.strand):\n            return []\n",
+        "",
+    ),
+    _mutant(
+        "old-reports-end-turns",
+        "F4: a report ends only the turn that it names",
+        "agents/coordinating/coordinator.py",
+        "        if report.ended >= fence.turn:\n",
+        "        if report.ended > 0:\n",
+    ),
+    _mutant(
+        "misfits-drive",
+        "F4: a member that does not stand at its place gives no order",
+        "agents/strand/member.py",
+        "self._misfit = off_m > mission.mu0_m",
+        "self._misfit = False",
+    ),
+    _mutant(
         "next-life-acts",
         "F4: a formation names lives, and another life of a member does not act on it",
         "agents/membership/membership.py",

@@ -1,11 +1,14 @@
-"""The cells that a campaign has reached, how often, and how many futures an instant is worth. Pure.
+"""The cells that a campaign has reached, how often, and which instants are worth futures. Pure.
 
-Rule 1: an instant is worth as much as its rarest cell is rare: two futures where that is new, one while few
-        runs have reached it, and after that one with a probability that falls with their number.
+Rule 1: an instant is as rare as the rarest cell that its run has reached there.
+Rule 2: of a run that has been played, the rarest instants count. In a run that goes on, an instant has two
+        futures where a cell is new, one while few runs have reached it, and after that one with a probability
+        that falls with their number.
 """
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import NamedTuple
 
 from clew.guided.cells import Cell
 from clew.swarm.draws import Draws
@@ -14,6 +17,15 @@ NEW = 2  # futures of an instant at which a cell is new
 FEW = 4  # runs that have reached a cell, up to which each instant has a future
 
 ALWAYS = 0.25  # the least probability: each world is new, also where no cell is
+
+
+class Instant(NamedTuple):
+    """An instant of a run."""
+
+    tick: int
+    t_s: float
+    cells: frozenset[Cell]
+    """What the run has reached there, and not before."""
 
 
 class Corpus:
@@ -37,8 +49,20 @@ class Corpus:
         """Count the cells of a whole search."""
         self.visits.update(visits)
 
+    def rarest(self, instants: Sequence[Instant], count: int, apart_s: float) -> list[Instant]:
+        """The rarest instants of a run, in order of time, at least so far apart."""
+        chosen: list[Instant] = []
+        for each in sorted(instants, key=self._rarity):
+            if len(chosen) < count and all(abs(each.t_s - other.t_s) >= apart_s for other in chosen):
+                chosen.append(each)
+        return sorted(chosen)
+
+    def _rarity(self, instant: Instant) -> tuple[int, int]:
+        """Rule 1. Equally rare ones are in the order of their cells' numbers, which are as good as drawn."""
+        return min((self.visits[cell], cell) for cell in instant.cells)
+
     def worth(self, cells: Collection[Cell], draws: Draws) -> int:
-        """Rule 1: how many futures to play from an instant at which these cells were reached."""
+        """Rule 2: how many futures to play from an instant of a run that goes on."""
         rarest = min((self.visits[cell] for cell in cells), default=None)
         if rarest is None:
             return 0

@@ -1,7 +1,9 @@
-"""The guided search of one seed: its own run, and futures from where that reaches something rare. A shell.
+"""The guided search of one seed: its own run, and futures from where that has reached something rare. Shell.
 
-Rule 1: at such an instant the process forks, the fork plays a future to its end, and the run goes on only
-        then. A future forks in the same way. So a search goes depth first, and needs no other process.
+Rule 1: the seed's own run is played first, to its end. Then it is played again up to its rarest instants.
+        There the process forks, the fork plays a future to its end, and only then the run goes on. A future
+        forks in the same way at the first rare instants that it comes to. So a search goes depth first, and
+        needs no other process.
 Rule 2: which futures are played depends on the seed and on the cells known before, on nothing else. So a
         search is the same every time.
 Rule 3: a future that surprises is played again from the start, without forks; that outcome counts.
@@ -15,6 +17,7 @@ import resource
 import signal
 import time
 from collections import Counter
+from collections.abc import Sequence
 
 import msgspec
 from msgspec import Struct
@@ -35,7 +38,7 @@ from clew.campaign.episode import (
     wall_clock_limit,
 )
 from clew.guided.cells import Cell
-from clew.guided.corpus import Corpus
+from clew.guided.corpus import Corpus, Instant
 from clew.guided.forks import in_a_fork
 from clew.guided.look import in_focus, look
 from clew.rehearsal.rehearsal import Rehearsal
@@ -49,10 +52,12 @@ from world.judge.judgement import judge
 class Limits(Struct, frozen=True, kw_only=True):
     """How much a search may play."""
 
-    futures_max: int = 16
-    """Of a seed: about three times the CPU time of its own episode."""
-    below_max: int = 4
-    """Futures of one future."""
+    instants_max: int = 4
+    """Instants of the seed's own run from which futures are played."""
+    futures_each: int = 1
+    """Futures from each of them."""
+    below_max: int = 3
+    """Futures of one future: with all, a search takes some three times the CPU time of the seed's own run."""
     depth_max: int = 4
     apart_s: float = 0.3
     """Time between two instants from which futures are played: a report, its answer and a turn."""
@@ -84,14 +89,18 @@ PLAYED = msgspec.msgpack.Decoder(Played)
 def search(episode: Episode, known: Corpus, limits: Limits) -> Found:
     """Search the futures of one seed."""
     started_wall_s, before = time.monotonic(), _spent_s()
-    run = _Run(episode, Corpus(known.visits), limits)
-    outcome = run.play()
-    if outcome is None:
-        assert run.surprise is not None, "only then a run is not played to its end"
-        outcome = _again(replace(episode, branches=run.surprise))
-    new = sum(cell not in known for cell in run.visits)
+    own, corpus, futures = _Run(episode, Corpus(known.visits), limits), Corpus(known.visits), 0
+    outcome, visits = own.play(), Counter(own.visits)
+    corpus.add(visits)
+    if outcome.surprise is Surprise.NONE:
+        run = _Run(episode, corpus, limits)
+        run.branch_out(known.rarest(own.instants, limits.instants_max, limits.apart_s))
+        futures, visits = run.futures, visits + run.visits
+        if run.surprise is not None:
+            outcome = _again(replace(episode, branches=run.surprise))
+    new = sum(cell not in known for cell in visits)
     spent = {"cpu_s": _spent_s() - before, "wall_s": time.monotonic() - started_wall_s}
-    return Found(outcome=replace(outcome, futures=run.futures, cells=new, **spent), visits=dict(run.visits))
+    return Found(outcome=replace(outcome, futures=futures, cells=new, **spent), visits=dict(visits))
 
 
 def _again(future: Episode) -> Outcome:
@@ -119,32 +128,44 @@ class _Run:
         self._ticks = enumerate(self._rehearsal.ticks(), start=1)
         self._corpus = corpus
         self._branches: Branches = ()
-        self._left = limits.futures_max
+        self._left = 0
+        """How many futures it may still have."""
         self._reached: set[Cell] = set()
         self._forked_s = -math.inf
         self._judge_at_s = JUDGES_FROM_S
         self._parent = os.getppid()
+        self.instants: list[Instant] = []
         self.futures = 0
         self.visits: Counter[Cell] = Counter()
         self.surprise: str | None = None
         """The branches of the first future that surprises."""
 
-    def play(self) -> Outcome | None:
-        """Play the seed's own run with its futures; None once a future has surprised."""
+    def play(self) -> Outcome:
+        """Play the seed's own run."""
         try:
             with wall_clock_limit(self._episode.wall_s_max):
                 self._go_on()
-                if self._rehearsal.world.judgement is None and self.surprise is None:
-                    self._rehearsal.stop(ExitCode.TERMINATED)  # broken
+                if self._rehearsal.world.judgement is None:  # rule 4
+                    self._rehearsal.stop(ExitCode.TERMINATED)
                     for _ in self._ticks:
                         pass
-            if self.surprise is not None:
-                return None
             return outcome_of(self._episode, self._stage, self._rehearsal, wall_s=0.0)
         except OutOfTimeError:
             return failed(self._episode, OUT_OF_TIME, "the wall-clock limit struck", 0.0)
         except Exception as error:
             return failed(self._episode, CRASHED, last_line(error), 0.0)
+
+    def branch_out(self, instants: Sequence[Instant]) -> None:
+        """Play the seed's own run again, with futures from these instants, in order."""
+        for instant in instants:
+            while next(self._ticks)[0] < instant.tick:
+                pass
+            draws = Draws(self._episode.seed, f"guided/{instant.t_s}")
+            for future in range(1, self._limits.futures_each + 1):
+                self._left = 1 + self._limits.below_max
+                self._fork(branch_at(instant.t_s, draws.pick(in_focus(self._rehearsal)), future))
+                if self.surprise is not None:
+                    return
 
     def _go_on(self) -> None:
         """Play to the end, or until a future surprises."""
@@ -153,7 +174,7 @@ class _Run:
                 continue  # most of what cells tell changes with odometry only
             if now_s >= self._judge_at_s and self._is_broken(now_s):
                 return
-            self._pass(now_s)
+            self._pass(tick, now_s)
             if self.surprise is not None:
                 return
 
@@ -174,23 +195,22 @@ class _Run:
         self._judge_at_s = now_s * JUDGES_AGAIN
         return bool(judge(self._stage.scenario, self._rehearsal.entries).breaches)
 
-    def _pass(self, now_s: float) -> None:
-        """Play futures from here, as many as the instant is worth."""
+    def _pass(self, tick: int, now_s: float) -> None:
+        """Look at what is new, and play futures from here, as many as the instant is worth."""
         if self._branches and os.getppid() != self._parent:
             os._exit(1)  # rule 5
-        if self._left == 0 or now_s - self._forked_s < self._limits.apart_s:
-            return
-        fresh = look(self._rehearsal) - self._reached
+        fresh = frozenset(look(self._rehearsal) - self._reached)
         if not fresh:
             return
-        self._forked_s = now_s
         self._reached |= fresh
         self.visits.update(fresh)
+        self.instants.append(Instant(tick, now_s, fresh))
+        if self._left == 0 or now_s - self._forked_s < self._limits.apart_s:
+            return
+        self._forked_s = now_s
         draws = Draws(self._episode.seed, f"guided/{said(self._branches)}/{now_s}")
         worth = self._corpus.worth(fresh, draws)
         self._corpus.add(fresh)
-        if len(self._branches) >= self._limits.depth_max:
-            return
         for future in range(1, worth + 1):
             if self._left > 0 and self.surprise is None:
                 self._fork(branch_at(now_s, draws.pick(in_focus(self._rehearsal)), future))
@@ -213,7 +233,8 @@ class _Run:
         self._branches, self._swarm = branches, branched(self._swarm, branches)
         self._rehearsal.turn_to(self._swarm.plan)
         self._rehearsal.world.limit(float(self._swarm.world["time"]["time_s_max"]))
-        self._left, self._parent = min(self._left - 1, self._limits.below_max), os.getppid()
+        is_deepest = len(branches) >= self._limits.depth_max
+        self._left, self._parent = 0 if is_deepest else self._left - 1, os.getppid()
         self.futures, self.visits = 1, Counter()
         if not self._ends_well():
             self.surprise = said(branches)
