@@ -195,6 +195,8 @@ MUTANTS = (
         "agents/coordinating/turns.py",
         "return self._newest is None or fence.turn >= self._newest.turn",
         "return True",
+        check="tests/unit/agents/conversations/test_turns.py::"
+        "test_v19_one_number_of_a_turn_has_one_content_however_long_its_put_is_held_up",
     ),
     _mutant(
         "all-after-a-turn",
@@ -210,6 +212,7 @@ MUTANTS = (
         "agents/coordinating/coordinator.py",
         "        if report.ended >= fence.turn:\n",
         "        if report.ended > 0:\n",
+        check="tests/unit/agents/conversations/test_turns.py::test_v16_an_old_report_ends_no_turn_that_was_given_later",
     ),
     _mutant(
         "misfits-drive",
@@ -217,6 +220,8 @@ MUTANTS = (
         "agents/strand/member.py",
         "self._misfit = off_m > mission.mu0_m",
         "self._misfit = False",
+        check="tests/unit/agents/conversations/test_strands.py::"
+        "test_v12_a_member_that_does_not_stand_at_its_place_says_nothing_and_raises",
     ),
     _mutant(
         "next-life-acts",
@@ -224,6 +229,8 @@ MUTANTS = (
         "agents/membership/membership.py",
         "            case Formation() if from_coordinator and said.life == self._life:\n",
         "            case Formation() if from_coordinator:\n",
+        check="tests/unit/agents/conversations/test_strands.py::"
+        "test_v2_a_new_life_takes_no_part_in_the_formation_of_its_former_life",
     ),
     _mutant(
         "pieces-are-all",
@@ -291,6 +298,8 @@ MUTANTS = (
         "protocol/mission.py",
         "        return max(self.epsilon_m, self.separation_m)\n",
         "        return self.epsilon_m\n",
+        check="tests/unit/agents/conversations/test_strands.py::"
+        "test_v13_robots_that_are_left_out_are_passed_at_the_greater_of_epsilon_and_the_separation",
     ),
     _mutant(
         "hulls-are-members",

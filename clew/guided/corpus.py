@@ -1,6 +1,7 @@
 """The cells that a campaign has reached, how often, and which instants are worth futures. Pure.
 
-Rule 1: an instant is as rare as the rarest cell that its run has reached there.
+Rule 1: an instant is as rare as the rarest cell that its run has reached there. Of equally rare ones, those
+        at which a view forms come first.
 Rule 2: of a run that has been played, the rarest instants count. In a run that goes on, an instant has two
         futures where a cell is new, one while few runs have reached it, and after that one with a probability
         that falls with their number.
@@ -26,6 +27,8 @@ class Instant(NamedTuple):
     t_s: float
     cells: frozenset[Cell]
     """What the run has reached there, and not before."""
+    view_changes: bool
+    """Whether a view forms: most rules are about that."""
 
 
 class Corpus:
@@ -57,9 +60,10 @@ class Corpus:
                 chosen.append(each)
         return sorted(chosen)
 
-    def _rarity(self, instant: Instant) -> tuple[int, int]:
-        """Rule 1. Equally rare ones are in the order of their cells' numbers, which are as good as drawn."""
-        return min((self.visits[cell], cell) for cell in instant.cells)
+    def _rarity(self, instant: Instant) -> tuple[int, bool, int]:
+        """Rule 1. A number of runs counts by its doublings. The cells' numbers are as good as drawn."""
+        visits, luck = min((self.visits[cell], cell) for cell in instant.cells)
+        return visits.bit_length(), not instant.view_changes, luck
 
     def worth(self, cells: Collection[Cell], draws: Draws) -> int:
         """Rule 2: how many futures to play from an instant of a run that goes on."""

@@ -45,6 +45,7 @@ from clew.rehearsal.rehearsal import Rehearsal
 from clew.swarm.draws import Draws
 from clew.swarm.futures import Branch, Branches, branch_at, branched, said
 from protocol.exit_codes import ExitCode
+from protocol.fence import May
 from world.bodies.arena import ODOMETRY_TICKS
 from world.judge.judgement import judge
 
@@ -204,7 +205,8 @@ class _Run:
             return
         self._reached |= fresh
         self.visits.update(fresh)
-        self.instants.append(Instant(tick, now_s, fresh))
+        view_changes = self._rehearsal.world.arena.fence.may is not May.ALL
+        self.instants.append(Instant(tick, now_s, fresh, view_changes))
         if self._left == 0 or now_s - self._forked_s < self._limits.apart_s:
             return
         self._forked_s = now_s
