@@ -1,7 +1,7 @@
 """The cells that a campaign has reached, how often, and which instants are worth futures. Pure.
 
 Rule 1: an instant is as rare as the rarest cell that its run has reached there. Of equally rare ones, those
-        at which a view forms come first.
+        at which a view forms come first, and then the earlier ones.
 Rule 2: of a run that has been played, the rarest instants count. In a run that goes on, an instant has two
         futures where a cell is new, one while few runs have reached it, and after that one with a probability
         that falls with their number.
@@ -61,9 +61,9 @@ class Corpus:
         return sorted(chosen)
 
     def _rarity(self, instant: Instant) -> tuple[int, bool, int]:
-        """Rule 1. A number of runs counts by its doublings. The cells' numbers are as good as drawn."""
-        visits, luck = min((self.visits[cell], cell) for cell in instant.cells)
-        return visits.bit_length(), not instant.view_changes, luck
+        """Rule 1. A number of runs counts by its doublings. An early future takes the least time."""
+        visits = min(self.visits[cell] for cell in instant.cells)
+        return visits.bit_length(), not instant.view_changes, instant.tick
 
     def worth(self, cells: Collection[Cell], draws: Draws) -> int:
         """Rule 2: how many futures to play from an instant of a run that goes on."""

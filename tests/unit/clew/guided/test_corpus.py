@@ -37,6 +37,7 @@ def test_of_equally_rare_instants_those_at_which_a_view_forms_come_first() -> No
     calm, forming, known = at(1.0, 10), at(2.0, 11, view_changes=True), at(3.0, 12, view_changes=True)
     assert corpus.rarest([calm, forming, known], 1, 0.1) == [forming]
     assert corpus.rarest([calm, known], 1, 0.1) == [calm]
+    assert corpus.rarest([at(5.0, 11), at(4.0, 10)], 1, 0.1) == [at(4.0, 10)]
 
 
 def test_a_cell_counts_once_for_each_run() -> None:
