@@ -22,7 +22,7 @@ from msgspec import Struct
 
 from clew.campaign.campaign import PACKAGES, drawn_episode
 from clew.campaign.episode import Outcome, Surprise, play
-from clew.campaign.mutants_list import Mutant
+from clew.campaign.mutant import Mutant
 from clew.campaign.mutants_worker import WALL_S_MAX
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode

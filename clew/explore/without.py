@@ -9,8 +9,9 @@ import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
+from clew.campaign.mutant import Mutant
 from clew.campaign.mutants import apply, started
-from clew.campaign.mutants_list import Mutant, mutant_named
+from clew.campaign.mutants_list import mutant_named
 from clew.explore.explore import Round
 from clew.explore.setting import NEVER_TICKS, SETTINGS, Kind, Setting
 from protocol.errors import UsageError

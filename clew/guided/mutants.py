@@ -18,8 +18,8 @@ from msgspec.structs import replace
 
 from clew.campaign.campaign import drawn_episode
 from clew.campaign.episode import Outcome, Surprise, play
+from clew.campaign.mutant import Mutant
 from clew.campaign.mutants import apply, by, outcomes_in
-from clew.campaign.mutants_list import Mutant
 from clew.campaign.mutants_worker import WALL_S_MAX
 
 GUIDED_WORKER, UNIFORM_WORKER = "clew.guided.mutants_worker", "clew.campaign.mutants_worker"

@@ -10,7 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from clew.campaign.mutants_list import MUTANTS, Mutant
+from clew.campaign.mutant import Mutant
+from clew.campaign.mutants_list import MUTANTS
 from clew.explore.without import RULES
 from clew.manual.faults import rules
 from clew.manual.scenario import sections

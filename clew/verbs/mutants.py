@@ -3,8 +3,9 @@
 import click
 from rich.table import Table
 
+from clew.campaign.mutant import Mutant
 from clew.campaign.mutants import Caught, run_mutant
-from clew.campaign.mutants_list import MUTANTS, Mutant
+from clew.campaign.mutants_list import MUTANTS
 from clew.guided.mutants import Compared, Comparison, compare, summed_up
 from clew.verbs.options import AS_JSON
 from clew.verbs.say import console, say_json

@@ -2,8 +2,9 @@ from pathlib import Path
 
 import pytest
 
+from clew.campaign.mutant import Edit, Mutant
 from clew.campaign.mutants import apply, run_mutant
-from clew.campaign.mutants_list import MUTANTS, Edit, Mutant
+from clew.campaign.mutants_list import MUTANTS
 from protocol.errors import UsageError
 from protocol.root import ROOT
 
