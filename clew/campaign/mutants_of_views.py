@@ -122,13 +122,6 @@ OF_VIEWS = (
         ),
     ),
     mutant(
-        "reports-of-any-view",
-        "F4: a place in the formation was told in this epoch",
-        "agents/membership/membership.py",
-        "        if said.epoch != self._fence.epoch:\n            return []\n",
-        "",
-    ),
-    mutant(
         "puts-untold",
         "F4: a coordinator puts the next turn only when its odometry has told the last",
         "agents/coordinating/turns.py",
@@ -144,6 +137,8 @@ OF_VIEWS = (
         "        if fence.may is May.ONE:\n            return self._turns.put(fence, now_s, may=May.NOBODY)\n"
         "        if self._waits_for_places(draft.strand):\n            return []\n",
         "",
+        check="tests/unit/agents/conversations/test_turns.py::"
+        "test_v5_an_order_of_a_turn_moves_no_body_under_all",
     ),
     mutant(
         "old-reports-end-turns",

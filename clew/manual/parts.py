@@ -66,7 +66,7 @@ def mutants() -> str:
 
 def _catcher(mutant: Mutant) -> str:
     if mutant.check:
-        return f"`{mutant.check.removeprefix('tests/unit/')}`"
+        return f"`{mutant.check}`"
     rule = next((rule for rule, each in RULES.items() if each.mutant == mutant), None)
     return "a swarm" if rule is None else f"a swarm, `explore --without {rule}`"
 
