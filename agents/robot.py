@@ -12,6 +12,7 @@ from typing import assert_never
 from agents.body.driver import Driver
 from agents.body.senses import Senses
 from agents.commands import Command, Order
+from agents.coordinating.phases import Phase
 from agents.events import (
     Event,
     LinkHeard,
@@ -64,10 +65,10 @@ class Robot:
         return self._membership.member is not None and self._membership.member.leads
 
     @property
-    def reported(self) -> frozenset[int]:
-        """The robots whose reports it counts, as a coordinator."""
+    def phase(self) -> Phase | None:
+        """How far the view has come that it coordinates; None: it coordinates none."""
         coordinator = self._membership.coordinator
-        return frozenset() if coordinator is None else coordinator.reported
+        return None if coordinator is None else coordinator.phase
 
     @property
     def links(self) -> Sequence[Link[AheadState] | Link[BehindState]]:

@@ -2,16 +2,11 @@
 
 Rule 1: simulated time advances only by ticks. Wall-clock time is an argument and decides only about
         processes: which are missing, which have died, and how long the last messages may take.
-Rule 2: `running` ends on the first of these:
+Rule 2: `running` ends on the first of these, and is followed by `over`, `closing`, and the judgement:
         - every living robot has arrived;
-        - every living robot has arrived or is stranded, for `STRANDED_S`, or has been found stranded again
-          after an arrival;
-        - the leader has lost its route;
-        - a death or a broken link has not healed within `HEAL_S_MAX`;
-        - the time limit of the scenario;
-        - all robots, or the router, stay away;
-        - a request to end.
-        Then follow `over`, `closing`, and the judgement.
+        - every living robot has arrived or is stranded, for `STRANDED_S`, or is so again after an arrival;
+        - the leader has lost its route, or a loss has not healed within `HEAL_S_MAX`;
+        - the time limit; all robots, or the router, stay away; a request to end.
 Rule 3: without a router no robot can be heard, and no robot is declared dead for that silence.
 Rule 4: a change of the fence is told to all robots at once. A resumed world raises the fence before all else.
 Rule 5: entries are judged when they are read from the timeline; once the run is over, before each look.
@@ -85,6 +80,7 @@ class World:
         self.tally = Tally()
         self.attendance = Attendance(frozenset(robots))
         self.phase = Phase.RUNNING
+        self._time_s_max = scenario.time.time_s_max
         self.ending: Ending | None = None
         self.over_s = 0.0
         """Simulated time at the end of `running`."""
@@ -179,6 +175,10 @@ class World:
         """Continue after an absence; forget the tokens, since robots may have died meanwhile."""
         self.attendance.forget_tokens(wall_s=wall_s)
         self._returned_wall_s = wall_s
+
+    def limit(self, time_s_max: float) -> None:
+        """Use this time limit from now on, instead of the scenario's."""
+        self._time_s_max = time_s_max
 
     def handle(self, event: Event, *, wall_s: float) -> list[Command]:
         """Process an event."""
@@ -354,7 +354,7 @@ class World:
             last_s = max(tally.disturbed_s, tally.arrived_s, self.arena.moved_s)
             if self.now_s - last_s >= HEAL_S_MAX:
                 return Ending.STUCK
-        return Ending.TIMED_OUT if self.now_s >= self.scenario.time.time_s_max else None
+        return Ending.TIMED_OUT if self.now_s >= self._time_s_max else None
 
     def _start(self, wall_s: float) -> list[Command]:
         """All robots have come: place the bodies and start the clock."""

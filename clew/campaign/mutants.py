@@ -3,10 +3,12 @@
 Rule 1: a mutant replaces an exact piece of source in a copy of the tree. A piece that does not occur, or
         occurs twice, is an error: the source has changed, and the mutant must follow.
 Rule 2: the first seed that surprises with the mutant, and does not surprise without it, catches it.
-Rule 3: each mutant states within how many seeds it must be caught.
+Rule 3: each mutant states within how many seeds it must be caught; or the test that catches it, which is then
+        run in the copy instead.
 """
 
 import os
+import resource
 import shutil
 import subprocess
 import sys
@@ -21,11 +23,13 @@ from msgspec.structs import replace
 
 from clew.campaign.campaign import PACKAGES, drawn_episode
 from clew.campaign.episode import Outcome, Surprise, play
-from clew.campaign.mutants_list import Mutant
+from clew.campaign.mutant import Mutant
 from clew.campaign.mutants_worker import WALL_S_MAX
 from protocol.errors import UsageError
+from protocol.exit_codes import ExitCode
 from protocol.root import ROOT
 
+TESTS_FAILED = 1  # pytest's exit code
 WORKER = "clew.campaign.mutants_worker"
 
 
@@ -54,6 +58,8 @@ def run_mutant(mutant: Mutant, first_seed: int = 1) -> Caught:
     Raises:
         UsageError: the source does not contain the piece to replace, or contains it twice.
     """
+    if mutant.check:
+        return _checked(mutant)
     cpu_s, played = 0.0, 0
     with TemporaryDirectory(prefix="clew-mutant-") as folder:
         apply(mutant, Path(folder))
@@ -78,6 +84,41 @@ def run_mutant(mutant: Mutant, first_seed: int = 1) -> Caught:
         cpu_s=cpu_s,
         reason="",
     )
+
+
+def _checked(mutant: Mutant) -> Caught:
+    """Run the mutant's test in a copy of the source.
+
+    Raises:
+        UsageError: the test does not run there.
+    """
+    with TemporaryDirectory(prefix="clew-mutant-") as name:
+        folder, before = Path(name), _spent_s()
+        apply(mutant, folder)
+        shutil.copytree(ROOT / "tests", folder / "tests", ignore=shutil.ignore_patterns("__pycache__"))
+        for each in ROOT.iterdir():  # what tests read
+            if not (folder / each.name).exists():
+                (folder / each.name).symlink_to(each)
+        command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", mutant.check]
+        with started(command, folder) as process:
+            told, _ = process.communicate()
+    if process.returncode not in (ExitCode.OK, TESTS_FAILED):
+        raise UsageError(f"mutant {mutant.name}: {mutant.check} does not run: {told.decode()[-200:]}")
+    return Caught(
+        mutant=mutant.name,
+        by="test" if process.returncode == TESTS_FAILED else None,
+        seed=None,
+        seeds=0,
+        seeds_max=0,
+        cpu_s=_spent_s() - before,
+        reason=mutant.check,
+    )
+
+
+def _spent_s() -> float:
+    """CPU time of all processes that this one has waited for."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def apply(mutant: Mutant, folder: Path) -> None:

@@ -1,33 +1,8 @@
 """The mutants of our source. Each breaks one rule on which safety or healing depends."""
 
-from dataclasses import dataclass
-
-SEEDS_MAX = 300
-
-
-@dataclass(frozen=True, slots=True)
-class Edit:
-    """A piece of source and its replacement."""
-
-    file: str
-    before: str
-    after: str
-
-
-@dataclass(frozen=True, slots=True)
-class Mutant:
-    """Our source with one rule broken."""
-
-    name: str
-    rule: str
-    """The rule that it breaks."""
-    edits: tuple[Edit, ...]
-    seeds_max: int = SEEDS_MAX
-
-
-def _mutant(name: str, rule: str, file: str, before: str, after: str) -> Mutant:
-    return Mutant(name, rule, (Edit(file, before, after),))
-
+from clew.campaign.mutant import Edit, Mutant
+from clew.campaign.mutant import mutant as _mutant
+from clew.campaign.mutants_of_views import OF_VIEWS
 
 MUTANTS = (
     Mutant(
@@ -59,110 +34,15 @@ MUTANTS = (
         "np.full(len(corners) - 1, keep_m)",
         "np.full(len(corners) - 1, 0.0 * keep_m)",
     ),
-    _mutant(
-        "any-fence",
-        "F1: a body obeys an order only if it bears exactly its fence",
-        "protocol/fence.py",
-        "    exactly = (bearing.epoch, bearing.turn) == (fence.epoch, fence.turn)\n",
-        "    exactly = True\n",
-    ),
-    _mutant(
-        "drives-on",
-        "F1: when the fence changes, all bodies stop and drop their orders",
-        "world/bodies/arena.py",
-        "        self.bodies.stand()\n        return [*samples, ",
-        "        return [*samples, ",
-    ),
-    _mutant(
-        "turn-of-all",
-        "F3: in a turn, one robot may move",
-        "protocol/fence.py",
-        "        one = self.may is May.ONE and (self.robot, self.life) == (robot, life)\n",
-        "        one = self.may is May.ONE\n",
-    ),
-    Mutant(
-        "orders-untold",
-        "F2: a robot orders motion only under the fence that its odometry tells",
-        (
-            Edit(
-                "agents/body/driver.py",
-                "return self._odometry is not None and self._is_told(self._bearing) and",
-                "return self._odometry is not None and",
-            ),
-            Edit(
-                "protocol/fence.py",
-                "    exactly = (bearing.epoch, bearing.turn) == (fence.epoch, fence.turn)\n",
-                "    exactly = True\n",
-            ),
-            Edit(
-                "agents/body/driver.py",
-                "        return not self._is_told(self._drive.bearing)\n",
-                "        return False\n",
-            ),
-        ),
-    ),
-    _mutant(
-        "any-life-coordinates",
-        "F3, F4: only the life that proposed a view coordinates it",
-        "agents/membership/membership.py",
-        "        if (epoch.robot, epoch.life) == (self._robot, self._life):\n",
-        "        if epoch.robot == self._robot:\n",
-    ),
-    _mutant(
-        "fence-unwritten",
-        "a change of the fence is in the timeline before it takes effect",
-        "world/bodies/arena.py",
-        "self.note(taken.as_record())]",
-        "*([self.note(taken.as_record())] if taken.cause else self.sample())]",
-    ),
-    _mutant(
-        "old-places",
-        "F4: a place in the formation is read after the last turn of its robot",
-        "agents/coordinating/reported.py",
-        " if self.counted[robot].turn <= turns.put_for(robot) > 0}\n",
-        " if False}\n",
-    ),
-    Mutant(
-        "acts-before-all",
-        "F4, F5: nobody acts on a formation before its ALL",
-        (
-            Edit(
-                "agents/membership/membership.py",
-                "        if self.state is State.BOUND and self._fence.may is May.ALL:\n",
-                "        if self.state is State.BOUND:\n",
-            ),
-            Edit(
-                "agents/membership/membership.py",
-                "whole[0].turn != self._fence.turn or ",
-                "",
-            ),
-            Edit(
-                "protocol/fence.py",
-                "    return exactly and fence.names(robot, bearing.life)\n",
-                "    return exactly\n",
-            ),
-        ),
-    ),
-    _mutant(
-        "no-epoch-in-links",
-        "F5: a link state of another epoch, or of another life, is void",
-        "protocol/wire/link.py",
-        "        return (robot, state.life, state.epoch) == (self.neighbour, self.life, self.epoch)\n",
-        "        return robot == self.neighbour\n",
-    ),
-    _mutant(
-        "old-scans",
-        "F6: a scan serves only under the very fence that it bears",
-        "agents/body/senses.py",
-        "        return scan.fence == fence and in_force(fence)\n",
-        "        return in_force(fence)\n",
-    ),
+    *OF_VIEWS,
     _mutant(
         "hulls-are-members",
         "F6: hits are robots of the strand only where a neighbour may be",
         "agents/strand/strand.py",
         "            grounds.append(self.path.between(self._ahead_m, ahead_until_m))\n",
         "            grounds.append(self.path.between(0.0, self.path.end_m))\n",
+        check="tests/unit/agents/conversations/test_sight.py::"
+        "test_of_the_robot_ahead_hits_count_from_where_it_was_last_heard_on",
     ),
     _mutant(
         "no-dead-man",
@@ -170,6 +50,8 @@ MUTANTS = (
         "world/bodies/bodies.py",
         "(now_s - self._basis_s > DEADMAN_S + ROUNDING_S)",
         "(now_s - self._basis_s > 1e9)",
+        check="tests/unit/world/bodies/test_bodies.py::"
+        "test_a_body_stops_once_when_its_robot_is_silent_and_continues_when_it_sends",
     ),
     _mutant(
         "numbers-again",
@@ -216,18 +98,13 @@ MUTANTS = (
         "np.triu(apart_m <= near_m + self._slack_m, k=2)",
     ),
     _mutant(
-        "grants-to-the-tail",
-        "a robot grants ground to the robot directly behind it",
-        "agents/strand/strand.py",
-        "commands.append(Tell(self.behind.neighbour, ",
-        "commands.append(Tell(self.order[-1], ",
-    ),
-    _mutant(
         "late-orders",
         "a body refuses an order that is older, by number, than one that it has accepted",
         "world/bodies/bodies.py",
         "        if drive.number < self.ordered[body] or drive.basis_s < self._basis_s[body]:\n",
         "        if False:\n",
+        check="tests/unit/world/bodies/test_bodies.py::"
+        "test_an_older_order_that_arrives_late_does_not_keep_the_body_moving",
     ),
     Mutant(
         "dead-man-by-arrival",
@@ -244,6 +121,8 @@ MUTANTS = (
                 "        self._basis_s[body], self._until_s[body] = now_s, until_s",
             ),
         ),
+        check="tests/unit/world/bodies/test_bodies.py::"
+        "test_the_dead_man_time_counts_from_the_basis_and_not_from_the_arrival_of_an_order",
     ),
     Mutant(
         "unchecked-legs",
@@ -267,6 +146,8 @@ MUTANTS = (
         "protocol/wire/link.py",
         "        return max(0.0, now_s - max(self.heard_at_s, self.made_at_s))\n",
         "        return 0.0\n",
+        check="tests/unit/protocol/wire/test_link.py::"
+        "test_a_link_without_any_state_is_silent_since_its_creation",
     ),
     _mutant(
         "acknowledges-unheard",
@@ -281,6 +162,8 @@ MUTANTS = (
         "agents/body/driver.py",
         "        number = max(self.odometry.ordered, int(self.odometry.t_s * NUMBERS_PER_S)) + LATE_ORDERS\n",
         "        number = self.odometry.ordered + (LATE_ORDERS if self.odometry.ordered else 0)\n",
+        check="tests/unit/agents/body/test_driver.py::"
+        "test_the_orders_of_each_life_have_higher_numbers_even_if_the_body_accepted_none_before",
     ),
     _mutant(
         "promises-more",
@@ -311,3 +194,8 @@ MUTANTS = (
         "        if state.arrived and not self._arrived:\n",
     ),
 )
+
+
+def mutant_named(name: str) -> Mutant:
+    """The mutant of this name."""
+    return next(mutant for mutant in MUTANTS if mutant.name == name)

@@ -10,8 +10,7 @@ from functools import partial
 from clew.campaign.episode import Episode, Outcome
 from clew.campaign.pool import results_of
 from clew.guided.corpus import Corpus
-from clew.guided.runner import Limits
-from clew.guided.search import Found, lost, search
+from clew.guided.search import Found, Limits, lost, search
 
 BATCH = 8  # seeds; enough for the processes of most machines, and a small part of any campaign
 

@@ -1,84 +1,69 @@
-"""Cells: what a pair of robots is in, coarse enough to recur. Pure.
+"""Cells: what a fleet is in, coarse enough to recur. Pure.
 
 Rule 1: a cell names no robot, no time and no place, so that different episodes reach the same cells.
-Rule 2: all that is known of a robot's core comes by `Seen`, and of the faults by `Troubles`. When the states
-        of a robot change, only what fills these in changes (`look`).
+Rule 2: all that is known of a robot's core comes by `Seen`, and of the fence by `View`. When the states of a
+        robot change, only what fills these in changes (`look`).
+Rule 3: there is a cell for each robot within its fleet, and one for each pair of which one is on the move or
+        has a turn. A cell for each pair or for the whole fleet would make almost every instant a new one.
 """
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import cache
 from hashlib import blake2b
-from itertools import combinations
-from typing import Protocol
+from itertools import permutations
+from typing import NamedTuple
 
 Cell = int
 """64 bits that stand for a cell, the same on any machine."""
-Half = tuple[str | bool, ...]
 CELL_BYTES = 8
 
 
-class Seen(Protocol):
+class Seen(NamedTuple):
     """One robot, as far as a cell tells it apart."""
 
-    @property
-    def robot(self) -> int:
-        """Its number."""
-
-    @property
-    def state(self) -> str:
-        """What it is in; robots without a process have a state, too."""
-
-    @property
-    def fence(self) -> tuple[int, int, int]:
-        """The fence that its odometry tells: generation and robot of the epoch, and the turn."""
-
-    @property
-    def role(self) -> str:
-        """Its part in the view and in the strand."""
-
-    @property
-    def drives(self) -> bool:
-        """Whether its body is under way."""
-
-    @property
-    def named(self) -> Collection[int]:
-        """The robots that may move by that fence."""
-
-    @property
-    def bound(self) -> Collection[int]:
-        """The robots that have reported to it, and its neighbours."""
-
-    @property
-    def silent(self) -> Collection[int]:
-        """The neighbours that it has not heard for too long."""
+    state: str
+    """What it is in; robots without a process have a state, too."""
+    role: str
+    """Its part in the view and in the strand."""
+    drives: bool
+    """Whether its body is under way."""
+    behind: str
+    """How far the fence that its odometry has told is behind the fence in force: by an epoch, by a turn."""
+    named: bool
+    """Whether the fence in force names it alone."""
+    trouble: str
+    """The worst fault that it suffers now; empty if none."""
+    silent: int
+    """How many neighbours it has not heard for too long."""
 
 
-class Troubles(Protocol):
-    """The faults in progress."""
+class View(NamedTuple):
+    """The fence in force, and how far its view has come."""
 
-    def of(self, robot: int) -> str:
-        """The worst that a robot suffers now; empty if nothing."""
-
-    def between(self, one: int, other: int) -> bool:
-        """Whether messages from one robot to the other are cut off."""
-
-
-def cells(fleet: Sequence[Seen], troubles: Troubles) -> Iterator[Cell]:
-    """The cells of all pairs."""
-    for one, other in combinations(fleet, 2):
-        halves = (_half(one, other, troubles), _half(other, one, troubles))
-        yield _cell(halves if halves[0] <= halves[1] else halves[::-1])
+    may: str
+    phase: str
+    """The coordinator's; empty: nobody coordinates it any more."""
+    turns: int
+    """How many turns were put, up to `TURNS_MAX`."""
 
 
-def _half(one: Seen, other: Seen, troubles: Troubles) -> Half:
-    """The pair as seen from one of the two."""
-    newer = (one.fence[:2] > other.fence[:2], one.fence > other.fence)
-    sees = (other.robot in one.named, other.robot in one.bound, other.robot in one.silent)
-    suffers = (troubles.of(one.robot), troubles.between(one.robot, other.robot))
-    return (one.state, one.role, one.drives, *newer, *sees, *suffers)
+TURNS_MAX = 3  # a view of which later turns differ from earlier ones only by how many were before
+
+
+def cells(view: View, fleet: Sequence[Seen]) -> Iterator[Cell]:
+    """The cells that the fleet is in."""
+    troubled = min(2, sum(bool(each.trouble) for each in fleet))
+    moving = any(each.drives for each in fleet)
+    for each in fleet:
+        yield _cell((view, moving, troubled, each))
+    for one, other in permutations(fleet, 2):
+        if one.drives or one.named:
+            yield _cell(
+                (view.may, one.state, one.behind, one.trouble, other.state, other.behind, other.trouble)
+            )
 
 
 @cache
-def _cell(halves: tuple[Half, ...]) -> Cell:
+def _cell(what: tuple[object, ...]) -> Cell:
     """The number of a cell. A campaign reaches some thousand: the cache stays small."""
-    return int.from_bytes(blake2b(repr(halves).encode(), digest_size=CELL_BYTES).digest(), "big")
+    return int.from_bytes(blake2b(repr(what).encode(), digest_size=CELL_BYTES).digest(), "big")

@@ -1,16 +1,34 @@
-"""The cells that a campaign has reached, how often, and which held run to go on from. Pure.
+"""The cells that a campaign has reached, how often, and which instants are worth futures. Pure.
 
-Rule 1: a held run is worth the rarity of its rarest cell, halved by each future that it has had: rare cells
-        first, and none is played for ever.
-Rule 2: the numbers of its cells, which are as good as drawn, make its worth differ by up to two times. Where
-        everything is new, the first seconds of an episode would otherwise have all futures.
+Rule 1: an instant is as rare as the rarest cell that its run has reached there. Of equally rare ones, those
+        at which a view forms come first, and then the earlier ones.
+Rule 2: of a run that has been played, the rarest instants count. In a run that goes on, an instant has two
+        futures where a cell is new, one while few runs have reached it, and after that one with a probability
+        that falls with their number.
 """
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import NamedTuple
 
 from clew.guided.cells import Cell
+from clew.swarm.draws import Draws
+
+NEW = 2  # futures of an instant at which a cell is new
+FEW = 4  # runs that have reached a cell, up to which each instant has a future
+
+ALWAYS = 0.25  # the least probability: each world is new, also where no cell is
+
+
+class Instant(NamedTuple):
+    """An instant of a run."""
+
+    tick: int
+    t_s: float
+    cells: frozenset[Cell]
+    """What the run has reached there, and not before."""
+    view_changes: bool
+    """Whether a view forms: most rules are about that."""
 
 
 class Corpus:
@@ -34,41 +52,24 @@ class Corpus:
         """Count the cells of a whole search."""
         self.visits.update(visits)
 
+    def rarest(self, instants: Sequence[Instant], count: int, apart_s: float) -> list[Instant]:
+        """The rarest instants of a run, in order of time, at least so far apart."""
+        chosen: list[Instant] = []
+        for each in sorted(instants, key=self._rarity):
+            if len(chosen) < count and all(abs(each.t_s - other.t_s) >= apart_s for other in chosen):
+                chosen.append(each)
+        return sorted(chosen)
 
-LUCK = 997  # a prime: sums of cells are spread evenly over it
+    def _rarity(self, instant: Instant) -> tuple[int, bool, int]:
+        """Rule 1. A number of runs counts by its doublings. An early future takes the least time."""
+        visits = min(self.visits[cell] for cell in instant.cells)
+        return visits.bit_length(), not instant.view_changes, instant.tick
 
-
-@dataclass(slots=True)
-class Held:
-    """A run that is held at an instant, to be gone on from."""
-
-    slot: int
-    from_s: float
-    cells: frozenset[Cell]
-    """The cells for which it was held."""
-    depth: int
-    played: int = 0
-
-    def worth(self, corpus: Corpus) -> float:
-        """Rules 1 and 2; the same for the same run in every search."""
-        rarest = min(corpus.visits[cell] for cell in self.cells)
-        luck = sum(self.cells) % LUCK / LUCK
-        return 0.5**self.played / max(1, rarest) * (1.0 + luck)
-
-
-@dataclass(slots=True)
-class Choice:
-    """The held runs of one search, and which is next."""
-
-    corpus: Corpus
-    futures_max: int
-    held: list[Held] = field(default_factory=list)
-
-    def best(self) -> Held | None:
-        """The run to go on from; None if each has had its futures."""
-        left = [each for each in self.held if each.played < self.futures_max]
-        return max(left, key=lambda each: each.worth(self.corpus), default=None)
-
-    def worst(self) -> Held | None:
-        """The run to give up first."""
-        return min(self.held, key=lambda each: each.worth(self.corpus), default=None)
+    def worth(self, cells: Collection[Cell], draws: Draws) -> int:
+        """Rule 2: how many futures to play from an instant of a run that goes on."""
+        rarest = min((self.visits[cell] for cell in cells), default=None)
+        if rarest is None:
+            return 0
+        if rarest == 0:
+            return NEW
+        return int(rarest <= FEW or draws.chance(max(FEW / rarest, ALWAYS)))

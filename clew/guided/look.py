@@ -1,12 +1,10 @@
-"""Looks at a rehearsal for its cells: the states of its robots, and the faults in progress."""
+"""Looks at a rehearsal for its cells: the fence, the states of its robots, and the faults in progress."""
 
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
-from typing import assert_never
+from collections.abc import Iterator, Sequence
 
 from agents.membership.states import State
 from agents.robot import Robot
-from clew.guided.cells import Cell, cells
+from clew.guided.cells import TURNS_MAX, Cell, Seen, View, cells
 from clew.rehearsal.actor import Actor
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import Plan
@@ -15,30 +13,28 @@ from protocol.fence import Fence, May
 from protocol.keys import WORLD, robot_name
 
 
-@dataclass(frozen=True, slots=True)
-class Sight:
-    """A robot, as a cell needs it."""
-
-    robot: int
-    state: str
-    fence: tuple[int, int, int] = (-1, 0, 0)
-    role: str = ""
-    drives: bool = False
-    named: Collection[int] = ()
-    bound: Collection[int] = ()
-    silent: Collection[int] = ()
-
-
 def look(rehearsal: Rehearsal) -> set[Cell]:
     """The cells that the rehearsal is in now."""
-    fleet = range(1, rehearsal.world.scenario.fleet.robots + 1)
-    actors = rehearsal.processes.actors
-    moving = rehearsal.world.bodies.moving
-    sights = [_sight(robot, actors.get(robot), fleet, moving=bool(moving[robot - 1])) for robot in fleet]
-    return set(cells(sights, Faults(rehearsal)))
+    actors, fence = rehearsal.processes.actors, rehearsal.world.arena.fence
+    moving, faults = rehearsal.world.bodies.moving.tolist(), _Faults(rehearsal)
+    fleet = [
+        _seen(actors.get(robot), fence, robot, faults.of(robot), drives=drives)
+        for robot, drives in enumerate(moving, start=1)
+    ]
+    coordinator = actors.get(fence.epoch.robot)
+    phase = "" if coordinator is None or coordinator.core.phase is None else coordinator.core.phase
+    return set(cells(View(fence.may, phase, min(fence.turn, TURNS_MAX)), fleet))
 
 
-class Faults:
+def in_focus(rehearsal: Rehearsal) -> Sequence[int]:
+    """The robots on which most depends now: the view's coordinator, and those that move or may move."""
+    fence, moving = rehearsal.world.arena.fence, rehearsal.world.bodies.moving.tolist()
+    robots = [robot for robot, moves in enumerate(moving, start=1) if moves]
+    robots += [robot for robot in (fence.epoch.robot, fence.epoch.robot, fence.robot) if robot > 0]
+    return robots or range(1, len(moving) + 1)
+
+
+class _Faults:
     """The faults in progress in a rehearsal."""
 
     def __init__(self, rehearsal: Rehearsal) -> None:
@@ -56,18 +52,12 @@ class Faults:
             return "frozen"
         if self._mute:
             return "mute"
-        if any(_is_cut(rule, name, ROUTER) for rule in self._cuts):
+        if any(name in (*rule.group, *rule.others) for rule in self._cuts):
             return "cut"
-        if any(_is_cut(rule, name, WORLD) for rule in self._cuts):
-            return "blind"
         if actor is not None and actor.delay_s > 0.0:
             return "slow"
-        lossy = any(name in _limits(rule) or not _limits(rule) for rule in self._others)
-        return "lossy" if lossy else ""
-
-    def between(self, one: int, other: int) -> bool:
-        """Whether messages from one robot to the other are cut off."""
-        return any(rule.cuts(robot_name(one), robot_name(other)) for rule in self._cuts)
+        struck = [rule for rule in self._others if name in _limits(rule) or _limits(rule) <= {WORLD, ROUTER}]
+        return struck[0].fault if struck else ""
 
 
 def message_rules(plan: Plan) -> Iterator[MessageRule]:
@@ -75,33 +65,20 @@ def message_rules(plan: Plan) -> Iterator[MessageRule]:
     return (rule for rule in plan.rules if isinstance(rule, MessageRule))
 
 
-def _is_cut(rule: Partition, name: str, other: str) -> bool:
-    return rule.cuts(name, other) or rule.cuts(other, name)
-
-
-def _limits(rule: MessageRule) -> Sequence[str]:
+def _limits(rule: MessageRule) -> set[str]:
     """The processes that the rule names."""
-    return (*rule.sender, *rule.receiver)
+    return {*rule.sender, *rule.receiver}
 
 
-def _sight(robot: int, actor: Actor | None, fleet: Collection[int], *, moving: bool) -> Sight:
+def _seen(actor: Actor | None, fence: Fence, robot: int, trouble: str, *, drives: bool) -> Seen:
+    named = fence.may is May.ONE and fence.robot == robot
     if actor is None:
-        return Sight(robot, "gone", drives=moving)
+        return Seen("gone", "", drives, "", named, trouble, 0)
     core = actor.core
-    return Sight(
-        robot,
-        _state_of(core),
-        core.fence.key,
-        _role_of(core),
-        moving,
-        _named(core.fence, fleet),
-        core.reported | {link.neighbour for link in core.links},
-        [link.neighbour for link in core.links if link.silent],
-    )
-
-
-def _state_of(core: Robot) -> str:
-    return core.state.value if core.awake else "waking"
+    behind = "" if core.fence == fence else "turn" if core.fence.epoch == fence.epoch else "epoch"
+    silent = sum(link.silent for link in core.links)
+    state = core.state.value if core.awake else "waking"
+    return Seen(state, _role_of(core), drives, behind, named, trouble, silent)
 
 
 def _role_of(core: Robot) -> str:
@@ -110,16 +87,3 @@ def _role_of(core: Robot) -> str:
     if core.state is State.MEMBER:
         place = "leader" if core.leads else "middle" if len(core.links) == 2 else "tail"
     return f"{place} coordinator".strip() if core.coordinates else place
-
-
-def _named(fence: Fence, fleet: Collection[int]) -> Collection[int]:
-    """The robots that may move by this fence."""
-    match fence.may:
-        case May.ONE:
-            return (fence.robot,)
-        case May.ALL:
-            return fleet
-        case May.NOBODY | May.STOPPED:
-            return ()
-        case _:
-            assert_never(fence.may)

@@ -18,8 +18,8 @@ from msgspec.structs import replace
 
 from clew.campaign.campaign import drawn_episode
 from clew.campaign.episode import Outcome, Surprise, play
+from clew.campaign.mutant import Mutant
 from clew.campaign.mutants import apply, by, outcomes_in
-from clew.campaign.mutants_list import Mutant
 from clew.campaign.mutants_worker import WALL_S_MAX
 
 GUIDED_WORKER, UNIFORM_WORKER = "clew.guided.mutants_worker", "clew.campaign.mutants_worker"
@@ -72,8 +72,8 @@ class Comparison(Struct, frozen=True, kw_only=True):
     cpu_ratio_median: float | None
 
 
-def compare(mutant: Mutant, trials: int) -> Compared:
-    """Search for the mutant both ways.
+def compare(mutant: Mutant, trials: int, cpu_s_max: float) -> Compared:
+    """Search for the mutant both ways; a trial gives up after this CPU time.
 
     Raises:
         UsageError: the source does not contain the piece to replace, or contains it twice.
@@ -81,8 +81,8 @@ def compare(mutant: Mutant, trials: int) -> Compared:
     firsts = [1 + TRIALS_APART * trial for trial in range(trials)]
     with TemporaryDirectory(prefix="clew-mutant-") as name:
         apply(mutant, Path(name))
-        guided = _way([_trial(mutant, Path(name), GUIDED_WORKER, first) for first in firsts])
-        uniform = _way([_trial(mutant, Path(name), UNIFORM_WORKER, first) for first in firsts])
+        guided = _way([_trial(mutant, Path(name), GUIDED_WORKER, first, cpu_s_max) for first in firsts])
+        uniform = _way([_trial(mutant, Path(name), UNIFORM_WORKER, first, cpu_s_max) for first in firsts])
     return Compared(
         mutant=mutant.name,
         rule=mutant.rule,
@@ -105,7 +105,7 @@ def summed_up(mutants: Sequence[Compared]) -> Comparison:
     )
 
 
-def _trial(mutant: Mutant, folder: Path, worker: str, first: int) -> Trial:
+def _trial(mutant: Mutant, folder: Path, worker: str, first: int, cpu_s_max: float) -> Trial:
     cpu_s, seeds, futures = 0.0, 0, 0
     for outcome in outcomes_in(folder, worker, first, first + mutant.seeds_max - 1):
         cpu_s, seeds, futures = cpu_s + outcome.cpu_s, seeds + 1, futures + outcome.futures
@@ -119,6 +119,8 @@ def _trial(mutant: Mutant, folder: Path, worker: str, first: int) -> Trial:
                 futures=futures,
                 cpu_s=cpu_s,
             )
+        if cpu_s >= cpu_s_max:
+            break
     return Trial(first_seed=first, seed=None, branches="", by=None, seeds=seeds, futures=futures, cpu_s=cpu_s)
 
 

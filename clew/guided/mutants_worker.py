@@ -13,8 +13,7 @@ import msgspec
 from clew.campaign.campaign import drawn_episode
 from clew.campaign.mutants_worker import WALL_S_MAX
 from clew.guided.corpus import Corpus
-from clew.guided.runner import Limits
-from clew.guided.search import search
+from clew.guided.search import Limits, search
 
 
 def main(arguments: Sequence[str]) -> int:

@@ -1,33 +1,77 @@
-"""The guided search of one seed: its own run, then futures from where something was new. A shell.
+"""The guided search of one seed: its own run, and futures from where that has reached something rare. Shell.
 
-Rule 1: which future comes next depends on the seed and on the cells known before, on nothing else. So a
+Rule 1: the seed's own run is played first, to its end. Then it is played again up to its rarest instants.
+        There the process forks, the fork plays a future to its end, and only then the run goes on. A future
+        forks in the same way at the first rare instants that it comes to. So a search goes depth first, and
+        needs no other process.
+Rule 2: which futures are played depends on the seed and on the cells known before, on nothing else. So a
         search is the same every time.
-Rule 2: a future that surprises is played again from the start, without forks; that outcome counts. One that
-        was cut off early and does not surprise when played whole is no surprise.
-Rule 3: a search leaves no process, whatever happens.
+Rule 3: a future that surprises is played again from the start, without forks; that outcome counts.
+Rule 4: a run is judged as it goes, and ended once something is broken.
+Rule 5: a search leaves no process, whatever happens: a future whose parent is no more ends soon.
 """
 
+import math
 import os
 import resource
 import signal
 import time
 from collections import Counter
-from contextlib import suppress
-from multiprocessing import Pipe
-from multiprocessing.connection import Connection
-from typing import assert_never
+from collections.abc import Sequence
 
 import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
-from clew.campaign.episode import CRASHED, Episode, Outcome, Surprise, failed, play, set_stage
+from clew.campaign.episode import (
+    CRASHED,
+    OUT_OF_TIME,
+    Episode,
+    Outcome,
+    OutOfTimeError,
+    Surprise,
+    failed,
+    last_line,
+    outcome_of,
+    play,
+    set_stage,
+    wall_clock_limit,
+)
 from clew.guided.cells import Cell
-from clew.guided.corpus import Choice, Corpus, Held
-from clew.guided.runner import REPORTS, GivenUp, GoOn, HeldAt, Limits, Over, Report, Runner
+from clew.guided.corpus import Corpus, Instant
+from clew.guided.forks import in_a_fork
+from clew.guided.look import in_focus, look
+from clew.rehearsal.rehearsal import Rehearsal
+from clew.swarm.draws import Draws
+from clew.swarm.futures import Branch, Branches, branch_at, branched, said
+from protocol.exit_codes import ExitCode
+from protocol.fence import May
+from world.bodies.arena import ODOMETRY_TICKS
+from world.judge.judgement import judge
 
-ENDS_S = 5.0  # a process that only has to end is gone within milliseconds
-LATE_S = 30.0  # after an episode's own limit: its process is no more
+
+class Limits(Struct, frozen=True, kw_only=True):
+    """How much a search may play."""
+
+    instants_max: int = 4
+    """Instants of the seed's own run from which futures are played."""
+    futures_each: int = 1
+    """Futures from each of them."""
+    below_max: int = 3
+    """Futures of one future: with all, a search takes some three times the CPU time of the seed's own run."""
+    depth_max: int = 4
+    apart_s: float = 0.3
+    """Time between two instants from which futures are played: a report, its answer and a turn."""
+
+
+class Played(Struct, frozen=True):
+    """What has become of a future and of its own futures."""
+
+    surprise: str | None
+    """The branches of the one that surprises; None: none does."""
+    futures: int
+    visits: dict[Cell, int]
+    """In how many runs each cell was reached for the first time."""
 
 
 class Found(Struct, frozen=True, kw_only=True):
@@ -39,13 +83,33 @@ class Found(Struct, frozen=True, kw_only=True):
     """In how many of its runs each cell was reached."""
 
 
+JUDGES_FROM_S, JUDGES_AGAIN = 0.2, 1.5  # about twelve judgements of an episode, of some milliseconds each
+PLAYED = msgspec.msgpack.Decoder(Played)
+
+
 def search(episode: Episode, known: Corpus, limits: Limits) -> Found:
     """Search the futures of one seed."""
     started_wall_s, before = time.monotonic(), _spent_s()
-    with _Tree(episode, limits) as tree:
-        found = _Search(episode, known, limits, tree).run()
+    own, corpus, futures = _Run(episode, Corpus(known.visits), limits), Corpus(known.visits), 0
+    outcome, visits = own.play(), Counter(own.visits)
+    corpus.add(visits)
+    if outcome.surprise is Surprise.NONE:
+        run = _Run(episode, corpus, limits)
+        run.branch_out(known.rarest(own.instants, limits.instants_max, limits.apart_s))
+        futures, visits = run.futures, visits + run.visits
+        if run.surprise is not None:
+            outcome = _again(replace(episode, branches=run.surprise))
+    new = sum(cell not in known for cell in visits)
     spent = {"cpu_s": _spent_s() - before, "wall_s": time.monotonic() - started_wall_s}
-    return replace(found, outcome=replace(found.outcome, **spent))
+    return Found(outcome=replace(outcome, futures=futures, cells=new, **spent), visits=dict(visits))
+
+
+def _again(future: Episode) -> Outcome:
+    """Rule 3. A future that does not surprise again is a bug of ours: it is not decided by its seed."""
+    outcome = play(future)
+    if outcome.surprise is not Surprise.NONE:
+        return outcome
+    return failed(future, CRASHED, f"future {future.branches} surprised in a fork only", 0.0)
 
 
 def lost(episode: Episode) -> Found:
@@ -53,156 +117,130 @@ def lost(episode: Episode) -> Found:
     return Found(outcome=failed(episode, CRASHED, "its process died", 0.0), visits={})
 
 
-class _Search:
-    """The order in which the futures of a seed are played."""
+class _Run:
+    """A run of a search: first the seed's own; in each fork it turns into a future."""
 
-    def __init__(self, episode: Episode, known: Corpus, limits: Limits, tree: "_Tree") -> None:
-        self._episode, self._limits, self._tree = episode, limits, tree
-        self._corpus = Corpus(known.visits)
-        self._before = len(known)
-        self._visits: Counter[Cell] = Counter()
-        self._choice = Choice(self._corpus, limits.futures_max)
-        self._free = list(range(limits.slots))
-        self._futures = 0
-        self._own: Outcome | None = None
-        self._sim_s = 0.0
+    def __init__(self, episode: Episode, corpus: Corpus, limits: Limits) -> None:
+        self._episode, self._limits = replace(episode, branches=""), limits
+        self._stage = set_stage(self._episode)
+        assert self._stage.swarm is not None, "only a swarm has futures"
+        self._swarm = self._stage.swarm
+        self._rehearsal = Rehearsal(self._stage.scenario, episode.seed, self._stage.plan)
+        self._ticks = enumerate(self._rehearsal.ticks(), start=1)
+        self._corpus = corpus
+        self._branches: Branches = ()
+        self._left = 0
+        """How many futures it may still have."""
+        self._reached: set[Cell] = set()
+        self._forked_s = -math.inf
+        self._judge_at_s = JUDGES_FROM_S
+        self._parent = os.getppid()
+        self.instants: list[Instant] = []
+        self.futures = 0
+        self.visits: Counter[Cell] = Counter()
+        self.surprise: str | None = None
+        """The branches of the first future that surprises."""
 
-    def run(self) -> Found:
-        self._tree.begin(self._order(0))
-        while True:
-            over = self._until_over()
-            if over is None:
-                return self._found(lost(self._episode).outcome)
-            if (outcome := self._surprise(over)) is not None:
-                return self._found(outcome)
-            held = self._choice.best() if self._sim_s < self._limits.sim_s_max else None
-            if held is None:
-                assert self._own is not None, "the first run is the seed's own"
-                return self._found(self._own)
-            self._make_room(held)
-            held.played += 1
-            self._futures += 1
-            self._tree.go_on(held.slot, self._order(held.played))
+    def play(self) -> Outcome:
+        """Play the seed's own run."""
+        try:
+            with wall_clock_limit(self._episode.wall_s_max):
+                self._go_on()
+                if self._rehearsal.world.judgement is None:  # rule 4
+                    self._rehearsal.stop(ExitCode.TERMINATED)
+                    for _ in self._ticks:
+                        pass
+            return outcome_of(self._episode, self._stage, self._rehearsal, wall_s=0.0)
+        except OutOfTimeError:
+            return failed(self._episode, OUT_OF_TIME, "the wall-clock limit struck", 0.0)
+        except Exception as error:
+            return failed(self._episode, CRASHED, last_line(error), 0.0)
 
-    def _until_over(self) -> Over | None:
-        """Take in what the run reports until it is over; None if its process has died."""
-        while (report := self._tree.report(self._episode.wall_s_max + LATE_S)) is not None:
-            match report:
-                case GivenUp():
-                    pass
-                case HeldAt(slot, from_s, cells, depth):
-                    self._free.remove(slot)
-                    self._choice.held.append(Held(slot, from_s, cells, depth))
-                case Over():
-                    self._corpus.add(report.reached)
-                    self._visits.update(report.reached)
-                    return report
-                case _:
-                    assert_never(report)
-        return None
+    def branch_out(self, instants: Sequence[Instant]) -> None:
+        """Play the seed's own run again, with futures from these instants, in order."""
+        for instant in instants:
+            while next(self._ticks)[0] < instant.tick:
+                pass
+            draws = Draws(self._episode.seed, f"guided/{instant.t_s}")
+            for future in range(1, self._limits.futures_each + 1):
+                self._left = 1 + self._limits.below_max
+                self._fork(branch_at(instant.t_s, draws.pick(in_focus(self._rehearsal)), future))
+                if self.surprise is not None:
+                    return
 
-    def _surprise(self, over: Over) -> Outcome | None:
-        """The outcome of a run that surprises (rule 2)."""
-        if self._own is None:
-            self._own = over.outcome
-        else:
-            self._sim_s += over.sim_s
-        if over.outcome.surprise is Surprise.NONE:
-            return None
-        if not over.branches:
-            return over.outcome
-        whole = play(replace(self._episode, branches=over.branches))
-        return None if whole.surprise is Surprise.NONE else whole
-
-    def _order(self, future: int) -> GoOn:
-        free = self._free if future == 0 else self._free[: self._limits.held_max]
-        return GoOn(future, tuple(free), frozenset(self._corpus.visits))
-
-    def _make_room(self, wanted: Held) -> None:
-        """Give up the held runs that are worth least, until a quarter of the slots is free."""
-        held = self._choice.held
-        while len(self._free) < self._limits.slots // 4:
-            worst = self._choice.worst()
-            if worst is None or worst is wanted:
+    def _go_on(self) -> None:
+        """Play to the end, or until a future surprises."""
+        for tick, now_s in self._ticks:
+            if tick % ODOMETRY_TICKS:
+                continue  # most of what cells tell changes with odometry only
+            if now_s >= self._judge_at_s and self._is_broken(now_s):
                 return
-            held.remove(worst)
-            self._tree.give_up(worst.slot)
-            self._free.append(worst.slot)
+            self._pass(tick, now_s)
+            if self.surprise is not None:
+                return
 
-    def _found(self, outcome: Outcome) -> Found:
-        cells = len(self._corpus) - self._before
-        return Found(outcome=replace(outcome, futures=self._futures, cells=cells), visits=dict(self._visits))
-
-
-class _Tree:
-    """The processes of a search, and the pipes to them."""
-
-    def __init__(self, episode: Episode, limits: Limits) -> None:
-        self._episode, self._limits = episode, limits
-        self._root = 0
-        self._ours: list[Connection] = []
-        self._theirs: list[Connection] = []
-
-    def __enter__(self) -> "_Tree":
-        for _ in range(self._limits.slots):
-            theirs, ours = Pipe(duplex=False)
-            self._ours.append(ours)
-            self._theirs.append(theirs)
-        self._reports, self._to_us = Pipe(duplex=False)
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        """Rule 3: all that are held see their pipe closed; if one still plays, it is ended."""
-        for each in (*self._ours, *self._theirs, self._to_us):
-            each.close()
-        if kind is not None or not self._all_have_ended():
-            with suppress(ProcessLookupError):
-                os.killpg(self._root, signal.SIGKILL)
-        os.waitpid(self._root, 0)
-        self._reports.close()
-
-    def _all_have_ended(self) -> bool:
-        """Wait until no process has our pipe open; returns whether that came soon."""
+    def _ends_well(self) -> bool:
+        """Play a future to its end; whether nothing surprises that was not there before."""
         try:
-            while self._reports.poll(ENDS_S):
-                self._reports.recv_bytes()
-        except EOFError:
-            return True
-        return False
+            with wall_clock_limit(self._episode.wall_s_max):
+                self._go_on()
+        except (OutOfTimeError, Exception):
+            return False
+        judgement = self._rehearsal.world.judgement
+        if self.surprise is not None:
+            return True  # of a future of this one
+        return judgement is not None and not judgement.breaches
 
-    def begin(self, order: GoOn) -> None:
-        """Begin with the seed's own run."""
-        self._root = os.fork()
-        if self._root == 0:
-            self._play(order)
-        with suppress(OSError):
-            os.setpgid(self._root, self._root)  # whichever of the two is first
+    def _is_broken(self, now_s: float) -> bool:
+        """Rule 4."""
+        self._judge_at_s = now_s * JUDGES_AGAIN
+        return bool(judge(self._stage.scenario, self._rehearsal.entries).breaches)
 
-    def _play(self, order: GoOn) -> None:
-        try:
-            os.setpgid(0, 0)  # signals from the terminal reach only us
-            for each in (*self._ours, self._reports):
-                each.close()
-            stage = set_stage(replace(self._episode, branches=""))
-            Runner(self._episode, stage, self._limits, self._theirs, self._to_us).play(order)
-        finally:
-            os._exit(1)
+    def _pass(self, tick: int, now_s: float) -> None:
+        """Look at what is new, and play futures from here, as many as the instant is worth."""
+        if self._branches and os.getppid() != self._parent:
+            os._exit(1)  # rule 5
+        fresh = frozenset(look(self._rehearsal) - self._reached)
+        if not fresh:
+            return
+        self._reached |= fresh
+        self.visits.update(fresh)
+        view_changes = self._rehearsal.world.arena.fence.may is not May.ALL
+        self.instants.append(Instant(tick, now_s, fresh, view_changes))
+        if self._left == 0 or now_s - self._forked_s < self._limits.apart_s:
+            return
+        self._forked_s = now_s
+        draws = Draws(self._episode.seed, f"guided/{said(self._branches)}/{now_s}")
+        worth = self._corpus.worth(fresh, draws)
+        self._corpus.add(fresh)
+        for future in range(1, worth + 1):
+            if self._left > 0 and self.surprise is None:
+                self._fork(branch_at(now_s, draws.pick(in_focus(self._rehearsal)), future))
 
-    def go_on(self, slot: int, order: GoOn) -> None:
-        """Play a future of the run held in this slot."""
-        self._ours[slot].send_bytes(msgspec.msgpack.encode(order))
+    def _fork(self, branch: Branch) -> None:
+        """Rule 1."""
+        branches = (*self._branches, branch)
+        left_s, _ = signal.setitimer(signal.ITIMER_REAL, 0.0)  # a fork has a wall-clock limit of its own
+        told = in_a_fork(lambda: self._play_future(branches))
+        signal.setitimer(signal.ITIMER_REAL, left_s)
+        played = Played(said(branches), 1, {}) if told is None else PLAYED.decode(told)
+        self._left -= played.futures
+        self.futures += played.futures
+        self.visits.update(played.visits)
+        self._corpus.merge(played.visits)
+        self.surprise = played.surprise
 
-    def give_up(self, slot: int) -> None:
-        """End the run held in this slot; the slot can be used again."""
-        self.go_on(slot, GoOn(0, (), frozenset()))
-        while (report := self.report(ENDS_S)) is not None and report != GivenUp(slot):
-            pass
-
-    def report(self, within_s: float) -> Report | None:
-        """The next report; None if none comes."""
-        if not self._reports.poll(within_s):
-            return None
-        return REPORTS.decode(self._reports.recv_bytes())
+    def _play_future(self, branches: Branches) -> bytes:
+        """Turn into the future with these branches, and play it; in a fork."""
+        self._branches, self._swarm = branches, branched(self._swarm, branches)
+        self._rehearsal.turn_to(self._swarm.plan)
+        self._rehearsal.world.limit(float(self._swarm.world["time"]["time_s_max"]))
+        is_deepest = len(branches) >= self._limits.depth_max
+        self._left, self._parent = 0 if is_deepest else self._left - 1, os.getppid()
+        self.futures, self.visits = 1, Counter()
+        if not self._ends_well():
+            self.surprise = said(branches)
+        return msgspec.msgpack.encode(Played(self.surprise, self.futures, dict(self.visits)))
 
 
 def _spent_s() -> float:

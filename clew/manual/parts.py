@@ -10,7 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from clew.campaign.mutant import Mutant
 from clew.campaign.mutants_list import MUTANTS
+from clew.explore.without import RULES
 from clew.manual.faults import rules
 from clew.manual.scenario import sections
 from clew.manual.timeline import kinds
@@ -57,9 +59,16 @@ def schema_line(of: str) -> str:
 
 
 def mutants() -> str:
-    """Each mutant, and the rule that it breaks."""
-    rows = [f"| `{mutant.name}` | {mutant.rule} |" for mutant in MUTANTS]
-    return "\n".join(["| mutant | the rule that it breaks |", "|---|---|", *rows])
+    """Each mutant, the rule that it breaks, and what catches it."""
+    rows = [f"| `{each.name}` | {each.rule} | {_catcher(each)} |" for each in MUTANTS]
+    return "\n".join(["| mutant | the rule that it breaks | caught by |", "|---|---|---|", *rows])
+
+
+def _catcher(mutant: Mutant) -> str:
+    if mutant.check:
+        return f"`{mutant.check}`"
+    rule = next((rule for rule, each in RULES.items() if each.mutant == mutant), None)
+    return "a swarm" if rule is None else f"a swarm, `explore --without {rule}`"
 
 
 PARTS = (

@@ -4,36 +4,41 @@ Rule 1: a future is named by its seed and its branches. Each branch is an instan
         faults from these alone. So a future is a plain plan that can be played from the start.
 Rule 2: up to the instant of its last branch, a future is the same to the byte as the future without it. So
         a run may be forked there instead of being played again.
-Rule 3: the plan of every future has rules that never strike (`IDLE`). A plan without any rule for points of a
+Rule 3: a future ends `HORIZON_S` after its last branch, and is checked for safety: its world has that time
+        limit, and its mode is `safety`. So it ends there however it is played.
+Rule 4: the plan of every future has rules that never strike (`IDLE`). A plan without any rule for points of a
         step, for scans or for partitions is followed along a shorter way, and rule 2 would not hold.
 """
 
+import dataclasses
 import math
 from collections.abc import Sequence
 
 from msgspec import Struct
 from msgspec.structs import replace
 
-from clew.swarm.classes import ADVERSARY, FaultClass, draw_rules
+from clew.swarm.classes import ADVERSARY, INDEPENDENT, FaultClass, draw_rules
 from clew.swarm.draws import Draws
-from clew.swarm.swarm import Mode, Swarm, draw, without_excess_kills
-from clew.swarm.window import SOON_S, Window
+from clew.swarm.strikes import strike
+from clew.swarm.swarm import Mode, Swarm, draw
+from clew.swarm.window import Window
 from protocol.errors import UsageError
 from protocol.faults.plan import Plan
 from protocol.faults.rules import Drop, Kill, Partition, Rule, StepPoint
 from protocol.keys import robot_name
 
+HORIZON_S = 2.5  # the faults of a strike begin within 0.6 s, and the next view drives within 1.5 s of a death
 KEEPS = 0.6  # share of futures in which the faults of before go on: most breaches need two faults at once
-OPENS_S = (0.0, 2.0)  # faults of a future begin near its instant: that is what it was branched for
-ROOM_S = 5.0  # the least time in which every class of faults can be drawn
-ADVERSARY_SHARE = 0.5
-CLASSES_MAX = 3
+OPENS_S = (0.0, 1.0)  # faults of a future begin near its instant: that is what it was branched for
+STRIKES = 0.8  # share of futures with a strike; the others have one or two classes of a swarm
+CLASSES_MAX = 2
 NEVER_S = 1e6  # longer than any run
 AFTER_S = (
     0.001  # a branch lies just after the tick at which a run is forked: that tick has its messages behind it
 )
 DECIMALS = 3
 
+_POOL = (*ADVERSARY, *ADVERSARY, *INDEPENDENT)
 IDLE: tuple[Rule, ...] = (
     Drop(name="idle-drop", from_s=NEVER_S),
     Partition(name="idle-partition", group=(robot_name(1),), from_s=NEVER_S),
@@ -43,20 +48,21 @@ IDLE: tuple[Rule, ...] = (
 
 
 class Branch(Struct, frozen=True):
-    """Where a future leaves the one before it, and which of the futures from there it is."""
+    """Where a future leaves the one before it, which robot its faults are about, and which future it is."""
 
     from_s: float
+    robot: int
     future: int
 
     def __str__(self) -> str:
-        return f"{self.from_s:.{DECIMALS}f}:{self.future}"
+        return f"{self.from_s:.{DECIMALS}f}:{robot_name(self.robot)}:{self.future}"
 
 
 Branches = tuple[Branch, ...]
 
 
 def said(branches: Branches) -> str:
-    """The branches as a text, such as `3.101:2,7.401:1`."""
+    """The branches as a text, such as `3.101:r4:2,7.401:r1:1`."""
     return ",".join(map(str, branches))
 
 
@@ -68,22 +74,20 @@ def read_branches(text: str) -> Branches:
     """
     try:
         parts = [part.split(":") for part in text.split(",") if part]
-        branches = tuple(Branch(float(from_s), int(future)) for from_s, future in parts)
+        branches = tuple(
+            Branch(float(from_s), int(robot.removeprefix("r")), int(future))
+            for from_s, robot, future in parts
+        )
     except ValueError:
         branches = ()
     if said(branches) != text or any(not each.from_s < NEVER_S for each in branches):
-        raise UsageError(f"--future: must be like 3.101:2,7.401:1, got {text!r}")
+        raise UsageError(f"--future: must be like 3.101:r4:2,7.401:r1:1, got {text!r}")
     return branches
 
 
-def branch_at(now_s: float, future: int) -> Branch:
+def branch_at(now_s: float, robot: int, future: int) -> Branch:
     """A branch just after the tick at this time."""
-    return Branch(round(now_s + AFTER_S, DECIMALS), future)
-
-
-def branches_until_s(swarm: Swarm) -> float:
-    """Until when the swarm has futures: new faults need time before the time at which all are over."""
-    return math.inf if swarm.mode is Mode.SAFETY else swarm.quiet_s - SOON_S - ROOM_S
+    return Branch(round(now_s + AFTER_S, DECIMALS), robot, future)
 
 
 def draw_future(seed: int, branches: Branches) -> Swarm:
@@ -101,25 +105,31 @@ def branched(swarm: Swarm, branches: Branches) -> Swarm:
     draws = Draws(swarm.seed, purpose)
     rules = swarm.plan.rules
     kept = list(rules) if draws.chance(KEEPS) else clipped(rules, from_s, swarm.outside)
-    robots = int(swarm.world["fleet"]["robots"])
-    until_s = None if swarm.mode is Mode.SAFETY else round(swarm.quiet_s - SOON_S - from_s, DECIMALS)
-    window = Window(robots, until_s, OPENS_S)
-    classes = _classes(draws)
-    drawn = [
-        rule for each in classes for rule in draw_rules(each, Draws(swarm.seed, f"{purpose}/{each}"), window)
-    ]
-    if swarm.mode is Mode.LIVENESS:
-        killed = sum(rule.robots for rule in kept if isinstance(rule, Kill) and rule not in IDLE)
-        drawn = without_excess_kills(drawn, kills_max=robots - (3 if swarm.outside else 1) - killed)
+    window = Window(int(swarm.world["fleet"]["robots"]), None, OPENS_S)
+    classes: list[FaultClass] = []
+    if draws.chance(STRIKES):
+        drawn = strike(Draws(swarm.seed, f"{purpose}/strike"), window, branches[-1].robot)
+    else:
+        classes = list(dict.fromkeys(draws.pick(_POOL) for _ in range(draws.whole(1, CLASSES_MAX))))
+        drawn = [
+            rule
+            for each in classes
+            for rule in draw_rules(each, Draws(swarm.seed, f"{purpose}/{each}"), window)
+        ]
     named = [later(rule, from_s, f"{branches[-1]}-{place}") for place, rule in enumerate(drawn, start=1)]
-    return replaced(swarm, (*kept, *named), tuple(dict.fromkeys((*swarm.classes, *classes))))
+    ends_s = round(from_s + HORIZON_S, DECIMALS)
+    return dataclasses.replace(
+        replaced(swarm, (*kept, *named), tuple(dict.fromkeys((*swarm.classes, *classes)))),
+        mode=Mode.SAFETY,
+        world=swarm.world | {"time": swarm.world["time"] | {"time_s_max": ends_s}},
+        quiet_s=math.inf,
+    )
 
 
 def replaced(swarm: Swarm, rules: Sequence[Rule], classes: tuple[FaultClass, ...] = ()) -> Swarm:
     """The swarm with other rules, and with these classes if there are any."""
-    said = {name: getattr(swarm, name) for name in Swarm.__dataclass_fields__}
     plan = Plan(name=swarm.plan.name, description=swarm.plan.description, rules=tuple(rules))
-    return Swarm(**(said | {"plan": plan, "classes": classes or swarm.classes}))
+    return dataclasses.replace(swarm, plan=plan, classes=classes or swarm.classes)
 
 
 def clipped(rules: Sequence[Rule], from_s: float, outside: frozenset[int]) -> list[Rule]:
@@ -150,10 +160,3 @@ def _is_permanent(rule: Rule, outside: frozenset[int]) -> bool:
     if not outside or rule.until_s is not None:
         return False
     return isinstance(rule, Drop | Partition)
-
-
-def _classes(draws: Draws) -> list[FaultClass]:
-    """One to three classes: breaches need few faults, but these within seconds."""
-    pools = [ADVERSARY if draws.chance(ADVERSARY_SHARE) else tuple(FaultClass) for _ in range(CLASSES_MAX)]
-    picked = [draws.pick(pool) for pool in pools[: draws.whole(1, CLASSES_MAX)]]
-    return list(dict.fromkeys(picked))

@@ -13,6 +13,7 @@ Rule 4: in some seeds an adversary plays: one or two classes whose faults lie ar
 import math
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import lru_cache
 from typing import Any
 
 from clew.swarm.classes import ADVERSARY, INDEPENDENT, FaultClass, draw_rules
@@ -74,6 +75,7 @@ class Swarm:
         return plan_text(self.plan)
 
 
+@lru_cache(maxsize=1)  # a search draws its seed again to play a future from the start
 def draw(seed: int) -> Swarm:
     """The swarm of a seed; the same on any machine."""
     draws = Draws(seed, "swarm/mix")

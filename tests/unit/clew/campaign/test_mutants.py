@@ -2,8 +2,9 @@ from pathlib import Path
 
 import pytest
 
+from clew.campaign.mutant import Edit, Mutant
 from clew.campaign.mutants import apply, run_mutant
-from clew.campaign.mutants_list import MUTANTS, Edit, Mutant
+from clew.campaign.mutants_list import MUTANTS
 from protocol.errors import UsageError
 from protocol.root import ROOT
 
@@ -36,3 +37,14 @@ def test_a_mutant_is_caught_and_an_unchanged_source_is_not() -> None:
         "harmless", "", (Edit("protocol/wire/link.py", "class Link(", "class Link("),), seeds_max=1
     )
     assert not run_mutant(harmless).ok
+
+
+@pytest.mark.parametrize("mutant", [each for each in MUTANTS if each.check], ids=lambda mutant: mutant.name)
+def test_a_test_that_catches_a_mutant_exists(mutant: Mutant) -> None:
+    file, test = mutant.check.split("::")
+    assert f"def {test}(" in (ROOT / file).read_text(encoding="utf-8")
+
+
+def test_a_mutant_that_no_swarm_shows_is_caught_by_its_test() -> None:
+    caught = run_mutant(next(mutant for mutant in MUTANTS if mutant.name == "pieces-are-all"))
+    assert (caught.by, caught.seed) == ("test", None)

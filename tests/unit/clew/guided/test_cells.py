@@ -1,71 +1,48 @@
-from dataclasses import dataclass, field, replace
+from clew.guided.cells import Cell, Seen, View, cells
 
-from clew.guided.cells import cells
-
-
-@dataclass(frozen=True)
-class Robot:
-    robot: int
-    state: str = "member"
-    fence: tuple[int, int, int] = (3, 1, 2)
-    role: str = ""
-    drives: bool = False
-    named: tuple[int, ...] = ()
-    bound: tuple[int, ...] = ()
-    silent: tuple[int, ...] = ()
+ALL = View("all", "formed", 1)
+LEADER = Seen("member", "leader coordinator", True, "", False, "", 0)
+TAIL = Seen("member", "tail", False, "", False, "", 0)
 
 
-@dataclass
-class Faults:
-    suffered: dict[int, str] = field(default_factory=dict)
-    cuts: set[tuple[int, int]] = field(default_factory=set)
-
-    def of(self, robot: int) -> str:
-        return self.suffered.get(robot, "")
-
-    def between(self, one: int, other: int) -> bool:
-        return (one, other) in self.cuts
+def of(view: View, *fleet: Seen) -> set[Cell]:
+    return set(cells(view, fleet))
 
 
-ONE, TWO = Robot(1, role="leader", bound=(1, 2)), Robot(2, role="tail", bound=(1, 2))
-NONE = Faults()
-
-
-def test_a_cell_does_not_tell_which_robots_are_in_it_nor_which_epoch() -> None:
-    others = [
-        Robot(7, role="tail", fence=(9, 5, 1), bound=(7, 4)),
-        Robot(4, role="leader", fence=(9, 5, 1), bound=(7, 4)),
-    ]
-    assert set(cells([ONE, TWO], NONE)) == set(cells(others, NONE))
+def test_a_cell_does_not_tell_which_robots_are_in_it_nor_how_many() -> None:
+    assert of(ALL, LEADER, TAIL) == of(ALL, TAIL, LEADER)
+    assert of(ALL, LEADER, TAIL, TAIL) == of(ALL, LEADER, TAIL)
 
 
 def test_each_thing_that_a_cell_tells_makes_another_cell() -> None:
     variants = [
-        ([ONE, TWO], NONE),
-        ([ONE, replace(TWO, state="aside")], NONE),
-        ([ONE, replace(TWO, role="middle")], NONE),
-        ([ONE, replace(TWO, drives=True)], NONE),
-        ([ONE, replace(TWO, fence=(4, 1, 2))], NONE),
-        ([ONE, replace(TWO, fence=(3, 1, 3))], NONE),
-        ([ONE, replace(TWO, fence=(2, 1, 2))], NONE),
-        ([ONE, replace(TWO, named=(1,))], NONE),
-        ([ONE, replace(TWO, bound=(2,))], NONE),
-        ([ONE, replace(TWO, silent=(1,))], NONE),
-        ([ONE, TWO], Faults({2: "frozen"})),
-        ([ONE, TWO], Faults(cuts={(1, 2)})),
-        ([ONE, TWO], Faults(cuts={(2, 1)})),
+        (ALL, TAIL),
+        (ALL._replace(may="one"), TAIL),
+        (ALL._replace(phase="closing"), TAIL),
+        (ALL._replace(turns=2), TAIL),
+        (ALL, TAIL._replace(state="aside")),
+        (ALL, TAIL._replace(role="middle")),
+        (ALL, TAIL._replace(drives=True)),
+        (ALL, TAIL._replace(behind="turn")),
+        (ALL, TAIL._replace(behind="epoch")),
+        (ALL, TAIL._replace(named=True)),
+        (ALL, TAIL._replace(trouble="frozen")),
+        (ALL, TAIL._replace(silent=1)),
     ]
-    assert len({cell for fleet, faults in variants for cell in cells(fleet, faults)}) == len(variants)
+    assert len({frozenset(of(view, LEADER, each)) for view, each in variants}) == len(variants)
 
 
-def test_a_fleet_is_in_the_cells_of_all_its_pairs() -> None:
-    three = replace(TWO, robot=3, state="aside")
-    assert set(cells([ONE, TWO, three], NONE)) == {
-        *cells([ONE, TWO], NONE),
-        *cells([ONE, three], NONE),
-        *cells([TWO, three], NONE),
-    }
+def test_what_a_robot_is_in_depends_on_whether_others_move_and_on_how_many_suffer() -> None:
+    calm = TAIL._replace(role="middle")
+    assert not of(ALL, calm) <= of(ALL, calm, LEADER)
+    assert not of(ALL, calm) <= of(ALL, calm, TAIL._replace(trouble="cut"))
+
+
+def test_only_pairs_of_which_one_moves_or_may_have_a_cell_of_their_own() -> None:
+    aside = TAIL._replace(state="aside")
+    assert len(of(ALL, TAIL, aside)) == 2
+    assert len(of(ALL, TAIL._replace(named=True), aside)) == 3
 
 
 def test_cells_are_the_same_on_every_machine() -> None:
-    assert list(cells([ONE, TWO], NONE)) == [0xFB39C1AC07E98D71]
+    assert sorted(of(ALL, LEADER)) == [0x2DE56280DD9382C]

@@ -1,33 +1,43 @@
-from clew.guided.corpus import Choice, Corpus, Held
+from clew.guided.corpus import FEW, NEW, Corpus, Instant
+from clew.swarm.draws import Draws
 
 
-def held(slot: int, *cells: int, played: int = 0) -> Held:
-    return Held(slot, 1.0, frozenset(cells), 0, played)
+def draws(seed: int = 1) -> Draws:
+    return Draws(seed, "test")
 
 
-def test_the_run_with_the_rarest_cell_is_gone_on_from_first() -> None:
+def test_an_instant_is_worth_as_much_as_its_rarest_cell_is_rare() -> None:
+    corpus = Corpus({10: 900, 11: FEW})
+    assert corpus.worth([10, 12], draws()) == NEW
+    assert corpus.worth([10, 11], draws()) == 1
+    assert corpus.worth([], draws()) == 0
+
+
+def test_where_many_have_been_an_instant_has_a_future_now_and_then() -> None:
+    corpus = Corpus({10: 10 * FEW, 11: 1000 * FEW})
+    assert 40 < sum(corpus.worth([10], draws(seed)) for seed in range(200)) < 80
+    assert 20 < sum(corpus.worth([11], draws(seed)) for seed in range(200)) < 80
+
+
+def at(t_s: float, *cells: int, view_changes: bool = False) -> Instant:
+    return Instant(round(t_s * 50), t_s, frozenset(cells), view_changes)
+
+
+def test_of_a_run_the_rarest_instants_count_in_order_and_apart() -> None:
     corpus = Corpus({10: 9, 11: 1, 12: 3})
-    choice = Choice(corpus, 3, [held(0, 10), held(1, 10, 11), held(2, 12)])
-    assert choice.best() is choice.held[1]
-    assert choice.worst() is choice.held[0]
+    first, second, third, near = at(1.0, 10), at(2.0, 12, 10), at(3.0, 11), at(3.2, 13)
+    everything = [first, second, third, near]
+    assert corpus.rarest(everything, 2, 0.1) == [third, near]
+    assert corpus.rarest(everything, 2, 0.3) == [second, near]
+    assert corpus.rarest(everything, 9, 0.3) == [first, second, near]
 
 
-def test_each_future_halves_what_a_run_is_worth_and_none_has_more_than_its_number() -> None:
-    corpus = Corpus({10: 1, 11: 3})
-    first, second = held(0, 10), held(1, 11)
-    choice = Choice(corpus, 3, [first, second])
-    order = []
-    while (best := choice.best()) is not None:
-        order.append(best.slot)
-        best.played += 1
-    assert order == [0, 0, 1, 0, 1, 1]
-
-
-def test_equally_rare_runs_differ_in_worth_by_less_than_two_times() -> None:
-    corpus = Corpus(dict.fromkeys(range(100), 1))
-    worths = {held(slot, slot).worth(corpus) for slot in range(100)}
-    assert len(worths) == 100
-    assert max(worths) < 2.0 * min(worths)
+def test_of_equally_rare_instants_those_at_which_a_view_forms_come_first() -> None:
+    corpus = Corpus({10: 4, 11: 7, 12: 8})
+    calm, forming, known = at(1.0, 10), at(2.0, 11, view_changes=True), at(3.0, 12, view_changes=True)
+    assert corpus.rarest([calm, forming, known], 1, 0.1) == [forming]
+    assert corpus.rarest([calm, known], 1, 0.1) == [calm]
+    assert corpus.rarest([at(5.0, 11), at(4.0, 10)], 1, 0.1) == [at(4.0, 10)]
 
 
 def test_a_cell_counts_once_for_each_run() -> None:

@@ -4,18 +4,17 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from clew.campaign import episode as episodes
 from clew.campaign.campaign import drawn_episode
-from clew.campaign.episode import Episode, Outcome, Stage, Surprise, play
-from clew.guided import runner
+from clew.campaign.episode import Episode, Surprise, play
+from clew.guided import search as searches
 from clew.guided.corpus import Corpus
-from clew.guided.runner import Limits
-from clew.guided.search import Found, search
-from clew.rehearsal.rehearsal import Rehearsal
-from world.judge.verdict import Verdict
+from clew.guided.search import Found, Limits, search
+from clew.swarm.futures import HORIZON_S, read_branches
+from tests.support.breaking import break_at_restarts
 
-SEED = 16  # in safety mode, ends early, and its own faults kill nobody
-LITTLE = Limits(sim_s_max=20.0, horizon_s=3.0, slots=6)
+SEED = 19  # three robots; its own faults start nobody again
+RESTARTED = 16  # here they do
+LITTLE = Limits(instants_max=3, below_max=1)
 
 
 def episode_of(seed: int) -> Episode:
@@ -26,60 +25,57 @@ def timeless(found: Found) -> Found:
     return replace(found, outcome=replace(found.outcome, cpu_s=0.0, wall_s=0.0))
 
 
-def losses_surprise(verdict: Verdict, *, expected: int, **_: object) -> Surprise:
-    return Surprise.VIOLATION if expected < verdict.robots else Surprise.NONE
+def no_child_is_left() -> bool:
+    with pytest.raises(ChildProcessError):
+        os.waitpid(-1, os.WNOHANG)
+    return True
 
 
 def test_a_search_plays_futures_reaches_cells_and_is_the_same_every_time() -> None:
     found = search(episode_of(SEED), Corpus(), LITTLE)
-    assert found.outcome.futures > 3
-    assert found.outcome.cells == len(found.visits) > 50
+    assert 3 <= found.outcome.futures <= 6
+    assert found.outcome.cells == len(found.visits) > 10
     assert timeless(search(episode_of(SEED), Corpus(), LITTLE)) == timeless(found)
+    assert no_child_is_left()
 
 
-def test_where_nothing_is_new_only_the_seeds_own_faults_are_played() -> None:
-    first = search(episode_of(SEED), Corpus(), LITTLE)
-    again = search(episode_of(SEED), Corpus(first.visits), LITTLE)
-    assert (again.outcome.futures, again.outcome.cells) == (0, 0)
-    assert again.outcome.sim_s == play(episode_of(SEED)).sim_s
+def test_the_outcome_of_a_search_that_finds_nothing_is_that_of_the_seeds_own_faults() -> None:
+    own, found = play(episode_of(SEED)), search(episode_of(SEED), Corpus(), LITTLE).outcome
+    assert (found.reason, found.sim_s, found.path_m) == (own.reason, own.sim_s, own.path_m)
 
 
-def test_a_search_leaves_no_process() -> None:
-    search(episode_of(SEED), Corpus(), LITTLE)
-    with pytest.raises(ChildProcessError):
-        os.waitpid(-1, os.WNOHANG)
+def test_the_rarest_instants_have_futures_and_the_deepest_futures_have_none() -> None:
+    limits = Limits(instants_max=2, below_max=9, depth_max=1)
+    assert search(episode_of(SEED), Corpus(), limits).outcome.futures == 2
 
 
 def test_the_first_future_that_surprises_ends_the_search_and_its_line_replays_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(episodes, "surprise_of", losses_surprise)
+    break_at_restarts(monkeypatch)
     assert play(episode_of(SEED)).surprise is Surprise.NONE
-    outcome = search(episode_of(SEED), Corpus(), replace(LITTLE, sim_s_max=60.0)).outcome
+    outcome = search(episode_of(SEED), Corpus(), Limits(instants_max=20)).outcome
     assert outcome.surprise is Surprise.VIOLATION
     assert f"--seeds {SEED} --future {outcome.branches} --keep" in outcome.replay
+    (*_, last) = read_branches(outcome.branches)
+    assert last.from_s < outcome.sim_s < last.from_s + HORIZON_S + 1.0
     again = play(replace(episode_of(SEED), branches=outcome.branches))
     assert (again.surprise, again.reason, again.sim_s) == (outcome.surprise, outcome.reason, outcome.sim_s)
+    assert no_child_is_left()
 
 
-def test_a_future_that_surprises_only_because_it_was_cut_off_is_no_surprise(
+def test_a_seed_whose_own_faults_break_something_is_ended_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    break_at_restarts(monkeypatch)
+    own = play(episode_of(RESTARTED))
+    outcome = search(episode_of(RESTARTED), Corpus(), LITTLE).outcome
+    assert (outcome.surprise, outcome.branches, outcome.futures) == (own.surprise, "", 0)
+    assert outcome.sim_s < own.sim_s
+
+
+def test_a_future_that_surprises_in_a_fork_only_is_a_surprise_of_its_own(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    real = episodes.outcome_of
-
-    def cut_off(episode: Episode, stage: Stage, *rest: Rehearsal, wall_s: float) -> Outcome:
-        outcome = real(episode, stage, *rest, wall_s=wall_s)
-        return replace(outcome, surprise=Surprise.VIOLATION) if episode.branches else outcome
-
-    monkeypatch.setattr(runner, "outcome_of", cut_off)
+    monkeypatch.setattr(searches, "in_a_fork", lambda _work: None)  # as if it had died
     outcome = search(episode_of(SEED), Corpus(), LITTLE).outcome
-    assert outcome.surprise is Surprise.NONE
-    assert outcome.futures > 3
-
-
-def test_a_search_whose_process_dies_says_so_and_leaves_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(runner, "look", lambda _rehearsal: os._exit(3))
-    monkeypatch.setattr("clew.guided.search.LATE_S", -59.0)  # so it waits for a second
-    assert search(episode_of(SEED), Corpus(), LITTLE).outcome.surprise is Surprise.CRASHED
-    with pytest.raises(ChildProcessError):
-        os.waitpid(-1, os.WNOHANG)
+    assert outcome.surprise is Surprise.CRASHED
+    assert "in a fork only" in outcome.reason

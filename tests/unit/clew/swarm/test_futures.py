@@ -7,18 +7,16 @@ import pytest
 
 from clew.rehearsal.rehearsal import Rehearsal
 from clew.swarm.futures import (
-    IDLE,
+    HORIZON_S,
     Branch,
     Branches,
     branch_at,
-    branches_until_s,
     draw_future,
     read_branches,
     said,
 )
 from clew.swarm.swarm import Mode, Swarm, draw
 from protocol.errors import UsageError
-from protocol.faults.rules import Kill
 
 SEEDS = range(1, 9)
 
@@ -32,7 +30,12 @@ def timeline(rehearsal: Rehearsal) -> bytes:
 
 
 def reach(ticks: Iterator[float], branch: Branch) -> None:
-    assert any(branch_at(now_s, branch.future) == branch for now_s in ticks)
+    assert any(branch_at(now_s, branch.robot, branch.future) == branch for now_s in ticks)
+
+
+def turn_to(run: Rehearsal, future: Swarm) -> None:
+    run.turn_to(future.plan)
+    run.world.limit(future.scenario.time.time_s_max)
 
 
 def active(swarm: Swarm, now_s: float) -> list[str | None]:
@@ -40,8 +43,7 @@ def active(swarm: Swarm, now_s: float) -> list[str | None]:
 
 
 def two_branches(seed: int) -> Branches:
-    assert branches_until_s(draw(seed)) > 2.5, "8 s at the least, less the room for new faults"
-    return (branch_at(1.0, 1), branch_at(2.5, 3))
+    return (branch_at(1.0, 1 + seed % 3, 1), branch_at(2.5, 2, 3))
 
 
 def in_a_fork(work: Callable[[], None]) -> None:
@@ -62,9 +64,9 @@ def test_a_future_that_is_forked_equals_one_from_the_start_to_the_byte(seed: int
     reach(ticks, first)
 
     def play_on() -> None:
-        run.turn_to(draw_future(seed, (first,)).plan)
+        turn_to(run, draw_future(seed, (first,)))
         reach(ticks, second)
-        run.turn_to(draw_future(seed, (first, second)).plan)
+        turn_to(run, draw_future(seed, (first, second)))
         assert list(ticks)
         (tmp_path / "forked").write_bytes(timeline(run))
 
@@ -91,35 +93,35 @@ def test_up_to_its_branch_a_future_has_the_faults_of_before() -> None:
             assert active[0] == active[1]
 
 
-def test_futures_differ_by_seed_instant_and_number() -> None:
+def test_futures_differ_by_seed_instant_robot_and_number() -> None:
     plans = {
-        draw_future(seed, (Branch(from_s, number),)).plan_text()
+        draw_future(seed, (Branch(from_s, robot, number),)).plan_text()
         for seed in (9, 13)
         for from_s in (1.001, 2.001)
+        for robot in (1, 2)
         for number in (1, 2)
     }
-    assert len(plans) == 8
+    assert len(plans) == 16
 
 
-def test_in_liveness_mode_the_faults_of_futures_end_and_leave_enough_robots() -> None:
+def test_a_future_ends_soon_after_its_last_branch_and_is_checked_for_safety() -> None:
     for seed in SEEDS:
-        swarm = draw_future(seed, two_branches(seed))
-        if swarm.mode is Mode.SAFETY or swarm.outside:
-            continue
-        rules = [rule for rule in swarm.plan.rules if rule not in IDLE]
-        assert all(rule.until_s is None or rule.until_s <= swarm.quiet_s for rule in rules)
-        killed = sum(rule.robots for rule in rules if isinstance(rule, Kill))
-        assert killed < swarm.world["fleet"]["robots"]
+        future = draw_future(seed, two_branches(seed))
+        assert future.mode is Mode.SAFETY
+        assert future.scenario.time.time_s_max == pytest.approx(2.501 + HORIZON_S)
+        assert draw(seed).scenario.time.time_s_max > 40.0
 
 
 def test_branches_are_read_as_they_are_said() -> None:
-    branches = (Branch(3.101, 2), Branch(7.401, 1))
-    assert said(branches) == "3.101:2,7.401:1"
+    branches = (Branch(3.101, 4, 2), Branch(7.401, 1, 1))
+    assert said(branches) == "3.101:r4:2,7.401:r1:1"
     assert read_branches(said(branches)) == branches
     assert read_branches("") == ()
 
 
-@pytest.mark.parametrize("text", ["3", "3.1:2", "x:1", "3.101:2,", "nan:1", "-1.000:1:1"])
+@pytest.mark.parametrize(
+    "text", ["3", "3.101:2", "3.1:r1:2", "x:r1:1", "3.101:4:2", "3.101:r4:2,", "nan:r1:1", "-1.000:r1:1:1"]
+)
 def test_other_texts_are_refused(text: str) -> None:
     with pytest.raises(UsageError, match="--future"):
         read_branches(text)

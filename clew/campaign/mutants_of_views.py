@@ -1,0 +1,240 @@
+"""The mutants of views and fences: F1 to F6, and the rules of the schedules V1 to V23 (docs/mutants.md)."""
+
+from clew.campaign.mutant import Edit, Mutant, mutant
+
+OF_VIEWS = (
+    mutant(
+        "any-fence",
+        "F1: a body obeys an order only if it bears exactly its fence",
+        "protocol/fence.py",
+        "    exactly = (bearing.epoch, bearing.turn) == (fence.epoch, fence.turn)\n",
+        "    exactly = True\n",
+    ),
+    mutant(
+        "drives-on",
+        "F1: when the fence changes, all bodies stop and drop their orders",
+        "world/bodies/arena.py",
+        "        self.bodies.stand()\n        return [*samples, ",
+        "        return [*samples, ",
+    ),
+    Mutant(
+        "any-order",
+        "F1: a body obeys an order only from a robot and life that its fence names",
+        (
+            Edit(
+                "protocol/fence.py",
+                "    exactly = (bearing.epoch, bearing.turn) == (fence.epoch, fence.turn)\n",
+                "",
+            ),
+            Edit(
+                "protocol/fence.py",
+                "    return exactly and fence.names(robot, bearing.life)\n",
+                "    return True\n",
+            ),
+        ),
+    ),
+    mutant(
+        "next-life-drives",
+        "F1: a turn names a life, and the next life of its robot does not use it",
+        "protocol/fence.py",
+        "(self.robot, self.life) == (robot, life)",
+        "self.robot == robot",
+        check="tests/unit/world/bodies/test_bodies.py::"
+        "test_a_body_drives_only_by_an_order_that_bears_exactly_its_fence_which_names_the_robot",
+    ),
+    Mutant(
+        "orders-untold",
+        "F2: a robot orders motion only under the fence that its odometry tells",
+        (
+            Edit(
+                "agents/body/driver.py",
+                "return self._odometry is not None and self._is_told(self._bearing) and",
+                "return self._odometry is not None and",
+            ),
+            Edit(
+                "agents/membership/membership.py",
+                "if self.state is State.BOUND and self._fence.may is May.ALL:",
+                "if self.state is State.BOUND:",
+            ),
+            Edit(
+                "agents/membership/membership.py",
+                "if whole is None or whole[0].turn != self._fence.turn or not in_force(self._fence):",
+                "if whole is None:",
+            ),
+        ),
+    ),
+    mutant(
+        "any-turn",
+        "F3: the register takes exactly the next turn, and none after ALL",
+        "world/bodies/fence.py",
+        "is_next = (fence.epoch, fence.turn) == (now.epoch, now.turn + 1) and now.may is not May.ALL",
+        "is_next = fence.epoch == now.epoch and fence != now",
+    ),
+    mutant(
+        "late-raises",
+        "F3: a raise of the same generation replaces an epoch at turn 0 only",
+        "world/bodies/fence.py",
+        "epoch.generation == now.epoch.generation and now.turn == 0",
+        "epoch.generation == now.epoch.generation",
+    ),
+    mutant(
+        "raises-over-stop",
+        "F3: over a stop no raise is taken",
+        "world/bodies/fence.py",
+        "or epoch.life == 0 or now.may is May.STOPPED:",
+        "or epoch.life == 0:",
+        check="tests/unit/world/test_fences.py::test_the_operator_stops_the_fleet_and_releases_it",
+    ),
+    mutant(
+        "world-returns-as-it-was",
+        "F3: a world that was started again raises the fence before it obeys or tells anything",
+        "world/bodies/arena.py",
+        "        return self._change(self._register.restart(now_s=self.now_s))\n",
+        "        return []\n",
+        check="tests/unit/world/test_fences.py::"
+        "test_a_world_that_was_started_again_in_a_rehearsal_raises_the_fence_and_tells_it",
+    ),
+    mutant(
+        "any-life-coordinates",
+        "F3, F4: only the life that proposed a view coordinates it",
+        "agents/membership/membership.py",
+        "        if (epoch.robot, epoch.life) == (self._robot, self._life):\n",
+        "        if epoch.robot == self._robot:\n",
+    ),
+    mutant(
+        "fence-unwritten",
+        "a change of the fence is in the timeline before it takes effect",
+        "world/bodies/arena.py",
+        "self.note(taken.as_record())]",
+        "*([self.note(taken.as_record())] if taken.cause else self.sample())]",
+    ),
+    Mutant(
+        "old-places",
+        "F4: a place in the formation is read after the last turn of its robot, and a member stands there",
+        (
+            Edit(
+                "agents/coordinating/coordinator.py",
+                "        self._reported.count(robot, report)\n",
+                "        kept = {} if known is None else {'place': known.place}\n"
+                "        report = __import__('msgspec').structs.replace(report, **kept)\n"
+                "        self._reported.count(robot, report)\n",
+            ),
+            Edit("agents/strand/member.py", "self._misfit = off_m > mission.mu0_m", "self._misfit = False"),
+        ),
+    ),
+    mutant(
+        "puts-untold",
+        "F4: a coordinator puts the next turn only when its odometry has told the last",
+        "agents/coordinating/turns.py",
+        "return self._newest is None or fence.turn >= self._newest.turn",
+        "return True",
+        check="tests/unit/agents/conversations/test_turns.py::"
+        "test_v19_one_number_of_a_turn_has_one_content_however_long_its_put_is_held_up",
+    ),
+    mutant(
+        "all-after-a-turn",
+        "F4: the last turn before ALL names nobody, unless none named a robot",
+        "agents/coordinating/coordinator.py",
+        "        if fence.may is May.ONE:\n            return self._turns.put(fence, now_s, may=May.NOBODY)\n"
+        "        if self._waits_for_places(draft.strand):\n            return []\n",
+        "",
+        check="tests/unit/agents/conversations/test_turns.py::"
+        "test_v5_an_order_of_a_turn_moves_no_body_under_all",
+    ),
+    mutant(
+        "old-reports-end-turns",
+        "F4: a report ends only the turn that it names",
+        "agents/coordinating/coordinator.py",
+        "        if report.ended >= fence.turn:\n",
+        "        if report.ended > 0:\n",
+        check="tests/unit/agents/conversations/test_turns.py::test_v16_an_old_report_ends_no_turn_that_was_given_later",
+    ),
+    mutant(
+        "misfits-drive",
+        "F4: a member that does not stand at its place gives no order",
+        "agents/strand/member.py",
+        "self._misfit = off_m > mission.mu0_m",
+        "self._misfit = False",
+        check="tests/unit/agents/conversations/test_strands.py::"
+        "test_v12_a_member_that_does_not_stand_at_its_place_says_nothing_and_raises",
+    ),
+    mutant(
+        "next-life-acts",
+        "F4: a formation names lives, and another life of a member does not act on it",
+        "agents/membership/membership.py",
+        "            case Formation() if from_coordinator and said.life == self._life:\n",
+        "            case Formation() if from_coordinator:\n",
+        check="tests/unit/agents/conversations/test_strands.py::"
+        "test_v2_a_new_life_takes_no_part_in_the_formation_of_its_former_life",
+    ),
+    mutant(
+        "pieces-are-all",
+        "F4: a member acts only when it has all pieces of its formation",
+        "agents/membership/assembly.py",
+        "len(vertices) != self._pieces[0].vertices",
+        "0 not in self._pieces",
+        check="tests/unit/agents/coordinating/test_formation.py::"
+        "test_pieces_in_any_order_lost_and_repeated_make_the_formation_when_all_are_there",
+    ),
+    mutant(
+        "odometry-goes-back",
+        "F4: of two odometries the one with the newer fence and number counts",
+        "agents/body/driver.py",
+        "        if self._odometry is not None and _age(odometry) <= _age(self._odometry):\n",
+        "        if self._odometry is not None and odometry == self._odometry:\n",
+    ),
+    mutant(
+        "unheard-is-near",
+        "a neighbour that was never heard stands at its place in the formation",
+        "agents/strand/grants.py",
+        "            return self.behind_start_m\n        return self._behind.state.progress_m\n",
+        "            return self.granted_m\n        return self._behind.state.progress_m\n",
+        check="tests/unit/agents/strand/test_member.py::"
+        "test_a_leader_that_hears_nobody_stops_when_the_strand_is_stretched",
+    ),
+    mutant(
+        "legs-of-two-epochs",
+        "a leg counts as driven only if both robots' places lie on one path of one epoch",
+        "agents/membership/places.py",
+        "(each for each in ahead if each.epoch == berth.epoch and not each.draft)",
+        "(each for each in ahead if not each.draft)",
+    ),
+    mutant(
+        "no-epoch-in-links",
+        "F5: a link state of another epoch, or of another life, is void",
+        "protocol/wire/link.py",
+        "        return (robot, state.life, state.epoch) == (self.neighbour, self.life, self.epoch)\n",
+        "        return robot == self.neighbour\n",
+        check="tests/unit/protocol/wire/test_link.py::test_a_link_is_to_one_life_of_one_robot_in_one_epoch",
+    ),
+    Mutant(
+        "old-scans",
+        "F6: a scan serves only under the very fence that it bears",
+        (
+            Edit(
+                "agents/body/senses.py",
+                "        return scan.fence == fence and in_force(fence)\n",
+                "        return in_force(fence)\n",
+            ),
+            Edit("agents/membership/membership.py", "        self._senses.forget()\n", ""),
+        ),
+    ),
+    mutant(
+        "silent-among-walkers",
+        "F6: where obstacles move, nobody is taken out of a scan who was not heard for two heartbeats",
+        "agents/strand/grants.py",
+        "    return not mission.obstacles_move or now_s - link.heard_at_s <= fresh_s\n",
+        "    return True\n",
+        check="tests/unit/agents/strand/test_member.py::"
+        "test_where_obstacles_move_a_silent_robot_is_not_taken_out_of_a_scan",
+    ),
+    mutant(
+        "epsilon-only",
+        "F6: a hit that may be a robot is kept off by the separation where that is more than epsilon",
+        "protocol/mission.py",
+        "        return max(self.epsilon_m, self.separation_m)\n",
+        "        return self.epsilon_m\n",
+        check="tests/unit/agents/conversations/test_strands.py::"
+        "test_v13_robots_that_are_left_out_are_passed_at_the_greater_of_epsilon_and_the_separation",
+    ),
+)
