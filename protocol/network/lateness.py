@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from protocol.wire.messages import LATE_S_MAX
 
-HALF_LIFE_S = 5.0  # wall: as long as some turns of the slowest loop that was measured
+HALF_LIFE_S = 30.0  # wall: a machine that was late half a minute ago may be so again; 5 s were too short
 
 
 @dataclass(slots=True)
