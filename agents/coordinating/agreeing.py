@@ -6,19 +6,21 @@ from dataclasses import dataclass
 import numpy as np
 from msgspec.structs import replace
 
-from agents.coordinating.draft import places_of
+from agents.commands import Command, Note
 from agents.coordinating.formation import Plan, lay_path
 from agents.coordinating.legs import Legs
-from agents.coordinating.order import positions
+from agents.coordinating.order import places_of, positions
 from agents.coordinating.turnabout import turned_round
 from agents.strand.wish import Turnabout
 from protocol.arrays import distances_to_segments, xy
 from protocol.fence import Cause, Epoch
 from protocol.frames import Point
 from protocol.path import Path
+from protocol.timeline import RobotStranded
 from protocol.wire.view import Counters, Report
 
 Reports = Mapping[int, Report]
+NO_WAY = "it finds no way to a place behind the others"
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +73,21 @@ class Agreement:
         plan = self._plan(order, (path, places_m), frozenset(order[1:]), reports, turn=turn)
         return plan.backing_up(intent.turnabout.back_by_m)
 
-    def in_the_way(self, robot: int, ahead: int, reports: Reports) -> int | None:
+    def stranded(self, plan: Plan, reports: Reports) -> list[Command]:
+        """A record for each robot that has reported and has no place in the formation."""
+        return [
+            Note(
+                RobotStranded(
+                    epoch=self.epoch.number,
+                    robot=robot,
+                    reason=NO_WAY,
+                    by=self._in_the_way(robot, plan.order[-1], reports),
+                )
+            )
+            for robot in sorted(reports.keys() - set(plan.order))
+        ]
+
+    def _in_the_way(self, robot: int, ahead: int, reports: Reports) -> int | None:
         """Whose body stands between two robots, as far as is known: the nearest of those that are lost."""
         lost = [(each, place) for each, place in self.neighbours.items() if each not in reports]
         way = positions(places_of(reports), (robot, ahead))

@@ -29,6 +29,7 @@ from agents.coordinating.order import (
     nearest_to,
     order_at_start,
     other_order,
+    places_of,
     positions,
 )
 from agents.liveness.timing import Timing
@@ -83,8 +84,7 @@ class Draft:
     legs: dict[int, tuple[Point, ...]] = field(default_factory=dict)
     driven: set[int] = field(default_factory=set)
     """Whose leg the robot ahead has driven."""
-    _led_before: tuple[int, ...] = ()
-    """Who had led in vain before this view."""
+    _led_before: tuple[int, ...] = ()  # who had led in vain before this view
     _front: tuple[int, ...] = ()
     _stayed: tuple[int, ...] = ()
     _trial: bool = True
@@ -248,8 +248,3 @@ class Draft:
                    for former in report.formers]  # fmt: skip
         newest = max((number for number, _, _ in formers), default=0)
         return [robot for number, _, robot in sorted(formers) if number == newest]
-
-
-def places_of(reports: Mapping[int, Report]) -> Places:
-    """Where robots stand that have reported."""
-    return {robot: report.place for robot, report in sorted(reports.items())}

@@ -16,8 +16,14 @@ import numpy as np
 
 from protocol.arrays import Floats
 from protocol.frames import Point, Pose
+from protocol.wire.view import Report
 
 Places = Mapping[int, Pose]
+
+
+def places_of(reports: Mapping[int, Report]) -> Places:
+    """Where robots stand that have reported."""
+    return {robot: report.place for robot, report in sorted(reports.items())}
 
 
 def positions(places: Places, robots: Sequence[int]) -> Floats:

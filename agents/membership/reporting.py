@@ -15,7 +15,7 @@ from agents.body.senses import Senses
 from agents.commands import Command, Say
 from agents.due import is_due
 from agents.liveness.timing import Timing
-from agents.membership.joining import leg_is_clear, without_hulls
+from agents.membership.legs import leg_is_clear, without_hulls
 from agents.membership.past import Past
 from agents.membership.places import Places
 from agents.membership.turn import Ended, places_xy

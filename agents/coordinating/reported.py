@@ -1,0 +1,82 @@
+"""What robots have told the coordinator of a view, and whom it has to answer. Pure.
+
+Rule 1: a report of an older life comes late and changes nothing. Any other report is answered, also one that
+        does not count: the robot learns that it is left out.
+Rule 2: once the formation is made no report counts any more; nor does one of a robot that suspicion leaves
+        out for now.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from agents.coordinating.turns import Turns
+from agents.liveness.suspicion import Suspicion
+from protocol.wire.view import Report
+
+
+@dataclass(slots=True)
+class Reported:
+    """The reports of one view."""
+
+    suspicion: Suspicion
+    _looked_s: float
+    """When lost robots were looked for last; at first: since when there is the view."""
+    counted: dict[int, Report] = field(default_factory=dict)
+    """The newest of each robot whose reports count."""
+    said: dict[int, Report] = field(default_factory=dict)
+    """What each robot has said last, whether it counts or not."""
+    due: set[int] = field(default_factory=set)
+    """Whom to answer."""
+    _heard_s: dict[int, float] = field(default_factory=dict)
+
+    def hear(self, robot: int, report: Report, now_s: float, *, closed: bool) -> bool:
+        """Take in a report; whether it counts and is new (rules 1 and 2)."""
+        known = self.counted.get(robot)
+        if known is not None and known.life != report.life and report.turn < known.turn:
+            return False
+        self.due.add(robot)
+        self._heard_s[robot], self.said[robot] = now_s, report
+        if closed or robot in self.suspicion.suppressed(now_s):
+            return False
+        return known is None or known.life != report.life or known.number < report.number
+
+    def count(self, robot: int, report: Report) -> None:
+        """From now on this report counts."""
+        self.counted[robot] = report
+
+    def drop(self, robot: int) -> None:
+        """The reports of a robot count no more."""
+        del self.counted[robot]
+
+    def ask(self, robots: Iterable[int]) -> None:
+        """There is something new to tell these robots."""
+        self.due.update(robots)
+
+    def take_due(self) -> list[int]:
+        """Remove and return the robots to answer."""
+        due = sorted(self.due)
+        self.due.clear()
+        return due
+
+    def told(self, robots: Iterable[int]) -> None:
+        """These robots have just been told everything."""
+        self.due.difference_update(robots)
+
+    def old(self, robots: Iterable[int], turns: Turns) -> set[int]:
+        """The robots of these whose place may be older than their own last turn."""
+        return {robot for robot in robots if self.counted[robot].turn <= turns.put_for(robot) > 0}
+
+    def silent(self, robots: Iterable[int], now_s: float, after_s: float) -> list[int]:
+        """The robots of these that have not been heard for so long."""
+        return [robot for robot in robots if now_s - self._heard_s[robot] > after_s]
+
+    def lost(self, own: int, now_s: float) -> list[int]:
+        """The robots that count and are gone, but this one; told once for all that is heard at one time."""
+        if now_s == self._looked_s:
+            return []
+        self._looked_s = now_s
+        return [
+            robot
+            for robot in sorted(self.counted)
+            if robot != own and self.suspicion.has_gone(robot, self._heard_s[robot], now_s)
+        ]
