@@ -72,6 +72,16 @@ class _Body:
     broken: set[str] = field(default_factory=set)
     """The invariants that its newest motion broke."""
 
+    def sample(self, t_s: float, pose: PoseSampled) -> tuple[float, PoseSampled] | None:
+        """The body has been sampled; returns the sample before."""
+        before, self.sampled = self.sampled, (t_s, pose)
+        return before
+
+    def breaks(self, invariants: set[str]) -> set[str]:
+        """Its newest motion breaks these; returns those that the one before did not break."""
+        new, self.broken = invariants - self.broken, invariants
+        return new
+
     def take(self, t_s: float, order: OrderAccepted, fence: int) -> None:
         """The body has accepted an order."""
         last = self.taken[-1] if self.taken else None
@@ -109,7 +119,7 @@ class Motion:
         if isinstance(record, OrderAccepted):
             body.take(entry.t_s, record, self._evidence.fences.newest)
             return
-        before, body.sampled = body.sampled, (entry.t_s, record)
+        before = body.sample(entry.t_s, record)
         if before is not None:
             yield from self._judge(body, _Drive(before[0], entry.t_s, before[1], record))
 
@@ -125,8 +135,8 @@ class Motion:
             *_off_course(drive, taken, self._tolerance),
             *_out_of_turn(self._evidence, drive, None if taken is None else taken.order),
         ]
-        yield from ((drive.end_s, breach) for breach in found if breach.invariant not in body.broken)
-        body.broken = {breach.invariant for breach in found}
+        new = body.breaks({breach.invariant for breach in found})
+        yield from ((drive.end_s, breach) for breach in found if breach.invariant in new)
         yield from self._unformed(drive)
 
     def _unformed(self, drive: _Drive) -> Iterator[Dated]:

@@ -58,6 +58,10 @@ class _Led:
         else:
             self.path.stretch(end)
 
+    def finish(self, step: int) -> None:
+        """The body has finished a step."""
+        self.finished = step
+
     def along(self, strand: StrandFormed) -> Path:
         """The path of the strand that the robot leads."""
         if self.path is None:
@@ -92,7 +96,7 @@ class Paths:
 
     def finish(self, robot: int, epoch: int, step: int) -> None:
         """The body of a leader has finished a step."""
-        self._of(robot, epoch).finished = step
+        self._of(robot, epoch).finish(step)
 
     def plans(self, robot: int, epoch: int, step: int) -> Sequence[Plan]:
         """What a robot has planned for a step, or as `JOINS`, in order of time."""
