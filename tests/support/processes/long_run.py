@@ -61,6 +61,7 @@ async def measure(entries: int) -> LongRun:
         wait_until(lambda: _has_read(world, run / EVENTS_FILE) or None, timeout_s=3600.0)
         caught_up_s, memory_mb = time.monotonic() - begun_s, _peak_mb(world.pid)
         tokens.close()  # the world would wait for the last words of robots that are there
+        assert not (run / VERDICT_FILE).exists(), "it has ended by itself"
         told_s = time.monotonic()
         world.send_signal(signal.SIGTERM)
         wait_until(lambda: (run / VERDICT_FILE).exists() or None, timeout_s=3600.0)
