@@ -72,16 +72,6 @@ class _Body:
     broken: set[str] = field(default_factory=set)
     """The invariants that its newest motion broke."""
 
-    def sample(self, t_s: float, pose: PoseSampled) -> tuple[float, PoseSampled] | None:
-        """The body has been sampled; returns the sample before."""
-        before, self.sampled = self.sampled, (t_s, pose)
-        return before
-
-    def breaks(self, invariants: set[str]) -> set[str]:
-        """Its newest motion breaks these; returns those that the one before did not break."""
-        new, self.broken = invariants - self.broken, invariants
-        return new
-
     def take(self, t_s: float, order: OrderAccepted, fence: int) -> None:
         """The body has accepted an order."""
         last = self.taken[-1] if self.taken else None

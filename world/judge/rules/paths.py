@@ -58,10 +58,6 @@ class _Led:
         else:
             self.path.stretch(end)
 
-    def finish(self, step: int) -> None:
-        """The body has finished a step."""
-        self.finished = step
-
     def along(self, strand: StrandFormed) -> Path:
         """The path of the strand that the robot leads."""
         if self.path is None:
