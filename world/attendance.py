@@ -37,6 +37,8 @@ class Attendance:
     _tokens: dict[int, set[str]] = field(default_factory=dict)
     _heard_s: dict[int, float] = field(default_factory=dict)
     _incarnations: dict[int, str] = field(default_factory=dict)
+    _shown: set[tuple[int, str]] = field(default_factory=set)
+    """Robots and incarnations whose tokens have ever been seen."""
 
     @property
     def missing(self) -> list[int]:
@@ -67,6 +69,7 @@ class Attendance:
         self.dead |= dead
         self.gone = frozenset(gone)
         self._incarnations.update(incarnations)
+        self._shown.update(incarnations.items())
         for robot in come:
             self.hear(robot, wall_s=wall_s)
 
@@ -74,6 +77,7 @@ class Attendance:
         """A token has appeared."""
         before, dead = self._incarnations.get(robot), robot in self.dead
         self._incarnations[robot] = incarnation
+        self._shown.add((robot, incarnation))
         self.come.add(robot)
         self.dead.discard(robot)
         self._tokens.setdefault(robot, set()).add(incarnation)
@@ -83,6 +87,10 @@ class Attendance:
         if before != incarnation:
             return Coming.RESTARTED
         return Coming.RETURNED if dead else Coming.KNOWN
+
+    def has_shown(self, robot: int, incarnation: str) -> bool:
+        """Whether the token of this process has ever been seen: only then its entries count."""
+        return (robot, incarnation) in self._shown
 
     def vanish(self, robot: int, incarnation: str) -> None:
         """A token has vanished."""

@@ -242,11 +242,12 @@ class World:
         died = robot in self.attendance.dead
         match self.attendance.appear(robot, incarnation, wall_s=wall_s):
             case Coming.NEW:
-                return [self.arena.note(RobotAppeared(robot=robot))]
+                return [self.arena.note(RobotAppeared(robot=robot, incarnation=incarnation))]
             case Coming.RESTARTED:
                 deaths = [] if died else [self._note_death(robot)]
                 told = self._tell([robot]) if self.started else []
-                return [*deaths, self.arena.note(RobotRestarted(robot=robot)), *told]
+                restarted = RobotRestarted(robot=robot, incarnation=incarnation)
+                return [*deaths, self.arena.note(restarted), *told]
             case Coming.RETURNED:
                 return [self.arena.note(RobotReturned(robot=robot))]
             case Coming.KNOWN:

@@ -273,7 +273,7 @@ class _Life:
             ):
                 self._handle(FencePut(robot, change))
             case Heard(message=LogBatch() as batch) if arrival.key == self._keys.log(robot_name(robot)):
-                self._hear_log(robot_name(robot), batch)
+                self._hear_log(robot, batch)
             case Asked(message=ScanQuery(revolutions=revolutions), answer=answer):
                 self._handle(ScanAsked(robot, revolutions), answer)
             case Appeared(key):
@@ -283,7 +283,10 @@ class _Life:
             case _:
                 self._refuse(arrival)
 
-    def _hear_log(self, source: str, batch: LogBatch) -> None:
+    def _hear_log(self, robot: int, batch: LogBatch) -> None:
+        if not self._world.attendance.has_shown(robot, batch.incarnation):
+            return  # it sends again until it is acknowledged: its token may come a moment later
+        source = robot_name(robot)
         self._write(source, batch.entries, batch.incarnation)
         up_to = self._recorder.up_to(source, batch.incarnation)
         logged = Logged(incarnation=batch.incarnation, up_to=up_to)

@@ -5,8 +5,9 @@ Rule 1 (safety, F4 and F5 of docs/strand.md): a robot gives orders and tells lin
 Rule 2 (safety): where obstacles move, a robot looks while it drives (`agents.body.watch`).
 Rule 3 (liveness): the stretch rule. A robot waits while the robot behind, as last heard, is too far behind
         what it has been granted. A robot that backs up does not wait for those that will not come further.
-Rule 4 (liveness): a robot whose way has been blocked for too long wants the strand to dissolve, so often at
-        most; then the route is lost. A block that goes away before the fence has risen changes nothing.
+Rule 4 (liveness): a robot whose way has been blocked for too long wants the strand to dissolve. After so many
+        times the route is lost, and the leader says so: of a strand that has dissolved once more because
+        another robot was blocked, at once. A block that goes away before the fence has risen changes nothing.
 """
 
 import math
@@ -256,15 +257,17 @@ class Member:
         self._wish = None
         if self.leads:
             self._wish = self._reversing.wish if self._backs_up else self._leading.wish
-        if self._wish is not None or self._lost or not self._is_blocked(now_s):
+        if self._wish is not None or self._lost:
             return []
-        if self._strand.counters.dissolved >= DISSOLVED_MAX:
+        dissolved, is_blocked = self._strand.counters.dissolved, self._is_blocked(now_s)
+        if self.leads and (dissolved > DISSOLVED_MAX or (is_blocked and dissolved == DISSOLVED_MAX)):
             self._lost = True
-            reason = (
-                f"the way of robot {self._robot} is blocked, and the strand has dissolved too often in vain"
-            )
-            return [Note(RouteLost(reason=reason))]
-        self._wish = Wish(Cause.BLOCKED, f"the way of robot {self._robot} is blocked", about=self._robot)
+            return [
+                Note(RouteLost(reason="a way is blocked, and the strand has dissolved too often in vain"))
+            ]
+        if is_blocked:
+            why = f"the way of robot {self._robot} is blocked"
+            self._wish = Wish(Cause.BLOCKED, why, about=self._robot)
         return []
 
     def _is_blocked(self, now_s: float) -> bool:

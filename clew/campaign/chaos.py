@@ -24,6 +24,7 @@ from protocol.exit_codes import ExitCode
 from protocol.timeline import FaultInjected, RobotDied, RobotRestarted, RobotReturned
 from world.judge.books import Messages
 from world.judge.ending import Ending
+from world.judge.truth.voices import concerned
 from world.judge.verdict import Verdict
 from world.record.run_files import read_verdict
 
@@ -100,7 +101,7 @@ def judge_run(swarm: Swarm, folder: Path, ended: Ended, *, replay: str, load: fl
         code=ended.code,
         ending=None if timeline is None else timeline.ended,
         reason=said if verdict is None else verdict.reason,
-        arrived=timeline is not None and has_arrived(timeline, swarm),
+        arrived=timeline is not None and finding is not None and has_arrived(timeline, finding, swarm),
         robots_arrived=0 if verdict is None else verdict.robots_arrived,
         process_faults={} if timeline is None else process_faults_in(timeline),
         violations=0 if verdict is None else verdict.violations,
@@ -149,8 +150,8 @@ def is_balanced(messages: Messages) -> bool:
     return messages.unaccounted >= 0 and messages.sent == accounted + messages.unaccounted
 
 
-def has_arrived(timeline: Timeline, swarm: Swarm) -> bool:
-    """Whether the robots that should arrive were all at the goal at the same time."""
+def has_arrived(timeline: Timeline, finding: Finding, swarm: Swarm) -> bool:
+    """Whether the robots that should arrive were all at the goal at the same time, by true poses."""
     living = set(range(1, swarm.scenario.fleet.robots + 1))
     for _, entry in timeline.lines:
         match entry.record:
@@ -160,9 +161,11 @@ def has_arrived(timeline: Timeline, swarm: Swarm) -> bool:
                 living.add(robot)
             case _:
                 pass
-    entries = sorted(timeline.lines, key=lambda line: line[1].t_s)
+    entries = sorted(concerned(timeline.lines), key=lambda line: line[1].t_s)
     core = sorted(living - swarm.outside - just_killed(entries))
-    return timeline.ended == Ending.ARRIVED or (core != [] and arrived_together(entries, core))
+    if timeline.ended == Ending.ARRIVED:
+        return not finding.untrue
+    return core != [] and arrived_together(entries, core, untrue=finding.untrue)
 
 
 def process_faults_in(timeline: Timeline) -> dict[str, int]:

@@ -19,6 +19,7 @@ from protocol.keys import robot_number
 from protocol.timeline import Entry, FaultInjected, RobotArrived, RobotStranded, StrandJoined
 from world.core import HEAL_S_MAX, World
 from world.geometry.clearance import clearance
+from world.judge.truth.voices import concerned
 from world.scenario.scenario import Scenario
 
 CELL_M = 0.03  # a fifth of the radius of a swarm's robots
@@ -30,7 +31,7 @@ ASKEW_M = 0.001  # no cell lies exactly sideways: even the best may come half a 
 def liveness_failure(
     world: World, entries: Iterable[tuple[str, Entry]], *, quiet_s: float, outside: frozenset[int]
 ) -> str | None:
-    """What the fleet failed to do, in a sentence; None where it did not fail.
+    """What the fleet failed to do, in a sentence; None where it did not fail. Poses say who has arrived.
 
     Args:
         world: the world of a run that is over.
@@ -38,7 +39,7 @@ def liveness_failure(
         quiet_s: when all faults were over, except for permanent ones.
         outside: the robots with a permanent fault.
     """
-    entries = list(entries)
+    entries = list(concerned(entries))
     core = sorted(world.survivors - outside - just_killed(entries))
     if not core or _is_done(world, entries, core, quiet_s):
         return None
@@ -48,8 +49,8 @@ def liveness_failure(
     why = "".join(
         f"; r{robot} is stranded: {why}" for robot, why in stranded(entries).items() if robot in able
     )
-    if not arrived_together(entries, able):
-        lacks = [f"r{robot}" for robot in able if robot not in world.tally.arrived]
+    if not arrived_together(entries, able, untrue=_untrue(world)):
+        lacks = [f"r{robot}" for robot in able if robot not in world.tally.arrived - _untrue(world)]
         who = ", ".join(lacks) or "all of them at the same time"
         return f"there was a way, and the run ended before {who} arrived: {world.ending}{why}"
     healed_s = healed_at_s(entries, able, quiet_s)
@@ -58,12 +59,17 @@ def liveness_failure(
 
 def _is_done(world: World, entries: list[tuple[str, Entry]], robots: Sequence[int], quiet_s: float) -> bool:
     """Whether these robots were in one strand in time, and arrived."""
-    if not arrived_together(entries, robots):
+    if not arrived_together(entries, robots, untrue=_untrue(world)):
         return False
     if world.over_s < quiet_s:
         return True
     healed_s = min(healed_at_s(entries, robots, quiet_s), world.over_s)  # the run may have ended before
     return healed_s - quiet_s <= HEAL_S_MAX
+
+
+def _untrue(world: World) -> frozenset[int]:
+    assert world.judgement is not None, "its run is over"
+    return world.judgement.untrue
 
 
 def stranded(entries: Iterable[tuple[str, Entry]]) -> dict[int, str]:
@@ -80,8 +86,18 @@ def stranded(entries: Iterable[tuple[str, Entry]]) -> dict[int, str]:
     return reasons
 
 
-def arrived_together(entries: Iterable[tuple[str, Entry]], core: Sequence[int]) -> bool:
-    """Whether the whole core was at the goal at the same time. A robot outside it may still join later."""
+def arrived_together(
+    entries: Iterable[tuple[str, Entry]], core: Sequence[int], *, untrue: frozenset[int] = frozenset()
+) -> bool:
+    """Whether the whole core was at the goal at the same time. A robot outside it may still join later.
+
+    Args:
+        entries: the run's timeline.
+        core: the robots that should arrive.
+        untrue: the robots that recorded an arrival which their poses do not show.
+    """
+    if untrue.intersection(core):
+        return False
     there: set[int] = set()
     for source, entry in entries:
         robot = robot_number(source)

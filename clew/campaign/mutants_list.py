@@ -259,4 +259,32 @@ MUTANTS = (
         "        number = max(self.odometry.ordered, int(self.odometry.t_s * NUMBERS_PER_S)) + LATE_ORDERS\n",
         "        number = self.odometry.ordered + (LATE_ORDERS if self.odometry.ordered else 0)\n",
     ),
+    _mutant(
+        "promises-more",
+        "S4: a step keeps the clearance that it promised; here it promises 30 mm more",
+        "agents/navigation/certificate.py",
+        "    return max(0.0, float((apart - margin).min()) - mission.robot_radius_m)\n",
+        "    return max(0.0, float((apart - margin).min()) - mission.robot_radius_m) + 0.03\n",
+    ),
+    _mutant(
+        "keep-without-mu0",
+        "A2: two robots keep the separation and the tolerance, since both may be off their path",
+        "protocol/mission.py",
+        "        return 2.0 * self.robot_radius_m + self.separation_m + self.mu0_m\n",
+        "        return 2.0 * self.robot_radius_m + self.separation_m\n",
+    ),
+    _mutant(
+        "reached-short",
+        "A1: the goal is reached within its tolerance; here 0.33 m short of it",
+        "agents/strand/leader.py",
+        "(self._goal - position))) <= self._mission.goal_tolerance_m\n",
+        "(self._goal - position))) <= self._mission.goal_tolerance_m + 0.33\n",
+    ),
+    _mutant(
+        "arrives-on-its-way",
+        "A2: a robot that has arrived stands, with the way up to the robot ahead behind it",
+        "agents/strand/following.py",
+        "        if there and state.arrived and not self._arrived:\n",
+        "        if state.arrived and not self._arrived:\n",
+    ),
 )

@@ -11,7 +11,7 @@ from protocol.errors import UsageError
 from protocol.plain import plain
 from protocol.run_settings import SCENARIO_FILE
 from protocol.timeline import PromiseBroken
-from world.judge.judgement import Breach, Judgement, judge
+from world.judge.judgement import Breach, Judgement, judge, untrue_in
 from world.judge.monitor import Promises
 from world.judge.verdict import finite
 from world.record.lines import Line
@@ -40,9 +40,14 @@ class Finding(Struct, frozen=True, kw_only=True):
     flaws: tuple[str, ...]
     """What is missing from the log, cannot be read, or contradicts the rest."""
 
+    @property
+    def untrue(self) -> frozenset[int]:
+        """The robots that recorded an arrival which their poses do not show."""
+        return untrue_in(self.breaches)
+
 
 def check(timeline: Timeline | Log) -> Finding:
-    """Judge S1 to S3, F1 to F6 and P1 to P6, and whether the log is complete.
+    """Judge S1 to S4, F1 to F6, P1 to P7, A1 and A2, and whether the log is complete.
 
     Raises:
         UsageError: the header has no scenario that this version can read.
@@ -52,6 +57,8 @@ def check(timeline: Timeline | Log) -> Finding:
     judgement = judge(scenario, _noting(recorded, timeline.lines))
     promises = Promises.of(scenario)
     flaws = [*timeline.flaws, *contradictions(recorded, judgement), *_changed(timeline)]
+    if judgement.failure is not None:
+        flaws.append(f"the judge failed: {judgement.failure}")
     if scenario.fingerprint() != timeline.header.scenario_hash:
         flaws.append("the scenario in the header is not the one that was run: its hash differs")
     return Finding(

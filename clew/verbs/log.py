@@ -42,7 +42,7 @@ def info(run: Path, *, as_json: bool) -> None:
 @AS_JSON
 @click.pass_context
 def check_log(ctx: click.Context, run: Path, *, as_json: bool) -> None:
-    """Judge a run again from its log alone: S1 to S3, F1 to F6, P1 to P6, and whether the log is complete.
+    """Judge a run again from its log alone: every invariant, and whether the log is complete.
 
     docs/verdict.md lists the invariants. Exits with 1 when one was broken or the log is not complete.
     """

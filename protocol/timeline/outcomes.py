@@ -30,7 +30,7 @@ class RouteLost(Kind, frozen=True, kw_only=True, tag="route.lost"):
 class PromiseBroken(Kind, frozen=True, kw_only=True, tag="promise.broken"):
     """An invariant was violated, by true poses or by recorded entries; docs/verdict.md lists them."""
 
-    invariant: Annotated[str, Meta(pattern="^(S[1-3]|F[1-6]|P[1-6])$")]
+    invariant: Annotated[str, Meta(pattern="^(S[1-4]|F[1-6]|P[1-7]|A[12])$")]
     robot: RobotId
     other: Annotated[RobotId | None, Meta(description="the other robot, where two are involved")] = None
     measured_m: Annotated[Metres | None, Meta(description="null: the invariant has no length")] = None

@@ -12,6 +12,7 @@ class RobotAppeared(Kind, frozen=True, kw_only=True, tag="robot.appeared"):
     """The world has seen a robot's liveliness token."""
 
     robot: RobotId
+    incarnation: Annotated[Text, Meta(description="as in the token")] = ""
 
 
 class RobotDied(Kind, frozen=True, kw_only=True, tag="robot.died"):
@@ -25,6 +26,7 @@ class RobotRestarted(Kind, frozen=True, kw_only=True, tag="robot.restarted"):
     """A robot's token has appeared with another incarnation: a new process has replaced the old one."""
 
     robot: RobotId
+    incarnation: Annotated[Text, Meta(description="as in the token")] = ""
 
 
 class RobotReturned(Kind, frozen=True, kw_only=True, tag="robot.returned"):

@@ -13,16 +13,27 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from clew.campaign.chaos import ChaosRun, is_balanced, judge_run, replay_line, sum_up, troubles_of
+from clew.campaign.chaos import (
+    ChaosRun,
+    has_arrived,
+    is_balanced,
+    judge_run,
+    replay_line,
+    sum_up,
+    troubles_of,
+)
 from clew.fleet.live import Ended, left_behind, processes_of, run_fleet
 from clew.log.check import Finding, check
 from clew.log.timeline import read
 from clew.swarm.swarm import draw
+from protocol.timeline import PromiseBroken, RunEnded
 from tests.support.campaigns import clew
 from tests.support.deadline import DEADLINE_S
 from tests.support.logs.logs import AT_REST, GOOD, numbered, recorded
 from tests.support.processes.fleets import Fleet, wait_until
 from world.judge.books import Messages
+from world.judge.ending import Ending
+from world.judge.judgement import Breach
 
 WELL = Ended(code=0, said=("ok",), wall_s=1.0, leftovers=())
 COUNTS = st.integers(0, 10**6)
@@ -94,6 +105,17 @@ def test_a_folder_without_a_run_is_judged_and_quotes_the_launchers_last_line(tmp
     run = judge_run(draw(3), tmp_path, ended, replay="again", load=1.0)
     assert (run.reason, run.arrived, run.messages) == ("clew: the world was killed", False, None)
     assert run.troubles == ("there is no verdict", "the log cannot be read")
+
+
+def test_a_fleet_that_says_it_has_arrived_has_not_if_poses_do_not_show_it(tmp_path: Path) -> None:
+    said = read(
+        recorded(tmp_path / "run", numbered((*AT_REST[:-1], ("world", RunEnded(reason=Ending.ARRIVED)))))
+    )
+    finding = check(said)
+    assert has_arrived(said, finding, draw(3))
+    short = PromiseBroken(invariant="A1", robot=1, measured_m=0.33, required_m=0.16, why="stands elsewhere")
+    lied = replace(finding, breaches=(Breach(t_s=3.0, broken=short),))
+    assert not has_arrived(said, lied, draw(3))
 
 
 def test_a_summary_is_ok_only_if_complete_and_without_trouble(tmp_path: Path) -> None:

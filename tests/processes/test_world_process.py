@@ -19,10 +19,26 @@ from protocol.network.outbox import Outbox
 from protocol.network.transport import Heard
 from protocol.network.zenoh_transport import ZenohTransport
 from protocol.run_settings import SCENARIO_FILE, SETTINGS_FILE, Settings
-from protocol.timeline import GoalReached, Record, RobotArrived, RobotSettled, TrafficCounted
+from protocol.timeline import (
+    GoalReached,
+    Record,
+    RobotArrived,
+    RobotSettled,
+    RouteLost,
+    StrandJoined,
+    TrafficCounted,
+)
 from protocol.wire.messages import Ask, Drive, Logged, Message, Odometry, Phase, Scan, ScanQuery
 from tests.support.deadline import DEADLINE_S
-from tests.support.processes.wire import KEYS, arrivals_until, python, robot_transport, router, session_folder
+from tests.support.processes.wire import (
+    KEYS,
+    TOKEN,
+    arrivals_until,
+    python,
+    robot_transport,
+    router,
+    session_folder,
+)
 from tests.support.stages.world_stage import formed, life_of, planned
 from world.judge.verdict import VERDICT_FILE
 from world.record.recorder import EVENTS_FILE
@@ -67,7 +83,7 @@ class Player:
 
     def __init__(self, transport: ZenohTransport) -> None:
         self.transport = transport
-        self.outbox = Outbox(resend_s=0.0)  # resend at once: tests need not wait
+        self.outbox = Outbox(TOKEN, resend_s=0.0)  # resend at once: tests need not wait
         self.now_s = 0.0
         self.number = 0
         self.fence = Fence()
@@ -120,6 +136,7 @@ class Player:
         drives = Fence(epoch=epoch, turn=1, may=May.ALL, robot=1, members=1)
         self.transport.put(KEYS.fence("r1"), Turn(fence=drives))
         await self.hear(is_under(epoch, May.ALL))
+        self.note(StrandJoined(epoch=epoch.number, rank=0, members=1))
         self.transport.ask(KEYS.scan("r1"), ScanQuery(revolutions=1))
         await self.hear(lambda message: isinstance(message, Scan))
         self.note(planned(TARGET, reach_m=0.5))
@@ -205,6 +222,20 @@ async def test_a_run_goes_from_mission_to_verdict_and_every_message_is_accounted
     recorded = kinds(folder)
     assert next(iter(recorded)) == "run.started"
     assert (recorded["order.accepted"], recorded["order.finished"], recorded["run.ended"]) == (1, 1, 1)
+
+
+async def test_entries_of_a_process_whose_token_was_never_seen_are_not_recorded(folder: Path) -> None:
+    with python(*world_arguments(folder)) as world:
+        with robot_transport(folder, "r1") as transport:
+            player, other = Player(transport), Player(transport)
+            other.outbox = Outbox("forged", resend_s=0.0)
+            await player.hear(is_in(Phase.RUNNING))
+            other.note(RouteLost(reason="forged"))
+            other.flush()
+            await player.live()
+        end(world)
+    assert world.returncode == 0
+    assert kinds(folder)["route.lost"] == 0
 
 
 async def test_queries_for_mission_and_scans_are_answered(folder: Path) -> None:

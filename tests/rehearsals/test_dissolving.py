@@ -17,12 +17,14 @@ from protocol.timeline import (
     Entry,
     FenceChanged,
     OrderAccepted,
+    Record,
     RobotArrived,
     StrandDissolved,
     StrandJoined,
     ViewJoined,
 )
 from tests.support.faults import injected
+from tests.support.strands import strand
 from world.judge.ending import Ending
 from world.judge.judgement import judge
 from world.judge.tally import Tally
@@ -71,7 +73,7 @@ def closing(from_s: float) -> tuple[str, str]:
     return TRACK, f"track = [[{from_s}, 3.25, 1.0], [{from_s + 3.0}, 3.25, 2.0]]"
 
 
-def entry(n: int, record: RobotArrived | ViewJoined) -> Entry:
+def entry(n: int, record: Record) -> Entry:
     return Entry(n=n, t_s=float(n), hlc="", record=record)
 
 
@@ -143,6 +145,8 @@ def test_a_robot_that_had_arrived_arrives_again_in_the_new_strand() -> None:
 
 def test_a_robot_in_a_new_strand_has_not_arrived_in_it_yet() -> None:
     tally = Tally()
+    for source, record in strand(10_001, 1):
+        tally.hear(source, entry(1, record))
     tally.hear("r1", entry(1, RobotArrived(progress_m=1.0)))
     assert tally.arrived == {1}
     tally.hear("r1", entry(2, ViewJoined(epoch=20001)))

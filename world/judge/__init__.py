@@ -1,1 +1,1 @@
-"""The judgement of a run: S1 to S3, F1 to F6, P1 to P6, message accounts, recovery, verdict."""
+"""The judgement of a run: its invariants (docs/verdict.md), message accounts, recovery, verdict."""

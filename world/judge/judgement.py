@@ -8,10 +8,11 @@ Rule 3: the timeline is the only input.
 """
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from msgspec import Struct
 
+from protocol.errors import sentence_of
 from protocol.keys import WORLD
 from protocol.timeline import Entry, FenceChanged, PromiseBroken
 from world.judge.monitor import Least
@@ -21,9 +22,10 @@ from world.judge.rules.distances import Distances
 from world.judge.rules.evidence import Evidence
 from world.judge.rules.fences import FenceOrder
 from world.judge.rules.formations import Formations
-from world.judge.rules.invariants import INVARIANTS, Counting, Epochs, Granting, Leading, Numbers
+from world.judge.rules.invariants import ARRIVAL, INVARIANTS, Counting, Epochs, Granting, Leading, Numbers
 from world.judge.rules.motion import Motion, Tolerance
 from world.judge.rules.rule import Dated, Rule
+from world.judge.truth.truth import Truth
 from world.scenario.scenario import Scenario
 
 
@@ -43,12 +45,24 @@ class Judgement(Struct, frozen=True, kw_only=True):
     path_m: float
     """Metres driven by all robots."""
     breaches: tuple[Breach, ...]
+    failure: str | None = None
+    """Why the judge failed, which should never happen: then nothing is proved."""
+
+    @property
+    def untrue(self) -> frozenset[int]:
+        """The robots that recorded an arrival which their poses do not show."""
+        return untrue_in(self.breaches)
 
     @property
     def violations(self) -> dict[str, int]:
         """How often each promise was broken."""
         counts = Counter(breach.broken.invariant for breach in self.breaches)
         return {invariant: counts[invariant] for invariant in INVARIANTS}
+
+
+def untrue_in(breaches: Iterable[Breach]) -> frozenset[int]:
+    """The robots of broken arrivals."""
+    return frozenset(each.broken.robot for each in breaches if each.broken.invariant in ARRIVAL)
 
 
 class Court:
@@ -131,7 +145,9 @@ class Judge:
             speed_mps_max=scenario.drive.speed_mps_max,
         )
         self._distances = Distances(scenario)
-        self._court = Court(tolerance, followers_sense=law.law.promises_clearance, further=(self._distances,))
+        further = self._distances, Truth(scenario)
+        self._court = Court(tolerance, followers_sense=law.law.promises_clearance, further=further)
+        self._failure: str | None = None
 
     @property
     def undecided(self) -> int:
@@ -140,11 +156,21 @@ class Judge:
 
     def hear(self, source: str, entry: Entry) -> list[Breach]:
         """Process the next entry of the timeline; returns the violations that are certain now."""
-        return self._court.hear(source, entry)
+        return self._judge(lambda: self._court.hear(source, entry))
 
     def close(self) -> list[Breach]:
         """No entry follows: the violations that were not certain before."""
-        return self._court.close()
+        return self._judge(self._court.close)
+
+    def _judge(self, found: Callable[[], list[Breach]]) -> list[Breach]:
+        """What is found; a judge that has failed finds nothing more, and the run has failed."""
+        if self._failure is not None:
+            return []
+        try:
+            return found()
+        except Exception as error:
+            self._failure = sentence_of(error)
+            return []
 
     @property
     def judgement(self) -> Judgement:
@@ -156,6 +182,7 @@ class Judge:
             least_moving_clearance=monitor.least_moving_clearance,
             path_m=self._distances.path_m,
             breaches=self._court.breaches,
+            failure=self._failure,
         )
 
 

@@ -1,4 +1,4 @@
-"""The counts and facts of a run, from its entries."""
+"""The counts and facts of a run, from its entries. An entry counts only from the source that it concerns."""
 
 from collections import Counter, defaultdict
 from dataclasses import dataclass, field
@@ -29,6 +29,7 @@ from protocol.timeline import (
 )
 from world.judge.books import TAKES_AWAY, Book
 from world.judge.recovery import Dated, is_relevant
+from world.judge.truth.voices import Voices
 
 
 @dataclass(slots=True)
@@ -62,6 +63,7 @@ class Tally:
     scans: int = 0
     struck: set[str] = field(default_factory=set)
     """The rules of fault plans that struck at least once."""
+    _voices: Voices = field(default_factory=Voices)
     _formed: int = 0
     """The epoch of the newest formation."""
     _left_out: frozenset[int] = frozenset()
@@ -78,6 +80,8 @@ class Tally:
 
     def hear(self, source: str, entry: Entry) -> None:
         """Process an entry."""
+        if self._voices.hear(source, entry) is not None:
+            return
         if isinstance(entry.record, FaultInjected):
             self._hear_fault(source, entry.record)
         robot = robot_number(source)

@@ -1,10 +1,12 @@
 """The verdict: whether a run kept its promises and, if not, the first broken one in a sentence."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from msgspec import Struct
+from msgspec.structs import replace as with_fields
 
+from protocol.errors import sentence_of
 from protocol.exit_codes import ExitCode
 from protocol.timeline import PromiseBroken
 from world.judge.books import Messages
@@ -63,6 +65,16 @@ class Facts:
     wall_s: float
     cpu_s: float
 
+    @property
+    def goal_reached(self) -> bool:
+        """Whether a leader recorded it, and no such entry was untrue."""
+        return self.tally.goal_reached and self.judgement.violations["A1"] == 0
+
+    @property
+    def arrived(self) -> set[int]:
+        """The living robots that recorded their arrival, and never an untrue one."""
+        return (self.tally.arrived & self.living) - self.judgement.untrue
+
 
 class Verdict(Struct, frozen=True, kw_only=True):
     """`verdict.json`; docs/verdict.md explains the fields."""
@@ -110,10 +122,19 @@ class Verdict(Struct, frozen=True, kw_only=True):
 
 
 def pass_verdict(facts: Facts) -> Verdict:
-    """The verdict on a judged run."""
+    """The verdict on a judged run; a failed one where it cannot be judged, which should never happen."""
+    scenario, tally = facts.scenario, facts.tally
+    try:
+        error_m = table_rms_m(scenario, tally.switching_positions)
+        return _verdict(facts, Recovery(tally.recovery), error_m)
+    except Exception as error:
+        failed = with_fields(facts.judgement, failure=sentence_of(error))
+        return _verdict(replace(facts, judgement=failed), Recovery(()), None)
+
+
+def _verdict(facts: Facts, recovery: Recovery, error_m: float | None) -> Verdict:
     scenario, tally, judgement = facts.scenario, facts.tally, facts.judgement
     promises = Promises.of(scenario)
-    recovery = Recovery(tally.recovery)
     flaws = list(_flaws(facts, recovery))
     return Verdict(
         ok=not flaws,
@@ -126,8 +147,8 @@ def pass_verdict(facts: Facts) -> Verdict:
         speed=facts.speed,
         started_at=facts.started_at,
         no_route=facts.ending is Ending.ROUTE_LOST,
-        goal_reached=tally.goal_reached,
-        robots_arrived=len(tally.arrived & facts.living),
+        goal_reached=facts.goal_reached,
+        robots_arrived=len(facts.arrived),
         clearance_m_min=finite(judgement.least_clearance.distance_m),
         clearance_m_required=promises.clearance_m_required,
         moving_clearance_m_min=finite(judgement.least_moving_clearance.distance_m),
@@ -139,7 +160,7 @@ def pass_verdict(facts: Facts) -> Verdict:
         planning_events=tally.planning_events,
         scans=tally.scans,
         path_m=judgement.path_m,
-        table_rms_m=table_rms_m(scenario, tally.switching_positions),
+        table_rms_m=error_m,
         sim_s=facts.sim_s,
         wall_s=facts.wall_s,
         cpu_s=facts.cpu_s,
@@ -154,7 +175,9 @@ def pass_verdict(facts: Facts) -> Verdict:
 
 def _flaws(facts: Facts, recovery: Recovery) -> Iterator[Flaw]:
     """The flaws of the run, the first broken promise first."""
-    tally, arrived, living = facts.tally, len(facts.tally.arrived & facts.living), len(facts.living)
+    if facts.judgement.failure is not None:
+        yield Flaw(f"the judge failed: {facts.judgement.failure}")
+    tally, arrived, living = facts.tally, len(facts.arrived), len(facts.living)
     dated = [(breach.t_s, _breach_sentence(breach.t_s, breach.broken)) for breach in facts.judgement.breaches]
     dated += [(death.cause_s, _death_sentence(death)) for death in recovery.unrequested]
     if tally.route_lost is not None:
@@ -162,7 +185,7 @@ def _flaws(facts: Facts, recovery: Recovery) -> Iterator[Flaw]:
         dated.append((t_s, f"{NO_ROUTE}the leader lost its route at t={t_s:.1f} s: {lost.reason}"))
     yield from (Flaw(sentence) for _, sentence in sorted(dated))
     yield from _flaws_of_ending(facts)
-    if not tally.goal_reached:
+    if not facts.goal_reached:
         yield Flaw("the goal was not reached")
     if arrived < living:
         yield Flaw(f"{arrived} of {living} living robots arrived")
@@ -187,7 +210,7 @@ def _flaws_of_ending(facts: Facts) -> Iterator[Flaw]:
         case Ending.MISSING:
             yield Flaw(f"robots never came: {facts.absent}")
         case Ending.TIMED_OUT:
-            arrived, living = len(facts.tally.arrived & facts.living), len(facts.living)
+            arrived, living = len(facts.arrived), len(facts.living)
             yield Flaw(f"the time was up with {arrived} of {living} living robots arrived")
         case Ending.STRANDED:
             yield Flaw(f"no way for {_stranded_sentence(facts)}")

@@ -20,6 +20,8 @@ from protocol.wire.messages import Drive, Odometry, Phase
 from tests.support.deadline import DEADLINE_S
 
 KEYS = Keys("f", "t")
+TOKEN = "1"
+"""The incarnation of every process that a test plays."""
 ORIGIN = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
 
 
@@ -77,7 +79,9 @@ def robot_transport(folder: Path, name: str) -> Iterator[ZenohTransport]:
     """A transport with a robot's subscriptions and its token."""
     session = read_session(folder / f"{name}.json")
     hear = [KEYS.link("*", name), KEYS.odometry(name), KEYS.view("*", name), KEYS.logged(name)]
-    with open_transport(session, hear=hear, answer=[], alive=KEYS.alive(name, "1"), watch=None) as transport:
+    with open_transport(
+        session, hear=hear, answer=[], alive=KEYS.alive(name, TOKEN), watch=None
+    ) as transport:
         yield transport
 
 

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 from protocol.fence import Bearing, Cause, Change, Fence, May, Raise, Turn
 from protocol.frames import Point
 from protocol.keys import WORLD, robot_name
-from protocol.timeline import Entry, Record, StepPlanned, StrandFormed
+from protocol.timeline import Entry, Record, StepPlanned, StrandFormed, StrandJoined
 from protocol.wire.messages import Drive, Odometry, Phase, Scan
 from tests.support.logs.logs import HEADER
 from tests.support.planned import planned as one_planned
@@ -118,6 +118,8 @@ class Stage:
         self.put(leader, Raise(epoch=epoch, cause=Cause.START))
         self.write(leader, formed(order, tuple(map(self._place, order)), epoch=epoch.number))
         self.put(leader, Turn(fence=Fence(epoch=epoch, turn=1, may=May.ALL, robot=leader, members=members)))
+        for rank, robot in enumerate(order):
+            self.write(robot, StrandJoined(epoch=epoch.number, rank=rank, members=members))
 
     def _place(self, robot: int) -> Point:
         pose = self.world.bodies.pose(robot - 1)

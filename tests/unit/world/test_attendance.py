@@ -73,3 +73,15 @@ def test_silence_without_a_router_is_no_death() -> None:
     attendance.vanish(1, "a")
     attendance.restart_silence(wall_s=5.0)
     assert attendance.find_deaths(wall_s=5.0 + SILENCE_S - 0.01) == []
+
+
+def test_a_process_is_known_once_it_has_shown_its_token_even_if_that_is_gone() -> None:
+    attendance = both_there()
+    attendance.appear(1, "b", wall_s=1.0)
+    attendance.vanish(1, "b")
+    assert [attendance.has_shown(1, incarnation) for incarnation in ("a", "b", "c")] == [True, True, False]
+    attendance.forget_tokens(wall_s=2.0)
+    assert attendance.has_shown(1, "b")
+    again = Attendance(frozenset({1}))
+    again.recall({1}, set(), set(), {1: "a"}, wall_s=3.0)
+    assert again.has_shown(1, "a"), "the timeline of a resumed world shows it"

@@ -44,7 +44,7 @@ def kinds(records: object) -> list[str]:
 
 def test_the_clock_starts_when_all_robots_have_come() -> None:
     stage = Stage(scenario())
-    assert stage.handle(TokenCame(2, "a")) == [RobotAppeared(robot=2)]
+    assert stage.handle(TokenCame(2, "a")) == [RobotAppeared(robot=2, incarnation="a")]
     assert stage.look() == []
     assert not stage.at()[0]
     stage.handle(TokenCame(1, "a"))

@@ -121,7 +121,7 @@ def test_a_restarted_robot_has_died_is_alive_and_has_not_arrived() -> None:
     stage.write(1, RobotArrived(progress_m=1.0))
     stage.tick(SECOND)
     stage.order(2, None, number=1)
-    known = [RobotDied(robot=1, silent_since_s=0.0), RobotRestarted(robot=1)]
+    known = [RobotDied(robot=1, silent_since_s=0.0), RobotRestarted(robot=1, incarnation="b")]
     assert stage.handle(TokenCame(1, "b")) == known
     assert stage.odometry[1][-1].t_s == stage.world.now_s  # it gets the time at once
     stage.handle(TokenWent(1, "a"))
@@ -129,7 +129,7 @@ def test_a_restarted_robot_has_died_is_alive_and_has_not_arrived() -> None:
     stage.look()
     assert stage.at()[2] is None
     die(stage, 1, incarnation="b")
-    assert stage.handle(TokenCame(1, "c")) == [RobotRestarted(robot=1)]
+    assert stage.handle(TokenCame(1, "c")) == [RobotRestarted(robot=1, incarnation="c")]
 
 
 def test_without_a_router_no_robot_is_declared_dead_and_the_run_waits_for_a_time() -> None:

@@ -12,6 +12,7 @@ P3: there is no ring, and each robot has one robot ahead: `formations`.
 P4: stale or forged messages have no effect: no robot joins or leaves a view before its epoch is in force.
 P5: queues are bounded and long enough: no inbox or outbox overflows, and entry numbers have no gaps.
 P6: no core fails.
+`world.judge.truth` holds what robots record against true poses: S4, A1, A2, and for who may record it P1, P7.
 """
 
 from collections import defaultdict
@@ -37,7 +38,15 @@ from world.judge.rules.claims import ROUNDING_S, Check, Claim, Claims
 from world.judge.rules.evidence import ROUNDING_M, Evidence
 from world.judge.rules.rule import Dated, breach_of, broken
 
-INVARIANTS = ("S1", "S2", "S3", "F1", "F2", "F3", "F4", "F5", "F6", "P1", "P2", "P3", "P4", "P5", "P6")
+ARRIVAL = ("A1", "A2")
+"""What an arrival must keep to be one."""
+
+INVARIANTS = (
+    *("S1", "S2", "S3", "S4"),
+    *("F1", "F2", "F3", "F4", "F5", "F6"),
+    *("P1", "P2", "P3", "P4", "P5", "P6", "P7"),
+    *ARRIVAL,
+)
 """All invariants of a run, in the order of the verdict."""
 
 EPOCHS_KEPT = 4  # of a link: its robots are in one epoch, and late entries are of the one before

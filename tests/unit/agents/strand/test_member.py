@@ -193,13 +193,24 @@ def test_a_robot_whose_way_stays_blocked_wants_a_view_until_the_block_goes_away(
     assert stage.parts[2].driver.was_sent
 
 
-def test_after_too_many_dissolutions_a_blocked_robot_says_that_the_route_is_lost() -> None:
+def test_after_too_many_dissolutions_the_leader_says_for_a_blocked_robot_that_the_route_is_lost() -> None:
     stage = queue(shapes=[])
     stage.shapes, stage.is_checked, stage.counters = [BOX], False, Counters(dissolved=DISSOLVED_MAX)
     stage.reform(counters=stage.counters)
     stage.run(BLOCKED_S + 3.0)
-    assert stage.members[2].wish is None
-    assert [robot for robot, record in stage.told if isinstance(record, RouteLost)] == [2]
+    wish, counters = stage.members[2].wish, stage.members[2].counters
+    assert (wish is not None and wish.cause, counters.dissolved) == (Cause.BLOCKED, DISSOLVED_MAX + 1)
+    assert not stage.records(RouteLost), "only the leader may say so"
+    stage.reform(counters=counters)
+    stage.run(1.0)
+    assert [robot for robot, record in stage.told if isinstance(record, RouteLost)] == [1]
+
+
+def test_after_as_many_dissolutions_a_leader_whose_way_is_clear_goes_on() -> None:
+    stage = queue(shapes=[])
+    stage.reform(counters=Counters(dissolved=DISSOLVED_MAX))
+    stage.run(1.0)
+    assert not stage.records(RouteLost), "its way is clear"
 
 
 @pytest.mark.parametrize(

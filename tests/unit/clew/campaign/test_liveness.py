@@ -98,6 +98,13 @@ def test_who_joins_a_strand_anew_has_not_arrived_yet() -> None:
     assert not arrived_together(told[:3], (1, 2))
 
 
+def test_an_arrival_that_poses_do_not_show_is_none() -> None:
+    arrived = RobotArrived(progress_m=1.0)
+    told = numbered((("r1", arrived), ("r2", arrived)))
+    assert arrived_together(told, (1, 2), untrue=frozenset({3}))
+    assert not arrived_together(told, (1, 2), untrue=frozenset({2}))
+
+
 def test_a_robot_is_stranded_until_it_joins_a_strand() -> None:
     told = numbered((("r1", RobotStranded(epoch=10_001, robot=3, reason="no way")), joined(3, 20_001)))
     assert stranded(told[:1]) == {3: "no way"}

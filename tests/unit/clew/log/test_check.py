@@ -48,6 +48,18 @@ def test_a_log_with_a_hole_is_not_ok_even_if_no_promise_was_broken(tmp_path: Pat
     assert sentences(finding)[-1].startswith("not proved: ")
 
 
+def test_a_log_that_the_judge_cannot_judge_is_not_ok_and_says_why(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise KeyError("no such robot")
+
+    monkeypatch.setattr("world.judge.truth.truth.Truth.hear", fail)
+    finding = found(tmp_path / "run", AT_REST)
+    assert not finding.ok
+    assert any(flaw.startswith("the judge failed: KeyError: 'no such robot'") for flaw in finding.flaws)
+
+
 def test_a_header_without_a_valid_scenario_is_refused(tmp_path: Path) -> None:
     read = timeline.read(recorded(tmp_path / "run", numbered(AT_REST)))
     header = msgspec.structs.replace(read.header, scenario={"name": "paper"})

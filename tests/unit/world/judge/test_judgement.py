@@ -124,3 +124,23 @@ def test_path_m_is_the_distance_driven_by_all_robots() -> None:
 def test_the_log_of_a_run_that_never_began_has_no_violations() -> None:
     judgement = judge(scenario(), [])
     assert (judgement.breaches, judgement.path_m) == ((), 0.0)
+
+
+def test_a_judge_that_fails_says_why_and_the_world_ends_the_run(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def fail(*_: object) -> None:
+        raise KeyError("no such robot")
+
+    stage = Stage(scenario())
+    stage.begin()
+    monkeypatch.setattr("world.judge.truth.truth.Truth.hear", fail)
+    stage.lead(1, Point(x_m=0.8, y_m=0.0))
+    stage.tick(100)
+    stage.handle(StopAsked(ExitCode.INTERRUPTED))
+    stage.look(after_wall_s=3.0)
+    stage.look(after_wall_s=3.0)
+    judged = stage.world.judgement
+    assert judged is not None
+    assert judged.failure is not None
+    assert judged.failure.startswith("KeyError: 'no such robot' (test_judgement.py:")

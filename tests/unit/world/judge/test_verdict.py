@@ -20,7 +20,7 @@ from protocol.timeline import (
     StepFinished,
 )
 from tests.support.scenes.world_scenarios import scenario
-from tests.support.strands import ordered
+from tests.support.strands import ordered, strand
 from world.judge import table
 from world.judge.books import Messages
 from world.judge.ending import Ending
@@ -49,7 +49,8 @@ BROKEN = PromiseBroken(invariant="S1", robot=2, measured_m=0.05, required_m=0.08
 
 def tally_of(lines: list[tuple[str, float, Record]]) -> Tally:
     tally = Tally()
-    for n, (source, t_s, record) in enumerate(lines, start=1):
+    begun = [(source, 0.0, record) for source, record in strand(10_001, 1, 2)]
+    for n, (source, t_s, record) in enumerate([*begun, *lines], start=1):
         tally.hear(source, Entry(n=n, t_s=t_s, hlc="", record=record))
     return tally
 
@@ -231,3 +232,33 @@ def test_the_rms_is_over_all_distances_and_none_without_a_whole_table() -> None:
 def test_every_field_is_in_the_docs() -> None:
     said = re.findall(r"^\| (`[^|]*) \|", DOCS.read_text(), flags=re.MULTILINE)
     assert re.findall(r"`(\w+)`", " ".join(said)) == list(Verdict.__struct_fields__)
+
+
+UNTRUE = PromiseBroken(invariant="A2", robot=2, measured_m=1.9, required_m=0.3, why="has not come up")
+SHORT = PromiseBroken(invariant="A1", robot=1, measured_m=0.33, required_m=0.17, why="stands elsewhere")
+
+
+@pytest.mark.parametrize(("untrue", "arrived", "reached"), [(UNTRUE, 1, True), (SHORT, 1, False)])
+def test_an_arrival_that_poses_do_not_show_does_not_count(
+    untrue: PromiseBroken, arrived: int, reached: bool
+) -> None:
+    judged = with_fields(JUDGED, breaches=(Breach(t_s=9.5, broken=untrue),))
+    passed = verdict(ALL_WELL, judgement=judged)
+    assert (passed.ok, passed.exit_code, passed.violations) == (False, 1, 1)
+    assert (passed.robots_arrived, passed.goal_reached) == (arrived, reached)
+
+
+def test_a_judge_that_failed_fails_the_run_and_says_why() -> None:
+    passed = verdict(ALL_WELL, judgement=with_fields(JUDGED, failure="KeyError: 3 (motion.py:7 f)"))
+    assert (passed.ok, passed.exit_code) == (False, 1)
+    assert passed.reason == "the judge failed: KeyError: 3 (motion.py:7 f)"
+
+
+def test_a_verdict_that_cannot_be_made_is_a_failed_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise ZeroDivisionError("of distances")
+
+    monkeypatch.setattr("world.judge.verdict.table_rms_m", fail)
+    passed = verdict(ALL_WELL)
+    assert (passed.ok, passed.exit_code, passed.robots_arrived) == (False, 1, 2)
+    assert passed.reason.startswith("the judge failed: ZeroDivisionError: of distances (test_verdict.py:")

@@ -1,0 +1,97 @@
+"""S4: the clearance that was promised for a step, held against the one that was kept."""
+
+import pytest
+from msgspec.structs import replace
+
+from protocol.fence import May
+from protocol.frames import Point
+from protocol.mission import Law
+from protocol.timeline import OrderFinished, StepFinished
+from tests.support.histories.arriving import (
+    EPOCH,
+    GOAL_M,
+    LEFT_M,
+    NEXT,
+    SCENE,
+    Said,
+    breaches,
+    broken,
+    fence,
+    order,
+    plan,
+    pose,
+    run,
+)
+
+MU0_M = 0.02
+INFLATED_M = 0.03
+
+
+def promised(promised_m: float | None, *, without: tuple[str, ...] = ()) -> list[Said]:
+    return run(plan_1=(0.9, "r1", plan(promised_m)), without=without)
+
+
+@pytest.mark.parametrize("more_m", [-0.1, 0.0, MU0_M])
+def test_a_promise_that_was_kept_within_mu0_is_no_violation(more_m: float) -> None:
+    assert broken(promised(LEFT_M + more_m)) == []
+
+
+@pytest.mark.parametrize("late_s", [0.0, 5.0], ids=["planned in time", "recorded late"])
+def test_a_promise_of_30_mm_more_than_was_kept_is_found(late_s: float) -> None:
+    said = sorted(promised(LEFT_M + INFLATED_M), key=lambda each: each[0] + late_s * (each[1] == "r1"))
+    (breach,) = breaches(said)
+    assert (breach.invariant, breach.robot) == ("S4", 1)
+    assert breach.measured_m == pytest.approx(LEFT_M)
+    assert breach.required_m == pytest.approx(LEFT_M + INFLATED_M - MU0_M)
+
+
+def test_the_clearance_is_that_of_the_whole_step_by_true_poses() -> None:
+    swerves = run((2.5, "world", replace(pose(1, 1.2), y_m=0.2)), finished_1=(3.0, "world", said_wide()))
+    (breach,) = [each for each in breaches(swerves) if each.invariant == "S4"]
+    assert breach.measured_m == pytest.approx(0.5 - 0.4, abs=0.01)
+
+
+def said_wide() -> StepFinished:
+    """What the world has measured counts no more than what robots say."""
+    return StepFinished(robot=1, step=1, x_m=GOAL_M, y_m=0.0, clearance_m=9.0)
+
+
+def test_a_step_that_never_ends_is_judged_as_far_as_it_was_driven() -> None:
+    cut = ("finished 1", "goal 1", "arrived 1", "arrived 2", "arrived 3")
+    assert broken(promised(LEFT_M + INFLATED_M, without=cut)) == [("S4", 1)]
+    begun = (*cut, "there 1", "end 1")
+    assert broken(promised(LEFT_M + INFLATED_M, without=begun)) == [], "half of the way was clear enough"
+    raised: Said = (2.5, "world", fence(NEXT, 0, May.NOBODY))
+    assert broken(run(raised, plan_1=(0.9, "r1", plan(LEFT_M + INFLATED_M)), without=cut)) == []
+
+
+def test_a_step_that_was_interrupted_and_resumed_is_one_step() -> None:
+    stands: Said = (2.0, "world", replace(order(1, 0.5, 0.0), target=None))
+    again: Said = (2.2, "world", order(1, 0.5, GOAL_M, step=1))
+    assert broken([*run(stands, again)]) == []
+    inflated = run(stands, again, plan_1=(0.9, "r1", plan(LEFT_M + INFLATED_M)))
+    assert broken(inflated) == [("S4", 1)]
+
+
+def joined(promised_m: float) -> list[Said]:
+    """Robot 3 has the turn and drives a step towards its place."""
+    target = Point(x_m=GOAL_M, y_m=0.0)
+    turn = replace(fence(EPOCH, 1, May.ONE), named=3, named_life="a")
+    return [
+        (0.0, "world", pose(3, 0.0)),
+        (0.2, "world", turn),
+        (0.3, "r3", replace(plan(promised_m), joins=True)),
+        (0.4, "world", order(3, 0.0, GOAL_M)),
+        (2.4, "world", OrderFinished(robot=3, number=1, step=0, x_m=target.x_m, y_m=0.0, clearance_m=None)),
+        (2.4, "world", pose(3, GOAL_M)),
+    ]
+
+
+def test_robots_that_join_keep_what_they_promise_too() -> None:
+    assert broken(joined(LEFT_M)) == []
+    assert broken(joined(LEFT_M + INFLATED_M)) == [("S4", 3)]
+
+
+def test_a_law_that_promises_nothing_is_not_judged() -> None:
+    printed = replace(SCENE, law=replace(SCENE.law, law=Law.PRINTED))
+    assert breaches(promised(None), printed) == []
