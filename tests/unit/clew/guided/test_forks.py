@@ -4,11 +4,7 @@ import pytest
 
 from clew.guided.forks import in_a_fork
 
-
-def no_child_is_left() -> bool:
-    with pytest.raises(ChildProcessError):
-        os.waitpid(-1, os.WNOHANG)
-    return True
+pytestmark = pytest.mark.usefixtures("no_child_is_left")
 
 
 def test_a_fork_hands_back_what_it_returns_and_changes_nothing_here() -> None:
@@ -20,7 +16,6 @@ def test_a_fork_hands_back_what_it_returns_and_changes_nothing_here() -> None:
 
     assert in_a_fork(work) == b"\x01\x02" * 100_000
     assert here == [1]
-    assert no_child_is_left()
 
 
 def test_a_fork_that_dies_or_fails_hands_back_nothing() -> None:
@@ -29,9 +24,7 @@ def test_a_fork_that_dies_or_fails_hands_back_nothing() -> None:
 
     assert in_a_fork(lambda: os._exit(3)) is None
     assert in_a_fork(fail) is None
-    assert no_child_is_left()
 
 
 def test_a_fork_may_fork() -> None:
     assert in_a_fork(lambda: (in_a_fork(lambda: b"inner") or b"") + b" and outer") == b"inner and outer"
-    assert no_child_is_left()

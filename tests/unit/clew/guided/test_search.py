@@ -1,4 +1,3 @@
-import os
 from pathlib import Path
 
 import pytest
@@ -16,6 +15,8 @@ SEED = 19  # three robots; its own faults start nobody again
 RESTARTED = 16  # here they do
 LITTLE = Limits(instants_max=3, below_max=1)
 
+pytestmark = pytest.mark.usefixtures("no_child_is_left")
+
 
 def episode_of(seed: int) -> Episode:
     return drawn_episode(seed, Path(), "", wall_s_max=60.0)
@@ -25,18 +26,11 @@ def timeless(found: Found) -> Found:
     return replace(found, outcome=replace(found.outcome, cpu_s=0.0, wall_s=0.0))
 
 
-def no_child_is_left() -> bool:
-    with pytest.raises(ChildProcessError):
-        os.waitpid(-1, os.WNOHANG)
-    return True
-
-
 def test_a_search_plays_futures_reaches_cells_and_is_the_same_every_time() -> None:
     found = search(episode_of(SEED), Corpus(), LITTLE)
     assert 3 <= found.outcome.futures <= 6
     assert found.outcome.cells == len(found.visits) > 10
     assert timeless(search(episode_of(SEED), Corpus(), LITTLE)) == timeless(found)
-    assert no_child_is_left()
 
 
 def test_the_outcome_of_a_search_that_finds_nothing_is_that_of_the_seeds_own_faults() -> None:
@@ -61,7 +55,6 @@ def test_the_first_future_that_surprises_ends_the_search_and_its_line_replays_it
     assert last.from_s < outcome.sim_s < last.from_s + HORIZON_S + 1.0
     again = play(replace(episode_of(SEED), branches=outcome.branches))
     assert (again.surprise, again.reason, again.sim_s) == (outcome.surprise, outcome.reason, outcome.sim_s)
-    assert no_child_is_left()
 
 
 def test_a_seed_whose_own_faults_break_something_is_ended_there(monkeypatch: pytest.MonkeyPatch) -> None:
