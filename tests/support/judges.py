@@ -12,9 +12,9 @@ Row = tuple[float, float, float]
 
 
 def differences(run: Path) -> list[str]:
-    """In what true poses contradict the verdict of a run; nothing where it has no verdict."""
+    """In what true poses contradict the verdict of a run; nothing where a test has taken one of them away."""
     verdict = run / "verdict.json"
-    if not verdict.exists():
+    if not verdict.exists() or not (run / "events.jsonl").exists():
         return []
     return list(disagreements(found_in(run), json.loads(verdict.read_text())))
 
