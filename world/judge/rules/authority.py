@@ -20,7 +20,7 @@ Rule 7: a robot that was killed may not have recorded its last grants, steps and
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from protocol.fence import NUMBERS, May
 from protocol.frames import Point
@@ -72,6 +72,7 @@ class Authority:
         if self._placed.get(order.robot) != order.epoch:
             self._placed[order.robot] = order.epoch
             yield from self._claims.judge(entry.t_s, order.epoch, self._in_place(order))
+        self._evidence.grants.advance(order.epoch, min(entry.t_s, self._claims.oldest_s(order.epoch)))
 
     def close(self) -> Iterator[Dated]:
         """Nothing is open but claims."""
@@ -152,15 +153,13 @@ def _as_planned(evidence: Evidence, invariant: str, order: OrderAccepted, step: 
     return [broken(invariant, robot, f"ordered {what} that was not planned")]
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class _InStrand:
     """Rules 5 to 7 for one order under ALL."""
 
     order: OrderAccepted
     evidence: Evidence
     tolerance: Tolerance
-    granted_m: float = field(default=0.0, init=False)
-    """What had been granted by the order's time, as far as it has been recorded."""
 
     def __call__(self, claim: Claim) -> Found:
         """Check the order."""
@@ -186,19 +185,18 @@ class _InStrand:
             return [broken("F5", order.robot, why)]
         if rank == 0:
             granter, ahead = "the formation laid", order.robot
-            self.granted_m = path[len(strand.laid) - 1].s_m
+            granted_m = path[len(strand.laid) - 1].s_m
         else:
             ahead = strand.order[rank - 1]
             granter = f"robot {ahead} granted"
             granted_m = self.evidence.grants.by((ahead, order.robot, order.epoch), claim.t_s)
-            self.granted_m = max(self.granted_m, granted_m)
-        if order.reach_m > self.granted_m + ROUNDING_M:
+        if order.reach_m > granted_m + ROUNDING_M:
             if rank > 0 and claim.may_hear(robot_name(ahead)):
                 return frozenset({robot_name(ahead)})
             if self._is_excused(claim, ahead):
                 return []
             why = f"ordered further than {granter}"
-            return [breach_of("F5", order.robot, order.reach_m, self.granted_m, why)]
+            return [breach_of("F5", order.robot, order.reach_m, granted_m, why)]
         return self._beside(claim, formed)
 
     def _beside(self, claim: Claim, formed: Formed) -> Found:

@@ -70,6 +70,10 @@ class Claims:
         """The epochs that undecided checks are about."""
         return {claim.epoch for claim in self._awaits}
 
+    def oldest_s(self, epoch: int) -> float:
+        """The time of the oldest undecided check of an epoch; infinite without one."""
+        return min((claim.t_s for claim in self._awaits if claim.epoch == epoch), default=math.inf)
+
     def judge(self, t_s: float, epoch: int, check: Check) -> Iterator[Dated]:
         """Check something that happened at this time; returns the violations, if it is decided."""
         return self._look(Claim(t_s, epoch, check, self._newest_s))

@@ -18,7 +18,6 @@ from protocol.timeline import (
     AuthorityGranted,
     Entry,
     FenceChanged,
-    OrderAccepted,
     PoseSampled,
     RobotDied,
     ScanServed,
@@ -35,7 +34,7 @@ from world.judge.rules.standing import Standing
 
 ROUNDING_M = 1e-6  # of sums of arc lengths, computed by one process and checked by another
 
-OF_WORLD = frozenset({FenceChanged, OrderAccepted, PoseSampled, RobotDied, ScanServed, StepFinished})
+OF_WORLD = frozenset({FenceChanged, PoseSampled, RobotDied, ScanServed, StepFinished})
 OF_ROBOTS = frozenset({AuthorityGranted, StepAbandoned, StepPlanned, StrandFormed})
 
 
@@ -88,8 +87,6 @@ class Evidence:
                 self.standing.sampled(entry.t_s, pose)
             case ScanServed(robot=robot):
                 self.scanned[robot] = self.fences.newest
-            case OrderAccepted():
-                self.grants.advance(entry.t_s)
             case StepFinished(robot=robot, step=step):
                 self.paths.finish(robot, self.fences.now.epoch, step)
             case RobotDied(robot=robot):

@@ -1,7 +1,7 @@
 """How far each robot has let the one behind it drive, at which time. Grants of a link never shrink here.
 
-The world's clock says from when on nobody asks for an earlier time. So of each link only the newest grant by
-then stays, and those after it. An undecided check remembers what it has been told before.
+In the epoch in force nobody asks for a time before that of the world's newest order and of the oldest
+undecided check. So of each link only the newest grant by then stays, and those after it.
 """
 
 from bisect import bisect_right
@@ -21,18 +21,20 @@ class Grants:
 
     def __init__(self) -> None:
         self._granted: dict[Link, list[tuple[float, float]]] = {}
-        self._now_s = 0.0
+        self._epoch = 0
+        self._asked_s = 0.0
 
     def hear(self, robot: int, t_s: float, grant: AuthorityGranted) -> None:
         """A robot has recorded a grant."""
         granted = self._granted.setdefault((robot, grant.to, grant.epoch), [])
         granted.append((t_s, max(grant.authority_m, granted[-1][1] if granted else 0.0)))
-        by_now = bisect_right(granted, self._now_s, key=_T_S)
-        del granted[: max(by_now - 1, 0)]
+        if grant.epoch == self._epoch:
+            by_then = bisect_right(granted, self._asked_s, key=_T_S)
+            del granted[: max(by_then - 1, 0)]
 
-    def advance(self, now_s: float) -> None:
-        """The world's clock has gone on."""
-        self._now_s = now_s
+    def advance(self, epoch: int, asked_s: float) -> None:
+        """This epoch is in force, and nobody asks for an earlier time of it any more."""
+        self._epoch, self._asked_s = epoch, asked_s
 
     def by(self, link: Link, t_s: float) -> float:
         """The largest authority that the link had been granted by this time."""

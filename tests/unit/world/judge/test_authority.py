@@ -133,6 +133,18 @@ def test_a_grant_recorded_after_its_order_still_allows_it() -> None:
     assert broken(sorted(run(), key=lambda said: said[1] == "r1")) == []
 
 
+def test_a_formation_recorded_late_does_not_hide_what_was_granted_before() -> None:
+    """As after a crash of the world, when the batches of the robots come in any order."""
+    stand = order(3, (-1.2, 0.0), None)
+    more = ((2.93, "r1", grant(1.01)), accepted(2.94, stand), (2.95, "r1", grant(1.02)))
+    said = run(*more)
+    late = [each for each in said if each[1] == "r2" and each[0] > 1.8]
+    there = next(at for at, each in enumerate(said) if each[0] > 2.95)
+    rest = [each for each in said if each not in late]
+    assert broken(said) == []
+    assert broken([*rest[: there - len(late)], *late, *rest[there - len(late) :]]) == []
+
+
 def test_the_last_grants_of_a_robot_that_was_killed_may_be_missing() -> None:
     without = ("grant 2", "joined 1 again", "plan 1 again", "order 1 again", "drive 1 again", "there 1 again")
     assert broken(run(died(1), without=without)) == []
