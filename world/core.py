@@ -67,6 +67,9 @@ ROUTER_PATIENCE_WALL_S = 10.0
 ROBOTS_PATIENCE_WALL_S = 10.0  # a cut between world and robots looks like the death of all robots
 RETURN_WALL_S = 1.0
 
+ASKED = {ExitCode.INTERRUPTED: Ending.INTERRUPTED, ExitCode.FAILED: Ending.LOST_PROCESS}
+"""What ends a run that is asked to end with an exit code, if not that it was told to."""
+
 
 class World:
     """One run."""
@@ -201,8 +204,7 @@ class World:
             case MessageDropped():
                 return [self.arena.note(MessageRefused(key=event.key, reason=event.reason))]
             case StopAsked():
-                interrupted = event.exit_code is ExitCode.INTERRUPTED
-                asked = Ending.INTERRUPTED if interrupted else Ending.TERMINATED
+                asked = ASKED.get(event.exit_code, Ending.TERMINATED)
                 return self._end(asked, wall_s) if self.phase is Phase.RUNNING else []
             case _:
                 assert_never(event)
@@ -269,7 +271,7 @@ class World:
 
         A request to end does not wait for that.
         """
-        if self.ending in {Ending.INTERRUPTED, Ending.TERMINATED, Ending.CUT_OFF}:
+        if self.ending in {*ASKED.values(), Ending.TERMINATED, Ending.CUT_OFF}:
             return False
         if self._routing.away_s(wall_s) > 0.0:
             return self.phase is Phase.RUNNING or self._routing.away_s(wall_s) < ROUTER_PATIENCE_WALL_S
