@@ -67,8 +67,7 @@ ROUTER_PATIENCE_WALL_S = 10.0
 ROBOTS_PATIENCE_WALL_S = 10.0  # a cut between world and robots looks like the death of all robots
 RETURN_WALL_S = 1.0
 
-ASKED = {ExitCode.INTERRUPTED: Ending.INTERRUPTED, ExitCode.FAILED: Ending.LOST_PROCESS}
-"""What ends a run that is asked to end with an exit code, if not that it was told to."""
+ASKED = {ExitCode.INTERRUPTED: Ending.INTERRUPTED, ExitCode.FAILED: Ending.LOST_PROCESS}  # else: told to
 
 
 class World:
@@ -389,10 +388,9 @@ class World:
         self._unlawful += [each.broken for each in self._judge.close()]
         self.judgement = self._judge.judgement
         reason = str(self.ending)
-        if self.ending is Ending.MISSING:
-            reason += f": {', '.join(map(robot_name, self.attendance.missing))}"
-        if self.ending is Ending.STRANDED:
-            reason += f": {', '.join(map(robot_name, self.stranded))}"
+        about = {Ending.MISSING: self.attendance.missing, Ending.STRANDED: self.stranded}
+        if self.ending in about:
+            reason += f": {', '.join(map(robot_name, about[self.ending]))}"
         return [*self._take_unlawful(), self.arena.note(RunEnded(reason=reason))]
 
     def _judge_again(self) -> list[Command]:
