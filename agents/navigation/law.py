@@ -144,7 +144,8 @@ def asked(law: Law, seen: Seen) -> Step | Refused:
     except Exception as error:  # rule 3: the law is the user's
         why = f"the law {name} failed: {sentence_of(error)}"
         return Refused(Why.FAILED, why[:REASON_LENGTH_MAX])
-    if step is None or isinstance(step, str):
+    if step is None or isinstance(step, str) or step.length_m == 0.0:
+        step = step if isinstance(step, str) else None
         why = step or f"the law {name} proposes no step from here"
         return Refused(Why.NOTHING, why[:REASON_LENGTH_MAX])
     return _certified(step, seen) if seen.mission.promises_clearance else step
@@ -161,7 +162,7 @@ def _whole(step: object, *, gaps: int) -> Step:
         raise TypeError(f"it proposes no step but {type(step).__name__}")
     heading_rad, length_m, gap, cost_m = step.heading_rad, step.length_m, step.gap, step.cost_to_go_m
     cost_m = None if cost_m is None else float(cost_m)
-    if not math.isfinite(heading_rad) or not 0.0 < length_m < math.inf:
+    if not math.isfinite(heading_rad) or not 0.0 <= length_m < math.inf:
         raise ValueError(f"a step needs a heading and a length, got {heading_rad} rad and {length_m} m")
     if gap not in {None, *range(gaps)} or not 0.0 <= (cost_m or 0.0) < math.inf:
         raise ValueError(f"a step has no gap {gap} of {gaps}, or no cost {cost_m}")

@@ -67,8 +67,8 @@ class LawSection(_Section, frozen=True, kw_only=True):
     law: Annotated[
         LawName,
         Meta(
-            description="the rule that makes a switching step from a scan: `certified`, `printed`, `resultant`, "
-            "or one of an installed package; `--law` overrides it"
+            description="the rule that makes a switching step from a scan: `certified`, `printed`, "
+            "`resultant` or one of an installed package; `--law` overrides it"
         ),
     ] = CERTIFIED
     epsilon_m: Annotated[SomeMetres, Meta(description="m, least clearance from hull to obstacle")]
