@@ -26,6 +26,7 @@ from agents.navigation.step import GAIN_M, Sight, Step
 from protocol.arrays import Floats, xy
 from protocol.errors import REASON_LENGTH_MAX, sentence_of
 from protocol.frames import wrap
+from protocol.laws import register
 from protocol.mission import Mission
 
 ROUNDING_M = 1e-9  # a law's own search for certified steps may differ from the check by the last bit
@@ -114,6 +115,15 @@ class Law(Protocol):
     def __call__(self, seen: Seen, /) -> Step | str | None:
         """The step to propose; or None: no opening from here; or in words why there is none."""
         ...
+
+
+def register_law(name: str, law: Law) -> None:
+    """Add a law to this process by name, or replace one; `clew.rehearse(..., law=name)` finds it.
+
+    Raises:
+        UsageError: the name is one of Clew's, or no name of a law; or the law cannot be called.
+    """
+    register(name, law)
 
 
 class Why(Enum):

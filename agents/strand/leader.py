@@ -249,22 +249,21 @@ class Leader:
                 return self._turn_back(goal, view, ground, settled=settled)
             if closer(self._mission, len(view.ranges_m)) is not None:
                 return LookCloser()
-            if not goes_by_ways:  # it would say the same again, unless the robots behind make room
+            way = ways().way_from(view.position, cells_max=WAY_CELLS)
+            refused = refused_at(view, walls, way)
+            if not goes_by_ways or refused == len(way):  # it says the same until the robots behind make room
                 return self._no_way(reason) if settled else Wait()
-            self._close(view, walls, ways())
+            self._close(view, way, refused)
         return self._no_way(reason)
 
     def _cost_to_go(self, goal: Floats, taken: Floats, *, origin: Floats | None = None) -> CostToGo:
         tolerance_m, keep_m = self._mission.goal_tolerance_m, self._mission.robot_keep_m
         return self.map.cost_to_go(goal, tolerance_m=tolerance_m, taken=taken, keep_m=keep_m, origin=origin)
 
-    def _close(self, view: View, walls: Walls, cost_to_go: CostToGo) -> None:
-        """Close the narrowest spot of the refused way; not for good if robots are the reason."""
-        way = cost_to_go.way_from(view.position, cells_max=WAY_CELLS)
-        refused = refused_at(view, walls, way)
-        first = min(refused, len(way) - 1)
-        off_first_m = np.hypot(*(way[first:] - way[first]).T)
-        spot = self.map.narrowest(way[first:][off_first_m <= 2.0 * self._mission.obstacle_keep_m])
+    def _close(self, view: View, way: Floats, refused: int) -> None:
+        """Close the narrowest spot of a way refused from that point on; not for good if robots are why."""
+        off_first_m = np.hypot(*(way[refused:] - way[refused]).T)
+        spot = self.map.narrowest(way[refused:][off_first_m <= 2.0 * self._mission.obstacle_keep_m])
         robots = ~view.hits & (view.ranges_m < self._mission.range_m_max)
         alone = Walls.joined(scan_walls(view, self._mission, leave_out=robots), *self._bounds())
         still = not self._world_changes
