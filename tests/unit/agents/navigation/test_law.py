@@ -94,9 +94,16 @@ def raising(_: Seen) -> Step:
 def test_a_law_that_fails_is_refused_at_once_with_the_reason(
     use: Callable[[Law], None], law: Law, why: str
 ) -> None:
-    use(law)
+    times = list[Seen]()
+
+    def counted(seen: Seen) -> Step | str | None:
+        times.append(seen)
+        return law(seen)
+
+    use(counted)
     refused = step_through(AHEAD, MISSION)
     assert isinstance(refused, NoStep)
+    assert len(times) == 1
     with pytest.raises(ValueError, match=f"^the law mine failed: .*{why}"):
         raise ValueError(refused.reason)
 
