@@ -13,10 +13,10 @@ from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedC
 
 from clew.campaign.campaign import CAMPAIGN_FILE, Campaign, Request, Source, cores, hash_of_source, run
 from clew.campaign.classes import class_table, coverage_table
-from clew.campaign.cluster import ClusterLostError, cluster_outcomes
 from clew.campaign.episode import SWARM
+from clew.campaign.executors.cluster import ClusterLostError, cluster_outcomes
+from clew.campaign.executors.pool import outcomes_of
 from clew.campaign.families import table
-from clew.campaign.pool import outcomes_of
 from clew.fleet.folder import RUNS
 from clew.guided.batches import guided_outcomes
 from clew.swarm.futures import read_branches

@@ -13,11 +13,11 @@ import pytest
 from distributed import Client, LocalCluster
 from msgspec.structs import replace
 
-from clew.campaign import player
 from clew.campaign.campaign import drawn_episode, hash_of_source
-from clew.campaign.cluster import cluster_outcomes
 from clew.campaign.episode import CRASHED, Episode, Outcome, Surprise, play
-from clew.campaign.player import play_apart
+from clew.campaign.executors import player
+from clew.campaign.executors.cluster import cluster_outcomes
+from clew.campaign.executors.player import play_apart
 from protocol.errors import UsageError
 from tests.support.campaigns import clew, scene
 
@@ -86,7 +86,7 @@ REFUSED: dict[str, tuple[tuple[str, ...], str]] = {
 def test_what_is_no_cluster_is_refused_in_one_line(
     options: tuple[str, ...], reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("clew.campaign.cluster.PATIENCE_S", 0.2)
+    monkeypatch.setattr("clew.campaign.executors.cluster.PATIENCE_S", 0.2)
     said = clew("campaign", "--scenes", scene(tmp_path / "one.json"), "--out", tmp_path / "out", *options)
     assert said.exit_code == 2
     assert reason in said.output.splitlines()[-1]

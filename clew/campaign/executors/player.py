@@ -1,7 +1,7 @@
 """Plays episodes in a process of their own, for a worker of a cluster. A shell.
 
-A worker runs `play_apart`. Its process is `python -m clew.campaign.player`: episodes in, outcomes out,
-a line of JSON each.
+A worker runs `play_apart`; its process is this module as a program: episodes in, outcomes out, a line of JSON
+each.
 
 Rule 1: a worker runs its tasks in threads, and may neither fork nor set timers there. So each of its threads
         has one such process, which plays one episode after the other.
@@ -18,7 +18,7 @@ import msgspec
 
 from clew.campaign.campaign import hash_of_source
 from clew.campaign.episode import SWARM, Episode, Outcome, play
-from clew.campaign.pool import lost
+from clew.campaign.executors.pool import lost
 from protocol.errors import UsageError
 from protocol.root import ROOT
 
@@ -55,7 +55,7 @@ def _player() -> subprocess.Popen[bytes]:
     """The process of this thread, started if there is none."""
     player: subprocess.Popen[bytes] | None = getattr(_of_thread, "player", None)
     if player is None or player.poll() is not None:
-        command = [sys.executable, "-m", "clew.campaign.player"]
+        command = [sys.executable, "-m", "clew.campaign.executors.player"]
         player = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=Path.cwd())  # noqa: S603 - our own interpreter on our own module
         _of_thread.player = player
     return player

@@ -13,8 +13,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from clew.campaign.episode import Episode, Outcome
-from clew.campaign.player import play_apart
-from clew.campaign.pool import finished, lost
+from clew.campaign.executors.player import play_apart
+from clew.campaign.executors.pool import finished, lost
 from protocol.errors import ClewError, UsageError
 
 if TYPE_CHECKING:  # the extra `cluster`, which a campaign on this machine does not need
