@@ -13,7 +13,7 @@ from clew.api.messages import Message
 from clew.export.columns import Plain
 from clew.export.columns import columns_of as typed_columns
 from clew.export.tables import TYPES
-from clew.story.story import Story
+from clew.story.story import story_of
 from protocol.errors import UsageError
 from protocol.files.names import did_you_mean
 from protocol.timeline import FaultInjected, PoseSampled
@@ -89,9 +89,8 @@ def _each(name: str, chosen: Sequence[Line]) -> list[Any]:
 
 
 def _steps(lines: Iterable[Line]) -> Columns:
-    story = _story(lines)
     rows = []
-    for step in story.all_steps():
+    for step in story_of(lines).all_steps():
         plan, end = step.plan, step.end
         rows.append(
             {
@@ -114,11 +113,11 @@ def _steps(lines: Iterable[Line]) -> Columns:
 
 
 def _states(lines: Iterable[Line]) -> Columns:
-    changes = sorted(_story(lines).robots.changes, key=lambda change: change.t_s)
+    changes = sorted(story_of(lines).robots.changes, key=lambda change: change.t_s)
     return {
         "t_s": [change.t_s for change in changes],
         "robot": [change.robot for change in changes],
-        "state": [change.state.name.lower().replace("_", " ") for change in changes],
+        "state": [change.state.word for change in changes],
     }
 
 
@@ -135,10 +134,3 @@ def _entries(lines: Sequence[Line]) -> Columns:
 
 def _by_name(names: Iterable[str], rows: Sequence[Mapping[str, Any]]) -> Columns:
     return {name: [row[name] for row in rows] for name in names}
-
-
-def _story(lines: Iterable[Line]) -> Story:
-    story = Story()
-    for source, entry in lines:
-        story.hear(source, entry)
-    return story

@@ -25,7 +25,7 @@ from clew.log.replay import Replay, replay
 from clew.log.timeline import Choice, Timeline
 from clew.page.report import write_report
 from clew.story.steps import Step
-from clew.story.story import Story
+from clew.story.story import story_of
 from protocol.plain import plain
 from world.judge.verdict import Verdict
 from world.record.recorder import Header
@@ -125,10 +125,7 @@ class Run:
     @property
     def steps(self) -> tuple[Step, ...]:
         """The switching steps that leaders planned, with when and where each began and ended."""
-        story = Story()
-        for source, entry in self._reading.lines:
-            story.hear(source, entry)
-        return story.all_steps()
+        return story_of(self._reading.lines).all_steps()
 
     @property
     def poses(self) -> list[Entry]:
