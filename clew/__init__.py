@@ -57,20 +57,8 @@ __all__ = [
     "slow",
 ]
 
-_FAULTS = (
-    "corrupt",
-    "delay",
-    "drop",
-    "duplicate",
-    "freeze",
-    "kill",
-    "partition",
-    "reorder",
-    "restart",
-    "slow",
-)
 _PLACES = {
-    **{name: ("clew.api.faults", name) for name in _FAULTS},
+    **{name: ("clew.api.faults", name) for name in __all__},
     "Entry": ("clew.api.entries", "Entry"),
     "Fleet": ("clew.api.fleet", "Fleet"),
     "Run": ("clew.api.run", "Run"),
@@ -81,7 +69,7 @@ _PLACES = {
     "open": ("clew.api.run", "open_run"),
     "rehearse": ("clew.api.rehearsed", "rehearse"),
 }
-"""Where each name is."""
+"""Where each name is: a fault, if nothing else is said of it."""
 
 
 if not TYPE_CHECKING:
