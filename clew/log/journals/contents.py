@@ -2,9 +2,11 @@
 
 from typing import assert_never
 
+from agents.commands import AskScan, Command, Note, Order, Put, Say, Tell
 from protocol.fence import Epoch, Fence, Raise, Turn
 from protocol.frames import Point, Pose
-from protocol.timeline.sentences import CAUSES
+from protocol.keys import robot_name
+from protocol.timeline.sentences import CAUSES, sentence
 from protocol.wire.messages import AheadState, BehindState, Drive, Message, Odometry, Scan, ScanQuery
 from protocol.wire.view import Answer, Formation, Plea, Report
 
@@ -12,6 +14,28 @@ from protocol.wire.view import Answer, Formation, Plea, Report
 def content(message: Message) -> str:
     """The content of a message in a few words."""
     return ", ".join(part for part in _parts(message) if part)
+
+
+def does(robot: int, command: Command) -> str:
+    """What a command of a robot does."""
+    match command:
+        case Note(record):
+            return f"notes {record.__struct_config__.tag}: {sentence(robot_name(robot), record)}"
+        case AskScan(revolutions):
+            return f"asks for a scan of {revolutions} revolutions"
+        case Say(other, message) | Tell(other, message):
+            return f"tells {robot_name(other)}, {tag_of(message)}: {content(message)}"
+        case Put(change):
+            return f"puts {tag_of(change)}: {content(change)}"
+        case Order(drive):
+            return f"orders its body, {content(drive)}"
+        case _:
+            assert_never(command)
+
+
+def tag_of(message: Message) -> str:
+    """The kind of a message, as in fault plans."""
+    return str(message.__struct_config__.tag)
 
 
 def _parts(message: Message) -> tuple[str, ...]:

@@ -156,8 +156,3 @@ def message_in(event: Event) -> Message | None:
             return message
         case _:
             return None
-
-
-def tag_of(message: Message) -> str:
-    """The kind of a message, as in fault plans."""
-    return str(message.__struct_config__.tag)
