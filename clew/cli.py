@@ -29,6 +29,7 @@ from clew.verbs.log_cat import cat
 from clew.verbs.log_diff import diff
 from clew.verbs.log_export import export
 from clew.verbs.log_messages import messages
+from clew.verbs.log_why import why
 from clew.verbs.mutants import mutants
 from clew.verbs.options import VERSION, Word
 from clew.verbs.rehearse import rehearse
@@ -123,7 +124,7 @@ def main() -> None:
 
 for _verb in (verb for verbs in SECTIONS.values() for verb in verbs):
     main.add_command(_verb)
-for _verb in (cat, diff, export, messages):
+for _verb in (cat, diff, export, messages, why):
     log.add_command(_verb)
 for _verb in (busy, forming_, healing, loss):
     bench.add_command(_verb)

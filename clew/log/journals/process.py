@@ -82,11 +82,12 @@ class Process:
         self.flaw = recording.flaw
         """What is wrong with the last record that was read, or None."""
 
-    def commands(self, turn: int) -> Iterator[Command]:
-        """The recorded commands of a turn."""
+    def commands(self, turn: int, *, only: type[Command] | None = None) -> Iterator[Command]:
+        """The recorded commands of a turn, or those of one kind."""
         decision = self.turns[turn].decision
         for kind, fields in () if decision is None else decision.commands:
-            yield command_of(kind, fields)
+            if only is None or kind == only.__name__:
+                yield command_of(kind, fields)
 
     @cached_property
     def sent(self) -> dict[tuple[str, int], Sent]:
