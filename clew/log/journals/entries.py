@@ -36,7 +36,7 @@ def find_entry(lines: Sequence[Line], said: str) -> int:
     Raises:
         UsageError: there is none such, or more than one.
     """
-    if (match := re.fullmatch(r"(\S+):(\d{1,16})(?::([1-9]\d{0,3}))?", said, re.ASCII)) is not None:
+    if (match := re.fullmatch(r"([^\s:]+):(\d{1,16})(?::([1-9]\d{0,3}))?", said, re.ASCII)) is not None:
         source, number, life = match[1], int(match[2]), match[3]
         found = [index for index, (by, entry) in enumerate(lines) if by == source and entry.n == number]
         if life is not None:
