@@ -140,7 +140,7 @@ def command_of(kind: str, fields: object) -> Command:
 
 
 def sender_process(
-    processes: list[Process], sender: str, key: str, number: int, t_s: float
+    processes: Sequence[Process], sender: str, key: str, number: int, t_s: float
 ) -> Process | None:
     """The process of a robot that sent this message: the newest one that sent it by then; None: unknown."""
     found = [each for each in processes if each.name == sender and (key, number) in each.sent]

@@ -65,6 +65,10 @@ class Trials:
                     " decides otherwise than recorded (`clew replay` shows it): this version cannot say why"
                 )
 
+    def needs(self, turn: int, deed: Deed) -> bool:
+        """Whether the core would not have done it in this turn without the input of this turn."""
+        return not self._is_done(turn, deed, turn)
+
     def cause(self, turn: int, deed: Deed) -> Cause | None:
         """Rules 2 and 3; None: nothing but its start and the time."""
         step, known = 1, turn + 1  # with all from `known` on silenced it is done

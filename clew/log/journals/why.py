@@ -14,12 +14,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import count as counted
-from typing import Any
 
 from agents.commands import AskScan, Command, Note, Order, Put, Say, Tell
 from agents.events import LinkHeard, OdometryHeard, ScanHeard, TokenCame, TokensSeen, TokenWent, ViewHeard
 from clew.log.journals.contents import content, does, tag_of
+from clew.log.journals.effects import Effects
 from clew.log.journals.entries import noted
+from clew.log.journals.links import Link
 from clew.log.journals.process import Process, message_in, sender_process
 from clew.log.journals.trials import Cause, Deed, Trials
 from clew.log.timeline import kind_of
@@ -42,26 +43,6 @@ from protocol.wire.messages import Message, Odometry
 from world.record.lines import Line
 
 LINKS_MAX = 200  # far more than any real way has
-
-
-@dataclass(frozen=True, slots=True)
-class Link:
-    """One thing on the way."""
-
-    t_s: float
-    source: str
-    what: str
-    """`entry`, `decision`, `message`, `odometry`, `scan`, `token`, `start` or `end`."""
-    said: str
-    input: int = 0
-    """Of a decision or an input: the number of the input in the journal of its process, from 1."""
-    key: str = ""
-    number: int = 0
-    """Of the message that carried it; 0: none, or it has none."""
-
-    def as_dict(self) -> dict[str, Any]:
-        """As plain data."""
-        return {name: getattr(self, name) for name in self.__dataclass_fields__}
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +81,17 @@ class Why:
             deed, between = self._before(deed.process, cause)
             links += between
         return links[::-1]
+
+    def effects(self, index: int) -> list[Link]:
+        """What the decision led to that noted an entry, or led to it; none where no core did.
+
+        Raises:
+            UsageError: this version of a core does not decide as recorded.
+        """
+        deed, _ = self._deed_of(index)
+        if deed is None:
+            return []
+        return Effects(self._processes, self._lines, self._trials).of(deed.process, deed.turn)
 
     # --- entries ------------------------------------------------------------------------------------
 

@@ -11,13 +11,15 @@ from agents.body.driver import Driver
 from agents.commands import Note
 from agents.events import OdometryHeard, ScanHeard
 from agents.robot import Robot
-from clew.log.journals.entries import noted
+from clew.log.journals.entries import find_entry, noted
+from clew.log.journals.links import Link
 from clew.log.journals.process import Process, processes_of
 from clew.log.journals.trials import NOTHING, Trials
-from clew.log.journals.why import Link, Why
+from clew.log.journals.why import Why
 from clew.log.timeline import kind_of, read
+from clew.verbs.log_why import line_of
 from protocol.network.session import INPUTS
-from protocol.timeline import LeaderSucceeded, LinkSilent, Record, StepPlanned
+from protocol.timeline import LinkSilent, Record, StepPlanned
 from tests.support.campaigns import clew
 from tests.support.runs import Runs
 from world.record.lines import Line
@@ -37,16 +39,21 @@ def lines(run: Path) -> list[Line]:
 
 
 @pytest.fixture(scope="module")
-def why(run: Path, lines: list[Line]) -> Why:
-    return Why(processes_of(run), lines)
+def why(processes: list[Process], lines: list[Line]) -> Why:
+    return Why(processes, lines)
+
+
+@pytest.fixture(scope="module")
+def processes(run: Path) -> list[Process]:
+    return processes_of(run)
 
 
 def first(lines: list[Line], source: str, kind: str) -> int:
     return next(at for at, (by, entry) in enumerate(lines) if (by, kind_of(entry.record)) == (source, kind))
 
 
-def process(run: Path, name: str) -> Process:
-    return next(each for each in processes_of(run) if each.name == name)
+def process(processes: list[Process], name: str) -> Process:
+    return next(each for each in processes if each.name == name)
 
 
 def told(way: list[Link]) -> list[tuple[str, str]]:
@@ -82,12 +89,12 @@ def test_a_robot_drives_because_the_robot_ahead_granted_it_the_way(why: Why, lin
 
 
 def test_a_step_was_planned_from_a_scan_and_without_that_it_was_not(
-    run: Path, why: Why, lines: list[Line]
+    processes: list[Process], why: Why, lines: list[Line]
 ) -> None:
     index = first(lines, "r2", "step.planned")
     way = why.way(index)
     assert told(way) == [("r2", "scan"), ("r2", "decision"), ("r2", "entry")]
-    planner = process(run, "r2")
+    planner = process(processes, "r2")
 
     def notes(without: int) -> list[Record]:
         core = Robot(2, planner.head.mission, life=planner.head.life)
@@ -102,8 +109,9 @@ def test_a_step_was_planned_from_a_scan_and_without_that_it_was_not(
     assert not any(isinstance(each, StepPlanned) for each in notes(without=way[0].input))
 
 
-def test_every_note_of_a_core_is_found_in_the_decision_that_made_it(run: Path, lines: list[Line]) -> None:
-    processes = processes_of(run)
+def test_every_note_of_a_core_is_found_in_the_decision_that_made_it(
+    processes: list[Process], lines: list[Line]
+) -> None:
     found = 0
     for index, (source, entry) in enumerate(lines):
         if source == "world" or kind_of(entry.record) in BY_SHELLS:
@@ -128,24 +136,14 @@ def test_silence_leads_to_the_last_message_that_was_heard(runs: Runs) -> None:
     assert end.said == "it only mattered that this message came"
 
 
-@pytest.mark.parametrize("form", ["r2:{n}", "{line}"])
-def test_an_entry_is_given_by_its_number_or_as_a_printed_line(
-    run: Path, lines: list[Line], form: str
-) -> None:
-    entry = lines[first(lines, "r2", "leader.succeeded")][1]
-    assert isinstance(entry.record, LeaderSucceeded)
+def test_an_entry_is_given_by_its_number_or_as_a_printed_line(run: Path, why: Why, lines: list[Line]) -> None:
+    index = first(lines, "r2", "leader.succeeded")
+    entry = lines[index][1]
     line = clew("log", "cat", run, "--kind", "leader.succeeded").stdout.rstrip()
-    said = clew("log", "why", run, form.format(n=entry.n, line=line))
-    assert said.exit_code == 0
-    assert (
-        said.stdout.splitlines()[-1]
-        == f"{entry.t_s:9.3f}     r2 entry     leader.succeeded: r2 leads instead of r1"
+    assert find_entry(lines, f"r2:{entry.n}") == find_entry(lines, line) == index
+    assert line_of(why.way(index)[-1]) == (
+        f"{entry.t_s:9.3f}     r2 entry     leader.succeeded: r2 leads instead of r1"
     )
-    shown = [
-        json.loads(each) for each in clew("log", "why", run, f"r2:{entry.n}", "--json").stdout.splitlines()
-    ]
-    assert shown[-1]["what"] == "entry"
-    assert len(shown) == len(said.stdout.splitlines())
 
 
 @pytest.mark.parametrize(
@@ -206,8 +204,24 @@ def test_a_core_that_decides_otherwise_says_nothing_of_causes(
     assert "it decides otherwise than recorded" in said.stderr
 
 
-def test_silenced_odometry_still_tells_the_time(run: Path) -> None:
-    leader = process(run, "r1")
+def test_the_effects_of_a_step_spread_from_robot_to_robot(
+    run: Path, processes: list[Process], why: Why, lines: list[Line]
+) -> None:
+    index = first(lines, "r2", "step.planned")
+    effects = why.effects(index)
+    assert {link.source for link in effects} == {"world", "r3", "r4", "r5"}
+    order = next(link for link in effects if link.source == "world")
+    assert order.said.startswith("order.accepted: the body of r2 accepts order ")
+    on = next(link for link in effects if link.source == "r3")
+    assert on.said.startswith("tells r4, ahead: ")
+    follower = process(processes, "r3")
+    assert (on.key, follower.turns[on.input - 1].input.number) == ("link/r2/r3", on.number)
+    shown = clew("log", "why", run, f"r2:{lines[index][1].n}", "--effects", "--json").stdout.splitlines()
+    assert [json.loads(each) for each in shown] == [each.as_dict() for each in (*why.way(index), *effects)]
+
+
+def test_silenced_odometry_still_tells_the_time(processes: list[Process]) -> None:
+    leader = process(processes, "r1")
     seen = [turn for turn, each in enumerate(leader.turns) if isinstance(each.event, OdometryHeard)]
     cause = Trials(leader).cause(seen[-1], lambda command: type(command).__name__ == "Order")
     assert cause is not None
