@@ -3,6 +3,7 @@
 import json
 import shutil
 from collections import Counter
+from itertools import islice, pairwise, takewhile
 from pathlib import Path
 
 import pytest
@@ -19,7 +20,7 @@ from clew.log.journals.why import Why
 from clew.log.timeline import kind_of, read
 from clew.verbs.log_why import line_of
 from protocol.network.session import INPUTS
-from protocol.timeline import LinkSilent, Record, StepPlanned
+from protocol.timeline import LinkSilent, OrderAccepted, Record, StepPlanned
 from tests.support.campaigns import clew
 from tests.support.runs import Runs
 from world.record.lines import Line
@@ -123,17 +124,48 @@ def test_every_note_of_a_core_is_found_in_the_decision_that_made_it(
     assert found > 100
 
 
-def test_silence_leads_to_the_last_message_that_was_heard(runs: Runs) -> None:
+@pytest.fixture(scope="module")
+def lossy(runs: Runs) -> tuple[list[Process], list[Line]]:
+    """To read: half of all messages are lost, so that robots tell again what they have told."""
     run = runs.of("grove", faults="loss-50")
-    lines = list(read(run).lines)
+    return processes_of(run), list(read(run).lines)
+
+
+def test_silence_leads_to_the_last_message_that_was_heard(
+    lossy: tuple[list[Process], list[Line]],
+) -> None:
+    processes, lines = lossy
     silences = [at for at, (_, each) in enumerate(lines) if isinstance(each.record, LinkSilent)]
     index, entry = silences[-1], lines[silences[-1]][1]
     record = entry.record
     assert isinstance(record, LinkSilent)
-    *_, end, heard, _decision, _entry = Why(processes_of(run), lines).way(index)
+    *_, end, heard, _decision, _entry = Why(processes, lines).way(index)
     assert heard.said.startswith(f"r{record.neighbour} told ")
     assert heard.t_s == pytest.approx(entry.t_s - record.silent_s, abs=0.15)
     assert end.said == "it only mattered that this message came"
+
+
+def test_a_message_leads_to_where_its_sender_first_told_what_mattered(
+    lossy: tuple[list[Process], list[Line]],
+) -> None:
+    processes, lines = lossy
+    why, repeated = Why(processes, lines), 0
+    orders = (
+        at
+        for at, (_, each) in enumerate(lines)
+        if isinstance(each.record, OrderAccepted) and each.record.robot == 3 and each.t_s > 5.0
+    )
+    for index in islice(orders, 4):
+        for told_by, heard in pairwise(why.way(index)):
+            if heard.what != "message" or not heard.said.endswith("[authority_m]"):
+                continue
+            sent = process(processes, told_by.source).sent
+            numbers = range(heard.number, 0, -1)
+            grants = [sent[heard.key, number].message.authority_m for number in numbers]  # type: ignore[union-attr]
+            same = list(takewhile(grants[0].__eq__, grants))
+            assert told_by.input == sent[heard.key, heard.number - len(same) + 1].turn + 1
+            repeated += len(same) > 1
+    assert repeated > 0, "a grant was told again, since the first message was lost"
 
 
 def test_an_entry_is_given_by_its_number_or_as_a_printed_line(run: Path, why: Why, lines: list[Line]) -> None:
