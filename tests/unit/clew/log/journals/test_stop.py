@@ -28,12 +28,13 @@ def run(runs: Runs) -> Path:
 def test_it_stops_at_the_event_that_made_the_next_robot_the_leader(run: Path) -> None:
     said = clew("replay", run, "--break", "generation > 1 and leads", "--json")
     [told] = [json.loads(line) for line in said.stdout.splitlines()]
-    [succeeded] = [
-        (source, entry) for source, entry in read(run).lines if isinstance(entry.record, LeaderSucceeded)
+    [(source, entry, record)] = [
+        (source, entry, entry.record)
+        for source, entry in read(run).lines
+        if isinstance(entry.record, LeaderSucceeded)
     ]
-    source, entry = succeeded
-    assert (f"r{told['robot']}", told["t_s"], told["epoch"]) == (source, entry.t_s, entry.record.epoch)  # type: ignore[union-attr]
-    assert {"kind": "Note", "record": msgspec.to_builtins(entry.record)} in told["decided"]
+    assert (f"r{told['robot']}", told["t_s"], told["epoch"]) == (source, entry.t_s, record.epoch)
+    assert {"kind": "Note", "record": msgspec.to_builtins(record)} in told["decided"]
     assert (said.exit_code, told["differs"], said.stderr) == (0, None, "")
 
 

@@ -21,6 +21,7 @@ from clew.log.timeline import kind_of, read
 from clew.verbs.log_why import line_of
 from protocol.network.session import INPUTS
 from protocol.timeline import LinkSilent, OrderAccepted, Record, StepPlanned
+from protocol.wire.messages import AheadState
 from tests.support.campaigns import clew
 from tests.support.runs import Runs
 from world.record.lines import Line
@@ -77,7 +78,7 @@ def test_a_robot_drives_because_the_robot_ahead_granted_it_the_way(why: Why, lin
     orders = (
         at
         for at, (_, entry) in enumerate(lines)
-        if kind_of(entry.record) == "order.accepted" and entry.record.robot == 3 and entry.t_s > 5.0  # type: ignore[union-attr]
+        if isinstance(entry.record, OrderAccepted) and entry.record.robot == 3 and entry.t_s > 5.0
     )
     way = why.way(next(orders))
     assert told(way)[-1] == ("world", "entry")
@@ -161,7 +162,8 @@ def test_a_message_leads_to_where_its_sender_first_told_what_mattered(
                 continue
             sent = process(processes, told_by.source).sent
             numbers = range(heard.number, 0, -1)
-            grants = [sent[heard.key, number].message.authority_m for number in numbers]  # type: ignore[union-attr]
+            told = (sent[heard.key, number].message for number in numbers)
+            grants = [each.authority_m for each in told if isinstance(each, AheadState)]
             same = list(takewhile(grants[0].__eq__, grants))
             assert told_by.input == sent[heard.key, heard.number - len(same) + 1].turn + 1
             repeated += len(same) > 1
