@@ -28,6 +28,8 @@ from clew.verbs.log import log
 from clew.verbs.log_cat import cat
 from clew.verbs.log_diff import diff
 from clew.verbs.log_export import export
+from clew.verbs.log_messages import messages
+from clew.verbs.log_why import why
 from clew.verbs.mutants import mutants
 from clew.verbs.options import VERSION, Word
 from clew.verbs.rehearse import rehearse
@@ -122,7 +124,7 @@ def main() -> None:
 
 for _verb in (verb for verbs in SECTIONS.values() for verb in verbs):
     main.add_command(_verb)
-for _verb in (cat, diff, export):
+for _verb in (cat, diff, export, messages, why):
     log.add_command(_verb)
 for _verb in (busy, forming_, healing, loss):
     bench.add_command(_verb)

@@ -26,18 +26,30 @@ from protocol.timeline import Entry, Record
 from protocol.timeline.sentences import sentence
 from world.record.recorder import line
 
+EXAMPLE = """\b
+Example: what went wrong on the links of robot 2
+  clew log cat runs/latest --key 'link/r2/*' --from 3 --to 6
+"""
 Say = Callable[[str, Entry], None]
 KINDS = tuple(each.__struct_config__.tag for each in get_args(Record))
 AT_ONCE = 1000  # lines in one write, because each write is a system call
 
 
-@click.command()
+@click.command(epilog=EXAMPLE)
 @RUN
 @click.option("--source", multiple=True, help="Only entries by this source: world, r1, ...; repeatable.")
 @click.option("--kind", multiple=True, help="Only entries of this kind, for example 'step.*'; repeatable.")
 @click.option("--without", multiple=True, help="No entries of this kind, for example 'pose.*'; repeatable.")
 @click.option("--robot", type=int, help="Only entries by this robot or about it, including faults.")
 @click.option("--step", type=int, help="Only entries of this switching step of the leader.")
+@click.option(
+    "--rule", multiple=True, help="Only injections of this fault rule, for example 'kill-*'; repeatable."
+)
+@click.option(
+    "--key",
+    multiple=True,
+    help="Only entries about messages on this key, for example 'link/r2/*'; repeatable.",
+)
 @click.option("--from", "from_s", type=float, help="Only entries from this time on [simulated s].")
 @click.option("--to", "to_s", type=float, help="Only entries up to this time [simulated s].")
 @click.option(
@@ -58,8 +70,8 @@ def cat(
 ) -> None:
     """Print the entries of a timeline, each as a sentence on a line.
 
-    Options choose entries by source, kind, robot, step and time. With --follow, the run may still be going
-    on, or may not have started yet.
+    Options choose entries by source, kind, robot, step, fault rule, key of a message, and time. With
+    --follow, the run may still be going on, or may not have started yet.
     """
     chosen, coloured = msgspec.convert(choice, Choice), is_coloured(color) and not as_json
     printer = _Printer(1 if following or sys.stdout.isatty() else AT_ONCE, coloured=coloured)
