@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from protocol.arrays import Flags, Floats, distances_to_segments, scan_bearings_rad
+from protocol.arrays import Flags, Floats, distances_to_segments, scan_bearings_rad, unit_vectors
 from protocol.wire.messages import Scan
 
 
@@ -30,7 +30,7 @@ class View:
     @cached_property
     def points(self) -> Floats:
         """The boundary of what was seen (n, 2): hits, and points at the range limit."""
-        directions = np.stack([np.cos(self.bearings_rad), np.sin(self.bearings_rad)], axis=1)
+        directions = unit_vectors(self.bearings_rad)
         return np.asarray(self.position + self.ranges_m[:, None] * directions)
 
     @property
