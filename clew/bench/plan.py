@@ -104,7 +104,7 @@ def samples(scenario: Scenario, *, cpu: Clock, wall: Clock) -> list[Sample]:
         self: leader.Leader,
         view: View,
         *arguments: Any,  # noqa: ANN401 - whatever a plan takes
-        **options: Any,  # noqa: ANN401 - likewise
+        **options: Any,  # noqa: ANN401 - whatever a plan takes
     ) -> leader.Plan:
         stopwatch.spent_s.clear()
         since_cpu_s, since_wall_s = cpu(), wall()
