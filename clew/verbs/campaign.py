@@ -13,7 +13,7 @@ from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedC
 from clew.campaign.campaign import CAMPAIGN_FILE, Campaign, Request, cores, run
 from clew.campaign.classes import class_table, coverage_table
 from clew.campaign.episode import SWARM
-from clew.campaign.families import table
+from clew.campaign.families import in_words, table
 from clew.campaign.pool import outcomes_of
 from clew.fleet.folder import RUNS
 from clew.guided.batches import guided_outcomes
@@ -189,8 +189,10 @@ def _print(result: Campaign, out: Path) -> None:
     if result.uncovered:
         say(f"not covered: {', '.join(result.uncovered)}")
     word = "INTERRUPTED" if result.interrupted else "OK" if result.ok else "FAILED"
-    done, asked = result.all.episodes, result.episodes_asked
-    click.echo(f"{word}: {done} of {asked} episodes, {len(result.surprises)} surprises. Campaign: {out}")
+    left = result.episodes_asked - result.all.episodes
+    more = f"; surprises: {len(result.surprises)}" if result.surprises else ""
+    more += f"; not played: {left}" if left else ""
+    click.echo(f"{word}: {in_words(result.episodes)}{more}. Campaign: {out}")
 
 
 @contextmanager
