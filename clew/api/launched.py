@@ -8,7 +8,6 @@ Rule 3: when it is closed, no process and no socket is left behind. If one was, 
         error.
 """
 
-import argparse
 import math
 import os
 import sys
@@ -97,7 +96,7 @@ class LaunchedFleet(Fleet):
     def __init__(self, asked: Asked, speed: Speed = 1.0) -> None:
         try:
             speed_of(str(speed))
-        except argparse.ArgumentTypeError as error:
+        except UsageError as error:
             raise UsageError(f"speed: {error}") from error
         self.speed = speed
         self._launched: Launched | None = None
@@ -137,7 +136,7 @@ class LaunchedFleet(Fleet):
             options = ["--seed", str(asked.seed), "--speed", speed, "--out", str(asked.folder), "--quiet"]
             if plan.rules:
                 options += ["--faults", str(paths["plan.toml"])]
-            command = [sys.executable, "-m", "clew.fleet", str(paths["scenario.toml"]), *options]
+            command = [sys.executable, "-m", "clew.cli", "run", str(paths["scenario.toml"]), *options]
             self._launched = Launched(command, _environment())
             self._wait_for_start()
         if asked.folder.parent == RUNS.absolute():

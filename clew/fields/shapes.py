@@ -59,7 +59,7 @@ def star(chance: Generator, unit_m: float) -> Obstacle:
     tips = int(chance.integers(STAR_TIPS[0], STAR_TIPS[1] + 1))
     radius_m = unit_m * chance.uniform(3.0 * SIZE_UNITS[0], SIZE_UNITS[1])
     inner_m = radius_m * math.cos(math.pi / tips) * chance.uniform(*STAR_NOTCHES)
-    bearings = np.arange(2 * tips) * (math.pi / tips)
+    bearings = np.arange(2.0 * tips) * (math.pi / tips)
     radii_m = np.where(np.arange(2 * tips) % 2 == 0, radius_m, inner_m)[:, None]
     return _turned(radii_m * unit_vectors(bearings), chance)
 

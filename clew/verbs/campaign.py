@@ -5,24 +5,19 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
-from rich.console import Console
-from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from clew.campaign.campaign import CAMPAIGN_FILE, Campaign, Request, cores, run
-from clew.campaign.classes import class_table, coverage_table
-from clew.campaign.episode import SWARM
-from clew.campaign.families import in_words, table
-from clew.campaign.pool import outcomes_of
 from clew.fleet.folder import RUNS
-from clew.guided.batches import guided_outcomes
-from clew.swarm.futures import read_branches
 from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, TIME, robots_option, seeds_option
 from clew.verbs.say import console, say
 from protocol.asked import terminable
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
+
+if TYPE_CHECKING:
+    from clew.campaign.campaign import Campaign
 
 Watch = Callable[[int, int, int], None]
 
@@ -113,6 +108,10 @@ def campaign(
     A surprise is an outcome that no sound fleet has, such as a broken promise. With --faults swarm, each seed
     draws its own small world and the faults in it. Exits with 1 when there was a surprise.
     """
+    from clew.campaign.campaign import CAMPAIGN_FILE, Request, cores, run
+    from clew.campaign.pool import outcomes_of
+    from clew.guided.batches import guided_outcomes
+
     _check(bool(roots), faults, (robots, law, deployment, time_s_max, tight))
     _check_futures(faults, guided=guided, future=future)
     request = Request(
@@ -147,6 +146,8 @@ def _check(has_scenes: bool, faults: str | None, of_scenes: tuple[object, ...]) 
     Raises:
         UsageError: it names the options.
     """
+    from clew.campaign.episode import SWARM
+
     if faults != SWARM:
         if not has_scenes:
             raise UsageError("--scenes: must be given, unless --faults is swarm")
@@ -164,6 +165,9 @@ def _check_futures(faults: str | None, *, guided: bool, future: str | None) -> N
     Raises:
         UsageError: it names the option.
     """
+    from clew.campaign.episode import SWARM
+    from clew.swarm.futures import read_branches
+
     if faults != SWARM and (guided or future is not None):
         raise UsageError("--guided, --future: need --faults swarm")
     if guided and future is not None:
@@ -172,7 +176,11 @@ def _check_futures(faults: str | None, *, guided: bool, future: str | None) -> N
         read_branches(future)
 
 
-def _print(result: Campaign, out: Path) -> None:
+def _print(result: "Campaign", out: Path) -> None:
+    from clew.campaign.classes import class_table, coverage_table
+    from clew.campaign.episode import SWARM
+    from clew.campaign.families import in_words, table
+
     out_table = console()
     out_table.print(table(result.families, result.all))
     if result.faults == SWARM:
@@ -198,6 +206,9 @@ def _print(result: Campaign, out: Path) -> None:
 @contextmanager
 def _watching() -> Iterator[Watch]:
     """Shows the progress: a bar on a terminal, otherwise a line for each 5 %."""
+    from rich.console import Console
+    from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
     if not sys.stderr.isatty():
         yield _report
         return

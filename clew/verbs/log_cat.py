@@ -17,8 +17,7 @@ from clew.log.follow import follow
 from clew.log.line import WHEN, fields_of, is_coloured, one_line
 from clew.log.log import Log
 from clew.log.timeline import Choice, kind_of
-from clew.verbs.log import RUN
-from clew.verbs.options import AS_JSON
+from clew.verbs.options import AS_JSON, RUN
 from clew.verbs.say import warn
 from protocol.files.names import did_you_mean
 from protocol.plain import plain

@@ -2,14 +2,17 @@
 
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeVar
 
 import click
+from click.shell_completion import CompletionItem
 
 from clew.fleet.options import DEPLOYMENTS, version
 from protocol.files.names import did_you_mean
 from protocol.frames import ROBOTS_MAX
 from protocol.mission import Law
+from protocol.root import LAUNCH
 from protocol.run_settings import SEED_MAX, SPEED_MAX
 from world.scenario.sections import TIME_S_MAX
 
@@ -22,6 +25,17 @@ class Word(click.Choice[str]):
     def get_invalid_choice_message(self, value: object, ctx: click.Context | None) -> str:
         """The refusal."""
         return super().get_invalid_choice_message(value, ctx) + did_you_mean(str(value), self.choices)
+
+
+def _complete(folder: str) -> Callable[[click.Context, click.Parameter, str], list[CompletionItem]]:
+    """Completes names of shipped files, and paths."""
+
+    def complete(_ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        names = sorted(path.stem for path in (LAUNCH / folder).glob("*.toml"))
+        found = [CompletionItem(name) for name in names if name.startswith(incomplete)]
+        return found or [CompletionItem(incomplete, type="file")]
+
+    return complete
 
 
 ROBOTS = click.IntRange(1, ROBOTS_MAX)
@@ -88,8 +102,13 @@ TIME = click.option(
     type=click.FloatRange(0.0, TIME_S_MAX, min_open=True),
     help="Simulated time after which a run fails [s], instead of the scenario's.",
 )
+RUN = click.argument("run", type=click.Path(path_type=Path))
+SCENARIO = click.argument("scenario", default="grove", shell_complete=_complete("scenarios"))
 FAULTS = click.option(
-    "--faults", metavar="PLAN", help="Fault plan: a name in launch/faults/, or a .toml file."
+    "--faults",
+    metavar="PLAN",
+    shell_complete=_complete("faults"),
+    help="Fault plan: a name in launch/faults/, or a .toml file.",
 )
 SPEED = click.option(
     "--speed",
