@@ -119,6 +119,15 @@ SPEED = click.option(
 )
 
 
+COLOR = click.option(
+    "--color",
+    type=click.Choice(["auto", "always", "never"]),
+    default="auto",
+    show_default=True,
+    help="When to use colours; auto: on a terminal, unless NO_COLOR is set.",
+)
+
+
 def runs_option(said: str, *, default: int) -> Callable[[Verb], Verb]:
     """The option for a number of runs."""
     return click.option(

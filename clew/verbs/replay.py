@@ -5,8 +5,6 @@ from pathlib import Path
 import click
 import msgspec
 
-from clew.log.replay import replay as replay_run
-from clew.log.replay import sentences
 from clew.verbs.options import AS_JSON, ROBOTS
 from protocol.exit_codes import ExitCode
 
@@ -23,6 +21,9 @@ def replay(ctx: click.Context, run: Path, *, robot: int | None, as_json: bool) -
     with 1 when a decision differs, or when a journal is damaged or missing. The journal of a process that was
     killed may end anywhere.
     """
+    from clew.log.replay import replay as replay_run
+    from clew.log.replay import sentences
+
     replayed = replay_run(run, robot)
     if as_json:
         click.echo(msgspec.json.encode(replayed).decode())
