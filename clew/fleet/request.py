@@ -22,5 +22,7 @@ class Request:
     quiet: bool
     view: bool
     routers: int
+    held: bool
+    """Whether the run goes on only as far as it is asked to; for `max`."""
     connect: str | None
     listen: str | None

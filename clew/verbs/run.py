@@ -84,6 +84,9 @@ def _endpoint(_ctx: click.Context, _param: click.Parameter, said: str | None) ->
 @click.option("--quiet", is_flag=True, help="Print nothing before the run has ended.")
 @click.option("--view", is_flag=True, help="Serve the run's live page on loopback during the run.")
 @click.option(
+    "--held", is_flag=True, hidden=True, help="Of max: go on only as far as a test asks, as clew.launch does."
+)
+@click.option(
     "-e",
     "--connect",
     callback=_endpoint,
