@@ -1,6 +1,5 @@
 """`clew log cat`: prints the entries of a timeline, one a line; of a running fleet, as they come."""
 
-import asyncio
 import os
 import sys
 from collections.abc import Callable
@@ -13,29 +12,19 @@ from typing import get_args
 import click
 import msgspec
 
-from clew.log.follow import follow
-from clew.log.line import WHEN, fields_of, is_coloured, one_line
-from clew.log.log import Log
-from clew.log.timeline import Choice, kind_of
-from clew.verbs.log import RUN
-from clew.verbs.options import AS_JSON
+from clew.verbs.options import AS_JSON, COLOR, RUN
 from clew.verbs.say import warn
 from protocol.files.names import did_you_mean
 from protocol.plain import plain
 from protocol.timeline import Entry, Record
 from protocol.timeline.sentences import sentence
-from world.record.recorder import line
 
-EXAMPLE = """\b
-Example: what went wrong on the links of robot 2
-  clew log cat runs/latest --key 'link/r2/*' --from 3 --to 6
-"""
 Say = Callable[[str, Entry], None]
 KINDS = tuple(each.__struct_config__.tag for each in get_args(Record))
 AT_ONCE = 1000  # lines in one write, because each write is a system call
 
 
-@click.command(epilog=EXAMPLE)
+@click.command()
 @RUN
 @click.option("--source", multiple=True, help="Only entries by this source: world, r1, ...; repeatable.")
 @click.option("--kind", multiple=True, help="Only entries of this kind, for example 'step.*'; repeatable.")
@@ -56,7 +45,7 @@ AT_ONCE = 1000  # lines in one write, because each write is a system call
     "--follow", "following", is_flag=True, help="Wait for new entries until the run has ended or Ctrl-C."
 )
 @click.option("--fields", is_flag=True, help="Print the fields of each entry instead of a sentence.")
-@WHEN
+@COLOR
 @AS_JSON
 def cat(
     run: Path,
@@ -73,6 +62,10 @@ def cat(
     Options choose entries by source, kind, robot, step, fault rule, key of a message, and time. With
     --follow, the run may still be going on, or may not have started yet.
     """
+    from clew.log.line import fields_of, is_coloured, one_line
+    from clew.log.timeline import Choice, kind_of
+    from world.record.recorder import line
+
     chosen, coloured = msgspec.convert(choice, Choice), is_coloured(color) and not as_json
     printer = _Printer(1 if following or sys.stdout.isatty() else AT_ONCE, coloured=coloured)
 
@@ -87,6 +80,8 @@ def cat(
 
     try:
         if following:
+            import asyncio
+
             asyncio.run(_follow(run, say))
             flaws: tuple[str, ...] = ()  # warned of as they came
         else:
@@ -131,6 +126,8 @@ def _none_matches(patterns: tuple[str, ...]) -> str:
 
 
 def _read(run: Path, say: Say) -> tuple[str, ...]:
+    from clew.log.log import Log
+
     read = Log(run)
     for source, entry in read.lines:
         say(source, entry)
@@ -138,6 +135,8 @@ def _read(run: Path, say: Say) -> tuple[str, ...]:
 
 
 async def _follow(run: Path, say: Say) -> None:
+    from clew.log.follow import follow
+
     async with aclosing(follow(run)) as all_news:
         async for news in all_news:
             for heard in news.heard:

@@ -2,22 +2,18 @@
 
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 import msgspec
 
-from clew.log.journals.messages import Chosen, Fate, Message, messages_of
-from clew.log.journals.process import gaps, processes_of
-from clew.log.log import Log
-from clew.verbs.log import RUN
-from clew.verbs.options import AS_JSON, Word
+from clew.log.journals.fate import Fate
+from clew.verbs.options import AS_JSON, RUN, Word
 from clew.verbs.say import say, warn
 from protocol.keys import WORLD, robot_name
 
-EXAMPLE = """\b
-Example: what robots 2 and 3 did not hear of each other while step 4 lasted
-  clew log messages runs/latest --link 2,3 --step 4 --fate dropped
-"""
+if TYPE_CHECKING:
+    from clew.log.journals.messages import Message
 
 
 class _Link(click.ParamType[tuple[str, str]]):
@@ -55,7 +51,7 @@ class _Steps(click.ParamType[tuple[int, int]]):
         return int(match[1]), int(match[2] or match[1])
 
 
-@click.command(epilog=EXAMPLE)
+@click.command()
 @RUN
 @click.option("--link", type=_Link(), help="Only messages between these two, as 2,3 or 2,world.")
 @click.option("--robot", type=click.IntRange(1), help="Only messages from or to this robot.")
@@ -92,6 +88,10 @@ def messages(
     content in short. The world keeps no journal: of messages to it, only those that a fault struck and those
     that were refused are known. With --json, each line is a JSON object.
     """
+    from clew.log.journals.messages import Chosen, messages_of
+    from clew.log.journals.process import gaps, processes_of
+    from clew.log.log import Log
+
     log = Log(run)
     lines = list(log.lines)
     processes = processes_of(log.path.parent)
@@ -108,7 +108,7 @@ def messages(
         warn("no message matches")
 
 
-def line_of(message: Message) -> str:
+def line_of(message: "Message") -> str:
     """A message on one line."""
     way = f"{message.sender or '?':>5} -> {message.receiver:<5}"
     fate = str(message.fate) if not message.rule else f"{message.fate} ({message.rule})"

@@ -1,28 +1,20 @@
 """`clew log why`: which scan, which messages and which decisions led to an entry."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 import msgspec
 
-from clew.log.journals.entries import find_entry
-from clew.log.journals.links import Link
-from clew.log.journals.process import gaps, processes_of
-from clew.log.journals.why import Why
-from clew.log.log import Log
-from clew.verbs.log import RUN
-from clew.verbs.options import AS_JSON
+from clew.verbs.options import AS_JSON, RUN
 from clew.verbs.say import say, warn
 from protocol.errors import UsageError
 
-EXAMPLE = """\b
-Examples:
-  clew log why runs/latest r3:17 --effects
-  clew log why runs/latest "$(clew log cat runs/latest --kind leader.succeeded)"
-"""
+if TYPE_CHECKING:
+    from clew.log.journals.links import Link
 
 
-@click.command(epilog=EXAMPLE)
+@click.command()
 @RUN
 @click.argument("entry")
 @click.option(
@@ -39,6 +31,11 @@ def why(run: Path, entry: str, *, effects: bool, as_json: bool) -> None:
     With --effects, the entry is followed by the messages of its decision, and what they made their receivers
     do at once, and so on.
     """
+    from clew.log.journals.entries import find_entry
+    from clew.log.journals.process import gaps, processes_of
+    from clew.log.journals.why import Why
+    from clew.log.log import Log
+
     log = Log(run)
     lines = list(log.lines)
     folder = log.path.parent
@@ -54,6 +51,6 @@ def why(run: Path, entry: str, *, effects: bool, as_json: bool) -> None:
         say(msgspec.json.encode(link.as_dict()).decode() if as_json else line_of(link))
 
 
-def line_of(link: Link) -> str:
+def line_of(link: "Link") -> str:
     """One thing on the way, on one line."""
     return f"{link.t_s:9.3f} {link.source:>6} {link.what:<9} {link.said}"

@@ -1,28 +1,20 @@
 """`clew replay`: feeds recorded inputs to new cores, compares their decisions, and shows their states."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 import msgspec
 
-from clew.log.journals.contents import does
-from clew.log.journals.state import headline, lines_of
-from clew.log.journals.stop import Stop, condition, first, gaps, moments
-from clew.log.replay import replay as replay_run
-from clew.log.replay import sentences, shown
 from clew.verbs.options import AS_JSON, ROBOTS
 from clew.verbs.say import say, warn
 from protocol.exit_codes import ExitCode
 
-EXAMPLE = """\b
-Examples:
-  clew replay runs/latest
-  clew replay runs/latest --until 12.3 --robot 3
-  clew replay runs/latest --break 'generation > 1 and leads'
-"""
+if TYPE_CHECKING:
+    from clew.log.journals.stop import Stop
 
 
-@click.command(epilog=EXAMPLE)
+@click.command()
 @click.argument("run", type=click.Path(path_type=Path))
 @click.option("--robot", type=ROBOTS, help="Replay only this robot.")
 @click.option("--until", "until_s", type=float, help="Stop at this time, and show the state [simulated s].")
@@ -52,6 +44,10 @@ def replay(
     With --until or --break, it shows the state of the core there instead. Exits with 1 when the expression
     never becomes true, or when a decision up to there differs from the recorded one.
     """
+    from clew.log.journals.stop import condition, first, gaps, moments
+    from clew.log.replay import replay as replay_run
+    from clew.log.replay import sentences
+
     if text is not None or until_s is not None:
         for gap in gaps(run, robot):
             warn(f"not complete: {gap}")
@@ -71,8 +67,10 @@ def replay(
     ctx.exit(ExitCode.OK if replayed.ok else ExitCode.FAILED)
 
 
-def _show(stops: list[Stop], *, as_json: bool) -> ExitCode:
+def _show(stops: "list[Stop]", *, as_json: bool) -> ExitCode:
     """Show cores; returns the exit code."""
+    from clew.log.replay import shown
+
     for stop in stops:
         if as_json:
             about = {"incarnation": stop.head.incarnation, "decided": shown(stop.decided)}
@@ -86,7 +84,10 @@ def _show(stops: list[Stop], *, as_json: bool) -> ExitCode:
     return ExitCode.OK if is_same else ExitCode.FAILED
 
 
-def _tell(stop: Stop) -> None:
+def _tell(stop: "Stop") -> None:
+    from clew.log.journals.contents import does
+    from clew.log.journals.state import headline, lines_of
+
     say(headline(stop.state, stop.head.incarnation))
     for line in lines_of(stop.state):
         say(line)

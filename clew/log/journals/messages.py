@@ -11,29 +11,17 @@ from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, fields
-from enum import StrEnum
 from typing import Any
 
 from agents.commands import Note
 from agents.process.journal import Turn
 from clew.log.journals.contents import content, tag_of
+from clew.log.journals.fate import Fate
 from clew.log.journals.process import Process, command_of, message_in, sender_process
 from protocol.faults.message_faults import sender_of
 from protocol.timeline import FaultInjected, MessageRefused, StepPlanned
 from protocol.wire.messages import Message as Sent
 from world.record.lines import Line
-
-
-class Fate(StrEnum):
-    """What became of a message."""
-
-    DELIVERED = "delivered"
-    DELAYED = "delayed"  # a fault has held it back
-    DUPLICATED = "duplicated"  # a fault has delivered it more than once
-    DROPPED = "dropped"  # a fault has removed it
-    DAMAGED = "damaged"  # a fault has changed its bits, so it was refused
-    REFUSED = "refused"  # it broke the protocol
-
 
 FATES = {
     "drop": Fate.DROPPED,

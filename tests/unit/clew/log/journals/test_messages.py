@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from clew.api.run import open_run
-from clew.log.journals.messages import FATES, Fate
+from clew.log.journals.fate import Fate
+from clew.log.journals.messages import FATES
 from clew.log.journals.process import processes_of
 from clew.rehearsal.recorded import rehearse
 from protocol.faults.plan import load as load_plan
