@@ -44,6 +44,7 @@ SCRIPTS = (
         "panels/chart_still.js",
         "panels/doings.js",
         "panels/lanes.js",
+        "panels/cause.js",
         "panels/panels.js",
         "panels/nearness.js",
         "panels/tables.js",

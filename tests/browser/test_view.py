@@ -12,18 +12,11 @@ from playwright.sync_api import Browser
 
 from tests.support.deadline import DEADLINE_S
 from tests.support.pages.browser import Sight, sight
-from tests.support.pages.chromium import chromium
 from tests.support.pages.views import address_of, view
 from tests.support.processes.fleets import Fleet
 from tests.support.runs import Runs
 
 ENDED = "clew.runs[0].ended"
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

@@ -40,6 +40,7 @@ function listenToControls(app, player) {
     app.show();
   });
   for (const id of ["timeline", "verdict", "flaws"]) beside.observe(byId(id));
+  listenToSplitter(byId("splitter"));
   new ResizeObserver(() => app.show()).observe(byId("panes"));
   listenToLayers(app);
 }
@@ -101,5 +102,32 @@ function keepAddress(app, player) {
       const robot = app.robot ? `&robot=${app.robot}` : "";
       history.replaceState(null, "", `#t=${app.time.toFixed(2)}${robot}`);
     }, 300); // browsers refuse more than a hundred changes in some seconds
+  });
+}
+
+const SPLIT_PX = { least: 60, most: 0.7, key: 24 }; // `most`: of the window; `key`: what an arrow key moves it by
+
+/** Give the lanes what is above the pointer, or by keys. @param {HTMLElement} splitter */
+function listenToSplitter(splitter) {
+  const lanes = byId("lanes-scroll");
+  const set = (/** @type {number} */ px) => {
+    const height = Math.min(Math.max(px, SPLIT_PX.least), SPLIT_PX.most * window.innerHeight);
+    document.documentElement.style.setProperty("--lanes", `${height}px`);
+    splitter.setAttribute("aria-valuenow", height.toFixed(0));
+  };
+  let from = { y: 0, height: 0 };
+  splitter.addEventListener("pointerdown", (event) => {
+    splitter.setPointerCapture(event.pointerId);
+    from = { y: event.clientY, height: lanes.offsetHeight };
+  });
+  splitter.addEventListener("pointermove", (event) => {
+    if (splitter.hasPointerCapture(event.pointerId)) set(from.height + from.y - event.clientY);
+  });
+  splitter.addEventListener("dblclick", () => document.documentElement.style.removeProperty("--lanes"));
+  splitter.addEventListener("keydown", (event) => {
+    const by = { ArrowUp: SPLIT_PX.key, ArrowDown: -SPLIT_PX.key }[event.key];
+    if (!by) return;
+    event.preventDefault();
+    set(lanes.offsetHeight + by);
   });
 }

@@ -1,12 +1,13 @@
 // The time line: steps, what went wrong and what was mended, and a lane for each robot with what it did.
 
-const LANE = { left: 64, right: 16, axis: 20, band: 18, signs: 18, top: 4 };
+const LANE = { left: 64, right: 16, axis: 20, band: 18, signs: 18, top: 4, least: 5, most: 17, name: 10 };
 
 class Lanes {
   /** @param {App} app @param {HTMLCanvasElement} canvas */
   constructor(app, canvas) {
     this.app = app;
     this.canvas = canvas;
+    this.home = /** @type {HTMLElement} */ (canvas.parentElement);
     this.still = new Still();
     scrubbing(canvas, app, (x, width) => (x - LANE.left) / (width - LANE.left - LANE.right));
     canvas.addEventListener("click", (event) => {
@@ -16,9 +17,11 @@ class Lanes {
     });
   }
 
-  /** Of one robot; many share the place of a few [px]. */
+  /** Of one robot [px]: as much as there is room for, so that all are seen at once. */
   get laneHeight() {
-    return this.app.run.bodies.size <= 8 ? 17 : this.app.run.bodies.size <= 14 ? 14 : 11;
+    const room = parseFloat(getComputedStyle(this.home).maxHeight) - this.lanesTop - LANE.axis;
+    const each = Math.floor(room / Math.max(this.app.run.bodies.size, 1));
+    return Math.min(Math.max(each, LANE.least), LANE.most);
   }
 
   get lanesTop() {
@@ -63,14 +66,17 @@ class Lanes {
     drawTimeAxis(context, this.app.end, LANE.left, width - LANE.right, height - LANE.axis);
     this.drawSteps(context, width);
     drawSigns(this, context, width);
+    const { laneHeight } = this;
+    const every = Math.ceil(LANE.name / laneHeight); // of thin lanes not all have room for their names
     run.robots.forEach((robot, lane) => {
-      const y = this.lanesTop + lane * this.laneHeight;
+      const y = this.lanesTop + lane * laneHeight;
       const isChosen = robot === this.app.robot;
       context.fillStyle = isChosen ? colour.ink : colourOf(robot);
-      context.font = font(Math.min(12, this.laneHeight - 1), isChosen ? "800" : "600");
+      context.font = font(Math.min(12, Math.max(laneHeight - 1, LANE.name)), isChosen ? "800" : "600");
       context.textAlign = "right";
       context.textBaseline = "middle";
-      context.fillText(`${isChosen ? "▸ " : ""}r${robot}`, LANE.left - 8, y + this.laneHeight / 2);
+      if (isChosen || lane % every === 0)
+        context.fillText(`${isChosen ? "▸ " : ""}r${robot}`, LANE.left - (isChosen && every > 1 ? 26 : 8), y + laneHeight / 2);
       for (const part of doings(run, robot)) {
         const [from, to] = [this.x(part.from, width), this.x(part.to, width)];
         drawDoing(
@@ -78,8 +84,8 @@ class Lanes {
           part.does,
           from,
           Math.max(to - from, 0.5),
-          y + 1.5,
-          this.laneHeight - 3,
+          y + laneHeight * 0.09,
+          laneHeight * 0.82,
           colourOf(robot),
         );
       }
