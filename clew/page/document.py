@@ -32,14 +32,18 @@ SCRIPTS = (
     *(
         "map/look.js",
         "map/view.js",
+        "map/shapes.js",
         "map/ground.js",
         "map/layers.js",
         "map/sight.js",
         "map/robots.js",
+        "map/hits.js",
         "map/pane.js",
     ),
     *(
         "panels/plots.js",
+        "panels/scrub.js",
+        "panels/tip.js",
         "panels/charts.js",
         "panels/chart_still.js",
         "panels/doings.js",
@@ -49,7 +53,7 @@ SCRIPTS = (
         "panels/nearness.js",
         "panels/tables.js",
     ),
-    *("app.js", "player.js", "controls.js", "main.js"),
+    *("span.js", "app.js", "player.js", "controls.js", "main.js"),
 )
 STYLES = ("styles/theme.css", "styles/page.css", "styles/words.css")
 

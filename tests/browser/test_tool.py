@@ -81,6 +81,73 @@ def test_the_splitter_gives_height_to_the_lanes_or_to_the_map(page: Page) -> Non
     page.locator("#splitter").dblclick()
 
 
+def said_at(page: Page, selector: str, x: float, y: float) -> str:
+    """What the page says of this place of a canvas, across as a share of it, down in pixels."""
+    page.mouse.move(0, 0)
+    found = page.locator(selector).first.bounding_box()
+    assert found is not None, selector
+    page.mouse.move(found["x"] + x * found["width"], found["y"] + y)
+    return page.locator("#tip").inner_text() if page.locator("#tip").is_visible() else ""
+
+
+def test_the_pointer_is_told_what_is_under_it(page: Page) -> None:
+    page.evaluate("clew.seek(12.6); clew.draw()")
+    found = page.evaluate("""(() => {
+      const [{ view, canvas }] = clew.panes, { width, height } = canvas.getBoundingClientRect();
+      const at = ([x, y]) => (([px, py]) => [px / width, py])(view.toScreen(x, y));
+      const robot = clew.frame()[1];
+      const [obstacle, goal, ground] = [at([2.2, 0.95]), at([5.5, 2.1]), at([0.1, 0.1])];
+      return { robot: at([robot.x, robot.y]), obstacle, goal, ground };
+    })()""")
+    said = {name: said_at(page, "#panes canvas", *place) for name, place in found.items()}
+    assert said["robot"].startswith("robot 2, which leads: driving\n")
+    assert said["obstacle"].startswith("obstacle 1: circle, radius 0.22 m\nnearest robot: r")
+    assert said["goal"] == "goal, reached within 0.15 m"
+    assert said["ground"].startswith("x 0.1")
+    assert said_at(page, "#lanes", 0.5, 10.0).startswith("step 5 of r2: 9.76 to ")
+    wide = "document.querySelector('#lanes').clientWidth"
+    killed = page.evaluate(f"clew.lanes.x(3.0, {wide}) / {wide}")
+    assert "3.00 s ϟ kill" in said_at(page, "#lanes", killed, 30.0)
+    assert said_at(page, "#lanes", 0.5, 66.0).startswith("robot 1: dead, 3.")
+    assert said_at(page, "#charts canvas", 0.5, 50.0).split(" s")[0].replace(".", "").isdecimal()
+    least = page.evaluate("""(() => {
+      const [chart] = clew.charts, { clientWidth: width, clientHeight: height } = chart.canvas;
+      const { curve } = chart.series[3];
+      return [chart.x(curve.leastAt, width) / width, chart.y(curve.least, height)];
+    })()""")
+    assert " s · r4: 0.1" in said_at(page, "#charts canvas", *least)
+
+
+def test_lanes_and_charts_show_one_part_of_the_time(page: Page) -> None:
+    shown_s = "[clew.span.from, clew.span.to]"
+    whole = page.evaluate(shown_s)
+    page.evaluate("clew.seek(12)")
+    page.keyboard.press("i")
+    near = page.evaluate(shown_s)
+    assert near[1] - near[0] == pytest.approx(whole[1] / 2)
+    assert near[0] < 12 < near[1]
+    for chart in ("clew.lanes", "clew.charts[0]", "clew.charts[1]"):
+        ends = page.evaluate(f"[clew.span.from, clew.span.to].map((t) => {chart}.x(t, 1000))")
+        assert ends[0] in (40, 64)
+        assert 960 <= ends[1] <= 990
+    page.keyboard.press(".")
+    assert page.evaluate(shown_s)[0] == pytest.approx(near[0] + whole[1] / 4)
+    page.keyboard.press("Home")
+    assert page.evaluate(shown_s)[0] == 0
+    found = page.locator("#lanes").bounding_box()
+    assert found is not None
+    page.keyboard.down("Shift")
+    page.mouse.move(found["x"] + 300, found["y"] + 100)
+    page.mouse.down()
+    page.mouse.move(found["x"] + 500, found["y"] + 100)
+    page.mouse.up()
+    page.keyboard.up("Shift")
+    assert page.evaluate(shown_s)[1] - page.evaluate(shown_s)[0] < 4
+    page.locator("#time-whole").click()
+    assert page.evaluate(shown_s) == whole
+    assert page.locator("#time-whole").is_disabled()
+
+
 def test_the_head_says_why_a_run_failed_and_leads_to_the_moment(shown: Sight) -> None:
     """This test comes last because it changes the page."""
     page = shown.page

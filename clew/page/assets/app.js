@@ -18,6 +18,7 @@ class App {
     this.isAwaited = false; // a frame has been asked for
     this.isOpening = false; // more is to be taken in before anything is drawn
     this.refreshed = -Infinity; // when all that is not of one moment was drawn last [ms]
+    this.span = new Span(this);
     this.end = 0; // of the run in focus, as it was then: what axes reach to
     this.drawn = 0; // frames
     /** @type {Chart[]} */
@@ -58,6 +59,7 @@ class App {
   seek(time) {
     this.follows = false;
     this.time = Math.min(Math.max(time, 0), this.run.end);
+    this.span.keep(this.time);
     this.show();
   }
 
@@ -73,6 +75,7 @@ class App {
       const time = this.timeOf(index);
       this.focus = index;
       this.time = time;
+      this.span.whole();
       this.hasNews = true;
       this.refreshed = -Infinity;
     }

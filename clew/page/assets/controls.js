@@ -8,6 +8,9 @@ function listenToControls(app, player) {
   on("step-back", () => player.step(-1));
   on("step-on", () => player.step(1));
   on("live", () => app.follow());
+  on("time-in", () => app.span.zoom(2, app.time));
+  on("time-out", () => app.span.zoom(0.5, app.time));
+  on("time-whole", () => app.span.whole());
   on("theme", () => toggleTheme());
   on("help-open", () => toggleHelp());
   on("help-close", () => toggleHelp());
@@ -20,6 +23,7 @@ function listenToControls(app, player) {
     play.textContent = player.isPlaying ? "❚❚ Pause" : "▶ Play";
     play.setAttribute("aria-pressed", String(player.isPlaying));
     byId("live").hidden = app.run.ended;
+    /** @type {HTMLButtonElement} */ (byId("time-whole")).disabled = app.span.isWhole;
     byId("live").setAttribute("aria-pressed", String(app.follows));
   });
   byId("keys").append(

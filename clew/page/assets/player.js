@@ -75,6 +75,10 @@ const KEYS_HELP = [
     does: "the end; follows a live run",
     act: (app) => app.follow(),
   },
+  { keys: ["i"], names: "i", does: "lanes and charts show less of the time, larger", act: (app) => app.span.zoom(2, app.time) },
+  { keys: ["o"], names: "o", does: "they show more of it", act: (app) => app.span.zoom(0.5, app.time) },
+  { keys: ["w"], names: "w", does: "they show the whole run", act: (app) => app.span.whole() },
+  { keys: [",", "."], names: ", .", does: "they move to what is before, after", act: (app, _, key) => app.span.pan(key === "," ? -0.5 : 0.5) },
   { keys: ["-"], names: "−", does: "slower", act: (_, player) => player.faster(-1) },
   { keys: ["+", "="], names: "+", does: "faster", act: (_, player) => player.faster(1) },
   {

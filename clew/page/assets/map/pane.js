@@ -69,6 +69,7 @@ class Pane {
     const fingers = new Map();
     let moved = 0;
     const { canvas, view, app } = this;
+    hovering(canvas, (x, y) => sayMap(this, x, y));
     canvas.addEventListener("pointerdown", (event) => {
       canvas.setPointerCapture(event.pointerId);
       fingers.set(event.pointerId, { x: event.offsetX, y: event.offsetY });
@@ -92,7 +93,7 @@ class Pane {
     });
     const lift = (/** @type {PointerEvent} */ event) => {
       if (fingers.delete(event.pointerId) && moved < 5 && event.type === "pointerup")
-        this.choose(event.offsetX, event.offsetY);
+        app.choose(this.robotAt(event.offsetX, event.offsetY, 16), this.index);
     };
     canvas.addEventListener("pointerup", lift);
     canvas.addEventListener("pointercancel", lift);
@@ -121,15 +122,15 @@ class Pane {
     this.view.fit(box);
   }
 
-  /** Choose the robot there, or none. @param {number} px @param {number} py */
-  choose(px, py) {
-    const reach = Math.max(this.run.radius * this.view.scale, 16);
+  /** The robot there; 0: none. @param {number} px @param {number} py @param {number} [around] px */
+  robotAt(px, py, around = 8) {
+    const reach = Math.max(this.run.radius * this.view.scale, around);
     let [nearest, least] = [0, reach];
     for (const body of this.run.bodies.values()) {
       const [x, y] = this.view.toScreen(body.x, body.y);
       const far = Math.hypot(px - x, py - y);
       if (far < least) [nearest, least] = [body.robot, far];
     }
-    this.app.choose(nearest, this.index);
+    return nearest;
   }
 }

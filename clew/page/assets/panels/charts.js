@@ -25,10 +25,11 @@ class Chart {
     this.canvas = /** @type {HTMLCanvasElement} */ (figure.querySelector("canvas"));
     this.least = /** @type {HTMLElement} */ (figure.querySelector(".least"));
     /** @type {HTMLElement} */ (figure.querySelector("b")).textContent = plot.title;
-    figure.title = `${plot.about}; ▴: a curve continues above the top`;
+    /** @type {HTMLElement} */ (figure.querySelector("figcaption")).title = `${plot.about}; ▴: a curve continues above the top`;
     this.figure = figure;
     home.append(figure);
-    scrubbing(this.canvas, app, (x, width) => (x - MARGIN.left) / (width - MARGIN.left - MARGIN.right));
+    scrubbing(this.canvas, app, MARGIN);
+    hovering(this.canvas, (x, y) => sayChart(this, x, y));
   }
 
   /** Look again at what there is to draw. */
@@ -60,15 +61,13 @@ class Chart {
     const { context, width, height } = surfaceOf(this.canvas);
     if (width === 0) return;
     context.clearRect(0, 0, width, height);
-    const key = `${this.app.news}|${this.app.focus}|${this.app.robot}`;
+    const { span } = this.app;
+    const key = `${this.app.news}|${this.app.focus}|${this.app.robot}|${span.from}|${span.to}`;
     this.still.show(context, width, height, key, (onto) => drawStill(this, onto, width, height));
     const x = this.x(this.app.time, width);
-    context.strokeStyle = colour.ink;
     context.lineWidth = 1;
-    context.beginPath();
-    context.moveTo(x, MARGIN.top);
-    context.lineTo(x, height - MARGIN.bottom);
-    context.stroke();
+    drawTime(this.app, context, (t) => this.x(t, width), MARGIN.top, height - MARGIN.bottom);
+    if (this.app.time < span.from || this.app.time > span.to) return;
     for (const each of this.series) {
       const value = each.curve.at(this.app.time);
       if (!(value <= this.most) || (this.app.robot && each.key && each.key !== this.app.robot)) continue;
@@ -81,8 +80,7 @@ class Chart {
 
   /** @param {number} t @param {number} width */
   x(t, width) {
-    const share = Math.min(t / Math.max(this.app.end, 1e-3), 1); // a run that goes on is ahead of its axis
-    return MARGIN.left + share * (width - MARGIN.left - MARGIN.right);
+    return MARGIN.left + this.app.span.share(t) * (width - MARGIN.left - MARGIN.right);
   }
 
   /** @param {number} value @param {number} height */
