@@ -19,6 +19,7 @@ from string import Template
 from protocol.errors import UsageError
 
 SCRIPTS = (
+    "save/svg.js",
     *(
         "run/columns.js",
         "run/body.js",
@@ -38,6 +39,7 @@ SCRIPTS = (
         "map/sight.js",
         "map/robots.js",
         "map/hits.js",
+        "map/legend.js",
         "map/pane.js",
     ),
     *(
@@ -51,9 +53,10 @@ SCRIPTS = (
         "panels/cause.js",
         "panels/panels.js",
         "panels/nearness.js",
+        "panels/inspector.js",
         "panels/tables.js",
     ),
-    *("span.js", "app.js", "player.js", "controls.js", "main.js"),
+    *("save/pictures.js", "span.js", "app.js", "player.js", "controls.js", "main.js"),
 )
 STYLES = ("styles/theme.css", "styles/page.css", "styles/words.css")
 

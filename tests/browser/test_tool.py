@@ -3,10 +3,13 @@
 import json
 from collections.abc import Iterator
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import pytest
 from playwright.sync_api import Browser, Page
 
+from clew.log import timeline
+from protocol.timeline import AuthorityGranted, OrderAccepted
 from tests.support.pages.browser import Sight, sight
 from tests.support.pages.pages import page_of
 from tests.support.runs import Runs
@@ -44,7 +47,7 @@ def shown(browser: Browser, run: Path) -> Iterator[Sight]:
 @pytest.fixture
 def page(shown: Sight) -> Page:
     """The page at its start, with nothing chosen."""
-    shown.page.evaluate("clew.choose(0); clew.seek(0)")
+    shown.page.evaluate("clew.choose(0); clew.seek(0); clew.draw()")
     return shown.page
 
 
@@ -146,6 +149,88 @@ def test_lanes_and_charts_show_one_part_of_the_time(page: Page) -> None:
     page.locator("#time-whole").click()
     assert page.evaluate(shown_s) == whole
     assert page.locator("#time-whole").is_disabled()
+
+
+def test_the_map_fits_the_robots_and_follows_one(page: Page) -> None:
+    page.evaluate("clew.seek(12); clew.draw()")
+    whole = page.evaluate("clew.panes[0].view.scale")
+    page.keyboard.press("r")
+    page.evaluate("clew.draw()")
+    assert page.evaluate("clew.panes[0].view.scale") > 1.2 * whole
+    seen = """clew.frame().every(({ x, y }) => {
+      const { view } = clew.panes[0], [px, py] = view.toScreen(x, y);
+      return px > 0 && py > 0 && px < view.width && py < view.height;
+    })"""
+    assert page.evaluate(seen)
+    page.keyboard.press("3")
+    page.locator("#map-watch").click()
+    for t_s in (12, 16):
+        page.evaluate(f"clew.seek({t_s}); clew.draw()")
+        middle = "[clew.panes[0].view.x, clew.panes[0].view.y]"
+        assert page.evaluate(middle) == page.evaluate("[clew.frame()[2].x, clew.frame()[2].y]")
+    page.keyboard.press("f")
+    page.evaluate("clew.draw()")
+    assert page.locator("#map-watch").get_attribute("aria-pressed") == "false"
+    assert page.evaluate("clew.panes[0].view.scale") == whole
+    page.keyboard.press("l")
+    assert "certified ground of a step" in page.locator("#legend").inner_text()
+    page.keyboard.press("l")
+    assert not page.locator("#legend").is_visible()
+
+
+def test_the_inspector_says_what_a_robot_does_and_knows(page: Page, run: Path) -> None:
+    assert not page.locator("#inspector").is_visible()
+    t_s = 12.6
+    page.evaluate(f"clew.seek({t_s}); clew.choose(3); clew.draw()")
+    lines = timeline.read(run).lines
+    said = dict(
+        zip(
+            page.locator("#inspector dt").all_inner_texts(),
+            page.locator("#inspector dd").all_inner_texts(),
+            strict=True,
+        )
+    )
+    before = [(source, entry.t_s, entry.record) for source, entry in lines if entry.t_s <= t_s]
+    order_s, order = next(
+        (at_s, record)
+        for _, at_s, record in reversed(before)
+        if isinstance(record, OrderAccepted) and record.robot == 3 and record.target is not None
+    )
+    assert order.target is not None
+    to = f"({order.target.x_m:.2f}, {order.target.y_m:.2f})"
+    assert said["last order"].startswith(f"{order.number} to {to}, ")
+    assert f"{t_s - order_s:.1f} s ago" in said["last order"]
+    granted_s, granted = next(
+        (at_s, record)
+        for source, at_s, record in reversed(before)
+        if isinstance(record, AuthorityGranted) and (source, record.to) == ("r2", 3)
+    )
+    assert said["ahead"].startswith("r2: up")
+    assert said["ahead"].endswith(f"{granted.authority_m:.2f} m granted, {t_s - granted_s:.1f} s ago")
+    assert said["strand"] == "2 of 4, epoch 20002, turn 1"
+    assert said["knows"].startswith("epoch 20002, rank 1 of 4, ")
+
+
+def test_the_map_of_a_moment_and_the_run_are_saved(page: Page) -> None:
+    page.evaluate("clew.seek(12.6); clew.draw()")
+    page.locator("#save summary").click()
+
+    def saved(kind: str) -> tuple[str, bytes]:
+        with page.expect_download() as waited:
+            page.locator(f"[data-save={kind}]").click()
+        return waited.value.suggested_filename, waited.value.path().read_bytes()
+
+    name, svg = saved("svg")
+    assert name == "grove-seed1-12.60s.svg"
+    drawing = ET.fromstring(svg.decode())
+    words = [each.text for each in drawing.iter("{http://www.w3.org/2000/svg}text")]
+    assert {"1", "12", "2 m", "grove, seed 1  ·  t = 12.60 s  ·  step 5"} <= set(words)
+    name, png = saved("png")
+    assert (name, png[:4]) == ("grove-seed1-12.60s.png", b"\x89PNG")
+    page.evaluate("window.whole = clew.runs[0].end; clew.runs[0].end = 0.3")
+    name, film = saved("webm")
+    page.evaluate("clew.runs[0].end = window.whole; document.querySelector('#save').open = false")
+    assert (name, film[:4]) == ("grove-seed1.webm", b"\x1aE\xdf\xa3")  # the mark of Matroska
 
 
 def test_the_head_says_why_a_run_failed_and_leads_to_the_moment(shown: Sight) -> None:

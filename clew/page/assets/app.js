@@ -15,6 +15,7 @@ class App {
     this.news = 0; // counts what was taken in and shown
     this.hasNews = false;
     this.follows = false; // the end of a run that goes on
+    this.isWatching = false; // maps keep a robot in their middle
     this.isAwaited = false; // a frame has been asked for
     this.isOpening = false; // more is to be taken in before anything is drawn
     this.refreshed = -Infinity; // when all that is not of one moment was drawn last [ms]
@@ -83,6 +84,12 @@ class App {
     this.show();
   }
 
+  /** Begin or end to keep a robot in the middle. */
+  watch() {
+    this.isWatching = !this.isWatching;
+    this.show();
+  }
+
   /** The time at which a run is shown: runs are aligned by their switching steps. @param {number} index */
   timeOf(index) {
     return index === this.focus ? this.time : aligned(this.run, this.runs[index], this.time);
@@ -106,6 +113,7 @@ class App {
     for (const chart of this.charts) chart.draw();
     this.lanes?.draw();
     showNow(this);
+    showInspector(this);
     markStep(this);
     markMoment(this);
     if (isFresh) this.hasNews = false;

@@ -11,6 +11,19 @@ function listenToControls(app, player) {
   on("time-in", () => app.span.zoom(2, app.time));
   on("time-out", () => app.span.zoom(0.5, app.time));
   on("time-whole", () => app.span.whole());
+  on("map-whole", () => (app.panes.forEach((pane) => pane.fit()), app.show()));
+  on("map-robots", () => (app.panes.forEach((pane) => pane.fitRobots()), app.show()));
+  on("map-watch", () => app.watch());
+  on("map-legend", () => {
+    byId("legend").hidden = !byId("legend").hidden;
+    byId("map-legend").setAttribute("aria-pressed", String(!byId("legend").hidden));
+  });
+  fillLegend();
+  for (const each of byId("save").querySelectorAll("button"))
+    each.addEventListener("click", async () => {
+      each.disabled = true; // a film takes its time
+      await save(app, each.dataset.save ?? "").finally(() => (each.disabled = false));
+    });
   on("theme", () => toggleTheme());
   on("help-open", () => toggleHelp());
   on("help-close", () => toggleHelp());
@@ -23,6 +36,7 @@ function listenToControls(app, player) {
     play.textContent = player.isPlaying ? "❚❚ Pause" : "▶ Play";
     play.setAttribute("aria-pressed", String(player.isPlaying));
     byId("live").hidden = app.run.ended;
+    byId("map-watch").setAttribute("aria-pressed", String(app.isWatching));
     /** @type {HTMLButtonElement} */ (byId("time-whole")).disabled = app.span.isWhole;
     byId("live").setAttribute("aria-pressed", String(app.follows));
   });

@@ -95,6 +95,14 @@ const KEYS_HELP = [
     act: (app) => (app.panes.forEach((pane) => pane.fit()), app.show()),
   },
   {
+    keys: ["r"],
+    names: "r",
+    does: "the map fits the robots",
+    act: (app) => (app.panes.forEach((pane) => pane.fitRobots()), app.show()),
+  },
+  { keys: ["g"], names: "g", does: "the map follows the chosen robot, or the leader; again: it stays", act: (app) => app.watch() },
+  { keys: ["l"], names: "l", does: "the legend of the map", act: () => byId("map-legend").click() },
+  {
     keys: ["c"],
     names: "c",
     does: "the other run, if there are two",

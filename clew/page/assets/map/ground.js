@@ -1,8 +1,8 @@
 // What never changes on a map: the grid, the bounds, the obstacles and the goal; and the moving obstacles.
 
-/** The outline of a shape of the scenario. @param {any} shape @returns {Path2D} */
+/** The outline of a shape of the scenario. @param {any} shape @returns {Outline} */
 function outlineOf(shape) {
-  const outline = new Path2D();
+  const outline = new Outline();
   if (shape.shape === "circle") {
     const [x, y] = shape.centre_m;
     outline.arc(x, y, shape.radius_m, 0, 2 * Math.PI);
