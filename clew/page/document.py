@@ -55,6 +55,8 @@ SCRIPTS = (
         "panels/nearness.js",
         "panels/inspector.js",
         "panels/tables.js",
+        "panels/entries.js",
+        "panels/differences.js",
     ),
     *("save/pictures.js", "span.js", "app.js", "player.js", "controls.js", "main.js"),
 )

@@ -1,18 +1,23 @@
 """The page as a tool: what it says of a failure, how it fits a laptop, and how one gets about in it."""
 
 import json
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+import msgspec
 import pytest
 from playwright.sync_api import Browser, Page
 
 from clew.log import timeline
+from protocol.faults.plan import Plan
+from protocol.run_settings import read_plan
 from protocol.timeline import AuthorityGranted, OrderAccepted
 from tests.support.pages.browser import Sight, sight
 from tests.support.pages.pages import page_of
 from tests.support.runs import Runs
+from world.record.recorder import EVENTS_FILE
 
 LAPTOPS = [(1280, 720), (1366, 768), (1440, 900)]
 DEATH_S = 3.9  # as the log says: the leader is known to be dead
@@ -51,6 +56,11 @@ def page(shown: Sight) -> Page:
     return shown.page
 
 
+def settle(page: Page) -> None:
+    """Wait until what was done has been drawn: events of the mouse come with frames."""
+    page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
 def box(page: Page, selector: str) -> dict[str, float]:
     """Where an element is in the window [px]."""
     found = page.locator(selector).first.bounding_box()
@@ -61,7 +71,7 @@ def box(page: Page, selector: str) -> dict[str, float]:
 @pytest.mark.parametrize("size", LAPTOPS)
 def test_on_a_laptop_the_time_line_covers_no_robot(page: Page, size: tuple[int, int]) -> None:
     page.set_viewport_size({"width": size[0], "height": size[1]})
-    page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    settle(page)
     lanes = box(page, "#timeline")
     assert box(page, "#panes canvas")["bottom"] <= lanes["y"]
     assert box(page, "#charts")["bottom"] <= lanes["y"]
@@ -77,7 +87,7 @@ def test_the_splitter_gives_height_to_the_lanes_or_to_the_map(page: Page) -> Non
     page.locator("#splitter").focus()
     for _ in range(3):
         page.keyboard.press("ArrowDown")
-    page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    settle(page)
     after = box(page, "#lanes-scroll")["height"], box(page, "#panes canvas")["height"]
     assert after[0] < before[0] - 50
     assert sum(after) == pytest.approx(sum(before), abs=1)
@@ -90,6 +100,7 @@ def said_at(page: Page, selector: str, x: float, y: float) -> str:
     found = page.locator(selector).first.bounding_box()
     assert found is not None, selector
     page.mouse.move(found["x"] + x * found["width"], found["y"] + y)
+    settle(page)
     return page.locator("#tip").inner_text() if page.locator("#tip").is_visible() else ""
 
 
@@ -145,8 +156,10 @@ def test_lanes_and_charts_show_one_part_of_the_time(page: Page) -> None:
     page.mouse.move(found["x"] + 500, found["y"] + 100)
     page.mouse.up()
     page.keyboard.up("Shift")
+    settle(page)
     assert page.evaluate(shown_s)[1] - page.evaluate(shown_s)[0] < 4
     page.locator("#time-whole").click()
+    settle(page)
     assert page.evaluate(shown_s) == whole
     assert page.locator("#time-whole").is_disabled()
 
@@ -231,6 +244,33 @@ def test_the_map_of_a_moment_and_the_run_are_saved(page: Page) -> None:
     name, film = saved("webm")
     page.evaluate("clew.runs[0].end = window.whole; document.querySelector('#save').open = false")
     assert (name, film[:4]) == ("grove-seed1.webm", b"\x1aE\xdf\xa3")  # the mark of Matroska
+
+
+def test_the_list_searches_all_entries_and_opens_one_as_it_stands_in_the_log(page: Page, run: Path) -> None:
+    moments = page.locator("#moments li").count()
+    page.locator("#kinds").select_option("order.refused")
+    page.locator("#search").fill("r2 refused")
+    log = [json.loads(line) for line in (run / EVENTS_FILE).read_bytes().splitlines()]
+    refused = [each for each in log if each["kind"] == "order.refused" and each["robot"] == 2]
+    assert page.locator("#moments li").count() == len(refused) > 0
+    assert page.locator("#moments-about").inner_text() == f"{len(refused)} found"
+    page.locator("#moments .raw").first.click()
+    raw = json.loads(page.locator("#moments pre").inner_text())
+    assert raw == {name: value for name, value in refused[0].items() if name not in {"n", "hlc"}}
+    page.locator("#moments time").first.click()
+    assert page.evaluate("clew.time") == refused[0]["t_s"]
+    page.locator("#search").fill("r2 no such word")
+    assert page.locator("#moments li").count() == 0
+    page.locator("#search").fill("")
+    page.locator("#kinds").select_option("")
+    assert page.locator("#moments li").count() == moments
+
+
+def test_what_the_run_was_asked_for_is_in_the_page(page: Page, run: Path) -> None:
+    assert page.locator("#asked summary").all_inner_texts() == ["scenario.toml", "faults.toml"]
+    scenario, plan = page.locator("#asked pre").all_text_contents()
+    assert tomllib.loads(scenario) == tomllib.loads((run / "scenario.toml").read_text(encoding="utf-8"))
+    assert msgspec.toml.decode(plan, type=Plan).rules == read_plan(run).rules
 
 
 def test_the_head_says_why_a_run_failed_and_leads_to_the_moment(shown: Sight) -> None:

@@ -117,13 +117,24 @@ def test_two_runs_are_shown_side_by_side_aligned_by_switching_step(
         shown.show(address)
         shown.wait("clew.runs.length === 2 && clew.runs.every((run) => run.ended)")
         assert shown.page.locator("#panes canvas").count() >= 2
-        left, right = (shown.page.locator("#panes > *").nth(index).bounding_box() for index in (0, 1))
+        left, right = (shown.page.locator("#panes > .pane").nth(index).bounding_box() for index in (0, 1))
         assert left is not None
         assert right is not None
         assert left["x"] + left["width"] <= right["x"]
         assert left["y"] == right["y"]
         shown.page.evaluate("clew.seek(clew.runs[0].steps.find(({ row }) => row.position === 3).to)")
         assert [off_m(shown, index, 3) for index in (0, 1)] == pytest.approx([0.0, 0.0], abs=0.01)
+        shown.page.evaluate("clew.draw()")
+        curves = "clew.charts[0].others.map(({ name, curve }) => [name, curve.value.length])"
+        known = "clew.runs[1].robots.map((r) => [`B: r${r}`, clew.runs[1].body(r).clearance.value.length])"
+        assert shown.page.evaluate(curves) == shown.page.evaluate(known)
+        late_s = "Math.abs(clew.charts[0].others[0].curve.t.last - clew.runs[0].end)"
+        assert shown.page.evaluate(late_s) < 0.5  # in the time of the other run
+        about = shown.page.locator("#differences-about").inner_text()
+        assert about == "Started differently: seed. The first step that differs is step 1."
+        rows = shown.page.locator("#differences tr").all_inner_texts()
+        assert "seed\t1\t2" in rows
+        assert any(row.startswith("step 1\tr1 to (") and row.endswith(" m away") for row in rows)
         assert shown.troubles == []
 
 

@@ -52,7 +52,7 @@ class App {
   refresh() {
     this.news++;
     this.end = this.run.end;
-    for (const show of [showVerdict, showSteps, showMoments, showMessages]) show(this);
+    for (const show of [showVerdict, showSteps, showMoments, showMessages, showAsked, showDifferences]) show(this);
     this.refreshed = performance.now();
   }
 

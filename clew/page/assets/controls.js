@@ -61,6 +61,7 @@ function listenToControls(app, player) {
   listenToSplitter(byId("splitter"));
   new ResizeObserver(() => app.show()).observe(byId("panes"));
   listenToLayers(app);
+  listenToEntries(app);
 }
 
 /** @param {App} app */

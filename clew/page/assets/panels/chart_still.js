@@ -15,6 +15,8 @@ function drawStill(chart, context, width, height) {
     height - MARGIN.top - MARGIN.bottom + 4,
   );
   context.clip();
+  for (const each of chart.others)
+    if (!chosen || !each.key || each.key === chosen) drawCurve(chart, context, width, height, each, false);
   for (const each of chart.series)
     if (each.key !== chosen) drawCurve(chart, context, width, height, each, chosen !== 0 && each.key !== 0);
   for (const each of chart.series)
@@ -69,9 +71,9 @@ function drawHeights(chart, context, width, height) {
 function drawCurve(chart, context, width, height, series, isFaint) {
   const { curve } = series;
   context.strokeStyle = colourOf(series.key);
-  context.globalAlpha = isFaint ? 0.25 : 1;
+  context.globalAlpha = isFaint ? 0.25 : series.isOther ? 0.6 : 1;
   context.lineWidth = series.key === chart.app.robot ? 2.25 : 1.4;
-  context.setLineDash(dashOf(series.key));
+  context.setLineDash(series.isOther ? [1, 3] : dashOf(series.key));
   context.lineJoin = "round";
   context.beginPath();
   let lowest = Infinity; // of the samples on one pixel only the lowest is drawn, which must not be lost

@@ -8,6 +8,16 @@ function leastOf({ curve, name, who }) {
 
 const MARGIN = { left: 40, right: 30, top: 8, bottom: 20 };
 
+/** What a plot shows of another run, in the time of the one in focus. @param {Plot} plot @param {Run} other @param {Run} run @param {string} letter @returns {Series[]} */
+function seriesOf(plot, other, run, letter) {
+  const timeOf = alignment(other, run);
+  return plot.series(other).map(({ name, key, curve, steps }) => {
+    const moved = new Curve();
+    for (let i = 0; i < curve.value.length; i++) moved.push(timeOf(curve.t.data[i]), curve.value.data[i]);
+    return { name: `${letter}: ${name}`, key, curve: moved, steps, isOther: true };
+  });
+}
+
 class Chart {
   /** @param {App} app @param {Plot} plot @param {HTMLElement} home */
   constructor(app, plot, home) {
@@ -16,6 +26,8 @@ class Chart {
     this.still = new Still();
     /** @type {Series[]} */
     this.series = [];
+    /** @type {Series[]} of the other run, where there are two, in the time of this one */
+    this.others = [];
     this.most = 1;
     this.isCut = false; // curves go on above the top
     this.known = -1;
@@ -37,8 +49,11 @@ class Chart {
     const run = this.app.run;
     this.known = this.app.news;
     this.series = this.plot.series(run).filter((each) => each.curve.value.length > 0);
+    this.others = this.app.runs.flatMap((other, i) => (other === run ? [] : seriesOf(this.plot, other, run, "ABCDEFGH"[i])));
     let most = 0;
     let lowest = null;
+    for (const { curve } of this.others)
+      for (let i = 0; i < curve.value.length; i++) most = Math.max(most, curve.value.data[i]);
     for (const each of this.series) {
       for (let i = 0; i < each.curve.value.length; i++) most = Math.max(most, each.curve.value.data[i]);
       if (lowest === null || each.curve.least < lowest.curve.least) lowest = each;
@@ -47,7 +62,9 @@ class Chart {
     this.isCut = most > this.most;
     const isDistance = this.plot.decimals === 3;
     const said = isDistance && lowest ? leastOf(lowest) : this.series.length ? "" : this.plot.none(run);
-    this.least.textContent = this.isCut ? `${said}; ▴ > ${this.most.toFixed(2)} m` : said;
+    const letter = "ABCDEFGH"[this.app.focus];
+    const told = this.others.length ? `${letter} solid, the other dotted; ${said}` : said;
+    this.least.textContent = this.isCut ? `${told}; ▴ > ${this.most.toFixed(2)} m` : told;
     this.figure.hidden = !(this.plot.isOf?.(run) ?? true);
     this.figure.classList.toggle("empty", this.series.length === 0);
     this.canvas.setAttribute(

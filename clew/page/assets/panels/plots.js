@@ -1,7 +1,7 @@
 // What there is to be seen against time: clearance, separation, passings, stretch of links, messages lost.
 
 /**
- * @typedef {{name: string, key: number, curve: Curve, steps?: boolean, who?: (i: number) => string}} Series
+ * @typedef {{name: string, key: number, curve: Curve, steps?: boolean, isOther?: boolean, who?: (i: number) => string}} Series
  *   `key`: the robot whose colour and dash it has; 0: it is of the whole fleet
  * @typedef {{value: number, name: string, dash: number[]}} Mark a height that means something
  * @typedef {{id: string, title: string, about: string, series: (run: Run) => Series[], marks: (run: Run) => Mark[],

@@ -26,7 +26,7 @@ function sayChart(chart, x, y) {
   const { app } = chart;
   const t = app.span.timeAt((x - MARGIN.left) / (width - MARGIN.left - MARGIN.right));
   let [said, least] = ["", NEAR_PX.curve];
-  for (const { name, key, curve, who } of chart.series) {
+  for (const { name, key, curve, who } of [...chart.series, ...chart.others]) {
     const value = curve.at(t);
     const far = Math.abs(chart.y(Math.min(value, chart.most), height) - y);
     if (!(far < least) || (app.robot && key && key !== app.robot)) continue;
