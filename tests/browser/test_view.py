@@ -124,12 +124,11 @@ def test_two_runs_are_shown_side_by_side_aligned_by_switching_step(
         assert left["y"] == right["y"]
         shown.page.evaluate("clew.seek(clew.runs[0].steps.find(({ row }) => row.position === 3).to)")
         assert [off_m(shown, index, 3) for index in (0, 1)] == pytest.approx([0.0, 0.0], abs=0.01)
-        shown.page.evaluate("clew.draw()")
+        late_s = "Math.abs(clew.charts[0].others[0]?.curve.t.last - clew.runs[0].end)"
+        shown.wait(f"{late_s} < 0.5")  # in the time of the other run
         curves = "clew.charts[0].others.map(({ name, curve }) => [name, curve.value.length])"
         known = "clew.runs[1].robots.map((r) => [`B: r${r}`, clew.runs[1].body(r).clearance.value.length])"
         assert shown.page.evaluate(curves) == shown.page.evaluate(known)
-        late_s = "Math.abs(clew.charts[0].others[0].curve.t.last - clew.runs[0].end)"
-        assert shown.page.evaluate(late_s) < 0.5  # in the time of the other run
         about = shown.page.locator("#differences-about").inner_text()
         assert about == "Started differently: seed. The first step that differs is step 1."
         rows = shown.page.locator("#differences tr").all_inner_texts()
