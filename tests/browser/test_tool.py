@@ -3,6 +3,7 @@
 import json
 import tomllib
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -226,7 +227,7 @@ def test_the_inspector_says_what_a_robot_does_and_knows(page: Page, run: Path) -
 
 def test_the_map_of_a_moment_and_the_run_are_saved(page: Page) -> None:
     page.evaluate("clew.seek(12.6); clew.draw()")
-    page.locator("#save summary").click()
+    page.evaluate("document.querySelector('#save').open = true")
 
     def saved(kind: str) -> tuple[str, bytes]:
         with page.expect_download() as waited:
@@ -237,7 +238,7 @@ def test_the_map_of_a_moment_and_the_run_are_saved(page: Page) -> None:
     assert name == "grove-seed1-12.60s.svg"
     drawing = ET.fromstring(svg.decode())
     words = [each.text for each in drawing.iter("{http://www.w3.org/2000/svg}text")]
-    assert {"1", "12", "2 m", "grove, seed 1  ·  t = 12.60 s  ·  step 5"} <= set(words)
+    assert {"1", "12", "1 m", "grove, seed 1  ·  t = 12.60 s  ·  step 5"} <= set(words)
     name, png = saved("png")
     assert (name, png[:4]) == ("grove-seed1-12.60s.png", b"\x89PNG")
     page.evaluate("window.whole = clew.runs[0].end; clew.runs[0].end = 0.3")
@@ -271,6 +272,33 @@ def test_what_the_run_was_asked_for_is_in_the_page(page: Page, run: Path) -> Non
     scenario, plan = page.locator("#asked pre").all_text_contents()
     assert tomllib.loads(scenario) == tomllib.loads((run / "scenario.toml").read_text(encoding="utf-8"))
     assert msgspec.toml.decode(plan, type=Plan).rules == read_plan(run).rules
+
+
+def test_fifty_robots_have_a_lane_each_and_numbers_that_do_not_cover_each_other(shown: Sight) -> None:
+    """This test adds robots to the page."""
+    queue = [
+        {"robot": robot, "t": [0, 30_000], "x": [100 * robot, 0], "y": [500, 0], "heading": [0, 0]}
+        for robot in range(6, 51)
+    ]
+    shown.page.evaluate(f"clew.take(0, {{ tracks: {json.dumps(queue)} }})")
+    shown.wait("document.documentElement.style.getPropertyValue('--map') === '210px'")
+    settle(shown.page)
+    settle(shown.page)
+    assert box(shown.page, "#lanes")["height"] <= box(shown.page, "#lanes-scroll")["height"]
+    assert box(shown.page, "#panes canvas")["bottom"] <= box(shown.page, "#timeline")["y"]
+    shown.page.evaluate("clew.seek(20); clew.draw()")
+    shown.page.evaluate("document.querySelector('#save').open = true")
+    with shown.page.expect_download() as waited:
+        shown.page.locator("[data-save=svg]").click()
+    drawing = ET.fromstring(waited.value.path().read_bytes())
+    words = [each for each in drawing.iter("{http://www.w3.org/2000/svg}text") if each.get("stroke") is None]
+    row = [
+        float(each.attrib["x"])
+        for each in words
+        if (each.text or "").isdecimal() and int(each.text or "") > 12
+    ]
+    assert len(row) >= 8
+    assert min(right - left for left, right in pairwise(sorted(row))) > 14.0
 
 
 def test_the_head_says_why_a_run_failed_and_leads_to_the_moment(shown: Sight) -> None:

@@ -52,6 +52,7 @@ class App {
   refresh() {
     this.news++;
     this.end = this.run.end;
+    document.documentElement.style.setProperty("--map", this.run.bodies.size > CROWD ? "210px" : "300px");
     for (const show of [showVerdict, showSteps, showMoments, showMessages, showAsked, showDifferences]) show(this);
     this.refreshed = performance.now();
   }

@@ -18,7 +18,7 @@ function drawStill(chart, context, width, height) {
   for (const each of chart.others)
     if (!chosen || !each.key || each.key === chosen) drawCurve(chart, context, width, height, each, false);
   for (const each of chart.series)
-    if (each.key !== chosen) drawCurve(chart, context, width, height, each, chosen !== 0 && each.key !== 0);
+    if (each.key !== chosen) drawCurve(chart, context, width, height, each, each.key !== 0 && (chosen !== 0 || chart.series.length > CROWD));
   for (const each of chart.series)
     if (each.key === chosen) drawCurve(chart, context, width, height, each, false);
   context.restore();
@@ -33,9 +33,10 @@ function markCuts(chart, context, width, height) {
   context.font = font(9);
   context.textAlign = "center";
   context.textBaseline = "top";
+  let at = -CUT_PX;
   for (const { key, curve } of chart.series) {
     context.fillStyle = colourOf(key);
-    let at = -CUT_PX;
+    if (chart.series.length <= CROWD) at = -CUT_PX;
     for (let i = 0; i < curve.value.length; i++) {
       const x = chart.x(curve.t.data[i], width);
       if (curve.value.data[i] <= chart.most || x - at < CUT_PX || x < MARGIN.left || x > width - MARGIN.right) continue;

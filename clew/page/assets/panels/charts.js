@@ -63,7 +63,7 @@ class Chart {
     const isDistance = this.plot.decimals === 3;
     const said = isDistance && lowest ? leastOf(lowest) : this.series.length ? "" : this.plot.none(run);
     const letter = "ABCDEFGH"[this.app.focus];
-    const told = this.others.length ? `${letter} solid, the other dotted; ${said}` : said;
+    const told = this.others.length && this === this.app.charts[0] ? `${letter} solid, the other dotted; ${said}` : said;
     this.least.textContent = this.isCut ? `${told}; ▴ > ${this.most.toFixed(2)} m` : told;
     this.figure.hidden = !(this.plot.isOf?.(run) ?? true);
     this.figure.classList.toggle("empty", this.series.length === 0);

@@ -1,6 +1,6 @@
 // The time line: steps, what went wrong and what was mended, and a lane for each robot with what it did.
 
-const LANE = { left: 64, right: 16, axis: 20, band: 18, signs: 18, top: 4, least: 5, most: 17, name: 10 };
+const LANE = { left: 64, right: 16, axis: 20, band: 18, signs: 18, top: 4, least: 4, most: 17, name: 10 };
 
 class Lanes {
   /** @param {App} app @param {HTMLCanvasElement} canvas */
