@@ -129,6 +129,11 @@ def test_two_runs_are_shown_side_by_side_aligned_by_switching_step(
         curves = "clew.charts[0].others.map(({ name, curve }) => [name, curve.value.length])"
         known = "clew.runs[1].robots.map((r) => [`B: r${r}`, clew.runs[1].body(r).clearance.value.length])"
         assert shown.page.evaluate(curves) == shown.page.evaluate(known)
+        step = "clew.runs[%d].steps.find(({ row }) => row.position === 3).to + 0.001"
+        there = (
+            f"clew.charts[0].others[0].curve.at({step % 0}) - clew.runs[1].body(1).clearance.at({step % 1})"
+        )
+        assert shown.page.evaluate(there) == 0.0
         about = shown.page.locator("#differences-about").inner_text()
         assert about == "Started differently: seed. The first step that differs is step 1."
         rows = shown.page.locator("#differences tr").all_inner_texts()

@@ -48,7 +48,7 @@ function foundIn(run, kind, words) {
     for (let row = 0; row < (rows.t?.length ?? 0); row++) {
       const says = rows.says?.[row] ?? fieldsOf(rows, row);
       if (has(`${each} ${rows.source[row]} ${says}`))
-        found.push({ t: rows.t[row], i: rows.i[row], kind: each, sign, says: rows.says?.[row] ?? `${rows.source[row]} ${each} ${says}` });
+        found.push({ t: rows.t[row], i: rows.i[row], kind: each, sign, says: rows.says?.[row] ?? `${rows.source[row]} ${each} ${says.slice(0, FIELDS_SHOWN)}` });
     }
   }
   return found.sort((one, other) => one.t - other.t || one.i - other.i);
@@ -60,7 +60,7 @@ const FIELDS_SHOWN = 110; // letters of an entry without a sentence
 /** @param {Columns} rows @param {number} row */
 function fieldsOf(rows, row) {
   const fields = Object.keys(rows).filter((name) => !NOT_OF_THE_LOG.has(name) && !Array.isArray(rows[name][row]));
-  return fields.map((name) => `${name} ${rows[name][row]}`).join(", ").slice(0, FIELDS_SHOWN);
+  return fields.map((name) => `${name} ${rows[name][row]}`).join(", ");
 }
 
 /** The entry as it stands in the log, but for its hlc and n. @param {Run} run @param {Listed} entry */
