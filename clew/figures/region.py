@@ -76,7 +76,7 @@ def _paint(figure: Figure, course: Course, frame: Frame) -> None:
             at_m = ends_m[0] + GAP_SHARES[index % len(GAP_SHARES)] * (ends_m[1] - ends_m[0])
             text = axes.text(at_m[0], at_m[1], f"g{step.number}", ha="center", va="center")
             text.set(fontsize=GAP_PT, color=GREY, path_effects=[HALO], zorder=OVER + 0.9)
-    # On a shared path the first robot is on top, and each below it is wider, so that it is seen on both sides.
+    # On a shared path the first robot is on top, and those below are wider, to be seen on both sides.
     for rank, (robot, (look, _)) in reversed(list(enumerate(looks_of(course).items()))):
         path_m = course.places_m[:, robot - 1]
         width_pt = look.width_pt + (1.5 * HAIR_PT * rank if look in LOOKS else 0.0)

@@ -19,7 +19,7 @@ from string import Template
 from protocol.errors import UsageError
 
 SCRIPTS = (
-    "save/svg.js",
+    "map/outline.js",
     *(
         "run/columns.js",
         "run/body.js",
@@ -58,7 +58,7 @@ SCRIPTS = (
         "panels/entries.js",
         "panels/differences.js",
     ),
-    *("save/pictures.js", "span.js", "app.js", "player.js", "controls.js", "main.js"),
+    *("save/svg.js", "save/pictures.js", "span.js", "app.js", "player.js", "controls.js", "main.js"),
 )
 STYLES = ("styles/theme.css", "styles/page.css", "styles/words.css")
 

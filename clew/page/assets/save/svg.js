@@ -1,49 +1,5 @@
 // The map as SVG: a canvas context that writes down what is drawn on it. It knows the calls that a map makes.
 
-/** A path that can be drawn, and written down. */
-class Outline extends Path2D {
-  constructor() {
-    super();
-    /** @type {(string | number)[][]} */
-    this.said = [];
-  }
-
-  /** @param {number} x @param {number} y */
-  moveTo(x, y) {
-    super.moveTo(x, y);
-    this.said.push(["M", x, y]);
-  }
-
-  /** @param {number} x @param {number} y */
-  lineTo(x, y) {
-    super.lineTo(x, y);
-    this.said.push(["L", x, y]);
-  }
-
-  /** @param {number} x @param {number} y @param {number} radius @param {number} from @param {number} to */
-  arc(x, y, radius, from, to) {
-    super.arc(x, y, radius, from, to);
-    this.said.push(["A", x, y, radius, radius, 0, from, to]);
-  }
-
-  /** @param {number} x @param {number} y @param {number} a @param {number} b @param {number} turn @param {number} from @param {number} to */
-  ellipse(x, y, a, b, turn, from, to) {
-    super.ellipse(x, y, a, b, turn, from, to);
-    this.said.push(["A", x, y, a, b, turn, from, to]);
-  }
-
-  /** @param {number} x @param {number} y @param {number} width @param {number} height */
-  rect(x, y, width, height) {
-    super.rect(x, y, width, height);
-    this.said.push(["M", x, y], ["L", x + width, y], ["L", x + width, y + height], ["L", x, y + height], ["Z"]);
-  }
-
-  closePath() {
-    super.closePath();
-    this.said.push(["Z"]);
-  }
-}
-
 const PLAIN = { strokeStyle: "#000", fillStyle: "#000", lineWidth: 1, lineJoin: "miter", globalAlpha: 1, font: "10px sans-serif", textAlign: "start", textBaseline: "alphabetic" };
 const ANCHORS = /** @type {Record<string, string>} */ ({ center: "middle", right: "end" });
 const BASELINES = /** @type {Record<string, string>} */ ({ middle: "central", top: "hanging" });
@@ -191,10 +147,10 @@ class SvgContext {
     this.parts.push(`<${tag}${said.join("")}>${escaped(text)}</${tag}>`);
   }
 
-  /** @param {string} ground */
+  /** The whole; the page's own SVG knows the address of its kind, and the page itself holds none. @param {string} ground */
   text(ground) {
     const [width, height] = [this.canvas.width / this.ratio, this.canvas.height / this.ratio];
-    const head = `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${height}" viewBox="0 0 ${width} ${height}">`;
+    const head = `<svg xmlns="${document.querySelector("svg")?.namespaceURI}" width="${width}" height="${height}" viewBox="0 0 ${width} ${height}">`;
     return `${head}<rect width="${width}" height="${height}" fill="${ground}"/>\n${this.parts.join("\n")}\n</svg>\n`;
   }
 }

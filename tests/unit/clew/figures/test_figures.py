@@ -73,7 +73,9 @@ def test_figure_4_has_the_papers_own_values_as_hollow_markers(folder: Path) -> N
     drawn = course(folder / "paper")
     table_m = np.array(drawn.scenario.table_m)
     axes = painted(chart(drawn, "distances"))[0]
-    hollow = [line for line in axes.lines if line.get_markerfacecolor() == "none" and len(line.get_xdata())]
+    hollow = [
+        line for line in axes.lines if line.get_markerfacecolor() == "none" and np.size(line.get_xdata())
+    ]
     assert [line.get_color() for line in hollow] == [look.colour for look in LOOKS[: table_m.shape[1]]]
     for line, column_m in zip(hollow, table_m.T, strict=True):
         rows = np.asarray(line.get_xdata()) - 1
@@ -91,9 +93,8 @@ def test_every_obstacle_has_its_number_on_it_and_every_gap_that_of_its_step(fold
     assert [text.get_text() for text in numbers] == [str(number) for number in range(1, len(shapes) + 1)]
     for text, shape in zip(numbers, shapes, strict=True):
         patch = patch_of(shape)
-        assert patch.get_path().contains_point(
-            patch.get_patch_transform().inverted().transform(text.get_position())
-        )
+        x_m, y_m = patch.get_patch_transform().inverted().transform(text.get_position())
+        assert patch.get_path().contains_point((float(x_m), float(y_m)))
     paper = course(folder / "paper")
     gaps = {text.get_text() for text in painted(chart(paper, "region"))[0].texts}
     assert {f"g{step.number}" for step in paper.steps} <= gaps
