@@ -25,7 +25,9 @@ WIDE = 0.35  # a frame with less height than this share of its width takes both 
 OPEN: dict[str, Any] = {"markerfacecolor": "none", "markersize": 7.0, "markeredgewidth": 0.8}
 HALO = withStroke(linewidth=1.5, foreground="white")
 GAP_PT = 4.5  # the number of a gap: smaller than that of the position where its step began
-GAP_SHARES = (0.85, 0.55, 0.7, 0.4, 0.25)  # of a gap's length, where its number stands: gaps lie side by side
+GAP_SHARES = np.linspace(
+    0.9, 0.1, 9
+)  # of a gap's length: where its number may stand, for gaps lie side by side
 LABEL_PT = 5.0  # from a switching position to its number
 
 
@@ -69,13 +71,7 @@ def draw_robots(axes: Axes, course: Course, places_m: Floats, leader: int, *, si
 def _paint(figure: Figure, course: Course, frame: Frame) -> None:
     axes = figure.subplots()
     draw_ground(axes, course, frame, is_numbered=True)
-    for index, step in enumerate(course.steps):
-        ends_m = chosen_gap_m(step)
-        if ends_m is not None:
-            axes.plot(*ends_m.T, "--.", color=BLACK, linewidth=HAIR_PT, markersize=2.5, zorder=1.2)
-            at_m = ends_m[0] + GAP_SHARES[index % len(GAP_SHARES)] * (ends_m[1] - ends_m[0])
-            text = axes.text(at_m[0], at_m[1], f"g{step.number}", ha="center", va="center")
-            text.set(fontsize=GAP_PT, color=GREY, path_effects=[HALO], zorder=OVER + 0.9)
+    _draw_gaps(axes, course)
     # On a shared path the first robot is on top, and those below are wider, to be seen on both sides.
     for rank, (robot, (look, _)) in reversed(list(enumerate(looks_of(course).items()))):
         path_m = course.places_m[:, robot - 1]
@@ -89,6 +85,22 @@ def _paint(figure: Figure, course: Course, frame: Frame) -> None:
     _mark_recoveries(axes, course)
     axes.set(xlabel="x [m]", ylabel="y [m]")
     legend_below(figure, columns=LEGEND_COLUMNS, handles=_legend(course))
+
+
+def _draw_gaps(axes: Axes, course: Course) -> None:
+    """Draw the chosen gaps, each with its step's number where the numbers before it leave most room."""
+    numbers_m = np.empty((0, 2))
+    for step in course.steps:
+        ends_m = chosen_gap_m(step)
+        if ends_m is None:
+            continue
+        axes.plot(*ends_m.T, "--.", color=BLACK, linewidth=HAIR_PT, markersize=2.5, zorder=1.2)
+        places_m = ends_m[0] + np.outer(GAP_SHARES, ends_m[1] - ends_m[0])
+        apart_m = np.linalg.norm(places_m[:, None] - numbers_m, axis=2).min(axis=1, initial=np.inf)
+        at_m = places_m[int(apart_m.argmax())]
+        numbers_m = np.vstack((numbers_m, at_m))
+        text = axes.text(at_m[0], at_m[1], f"g{step.number}", ha="center", va="center")
+        text.set(fontsize=GAP_PT, color=GREY, path_effects=[HALO], zorder=OVER + 0.9)
 
 
 def _number_stands(axes: Axes, course: Course) -> None:
