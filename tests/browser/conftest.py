@@ -10,9 +10,9 @@ from tests.support.pages.browser import needs_chromium
 from tests.support.pages.chromium import chromium
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")  # while it lives, no other test of the worker could run an event loop
 def browser() -> Iterator[Browser]:
-    """One browser for all tests of a worker: its pages share nothing."""
+    """One browser for the tests of this folder that a worker runs in a row: its pages share nothing."""
     with chromium() as browser:
         yield browser
 

@@ -87,7 +87,7 @@ def test_a_deep_link_to_the_newest_moment_lands_there(
     asked_s = 4.0
     until = next(i for i, t_s in enumerate(times_s) if t_s >= asked_s)
     events.write_bytes(b"".join(lines[:until]))
-    with served(events, cwd=tmp_path) as address, sight(browser) as shown:
+    with kept_new(events), served(events, cwd=tmp_path) as address, sight(browser) as shown:
         shown.show(f"{address}#t={times_s[until]}")
         with events.open("ab") as file:
             file.write(lines[until])
@@ -171,9 +171,11 @@ def kept_new(log: Path) -> Iterator[None]:
 
     thread = threading.Thread(target=touch)
     thread.start()
-    yield
-    over.set()
-    thread.join()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
 
 
 def test_a_page_reports_that_its_viewer_is_gone_while_the_run_continues(
