@@ -78,6 +78,15 @@ OF_VIEWS = (
         "epoch.generation == now.epoch.generation",
     ),
     mutant(
+        "raised-again",
+        "F3: within a generation only a raise of a higher number is taken; here the same number is enough",
+        "world/bodies/fence.py",
+        "return is_tie and epoch.robot > now.epoch.robot",
+        "return is_tie and epoch.robot >= now.epoch.robot",
+        check="tests/unit/world/bodies/test_fence.py::"
+        "test_what_has_been_taken_changes_nothing_when_it_is_repeated",
+    ),
+    mutant(
         "raises-over-stop",
         "F3: over a stop no raise is taken",
         "world/bodies/fence.py",
@@ -148,6 +157,16 @@ OF_VIEWS = (
         "        if report.ended >= fence.turn:\n",
         "        if report.ended > 0:\n",
         check="tests/unit/agents/conversations/test_turns.py::test_v16_an_old_report_ends_no_turn_that_was_given_later",
+    ),
+    mutant(
+        "old-epochs-report",
+        "F4: a report counts only in the epoch that it names; here one of an older epoch counts, too",
+        "agents/membership/membership.py",
+        "        if said.epoch != self._fence.epoch:\n            return []\n        from_coordinator",
+        "        if said.epoch != self._fence.epoch and type(said) is not Report:\n            return []\n"
+        "        from_coordinator",
+        check="tests/unit/agents/conversations/test_turns.py::"
+        "test_a_report_of_an_older_epoch_does_not_count_however_high_its_number",
     ),
     mutant(
         "misfits-drive",
