@@ -83,8 +83,6 @@ OF_VIEWS = (
         "world/bodies/fence.py",
         "return is_tie and epoch.robot > now.epoch.robot",
         "return is_tie and epoch.robot >= now.epoch.robot",
-        check="tests/unit/world/bodies/test_fence.py::"
-        "test_what_has_been_taken_changes_nothing_when_it_is_repeated",
     ),
     mutant(
         "raises-over-stop",
