@@ -224,7 +224,7 @@ MUTANTS = (
         "skipped-checks",
         "a follower checks each segment; here it skips one check in ten",
         "agents/strand/follower.py",
-        "        return not self._mission.law.promises_clearance or",
+        "        return not self._mission.promises_clearance or",
         "        return hash(reach_m) % 10 == 0 or",
     ),
     _mutant(
