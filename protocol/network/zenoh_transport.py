@@ -17,6 +17,7 @@ Rule 6: a session that is connected and deaf (`deafness.py`) is closed, and anot
 import asyncio
 import contextlib
 import json
+import logging
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -33,6 +34,8 @@ from protocol.network.traffic import Traffic
 from protocol.network.transport import Appeared, Arrival, Asked, Heard, Refused, Vanished
 from protocol.wire.codec import decode, encode
 from protocol.wire.messages import Message
+
+log = logging.getLogger("network")
 
 KEY_LENGTH_MAX = 200  # our keys have less than 160 characters; the timeline accepts up to 200
 PULSE_S = 0.2  # wall: 1/5 of the silence after which a robot without a token is dead
@@ -162,6 +165,7 @@ class ZenohTransport:
         self.close()
         self._session = self._opened.enter_context(fresh)
         self.declare()
+        log.warning("%s was connected and deaf: its session is a new one", self._declared.session.name)
         return [Vanished(key) for key in self._deafness.forget()]
 
     def _test_session(self, now_s: float) -> None:
