@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from agents.commands import Command, Note, Order, Put
 from clew.log.journals.contents import does
 from clew.log.journals.links import Link
-from clew.log.journals.process import Process, sender_process
+from clew.log.journals.process import Process, message_in, sender_process
 from clew.log.journals.trials import Deed, Trials
 from clew.log.timeline import kind_of
 from protocol.fence import Raise
@@ -48,15 +48,19 @@ class Effects:
                     continue
                 links += self._at_world(command, sender.robot, sender.turns[at].input.now_s)
                 for receiver, place in self._heard.get((key, number), ()):
-                    came_s = receiver.turns[place].input.now_s
-                    by = sender_process(self._processes, sender.name, key, number, came_s)
-                    if (receiver, place) in seen or by is not sender:
+                    if (receiver, place) in seen or not self._is_from(sender, receiver, place):
                         continue
                     seen.add((receiver, place))
                     if effects := self._because(receiver, place):
                         links += (_link(receiver, place, each) for each in effects)
                         spreading.append((receiver, place, effects))
         return links[:LINKS_MAX]
+
+    def _is_from(self, sender: Process, receiver: Process, turn: int) -> bool:
+        heard, message = receiver.turns[turn].input, message_in(receiver.turns[turn].event)
+        place = (heard.key, heard.number)
+        by = sender_process(self._processes, place, heard.now_s, receiver=receiver.name, message=message)
+        return by is sender
 
     def _because(self, process: Process, turn: int) -> list[Command]:
         """Rule 1."""

@@ -184,7 +184,7 @@ def _struck(processes: list[Process], account: _Account) -> Iterator[Message]:
     for (receiver, key, number), strikes in account.strikes.items():
         sender = sender_of(key, receiver)
         for strike in strikes:
-            process = sender_process(processes, sender, key, number, strike.t_s)
+            process = sender_process(processes, (key, number), strike.t_s, receiver=receiver)
             message = None if process is None else process.sent[key, number].message
             kind = _family(key) if message is None else tag_of(message)
             reason = account.refusal(receiver, key) if strike.fate is Fate.DAMAGED else None

@@ -21,6 +21,7 @@ from agents.process import addresses
 from agents.process.journal import SUFFIX, Recording, Turn
 from clew.log.replay_missing import missing, told
 from protocol.errors import UsageError
+from protocol.faults.message_faults import sender_of
 from protocol.keys import robot_name
 from protocol.network.session import INPUTS
 from protocol.wire.messages import Message
@@ -110,7 +111,8 @@ def processes_of(run: Path) -> list[Process]:
         UsageError: a file in the place of a journal is none.
     """
     found = (Process(path) for path in (run / INPUTS).glob(f"*{SUFFIX}"))
-    return sorted(found, key=lambda each: (each.robot, each.turns[0].input.now_s if each.turns else 0.0))
+    # A process that was started again has heard of tokens at 0 s, before its first odometry.
+    return sorted(found, key=lambda each: (each.robot, each.turns[-1].input.now_s if each.turns else 0.0))
 
 
 def gaps(run: Path, processes: Sequence[Process]) -> Iterator[str]:
@@ -140,12 +142,29 @@ def command_of(kind: str, fields: object) -> Command:
 
 
 def sender_process(
-    processes: Sequence[Process], sender: str, key: str, number: int, t_s: float
+    processes: Sequence[Process],
+    place: tuple[str, int],
+    t_s: float,
+    *,
+    receiver: str,
+    message: Message | None = None,
 ) -> Process | None:
-    """The process of a robot that sent this message: the newest one that sent it by then; None: unknown."""
-    found = [each for each in processes if each.name == sender and (key, number) in each.sent]
-    by_then = [each for each in found if each.sent[key, number].t_s <= t_s]
-    return by_then[-1] if by_then else next(iter(found), None)
+    """The process of a robot that sent a message; None: its journal is missing.
+
+    A robot that was started again counts its messages anew: then the content decides, and the time where that
+    is the same or not known.
+
+    Args:
+        processes: all of the run.
+        place: the message's key, and its number on that key.
+        t_s: when it was received or struck, by the receiver's clock.
+        receiver: the process that received it.
+        message: what it said, if that is known.
+    """
+    sender = sender_of(place[0], receiver)
+    found = [each for each in processes if each.name == sender and place in each.sent]
+    same = [each for each in found if message is None or each.sent[place].message == message]
+    return min(same or found, key=lambda each: abs(each.sent[place].t_s - t_s), default=None)
 
 
 def message_in(event: Event) -> Message | None:

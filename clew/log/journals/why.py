@@ -196,9 +196,9 @@ class Why:
     ) -> tuple[_Deed | None, list[Link]]:
         """Rule 2."""
         key, number = place
-        sender = sender_of(key, receiver.name)
-        process = sender_process(self._processes, sender, key, number, t_s)
+        process = sender_process(self._processes, place, t_s, receiver=receiver.name, message=message)
         if process is None:
+            sender = sender_of(key, receiver.name)
             return None, [Link(t_s, sender, "end", "the journal of the sender is missing")]
 
         def is_it(each: Message) -> bool:
@@ -308,9 +308,9 @@ class Why:
 
     def _sent(self, receiver: str, key: str, number: int, t_s: float) -> tuple[_Deed | None, list[Link]]:
         """The decision that sent a message, which a fault has struck."""
-        sender = sender_of(key, receiver)
-        process = sender_process(self._processes, sender, key, number, t_s)
+        process = sender_process(self._processes, (key, number), t_s, receiver=receiver)
         if process is None:
+            sender = sender_of(key, receiver)
             said = "the world keeps no journal" if sender == WORLD else "no journal has this message"
             return None, [Link(t_s, sender, "end", said)]
         sent = process.sent[key, number]

@@ -6,17 +6,22 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
+from agents.commands import Note
+from agents.process.journal import Given, decision, open_journal
 from clew.api.run import open_run
 from clew.log.journals.fate import Fate
-from clew.log.journals.messages import FATES
-from clew.log.journals.process import processes_of
+from clew.log.journals.messages import FATES, Chosen, Message, messages_of
+from clew.log.journals.process import processes_of, sender_process
+from clew.log.log import Log
 from clew.rehearsal.recorded import rehearse
 from protocol.faults.plan import load as load_plan
 from protocol.network.session import INPUTS
-from protocol.timeline import FaultInjected
+from protocol.timeline import Entry, FaultInjected, MessageRefused, StepPlanned
 from protocol.wire.messages import AheadState, Drive
 from tests.support.campaigns import clew, scene
+from tests.support.runs import Runs
 from world.record.recorder import EVENTS_FILE
 from world.scenario.scenario import load
 
@@ -102,6 +107,51 @@ def test_messages_are_chosen_by_link_robot_step_and_fate(run: Path) -> None:
     assert told(run, "--link", "3,r2", "--fate", "dropped") == dropped
     assert {each["kind"] for each in told(run, "--link", "2,world", "--kind", "odometry")} == {"odometry"}
     assert all(1.0 <= float(str(each["t_s"])) <= 2.0 for each in told(run, "--from", "1", "--to", "2"))
+
+
+def test_a_step_lasts_until_the_next_is_planned(run: Path) -> None:
+    [plan] = [line for line in Log(run).lines if isinstance(line[1].record, StepPlanned)]
+    source, entry = plan
+    lines = [
+        (source, replace(entry, t_s=float(step), record=replace(entry.record, step=step)))
+        for step in (1, 2, 3)
+    ]
+    said = [
+        Message(t_s, "r1", "r2", "ahead", "link/r1/r2", 1, Fate.DELIVERED)
+        for t_s in (0.5, 1.5, 2.0, 2.9, 3.5)
+    ]
+    assert [each.t_s for each in Chosen(steps=(2, 2)).of(said, lines)] == [2.0, 2.9]
+    assert [each.t_s for each in Chosen(steps=(1, 2)).of(said, lines)] == [1.5, 2.0, 2.9]
+
+
+def test_a_message_that_a_core_refused_is_told_once_with_the_reason(run: Path, tmp_path: Path) -> None:
+    receiver = next(each for each in processes_of(run) if each.name == "r2")
+    turn = next(each for each in receiver.turns if each.input.key == "link/r3/r2")
+    refused = MessageRefused(key=turn.input.key, reason="it cannot be true")
+    journal = open_journal(tmp_path / INPUTS, receiver.head)
+    journal.hear(Given(turn.event, turn.input.key, turn.input.number), turn.input.now_s)
+    journal.decide(decision([Note(refused)]))
+    journal.close()
+    lines = [("r2", Entry(n=1, t_s=turn.input.now_s, hlc="", record=refused))]
+    [told] = messages_of(processes_of(tmp_path), lines)
+    assert (told.fate, told.kind, told.number) == (Fate.REFUSED, "behind", turn.input.number)
+    assert told.said.endswith(": it cannot be true")
+
+
+def test_a_sender_that_was_started_again_counts_its_messages_anew(runs: Runs) -> None:
+    run = runs.of("grove", faults="robot-restarted")
+    processes = processes_of(run)
+    received = [
+        each for each in messages_of(processes, Log(run).lines) if each.kind in {"ahead", "behind", "report"}
+    ]
+    by_process = Counter[str]()
+    for each in received:
+        place = (each.key, each.number)
+        process = sender_process(processes, place, each.t_s, receiver=each.receiver, message=each.message)
+        assert process is not None
+        assert process.sent[place].message == each.message
+        by_process[process.path.stem] += 1
+    assert {"r3-1", "r3-2"} < {*by_process}
 
 
 def test_a_line_says_when_who_what_and_how_it_ended(run: Path) -> None:

@@ -38,6 +38,14 @@ def test_it_stops_at_the_event_that_made_the_next_robot_the_leader(run: Path) ->
     assert (said.exit_code, told["differs"], said.stderr) == (0, None, "")
 
 
+def test_of_all_robots_it_stops_at_the_first(run: Path) -> None:
+    [told] = clew("replay", run, "--break", "state == 'member'", "--json").stdout.splitlines()
+    joined = [line for line in read(run).lines if isinstance(line[1].record, StrandJoined)]
+    source, entry = min(joined, key=lambda line: (line[1].t_s, line[0]))
+    stopped = json.loads(told)
+    assert (f"r{stopped['robot']}", stopped["t_s"]) == (source, entry.t_s)
+
+
 def test_the_state_at_a_time_is_that_of_the_log(run: Path) -> None:
     told = [json.loads(line) for line in clew("replay", run, "--until", "8", "--json").stdout.splitlines()]
     assert [each["robot"] for each in told] == [1, 2, 3, 4, 5]

@@ -20,7 +20,7 @@ from clew.log.journals.why import Why
 from clew.log.timeline import kind_of, read
 from clew.verbs.log_why import line_of
 from protocol.network.session import INPUTS
-from protocol.timeline import LinkSilent, OrderAccepted, Record, StepPlanned
+from protocol.timeline import AuthorityGranted, LinkSilent, OrderAccepted, Record, StepPlanned
 from protocol.wire.messages import AheadState
 from tests.support.campaigns import clew
 from tests.support.runs import Runs
@@ -48,6 +48,13 @@ def why(processes: list[Process], lines: list[Line]) -> Why:
 @pytest.fixture(scope="module")
 def processes(run: Path) -> list[Process]:
     return processes_of(run)
+
+
+@pytest.fixture(scope="module")
+def lossy(runs: Runs) -> tuple[list[Process], list[Line]]:
+    """To read: half of all messages are lost, so that robots tell again what they have told."""
+    run = runs.of("grove", faults="loss-50")
+    return processes_of(run), list(read(run).lines)
 
 
 def first(lines: list[Line], source: str, kind: str) -> int:
@@ -125,11 +132,13 @@ def test_every_note_of_a_core_is_found_in_the_decision_that_made_it(
     assert found > 100
 
 
-@pytest.fixture(scope="module")
-def lossy(runs: Runs) -> tuple[list[Process], list[Line]]:
-    """To read: half of all messages are lost, so that robots tell again what they have told."""
-    run = runs.of("grove", faults="loss-50")
-    return processes_of(run), list(read(run).lines)
+def test_notes_are_found_among_the_entries_of_shells(lossy: tuple[list[Process], list[Line]]) -> None:
+    processes, lines = lossy
+    notes = [at for at, (_, entry) in enumerate(lines) if isinstance(entry.record, AuthorityGranted)]
+    for index in notes[::20]:
+        place = noted(processes, lines, index)
+        assert place is not None
+        assert Note(lines[index][1].record) in list(place.process.commands(place.turn))
 
 
 def test_silence_leads_to_the_last_message_that_was_heard(
@@ -175,6 +184,8 @@ def test_an_entry_is_given_by_its_number_or_as_a_printed_line(run: Path, why: Wh
     entry = lines[index][1]
     line = clew("log", "cat", run, "--kind", "leader.succeeded").stdout.rstrip()
     assert find_entry(lines, f"r2:{entry.n}") == find_entry(lines, line) == index
+    poses = clew("log", "cat", run, "--kind", "pose.sampled", "--from", "1", "--to", "1").stdout.splitlines()
+    assert len({find_entry(lines, pose) for pose in poses}) == len(poses) > 1
     assert line_of(why.way(index)[-1]) == (
         f"{entry.t_s:9.3f}     r2 entry     leader.succeeded: r2 leads instead of r1"
     )
