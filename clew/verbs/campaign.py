@@ -4,12 +4,14 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from clew.fleet.folder import RUNS
+from clew.verbs.extras import need
 from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, TIME, robots_option, seeds_option
 from clew.verbs.say import console, say
 from protocol.asked import terminable
@@ -17,7 +19,7 @@ from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 
 if TYPE_CHECKING:
-    from clew.campaign.campaign import Campaign
+    from clew.campaign.campaign import Campaign, Source
 
 Watch = Callable[[int, int, int], None]
 
@@ -62,6 +64,14 @@ REPORTS = 20  # lines of progress if stderr is no terminal: one for each 5 %
     help="Number of worker processes; 1: play in this process. Default: one for each core.",
 )
 @click.option(
+    "--executor",
+    type=click.Choice(["processes", "dask"]),
+    default="processes",
+    show_default=True,
+    help="What plays the episodes: processes of this machine, or the workers of a Dask cluster.",
+)
+@click.option("--scheduler", metavar="ADDRESS", help="Of the Dask cluster, such as tcp://127.0.0.1:8786.")
+@click.option(
     "--out",
     type=click.Path(path_type=Path),
     help="Folder of the campaign; an unfinished campaign there is continued.",
@@ -98,6 +108,8 @@ def campaign(
     future: str | None,
     keep: bool,
     jobs: int | None,
+    executor: str,
+    scheduler: str | None,
     out: Path | None,
     wall_s_max: float,
     judge_every: int,
@@ -109,11 +121,11 @@ def campaign(
     draws its own small world and the faults in it. Exits with 1 when there was a surprise.
     """
     from clew.campaign.campaign import CAMPAIGN_FILE, Request, cores, run
-    from clew.campaign.pool import outcomes_of
-    from clew.guided.batches import guided_outcomes
+    from clew.campaign.executors.cluster import ClusterLostError
 
     _check(bool(roots), faults, (robots, law, deployment, time_s_max, tight))
     _check_futures(faults, guided=guided, future=future)
+    source = _source(executor, scheduler, jobs, guided=guided)
     request = Request(
         roots=(*roots, *more),
         robots=robots,
@@ -132,7 +144,10 @@ def campaign(
         judge_every=judge_every,
     )
     with terminable() as asked, _watching() as watch:
-        result = run(request, watch, guided_outcomes if guided else outcomes_of)
+        try:
+            result = run(request, watch, source)
+        except ClusterLostError as error:
+            raise click.ClickException(str(error)) from error
     if as_json:
         click.echo((request.out / CAMPAIGN_FILE).read_text(encoding="utf-8"), nl=False)
     else:
@@ -174,6 +189,27 @@ def _check_futures(faults: str | None, *, guided: bool, future: str | None) -> N
         raise UsageError("--guided: searches for futures itself, so --future must not be given")
     if future is not None:
         read_branches(future)
+
+
+def _source(executor: str, scheduler: str | None, jobs: int | None, *, guided: bool) -> "Source":
+    """What plays the episodes.
+
+    Raises:
+        UsageError: options exclude each other, or Dask is not installed.
+    """
+    from clew.campaign.campaign import hash_of_source
+    from clew.campaign.executors.cluster import cluster_outcomes
+    from clew.campaign.executors.pool import outcomes_of
+    from clew.guided.batches import guided_outcomes
+
+    if executor == "processes":
+        if scheduler is not None:
+            raise UsageError("--scheduler: needs --executor dask")
+        return guided_outcomes if guided else outcomes_of
+    if scheduler is None or jobs is not None or guided:
+        raise UsageError("--executor dask: needs --scheduler, and neither --jobs nor --guided must be given")
+    need("distributed", extra="cluster", by="--executor dask needs")
+    return partial(cluster_outcomes, scheduler=scheduler, source_hash=hash_of_source())
 
 
 def _print(result: "Campaign", out: Path) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.plugin import played
+from tests.support.processes.plugin import played
 
 
 def test_each_seed_is_a_test_of_its_own_with_its_own_folder_also_in_parallel(tmp_path: Path) -> None:
@@ -33,7 +33,7 @@ class TestPaper:
     @pytest.mark.clew(robots=1, law="certified", faults=[clew.drop(p=0.1)])
     def test_arrives(self, clew_rehearsal):
         fleet = clew_rehearsal.asked.scenario
-        assert (fleet.name, fleet.fleet.robots, fleet.law.law.value) == ("paper", 1, "certified")
+        assert (fleet.name, fleet.fleet.robots, fleet.law.law) == ("paper", 1, "certified")
         assert clew_rehearsal.plan.names == ["drop-1"]
 """
     code, said = played(tmp_path, test)

@@ -10,8 +10,8 @@ from protocol.errors import UsageError
 from protocol.faults.plan import load as load_plan
 from protocol.network.session import read_session
 from protocol.run_settings import Settings, read_plan, read_settings
-from tests.support.asked import asked
 from tests.support.campaigns import clew
+from tests.support.verbs import asked
 from world.record.run_files import read_scenario
 from world.scenario.reading import SCENARIOS
 from world.scenario.scenario import load
@@ -76,7 +76,7 @@ def test_the_resolved_request_is_written_into_the_runs_folder(private: Path, tmp
         (["--seed", "-1"], "Invalid value for '--seed'"),
         (["--speed", "0"], r"must be max or a number in \(0, 1000\], got 0"),
         (["--speed", "nan"], "got nan"),
-        (["--law", "murphy"], "Invalid value for '--law': 'murphy'"),
+        (["--law", "murphy"], "Invalid value for '--law': must be one of .*, got 'murphy'"),
         (["-e", "tcp/a:1", "-l", "tcp/b:1"], "--connect: not allowed with --listen"),
         (["--routers", "2", "-l", "tcp/b:1"], "--routers: .*not allowed with"),
         (["--routers", "3"], "Invalid value for '--routers'"),
