@@ -14,7 +14,7 @@ from protocol.root import ROOT
 from tests.support.deadline import DEADLINE_S
 from tests.support.docs import example
 from tests.support.installed import install
-from tests.support.plugin import played
+from tests.support.processes.plugin import played
 
 
 def test_a_live_fleet_is_waited_for_broken_and_read(tmp_path: Path) -> None:

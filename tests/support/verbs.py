@@ -1,9 +1,13 @@
-"""All verbs of the command line, for tests."""
+"""All verbs of the command line, and the request that `clew run` makes of its words, for tests."""
 
 from collections.abc import Iterator
 from typing import Any
 
 import click
+
+from clew.cli import main
+from clew.fleet.request import Request
+from clew.verbs.run import request_of, run
 
 Words = tuple[str, ...]
 
@@ -32,3 +36,8 @@ def _above(path: Words) -> click.Context | None:
     for word in path[:-1]:
         above = context(click.Group(), info_name=word, parent=above)
     return above
+
+
+def asked(*arguments: str) -> Request:
+    """The request of `clew run` with these arguments."""
+    return request_of(run.make_context("run", list(arguments), parent=context(main)).params)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.plugin import played
+from tests.support.processes.plugin import played
 
 
 def test_each_seed_is_a_test_of_its_own_with_its_own_folder_also_in_parallel(tmp_path: Path) -> None:

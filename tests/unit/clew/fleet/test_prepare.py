@@ -10,8 +10,8 @@ from protocol.errors import UsageError
 from protocol.faults.plan import load as load_plan
 from protocol.network.session import read_session
 from protocol.run_settings import Settings, read_plan, read_settings
-from tests.support.asked import asked
 from tests.support.campaigns import clew
+from tests.support.verbs import asked
 from world.record.run_files import read_scenario
 from world.scenario.reading import SCENARIOS
 from world.scenario.scenario import load

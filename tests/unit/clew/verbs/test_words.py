@@ -7,9 +7,8 @@ import pytest
 
 from clew.cli import main
 from clew.fleet.options import version
-from tests.support.asked import asked
 from tests.support.campaigns import clew
-from tests.support.verbs import commands
+from tests.support.verbs import asked, commands
 
 MISTYPED = {
     "a verb": (["rehears"], "'rehearse'"),
