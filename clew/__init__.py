@@ -9,11 +9,13 @@
 A name is loaded when it is first used, so `import clew` takes a few milliseconds.
 
 >>> sorted(clew.__all__)[:6]
-['Entry', 'Fleet', 'Run', 'UsageError', 'WaitFailedError', 'compare']
+['Entry', 'Fleet', 'Law', 'Run', 'Seen', 'Step']
 """
 
 TYPE_CHECKING = False  # type checkers take it as true; the module `typing` takes longer than all else here
 if TYPE_CHECKING:
+    from agents.navigation.law import Law, Seen, register_law
+    from agents.navigation.step import Step
     from clew.api.compare import compare
     from clew.api.entries import Entry
     from clew.api.faults import (
@@ -38,7 +40,10 @@ if TYPE_CHECKING:
 __all__ = [
     "Entry",
     "Fleet",
+    "Law",
     "Run",
+    "Seen",
+    "Step",
     "UsageError",
     "WaitFailedError",
     "compare",
@@ -51,6 +56,7 @@ __all__ = [
     "launch",
     "open",
     "partition",
+    "register_law",
     "rehearse",
     "reorder",
     "restart",
@@ -73,12 +79,16 @@ _PLACES = {
     **{name: ("clew.api.faults", name) for name in _FAULTS},
     "Entry": ("clew.api.entries", "Entry"),
     "Fleet": ("clew.api.fleet", "Fleet"),
+    "Law": ("agents.navigation.law", "Law"),
     "Run": ("clew.api.run", "Run"),
+    "Seen": ("agents.navigation.law", "Seen"),
+    "Step": ("agents.navigation.step", "Step"),
     "UsageError": ("protocol.errors", "UsageError"),
     "WaitFailedError": ("clew.api.fleet", "WaitFailedError"),
     "compare": ("clew.api.compare", "compare"),
     "launch": ("clew.api.launched", "launch"),
     "open": ("clew.api.run", "open_run"),
+    "register_law": ("agents.navigation.law", "register_law"),
     "rehearse": ("clew.api.rehearsed", "rehearse"),
 }
 """Where each name is."""

@@ -1,4 +1,4 @@
-"""Requests to end a process with an event loop: SIGTERM, SIGINT, or the end of its lifeline."""
+"""Requests to end a process with an event loop: SIGTERM, SIGINT, `FAIL`, or the end of its lifeline."""
 
 import asyncio
 import contextlib
@@ -8,6 +8,9 @@ from collections.abc import Coroutine, Iterator
 from typing import Any
 
 from protocol.exit_codes import ExitCode
+
+FAIL = signal.SIGUSR1
+"""End, for another process of the run is lost: the run has failed."""
 
 
 @contextlib.contextmanager
@@ -29,7 +32,11 @@ def asked_to_end(lifeline: int | None) -> Iterator[asyncio.Future[ExitCode]]:
             loop.remove_reader(lifeline)
             end(ExitCode.TERMINATED)
 
-    signals = {signal.SIGTERM: ExitCode.TERMINATED, signal.SIGINT: ExitCode.INTERRUPTED}
+    signals = {
+        signal.SIGTERM: ExitCode.TERMINATED,
+        signal.SIGINT: ExitCode.INTERRUPTED,
+        FAIL: ExitCode.FAILED,
+    }
     for number, exit_code in signals.items():
         loop.add_signal_handler(number, end, exit_code)
     if lifeline is not None:

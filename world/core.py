@@ -67,6 +67,8 @@ ROUTER_PATIENCE_WALL_S = 10.0
 ROBOTS_PATIENCE_WALL_S = 10.0  # a cut between world and robots looks like the death of all robots
 RETURN_WALL_S = 1.0
 
+ASKED = {ExitCode.INTERRUPTED: Ending.INTERRUPTED, ExitCode.FAILED: Ending.LOST_PROCESS}  # else: told to
+
 
 class World:
     """One run."""
@@ -201,8 +203,7 @@ class World:
             case MessageDropped():
                 return [self.arena.note(MessageRefused(key=event.key, reason=event.reason))]
             case StopAsked():
-                interrupted = event.exit_code is ExitCode.INTERRUPTED
-                asked = Ending.INTERRUPTED if interrupted else Ending.TERMINATED
+                asked = ASKED.get(event.exit_code, Ending.TERMINATED)
                 return self._end(asked, wall_s) if self.phase is Phase.RUNNING else []
             case _:
                 assert_never(event)
@@ -269,7 +270,7 @@ class World:
 
         A request to end does not wait for that.
         """
-        if self.ending in {Ending.INTERRUPTED, Ending.TERMINATED, Ending.CUT_OFF}:
+        if self.ending in {*ASKED.values(), Ending.TERMINATED, Ending.CUT_OFF}:
             return False
         if self._routing.away_s(wall_s) > 0.0:
             return self.phase is Phase.RUNNING or self._routing.away_s(wall_s) < ROUTER_PATIENCE_WALL_S
@@ -387,10 +388,9 @@ class World:
         self._unlawful += [each.broken for each in self._judge.close()]
         self.judgement = self._judge.judgement
         reason = str(self.ending)
-        if self.ending is Ending.MISSING:
-            reason += f": {', '.join(map(robot_name, self.attendance.missing))}"
-        if self.ending is Ending.STRANDED:
-            reason += f": {', '.join(map(robot_name, self.stranded))}"
+        about = {Ending.MISSING: self.attendance.missing, Ending.STRANDED: self.stranded}
+        if self.ending in about:
+            reason += f": {', '.join(map(robot_name, about[self.ending]))}"
         return [*self._take_unlawful(), self.arena.note(RunEnded(reason=reason))]
 
     def _judge_again(self) -> list[Command]:

@@ -65,7 +65,7 @@ class MessageDropped(Struct, frozen=True):
 
 
 class StopAsked(Struct, frozen=True):
-    """The user asks the run to end; with this exit code, unless the run has failed before."""
+    """The launcher asks the run to end; with this exit code, unless the run has failed before."""
 
     exit_code: ExitCode
 

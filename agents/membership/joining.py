@@ -27,6 +27,7 @@ from agents.navigation.guidance import Map, shown_free
 from agents.navigation.leg import certain_clearance_m_min
 from agents.navigation.scan import View, on_discs
 from agents.navigation.step import (
+    GAIN_M,
     LookCloser,
     NoStep,
     Step,
@@ -37,13 +38,12 @@ from agents.navigation.step import (
 from agents.navigation.sure import CLOSER, closer
 from protocol.arrays import Flags, Floats, distances_to_segments, segments_apart
 from protocol.frames import Point, wrap
-from protocol.mission import Law, Mission
+from protocol.mission import CERTIFIED, Mission
 from protocol.sweep import TOUCHING_M
 from protocol.timeline import StepPlanned
 
 SPOTS_MAX = 4  # spots of a way closed in one plan, where the certificate refuses what the grid shows
 WAY_CELLS = 200  # of a way that is looked at: 10 m and more
-GAIN_M = 0.01  # as the leader's: a step that saves less of the way is not worth a stop
 BEARINGS = 72  # of places tried around the robot ahead: 9 cm apart at 1 m, as fine as the leg's berth
 LENGTHS = 8  # of legs tried
 PASSED_SHARE = 0.75  # of the tolerance: the rest is the drive's, on a way of a few decimetres
@@ -171,7 +171,7 @@ class Joining:
             place = places[int(np.argmin(way_m))]
             cost_to_go = ground.cost_to_go(place, tolerance_m=berth_m)
             step = certified_step_to(view, walls, place)
-            step = step or certified_step_to_goal(view, walls, cost_to_go, gain_m=GAIN_M)
+            step = step or certified_step_to_goal(view, walls, cost_to_go)
             if step is not None:
                 return step
             way = cost_to_go.way_from(view.position, cells_max=WAY_CELLS)
@@ -220,12 +220,12 @@ class Joining:
         self._steps += 1
         self._way_m += step.length_m
         promised_m = None
-        if self._mission.law.promises_clearance:
+        if self._mission.promises_clearance:
             promised_m = promised_clearance_m(view, target, hulls, self._mission)
         return StepPlanned(
             step=self._steps,
             epoch=self._epoch,
-            law=Law.CERTIFIED,
+            law=CERTIFIED,
             x_m=float(view.position[0]),
             y_m=float(view.position[1]),
             obstacles=(),  # it does not go by gaps: nothing of them decides

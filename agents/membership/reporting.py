@@ -150,7 +150,7 @@ class Reporter:
             if corners is not None:
                 self._look = Look(number=question.number, clear=True, driven=True, corners=corners)
                 return []
-            if not self.mission.law.promises_clearance:
+            if not self.mission.promises_clearance:
                 self._look = Look(number=question.number, clear=True)
                 return []
         scan = senses.take()

@@ -1,12 +1,67 @@
-"""The paper's laws `printed` and `resultant`: a switching step from the two obstacles beside a gap.
+"""The laws of ours: `certified`, and the paper's `printed` and `resultant`.
 
-All angles are measured from the axis, the tangent to j' on the right of the gap. docs/paper.md says what the
-two laws promise and what they do not.
+The paper's laws make a step from the two obstacles beside a gap. All angles are measured from the axis, the
+tangent to j' on the right of the gap. docs/paper.md says what these two laws promise and what they do not.
 """
 
 import math
+from collections.abc import Callable
 
-from protocol.mission import Law
+from agents.navigation.law import Seen
+from agents.navigation.step import (
+    GAIN_M,
+    Step,
+    certified_step_onward,
+    certified_step_through,
+    certified_step_to,
+    certified_step_to_goal,
+    gaps_ahead,
+    is_open,
+)
+from protocol.frames import wrap
+
+
+def certified(seen: Seen) -> Step | str | None:
+    """The certified step with the least cost-to-go; without a goal, one through the widest gap, or onward."""
+    view, walls = seen.sight.view, seen.walls
+    if seen.goal is not None and seen.ways is not None:
+        step = certified_step_to(view, walls, seen.goal)
+        step = step or certified_step_to_goal(view, walls, seen.ways())
+        return step or "no certified step comes nearer to the goal"
+    if (step := certified_step_through(seen.sight, walls, onward_rad=seen.onward_rad)) is not None:
+        return step
+    if is_open(seen.sight, seen.onward_rad):
+        return None
+    step = certified_step_onward(seen.sight, walls, onward_rad=seen.onward_rad)
+    ahead = len(gaps_ahead(seen.sight, seen.onward_rad))
+    return step or f"no certified step leads onward, and none nears one of {ahead} passable gaps ahead"
+
+
+def printed(seen: Seen) -> Step | str:
+    """Equation (14) as the paper prints it."""
+    return _by_chords(seen, lambda *chords: printed_heading_rad(*chords[:3]))
+
+
+def resultant(seen: Seen) -> Step | str:
+    """The sum of vectors in the paper's text and Figure 2."""
+    return _by_chords(seen, resultant_heading_rad)
+
+
+def _by_chords(seen: Seen, heading_rad: Callable[[float, float, float, float], float]) -> Step | str:
+    """A step through the widest passable gap, by its two chords.
+
+    An obstacle hit by a single ray has no chord, so (12) gives no step.
+    """
+    chosen = seen.sight.widest_gap
+    if chosen is None:
+        return f"no passable gap in sight between {len(seen.obstacles)} obstacles"
+    gap = seen.gaps[chosen]
+    right_m, left_m = seen.obstacles[gap.right].chord_m, seen.obstacles[gap.left].chord_m
+    length_m = step_length_m(right_m, left_m)
+    if length_m < GAIN_M:
+        return f"half the shorter chord beside the widest gap is {length_m:.4f} m, which is no step"
+    beta = heading_rad(right_m, left_m, seen.mission.epsilon_m, gap.delta_rad)
+    return Step(wrap(gap.axis_rad + beta), length_m, gap=chosen)
 
 
 def obstacle_angle_rad(chord_m: float, epsilon_m: float) -> float:
@@ -29,16 +84,6 @@ def resultant_heading_rad(
 ) -> float:
     """The sum of L'/2 at alpha' and L''/2 at delta - alpha'', as text and Figure 2 describe."""
     return _direction(chord_right_m, chord_left_m, epsilon_m, left_sign=-1.0, delta_rad=delta_rad)
-
-
-def heading_rad(
-    law: Law, chord_right_m: float, chord_left_m: float, epsilon_m: float, delta_rad: float
-) -> float:
-    """Beta by one of the paper's two laws."""
-    assert law is not Law.CERTIFIED, "the certified law does not steer by chords"
-    if law is Law.PRINTED:
-        return printed_heading_rad(chord_right_m, chord_left_m, epsilon_m)
-    return resultant_heading_rad(chord_right_m, chord_left_m, epsilon_m, delta_rad)
 
 
 def _direction(

@@ -12,7 +12,10 @@ from protocol.wire.messages import Scan
 
 @dataclass(frozen=True)
 class View:
-    """One scan, cut off at the range that the robot may rely on [m, rad; world frame]."""
+    """One scan, cut off at the range that the robot may rely on [m, rad; world frame].
+
+    Its arrays are fixed: a law sees them before the certificate does.
+    """
 
     position: Floats
     """The position of the scan (2,)."""
@@ -27,11 +30,16 @@ class View:
     earlier: tuple["View", ...] = ()
     """Scans from other places that still hold: nothing has moved since but robots of the strand."""
 
+    def __post_init__(self) -> None:
+        fix(self.position, self.bearings_rad, self.ranges_m, self.hits)
+
     @cached_property
     def points(self) -> Floats:
         """The boundary of what was seen (n, 2): hits, and points at the range limit."""
         directions = np.stack([np.cos(self.bearings_rad), np.sin(self.bearings_rad)], axis=1)
-        return np.asarray(self.position + self.ranges_m[:, None] * directions)
+        points = np.asarray(self.position + self.ranges_m[:, None] * directions)
+        fix(points)
+        return points
 
     @property
     def hit_points(self) -> Floats:
@@ -46,6 +54,12 @@ class View:
     def without(self, seen: Flags) -> "View":
         """The same scan with the hits of these directions removed."""
         return replace(self, hits=self.hits & ~seen)
+
+
+def fix(*arrays: Floats | Flags) -> None:
+    """Make arrays unchangeable from now on."""
+    for each in arrays:
+        each.setflags(write=False)
 
 
 def view(scan: Scan, *, range_m_max: float) -> View:

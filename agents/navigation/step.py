@@ -1,4 +1,4 @@
-"""A switching step, planned from one scan by the law of the mission."""
+"""A switching step: what of it a scan shows, and the certified steps among which one is chosen."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,7 +8,6 @@ import numpy as np
 from agents.navigation.certificate import Walls, certified_lengths_m
 from agents.navigation.gaps import Gap, find_gaps, is_passable
 from agents.navigation.guidance import CostToGo
-from agents.navigation.laws import heading_rad, step_length_m
 from agents.navigation.obstacles import Obstacle, find_obstacles, passable_width_m
 from agents.navigation.scan import View
 from protocol.arrays import Floats
@@ -17,6 +16,7 @@ from protocol.mission import Mission
 
 HEADINGS = 360  # one per degree: 7 cm apart at 4 m, finer than any gap that admits a robot
 LENGTHS = 32  # end points tried along each heading
+GAIN_M = 0.01  # a step that shortens the way by less is not worth a stop
 WAY_CELLS = 64  # cells of guidance's way that are tried, too: in narrow ground a degree is too coarse
 
 
@@ -78,31 +78,14 @@ def look(view: View, mission: Mission) -> Sight:
     """Find obstacles and gaps in a scan."""
     passable_m = passable_width_m(mission.obstacle_keep_m)
     obstacles = find_obstacles(view, passable_m=passable_m)
-    return Sight(view, obstacles, find_gaps(obstacles), passable_m)
+    return Sight(view, tuple(obstacles), tuple(find_gaps(obstacles)), passable_m)
 
 
-def paper_step(sight: Sight, mission: Mission, *, gain_m: float) -> Step | NoStep:
-    """A step by the laws `printed` and `resultant`: through the widest passable gap, by its two chords.
-
-    An obstacle hit by a single ray has no chord, so (12) gives no step.
-    """
-    chosen = sight.widest_gap
-    if chosen is None:
-        return NoStep(f"no passable gap in sight between {len(sight.obstacles)} obstacles")
-    gap = sight.gaps[chosen]
-    right_m, left_m = sight.obstacles[gap.right].chord_m, sight.obstacles[gap.left].chord_m
-    length_m = step_length_m(right_m, left_m)
-    if length_m < gain_m:
-        return NoStep(f"half the shorter chord beside the widest gap is {length_m:.4f} m, which is no step")
-    beta = heading_rad(mission.law, right_m, left_m, mission.epsilon_m, gap.delta_rad)
-    return Step(wrap(gap.axis_rad + beta), length_m, gap=chosen)
-
-
-def certified_step_to_goal(view: View, walls: Walls, cost_to_go: CostToGo, *, gain_m: float) -> Step | None:
+def certified_step_to_goal(view: View, walls: Walls, cost_to_go: CostToGo) -> Step | None:
     """The certified step with the least cost-to-go; None if no certified step comes nearer."""
     step = _best_step(view, walls, cost_to_go)
     here_m = float(cost_to_go.at(view.position[None, :])[0])
-    return step if step.cost_to_go_m is not None and step.cost_to_go_m < here_m - gain_m else None
+    return step if step.cost_to_go_m is not None and step.cost_to_go_m < here_m - GAIN_M else None
 
 
 def has_way(view: View, walls: Walls, cost_to_go: CostToGo) -> bool:
@@ -146,36 +129,33 @@ def _bearings_rad(points: Floats, origin: Floats) -> Floats:
     return np.asarray(np.arctan2(off[:, 1], off[:, 0]))
 
 
-def certified_step_onward(
-    sight: Sight, walls: Walls, *, onward_rad: float, gain_m: float
-) -> Step | NoStep | Crossed:
+def certified_step_through(sight: Sight, walls: Walls, *, onward_rad: float) -> Step | None:
     """Without a goal: a step towards the widest passable gap ahead that a certified step can approach.
 
     The end point is the one nearest to the gap's middle. If no step comes nearer to a gap, the next widest is
-    tried. "Onward" is the leader's first heading; it does not go back to gaps behind. If no gap is left
-    ahead, and nothing is in the way onward, the region has been crossed. Otherwise the leader drives onward
-    as far as it can.
+    tried. "Onward" is the leader's first heading; it does not go back to gaps behind.
     """
-    ahead = [index for index in sight.passable_gaps if _opens_ahead(sight, index, onward_rad)]
-    for index in sorted(ahead, key=lambda index: -sight.gaps[index].width_m):
-        step = _step_towards(sight, walls, index, gain_m=gain_m)
-        if step is not None:
-            return step
-    onward = np.array([np.cos(onward_rad), np.sin(onward_rad)])
-    if _is_open(sight, onward):
-        return Crossed()
+    ahead = sorted(gaps_ahead(sight, onward_rad), key=lambda index: -sight.gaps[index].width_m)
+    steps = (_step_towards(sight, walls, index) for index in ahead)
+    return next((step for step in steps if step is not None), None)
+
+
+def certified_step_onward(sight: Sight, walls: Walls, *, onward_rad: float) -> Step | None:
+    """The step that gains most onward; None if none gains enough."""
     headings, lengths = _certified(sight.view, walls, np.array([onward_rad]))
     gained_m = lengths * (np.cos(headings - onward_rad))
     best = int(np.argmax(gained_m))
-    if gained_m[best] < gain_m:
-        return NoStep(
-            f"no certified step leads onward, and none nears one of {len(ahead)} passable gaps ahead"
-        )
-    return Step(wrap(float(headings[best])), float(lengths[best]))
+    return Step(wrap(float(headings[best])), float(lengths[best])) if gained_m[best] >= GAIN_M else None
 
 
-def _is_open(sight: Sight, onward: Floats) -> bool:
+def gaps_ahead(sight: Sight, onward_rad: float) -> list[int]:
+    """Indices of the passable gaps that are at most a right angle off the onward direction."""
+    return [index for index in sight.passable_gaps if _opens_ahead(sight, index, onward_rad)]
+
+
+def is_open(sight: Sight, onward_rad: float) -> bool:
     """Whether nothing in sight is in the robot's way in this direction."""
+    onward = np.array([np.cos(onward_rad), np.sin(onward_rad)])
     off = sight.view.hit_points - sight.view.position
     along, beside = off @ onward, np.abs(off @ np.array([-onward[1], onward[0]]))
     return not bool(((along > 0.0) & (beside < sight.passable_m / 2.0)).any())
@@ -193,14 +173,14 @@ def _opens_ahead(sight: Sight, index: int, onward_rad: float) -> bool:
     return abs(turn_rad) <= np.pi / 2.0 and not stands_in_it
 
 
-def _step_towards(sight: Sight, walls: Walls, index: int, *, gain_m: float) -> Step | None:
+def _step_towards(sight: Sight, walls: Walls, index: int) -> Step | None:
     middle, origin = sight.gaps[index].middle, sight.view.position
     off = middle - origin
     headings, lengths = _certified(sight.view, walls, np.array([np.arctan2(off[1], off[0])]))
     tried = lengths[:, None] * np.arange(1, LENGTHS + 1) / LENGTHS
     short_m = np.hypot(*np.moveaxis(_ends(origin, headings, tried) - middle, -1, 0))
     best = np.unravel_index(np.argmin(short_m), short_m.shape)
-    if not short_m[best] < np.hypot(*off) - gain_m:
+    if not short_m[best] < np.hypot(*off) - GAIN_M:
         return None
     return Step(wrap(float(headings[best[0]])), float(tried[best]), gap=index)
 

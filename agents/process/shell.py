@@ -33,10 +33,12 @@ from agents.process.journal import Given, Head, Journal, decided, open_journal
 from agents.process.points import is_plan
 from agents.process.victim import Victim
 from agents.robot import Robot
+from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.faults.process_faults import ProcessFault
 from protocol.fence import LIFE_BITS
 from protocol.keys import WORLD, WORLD_NUMBER, Keys, robot_name, robot_number
+from protocol.laws import find
 from protocol.mission import Mission, start_wall_s
 from protocol.network.faulty_transport import Conditions, FaultyTransport
 from protocol.network.lateness import Lateness
@@ -44,7 +46,7 @@ from protocol.network.outbox import Outbox
 from protocol.network.session import Session
 from protocol.network.transport import Appeared, Arrival, Heard, Refused, Transport, Vanished
 from protocol.network.zenoh_transport import open_transport
-from protocol.timeline import MessageRefused, Record, RobotSettled, RobotStarted, TrafficCounted
+from protocol.timeline import MessageRefused, Record, RobotFailed, RobotSettled, RobotStarted, TrafficCounted
 from protocol.wire.messages import (
     AheadState,
     Ask,
@@ -99,6 +101,7 @@ async def run(
         mission = await life.mission()
         if mission is None:
             return ExitCode.FAILED
+        await life.accept(mission)
         inputs = None if session.inputs is None else Path(session.inputs)
         head = Head(robot=robot, incarnation=incarnation, mission=mission, life=life_number, again=again)
         core = Robot(robot, mission, life=life_number, again=again)
@@ -150,6 +153,19 @@ class _Life:
                 self._patience_s = WORLD_SILENCE_S + start_wall_s(mission.robots)
                 return mission
         return None
+
+    async def accept(self, mission: Mission) -> None:
+        """Refuse a mission whose law is not here; the timeline has the reason, which ends the run.
+
+        Raises:
+            UsageError: the law is not here, or cannot be loaded.
+        """
+        try:
+            find(mission.law)
+        except UsageError as error:
+            self._note(RobotFailed(reason=f"it refuses the mission: {error}"))
+            await self._tell_last()
+            raise
 
     async def run(self, robot: Robot, journal: Journal) -> ExitCode:
         """Give events to the robot and execute its commands, until the world closes the run."""

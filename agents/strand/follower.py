@@ -69,7 +69,7 @@ class Follower:
 
     def is_clear(self, reach_m: float) -> bool:
         """Whether the segment up to `reach_m` has been checked and is clear."""
-        return not self._mission.law.promises_clearance or reach_m <= self._clear_until_m + THERE_M
+        return not self._mission.promises_clearance or reach_m <= self._clear_until_m + THERE_M
 
     def may_check(self, now_s: float) -> bool:
         """Whether it is time for the next check (rule 3)."""

@@ -1,14 +1,14 @@
 """The leader: senses at a switching position and plans the next switching step.
 
 Rule 1: one scan per switching position, one step per scan. If no certified step comes nearer to the goal, the
-        leader scans once more with more revolutions. A spot that is refused even then is closed, and the
-        remaining ways are ranked again.
-Rule 2: under the certified law, steps keep the robots' distance from ground that has been granted to robots
-        behind. (The paper's laws do not consider robots behind.)
+        leader scans once more with more revolutions. A spot that is refused even then is closed, and a law
+        that goes by the remaining ways is asked again.
+Rule 2: steps keep the robots' distance from ground that has been granted to robots behind. (The paper's laws
+        do not consider robots behind.)
 Rule 3: if only the strand itself is in the way, the leader waits until the strand has closed up. If that does
         not help, the strand turns round (`DeadEnd`).
-Rule 4: if there is no way, the leader reports it (`NoStep`) and does not wander in search of one. Under the
-        certified law, if no obstacle moves, planning from one place again and again counts as wandering.
+Rule 4: if there is no way, the leader reports it (`NoStep`) and does not wander in search of one. If no
+        obstacle moves, planning from one place again and again counts as wandering (not by the paper's laws).
 Rule 5: where bodies may have moved and no way is left, the map is cleared, once per epoch.
 Rule 6: where obstacles move, a step keeps off what they can do while a motion is to be safe
         (`Mission.watch_s`). If that leaves no way past what stands, it plans a step that keeps off what they
@@ -18,7 +18,9 @@ Rule 7: where nothing but the strand moves, scans of the same epoch from other p
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache, partial
 
 import msgspec
 import numpy as np
@@ -26,6 +28,7 @@ import numpy as np
 from agents.navigation.certificate import Walls, bounds_walls, promised_clearance_m, scan_walls
 from agents.navigation.ground import Ground
 from agents.navigation.guidance import CostToGo, Map
+from agents.navigation.law import Refused, Seen, Why, asked
 from agents.navigation.scan import View, on_ground
 from agents.navigation.step import (
     Crossed,
@@ -33,23 +36,21 @@ from agents.navigation.step import (
     NoStep,
     Sight,
     Step,
-    certified_step_onward,
-    certified_step_to,
     certified_step_to_goal,
     has_way,
+    is_open,
     look,
-    paper_step,
     refused_at,
 )
 from agents.navigation.sure import closer
 from agents.strand.dead_end import way_back_m
 from protocol.arrays import Flags, Floats, xy
 from protocol.frames import Point, Pose
-from protocol.mission import BRIEF_S, Law, Mission
+from protocol.laws import find
+from protocol.mission import BRIEF_S, Mission
 from protocol.timeline import SeenGap, SeenObstacle, StepPlanned
 
 SEEN_MAX = 250  # obstacles and gaps in a timeline entry, which must fit into one message
-GAIN_M = 0.01  # a step that shortens the way by less is not worth a stop
 WAY_CELLS = 4000  # longer than any way of which a scan shows a part
 EARLIER_MAX = 8  # scans of other places that are kept: some metres of a narrow way
 ROOM_STEPS_MAX = 5  # some steps round a hairpin free no ground behind; steps to and fro never do
@@ -144,16 +145,15 @@ class Leader:
         walls = Walls.joined(scan_walls(view, self._mission), ground.walls, *self._bounds())
         # For guidance alone, which only ranks: the certificate takes no hit for a robot.
         robots = on_ground(view.points, ground.occupied, within_m=hull_reach_m)
-        if self._mission.law is not Law.CERTIFIED:
-            step: Step | Plan = paper_step(sight, self._mission, gain_m=GAIN_M)
-        elif self._goal is None:
-            step = certified_step_onward(sight, walls, onward_rad=self._onward_rad, gain_m=GAIN_M)
+        step: Step | Plan
+        if self._goal is None or not self._mission.promises_clearance:
+            step = self._step_on(sight, walls)
         else:
-            seen = view.without(robots)
+            seen = replace(sight, view=view.without(robots))
             step = self._step_to(self._goal, seen, walls, ground, settled=settled)
             is_blocked = isinstance(step, DeadEnd) or (all_stand and isinstance(step, NoStep | Wait))
             if self._brief is not None and is_blocked:
-                step = self._brief.brief_step(self._goal, seen, self.map, ground) or step
+                step = self._brief.brief_step(self._goal, seen.view, self.map, ground) or step
         if not isinstance(step, Step):
             return step
         if self._wanders(view.position):
@@ -176,14 +176,14 @@ class Leader:
         self.map.forget()
         self.map.remember(known.hits)
         walls = Walls.joined(scan_walls(view, self._mission), ground.walls, *self._bounds())
-        step = self._step_to(goal, view, walls, ground, settled=True)
+        step = self._step_to(goal, look(view, self._mission), walls, ground, settled=True)
         return step if isinstance(step, Step | LookCloser) else None
 
     def _wanders(self, here: Floats) -> bool:
         """Whether it has planned from here too often (rule 4). If not, the place is noted."""
         near_m = AGAIN_CELLS * self.map.cell_m
         again = sum(math.dist(here, place) <= near_m for place in self._planned_at)
-        if again >= AGAIN_MAX and self._mission.law is Law.CERTIFIED and not self._mission.obstacles_move:
+        if again >= AGAIN_MAX and self._mission.promises_clearance and not self._mission.obstacles_move:
             return True
         self._planned_at.append(here)
         return False
@@ -203,7 +203,7 @@ class Leader:
         step = None
         if place is not None:
             off_place = self.map.cost_to_go(place, tolerance_m=cell_m, taken=ground.taken, keep_m=keep_m)
-            step = certified_step_to_goal(view, walls, off_place, gain_m=GAIN_M)
+            step = certified_step_to_goal(view, walls, off_place)
         if step is None or self._room_steps == ROOM_STEPS_MAX:
             return NoStep("both ends of the strand are in dead ends, and neither can make room for the other")
         self._steps += 1
@@ -215,38 +215,55 @@ class Leader:
         bounds = self._mission.bounds
         return [] if bounds is None else [bounds_walls(bounds, self._mission)]
 
+    def _ask(self, sight: Sight, walls: Walls, ways: Callable[[], CostToGo] | None = None) -> Step | Refused:
+        """Ask the law of the mission; the robot's process has loaded it before."""
+        seen = Seen(sight, walls, self._mission, self._onward_rad, self._steps, self.map.hits, ways)
+        return asked(find(self._mission.law), seen)
+
+    def _step_on(self, sight: Sight, walls: Walls) -> Step | NoStep | Crossed:
+        """Without a goal, or a certificate: if no step is left and the way is open, it has crossed."""
+        step = self._ask(sight, walls)
+        if isinstance(step, Step):
+            return step
+        proposes_nothing = self._mission.promises_clearance and step.why is Why.NOTHING
+        crossed = proposes_nothing and is_open(sight, self._onward_rad)
+        return Crossed() if crossed else NoStep(step.reason)
+
     def _step_to(
-        self, goal: Floats, view: View, walls: Walls, ground: Ground, *, settled: bool
+        self, goal: Floats, sight: Sight, walls: Walls, ground: Ground, *, settled: bool
     ) -> Step | NoStep | LookCloser | Wait | DeadEnd:
+        view = sight.view
         if self._world_changes:
             self.map.forget_where_free(view)
         self.map.remember(view.hit_points)
-        step = certified_step_to(view, walls, goal)
+        reason = ""
         for _ in range(SPOTS_MAX):
-            if step is not None:
+            ways = cache(partial(self._cost_to_go, goal, ground.taken, origin=view.position))
+            step = self._ask(sight, walls, ways)
+            if isinstance(step, Step):
                 return step
-            cost_to_go = self._cost_to_go(goal, ground.taken, origin=view.position)
-            step = certified_step_to_goal(view, walls, cost_to_go, gain_m=GAIN_M)
-            if step is not None:
-                return step
-            if not has_way(view, walls, cost_to_go):
+            reason, goes_by_ways = step.reason, ways.cache_info().currsize > 0
+            if step.why is Why.FAILED:
+                break
+            if not has_way(view, walls, ways()):
                 return self._turn_back(goal, view, ground, settled=settled)
             if closer(self._mission, len(view.ranges_m)) is not None:
                 return LookCloser()
-            self._close(view, walls, cost_to_go)
-        return self._no_way("no certified step comes nearer to the goal")
+            way = ways().way_from(view.position, cells_max=WAY_CELLS)
+            refused = refused_at(view, walls, way)
+            if not goes_by_ways or refused == len(way):  # it says the same until the robots behind make room
+                return self._no_way(reason) if settled else Wait()
+            self._close(view, way, refused)
+        return self._no_way(reason)
 
     def _cost_to_go(self, goal: Floats, taken: Floats, *, origin: Floats | None = None) -> CostToGo:
         tolerance_m, keep_m = self._mission.goal_tolerance_m, self._mission.robot_keep_m
         return self.map.cost_to_go(goal, tolerance_m=tolerance_m, taken=taken, keep_m=keep_m, origin=origin)
 
-    def _close(self, view: View, walls: Walls, cost_to_go: CostToGo) -> None:
-        """Close the narrowest spot of the refused way; not for good if robots are the reason."""
-        way = cost_to_go.way_from(view.position, cells_max=WAY_CELLS)
-        refused = refused_at(view, walls, way)
-        first = min(refused, len(way) - 1)
-        off_first_m = np.hypot(*(way[first:] - way[first]).T)
-        spot = self.map.narrowest(way[first:][off_first_m <= 2.0 * self._mission.obstacle_keep_m])
+    def _close(self, view: View, way: Floats, refused: int) -> None:
+        """Close the narrowest spot of a way refused from that point on; not for good if robots are why."""
+        off_first_m = np.hypot(*(way[refused:] - way[refused]).T)
+        spot = self.map.narrowest(way[refused:][off_first_m <= 2.0 * self._mission.obstacle_keep_m])
         robots = ~view.hits & (view.ranges_m < self._mission.range_m_max)
         alone = Walls.joined(scan_walls(view, self._mission, leave_out=robots), *self._bounds())
         still = not self._world_changes
@@ -292,7 +309,7 @@ class Leader:
         target = step.target(sight.view.position)
         passable = set(sight.passable_gaps)
         promised_m = None
-        if self._mission.law.promises_clearance:
+        if self._mission.promises_clearance:
             promised_m = promised_clearance_m(sight.view, target, behind, self._mission)
         return StepPlanned(
             step=self._steps,

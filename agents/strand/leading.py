@@ -125,7 +125,7 @@ class Leading:
             return [Note(GoalReached(**self._here())), *self._arrive()]
         if self._lost or now_s < self._plans_again_s:
             return []
-        if self._off_path_m > self._mission.mu0_m and self._mission.law.promises_clearance:
+        if self._off_path_m > self._mission.mu0_m and self._mission.promises_clearance:
             why = f"robot {strand.robot} stands {self._off_path_m:.3f} m off the path's end"
             self._wish = Wish(Cause.MISFIT, why, about=strand.robot)
             return []

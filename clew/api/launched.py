@@ -28,6 +28,7 @@ from clew.fleet.folder import RUNS, make_latest
 from clew.fleet.live import Launched
 from clew.fleet.options import speed_of
 from clew.log.follow import Follower, look
+from protocol import laws
 from protocol.errors import UsageError
 from protocol.faults.manual_faults import EndRequest, FaultRequest, request_fault
 from protocol.faults.plan import Plan
@@ -99,6 +100,7 @@ class LaunchedFleet(Fleet):
             speed_of(str(speed))
         except argparse.ArgumentTypeError as error:
             raise UsageError(f"speed: {error}") from error
+        laws.check(asked.scenario.law.law, in_processes=True)
         self.speed = speed
         self._launched: Launched | None = None
         self._path = asked.folder.absolute() / EVENTS_FILE

@@ -110,7 +110,7 @@ class RehearsedFleet(Fleet):
 
     def _start(self, plan: Plan) -> None:
         asked, folder = self.asked, self.asked.folder
-        check_rehearsable(plan, robots=asked.scenario.fleet.robots)
+        check_rehearsable(plan, asked.scenario.mission())
         make_folder(folder)
         if folder.parent == RUNS:
             make_latest(folder)
@@ -147,7 +147,7 @@ class RehearsedFleet(Fleet):
         self._heard = len(rehearsal.entries)
         name, rules = self._faults.resolve(rule, now_s=self.now_s, for_s=None)
         plan = replace(rehearsal.plan, rules=(*rehearsal.plan.rules, *rules))
-        check_rehearsable(plan, robots=self.asked.scenario.fleet.robots)
+        check_rehearsable(plan, self.asked.scenario.mission())
         rehearsal.turn_to(plan)
         return name, rules
 

@@ -26,8 +26,8 @@ from clew.campaign.episode import (
     drawn_plan_path,
     drawn_replay,
 )
+from clew.campaign.executors.pool import outcomes_of
 from clew.campaign.families import Figures, by_family, figures_of
-from clew.campaign.pool import outcomes_of
 from clew.campaign.scenes import Scene, check_widest, find_scenes, tighten
 from clew.coverage.counters import uncovered
 from clew.swarm.futures import draw_future, read_branches

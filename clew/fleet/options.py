@@ -4,6 +4,8 @@ import argparse
 import math
 from importlib import metadata
 
+from protocol import laws
+from protocol.errors import UsageError
 from protocol.run_settings import SEED_MAX, SPEED_MAX
 from world.scenario.sections import TIME_S_MAX
 
@@ -19,6 +21,19 @@ def seed_of(text: str) -> int:
     if not (text.isascii() and text.isdecimal() and int(text) <= SEED_MAX):
         raise argparse.ArgumentTypeError(f"must be a whole number from 0 to 2**53 - 1, got {text}")
     return int(text)
+
+
+def law_of(text: str) -> str:
+    """The law's name in a text.
+
+    Raises:
+        argparse.ArgumentTypeError: there is no such law.
+    """
+    try:
+        laws.check(text)
+    except UsageError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
+    return text
 
 
 def speed_of(text: str) -> float | None:

@@ -16,6 +16,7 @@ from pathlib import Path
 
 from clew.fleet.folder import LATEST, RUNS, drop_folder, folder_name, make_folder
 from clew.fleet.request import Request
+from protocol import laws
 from protocol.errors import UsageError
 from protocol.faults.fit import check_fits
 from protocol.faults.plan import NO_FAULTS
@@ -127,6 +128,7 @@ def prepare(request: Request, private: Path, *, terminal: bool) -> Prepared:
         seed=request.seed,
     )
     robots = scenario.mission().robots
+    laws.find(scenario.law.law)  # before anything starts: each robot would refuse the mission
     plan = NO_FAULTS if request.faults is None else load_plan(request.faults)
     check_fits(plan, robots=robots)
     now, token = datetime.now(UTC), secrets.token_hex(2)

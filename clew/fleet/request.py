@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
-from clew.fleet.options import DEPLOYMENTS, seed_of, speed_of, time_of, version
+from clew.fleet.options import DEPLOYMENTS, law_of, seed_of, speed_of, time_of, version
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.files.names import did_you_mean
 from protocol.frames import ROBOTS_MAX
-from protocol.mission import Law
+from protocol.laws import OURS
 from protocol.network.session import ROUTERS_MAX
 
 
@@ -96,7 +96,12 @@ def _add_what_is_run(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--seed", type=seed_of, default=1, help="decides every random draw; default: %(default)s"
     )
-    _add_word(parser, "--law", [law.value for law in Law], "instead of the scenario's")
+    parser.add_argument(
+        "--law",
+        type=law_of,
+        metavar="LAW",
+        help=f"{', '.join(OURS)}, or an installed one, instead of the scenario's",
+    )
     _add_word(parser, "--deployment", DEPLOYMENTS, "free places drawn by the seed, instead of the scenario's")
     parser.add_argument(
         "--time-s-max",

@@ -35,6 +35,7 @@ from clew.fleet.supervision.facts import Facts, Happening, end_of
 from clew.fleet.supervision.limits import Limits, Plan
 from clew.fleet.supervision.rules import TABLE as RULE_FOR
 from clew.fleet.supervision.rules import Do, State, What
+from protocol.ending import FAIL
 from protocol.exit_codes import ExitCode
 from protocol.faults.process_faults import ProcessAction
 
@@ -226,7 +227,7 @@ class Supervisor:
 
     def _end_failed(self, _: Happening, now_s: float) -> Iterator[Command]:
         yield from self._say_lost()
-        yield from self._ending.ask_world(ExitCode.FAILED, now_s)
+        yield from self._ending.ask_world(ExitCode.FAILED, now_s, FAIL)
 
     # The end of a run.
 

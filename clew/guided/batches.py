@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 
 from clew.campaign.episode import Episode, Outcome
-from clew.campaign.pool import results_of
+from clew.campaign.executors.pool import results_of
 from clew.guided.corpus import Corpus
 from clew.guided.search import Found, Limits, lost, search
 

@@ -46,8 +46,8 @@ from clew.swarm.draws import Draws
 from clew.swarm.futures import Branch, Branches, branch_at, branched, said
 from protocol.exit_codes import ExitCode
 from protocol.fence import May
+from protocol.timeline import PromiseBroken
 from world.bodies.arena import ODOMETRY_TICKS
-from world.judge.judgement import judge
 
 
 class Limits(Struct, frozen=True, kw_only=True):
@@ -83,7 +83,6 @@ class Found(Struct, frozen=True, kw_only=True):
     """In how many of its runs each cell was reached."""
 
 
-JUDGES_FROM_S, JUDGES_AGAIN = 0.2, 1.5  # about twelve judgements of an episode, of some milliseconds each
 PLAYED = msgspec.msgpack.Decoder(Played)
 
 
@@ -133,7 +132,8 @@ class _Run:
         """How many futures it may still have."""
         self._reached: set[Cell] = set()
         self._forked_s = -math.inf
-        self._judge_at_s = JUDGES_FROM_S
+        self._looked_at = 0
+        """How many entries have been looked at."""
         self._parent = os.getppid()
         self.instants: list[Instant] = []
         self.futures = 0
@@ -173,7 +173,7 @@ class _Run:
         for tick, now_s in self._ticks:
             if tick % ODOMETRY_TICKS:
                 continue  # most of what cells tell changes with odometry only
-            if now_s >= self._judge_at_s and self._is_broken(now_s):
+            if self._breaks():
                 return
             self._pass(tick, now_s)
             if self.surprise is not None:
@@ -191,10 +191,10 @@ class _Run:
             return True  # of a future of this one
         return judgement is not None and not judgement.breaches
 
-    def _is_broken(self, now_s: float) -> bool:
-        """Rule 4."""
-        self._judge_at_s = now_s * JUDGES_AGAIN
-        return bool(judge(self._stage.scenario, self._rehearsal.entries).breaches)
+    def _breaks(self) -> bool:
+        """Rule 4: the world's judge records what it finds."""
+        new, self._looked_at = self._rehearsal.entries[self._looked_at :], len(self._rehearsal.entries)
+        return any(isinstance(entry.record, PromiseBroken) for _, entry in new)
 
     def _pass(self, tick: int, now_s: float) -> None:
         """Look at what is new, and play futures from here, as many as the instant is worth."""

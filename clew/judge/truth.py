@@ -24,6 +24,7 @@ Floats = NDArray[np.float64]
 
 ELLIPSE_CORNERS = 2048  # the polygon is off the ellipse by a millionth of its longer axis
 HARM = {"kill", "freeze"}
+UNCERTIFIED = {"printed", "resultant"}  # the paper's laws; every other promises clearance
 IN_PLACE = 1.5
 """In place, a robot keeps `separation + mu0` off the way on which the robots ahead stand. On a bend its
 nearest part may be halfway between two of them, so half of that more is allowed."""
@@ -154,7 +155,7 @@ def scene_of(run: Run, raw: dict[str, Any] | None = None) -> Scene:
 
 def _scene(raw: dict[str, Any], law: str) -> Scene:
     fleet, mu0_m = raw["fleet"], raw["law"]["mu0_m"]
-    promises, bounds, goal = law == "certified", raw.get("bounds"), raw.get("goal")
+    promises, bounds, goal = law not in UNCERTIFIED, raw.get("bounds"), raw.get("goal")
     obstacles = enumerate(raw.get("obstacle") or (), start=1)
     return Scene(
         obstacles=tuple(_obstacle(f"obstacle {number}", each) for number, each in obstacles),

@@ -21,6 +21,7 @@ from clew.log.replay_missing import Missing, missing, told
 from protocol.errors import UsageError
 from protocol.faults.manual_faults import is_running
 from protocol.keys import robot_name
+from protocol.laws import find
 from protocol.network.session import INPUTS
 from protocol.plain import plain
 from protocol.wire.codec import packed
@@ -96,6 +97,7 @@ def replay(run: Path, robot: int | None = None) -> Replay:
 def replay_recording(recording: Recording, *, going_on: bool = False) -> Replayed:
     """Replay one journal up to the first difference; of a running fleet, up to now."""
     head = recording.head
+    find(head.mission.law)
     core = Robot(head.robot, head.mission, life=head.life, again=head.again)
     compared, difference = 0, None
     for count, turn in enumerate(recording.turns(), start=1):

@@ -20,6 +20,7 @@ from protocol.faults.process_faults import ProcessAction, ProcessFault
 from protocol.faults.rules import ROUTER, Slow
 from protocol.fence import LIFE_BITS
 from protocol.keys import WORLD, WORLD_NUMBER, robot_name, robot_number
+from protocol.laws import find
 from protocol.mission import Mission
 from world.chance import stream
 
@@ -129,13 +130,14 @@ class Processes:
         return incarnation
 
 
-def check_rehearsable(plan: Plan, *, robots: int) -> None:
-    """Refuse a plan that does not fit the fleet, or that only a live run can execute.
+def check_rehearsable(plan: Plan, mission: Mission) -> None:
+    """Refuse a plan that does not fit the fleet or needs a live run, and a law that is not here.
 
     Raises:
-        UsageError: the message names the rule.
+        UsageError: the message names the rule, or the law.
     """
-    check_fits(plan, robots=robots)
+    find(mission.law)
+    check_fits(plan, robots=mission.robots)
     for rule in plan.rules:
         if isinstance(rule, Slow) and rule.target == WORLD:
             raise UsageError(

@@ -66,7 +66,7 @@ class Rehearsal:
     def __init__(
         self, scenario: Scenario, seed: int, plan: Plan = NO_FAULTS, *, inputs: Path | None = None
     ) -> None:
-        check_rehearsable(plan, robots=scenario.fleet.robots)
+        check_rehearsable(plan, scenario.mission())
         self.world = World(scenario, seed=seed, wall_s=0.0)
         self._seed = seed
         self.plan = plan

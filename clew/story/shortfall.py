@@ -5,7 +5,7 @@ from world.scenario.sections import LawSection
 
 def shortfall(law: LawSection, least_m: float) -> str:
     """The end of a sentence that has begun with the least clearance; empty: the law promises one."""
-    if law.law.promises_clearance:
+    if law.promises_clearance:
         return ""
     kept_m = law.epsilon_m - law.mu0_m
     short = f"{kept_m - least_m:.4f} m short of" if least_m < kept_m else "no less than"

@@ -4,20 +4,23 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 
 import click
 from rich.console import Console
 from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from clew.campaign.campaign import CAMPAIGN_FILE, Campaign, Request, cores, run
+from clew.campaign.campaign import CAMPAIGN_FILE, Campaign, Request, Source, cores, hash_of_source, run
 from clew.campaign.classes import class_table, coverage_table
 from clew.campaign.episode import SWARM
+from clew.campaign.executors.cluster import ClusterLostError, cluster_outcomes
+from clew.campaign.executors.pool import outcomes_of
 from clew.campaign.families import table
-from clew.campaign.pool import outcomes_of
 from clew.fleet.folder import RUNS
 from clew.guided.batches import guided_outcomes
 from clew.swarm.futures import read_branches
+from clew.verbs.extras import need
 from clew.verbs.options import AS_JSON, DEPLOYMENT, LAW, TIME, robots_option, seeds_option
 from clew.verbs.say import console, say
 from protocol.asked import terminable
@@ -67,6 +70,14 @@ REPORTS = 20  # lines of progress if stderr is no terminal: one for each 5 %
     help="Number of worker processes; 1: play in this process. Default: one for each core.",
 )
 @click.option(
+    "--executor",
+    type=click.Choice(["processes", "dask"]),
+    default="processes",
+    show_default=True,
+    help="What plays the episodes: processes of this machine, or the workers of a Dask cluster.",
+)
+@click.option("--scheduler", metavar="ADDRESS", help="Of the Dask cluster, such as tcp://127.0.0.1:8786.")
+@click.option(
     "--out",
     type=click.Path(path_type=Path),
     help="Folder of the campaign; an unfinished campaign there is continued.",
@@ -103,6 +114,8 @@ def campaign(
     future: str | None,
     keep: bool,
     jobs: int | None,
+    executor: str,
+    scheduler: str | None,
     out: Path | None,
     wall_s_max: float,
     judge_every: int,
@@ -115,6 +128,7 @@ def campaign(
     """
     _check(bool(roots), faults, (robots, law, deployment, time_s_max, tight))
     _check_futures(faults, guided=guided, future=future)
+    source = _source(executor, scheduler, jobs, guided=guided)
     request = Request(
         roots=(*roots, *more),
         robots=robots,
@@ -133,7 +147,10 @@ def campaign(
         judge_every=judge_every,
     )
     with terminable() as asked, _watching() as watch:
-        result = run(request, watch, guided_outcomes if guided else outcomes_of)
+        try:
+            result = run(request, watch, source)
+        except ClusterLostError as error:
+            raise click.ClickException(str(error)) from error
     if as_json:
         click.echo((request.out / CAMPAIGN_FILE).read_text(encoding="utf-8"), nl=False)
     else:
@@ -170,6 +187,22 @@ def _check_futures(faults: str | None, *, guided: bool, future: str | None) -> N
         raise UsageError("--guided: searches for futures itself, so --future must not be given")
     if future is not None:
         read_branches(future)
+
+
+def _source(executor: str, scheduler: str | None, jobs: int | None, *, guided: bool) -> Source:
+    """What plays the episodes.
+
+    Raises:
+        UsageError: options exclude each other, or Dask is not installed.
+    """
+    if executor == "processes":
+        if scheduler is not None:
+            raise UsageError("--scheduler: needs --executor dask")
+        return guided_outcomes if guided else outcomes_of
+    if scheduler is None or jobs is not None or guided:
+        raise UsageError("--executor dask: needs --scheduler, and neither --jobs nor --guided must be given")
+    need("distributed", extra="cluster", by="--executor dask needs")
+    return partial(cluster_outcomes, scheduler=scheduler, source_hash=hash_of_source())
 
 
 def _print(result: Campaign, out: Path) -> None:

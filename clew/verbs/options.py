@@ -5,11 +5,13 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import click
+from click.shell_completion import CompletionItem
 
 from clew.fleet.options import DEPLOYMENTS, version
+from protocol import laws
+from protocol.errors import UsageError
 from protocol.files.names import did_you_mean
 from protocol.frames import ROBOTS_MAX
-from protocol.mission import Law
 from protocol.run_settings import SEED_MAX, SPEED_MAX
 from world.scenario.sections import TIME_S_MAX
 
@@ -22,6 +24,26 @@ class Word(click.Choice[str]):
     def get_invalid_choice_message(self, value: object, ctx: click.Context | None) -> str:
         """The refusal."""
         return super().get_invalid_choice_message(value, ctx) + did_you_mean(str(value), self.choices)
+
+
+class LawName(click.ParamType[str]):
+    """The name of a law of ours or of an installed package, which are looked for only then."""
+
+    name = "law"
+
+    def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """The name, if there is such a law."""
+        try:
+            laws.check(value)
+        except UsageError as error:
+            self.fail(str(error), param, ctx)
+        return value
+
+    def shell_complete(
+        self, _ctx: click.Context, _param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """The names that begin so."""
+        return [CompletionItem(name) for name in laws.names() if name.startswith(incomplete)]
 
 
 ROBOTS = click.IntRange(1, ROBOTS_MAX)
@@ -76,7 +98,9 @@ VERSION = click.option(
 )
 AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON, for programs.")
 LAW = click.option(
-    "--law", type=Word([law.value for law in Law]), help="Use this law instead of the scenario's."
+    "--law",
+    type=LawName(),
+    help=f"Use this law instead of the scenario's: {', '.join(laws.OURS)}, or an installed one.",
 )
 DEPLOYMENT = click.option(
     "--deployment",

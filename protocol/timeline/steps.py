@@ -5,7 +5,7 @@ from typing import Annotated
 from msgspec import Meta, Struct
 
 from protocol.frames import Count, Length, Metres, Point, Radians
-from protocol.mission import Law
+from protocol.mission import LawName
 from protocol.timeline.base import Kind
 
 
@@ -32,7 +32,7 @@ class StepPlanned(Kind, frozen=True, kw_only=True, tag="step.planned"):
 
     step: Count
     epoch: Annotated[Count, Meta(description="of the strand, or of the line-up before it has formed")]
-    law: Law
+    law: LawName
     x_m: Metres
     y_m: Metres
     obstacles: Annotated[

@@ -18,6 +18,7 @@ FLOORS: dict[str, dict[str, int]] = {
     "protocol": {
         **dict.fromkeys(("arrays", "errors", "exit_codes", "frames", "keys", "plain", "root"), 0),
         **dict.fromkeys(("asked", "ending", "fence", "mission", "path", "sweep", "files/"), 1),
+        "laws": 2,
         "timeline/": 2,
         "faults/": 3,
         "run_settings": 4,

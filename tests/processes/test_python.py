@@ -13,6 +13,7 @@ from clew.fleet.live import processes_of
 from protocol.root import ROOT
 from tests.support.deadline import DEADLINE_S
 from tests.support.docs import example
+from tests.support.installed import install
 
 
 def test_a_live_fleet_is_waited_for_broken_and_read(tmp_path: Path) -> None:
@@ -110,3 +111,30 @@ def test_the_three_tests_of_the_page_pass_elsewhere_on_both_stages(elsewhere: Pa
     assert "5 passed" in there(elsewhere, *pytest_, "-n", "2")
     assert "1 passed" in there(elsewhere, *pytest_, "--clew-stage=live", "-k", "partition")
     assert "1 passed" in there(elsewhere, *pytest_, "--clew-stage=rehearsal", "-k", "frozen")
+
+
+def test_an_installed_law_leads_a_live_fleet_elsewhere(elsewhere: Path) -> None:
+    options = ["--no-deps", "--no-build-isolation", "--no-index", "--disable-pip-version-check", "--quiet"]
+    there(elsewhere, "-m", "pip", "install", *options, str(ROOT / "docs" / "examples" / "roomy"))
+    said = there(elsewhere, "-m", "clew.fleet", "grove", "-n", "2", "--law", "roomy", "--speed", "max")
+    assert "OK: every living robot has arrived" in said
+
+
+def test_a_robot_without_the_law_refuses_the_mission_and_the_run_ends_with_that_reason(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    install(tmp_path / "packages", "far", {"far": "far:law"})
+    (tmp_path / "packages" / "far.py").write_text(
+        "import sys\n\n\ndef law(seen): return None\n\n\n"
+        "if 'agents.process.host' in sys.modules: raise ImportError('not on this robot')\n"
+    )
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "packages"))
+    monkeypatch.syspath_prepend(tmp_path / "packages")
+    with clew.launch("grove", robots=2, law="far", out=tmp_path / "run") as fleet:
+        run = fleet.finish()
+    assert run.verdict is not None
+    assert (run.verdict.exit_code, run.verdict.robots_arrived) == (1, 0)
+    why = "the law 'far' cannot be loaded from far:law: ImportError: not on this robot"
+    refusal = f"it refuses the mission: {why}"
+    assert refusal in run.verdict.reason
+    assert [entry.reason for entry in run.entries("robot.failed")] == [refusal] * 2

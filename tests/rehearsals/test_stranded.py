@@ -1,7 +1,5 @@
 """A robot that dies in a passage plugs it: those in front go on, the others are stranded."""
 
-from functools import cache
-
 import pytest
 
 from clew.rehearsal.rehearsal import Rehearsal
@@ -13,16 +11,14 @@ from world.closing import Circumstances, verdict_of
 from world.judge.ending import Ending
 from world.judge.judgement import judge
 
-ROBOTS = 8
-# Of the death: 82 s with three in front, 105 s with loss, 60 s with one or none; 292 s before.
+# After the death: 86 s of eight robots with three in front, 76 s of six with loss; 292 s before.
 ENDS_WITHIN_S = 130.0
 LOSSY = uniform(delay_s_max=0.1, loss=0.3, repeat=0.1)
 
 
-@cache
-def plugged(dies: int, *, lossy: bool = False) -> tuple[Rehearsal, float]:
-    """Eight robots, of which one dies in the middle of the passage; also returns when it died."""
-    rehearsal = Rehearsal(passage(ROBOTS), 1, LOSSY if lossy else NO_FAULTS)
+def plugged(robots: int, dies: int, *, lossy: bool = False) -> tuple[Rehearsal, float]:
+    """Robots of which one dies in the middle of the passage; also returns when it died."""
+    rehearsal = Rehearsal(passage(robots), 1, LOSSY if lossy else NO_FAULTS)
     died_s = None
     for now_s in rehearsal.ticks():
         if died_s is None and rehearsal.world.bodies.place_m[dies - 1, 0] > PASSAGE_M / 2.0:
@@ -37,37 +33,40 @@ def stranded(rehearsal: Rehearsal) -> list[RobotStranded]:
 
 
 @pytest.mark.parametrize(
-    ("dies", "lossy"), [(2, False), (4, False), (4, True)], ids=["one in front", "three", "three, 30 % lost"]
+    ("robots", "dies", "lossy"),
+    [(5, 2, False), (8, 4, False), (6, 4, True)],
+    ids=["one in front", "three", "three, 30 % lost"],
 )
-def test_robots_in_front_of_the_body_arrive_and_the_run_ends_soon(dies: int, *, lossy: bool) -> None:
-    rehearsal, died_s = plugged(dies, lossy=lossy)
+def test_robots_in_front_of_the_body_arrive_and_the_run_ends_soon(
+    robots: int, dies: int, *, lossy: bool
+) -> None:
+    rehearsal, died_s = plugged(robots, dies, lossy=lossy)
     world = rehearsal.world
     assert judge(world.scenario, rehearsal.entries).breaches == ()
     assert world.ending is Ending.STRANDED
     assert world.tally.arrived == set(range(1, dies))
-    assert world.stranded == list(range(dies + 1, ROBOTS + 1))
+    assert world.stranded == list(range(dies + 1, robots + 1))
     assert world.over_s - died_s < ENDS_WITHIN_S
 
 
 def test_the_timeline_names_who_is_stranded_and_whose_body_is_in_the_way() -> None:
-    rehearsal, _ = plugged(4)
-    first = stranded(rehearsal)[: ROBOTS - 4]
-    assert [(each.robot, each.by) for each in first] == [(robot, 4) for robot in range(5, ROBOTS + 1)]
+    rehearsal, _ = plugged(5, 3)
+    assert [(each.robot, each.by) for each in stranded(rehearsal)[:2]] == [(4, 3), (5, 3)]
     verdict = verdict_of(rehearsal.world, CIRCUMSTANCES)
     assert verdict.exit_code == ExitCode.FAILED
     ended = next(entry.record for _, entry in rehearsal.entries if isinstance(entry.record, RunEnded))
-    assert ended.reason == f"{Ending.STRANDED}: r5, r6, r7, r8"
+    assert ended.reason == f"{Ending.STRANDED}: r4, r5"
 
 
 def test_behind_a_dead_leader_nobody_can_go_on_and_the_route_is_lost_soon() -> None:
-    rehearsal, died_s = plugged(1)
+    rehearsal, died_s = plugged(6, 1)
     assert judge(rehearsal.world.scenario, rehearsal.entries).breaches == ()
     assert rehearsal.world.ending is Ending.ROUTE_LOST
     assert rehearsal.world.over_s - died_s < ENDS_WITHIN_S
 
 
 def test_a_body_behind_all_others_is_in_nobodys_way() -> None:
-    rehearsal, _ = plugged(ROBOTS)
+    rehearsal, _ = plugged(5, 5)
     assert rehearsal.world.ending is Ending.ARRIVED
 
 

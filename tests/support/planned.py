@@ -1,7 +1,6 @@
 """A planned switching step, for tests that need little of it."""
 
 from protocol.frames import Point
-from protocol.mission import Law
 from protocol.timeline import StepPlanned
 
 
@@ -9,7 +8,7 @@ def planned(step: int) -> StepPlanned:
     return StepPlanned(
         step=step,
         epoch=1,
-        law=Law.CERTIFIED,
+        law="certified",
         x_m=0.0,
         y_m=0.0,
         obstacles=(),

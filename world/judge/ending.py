@@ -16,3 +16,4 @@ class Ending(StrEnum):
     CUT_OFF = "the router was lost"
     INTERRUPTED = "interrupted"
     TERMINATED = "told to end"
+    LOST_PROCESS = "another process of the run was lost"

@@ -146,7 +146,7 @@ class Judge:
         )
         self._distances = Distances(scenario)
         further = self._distances, Truth(scenario)
-        self._court = Court(tolerance, followers_sense=law.law.promises_clearance, further=further)
+        self._court = Court(tolerance, followers_sense=law.promises_clearance, further=further)
         self._failure: str | None = None
 
     @property

@@ -45,8 +45,8 @@ class Promises:
     def of(cls, scenario: Scenario) -> Self:
         """The promises of a scenario; a law that promises no clearance only promises no contact."""
         law = scenario.law
-        kept_m = law.epsilon_m - law.mu0_m if law.law.promises_clearance else 0.0
-        apart_m = max(scenario.fleet.separation_m - law.mu0_m, 0.0) if law.law.promises_clearance else 0.0
+        kept_m = law.epsilon_m - law.mu0_m if law.promises_clearance else 0.0
+        apart_m = max(scenario.fleet.separation_m - law.mu0_m, 0.0) if law.promises_clearance else 0.0
         return cls(
             radius_m=scenario.fleet.robot_radius_m,
             clearance_m_required=kept_m,

@@ -232,8 +232,8 @@ def _flaws_of_ending(facts: Facts) -> Iterator[Flaw]:
             yield Flaw(f"no way for {_stranded_sentence(facts)}")
         case Ending.STUCK:
             yield Flaw(f"the strand did not heal: by t={facts.sim_s:.1f} s nothing had moved for long")
-        case Ending.EXTINCT:
-            yield Flaw("every robot has died")
+        case Ending.EXTINCT | Ending.LOST_PROCESS:
+            yield Flaw(str(facts.ending))
         case Ending.ARRIVED | Ending.ROUTE_LOST:
             pass
 

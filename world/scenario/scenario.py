@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta, Struct, field
 
+from protocol import laws
 from protocol.errors import UsageError
 from protocol.files.reading import read, understand
 from protocol.frames import Length, Point, Speed
@@ -79,12 +80,12 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
         checks.table(self.table_m, len(self.obstacles), self.switching_positions_max)
         checks.tracks(self.moving, self.obstacle_speed_mps_max)
         checks.sight(self.sensor, self.rays, self.range_m_used, self.closest_m)
-        if self.law.law.promises_clearance:
+        if self.law.promises_clearance:
             checks.errors_covered(self.law, self.error_budget)
         poses, radius_m = self.fleet.poses(), self.fleet.robot_radius_m
         checks.places_apart(self.fleet, poses)
         checks.within(self.bounds, self.fleet, poses, self.goal)
-        standoff_m = self.closest_m if self.law.law.promises_clearance else radius_m
+        standoff_m = self.closest_m if self.law.promises_clearance else radius_m
         checks.clear_of(self.ground, self.fleet, poses, self.goal, standoff_m)
         checks.untouched(self.movers, self.fleet, poses)
 
@@ -111,7 +112,7 @@ class Scenario(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, di
     @cached_property
     def revolutions(self) -> int:
         """Revolutions per scan; one under a law without promises, as in the paper."""
-        if not self.law.law.promises_clearance:
+        if not self.law.promises_clearance:
             return 1
         return revolutions(
             self.seen_shapes,
@@ -217,10 +218,20 @@ def load(
     try:
         if deployment is not None or is_undeployed(raw):
             raw = deployed(raw, seed=seed, source=name_or_path)
-        return understand(raw, Scenario, name_or_path)
+        scenario = understand(raw, Scenario, name_or_path)
+        _check_law(scenario.law.law, name_or_path)
+        return scenario
     except UsageError as error:
         line = scene.in_own_words(str(error), said) if path.suffix == ".json" else str(error)
         raise UsageError(f"{line} ({', '.join(changes)})" if changes else line) from error
+
+
+def _check_law(law: str, source: str) -> None:
+    """Refuse a law that is not here; a log of a run under it can be read nevertheless."""
+    try:
+        laws.check(law)
+    except UsageError as error:
+        raise UsageError(f"{source}: $.law.law: {error}") from error
 
 
 def _override(raw: dict[str, Any], *options: tuple[str, str, str, str | float | None]) -> list[str]:

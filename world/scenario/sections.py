@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from msgspec import Meta, Struct
 
 from protocol.frames import ROBOTS_MAX, Length, Metres, Pose, Radians, wrap
-from protocol.mission import Law
+from protocol.mission import CERTIFIED, LawName, promises_clearance
 
 Text = Annotated[str, Meta(max_length=2000)]
 Place = Annotated[
@@ -65,10 +65,19 @@ class LawSection(_Section, frozen=True, kw_only=True):
     """The law of the leader and the clearance to keep."""
 
     law: Annotated[
-        Law, Meta(description="the rule that makes a switching step from a scan; `--law` overrides it")
-    ] = Law.CERTIFIED
+        LawName,
+        Meta(
+            description="the rule that makes a switching step from a scan: `certified`, `printed`, "
+            "`resultant` or one of an installed package; `--law` overrides it"
+        ),
+    ] = CERTIFIED
     epsilon_m: Annotated[SomeMetres, Meta(description="m, least clearance from hull to obstacle")]
     mu0_m: Annotated[Length, Meta(description="m, tolerance of the clearance; must cover the error budget")]
+
+    @property
+    def promises_clearance(self) -> bool:
+        """Whether every step has a certificate."""
+        return promises_clearance(self.law)
 
 
 class Goal(_Section, frozen=True, kw_only=True):

@@ -22,6 +22,7 @@ from clew.fleet.supervision.events import (
 )
 from clew.fleet.supervision.limits import Plan
 from clew.fleet.supervisor import Supervisor
+from protocol.ending import FAIL
 
 R1, R2 = "router-1", "router-2"
 
@@ -79,6 +80,7 @@ UP_WITH_TABLE: tuple[Step, ...] = (
     (0.3, Ready(R1), [Start(WORLD), Start(TABLE), Start(HOST), Publish()]),
 )
 WORLD_IS_ASKED: list[Command] = [Signal(WORLD, SIGTERM), Signal(WORLD, SIGCONT)]
+WORLD_IS_FAILED: list[Command] = [Signal(WORLD, FAIL), Signal(WORLD, SIGCONT)]
 REST_IS_ASKED: list[Command] = [*stop(R1), *stop(HOST)]
 PAGE = "http://127.0.0.1:4321/"
 

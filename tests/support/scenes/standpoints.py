@@ -13,7 +13,7 @@ from clew.fields.field import BUILDERS, Field, Kind, scene
 from protocol.arrays import Floats, scan_bearings_rad
 from protocol.fence import Fence
 from protocol.frames import Pose
-from protocol.mission import Law, Mission
+from protocol.mission import Mission
 from protocol.wire.messages import Scan
 from tests.support.stages.one_step import under
 from world.geometry.rays import cast
@@ -48,7 +48,7 @@ class Standpoint:
     def mission(self) -> Mission:
         """The scenario as loaded, with this world and sensor."""
         return under(
-            Law.CERTIFIED,
+            "certified",
             robot_radius_m=self.radius_m,
             epsilon_m=self.epsilon_m,
             mu0_m=self.epsilon_m / 10.0,

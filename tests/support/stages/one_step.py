@@ -14,7 +14,7 @@ from agents.strand.leader import DeadEnd, Leader, Plan, Wait
 from protocol.arrays import scan_bearings_rad
 from protocol.fence import Fence
 from protocol.frames import Point, Pose
-from protocol.mission import Law, Mission
+from protocol.mission import Mission
 from protocol.path import Path
 from protocol.timeline import StepPlanned
 from protocol.wire.messages import Scan
@@ -25,7 +25,7 @@ from world.geometry.shapes import Polygon, Shape, ground_of
 MISSION = Mission(
     robots=1,
     robot_radius_m=0.0,
-    law=Law.CERTIFIED,
+    law="certified",
     epsilon_m=0.1,
     mu0_m=0.01,
     separation_m=0.05,
@@ -41,7 +41,7 @@ MISSION = Mission(
 ORIGIN = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
 
 
-def under(law: Law, **other: object) -> Mission:
+def under(law: str, **other: object) -> Mission:
     """The mission above, under another law."""
     return replace(MISSION, law=law, **other)
 

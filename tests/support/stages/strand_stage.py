@@ -6,14 +6,13 @@ from agents.commands import Command, Note, Tell
 from agents.strand.strand import Own, Strand
 from protocol.fence import Epoch, Fence, May
 from protocol.frames import Point, Pose, Vertex
-from protocol.mission import Law
 from protocol.path import Path, straightened
 from protocol.timeline import AuthorityGranted
 from protocol.wire.messages import AheadState, BehindState, Handover
 from protocol.wire.view import Counters, Formation, Neighbour
 from tests.support.stages.one_step import under
 
-MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1, separation_m=0.1)
+MISSION = under("certified", robots=3, robot_radius_m=0.1, separation_m=0.1)
 KEEP_M = 0.31  # two radii, the separation and the tolerance
 ORDER = (3, 2, 1)
 PLACES = {robot: Pose(x_m=float(robot), y_m=0.0, heading_rad=0.0) for robot in ORDER}

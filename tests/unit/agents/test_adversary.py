@@ -13,7 +13,6 @@ from clew.explore.moments import WORLD
 from clew.explore.setting import SCATTERED, Setting
 from protocol.fence import Cause, Epoch, Fence, May, Turn
 from protocol.frames import Point, Pose
-from protocol.mission import Law
 from protocol.timeline import StrandFormed
 from protocol.wire.messages import Drive, Odometry, Scan
 from protocol.wire.messages import Phase as RunPhase
@@ -63,7 +62,7 @@ def test_who_drives_a_driven_leg_keeps_off_a_body_that_died_beside_it(obstacle_s
 
 # --- a leg that counts as driven to where the robot ahead stood before its turn -------------------------
 
-MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1, separation_m=0.1, goal=Point(x_m=9.0, y_m=0.0))
+MISSION = under("certified", robots=3, robot_radius_m=0.1, separation_m=0.1, goal=Point(x_m=9.0, y_m=0.0))
 LAST = Epoch(generation=1, robot=3, life=13)
 EPOCH = Epoch(generation=2, robot=1, life=11)
 LIVES = {1: 11, 2: 12, 3: 13}

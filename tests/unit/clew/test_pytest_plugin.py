@@ -58,7 +58,7 @@ class TestPaper:
     @pytest.mark.clew(robots=1, law="certified", faults=[clew.drop(p=0.1)])
     def test_arrives(self, clew_rehearsal):
         fleet = clew_rehearsal.asked.scenario
-        assert (fleet.name, fleet.fleet.robots, fleet.law.law.value) == ("paper", 1, "certified")
+        assert (fleet.name, fleet.fleet.robots, fleet.law.law) == ("paper", 1, "certified")
         assert clew_rehearsal.plan.names == ["drop-1"]
 """
     code, said = played(tmp_path, test)

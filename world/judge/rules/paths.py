@@ -13,7 +13,6 @@ from protocol.path import Path
 from protocol.timeline import Record, StepAbandoned, StepPlanned, StrandFormed
 
 JOINS = 0  # for all steps of a robot that joins; a leader's count from 1
-STEPS_KEPT = 4  # an order is of the newest step or of the one before
 
 Plan = tuple[float, Point]
 """When a step was planned, and its target."""
@@ -24,7 +23,7 @@ class _Led:
     """The steps of one robot in one epoch."""
 
     plans: dict[int, list[Plan]] = field(default_factory=dict)
-    """By step, or `JOINS`; of the newest steps only."""
+    """By step, or `JOINS`."""
     steps: list[int] = field(default_factory=list)
     """All steps, in order."""
     ends: dict[int, Point] = field(default_factory=dict)
@@ -37,10 +36,8 @@ class _Led:
     def plan(self, t_s: float, plan: StepPlanned) -> None:
         """The robot has planned a step."""
         self.plans.setdefault(JOINS if plan.joins else plan.step, []).append((t_s, plan.target))
-        if not plan.joins:
-            self.plans.pop(plan.step - STEPS_KEPT, None)
-            if plan.step not in self.abandoned:
-                self.end(plan.step, plan.target)
+        if not plan.joins and plan.step not in self.abandoned:
+            self.end(plan.step, plan.target)
 
     def end(self, step: int, end: Point) -> None:
         """A step ends there, as far as is known."""

@@ -67,9 +67,9 @@ class Places:
             goal=None if goal is None else Point(x_m=goal.at_m[0], y_m=goal.at_m[1]),
             tolerance_m=0.0 if goal is None else goal.tolerance_m,
             mu0_m=law.mu0_m,
-            drive_error_m=0.0 if law.law.promises_clearance else error_m,
+            drive_error_m=0.0 if law.promises_clearance else error_m,
             keep_m=2.0 * fleet.robot_radius_m + fleet.separation_m + law.mu0_m,
-            is_kept=law.law.promises_clearance,
+            is_kept=law.promises_clearance,
         )
 
     @property

@@ -26,7 +26,7 @@ class Truth:
         self._arrivals = Arrivals(Places.of(scenario))
         self._clearances = (
             Clearances(scenario.ground, radius_m=fleet.robot_radius_m, mu0_m=law.mu0_m)
-            if law.law.promises_clearance
+            if law.promises_clearance
             else None
         )
         self._now_s = 0.0

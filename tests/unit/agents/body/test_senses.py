@@ -8,11 +8,10 @@ from agents.body.senses import RETRY_S, Senses
 from agents.commands import AskScan
 from protocol.fence import Epoch, Fence, May
 from protocol.frames import Pose
-from protocol.mission import Law
 from protocol.wire.messages import RAYS_MAX, Odometry, Phase, Scan
 from tests.support.stages.one_step import under
 
-MISSION = under(Law.CERTIFIED, directions=8, revolutions=2)
+MISSION = under("certified", directions=8, revolutions=2)
 FENCE = Fence(epoch=Epoch(generation=3, robot=1, life=7), turn=4, may=May.ALL)
 HERE, THERE = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), Pose(x_m=1.0, y_m=0.0, heading_rad=0.0)
 

@@ -11,13 +11,13 @@ from agents.body.senses import Senses
 from agents.body.watch import HORIZONS_S, STILL_S_MAX, Watch, good_for_s
 from protocol.fence import Fence
 from protocol.frames import Point, Pose
-from protocol.mission import BRIEF_S, Law
+from protocol.mission import BRIEF_S
 from protocol.wire.messages import Odometry, Phase
 from tests.support.stages.one_step import look_around, under
 from world.geometry.clearance import clearance
 from world.geometry.shapes import Circle, ground_of
 
-MISSION = replace(under(Law.CERTIFIED, robots=2, robot_radius_m=0.1), obstacle_speed_mps_max=0.5)
+MISSION = replace(under("certified", robots=2, robot_radius_m=0.1), obstacle_speed_mps_max=0.5)
 AHEAD = Point(x_m=2.0, y_m=0.0)
 TICK_S = 0.1
 

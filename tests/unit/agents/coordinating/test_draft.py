@@ -8,7 +8,6 @@ from agents.coordinating.draft import Begin, Done, Draft, Give, Wait
 from agents.liveness.timing import Timing
 from protocol.fence import Epoch
 from protocol.frames import Point, Pose
-from protocol.mission import Law
 from protocol.wire.view import Former, Look, Report
 from tests.support.stages.one_step import under
 
@@ -20,7 +19,7 @@ Reports = dict[int, Report]
 
 
 def drafted(*, robots: int = 4, keeps: bool = True, first: bool = False, lets_in: bool = False) -> Draft:
-    mission = under(Law.CERTIFIED, robots=robots, robot_radius_m=0.1, goal=GOAL, goal_tolerance_m=0.1)
+    mission = under("certified", robots=robots, robot_radius_m=0.1, goal=GOAL, goal_tolerance_m=0.1)
     return Draft(mission, TIMING, keeps=keeps, first=first, lets_in=lets_in)
 
 

@@ -4,12 +4,11 @@ from agents.coordinating.questions import Questions
 from agents.liveness.timing import Timing
 from protocol.fence import Epoch
 from protocol.frames import Point, Pose
-from protocol.mission import Law
 from protocol.wire.view import Former, Look, Report
 from tests.support.stages.one_step import under
 
 EPOCH = Epoch(generation=1, robot=1, life=5)
-MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1)
+MISSION = under("certified", robots=3, robot_radius_m=0.1)
 TIMING = Timing()
 ORDER = (1, 2, 3)
 
@@ -107,7 +106,7 @@ def test_a_robot_that_is_dropped_is_not_waited_for() -> None:
 
 def test_no_more_robots_are_named_than_a_question_holds() -> None:
     many = {robot: report(robot / 1000.0) for robot in range(1, 101)}
-    questions = Questions(under(Law.CERTIFIED, robots=100, robot_radius_m=0.1), TIMING)
+    questions = Questions(under("certified", robots=100, robot_radius_m=0.1), TIMING)
     questions.ask_about_legs(tuple(many), many, 0.0, keeps=True)
     question = questions.pending(50)
     assert question is not None

@@ -5,7 +5,6 @@ from dataclasses import replace
 import pytest
 
 from agents.liveness.timing import ODOMETRY_S, Timing
-from protocol.mission import Law
 from tests.support.stages.one_step import under
 
 FLEETS = (1, 5, 50, 1000, 2000)
@@ -26,7 +25,7 @@ BREAKS = {
 
 @pytest.mark.parametrize("robots", FLEETS)
 def test_every_relation_holds_in_a_fleet_of_any_size(robots: int) -> None:
-    relations = Timing.of(under(Law.CERTIFIED, robots=robots)).relations()
+    relations = Timing.of(under("certified", robots=robots)).relations()
     assert [name for name, holds in relations.items() if not holds] == []
 
 
@@ -42,6 +41,6 @@ def test_every_relation_has_been_seen_broken() -> None:
 
 def test_a_coordinator_of_a_large_fleet_hears_no_more_than_some_hundred_reports_a_second() -> None:
     for robots in FLEETS:
-        timing = Timing.of(under(Law.CERTIFIED, robots=robots))
+        timing = Timing.of(under("certified", robots=robots))
         assert robots / timing.ping_s <= 100.0 + 1e-9
         assert robots / timing.report_s <= 500.0

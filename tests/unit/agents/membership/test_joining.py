@@ -17,7 +17,6 @@ from agents.navigation.step import LookCloser, NoStep
 from agents.navigation.sure import closer
 from clew.rehearsal.rehearsal import Rehearsal
 from protocol.faults.plan import NO_FAULTS, uniform
-from protocol.mission import Law
 from protocol.timeline import (
     FenceChanged,
     OrderAccepted,
@@ -230,7 +229,7 @@ def test_in_a_queue_nobody_moves_before_the_strand_has_formed_and_every_leg_is_l
 
 # --- one robot's plan -----------------------------------------------------------------------------
 
-MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1)
+MISSION = under("certified", robots=3, robot_radius_m=0.1)
 
 
 def plan(shapes: list[Shape], stands: Stands) -> StepPlanned | InPlace | NoStep:

@@ -16,7 +16,6 @@ from agents.membership.turn import Ended
 from agents.strand.memory import Memory
 from protocol.fence import Epoch, Fence, May
 from protocol.frames import Point, Pose
-from protocol.mission import Law
 from protocol.path import Path
 from protocol.wire.messages import Odometry, Phase, Scan
 from protocol.wire.view import Answer, Former, Join, Question, Report
@@ -25,7 +24,7 @@ from tests.support.stages.one_step import under
 EPOCH, BEFORE = Epoch(generation=2, robot=1, life=5), Epoch(generation=1, robot=1, life=5)
 LIFE = 77
 HERE, AHEAD = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0), Pose(x_m=0.8, y_m=0.0, heading_rad=0.0)
-MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1, goal=Point(x_m=5.0, y_m=0.0))
+MISSION = under("certified", robots=3, robot_radius_m=0.1, goal=Point(x_m=5.0, y_m=0.0))
 TIMING = Timing()
 PATH = Path([Point(x_m=0.0, y_m=0.0), Point(x_m=0.8, y_m=0.0)])
 DRIVEN = Places((Berth(BEFORE, 1, 0.0, PATH),))

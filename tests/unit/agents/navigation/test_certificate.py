@@ -15,13 +15,13 @@ from agents.navigation.certificate import (
     promised_clearance_m,
     scan_walls,
 )
-from protocol.mission import Bounds, Law
+from protocol.mission import Bounds
 from tests.support.stages.one_step import look_around, under, wall
 from world.geometry.clearance import clearance
 from world.geometry.shapes import Circle, Ellipse, Polygon, Shape, ground_of
 
 ROBOT = under(
-    Law.CERTIFIED,
+    "certified",
     robot_radius_m=0.1,
     directions=720,
     sharpest_corner_rad=math.pi / 3,
@@ -138,7 +138,7 @@ def test_a_wider_range_error_makes_steps_shorter() -> None:
     shapes: list[Shape] = [wall((1.0, 1.0), (1.0, -1.0))]
     view = look_around(shapes, ROBOT)
     sharp = certified_lengths_m(NOWHERE, np.array([0.0]), scan_walls(view, ROBOT))
-    blurred = under(Law.CERTIFIED, robot_radius_m=0.1, range_error_m_max=0.05)
+    blurred = under("certified", robot_radius_m=0.1, range_error_m_max=0.05)
     dull = certified_lengths_m(NOWHERE, np.array([0.0]), scan_walls(view, blurred))
     assert dull[0] < sharp[0] - 0.04
 

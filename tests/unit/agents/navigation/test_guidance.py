@@ -8,12 +8,12 @@ from hypothesis import strategies as st
 
 from agents.navigation.guidance import CELLS_MAX, COMFORT, DOUBT, PACKED_M, SPOT_KEEPS, CostToGo, Map
 from protocol.arrays import Flags, Floats
-from protocol.mission import Bounds, Law
+from protocol.mission import Bounds
 from protocol.wire.view import SEEN_BYTES_MAX
 from tests.support.stages.one_step import under
 
 BOUNDS = Bounds(x_m_min=-1.0, y_m_min=-2.0, x_m_max=3.0, y_m_max=1.0)
-ROBOT = under(Law.CERTIFIED, robot_radius_m=0.1, bounds=BOUNDS)
+ROBOT = under("certified", robot_radius_m=0.1, bounds=BOUNDS)
 CELL_M = 0.05  # the largest size of a cell
 KEEP_M = ROBOT.obstacle_keep_m
 KEEP_IN_M = ROBOT.robot_radius_m + ROBOT.mu0_m
@@ -276,7 +276,7 @@ def test_a_way_keeps_off_obstacles_where_there_is_room() -> None:
 
 
 def test_a_large_region_gets_larger_cells_not_more_cells() -> None:
-    wide = under(Law.CERTIFIED, bounds=Bounds(x_m_min=0.0, y_m_min=0.0, x_m_max=100.0, y_m_max=50.0))
+    wide = under("certified", bounds=Bounds(x_m_min=0.0, y_m_min=0.0, x_m_max=100.0, y_m_max=50.0))
     cost = Map(wide, START).cost_to_go(np.array([90.0, 25.0]), tolerance_m=0.0)
     assert cost.cells.size <= 1.01 * CELLS_MAX  # the last row and column may overlap
     assert cost_at(cost, np.array([10.0, 25.0])) == pytest.approx(80.0, abs=1.0)
@@ -329,7 +329,7 @@ def test_ground_of_other_robots_is_closed_up_to_the_distance_to_keep(x_m: float,
 def test_without_bounds_the_grid_grows_and_forgets_nothing(
     seen: list[tuple[float, float]],
 ) -> None:
-    region = Map(under(Law.CERTIFIED, robot_radius_m=0.1), START)
+    region = Map(under("certified", robot_radius_m=0.1), START)
     points = np.array(seen)
     for point in points:
         region.remember(point[None])
@@ -342,7 +342,7 @@ def test_without_bounds_the_grid_grows_and_forgets_nothing(
 
 
 def test_without_bounds_a_way_can_lead_around_what_has_been_seen() -> None:
-    region = Map(under(Law.CERTIFIED, robot_radius_m=0.1), START)
+    region = Map(under("certified", robot_radius_m=0.1), START)
     region.remember(wall())
     assert cost_at(cost_of(region), START) > math.dist(START, GOAL) + 1.0
     assert math.isfinite(cost_at(cost_of(region), START))
@@ -377,7 +377,7 @@ def test_a_hand_over_contains_all_hits_to_five_millimetres() -> None:
 
 def test_a_map_too_large_for_a_message_is_thinned_evenly() -> None:
     chance = np.random.default_rng(1)
-    region = Map(under(Law.CERTIFIED, robot_radius_m=0.1), START)
+    region = Map(under("certified", robot_radius_m=0.1), START)
     region.remember(chance.uniform(-10.0, 10.0, (60_000, 2)))
     packed = region.packed()
     assert len(packed) <= SEEN_BYTES_MAX

@@ -7,14 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agents.navigation.laws import (
-    heading_rad,
     obstacle_angle_rad,
     printed_heading_rad,
     resultant_heading_rad,
     step_length_m,
 )
 from agents.navigation.step import NoStep
-from protocol.mission import Law
 from tests.support.stages.one_step import MISSION, Driven, step_through, under, wall
 
 CHORDS_M = st.floats(0.05, 5.0)
@@ -27,15 +25,6 @@ def test_alpha_is_the_angle_of_the_triangle_with_legs_chord_and_twice_epsilon() 
 
 def test_a_step_is_half_the_shorter_chord() -> None:
     assert step_length_m(0.6, 0.2) == step_length_m(0.2, 0.6) == 0.1
-
-
-@given(CHORDS_M, CHORDS_M, st.floats(0.01, 3.1), st.floats(0.01, 3.1))
-def test_the_printed_heading_does_not_depend_on_the_angle_of_the_gap(
-    right_m: float, left_m: float, delta_rad: float, other_rad: float
-) -> None:
-    one = heading_rad(Law.PRINTED, right_m, left_m, EPSILON_M, delta_rad)
-    other = heading_rad(Law.PRINTED, right_m, left_m, EPSILON_M, other_rad)
-    assert one == other
 
 
 def test_the_printed_heading_can_lie_outside_the_bounds_of_15() -> None:
@@ -71,8 +60,8 @@ COUNTER_EXAMPLE = [NEAR_AND_WIDE, FAR]
 REQUIRED_M = MISSION.epsilon_m - MISSION.mu0_m
 
 
-@pytest.mark.parametrize("law", [Law.PRINTED, Law.RESULTANT])
-def test_proposition_1_does_not_hold_past_an_obstacle_that_is_near_and_wide(law: Law) -> None:
+@pytest.mark.parametrize("law", ["printed", "resultant"])
+def test_proposition_1_does_not_hold_past_an_obstacle_that_is_near_and_wide(law: str) -> None:
     driven = step_through(COUNTER_EXAMPLE, under(law))
     assert isinstance(driven, Driven)
     assert driven.planned.length_m == pytest.approx(0.5, abs=0.01), "half the chords, as (12) says"
@@ -81,13 +70,13 @@ def test_proposition_1_does_not_hold_past_an_obstacle_that_is_near_and_wide(law:
 
 
 def test_the_certified_law_survives_the_counter_example() -> None:
-    driven = step_through(COUNTER_EXAMPLE, under(Law.CERTIFIED))
+    driven = step_through(COUNTER_EXAMPLE, under("certified"))
     assert isinstance(driven, Driven)
     assert driven.planned.promised_clearance_m is not None
     assert driven.clearance_m >= driven.planned.promised_clearance_m >= REQUIRED_M
 
 
-@pytest.mark.parametrize("law", [Law.PRINTED, Law.RESULTANT])
-def test_the_paper_laws_give_no_step_without_two_obstacles(law: Law) -> None:
+@pytest.mark.parametrize("law", ["printed", "resultant"])
+def test_the_paper_laws_give_no_step_without_two_obstacles(law: str) -> None:
     assert isinstance(step_through([], under(law)), NoStep)
     assert isinstance(step_through([NEAR_AND_WIDE], under(law)), NoStep)

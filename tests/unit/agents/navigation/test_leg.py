@@ -6,11 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agents.navigation.leg import certain_clearance_m, certain_clearance_m_min, seen_clearance_m
-from protocol.mission import Law
 from tests.support.stages.one_step import look_around, under
 from world.geometry.shapes import Circle
 
-MISSION = under(Law.CERTIFIED, robot_radius_m=0.1, range_error_m_max=0.005)
+MISSION = under("certified", robot_radius_m=0.1, range_error_m_max=0.005)
 NEAR_M = MISSION.robot_radius_m + MISSION.clear_m
 POST_M = 0.02  # radius of the post
 AHEAD = np.array([0.9, 0.0])

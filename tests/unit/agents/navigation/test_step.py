@@ -8,17 +8,17 @@ import pytest
 from msgspec.structs import replace
 
 from agents.navigation.ground import Ground
-from agents.navigation.step import Crossed, NoStep
-from agents.strand.leader import AGAIN_MAX, GAIN_M, ROOM_STEPS_MAX, DeadEnd, Leader, Wait
+from agents.navigation.step import GAIN_M, Crossed, NoStep
+from agents.strand.leader import AGAIN_MAX, ROOM_STEPS_MAX, DeadEnd, Leader, Wait
 from protocol.frames import Point, Pose
-from protocol.mission import Bounds, Law, Mission
+from protocol.mission import Bounds, Mission
 from protocol.network.outbox import Outbox
 from protocol.path import Path
 from protocol.timeline import StepPlanned
 from tests.support.stages.one_step import ORIGIN, Driven, alone, look_around, plan, step_through, under, wall
 from world.geometry.shapes import Circle, Shape
 
-ROBOT = under(Law.CERTIFIED, robot_radius_m=0.1)
+ROBOT = under("certified", robot_radius_m=0.1)
 KEEP_M = ROBOT.robot_radius_m + ROBOT.epsilon_m
 BOUNDS = Bounds(x_m_min=-2.0, y_m_min=-5.0, x_m_max=12.0, y_m_max=5.0)
 

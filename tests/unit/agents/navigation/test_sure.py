@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from agents.navigation.sure import LEAST_M, closer, sure
 from protocol.arrays import Floats
 from protocol.frames import Pose
-from protocol.mission import Law, Mission
+from protocol.mission import Mission
 from protocol.wire.messages import RAYS_MAX
 from tests.support.stages.one_step import look_around, under
 from tests.support.strategies.shape_strategies import patiently, shapes
@@ -33,7 +33,7 @@ def mission(world: list[Shape], rays: int, **other: object) -> Mission:
     """What robots are told of this world."""
     range_m_max = min(RANGE_M_MAX, sure_range_m(world, rays))
     return under(
-        Law.CERTIFIED,
+        "certified",
         directions=rays,
         range_m_max=range_m_max,
         sharpest_corner_rad=sharpest_corner_rad(world),
@@ -169,7 +169,7 @@ def test_nor_where_a_tip_sticks_out_of_a_wall_between_two_rays(
 
 def test_rays_from_beside_cut_off_what_may_point_at_the_sensor() -> None:
     wall: list[Shape] = [Polygon(vertices_m=((1.0, -3.0), (1.5, -3.0), (1.5, 3.0), (1.0, 3.0)))]
-    told = under(Law.CERTIFIED, directions=360, sharpest_corner_rad=math.radians(3.0))
+    told = under("certified", directions=360, sharpest_corner_rad=math.radians(3.0))
     seen, beside = look_around(wall, told), look_around(wall, told, at((0.7, -1.0)), revolutions=4)
     alone_m = sure(seen, told).ranges_m[180]
     narrowed_m = sure(replace(seen, earlier=(beside,)), told).ranges_m[180]

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from agents.strand.follower import DRIVE_M_MIN, RECHECK_S, Follower
 from protocol.frames import Point, Pose
-from protocol.mission import Law, Mission
+from protocol.mission import Mission
 from protocol.path import THERE_M, Path
 from protocol.timeline import SegmentChecked
 from tests.support.stages.one_step import look_around, under
@@ -18,7 +18,7 @@ from tests.support.strategies.path_strategies import paths
 from world.geometry.shapes import Circle, Shape
 
 RADIUS_M = 0.1
-MISSION = under(Law.CERTIFIED, robot_radius_m=RADIUS_M)
+MISSION = under("certified", robot_radius_m=RADIUS_M)
 CLEAR_M = MISSION.epsilon_m - 2.0 * MISSION.mu0_m
 NOBODY_M = 9.0  # beyond the path
 AHEAD_M = 1.5  # where the robot ahead was last heard
@@ -225,8 +225,8 @@ def test_a_robot_does_not_drive_past_a_post_that_is_too_near() -> None:
     assert not check(fresh(), disc(0.1, 0.24), ahead_m=NOBODY_M).clear
 
 
-@pytest.mark.parametrize("law", [Law.PRINTED, Law.RESULTANT])
-def test_under_a_law_that_promises_nothing_followers_do_not_sense(law: Law) -> None:
+@pytest.mark.parametrize("law", ["printed", "resultant"])
+def test_under_a_law_that_promises_nothing_followers_do_not_sense(law: str) -> None:
     assert Follower(under(law), start_m=0.0).is_clear(1000.0)
 
 

@@ -12,7 +12,6 @@ from agents.strand.member import BLOCKED_S, DISSOLVED_MAX
 from agents.strand.wish import Turnabout
 from protocol.fence import Cause
 from protocol.frames import Point, Vertex
-from protocol.mission import Law
 from protocol.timeline import (
     LeaderSucceeded,
     RobotArrived,
@@ -28,7 +27,7 @@ from tests.support.stages.one_step import under, wall
 from world.geometry.shapes import Circle, Shape
 
 MISSION = under(
-    Law.CERTIFIED,
+    "certified",
     robots=3,
     robot_radius_m=0.1,
     separation_m=0.1,
@@ -220,7 +219,7 @@ def test_after_as_many_dissolutions_a_leader_whose_way_is_clear_goes_on() -> Non
 def test_a_leader_that_knows_no_way_on_after_a_loss_wants_another_to_lead_unless_all_have(
     in_vain: tuple[int, ...], heals: int, cause: Cause | None
 ) -> None:
-    mission = replace(MISSION, law=Law.PRINTED)  # without two obstacles in sight, this law knows no way
+    mission = replace(MISSION, law="printed")  # without two obstacles in sight, this law knows no way
     stage = MemberStage(mission, row(3), ORDER, counters=Counters(steps=4, led_in_vain=in_vain, heals=heals))
     stage.run(10.0)
     wish, counters = stage.leader.wish, stage.leader.counters

@@ -10,7 +10,6 @@ from agents.strand.leader import Leader
 from agents.strand.strand import NEWS_S, URGENT_S, Strand
 from protocol.fence import Epoch
 from protocol.frames import Point, Pose, Vertex
-from protocol.mission import Law
 from protocol.timeline import LinkHeard as LinkHeardAgain
 from protocol.timeline import LinkSilent, MessageRefused, StepPlanned
 from protocol.wire.messages import AheadState, BehindState
@@ -95,7 +94,7 @@ def test_a_path_that_turns_back_does_not_reduce_a_grant() -> None:
 
 def test_a_leader_keeps_off_the_place_of_a_robot_that_has_no_grant_yet() -> None:
     # A robot of radius 0 is invisible to scans, and 0.33 m behind is too little for a grant.
-    pair = under(Law.CERTIFIED, robots=2, separation_m=0.3, goal=Point(x_m=-2.0, y_m=0.0), directions=360)
+    pair = under("certified", robots=2, separation_m=0.3, goal=Point(x_m=-2.0, y_m=0.0), directions=360)
     places = {robot: Pose(x_m=0.33 * robot, y_m=0.0, heading_rad=0.0) for robot in (1, 2)}
     path = queue_path((2, 1), places)
     told = formation(2, (2, 1), places, {2: 0.33, 1: 0.0}, path)

@@ -13,11 +13,10 @@ from agents.events import LinkHeard
 from agents.navigation.certificate import certified_lengths_m
 from agents.strand.strand import Strand
 from protocol.frames import Point, Pose
-from protocol.mission import Law
 from tests.support.stages.one_step import under
 from tests.support.stages.strand_stage import formation, own, queue_path
 
-MISSION = under(Law.CERTIFIED, robots=3, robot_radius_m=0.1, separation_m=0.1)
+MISSION = under("certified", robots=3, robot_radius_m=0.1, separation_m=0.1)
 KEEP_M = 0.31  # two radii, the separation and the tolerance
 ORDER = (3, 2, 1)
 LEADER, TAIL = ORDER[0], ORDER[-1]

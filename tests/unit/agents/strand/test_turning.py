@@ -8,13 +8,12 @@ from hypothesis import strategies as st
 
 from agents.strand.wish import Turnabout
 from protocol.frames import Point
-from protocol.mission import Law
 from protocol.timeline import MessageRefused
 from tests.support.stages.member_stage import MemberStage, row
 from tests.support.stages.one_step import under
 
 MISSION = under(
-    Law.CERTIFIED,
+    "certified",
     robots=4,
     robot_radius_m=0.1,
     separation_m=0.1,

@@ -19,8 +19,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clew.campaign.episode import Episode, Surprise, surprise_of
+from clew.campaign.executors.pool import outcomes_of
 from clew.campaign.families import by_family, figures_of
-from clew.campaign.pool import outcomes_of
 from clew.campaign.scenes import tight_radius_m
 from protocol.asked import EXIT_CODES
 from protocol.root import ROOT

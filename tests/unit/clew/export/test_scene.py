@@ -9,7 +9,6 @@ from shapely import LineString, Polygon
 from clew.export.drawing import Colour, Disc, Stroke, Thing, capsule, outline
 from clew.export.scene import BROKEN, CERTIFICATE, DEAD, GAP, ROBOT, Scene
 from protocol.frames import Point
-from protocol.mission import Law
 from protocol.path import Path
 from protocol.timeline import (
     AuthorityGranted,
@@ -33,7 +32,7 @@ INK = Colour(0.0, 0.0, 0.0)
 PLAN = StepPlanned(
     step=1,
     epoch=1,
-    law=Law.CERTIFIED,
+    law="certified",
     x_m=0.0,
     y_m=0.0,
     obstacles=(

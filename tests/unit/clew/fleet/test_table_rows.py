@@ -10,7 +10,6 @@ from clew.log.log import Log
 from clew.story.states import State
 from protocol.fence import Cause, May
 from protocol.frames import Point
-from protocol.mission import Law
 from protocol.timeline import (
     FaultInjected,
     FenceChanged,
@@ -55,7 +54,7 @@ def planned(step: int, *, x_m: float, reach_m: float, cost_to_go_m: float | None
         y_m=0.0,
         step=step,
         epoch=1,
-        law=Law.CERTIFIED,
+        law="certified",
         obstacles=(),
         gaps=(),
         gap=None,

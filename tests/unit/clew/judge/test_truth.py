@@ -74,6 +74,11 @@ def test_laws_that_promise_nothing_ask_for_no_contact_only(law: str) -> None:
     assert (scene.clearance_m, scene.separation_m) == (0.0, 0.0)
 
 
+def test_every_other_law_promises_clearance_also_a_users() -> None:
+    run = read_run(written([], scenario(law={"law": "mine", "epsilon_m": 0.1, "mu0_m": 0.02})))
+    assert scene_of(run).clearance_m == pytest.approx(0.08)
+
+
 @pytest.mark.parametrize("path", sorted((ROOT / "launch" / "scenarios").glob("*.toml")), ids=lambda p: p.stem)
 def test_each_scenario_of_ours_is_read(path: Path) -> None:
     raw = read_scene_file(path)

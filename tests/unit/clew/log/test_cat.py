@@ -16,7 +16,6 @@ from click.testing import CliRunner, Result
 from clew.cli import main
 from clew.log.line import COLOURS, is_coloured
 from protocol.frames import Point
-from protocol.mission import Law
 from protocol.root import ROOT
 from protocol.timeline import FaultInjected, Record, RobotReleased, ScanServed, StepPlanned
 from protocol.timeline.steps import SeenObstacle
@@ -125,7 +124,7 @@ def test_long_lists_are_counted_for_people_and_complete_in_json(tmp_path: Path) 
 def test_a_step_is_one_readable_line_and_complete_in_json(tmp_path: Path) -> None:
     seen = SeenObstacle(tangent_1=Point(x_m=1 / 3, y_m=0.0), tangent_2=Point(x_m=1.0, y_m=0.0), chord_m=2 / 3)
     plan = StepPlanned(
-        step=1, epoch=1, law=Law.CERTIFIED, x_m=2.231900877152494, y_m=1e-7, obstacles=(seen,) * 12, gaps=(),
+        step=1, epoch=1, law="certified", x_m=2.231900877152494, y_m=1e-7, obstacles=(seen,) * 12, gaps=(),
         gap=None, heading_rad=0.0, length_m=1.0, target=Point(x_m=2 / 3, y_m=0.0), reach_m=1.0,
         promised_clearance_m=0.1, cost_to_go_m=None,
     )  # fmt: skip

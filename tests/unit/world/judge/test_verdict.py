@@ -176,6 +176,11 @@ def test_an_interrupted_run_has_the_exit_code_for_it() -> None:
     assert (passed.ok, passed.exit_code, passed.reason) == (False, 143, "the run was told to end")
 
 
+def test_a_run_that_ends_because_a_process_was_lost_has_failed() -> None:
+    passed = verdict(ALL_WELL, ending=Ending.LOST_PROCESS)
+    assert (passed.ok, passed.exit_code, passed.reason) == (False, 1, "another process of the run was lost")
+
+
 def test_a_run_that_had_failed_before_it_was_interrupted_has_failed() -> None:
     passed = verdict([*ALL_WELL, DIED], ending=Ending.TERMINATED)
     assert (passed.exit_code, passed.reason[:12]) == (1, "robot 2 died")

@@ -181,11 +181,17 @@ def test_robots_that_had_come_and_arrived_need_not_do_so_again() -> None:
     assert after.at()[0]
 
 
-def test_a_resumed_run_waits_for_the_tokens_of_living_robots_before_its_end() -> None:
+@pytest.mark.parametrize(
+    ("asked", "ending"),
+    [(ExitCode.TERMINATED, Ending.TERMINATED), (ExitCode.FAILED, Ending.LOST_PROCESS)],
+)
+def test_a_resumed_run_waits_for_the_tokens_of_living_robots_before_its_end(
+    asked: ExitCode, ending: Ending
+) -> None:
     after = led(ticks=SECOND).resumed()
     after.look()
-    after.handle(StopAsked(ExitCode.TERMINATED))
-    assert after.at()[1:] == (Phase.OVER, Ending.TERMINATED)
+    after.handle(StopAsked(asked))
+    assert after.at()[1:] == (Phase.OVER, ending)
     arrived = led(ticks=SECOND)
     for robot in (1, 2):
         arrived.write(robot, RobotArrived(progress_m=0.0))

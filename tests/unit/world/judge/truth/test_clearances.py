@@ -5,7 +5,6 @@ from msgspec.structs import replace
 
 from protocol.fence import May
 from protocol.frames import Point
-from protocol.mission import Law
 from protocol.timeline import OrderFinished, StepFinished
 from tests.support.histories.arriving import (
     EPOCH,
@@ -93,5 +92,5 @@ def test_robots_that_join_keep_what_they_promise_too() -> None:
 
 
 def test_a_law_that_promises_nothing_is_not_judged() -> None:
-    printed = replace(SCENE, law=replace(SCENE.law, law=Law.PRINTED))
+    printed = replace(SCENE, law=replace(SCENE.law, law="printed"))
     assert breaches(promised(None), printed) == []

@@ -55,22 +55,35 @@ def results_of(episodes: Sequence[Episode], jobs: int, play_one: Play[T], lose_o
 def _pooled(waiting: deque[Episode], running: list[Episode], jobs: int, play_one: Play[T]) -> Iterator[T]:
     """Keep all workers busy; `running` holds the episodes that they play."""
     with _pool(jobs) as pool:
-        futures: dict[Future[T], Episode] = {}
+
+        def submit(episode: Episode) -> Future[T]:
+            running.append(episode)
+            with _requests_kept_from_children():
+                return pool.submit(play_one, episode)
+
         try:
-            while waiting or futures:
-                while waiting and len(futures) < jobs:
-                    running.append(waiting.popleft())
-                    with _requests_kept_from_children():
-                        futures[pool.submit(play_one, running[-1])] = running[-1]
-                done, _ = wait(futures, return_when=FIRST_COMPLETED)
-                for future in done:
-                    result = future.result()
-                    running.remove(futures.pop(future))
-                    yield result
+            for episode, future in finished(waiting, submit, lambda: jobs):
+                result = future.result()
+                running.remove(episode)
+                yield result
         finally:
-            if futures:  # interrupted or broken: the results are not needed
+            if running:  # interrupted or broken: the results are not needed
                 for worker in multiprocessing.active_children():
                     worker.kill()
+
+
+def finished(
+    waiting: deque[Episode], submit: Callable[[Episode], Future[T]], at_once: Callable[[], int]
+) -> Iterator[tuple[Episode, Future[T]]]:
+    """Submit what waits, so many at once, and yield each future that is done; more may come to wait."""
+    futures: dict[Future[T], Episode] = {}
+    while waiting or futures:
+        while waiting and len(futures) < at_once():
+            episode = waiting.popleft()
+            futures[submit(episode)] = episode
+        done, _ = wait(futures, return_when=FIRST_COMPLETED)
+        for future in done:
+            yield futures.pop(future), future
 
 
 def _alone(episode: Episode, play_one: Play[T], lose_one: Play[T]) -> T:

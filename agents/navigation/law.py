@@ -1,0 +1,193 @@
+"""What a law is: it proposes a switching step from what the leader sees and remembers. docs/laws.md.
+
+Rule 1: a law is a pure function of `Seen`: the same sight, the same answer, in a run and in its replay.
+        Chance comes from `Seen.seed`.
+Rule 2: a law only proposes. The step is shortened to what is certified, or refused (`asked`), and the
+        certificate is of the scan itself: what a law is given cannot be changed.
+Rule 3: a law that fails, or proposes no straight step, is refused like one that proposes nothing.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum, auto
+from functools import cached_property
+from hashlib import blake2b
+from typing import Protocol
+
+import numpy as np
+
+from agents.navigation.certificate import Walls, certified_lengths_m
+from agents.navigation.gaps import Gap
+from agents.navigation.guidance import CostToGo
+from agents.navigation.obstacles import Obstacle
+from agents.navigation.scan import fix
+from agents.navigation.step import GAIN_M, Sight, Step
+from protocol.arrays import Floats, xy
+from protocol.errors import REASON_LENGTH_MAX, sentence_of
+from protocol.frames import wrap
+from protocol.laws import register
+from protocol.mission import Mission
+
+ROUNDING_M = 1e-9  # a law's own search for certified steps may differ from the check by the last bit
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a law may go by; positions are in the frame of odometry, which all robots share [m, rad]."""
+
+    sight: Sight
+    walls: Walls
+    mission: Mission
+    """What the robot knows before it starts: its size, `epsilon_m`, `range_m_max`, `bounds` and so on."""
+    onward_rad: float
+    """The heading of this robot when it led first: where to go without a goal."""
+    steps: int
+    """Switching steps that the fleet has planned so far."""
+    remembered: Floats
+    """All hits in the leader's map (n, 2), also of leaders before it; none without a goal."""
+    ways: Callable[[], CostToGo] | None = None
+    """The cost-to-go by what is remembered; None without a goal."""
+
+    def __post_init__(self) -> None:
+        fix(self.remembered, self.walls.starts, self.walls.ends, self.walls.keep_m)
+
+    @property
+    def position(self) -> Floats:
+        """Where the leader stands (2,)."""
+        return self.sight.view.position
+
+    @cached_property
+    def goal(self) -> Floats | None:
+        """The goal (2,), if there is one."""
+        return None if self.mission.goal is None else xy(self.mission.goal)
+
+    @property
+    def bearings_rad(self) -> Floats:
+        """The directions of the scan, anti-clockwise from -pi (n,)."""
+        return self.sight.view.bearings_rad
+
+    @property
+    def ranges_m(self) -> Floats:
+        """How far the scan saw in each direction (n,), at most `mission.range_m_max`."""
+        return self.sight.view.ranges_m
+
+    @property
+    def hits(self) -> Floats:
+        """Where rays met something (k, 2); with a goal without the robots of the strand."""
+        return self.sight.view.hit_points
+
+    @property
+    def obstacles(self) -> Sequence[Obstacle]:
+        """Runs of hits that nothing can pass between, anti-clockwise."""
+        return self.sight.obstacles
+
+    @property
+    def gaps(self) -> Sequence[Gap]:
+        """The openings between neighbouring obstacles; `gap.middle`, `gap.width_m`."""
+        return self.sight.gaps
+
+    @property
+    def seed(self) -> int:
+        """For random draws: a number that every scan and every step changes."""
+        said = self.ranges_m.tobytes() + self.position.tobytes() + self.steps.to_bytes(8, "big")
+        return int.from_bytes(blake2b(said, digest_size=8).digest(), "big")
+
+    def free_m(self, bearings_rad: Floats | Sequence[float]) -> Floats:
+        """The longest certified step in each direction (n,)."""
+        lengths_m = certified_lengths_m(self.position, np.asarray(bearings_rad, dtype=float), self.walls)
+        return np.minimum(lengths_m, float(self.ranges_m.max()))
+
+    def cost_to_go_m(self, points: Floats) -> Floats:
+        """The cost of the way from each point (n, 2) to the goal; infinite where there is none."""
+        points = np.asarray(points, dtype=float)
+        return np.full(len(points), np.inf) if self.ways is None else self.ways().at(points)
+
+    def step_to(self, place: Floats | Sequence[float]) -> Step:
+        """The straight step to a place (2,)."""
+        x_m, y_m = np.asarray(place, dtype=float) - self.position
+        return Step(math.atan2(y_m, x_m), math.hypot(x_m, y_m))
+
+
+class Law(Protocol):
+    """Proposes a switching step from what is seen and remembered."""
+
+    def __call__(self, seen: Seen, /) -> Step | str | None:
+        """The step to propose; or None: no opening from here; or in words why there is none."""
+        ...
+
+
+def register_law(name: str, law: Law) -> None:
+    """Add a law to this process by name, or replace one; `clew.rehearse(..., law=name)` finds it.
+
+    Raises:
+        UsageError: the name is one of Clew's, or no name of a law; or the law cannot be called.
+    """
+    register(name, law)
+
+
+class Why(Enum):
+    """Why there is no step."""
+
+    NOTHING = auto()
+    """The law proposes none."""
+    UNCERTIFIED = auto()
+    """No part of it is certified."""
+    FAILED = auto()
+    """The law has failed: to ask it again is of no use."""
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A law has been asked in vain."""
+
+    why: Why
+    reason: str
+
+
+def asked(law: Law, seen: Seen) -> Step | Refused:
+    """What a law proposes, as far as it may be driven (rules 2 and 3)."""
+    name = seen.mission.law
+    try:
+        said = law(seen)
+        step = said if said is None or isinstance(said, str) else _whole(said, gaps=len(seen.gaps))
+    except Exception as error:  # rule 3: the law is the user's
+        why = f"the law {name} failed: {sentence_of(error)}"
+        return Refused(Why.FAILED, why[:REASON_LENGTH_MAX])
+    if step is None or isinstance(step, str) or step.length_m == 0.0:
+        step = step if isinstance(step, str) else None
+        why = step or f"the law {name} proposes no step from here"
+        return Refused(Why.NOTHING, why[:REASON_LENGTH_MAX])
+    return _certified(step, seen) if seen.mission.promises_clearance else step
+
+
+def _whole(step: object, *, gaps: int) -> Step:
+    """The step with plain numbers.
+
+    Raises:
+        ValueError: it is no straight step.
+        TypeError: it is no step, or has something else for a number.
+    """
+    if not isinstance(step, Step):
+        raise TypeError(f"it proposes no step but {type(step).__name__}")
+    heading_rad, length_m, gap, cost_m = step.heading_rad, step.length_m, step.gap, step.cost_to_go_m
+    cost_m = None if cost_m is None else float(cost_m)
+    if not math.isfinite(heading_rad) or not 0.0 <= length_m < math.inf:
+        raise ValueError(f"a step needs a heading and a length, got {heading_rad} rad and {length_m} m")
+    if gap not in {None, *range(gaps)} or not 0.0 <= (cost_m or 0.0) < math.inf:
+        raise ValueError(f"a step has no gap {gap} of {gaps}, or no cost {cost_m}")
+    return Step(wrap(float(heading_rad)), float(length_m), None if gap is None else int(gap), cost_m)
+
+
+def _certified(step: Step, seen: Seen) -> Step | Refused:
+    """The part of a step that is certified."""
+    free_m = float(seen.free_m([step.heading_rad])[0])
+    if step.length_m <= free_m + ROUNDING_M:
+        return step
+    if free_m < GAIN_M:
+        return Refused(
+            Why.UNCERTIFIED,
+            f"the law {seen.mission.law} proposes {step.length_m:.3f} m at {step.heading_rad:.3f} rad, "
+            f"of which {free_m:.4f} m are certified",
+        )
+    return replace(step, length_m=free_m, cost_to_go_m=None)

@@ -1,0 +1,95 @@
+"""The laws of this process by name: ours, those of installed packages, and those that Python code registers.
+
+Rule 1: nobody takes a name of ours, so `certified` is the same law everywhere.
+Rule 2: a law is loaded when it is looked up first, which shells do before a core starts.
+"""
+
+import re
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any
+
+from protocol.errors import UsageError
+from protocol.files.names import did_you_mean
+from protocol.mission import LAW_NAME
+
+GROUP = "clew.laws"
+OURS = {
+    name: EntryPoint(name, f"agents.navigation.laws:{name}", GROUP)
+    for name in ("certified", "printed", "resultant")
+}
+_registered: dict[str, Any] = {}
+_loaded: dict[str, Any] = {}
+
+
+def register(name: str, law: Any) -> None:  # noqa: ANN401 - `clew.register_law` has the type
+    """Add a law of this process, or replace one.
+
+    Raises:
+        UsageError: the name is ours, or no name of a law; or the law cannot be called.
+    """
+    if name in OURS or not re.fullmatch(LAW_NAME, name):
+        raise UsageError(f"a law's name must match {LAW_NAME} and not be {', '.join(OURS)}, got {name!r}")
+    _registered[name] = _called(name, law)
+
+
+def names() -> list[str]:
+    """All that this process can look up: ours first."""
+    return [*OURS, *sorted({*_registered, *(each.name for each in entry_points(group=GROUP))} - OURS.keys())]
+
+
+def check(name: str, *, in_processes: bool = False) -> None:
+    """Refuse a name that no law has here.
+
+    Args:
+        name: the law's name.
+        in_processes: whether other processes have to find it, which do not know what is registered here.
+
+    Raises:
+        UsageError: there is no such law.
+    """
+    if name in OURS or (name in _registered and not in_processes) or entry_points(group=GROUP, name=name):
+        return
+    if name in _registered:
+        raise UsageError(
+            f"the law {name!r} is registered in this process alone; robots are processes of their own, "
+            f"which find it by an entry point of the group {GROUP}"
+        )
+    known = names()
+    raise UsageError(f"must be one of {', '.join(known)}, got {name!r}{did_you_mean(name, known)}")
+
+
+def find(name: str) -> Any:  # noqa: ANN401 - the robots' code knows the type
+    """The law with this name.
+
+    Raises:
+        UsageError: there is none here, or it cannot be loaded.
+    """
+    if name in _registered:
+        return _registered[name]
+    if name not in _loaded:
+        _loaded[name] = _load(name)
+    return _loaded[name]
+
+
+def _load(name: str) -> Any:  # noqa: ANN401 - as of `find`
+    found = {OURS[name]} if name in OURS else {*entry_points(group=GROUP, name=name)}
+    values = sorted({each.value for each in found})
+    if not found:
+        try:
+            check(name)
+        except UsageError as error:
+            raise UsageError(f"the law {error}") from error
+    if len(values) > 1:
+        raise UsageError(f"the law {name!r} comes from several packages: {', '.join(values)}")
+    try:
+        law = found.pop().load()
+    except Exception as error:  # whatever a user's module does when it is imported
+        why = f"{type(error).__name__}: {error}"
+        raise UsageError(f"the law {name!r} cannot be loaded from {values[0]}: {why}") from error
+    return _called(name, law)
+
+
+def _called(name: str, law: Any) -> Any:  # noqa: ANN401 - as of `find`
+    if not callable(law):
+        raise UsageError(f"the law {name!r} must be a function of what is seen, got {type(law).__name__}")
+    return law

@@ -1,0 +1,119 @@
+"""Laws of users, rehearsed: they keep the clearance whatever they propose, and the run can be repeated."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import clew
+from clew.api.launched import LaunchedFleet
+from protocol import laws
+from protocol.root import ROOT
+from tests.support.installed import install
+from tests.support.judges import differences, found_in
+
+ROOMY = ROOT / "docs" / "examples" / "roomy"
+
+
+@pytest.fixture(autouse=True)
+def _only_these(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(laws, "_loaded", {})
+    monkeypatch.setattr(laws, "_registered", {})
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def _roomy_is_installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    install(tmp_path / "packages", "roomy", {"roomy": "roomy:roomy"})
+    monkeypatch.syspath_prepend(tmp_path / "packages")
+    monkeypatch.syspath_prepend(ROOMY)
+    monkeypatch.delitem(sys.modules, "roomy", raising=False)
+
+
+def at_the_nearest(seen: clew.Seen) -> clew.Step | None:
+    """Drives straight at what is nearest, through it and on."""
+    if len(seen.hits) == 0:
+        return None
+    off = seen.hits - seen.position
+    nearest = off[np.argmin(np.hypot(*off.T))]
+    return seen.step_to(seen.position + 50.0 * nearest)
+
+
+def at_random(seen: clew.Seen) -> clew.Step | None:
+    """Drives as far as it is let, and farther if it were let, in a direction that is drawn; 12 times."""
+    bearings_rad = np.linspace(-3.0, 3.0, 60)
+    free = bearings_rad[seen.free_m(bearings_rad) > 0.1]
+    if seen.steps == 12 or len(free) == 0:
+        return None
+    return clew.Step(np.random.default_rng(seen.seed).choice(free), 1e6)
+
+
+@pytest.mark.parametrize(
+    ("law", "scenario", "reason", "steps"),
+    [
+        (at_the_nearest, "grove", "no_route: the leader lost its route", 1),
+        (at_random, "grove", "no_route: the leader lost its route", 8),
+        (at_random, "paper", "every living robot has arrived", 10),  # without a goal: after so many steps
+    ],
+)
+def test_a_law_that_drives_at_obstacles_keeps_the_clearance(
+    law: clew.Law, scenario: str, reason: str, steps: int, tmp_path: Path
+) -> None:
+    clew.register_law("mine", law)
+    run = clew.rehearse(scenario, robots=3, law="mine", out=tmp_path / "run")
+    assert run.verdict is not None
+    assert (run.verdict.law, run.verdict.violations) == ("mine", 0)
+    assert run.verdict.reason.startswith(reason)
+    assert len(run.steps) >= steps
+    found = found_in(tmp_path / "run")
+    assert [*found.broken, *differences(tmp_path / "run")] == []
+    assert found.clearance is not None
+    assert found.clearance.distance_m < 0.13, "it comes as near as it may"
+    assert (run.check().ok, run.replay().ok) == (True, True)
+
+
+@pytest.mark.usefixtures("_roomy_is_installed")
+def test_the_law_of_the_example_arrives_and_the_same_seed_gives_the_same_bytes(tmp_path: Path) -> None:
+    faults = [clew.kill("leader", at="after_plan", step=2), clew.restart("world", after_s=0.5, from_s=6.0)]
+    for name in ("one", "other"):
+        run = clew.rehearse("grove", robots=3, law="roomy", faults=faults, out=tmp_path / name)
+        assert run.ok
+        assert {entry.law for entry in run.entries("step.planned") if not entry.joins} == {"roomy"}
+    assert run.verdict is not None
+    assert run.verdict.robots_arrived == 2
+    assert run.check().ok
+    assert run.replay().ok
+    assert differences(tmp_path / "one") == []
+    texts = [(tmp_path / name / "events.jsonl").read_bytes() for name in ("one", "other")]
+    assert texts[0] == texts[1]
+
+
+def test_the_example_is_a_small_package_with_the_entry_point_that_the_page_shows() -> None:
+    code = (ROOMY / "roomy.py").read_text(encoding="utf-8").splitlines()
+    assert len(code) <= 40
+    entry = '[project.entry-points."clew.laws"]\nroomy = "roomy:roomy"\n'
+    assert entry in (ROOMY / "pyproject.toml").read_text(encoding="utf-8")
+    assert entry in (ROOT / "docs" / "laws.md").read_text(encoding="utf-8")
+
+
+def test_a_log_under_a_law_that_is_not_here_can_be_read_but_not_replayed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clew.register_law("mine", lambda _: None)
+    clew.rehearse("grove", robots=1, law="mine", out=tmp_path / "run")
+    monkeypatch.setattr(laws, "_registered", {})
+    run = clew.open(tmp_path / "run")
+    assert run.check().ok
+    assert run.scenario.law.law == "mine"
+    with pytest.raises(clew.UsageError, match=r"^the law must be one of certified, .*, got 'mine'"):
+        run.replay()
+    with pytest.raises(clew.UsageError, match=r"scenario.toml: \$\.law\.law: must be one of certified"):
+        clew.rehearse(str(tmp_path / "run" / "scenario.toml"))
+
+
+def test_real_robots_need_a_law_that_is_installed() -> None:
+    clew.register_law("mine", lambda _: None)
+    with pytest.raises(clew.UsageError, match="'mine' is registered in this process alone; robots are"):
+        clew.launch("grove", law="mine")
+    assert isinstance(clew.launch("grove", law="printed"), LaunchedFleet)
