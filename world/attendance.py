@@ -3,17 +3,21 @@
 Rule 1: a robot is present from its first token on.
 Rule 2: a robot has died when it shows no token and was silent for `SILENCE_S`, and for longer than the
         lateness of the machine may explain. So a token that the router loses for a moment is no death.
+        The token must have been gone for `GONE_S`: when our own link is lost, tokens vanish one after the
+        other, after a silence of all, and only then does it show that there is no router.
 Rule 3: a robot that ended as told, when the run was over, has not died. A resumed world finds these robots in
         the timeline.
 Rule 4: a dead robot that shows a token again is alive. With another incarnation it was restarted; with the
         same one it was frozen or cut off. A restarted robot has died before, even if undetected.
 """
 
+import math
 from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 from enum import Enum, auto
 
 SILENCE_S = 1.0  # docs/run.md
+GONE_S = 0.2  # wall: 40 times what Zenoh takes to close a link on an idle machine
 
 
 class Coming(Enum):
@@ -36,6 +40,8 @@ class Attendance:
     """Robots that ended as told (rule 3)."""
     _tokens: dict[int, set[str]] = field(default_factory=dict)
     _heard_s: dict[int, float] = field(default_factory=dict)
+    _vanished_s: dict[int, float] = field(default_factory=dict)
+    """When a token of each robot vanished last."""
     _incarnations: dict[int, str] = field(default_factory=dict)
     _shown: set[tuple[int, str]] = field(default_factory=set)
     """Robots and incarnations whose tokens have ever been seen."""
@@ -92,8 +98,9 @@ class Attendance:
         """Whether the token of this process has ever been seen: only then its entries count."""
         return (robot, incarnation) in self._shown
 
-    def vanish(self, robot: int, incarnation: str) -> None:
+    def vanish(self, robot: int, incarnation: str, *, wall_s: float) -> None:
         """A token has vanished."""
+        self._vanished_s[robot] = wall_s
         self._tokens.get(robot, set()).discard(incarnation)
 
     def hear(self, robot: int, *, wall_s: float) -> None:
@@ -123,6 +130,11 @@ class Attendance:
         """
         absent = self.come - self.present - self.dead - self.gone
         silence_s = max(SILENCE_S, excused_s)
-        newly_dead = sorted(robot for robot in absent if wall_s - self._heard_s[robot] >= silence_s)
+        newly_dead = sorted(
+            robot
+            for robot in absent
+            if wall_s - self._heard_s[robot] >= silence_s
+            and wall_s - self._vanished_s.get(robot, -math.inf) >= GONE_S
+        )
         self.dead.update(newly_dead)
         return newly_dead

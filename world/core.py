@@ -192,7 +192,7 @@ class World:
             case TokenCame():
                 return self._note_token(event.robot, event.incarnation, wall_s)
             case TokenWent():
-                self.attendance.vanish(event.robot, event.incarnation)
+                self.attendance.vanish(event.robot, event.incarnation, wall_s=wall_s)
             case EntryWritten():
                 self.tally.hear(event.source, event.entry)
                 robot = robot_number(event.source)
