@@ -73,7 +73,7 @@ def test_ignored_signals_stay_ignored() -> None:
     [
         (("chaos", "--out", "ch"), "clew.verbs.chaos.run_fleet"),
         (("bench", "healing"), "clew.verbs.bench_healing.run_fleet"),
-        (("bench", "loss", "--live", "1"), "clew.verbs.bench_loss.rehearsed"),
+        (("bench", "loss", "--live", "1"), "clew.bench.loss.rehearsed"),
     ],
 )
 def test_a_verb_that_runs_fleets_ends_between_them_with_the_signals_code(

@@ -25,7 +25,6 @@ from clew.bench.loss import (
 from clew.bench.loss_chart import loss_chart
 from clew.figures.style import render
 from clew.manual.parts import with_part
-from clew.verbs import bench_loss
 from clew.verbs.bench_loss import DOCUMENT, FIGURE, PART
 from protocol.faults.plan import NO_FAULTS
 from tests.support.campaigns import clew, scene
@@ -111,7 +110,7 @@ def test_a_rehearsal_arrives_a_little_later_with_10_percent_loss_and_never_with_
 
 def test_the_verb_rehearses_every_rate_of_both_kinds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rates = (0.0, *BOUNDS)  # those that it judges by
-    monkeypatch.setattr(bench_loss, "RATES", rates)
+    monkeypatch.setattr("clew.bench.loss.RATES", rates)
     told = clew("bench", "loss", scene(tmp_path / "posts.json"), "--runs", "1", "--json")
     said = json.loads(told.stdout)
     assert [(point["reach"], point["rate"]) for point in said] == [

@@ -1,5 +1,6 @@
 """`clew replay` is ok for complete journals only; damaged or missing ones are reported and fail."""
 
+import gzip
 import json
 from pathlib import Path
 
@@ -23,8 +24,11 @@ DAMAGE_AT = 5000  # of tens of thousands of bytes
 
 @pytest.fixture
 def run(runs: Runs, tmp_path: Path) -> Path:
-    """A copy, to be spoilt."""
-    return runs.copy(tmp_path / "run", "grove")
+    """A copy, to be spoilt; its journals are not packed, as older ones, so that their records can be found."""
+    copy = runs.copy(tmp_path / "run", "grove")
+    for journal in (copy / INPUTS).iterdir():
+        journal.write_bytes(gzip.decompress(journal.read_bytes()))
+    return copy
 
 
 def journal_of(run: Path, robot: int) -> Path:
