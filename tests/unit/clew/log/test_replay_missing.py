@@ -24,7 +24,7 @@ DAMAGE_AT = 5000  # of tens of thousands of bytes
 
 @pytest.fixture
 def run(runs: Runs, tmp_path: Path) -> Path:
-    """A copy, to be spoilt; its journals are not packed, as older ones, so that their records can be found."""
+    """A copy, to be spoilt. Its journals are not packed, like older ones: so their records can be found."""
     copy = runs.copy(tmp_path / "run", "grove")
     for journal in (copy / INPUTS).iterdir():
         journal.write_bytes(gzip.decompress(journal.read_bytes()))
