@@ -29,6 +29,7 @@ from clew.campaign.mutants_worker import WALL_S_MAX
 from protocol.errors import UsageError
 from protocol.exit_codes import ExitCode
 from protocol.root import ROOT
+from world.judge.rules.names import named
 
 TESTS_FAILED = 1  # pytest's exit code
 WORKER = "clew.campaign.mutants_worker"
@@ -153,7 +154,7 @@ def passes_unmutated(seed: int) -> bool:
 
 def by(outcome: Outcome) -> str:
     """The broken invariants, or the kind of surprise."""
-    broken = [name for name, count in outcome.violations_by_invariant.items() if count]
+    broken = [named(each) for each, count in outcome.violations_by_invariant.items() if count]
     return ", ".join(broken) if broken else str(outcome.surprise)
 
 
