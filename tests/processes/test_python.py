@@ -139,7 +139,7 @@ def test_the_three_tests_of_the_page_pass_elsewhere_on_both_stages(elsewhere: Pa
 def test_an_installed_law_leads_a_live_fleet_elsewhere(elsewhere: Path) -> None:
     options = ["--no-deps", "--no-build-isolation", "--no-index", "--disable-pip-version-check", "--quiet"]
     there(elsewhere, "-m", "pip", "install", *options, str(ROOT / "docs" / "examples" / "roomy"))
-    said = there(elsewhere, "-m", "clew.fleet", "grove", "-n", "2", "--law", "roomy", "--speed", "max")
+    said = there(elsewhere, "-m", "clew.cli", "run", "grove", "-n", "2", "--law", "roomy", "--speed", "max")
     assert "OK: every living robot has arrived" in said
 
 

@@ -98,7 +98,8 @@ class Tally:
 
     def _hear_fault(self, source: str, injected: FaultInjected) -> None:
         self.struck.add(injected.rule)
-        if injected.key is not None and injected.number and injected.fault in TAKES_AWAY:
+        counts_no_more = robot_number(source) in self.counted  # odometry arrives until the process ends
+        if injected.key and injected.number and injected.fault in TAKES_AWAY and not counts_no_more:
             self._remove((injected.key, source), injected.number, injected.fault)
 
     def _remove(self, book: Book, number: int, fault: str) -> None:

@@ -64,7 +64,7 @@ def test_a_run_that_kept_its_promises_and_left_nothing_has_no_troubles(finding: 
 
 def test_each_broken_promise_is_a_separate_trouble(finding: Finding) -> None:
     broken = replace(GOOD, violations=2, violations_by_invariant={"S1": 0, "S2": 2})
-    assert list(troubles_of(broken, finding, WELL)) == ["broken: S2 2"]
+    assert list(troubles_of(broken, finding, WELL)) == ["broken: S2 (separation) 2"]
     off = replace(GOOD, messages=replace(GOOD.messages, unaccounted=-1))
     assert list(troubles_of(off, finding, WELL)) == ["the message counts do not balance"]
     unheard = replace(GOOD, events=replace(GOOD.events, missing=6))

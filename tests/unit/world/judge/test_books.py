@@ -1,4 +1,4 @@
-from protocol.timeline import Entry, FaultInjected
+from protocol.timeline import Entry, FaultInjected, TrafficCounted
 from world.judge.books import Account, Messages, balance
 from world.judge.tally import Tally
 
@@ -159,3 +159,22 @@ def test_a_message_removed_by_several_faults_counts_once() -> None:
         injected = FaultInjected(fault=fault, rule=fault, key="link/r1/r2", number=number)
         tally.hear("r2", Entry(n=n, t_s=1.0, hlc="", record=injected))
     assert tally.removed == {("link/r1/r2", "r2"): {"drop": 2}}
+
+
+def test_a_message_removed_after_its_receiver_has_counted_is_in_no_book() -> None:
+    """Odometry arrives, and faults remove it, until the process ends."""
+    tally = Tally()
+    key = "body/r2/odometry"
+    dropped = [FaultInjected(fault="drop", rule="drop", key=key, number=number) for number in (1, 2)]
+    counted = TrafficCounted(
+        sent={},
+        received={},
+        newest={key: 1},
+        injected={"drop": {key: 1}},
+        refused={},
+        overflowed=0,
+        unrecorded=0,
+    )
+    for n, record in enumerate((dropped[0], counted, dropped[1]), start=1):
+        tally.hear("r2", Entry(n=n, t_s=1.0, hlc="", record=record))
+    assert tally.removed == {(key, "r2"): {"drop": 1}}
