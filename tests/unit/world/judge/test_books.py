@@ -1,4 +1,4 @@
-from protocol.timeline import Entry, FaultInjected, TrafficCounted
+from protocol.timeline import Entry, FaultInjected, Record, TrafficCounted
 from world.judge.books import Account, Messages, balance
 from world.judge.tally import Tally
 
@@ -166,15 +166,11 @@ def test_a_message_removed_after_its_receiver_has_counted_is_in_no_book() -> Non
     tally = Tally()
     key = "body/r2/odometry"
     dropped = [FaultInjected(fault="drop", rule="drop", key=key, number=number) for number in (1, 2)]
+    none = dict[str, int]()
     counted = TrafficCounted(
-        sent={},
-        received={},
-        newest={key: 1},
-        injected={"drop": {key: 1}},
-        refused={},
-        overflowed=0,
-        unrecorded=0,
+        sent=none, received=none, newest={key: 1}, injected={"drop": {key: 1}}, refused=none, overflowed=0
     )
-    for n, record in enumerate((dropped[0], counted, dropped[1]), start=1):
+    records: tuple[Record, ...] = (dropped[0], counted, dropped[1])
+    for n, record in enumerate(records, start=1):
         tally.hear("r2", Entry(n=n, t_s=1.0, hlc="", record=record))
     assert tally.removed == {(key, "r2"): {"drop": 1}}
