@@ -197,18 +197,19 @@ def _source(executor: str, scheduler: str | None, jobs: int | None, *, guided: b
     Raises:
         UsageError: options exclude each other, or Dask is not installed.
     """
-    from clew.campaign.campaign import hash_of_source
-    from clew.campaign.executors.cluster import cluster_outcomes
-    from clew.campaign.executors.pool import outcomes_of
-    from clew.guided.batches import guided_outcomes
-
     if executor == "processes":
         if scheduler is not None:
             raise UsageError("--scheduler: needs --executor dask")
+        from clew.campaign.executors.pool import outcomes_of
+        from clew.guided.batches import guided_outcomes
+
         return guided_outcomes if guided else outcomes_of
     if scheduler is None or jobs is not None or guided:
         raise UsageError("--executor dask: needs --scheduler, and neither --jobs nor --guided must be given")
     need("distributed", extra="cluster", by="--executor dask needs")
+    from clew.campaign.campaign import hash_of_source
+    from clew.campaign.executors.cluster import cluster_outcomes
+
     return partial(cluster_outcomes, scheduler=scheduler, source_hash=hash_of_source())
 
 

@@ -31,6 +31,14 @@ AT_ONCE = 1000  # lines in one write, because each write is a system call
 @click.option("--without", multiple=True, help="No entries of this kind, for example 'pose.*'; repeatable.")
 @click.option("--robot", type=int, help="Only entries by this robot or about it, including faults.")
 @click.option("--step", type=int, help="Only entries of this switching step of the leader.")
+@click.option(
+    "--rule", multiple=True, help="Only injections of this fault rule, for example 'kill-*'; repeatable."
+)
+@click.option(
+    "--key",
+    multiple=True,
+    help="Only entries about messages on this key, for example 'link/r2/*'; repeatable.",
+)
 @click.option("--from", "from_s", type=float, help="Only entries from this time on [simulated s].")
 @click.option("--to", "to_s", type=float, help="Only entries up to this time [simulated s].")
 @click.option(
@@ -51,8 +59,8 @@ def cat(
 ) -> None:
     """Print the entries of a timeline, each as a sentence on a line.
 
-    Options choose entries by source, kind, robot, step and time. With --follow, the run may still be going
-    on, or may not have started yet.
+    Options choose entries by source, kind, robot, step, fault rule, key of a message, and time. With
+    --follow, the run may still be going on, or may not have started yet.
     """
     from clew.log.line import fields_of, is_coloured, one_line
     from clew.log.timeline import Choice, kind_of

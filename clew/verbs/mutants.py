@@ -119,10 +119,12 @@ def _figure(figure: float | None, decimals: int = 0) -> str:
 def _sentence(caught: "Caught") -> str:
     if caught.by is None:
         return f"{caught.mutant} was NOT caught in {caught.seeds} seeds"
+    if caught.seed is None:
+        return f"{caught.mutant} was caught by {caught.reason}"
     return f"{caught.mutant} was caught by {caught.by} in seed {caught.seed}"
 
 
-def _table(caught: "list[Caught]") -> "Table":
+def _table(results: "list[Caught]") -> "Table":
     from rich.table import Table
 
     from clew.campaign.mutants_list import MUTANTS
@@ -131,7 +133,7 @@ def _table(caught: "list[Caught]") -> "Table":
     drawn = Table("mutant", "rule that it breaks", "caught by", "after seeds", "of", "CPU, s")
     for column in drawn.columns[3:]:
         column.justify = "right"
-    for each in caught:
+    for each in results:
         drawn.add_row(
             each.mutant,
             rules[each.mutant],
@@ -140,4 +142,7 @@ def _table(caught: "list[Caught]") -> "Table":
             str(each.seeds_max),
             f"{each.cpu_s:.1f}",
         )
+    caught = sum(each.ok for each in results)
+    seeds, cpu_s = sum(each.seeds for each in results), sum(each.cpu_s for each in results)
+    drawn.add_row("all", "", f"{caught} of {len(results)}", str(seeds), "", f"{cpu_s:.1f}")
     return drawn
